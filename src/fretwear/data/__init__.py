@@ -1,0 +1,1 @@
+"""What a user gets: labelled datasets, their files and the merged study."""

@@ -1,0 +1,1 @@
+"""One function per figure: a dataset in, a matplotlib Figure out."""
