@@ -1,0 +1,303 @@
+"""Closed forms against quadrature, limits and one another."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.special import ellipk
+
+from fretwear.mechanics import theory
+
+STEEL = (208e9, 0.3)
+RADIUS, LOAD, FRICTION = 10e-3, 50.0, 0.5
+RATIOS = (0.001, 0.2, 0.5, 0.8, 0.9, 0.99)
+
+
+@pytest.fixture
+def hertz() -> theory.HertzContact:
+    return theory.HertzContact(RADIUS, LOAD, theory.composite_modulus(*STEEL, *STEEL))
+
+
+def partial_slip(hertz: theory.HertzContact, ratio: float) -> theory.CattaneoMindlin:
+    coupling = theory.coupling_ratio(*STEEL, *STEEL)
+    return theory.CattaneoMindlin(hertz, FRICTION, ratio * FRICTION * hertz.load, coupling)
+
+
+def integral(function, start: float, end: float) -> float:
+    return quad(function, start, end, epsabs=0.0, epsrel=1e-11, limit=200)[0]
+
+
+def area_integral(function, start: float, end: float) -> float:
+    """∫ f 2πr dr; the substitution r = m - h·cos t removes square roots at both ends."""
+    middle, half = (start + end) / 2, (end - start) / 2
+
+    def integrand(t: float) -> float:
+        r = middle - half * math.cos(t)
+        return 2 * math.pi * r * float(function(r)) * half * math.sin(t)
+
+    return integral(integrand, 0.0, math.pi)
+
+
+def test_composites_of_equal_bodies():
+    modulus, poisson = STEEL
+    assert theory.composite_modulus(*STEEL, *STEEL) == pytest.approx(
+        modulus / (2 * (1 - poisson**2)), rel=1e-14
+    )
+    assert theory.coupling_ratio(*STEEL, *STEEL) == pytest.approx(
+        (2 - poisson) / (2 * (1 - poisson)), rel=1e-14
+    )
+
+
+def test_composites_of_two_materials_are_symmetric_and_reach_the_rigid_limit():
+    brass, rigid = (100e9, 0.35), (1e30, 0.2)
+    for combine in (theory.composite_modulus, theory.composite_shear_modulus):
+        assert combine(*STEEL, *brass) == pytest.approx(combine(*brass, *STEEL), rel=1e-14)
+    assert theory.composite_modulus(*brass, *rigid) == pytest.approx(100e9 / (1 - 0.35**2))
+    assert theory.composite_shear_modulus(*brass, *rigid) == pytest.approx(
+        4 * 100e9 / (2 * 1.35) / (2 - 0.35)
+    )
+
+
+@pytest.mark.parametrize(
+    ("materials", "named"),
+    [
+        ((0.0, 0.3, 1.0, 0.3), "youngs_modulus_1"),
+        ((1.0, 0.3, math.inf, 0.3), "youngs_modulus_2"),
+        ((1.0, 0.51, 1.0, 0.3), "poisson_ratio_1"),
+        ((1.0, 0.3, 1.0, -1.0), "poisson_ratio_2"),
+    ],
+)
+def test_impossible_materials_are_named(materials, named):
+    with pytest.raises(ValueError, match=named):
+        theory.composite_modulus(*materials)
+
+
+def test_hertz_reference_case(hertz):
+    assert hertz.contact_radius == pytest.approx(148.6e-6, abs=0.05e-6)
+    assert hertz.peak_pressure == pytest.approx(1081e6, abs=0.5e6)
+    assert hertz.approach == pytest.approx(2.208e-6, abs=0.0005e-6)
+
+
+def test_hertz_pressure_carries_the_load(hertz):
+    carried = area_integral(hertz.pressure, 0.0, hertz.contact_radius)
+    assert carried == pytest.approx(LOAD, rel=1e-9)
+
+
+def test_hertz_peak_pressure_two_ways(hertz):
+    expected = 2 * hertz.composite_modulus * hertz.contact_radius / (math.pi * RADIUS)
+    assert hertz.peak_pressure == pytest.approx(expected, rel=1e-14)
+
+
+def test_approach_is_the_integral_of_contact_radius_over_load(hertz):
+    # the stiffness of a circular contact is dP/dδ = 2 E* a, whatever the profile
+    approach = integral(
+        lambda load: 1 / (2 * hertz.composite_modulus * hertz.with_load(load).contact_radius),
+        0.0,
+        LOAD,
+    )
+    assert hertz.approach == pytest.approx(approach, rel=1e-8)
+
+
+def displacement(pressure, outer: float, modulus: float, r: float) -> float:
+    """Surface displacement at r ≥ outer by quadrature of ring loads (Johnson 1985, section 3.8)."""
+
+    def integrand(angle: float) -> float:
+        t = outer * math.sin(angle)
+        load = float(pressure(t)) * t * outer * math.cos(angle)
+        return load * ellipk(4 * r * t / (r + t) ** 2) / (r + t)
+
+    # just short of the rim, where the pressure may be infinite but the load is not
+    return 4 / (math.pi * modulus) * integral(integrand, 0.0, math.pi / 2 - 1e-9)
+
+
+def test_hertz_gap_is_the_shape_less_the_displacement_of_its_pressure(hertz):
+    a = hertz.contact_radius
+    for r in a * np.array([1.02, 1.5, 4.0]):
+        moved = displacement(hertz.pressure, a, hertz.composite_modulus, r)
+        gap = r**2 / (2 * RADIUS) - hertz.approach + moved
+        assert hertz.gap(r) == pytest.approx(gap, rel=1e-5, abs=1e-7 * hertz.approach)
+
+
+def test_hertz_gap_is_the_superposition_of_flat_punches(hertz):
+    for r in hertz.contact_radius * np.array([1.0, 1.001, 1.1, 3.0]):
+        lifted = integral(lambda b, r=r: 2 * b * math.acos(b / r), 0.0, hertz.contact_radius)
+        gap = r**2 / (2 * RADIUS) - 2 / (math.pi * RADIUS) * lifted
+        assert float(hertz.gap(r)) == pytest.approx(gap, rel=1e-9, abs=1e-13 * hertz.approach)
+
+
+def test_hertz_gap_series_joins_the_closed_form(hertz):
+    # the switch lies at √(r²/a² - 1) = 0.01; the slope of log g must not jump there
+    edge = hertz.contact_radius * math.sqrt(1 + 0.01**2)
+    r = edge * (1 + np.array([-2e-9, -1e-9, 1e-9, 2e-9]))
+    below, across, above = np.diff(hertz.gap(r)) / np.diff(r)
+    assert across == pytest.approx((below + above) / 2, rel=1e-3)
+
+
+def test_hertz_scales_with_load(hertz):
+    heavier = hertz.with_load(8 * LOAD)
+    assert heavier.contact_radius == pytest.approx(2 * hertz.contact_radius, rel=1e-14)
+    assert heavier.peak_pressure == pytest.approx(2 * hertz.peak_pressure, rel=1e-14)
+
+
+def test_fields_keep_the_shape_of_their_argument(hertz):
+    r = np.linspace(0.0, 2 * hertz.contact_radius, 12).reshape(3, 4)
+    slip, limit = partial_slip(hertz, 0.8), theory.LimitingState(hertz, 0.8)
+    fields = (
+        hertz.pressure,
+        hertz.gap,
+        slip.shear_traction,
+        slip.slip,
+        limit.pressure,
+        limit.wear_depth,
+        limit.worn_shape,
+    )
+    for field in fields:
+        assert field(r).shape == r.shape
+        np.testing.assert_array_equal(field(r)[1, 2], field(r[1, 2]))
+
+
+@pytest.mark.parametrize("named", ["radius", "load", "composite_modulus"])
+def test_hertz_refuses_what_is_not_positive(named):
+    valid = {"radius": 1.0, "load": 1.0, "composite_modulus": 1.0}
+    for value in (0.0, -1.0, math.nan, math.inf):
+        with pytest.raises(ValueError, match=named):
+            theory.HertzContact(**(valid | {named: value}))
+
+
+@pytest.mark.parametrize("ratio", RATIOS)
+def test_shear_traction_carries_the_tangential_load(hertz, ratio):
+    slip = partial_slip(hertz, ratio)
+    c = slip.stick_radius
+    carried = area_integral(slip.shear_traction, 0.0, c)
+    carried += area_integral(slip.shear_traction, c, hertz.contact_radius)
+    assert carried == pytest.approx(slip.tangential_load, rel=1e-7)
+
+
+@pytest.mark.parametrize("ratio", RATIOS)
+def test_shear_traction_reaches_friction_in_the_slip_zone_only(hertz, ratio):
+    slip = partial_slip(hertz, ratio)
+    c, a = slip.stick_radius, hertz.contact_radius
+    annulus, disc = np.linspace(c, a, 20), np.linspace(0.0, 0.999 * c, 20)
+    np.testing.assert_allclose(
+        slip.shear_traction(annulus), FRICTION * hertz.pressure(annulus), rtol=1e-14
+    )
+    assert np.all(slip.shear_traction(disc) < FRICTION * hertz.pressure(disc))
+    assert np.all(slip.slip(disc) == 0.0)
+    assert np.all(slip.slip(annulus[1:]) > 0.0)
+
+
+@pytest.mark.parametrize("ratio", RATIOS)
+def test_dissipated_energy_is_the_work_of_friction_over_the_cycle(hertz, ratio):
+    slip = partial_slip(hertz, ratio)
+    work = area_integral(
+        lambda r: 4 * FRICTION * hertz.pressure(r) * slip.slip(r),
+        slip.stick_radius,
+        hertz.contact_radius,
+    )
+    assert slip.dissipated_energy == pytest.approx(work, rel=1e-6)
+
+
+def test_dissipated_energy_series_joins_the_closed_form(hertz):
+    below, above = (partial_slip(hertz, 0.01 + step).dissipated_energy for step in (-1e-9, 1e-9))
+    assert above / below == pytest.approx(1 + 3 * 2e-9 / 0.01, abs=3e-8)
+
+
+def test_dissipated_energy_is_the_loop_of_force_and_displacement(hertz):
+    # unloading from +Q follows the virgin curve doubled: δ = δ(Q) - 2 δ((Q - q)/2), and the loop
+    # is symmetric about the origin
+    slip = partial_slip(hertz, 0.8)
+
+    def virgin(force: float) -> float:
+        return theory.CattaneoMindlin(hertz, FRICTION, force, slip.coupling).tangential_displacement
+
+    def unloading(force: float) -> float:
+        return virgin(slip.tangential_load) - 2 * virgin((slip.tangential_load - force) / 2)
+
+    area = 2 * integral(unloading, -slip.tangential_load, slip.tangential_load)
+    assert slip.dissipated_energy == pytest.approx(area, rel=1e-8)
+
+
+def test_no_tangential_load_sticks_everywhere(hertz):
+    slip = partial_slip(hertz, 0.0)
+    assert slip.stick_radius == pytest.approx(hertz.contact_radius, rel=1e-14)
+    assert slip.dissipated_energy == 0.0
+    assert slip.tangential_displacement == 0.0
+    limit = theory.LimitingState(hertz, 0.0)
+    assert limit.contact_radius == pytest.approx(hertz.contact_radius, rel=1e-14)
+    assert limit.central_pressure == pytest.approx(hertz.peak_pressure, rel=1e-12)
+
+
+@pytest.mark.parametrize("force", [-1.0, FRICTION * LOAD, 26.0, math.nan])
+def test_gross_sliding_is_refused(hertz, force):
+    with pytest.raises(ValueError, match="tangential_load"):
+        theory.CattaneoMindlin(hertz, FRICTION, force, 1.2)
+    with pytest.raises(ValueError, match="load_ratio"):
+        theory.LimitingState(hertz, force / (FRICTION * LOAD))
+
+
+@pytest.mark.parametrize(
+    ("ratio", "stick", "approach", "central", "contact", "deepest", "volume"),
+    [
+        (0.2, 0.9283, 1.0054, 1.0057, 1.0395, 0.0172, 0.0081),
+        (0.5, 0.7937, 1.0499, 1.0583, 1.1361, 0.0945, 0.1322),
+        (0.9, 0.4642, 1.5081, 1.8566, 1.5710, 0.6237, 2.7791),
+    ],
+)
+def test_limiting_state_to_four_digits(
+    hertz, ratio, stick, approach, central, contact, deepest, volume
+):
+    limit = theory.LimitingState(hertz, ratio)
+    a = hertz.contact_radius
+    found = (
+        limit.stick_radius / a,
+        limit.approach / hertz.approach,
+        limit.central_pressure / hertz.peak_pressure,
+        limit.contact_radius / a,
+        limit.deepest_wear / hertz.approach,
+        limit.wear_volume / (a**4 / RADIUS),
+    )
+    expected = (stick, approach, central, contact, deepest, volume)
+    np.testing.assert_allclose(found, expected, atol=0.51e-4)
+
+
+@pytest.mark.parametrize("ratio", RATIOS)
+def test_limiting_pressure_carries_the_load_on_the_stick_zone(hertz, ratio):
+    limit = theory.LimitingState(hertz, ratio)
+    c = limit.stick_radius
+    # √(1 - r²/c²) as the variable takes the infinite pressure at the rim out of the integrand
+    carried = integral(
+        lambda w: 2 * math.pi * c**2 * w * float(limit.pressure(c * math.sqrt(1 - w * w))), 0.0, 1.0
+    )
+    assert carried == pytest.approx(LOAD, rel=1e-8)
+    assert np.all(limit.pressure(np.linspace(1.0001 * c, 2 * c, 9)) == 0.0)
+    assert float(limit.pressure(0.0)) == pytest.approx(limit.central_pressure, rel=1e-12)
+
+
+@pytest.mark.parametrize("ratio", RATIOS)
+def test_limiting_worn_shape_is_the_deformed_half_space(hertz, ratio):
+    limit = theory.LimitingState(hertz, ratio)
+    c, edge = limit.stick_radius, limit.contact_radius
+    for r in c + (edge - c) * np.array([0.05, 0.5, 0.95]):
+        moved = displacement(limit.pressure, c, hertz.composite_modulus, r)
+        shape = float(limit.worn_shape(r))
+        assert shape == pytest.approx(limit.approach - moved, abs=3e-7 * hertz.approach)
+
+
+@pytest.mark.parametrize("ratio", RATIOS)
+def test_limiting_wear_volume_is_the_integral_of_the_depth(hertz, ratio):
+    limit = theory.LimitingState(hertz, ratio)
+    volume = area_integral(limit.wear_depth, limit.stick_radius, limit.contact_radius)
+    assert limit.wear_volume == pytest.approx(volume, rel=1e-6)
+
+
+@pytest.mark.parametrize("ratio", RATIOS)
+def test_limiting_deepest_wear_is_the_largest_depth(hertz, ratio):
+    limit = theory.LimitingState(hertz, ratio)
+    c, edge = limit.stick_radius, limit.contact_radius
+    depth = limit.wear_depth(np.linspace(c, edge, 20001))
+    assert depth.max() <= limit.deepest_wear * (1 + 1e-12)
+    assert depth.max() == pytest.approx(limit.deepest_wear, rel=1e-4)
+    assert depth[0] == 0.0
+    assert depth[-1] == pytest.approx(0.0, abs=1e-10 * limit.deepest_wear)
+    assert np.all(limit.wear_depth(np.array([0.0, 0.5 * c, 1.001 * edge, 3 * edge])) == 0.0)
