@@ -125,3 +125,9 @@ SCALARS: tuple[Variable, ...] = (
 
 ERROR_ESTIMATE = Variable("error_estimate", "1", "estimated relative error of the step")
 CONVOLUTIONS = Variable("convolutions", "1", "convolutions spent on the step", dtype="int32")
+
+CASE_DIMS: dict[str, tuple[str, ...]] = {
+    **{coordinate.name: (coordinate.name,) for coordinate in (CYCLE, X, Y)},
+    **{scalar.name: DOMAIN_DIMS[:1] for scalar in SCALARS},
+    **{field.name: DOMAIN_DIMS for field in FIELDS},
+}
