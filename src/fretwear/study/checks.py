@@ -1,0 +1,228 @@
+"""Rules that tie several parameters of a case together.
+
+Each rule names the parameters it needs, so that the rules whose parameters are sound can be
+tried while others are still wrong: a study file gets all of its problems in one go.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from fretwear.study.quantities import FORCE, LENGTH, PRESSURE, format_quantity
+from fretwear.study.spacing import LEAST_CELLS_PER_WAVELENGTH, coarsest_for_contact
+
+if TYPE_CHECKING:
+    from fretwear.study.case import Case
+
+TANGENTIAL = ("tangential_ratio", "tangential_load")
+
+GREATEST_CONTACT = 0.2
+"""Largest contact radius in units of R: there the paraboloid r²/2R, which stands for the sphere
+in a half-space theory, is 1 % off the sphere, as much as the default tolerance allows."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A rule that a case breaks.
+
+    Attributes
+    ----------
+    subject : str
+        Name of the parameter to blame.
+    value : str
+        What it is.
+    rule : str
+        What is wrong, as a sentence that continues "subject: value".
+    hint : str
+        What to do, or an empty string.
+    """
+
+    subject: str
+    value: str
+    rule: str
+    hint: str = ""
+
+    def sentence(self) -> str:
+        """Everything in one line."""
+        text = f"{self.subject} = {self.value} {self.rule}"
+        return f"{text}; {self.hint}" if self.hint else text
+
+
+@dataclass(frozen=True)
+class Check:
+    """A rule and the parameters it needs (``tangential`` stands for either of the two)."""
+
+    needs: frozenset[str]
+    find: Callable[[Case], Finding | None]
+
+
+def exactly_one_tangential(given: Iterable[str]) -> Finding | None:
+    """Find whether both or neither of `tangential_ratio` and `tangential_load` are given."""
+    names = [name for name in TANGENTIAL if name in set(given)]
+    if len(names) == 1:
+        return None
+    if names:
+        return Finding(
+            TANGENTIAL[1],
+            "given",
+            "is one too many: tangential_ratio, Q/(µP), is given as well",
+            "give exactly one of the two",
+        )
+    return Finding(
+        TANGENTIAL[0],
+        "missing",
+        "and so is tangential_load",
+        "give exactly one of tangential_ratio: 0.8 (Q/(µP)) and tangential_load: 20 N",
+    )
+
+
+def _gross_sliding(case: Case) -> Finding | None:
+    """Q ≥ µP slides as a whole: no stick zone, outside of the model."""
+    if case.load_ratio < 1.0:
+        return None
+    limit = case.friction * case.load
+    limit_text = format_quantity(limit, FORCE)
+    if case.tangential_load is not None:
+        return Finding(
+            "tangential_load",
+            format_quantity(case.tangential_load, FORCE),
+            f"is gross sliding: Q must be less than µP = {limit_text}",
+            "lower tangential_load, or raise load or friction",
+        )
+    return Finding(
+        "tangential_ratio",
+        f"{case.tangential_ratio:.6g}",
+        f"is gross sliding: Q/(µP) must be less than 1 (µP = {limit_text})",
+        "partial slip needs a ratio between 0 and 1, such as 0.8",
+    )
+
+
+def _contact_small(case: Case) -> Finding | None:
+    """The half-space needs a contact much smaller than the sphere (`GREATEST_CONTACT`)."""
+    if case.hertz_radius <= GREATEST_CONTACT * case.radius:
+        return None
+    greatest = case.load * (GREATEST_CONTACT * case.radius / case.hertz_radius) ** 3
+    return Finding(
+        "load",
+        format_quantity(case.load, FORCE),
+        f"is too much for this sphere: the contact radius "
+        f"{format_quantity(case.hertz_radius, LENGTH, 3)} is more than {GREATEST_CONTACT:g} of "
+        f"the radius {format_quantity(case.radius, LENGTH)}, beyond half-space theory",
+        f"up to {format_quantity(greatest, FORCE, 3)} would do",
+    )
+
+
+def _plastic_limit_carries_load(case: Case) -> Finding | None:
+    """The capped pressure must carry P on a contact that half-space theory can describe.
+
+    Neither elastic wear nor the cap itself bounds the contact: where the pressure is at the
+    limit the sphere sinks, and a softer body just ends with a larger contact.  What ends the
+    growth is the theory.  A contact of radius r carries at most p_lim·πr², so carrying P takes
+    a radius of at least √(P/(π p_lim)), which must not exceed `GREATEST_CONTACT`·R.  Wear
+    without plastic flow stays far below: for Q/(µP) up to 0.99 the contact never grows to
+    three times the Hertz radius, which has its own rule.
+    """
+    largest = GREATEST_CONTACT * case.radius
+    least_limit = case.load / (math.pi * largest**2)
+    if case.plastic_limit >= least_limit:
+        return None
+    return Finding(
+        "plastic_limit",
+        format_quantity(case.plastic_limit, PRESSURE),
+        f"is too low to carry the load {format_quantity(case.load, FORCE)} on any contact the "
+        f"run could reach: at most {format_quantity(largest, LENGTH, 3)} in radius "
+        f"({GREATEST_CONTACT:g} of the sphere's, where half-space theory ends)",
+        f"it must be at least {format_quantity(1.005 * least_limit, PRESSURE, 3)}; "
+        "a hardness is some thousand MPa",
+    )
+
+
+def _cell_resolves_roughness(case: Case) -> Finding | None:
+    """A wave needs `LEAST_CELLS_PER_WAVELENGTH` cells, or it is another surface."""
+    if case.cell is None or case.roughness is None:
+        return None
+    waves = (case.roughness.wavelength_x, case.roughness.wavelength_y)
+    fine = [wave / LEAST_CELLS_PER_WAVELENGTH for wave in waves]
+    wrong = [
+        f"the wave along {axis} is {format_quantity(wave, LENGTH, 3)} long"
+        for axis, wave, cell, limit in zip("xy", waves, case.cell, fine, strict=True)
+        if cell > limit * (1.0 + 1e-9)
+    ]
+    if not wrong:
+        return None
+    pair = ", ".join(
+        _just_below(min(cell, limit)) for cell, limit in zip(case.cell, fine, strict=True)
+    )
+    return Finding(
+        "cell",
+        _cell_text(case.cell),
+        f"is too coarse for the roughness: {' and '.join(wrong)} and needs at least "
+        f"{LEAST_CELLS_PER_WAVELENGTH} cells",
+        f"[{pair}] or finer would be fine, or leave cell out",
+    )
+
+
+def _cell_resolves_contact(case: Case) -> Finding | None:
+    """Contact, stick zone and slip annulus must be wider than the cells they are seen with."""
+    if case.cell is None or case.load_ratio >= 1.0:
+        return None
+    limit = coarsest_for_contact(case)
+    if max(case.cell) <= limit * (1.0 + 1e-9):
+        return None
+    pair = ", ".join(_just_below(min(cell, limit)) for cell in case.cell)
+    return Finding(
+        "cell",
+        _cell_text(case.cell),
+        f"is too coarse for the contact: radius {format_quantity(case.hertz_radius, LENGTH, 3)}, "
+        f"stick zone {format_quantity(case.stick_radius, LENGTH, 3)}",
+        f"[{pair}] would just do, or leave cell out",
+    )
+
+
+def _snapshots_within_run(case: Case) -> Finding | None:
+    """Snapshots lie between cycle 0 and the last."""
+    beyond = [cycle for cycle in case.output_cycles if cycle > case.cycles]
+    if not beyond:
+        return None
+    return Finding(
+        "output_cycles",
+        ", ".join(str(cycle) for cycle in beyond),
+        f"is beyond the last cycle, {case.cycles}",
+        f"give cycles from 0 to {case.cycles}, or raise cycles",
+    )
+
+
+def _cell_text(cell: tuple[float, float]) -> str:
+    return f"[{', '.join(format_quantity(spacing, LENGTH) for spacing in cell)}]"
+
+
+def _just_below(length: float) -> str:
+    digits = math.floor(math.log10(length)) - 2
+    return format_quantity(math.floor(length / 10.0**digits * (1 + 1e-9)) * 10.0**digits, LENGTH)
+
+
+_SPHERE = frozenset({"radius", "youngs_modulus", "poisson_ratio", "load"})
+
+CHECKS = (
+    Check(frozenset({"load", "friction", "tangential"}), _gross_sliding),
+    Check(_SPHERE, _contact_small),
+    Check(frozenset({"radius", "load", "plastic_limit"}), _plastic_limit_carries_load),
+    Check(frozenset({"cell", "roughness"}), _cell_resolves_roughness),
+    Check(_SPHERE | {"cell", "friction", "tangential"}, _cell_resolves_contact),
+    Check(frozenset({"cycles", "output_cycles"}), _snapshots_within_run),
+)
+
+
+def findings(case: Case) -> list[Finding]:
+    """Return every rule that a case with sound single values breaks."""
+    given = [name for name in TANGENTIAL if getattr(case, name) is not None]
+    tangential = exactly_one_tangential(given)
+    if tangential is not None:
+        checks = [check for check in CHECKS if "tangential" not in check.needs]
+    else:
+        checks = list(CHECKS)
+    found = [tangential, *(check.find(case) for check in checks)]
+    return [finding for finding in found if finding is not None]
