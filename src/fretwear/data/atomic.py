@@ -8,7 +8,7 @@ import secrets
 import socket
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from fretwear.data.errors import write_error
@@ -35,7 +35,7 @@ def atomic_path(path: Path) -> Iterator[Path]:
     Yields
     ------
     pathlib.Path
-        Where to write; nothing exists there yet.
+        Where to write: an empty file.
 
     Raises
     ------
@@ -46,12 +46,17 @@ def atomic_path(path: Path) -> Iterator[Path]:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         remove_stale_temporaries(path)
+        # The netCDF library calls every failure to make a file a lack of permission.
+        temporary.touch(exist_ok=False)
+    except OSError as cause:
+        raise write_error(path, cause) from cause
+    try:
         yield temporary
         _flush(temporary)
         temporary.replace(path)
         _flush(path.parent)
     except (OSError, RuntimeError) as cause:
-        # Asking how full the disk is has to come first: removing the file gives the space back.
+        # Removing the file gives the space back that says whether the disk was full.
         error = write_error(path, cause)
         _remove(temporary)
         raise error from cause
@@ -125,7 +130,9 @@ def _flush(path: Path) -> None:
 
 
 def _remove(path: Path) -> None:
-    try:
-        path.unlink(missing_ok=True)
-    except OSError:
-        return
+    # After a failure HDF5 keeps the file open until the process ends, which would hold the space
+    # of a file that is removed but not emptied.
+    with suppress(OSError):
+        os.truncate(path, 0)
+    with suppress(OSError):
+        path.unlink()

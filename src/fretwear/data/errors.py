@@ -56,8 +56,7 @@ def write_error(path: Path, cause: OSError | RuntimeError) -> DataFileError:
         To be raised from `cause`.
     """
     number = cause.errno if isinstance(cause, OSError) else None
-    free = _free_bytes(path.parent)
-    if number in _FULL or (free is not None and free < _NEARLY_FULL):
+    if number in _FULL or _is_full(path.parent):
         return DataFileError(
             path,
             "not written, because the disk (or the quota on it) is full",
@@ -79,12 +78,14 @@ def write_error(path: Path, cause: OSError | RuntimeError) -> DataFileError:
     return DataFileError(
         path,
         f"not written: {cause}",
-        "Check the disk that holds the folder, then run the same command again",
+        "Check the free space, the quota and the disk of the folder, then run the same command "
+        "again",
     )
 
 
-def _free_bytes(folder: Path) -> int | None:
+def _is_full(folder: Path) -> bool:
     try:
-        return shutil.disk_usage(folder).free
+        usage = shutil.disk_usage(folder)
     except OSError:
-        return None
+        return False
+    return usage.total > 0 and usage.free < _NEARLY_FULL
