@@ -1,0 +1,201 @@
+"""Lay out the points of a study, however many names it varies, in panels that can be read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import product
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Value = Any
+"""A value of a parameter: a float, or a string such as a slip model's name."""
+
+MOST_ROWS, MOST_PANELS_ACROSS, MOST_STYLES, MOST_COLORS = 5, 4, 4, 24
+_BOOKKEEPING = {"case_id", "point", "status", "id"}
+_PREFERRED_STYLE = ("plastic_limit", "slip_model")
+_PREFERRED_COLOR = ("roughness_amplitude",)
+
+
+@dataclass(frozen=True)
+class Line:
+    """One point of a study: its place, its varied values and one quantity over the cycles."""
+
+    point: Mapping[str, int]
+    values: Mapping[str, Value]
+    cycles: Array
+    quantity: Array
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Which varied names make rows, panels across, colours and line styles of a figure.
+
+    Parameters
+    ----------
+    rows, across : tuple of str
+        Names whose combinations make the rows, and the panels of a row.
+    color, style : str or None
+        Name told by colour, and by line style.
+    levels : mapping of str to tuple
+        The values of each name that the figure shows, in the study's order.
+    thinned : mapping of str to int
+        How many values a name has, for names of which only some are shown.
+    """
+
+    rows: tuple[str, ...] = ()
+    across: tuple[str, ...] = ()
+    color: str | None = None
+    style: str | None = None
+    levels: Mapping[str, tuple[Value, ...]] = field(default_factory=dict)
+    thinned: Mapping[str, int] = field(default_factory=dict)
+
+    def row_values(self) -> list[dict[str, Value]]:
+        """Return the values that each row stands for."""
+        return _combinations(self.rows, self.levels)
+
+    def across_values(self) -> list[dict[str, Value]]:
+        """Return the values that each panel of a row stands for."""
+        return _combinations(self.across, self.levels)
+
+    def index(self, name: str | None, line: Line) -> int:
+        """Return the place of a line's value among those shown of `name`, 0 for no name."""
+        return 0 if name is None else self.levels[name].index(line.values[name])
+
+
+def study_lines(summary: xr.Dataset, variable: str) -> list[Line]:
+    """Return one line per finished point of a merged study.
+
+    Parameters
+    ----------
+    summary : xarray.Dataset
+        A merged study (varied names, then ``cycle``; or ``point``, ``cycle``), the dataset of one
+        case, or the history of one case (``step``, with ``cycle`` a variable).
+    variable : str
+        A quantity that depends on the cycle, such as ``wear_volume``.
+
+    Raises
+    ------
+    ValueError
+        When the dataset lacks the quantity.
+    """
+    if variable not in summary:
+        raise ValueError(f"The dataset has no variable {variable!r}.")
+    along = "step" if "step" in summary[variable].dims else "cycle"
+    table = summary[variable].transpose(..., along)
+    dims = [str(dim) for dim in table.dims[:-1]]
+    cycles = summary["cycle"].values.astype(np.float64)
+    lines = []
+    for index in np.ndindex(*table.shape[:-1]):
+        quantity = table.values[index].astype(np.float64)
+        if np.isfinite(quantity).any():
+            point = dict(zip(dims, index, strict=True))
+            lines.append(Line(point, _values_at(summary, point), cycles, quantity))
+    return lines
+
+
+def choose_layout(lines: Sequence[Line]) -> Layout:
+    """Choose panels, colours and line styles for the names that the lines vary.
+
+    Colour tells the roughness amplitude or, if that is fixed, the name with most values; the line
+    style the plastic limit or another name with few values; the remaining names make panels. Of a
+    name with more values than can be shown, some are left out, evenly.
+    """
+    levels = _levels(lines)
+    names = [name for name, values in levels.items() if len(values) > 1]
+    style = _style_name(names, levels)
+    rest = [name for name in names if name != style]
+    color = _color_name(rest, levels)
+    facets = [name for name in rest if name != color and not _follows(name, color, lines)]
+    rows, across = (tuple(facets[:1]), tuple(facets[1:2])) if len(facets) > 1 else ((), facets)
+    kept = _thinned(levels, rows, across, color)
+    extra = {name: (levels[name][-1],) for name in facets[2:]}
+    shown = {**levels, **kept, **extra}
+    missing = {n: len(levels[n]) for n in levels if len(shown[n]) < len(levels[n])}
+    return Layout(tuple(rows), tuple(across), color, style, shown, missing)
+
+
+def shown_lines(lines: Sequence[Line], layout: Layout) -> list[Line]:
+    """Return the lines all of whose values the layout shows."""
+    encoded = {*layout.rows, *layout.across, layout.color, layout.style, *layout.thinned} - {None}
+    return [
+        line
+        for line in lines
+        if all(line.values[name] in layout.levels[name] for name in encoded if name is not None)
+    ]
+
+
+def _values_at(summary: xr.Dataset, index: Mapping[str, int]) -> dict[str, Value]:
+    values = {}
+    for name, coordinate in summary.coords.items():
+        dims = coordinate.dims
+        if name in _BOOKKEEPING or not dims or not set(dims) <= set(index):
+            continue
+        value = coordinate.values[tuple(index[str(dim)] for dim in dims)]
+        values[str(name)] = str(value) if coordinate.dtype.kind in "OUS" else float(value)
+    return values
+
+
+def _levels(lines: Sequence[Line]) -> dict[str, tuple[Value, ...]]:
+    levels: dict[str, dict[Value, None]] = {}
+    for line in lines:
+        for name, value in line.values.items():
+            levels.setdefault(name, {})[value] = None
+    return {name: tuple(values) for name, values in levels.items()}
+
+
+def _style_name(names: Sequence[str], levels: Mapping[str, tuple[Value, ...]]) -> str | None:
+    if len(names) < 2:
+        return None
+    few = [name for name in names if len(levels[name]) <= MOST_STYLES]
+    preferred = [name for name in _PREFERRED_STYLE if name in few]
+    if preferred:
+        return preferred[0]
+    others = [name for name in few if name not in _PREFERRED_COLOR]
+    return min(others, key=lambda name: len(levels[name]), default=None)
+
+
+def _color_name(names: Sequence[str], levels: Mapping[str, tuple[Value, ...]]) -> str | None:
+    preferred = [name for name in _PREFERRED_COLOR if name in names]
+    return preferred[0] if preferred else max(names, key=lambda n: len(levels[n]), default=None)
+
+
+def _follows(name: str, color: str | None, lines: Sequence[Line]) -> bool:
+    """Whether the colour already tells the value of `name`, as in paired lists."""
+    if color is None:
+        return False
+    pairs = {(line.values[color], line.values[name]) for line in lines}
+    return len(pairs) == len({first for first, _ in pairs})
+
+
+def _thinned(
+    levels: Mapping[str, tuple[Value, ...]],
+    rows: Sequence[str],
+    across: Sequence[str],
+    color: str | None,
+) -> dict[str, tuple[Value, ...]]:
+    limits = dict.fromkeys(rows, MOST_ROWS) | dict.fromkeys(across, MOST_PANELS_ACROSS)
+    if not rows:
+        limits |= dict.fromkeys(across, MOST_ROWS * MOST_PANELS_ACROSS)
+    if color is not None:
+        limits[color] = MOST_COLORS
+    return {name: _evenly(levels[name], most) for name, most in limits.items()}
+
+
+def _evenly(values: tuple[Value, ...], most: int) -> tuple[Value, ...]:
+    if len(values) <= most:
+        return values
+    picks = np.unique(np.linspace(0, len(values) - 1, most).round().astype(int))
+    return tuple(values[index] for index in picks)
+
+
+def _combinations(
+    names: Sequence[str], levels: Mapping[str, tuple[Value, ...]]
+) -> list[dict[str, Value]]:
+    return [
+        dict(zip(names, values, strict=True)) for values in product(*(levels[n] for n in names))
+    ]

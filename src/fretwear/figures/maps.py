@@ -1,0 +1,212 @@
+"""Maps over the contact, seen along the load."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
+from matplotlib.lines import Line2D
+from matplotlib.typing import LineStyleType
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
+
+from fretwear.figures.panels import label_outer, make_panels
+from fretwear.figures.style import Columns, JournalFigure, styled
+from fretwear.figures.wording import MICROMETRE, Unit, readable_unit
+
+Array = NDArray[np.float64]
+Scalar = TypeVar("Scalar", bound=np.generic)
+
+_SLIP, _STICK = 1, 2
+_BEYOND_CONTACT = 1.06
+_SHALLOW = 0.01
+_CONTACT_LINE: LineStyleType = "-"
+_STICK_LINE: LineStyleType = (0, (3, 1.5))
+
+
+@dataclass(frozen=True)
+class WearMap:
+    """The final scar on the whole contact.
+
+    Parameters
+    ----------
+    x, y : array of shape (nx,), (ny,)
+        Cell centres in m, from −L to L.
+    depth : array of shape (nx, ny)
+        Wear depth in m.
+    contact_edge, stick_edge : array of shape (k, 2)
+        Closed outlines in m, empty when there is no such zone.
+    cycle : int
+        The cycle shown.
+    """
+
+    x: Array
+    y: Array
+    depth: Array
+    contact_edge: Array
+    stick_edge: Array
+    cycle: int
+
+    @property
+    def reach(self) -> float:
+        """Half-length in m of a square that shows contact and scar."""
+        worn = self.depth > _SHALLOW * self.depth.max()
+        scar = [np.abs(self.x[worn.any(axis=1)]), np.abs(self.y[worn.any(axis=0)])]
+        edges = np.concatenate([*scar, np.abs(self.contact_edge).ravel()])
+        return float(edges.max(initial=0.0)) * _BEYOND_CONTACT or float(self.x[-1])
+
+
+@styled
+def wear_map(dataset: xr.Dataset, cycle: int | None = None, *, columns: Columns = 1) -> Figure:
+    """Draw the wear depth over the whole contact with the edges of contact and stick zone.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        One case, quarter or whole.
+    cycle : int, optional
+        Snapshot to draw; the last one if left out.
+    columns : {1, 2}
+        Journal columns that the figure spans.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Wear depth over x and y in µm. The edges are convex outlines of the cells in the zone:
+        on a rough surface they go around its asperities.
+
+    Raises
+    ------
+    ValueError
+        When there is no snapshot at `cycle`.
+    """
+    scar = take_wear_map(dataset, cycle)
+    unit = readable_unit(scar.depth, "m")
+    figure = JournalFigure(columns, 76.0 if columns == 1 else 140.0)
+    axes = figure.subplots()
+    image = draw_wear_map(axes, scar, unit, float(unit.of(scar.depth).max()))
+    _add_scale(figure, [axes], image, unit)
+    _add_edge_key(figure)
+    return figure
+
+
+@styled
+def compare_wear_maps(cases: Mapping[str, xr.Dataset], *, columns: Columns = 2) -> Figure:
+    """Draw final wear maps of several cases in panels with one scale of depth.
+
+    Parameters
+    ----------
+    cases : mapping of str to xarray.Dataset
+        The cases by the title of their panel.
+    columns : {1, 2}
+        Journal columns that the figure spans.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        One panel per case; otherwise as `wear_map`.
+    """
+    if not cases:
+        raise ValueError("There is no case to draw.")
+    scars = {title: take_wear_map(case, None) for title, case in cases.items()}
+    deepest = max(float(scar.depth.max()) for scar in scars.values())
+    unit = readable_unit(deepest, "m")
+    across = min(len(scars), columns)
+    down = -(-len(scars) // across)
+    width = (190.0 if columns == 2 else 90.0) - 34.0
+    figure = JournalFigure(columns, 20.0 + down * (width / across + 6.0))
+    panels = make_panels(figure, len(scars), across, "all")
+    for axes, (title, scar) in zip(panels, scars.items(), strict=True):
+        image = draw_wear_map(axes, scar, unit, unit.of(deepest).item())
+        axes.set_title(title)
+    label_outer(panels, across)
+    _add_scale(figure, panels, image, unit)
+    _add_edge_key(figure)
+    return figure
+
+
+def take_wear_map(dataset: xr.Dataset, cycle: int | None) -> WearMap:
+    """Take the scar of one case, mirrored to the whole contact when a quarter is stored."""
+    available = [int(value) for value in dataset["cycle"].values]
+    shown = available[-1] if cycle is None else cycle
+    if shown not in available:
+        raise ValueError(
+            f"cycle = {cycle}: there is no such snapshot; this dataset has {available}."
+        )
+    state = dataset.sel(cycle=shown)[["wear_depth", "contact_state"]].transpose("x", "y")
+    x, y = (state[name].values.astype(np.float64) for name in ("x", "y"))
+    depth = state["wear_depth"].values.astype(np.float64)
+    zone = state["contact_state"].values
+    if float(x[0]) > 0.0:
+        x, depth, zone = _mirrored(x), _unfolded(depth, 0), _unfolded(zone, 0)
+    if float(y[0]) > 0.0:
+        y, depth, zone = _mirrored(y), _unfolded(depth, 1), _unfolded(zone, 1)
+    contact, stick = _outline(x, y, zone >= _SLIP), _outline(x, y, zone == _STICK)
+    return WearMap(x, y, depth, contact, stick, shown)
+
+
+def draw_wear_map(axes: Axes, scar: WearMap, unit: Unit, deepest: float) -> AxesImage:
+    """Draw a scar into axes; `deepest` in `unit` is the end of the colour scale."""
+    x, y = MICROMETRE.of(scar.x), MICROMETRE.of(scar.y)
+    half_x, half_y = 0.5 * (x[1] - x[0]), 0.5 * (y[1] - y[0])
+    image = axes.imshow(
+        unit.of(scar.depth).T,
+        origin="lower",
+        extent=(x[0] - half_x, x[-1] + half_x, y[0] - half_y, y[-1] + half_y),
+        vmin=0.0,
+        vmax=deepest or 1.0,
+        interpolation="antialiased",
+        aspect="equal",
+    )
+    for outline, style in ((scar.contact_edge, _CONTACT_LINE), (scar.stick_edge, _STICK_LINE)):
+        axes.plot(*MICROMETRE.of(outline).T, color="white", linewidth=1.0, linestyle=style)
+    reach = float(MICROMETRE.of(scar.reach))
+    axes.set_facecolor(image.get_cmap()(0.0))
+    axes.set_xlim(-reach, reach)
+    axes.set_ylim(-reach, reach)
+    axes.set_xlabel("x (µm), direction of slip")
+    axes.set_ylabel("y (µm)")
+    return image
+
+
+def _mirrored(centres: Array) -> Array:
+    return np.concatenate([-centres[::-1], centres])
+
+
+def _unfolded(values: NDArray[Scalar], axis: int) -> NDArray[Scalar]:
+    return np.concatenate([np.flip(values, axis), values], axis)
+
+
+def _outline(x: Array, y: Array, inside: NDArray[np.bool_]) -> Array:
+    """Return the convex outline of the cells in a zone, closed."""
+    columns, rows = np.nonzero(inside)
+    if not columns.size:
+        return np.empty((0, 2))
+    half_x, half_y = 0.5 * (x[1] - x[0]), 0.5 * (y[1] - y[0])
+    centres = np.column_stack([x[columns], y[rows]])
+    signs = np.array([(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)])
+    points: Array = np.concatenate([centres + sign * (half_x, half_y) for sign in signs])
+    around = ConvexHull(points).vertices
+    outline: Array = points[[*around, around[0]]]
+    return outline
+
+
+def _add_scale(figure: Figure, axes: list[Axes], image: AxesImage, unit: Unit) -> None:
+    bar = figure.colorbar(image, ax=axes, aspect=30, fraction=0.05, pad=0.02)
+    bar.set_label(f"Wear depth ({unit.name})")
+    bar.outline.set_visible(False)
+
+
+def _add_edge_key(figure: Figure) -> None:
+    edges = ((_CONTACT_LINE, "edge of contact"), (_STICK_LINE, "edge of stick zone"))
+    handles = [
+        Line2D([], [], label=label, linestyle=style, linewidth=1.2, color="#333333")
+        for style, label in edges
+    ]
+    figure.legend(handles=handles, loc="outside upper left", ncols=2)

@@ -1,0 +1,93 @@
+"""One case at a glance."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from fretwear.figures.cycle_axis import set_cycle_axis
+from fretwear.figures.direct_labels import Curve, label_curves
+from fretwear.figures.half_profile import half_profiles, representative_cycles
+from fretwear.figures.maps import draw_wear_map, take_wear_map
+from fretwear.figures.profile_kinds import GAP, PRESSURE, SHEAR, WEAR
+from fretwear.figures.profiles import draw_profiles
+from fretwear.figures.style import (
+    CATEGORICAL,
+    INK,
+    JournalFigure,
+    sequential_colours,
+    styled,
+)
+from fretwear.figures.wording import MICROMETRE, cycle_number, readable_unit, symbol_text
+
+_HEADLINE = ("load", "tangential_ratio", "friction", "roughness_amplitude", "plastic_limit")
+
+
+@styled
+def overview(dataset: xr.Dataset, history: xr.Dataset | None = None) -> Figure:
+    """Draw pressure, shear, gap and wear along x, a map of the scar and the zones over cycles.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        One case, quarter or whole.
+    history : xarray.Dataset, optional
+        The case's dense history; without it the snapshots show how the zones change.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Six panels over two journal columns.
+    """
+    cycles = representative_cycles(dataset)
+    figure = JournalFigure(2, 126.0)
+    grid = figure.subplots(2, 3, width_ratios=(1.0, 1.0, 1.08))
+    for axes, kind in zip(grid[:, :2].flat, (PRESSURE, SHEAR, GAP, WEAR), strict=True):
+        draw_profiles(axes, half_profiles(dataset, kind.variable, cycles), kind)
+        axes.set_title(kind.label)
+    _draw_map(figure, grid[0, 2], dataset)
+    _draw_zones(grid[1, 2], dataset if history is None else history)
+    figure.suptitle(_headline(dataset), fontsize=8, x=0.005, ha="left")
+    handles = [Line2D([], [], color="none", label="cycle")]
+    for cycle, color in zip(cycles, sequential_colours(len(cycles)), strict=True):
+        handles.append(Line2D([], [], color=color, label=cycle_number(cycle)))
+    figure.legend(handles=handles, loc="outside lower left", ncols=len(handles), handlelength=1.4)
+    label_curves(grid[1, 2], _zone_curves(dataset if history is None else history))
+    return figure
+
+
+def _headline(dataset: xr.Dataset) -> str:
+    parts = [
+        symbol_text(name, dataset[name].values[()]) for name in _HEADLINE if name in dataset.coords
+    ]
+    return ", ".join(parts)
+
+
+def _draw_map(figure: Figure, axes: Axes, dataset: xr.Dataset) -> None:
+    scar = take_wear_map(dataset, None)
+    unit = readable_unit(scar.depth, "m")
+    image = draw_wear_map(axes, scar, unit, float(unit.of(scar.depth).max()))
+    axes.set_title(f"Wear depth ({unit.name}), cycle {cycle_number(scar.cycle)}")
+    bar = figure.colorbar(image, ax=axes, aspect=24, fraction=0.05, pad=0.02)
+    bar.outline.set_visible(False)
+
+
+def _zone_curves(history: xr.Dataset) -> list[Curve]:
+    cycles = history["cycle"].values.astype(np.float64)
+    return [
+        Curve(cycles, MICROMETRE.of(history[f"{zone}_half_width_x"].values), zone, color)
+        for zone, color in (("contact", CATEGORICAL[0]), ("stick", INK))
+    ]
+
+
+def _draw_zones(axes: Axes, history: xr.Dataset) -> None:
+    curves = _zone_curves(history)
+    for curve in curves:
+        axes.plot(curve.x, curve.y, color=curve.color, label=curve.label)
+    axes.set_ylim(0.0, 1.15 * max(float(np.nanmax(curve.y)) for curve in curves))
+    axes.set_ylabel("Half-width along x (µm)")
+    axes.set_title("Contact and stick zone")
+    set_cycle_axis(axes, curves[0].x)

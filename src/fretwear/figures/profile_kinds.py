@@ -1,0 +1,71 @@
+"""The kinds of profiles: quantity, label and unit, and how a rough one is made readable."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fretwear.figures.half_profile import peak_envelope, wave_mean
+from fretwear.figures.wording import MEGAPASCAL, MICROMETRE, Unit
+
+Array = NDArray[np.float64]
+
+_BEYOND_CONTACT = 1.12
+
+
+@dataclass(frozen=True)
+class ProfileKind:
+    """What one family of profiles shows, and how.
+
+    Parameters
+    ----------
+    variable : str
+        Name of the field.
+    label : str
+        What the y axis says, without the unit.
+    unit : Unit or None
+        Unit of the y axis; None chooses a length unit by the size of the values.
+    reach : float
+        Where the x axis ends, in contact half-widths.
+    downward : bool
+        Whether larger values are drawn lower, as the depth of a scar is.
+    envelope : callable
+        Turns a crowded rough profile into a readable one.
+    envelope_words : str
+        What a caption calls that.
+    """
+
+    variable: str
+    label: str
+    unit: Unit | None = MEGAPASCAL
+    reach: float = _BEYOND_CONTACT
+    downward: bool = False
+    envelope: Callable[[Array, Array, float], Array] = peak_envelope
+    envelope_words: str = "envelope through the peak of every wave"
+
+
+PRESSURE = ProfileKind("pressure", "Pressure")
+SHEAR = ProfileKind("shear_traction", "Shear traction")
+GAP = ProfileKind(
+    "gap", "Gap", MICROMETRE, 1.35, envelope=wave_mean, envelope_words="mean over one wavelength"
+)
+WEAR_RATE = ProfileKind("wear_rate", "Wear in one cycle", None)
+WEAR = ProfileKind(
+    "wear_depth",
+    "Wear depth",
+    MICROMETRE,
+    downward=True,
+    envelope=wave_mean,
+    envelope_words="mean over one wavelength",
+)
+
+PROFILE_KINDS = {
+    "pressure_profiles": PRESSURE,
+    "shear_profiles": SHEAR,
+    "gap_profiles": GAP,
+    "wear_rate_profiles": WEAR_RATE,
+    "wear_profiles": WEAR,
+}

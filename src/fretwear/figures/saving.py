@@ -1,0 +1,62 @@
+"""Save figures so that the same data always give the same bytes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from matplotlib.figure import Figure
+
+from fretwear.data.atomic import atomic_path
+from fretwear.figures.style import style_context
+
+_PNG_DPI = 200
+_METADATA: dict[str, dict[str, Any]] = {
+    ".svg": {"Date": None, "Creator": "fretwear"},
+    ".png": {"Software": None},
+    ".pdf": {"CreationDate": None, "Creator": "fretwear", "Producer": None},
+}
+
+
+def save_figure(
+    figure: Figure, stem: Path, formats: tuple[str, ...] = ("svg", "png")
+) -> list[Path]:
+    """Write a figure once per format; each file appears only when it is whole.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+        The figure.
+    stem : pathlib.Path
+        Folder and name of the files, without the ending.
+    formats : tuple of str
+        Endings, such as ``svg``, ``png`` (200 dots per inch) and ``pdf``.
+
+    Returns
+    -------
+    list of pathlib.Path
+        The files written. They carry no date, and their inner names follow from the content.
+    """
+    return [save_as(figure, stem.with_name(f"{stem.name}.{ending}")) for ending in formats]
+
+
+def save_as(figure: Figure, path: Path) -> Path:
+    """Write a figure to one file whose ending tells the format; see `save_figure`.
+
+    Raises
+    ------
+    ValueError
+        When matplotlib cannot write such a format.
+    """
+    ending = path.suffix.lower()
+    known = figure.canvas.get_supported_filetypes()
+    if ending.removeprefix(".") not in known:
+        raise ValueError(
+            f"{path.name}: {ending or 'no ending'} is no format for figures; "
+            "end the name in .png, .svg or .pdf."
+        )
+    with style_context(), atomic_path(path) as temporary:
+        figure.savefig(
+            temporary, format=ending.removeprefix("."), dpi=_PNG_DPI, metadata=_METADATA.get(ending)
+        )
+    return path

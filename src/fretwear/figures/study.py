@@ -1,0 +1,178 @@
+"""Which figures a study gets, with their captions."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import xarray as xr
+from matplotlib.figure import Figure
+
+from fretwear.data.atomic import write_text
+from fretwear.data.store import open_case
+from fretwear.figures.chosen import ChosenCases, choose_cases
+from fretwear.figures.grouping import Layout, choose_layout, study_lines
+from fretwear.figures.history import HISTORY_KINDS, HistoryKind, history
+from fretwear.figures.maps import compare_wear_maps
+from fretwear.figures.profile_kinds import PROFILE_KINDS, ProfileKind
+from fretwear.figures.profiles import compare_profiles
+from fretwear.figures.saving import save_figure
+from fretwear.figures.wording import parameter
+
+INDEX_NAME = "index.json"
+HISTORY_CATEGORY = "Over the cycles"
+PROFILE_CATEGORY = "Along the direction of slip"
+MAP_CATEGORY = "Over the contact"
+
+
+class StudyFigure(NamedTuple):
+    """A figure of a study: file name without ending, caption, category, and the figure."""
+
+    name: str
+    caption: str
+    category: str
+    figure: Figure
+
+
+@dataclass(frozen=True)
+class FigureEntry:
+    """What the index of a folder of figures tells of each."""
+
+    name: str
+    caption: str
+    category: str
+
+
+def study_figures(summary: xr.Dataset, cases: Path) -> Iterator[StudyFigure]:
+    """Yield the figures of a study.
+
+    Parameters
+    ----------
+    summary : xarray.Dataset
+        The merged study.
+    cases : pathlib.Path
+        Folder of its case files, ``<case id>.nc``.
+
+    Yields
+    ------
+    StudyFigure
+        First the quantities of all cases over the cycles, then profiles and wear maps of a few
+        chosen cases. A study of which no point is done has no figures.
+    """
+    if not study_lines(summary, "wear_volume"):
+        return
+    for name, kind in HISTORY_KINDS.items():
+        yield StudyFigure(
+            name, _history_caption(summary, kind), HISTORY_CATEGORY, history(summary, kind)
+        )
+    chosen = choose_cases(summary)
+    suffix = f"_by_{'_and_'.join(chosen.contrasts)}" if chosen.contrasts else ""
+    with ExitStack() as stack:
+        opened = {
+            title: stack.enter_context(open_case(cases / f"{case_id}.nc"))
+            for title, case_id in chosen.ids.items()
+        }
+        for name, profile in PROFILE_KINDS.items():
+            caption = _profile_caption(profile, chosen, opened)
+            figure = compare_profiles(opened, profile)
+            yield StudyFigure(f"{name}{suffix}", caption, PROFILE_CATEGORY, figure)
+        caption = _map_caption(chosen)
+        yield StudyFigure(f"wear_map{suffix}", caption, MAP_CATEGORY, compare_wear_maps(opened))
+
+
+def write_study_figures(summary: xr.Dataset, cases: Path, folder: Path) -> list[FigureEntry]:
+    """Write every figure of a study as SVG and PNG, and an index of their captions.
+
+    Parameters
+    ----------
+    summary, cases
+        As for `study_figures`.
+    folder : pathlib.Path
+        Where the files go; it is made if need be.
+
+    Returns
+    -------
+    list of FigureEntry
+        The figures written; ``index.json`` holds the same and appears last.
+    """
+    entries = []
+    for name, caption, category, figure in study_figures(summary, cases):
+        save_figure(figure, folder / name)
+        entries.append(FigureEntry(name, caption, category))
+    text = json.dumps([asdict(entry) for entry in entries], indent=1, ensure_ascii=False)
+    write_text(folder / INDEX_NAME, f"{text}\n")
+    return entries
+
+
+def read_figure_index(folder: Path) -> list[FigureEntry]:
+    """Return what `write_study_figures` has written to a folder, in the same order."""
+    text = (folder / INDEX_NAME).read_text(encoding="utf-8")
+    return [FigureEntry(**entry) for entry in json.loads(text)]
+
+
+def _history_caption(summary: xr.Dataset, kind: HistoryKind) -> str:
+    lines = study_lines(summary, kind.variable)
+    layout = choose_layout(lines)
+    points = summary["status"].size if "status" in summary else len(lines)
+    sentences = [
+        f"{kind.label} against the number of cycles, {_cases(len(lines), points)}.",
+        *_encoding(layout),
+        *(
+            f"Of {total} values of {parameter(name).words}, {len(layout.levels[name])} are shown."
+            for name, total in layout.thinned.items()
+        ),
+        "Marks are snapshots; the axis of cycles is logarithmic to the right of the break.",
+    ]
+    return " ".join(sentences)
+
+
+def _cases(done: int, points: int) -> str:
+    if points == 1:
+        return "one case"
+    return f"all {done} cases" if done == points else f"{done} of {points} cases, those done"
+
+
+def _encoding(layout: Layout) -> Iterator[str]:
+    if layout.rows or layout.across:
+        yield f"Panels: {_names([*layout.rows, *layout.across])}."
+    if layout.color:
+        yield f"Colour and mark: {parameter(layout.color).words}."
+    if layout.style:
+        yield f"Line and filling of the mark: {parameter(layout.style).words}."
+
+
+def _names(names: list[str]) -> str:
+    return " and ".join(parameter(name).words for name in names)
+
+
+def _profile_caption(
+    kind: ProfileKind, chosen: ChosenCases, cases: Mapping[str, xr.Dataset]
+) -> str:
+    rough = any(float(case.coords.get("roughness_amplitude", 0.0)) > 0.0 for case in cases.values())
+    sentences = [
+        f"{kind.label} along the direction of slip on the line nearest y = 0 at several cycles"
+        f"{_for_common(chosen)}.",
+        "Grey: stick zone at the last cycle.",
+    ]
+    if rough:
+        sentences.append(
+            f"Where waves crowd a profile, the thin line is the profile and the thick one its "
+            f"{kind.envelope_words}."
+        )
+    return " ".join(sentences)
+
+
+def _map_caption(chosen: ChosenCases) -> str:
+    return (
+        f"Wear depth of both bodies over the contact after the last cycle{_for_common(chosen)}. "
+        "The outlines of contact and stick zone are convex: on a rough surface they go around "
+        "its asperities."
+    )
+
+
+def _for_common(chosen: ChosenCases) -> str:
+    return f" ({chosen.common})" if chosen.common else ""
