@@ -188,7 +188,7 @@ class Case(BaseModel):
     @property
     def hertz_radius(self) -> float:
         """Contact radius a of the smooth elastic sphere in m: a³ = 3PR/(4E*)."""
-        return float((0.75 * self.load * self.radius / self.composite_modulus) ** (1.0 / 3.0))
+        return math.cbrt(0.75 * self.load * self.radius / self.composite_modulus)
 
     @property
     def hertz_pressure(self) -> float:
@@ -223,7 +223,7 @@ class Case(BaseModel):
     @property
     def stick_radius(self) -> float:
         """Stick radius c of the smooth elastic sphere in m: a (1 − X)^(1/3)."""
-        return float(self.hertz_radius * max(0.0, 1.0 - self.load_ratio) ** (1.0 / 3.0))
+        return self.hertz_radius * math.cbrt(max(0.0, 1.0 - self.load_ratio))
 
     @property
     def grid_spacing(self) -> tuple[float, float]:

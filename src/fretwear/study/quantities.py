@@ -110,13 +110,7 @@ COMPLIANCE = Dimension("an inverse pressure", "Pa-1", "7e-13 / Pa", ((1.0, "/ Pa
 ANGLE = Dimension("an angle", "rad", "5.7 deg", ((math.pi / 180.0, "deg"),))
 NUMBER = Dimension("a plain number", "1", "0.3")
 
-_SI_EXPRESSION = {
-    LENGTH: "m",
-    FORCE: "N",
-    PRESSURE: "Pa",
-    COMPLIANCE: "1/Pa",
-    ANGLE: "rad",
-}
+_SI_TEXT = {"m": "m", "N": "N", "Pa": "Pa", "Pa-1": "/ Pa", "rad": "rad"}
 
 
 @lru_cache(maxsize=1)
@@ -133,11 +127,15 @@ def _registry() -> pint.UnitRegistry[Any]:
 
 @lru_cache(maxsize=1)
 def _dimensionalities() -> dict[Any, Dimension]:
-    registry = _registry()
+    parse = _registry().parse_units
     return {
-        registry.parse_units(text).dimensionality: dimension
-        for dimension, text in _SI_EXPRESSION.items()
+        parse(_expression(_SI_TEXT[dimension.si_unit])).dimensionality: dimension
+        for dimension in (LENGTH, FORCE, PRESSURE, COMPLIANCE, ANGLE)
     }
+
+
+def _expression(unit: str) -> str:
+    return f"1{unit}" if unit.startswith("/") else unit
 
 
 @lru_cache(maxsize=1024)
@@ -146,9 +144,8 @@ def _unit(text: str) -> tuple[Decimal, Dimension | None]:
     readable = _UNIT.fullmatch(text) and not _LONG_OR_STACKED_POWER.search(text)
     if not readable or len(text) > _MAX_LENGTH:
         raise QuantityError(f"has a unit that cannot be read: {text!r}")
-    expression = f"1{text}" if text.startswith("/") else text
     try:
-        units = _registry().parse_units(expression)
+        units = _registry().parse_units(_expression(text))
         in_si = _registry().Quantity(Decimal(1), units).to_root_units()
     except Exception as error:  # pint lets tokenizer, arithmetic and attribute errors through
         raise QuantityError(f"has an unknown unit {text!r}", _spelling(text)) from error
@@ -244,3 +241,8 @@ def format_quantity(value: float, dimension: Dimension, digits: int = 6) -> str:
         if index == 0 or abs(rounded) >= candidate * (1.0 - 1e-9):
             scale, symbol = candidate, name
     return f"{value / scale:.{digits}g} {symbol}".rstrip()
+
+
+def exact_text(value: float, dimension: Dimension) -> str:
+    """Write an SI number so that `parse_quantity` gives back the same float."""
+    return repr(value) if dimension.is_plain_number else f"{value!r} {_SI_TEXT[dimension.si_unit]}"

@@ -1,0 +1,146 @@
+"""The plan of a study: its points with what each will take, before anything is run."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import IO
+
+from fretwear.study.case import Case
+from fretwear.study.cost import Estimate, estimate
+from fretwear.study.file import Study
+from fretwear.study.points import Point
+
+
+@dataclass(frozen=True)
+class PlannedPoint:
+    """A point of a study with what it is expected to take (None where it is invalid)."""
+
+    point: Point
+    estimate: Estimate | None
+
+    @property
+    def id(self) -> str:
+        """Case id; empty where the point is invalid."""
+        return self.point.id
+
+    @property
+    def case(self) -> Case | None:
+        """What to run; None where the point is invalid."""
+        return self.point.case
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The points of a study in order, with estimates.
+
+    Attributes
+    ----------
+    study : Study
+        The study planned.
+    points : tuple of PlannedPoint
+        One for each point, the last varied parameter fastest.
+    """
+
+    study: Study
+    points: tuple[PlannedPoint, ...]
+
+    @cached_property
+    def estimates(self) -> Mapping[str, Estimate]:
+        """Estimates by case id, each case once."""
+        return {point.id: point.estimate for point in self.points if point.estimate is not None}
+
+    @property
+    def seconds(self) -> float:
+        """Time for all cases on one core."""
+        return math.fsum(found.seconds for found in self.estimates.values())
+
+    @property
+    def memory_bytes(self) -> int:
+        """Memory of the largest case."""
+        return max(found.memory_bytes for found in self.estimates.values())
+
+    @property
+    def file_bytes(self) -> int:
+        """Size of all case files."""
+        return sum(found.file_bytes for found in self.estimates.values())
+
+    def header(self) -> tuple[str, ...]:
+        """Return the titles of the columns of `rows`."""
+        names = (axis.name for axis in self.study.axes)
+        return ("id", *names, "cells", "time", "memory")
+
+    def rows(self) -> Iterator[tuple[str, ...]]:
+        """Iterate over the points as text for people, varied values in the words of the file."""
+        for planned in self.points:
+            labels = planned.point.labels.values()
+            if planned.estimate is None:
+                yield ("(invalid)", *labels, "-", "-", planned.point.problem)
+                continue
+            found = planned.estimate
+            cells = f"{found.cells_x} x {found.cells_y}"
+            yield (planned.id, *labels, cells, duration(found.seconds), size(found.memory_bytes))
+
+    def write_csv(self, stream: IO[str]) -> None:
+        """Write the table of points: id, every parameter in SI units, cells, estimates.
+
+        The stream should be opened with ``newline=""``.  Cells of the table are empty where a
+        point is invalid; the column `problem` says why.
+        """
+        names: dict[str, None] = {}
+        for planned in self.points:
+            names.update(dict.fromkeys(_parameters(planned)))
+        estimates = ("cells", "estimated_seconds", "estimated_memory_bytes")
+        writer = csv.DictWriter(stream, ["id", *names, *estimates, "problem"], restval="")
+        writer.writeheader()
+        for planned in self.points:
+            row: dict[str, object] = {"id": planned.id, "problem": planned.point.problem}
+            row.update(_parameters(planned))
+            if planned.estimate is not None:
+                found = planned.estimate
+                values = (found.cells, f"{found.seconds:.3g}", found.memory_bytes)
+                row.update(zip(estimates, values, strict=True))
+            writer.writerow(row)
+
+
+def plan_study(study: Study) -> Plan:
+    """Return the plan of a study; nothing is run."""
+    return Plan(
+        study,
+        tuple(
+            PlannedPoint(point, estimate(point.case) if point.case is not None else None)
+            for point in study.points()
+        ),
+    )
+
+
+def write_points(study: Study, path: str | Path) -> None:
+    """Write the table of points of a study as CSV."""
+    with Path(path).open("w", newline="", encoding="utf-8") as stream:
+        plan_study(study).write_csv(stream)
+
+
+def duration(seconds: float) -> str:
+    """Write a time for people: ``12 s``, ``3 min``, ``2.5 h``."""
+    if seconds < 120.0:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 7200.0 else f"{seconds / 3600.0:.1f} h"
+
+
+def size(number: int) -> str:
+    """Write a number of bytes for people: ``20 MB``, ``1.5 GB``."""
+    return f"{number / 1e6:.0f} MB" if number < 1e9 else f"{number / 1e9:.1f} GB"
+
+
+def _parameters(planned: PlannedPoint) -> dict[str, float | str]:
+    if planned.case is not None:
+        return {name: value for name, (value, _, _) in planned.case.scalar_coordinates().items()}
+    return {
+        name.replace(".", "_"): value
+        for name, value in planned.point.values.items()
+        if isinstance(value, float | int | str)
+    }

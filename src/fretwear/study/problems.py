@@ -1,0 +1,87 @@
+"""What is wrong with a study file, said so that it can be mended."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+_LONGEST_VALUE = 60
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing wrong with a study.
+
+    Attributes
+    ----------
+    key : str
+        Dotted name as in the file, such as ``vary.load[1]``; empty for the file as a whole.
+    value : str
+        What stands there; empty where nothing does.
+    rule : str
+        What is wrong or what it must be, as a sentence without its subject.
+    hint : str
+        The likely correction, or empty.
+    line : int or None
+        Line of the file, counted from 1.
+    """
+
+    key: str
+    value: str
+    rule: str
+    hint: str = ""
+    line: int | None = None
+
+    def __str__(self) -> str:
+        place = self.key + (f" = {self.value}" if self.value else "")
+        where = f" (line {self.line})" if self.line else ""
+        text = f"{place}{where}: {self.rule}" if self.key else f"{self.rule}{where}"
+        return f"{text}\n    {self.hint}" if self.hint else text
+
+
+class StudyError(ValueError):
+    """A study that cannot be run, with everything that is wrong with it.
+
+    Attributes
+    ----------
+    file : Path
+        The study file.
+    problems : tuple of Problem
+        All of its problems, in the order of the file where lines are known.
+    """
+
+    def __init__(self, file: Path, problems: Iterable[Problem]) -> None:
+        self.file = file
+        self.problems = tuple(problems)
+        super().__init__(self._text())
+
+    def _text(self) -> str:
+        if len(self.problems) == 1:
+            return f"{self.file}: {self.problems[0]}"
+        listed = "\n".join(f"  {problem}" for problem in self.problems)
+        return f"{self.file}: {len(self.problems)} problems\n{listed}"
+
+
+def shown(value: object) -> str:
+    """Return a value of a file for a message: short, printable, in the words of the file."""
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        text = str(value).lower()
+    elif isinstance(value, str):
+        text = value if value.isprintable() and value.strip() else repr(value)
+    elif isinstance(value, dict):
+        text = "{" + ", ".join(f"{key}: {shown(item)}" for key, item in value.items()) + "}"
+    elif isinstance(value, list | tuple):
+        text = "[" + ", ".join(shown(item) for item in value[:10]) + "]"
+    else:
+        text = str(value)
+    return text if len(text) <= _LONGEST_VALUE else f"{text[: _LONGEST_VALUE - 3]}..."
+
+
+def suggestion(name: str, known: Sequence[str]) -> str:
+    """Return "did you mean ...?" for the known name nearest to a misspelt one, or nothing."""
+    near = difflib.get_close_matches(name.casefold(), known, n=1, cutoff=0.6)
+    return f"did you mean {near[0]!r}?" if near else ""
