@@ -105,7 +105,7 @@ def case_dataset(
         "Conventions": CONVENTIONS,
         "source": provenance.source(),
         "history": provenance.history_line(command),
-        "parameters": json.dumps(case.canonical_parameters(), sort_keys=True),
+        "parameters": json.dumps(case.canonical_parameters(), sort_keys=True, allow_nan=False),
         "case_id": case.case_id,
         "symmetry": symmetry,
     }

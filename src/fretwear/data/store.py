@@ -11,6 +11,7 @@ import xarray as xr
 
 from fretwear.data.atomic import atomic_path
 from fretwear.data.casefile import HISTORY_GROUP, SEALS, checked_case, missing_variables, seal
+from fretwear.data.encoding import plain_encoding
 from fretwear.data.errors import CaseFileError
 from fretwear.data.variables import FIELDS, X, Y
 
@@ -160,22 +161,26 @@ def mirrored(dataset: xr.Dataset) -> xr.Dataset:
         )
         for name in (X.name, Y.name)
     }
-    whole = dataset.isel(inward_then_outward)
-    return whole.assign_coords(positions).assign_attrs(symmetry="none")
+    whole = dataset.isel(inward_then_outward).assign_coords(positions)
+    whole = whole.assign_attrs(symmetry="none")
+    # A derived dataset does not close the file that it reads from.
+    whole.set_close(dataset.close)
+    return whole
 
 
 def _open_lazily(path: str | PathLike[str], group: str | None = None) -> xr.Dataset:
     dataset = xr.open_dataset(
         path, engine="netcdf4", group=group, decode_times=False, decode_timedelta=False
     )
+    for name, coordinate in dataset.coords.items():
+        if coordinate.dtype.kind == "O":
+            dataset[name] = coordinate.astype(str)
     dataset.attrs.pop("digest", None)
     return dataset
 
 
 def _encoding(dataset: xr.Dataset) -> dict[str, dict[str, Any]]:
-    encoding: dict[str, dict[str, Any]] = {
-        str(name): {"_FillValue": None} for name in dataset.variables
-    }
+    encoding = plain_encoding(dataset)
     for name in (field.name for field in FIELDS if field.name in dataset.variables):
         encoding[name] = {
             "zlib": True,

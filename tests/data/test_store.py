@@ -1,0 +1,269 @@
+import random
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from fretwear.data.errors import CaseFileError
+from fretwear.data.store import (
+    is_complete,
+    mirrored,
+    open_case,
+    open_history,
+    verify_case,
+    write_case,
+)
+from fretwear.data.variables import FIELDS
+
+
+def test_a_case_comes_back_as_it_was_written(case_path, results):
+    with open_case(case_path) as dataset:
+        xr.testing.assert_equal(dataset.load(), results.dataset)
+        assert dataset.attrs == {**results.dataset.attrs, "complete": 1}
+        for name, variable in results.dataset.variables.items():
+            assert dataset[name].dtype.kind == variable.dtype.kind
+            assert dataset[name].dtype == variable.dtype or variable.dtype.kind == "U"
+            assert dataset[name].attrs.keys() == variable.attrs.keys()
+    with open_history(case_path) as history:
+        xr.testing.assert_identical(history.load(), results.history)
+
+
+def test_one_compressed_chunk_per_cycle_with_a_checksum(case_path):
+    with open_case(case_path) as dataset:
+        for field in FIELDS:
+            encoding = dataset[field.name].encoding
+            assert encoding["chunksizes"] == (1, dataset.sizes["x"], dataset.sizes["y"])
+            assert (encoding["zlib"], encoding["complevel"]) == (True, 1)
+            assert (encoding["shuffle"], encoding["fletcher32"]) == (True, True)
+
+
+def test_coordinates_have_no_fill_value(case_path):
+    with open_case(case_path) as dataset:
+        assert not [name for name in dataset.coords if "_FillValue" in dataset[name].encoding]
+
+
+def test_a_file_that_was_opened_can_be_written_again(case_path, tmp_path):
+    copy = tmp_path / "copy.nc"
+    with open_case(case_path) as dataset, open_history(case_path) as history:
+        write_case(dataset, history, copy)
+        with open_case(copy) as again:
+            xr.testing.assert_identical(again.load(), dataset.load())
+
+
+def test_mirroring_leaves_the_quarter_as_it_is(results):
+    whole = mirrored(results.dataset)
+    assert whole.attrs["symmetry"] == "none"
+    assert results.dataset.attrs["symmetry"] == "even_xy"
+    assert results.dataset.x.min() > 0.0
+
+
+def test_opening_reads_no_field(case_path):
+    with open_case(case_path, full=True) as dataset:
+        assert not any(dataset[field.name].variable._in_memory for field in FIELDS)
+
+
+def test_closed_datasets_hold_no_file(case_path):
+    for full in (False, True):
+        with open_case(case_path, full=full) as dataset, open_history(case_path) as history:
+            dataset.pressure.load()
+            history.load()
+    is_complete(case_path)
+    verify_case(case_path)
+    held = [link.readlink() for link in Path("/proc/self/fd").iterdir() if link.is_symlink()]
+    assert case_path not in held
+
+
+def test_a_file_can_be_open_many_times(case_path):
+    opened = [open_case(case_path, full=True) for _ in range(5)]
+    for dataset in opened[::2]:
+        dataset.load().close()
+    with open_case(case_path) as again:
+        assert again.slip_model == "jaeger"
+    for dataset in opened:
+        dataset.close()
+
+
+def test_the_whole_contact_is_four_quarters(case_path):
+    with open_case(case_path) as quarter, open_case(case_path, full=True) as whole:
+        assert whole.attrs["symmetry"] == "none"
+        for name in ("pressure", "wear_depth", "slip"):
+            integral = whole[name].sum(("x", "y"), dtype="float64")
+            np.testing.assert_allclose(
+                integral, 4 * quarter[name].sum(("x", "y"), dtype="float64"), rtol=1e-12
+            )
+        xr.testing.assert_equal(whole.wear_volume, quarter.wear_volume)
+
+
+def test_the_whole_contact_is_even_and_evenly_spaced(case_path, case):
+    with open_case(case_path, full=True) as whole:
+        for name, spacing in zip(("x", "y"), case.grid_spacing, strict=True):
+            np.testing.assert_allclose(np.diff(whole[name]), spacing, rtol=1e-9)
+            np.testing.assert_array_equal(whole[name], -whole[name][::-1])
+            assert whole[name].attrs["axis"] == name.upper()
+        for field in FIELDS:
+            values = whole[field.name].values
+            np.testing.assert_array_equal(values, values[:, ::-1, :])
+            np.testing.assert_array_equal(values, values[:, :, ::-1])
+        inside = whole.pressure.sel(x=-30e-6, y=20e-6, method="nearest")
+        np.testing.assert_array_equal(
+            inside, whole.pressure.sel(x=30e-6, y=-20e-6, method="nearest")
+        )
+
+
+def test_the_pressure_of_the_whole_contact_carries_the_load(case_path, case):
+    with open_case(case_path, full=True) as whole:
+        dx, dy = case.grid_spacing
+        load = whole.pressure.sum(("x", "y"), dtype="float64") * dx * dy
+        # Midpoint rule over 15 cells per contact radius, the edge of which is a square root.
+        np.testing.assert_allclose(load, case.load, rtol=1e-2)
+
+
+def test_a_dataset_that_is_whole_is_not_mirrored(tmp_path, case_path, results):
+    path = tmp_path / "whole.nc"
+    with open_case(case_path, full=True) as whole:
+        write_case(whole, results.history, path)
+    with open_case(path, full=True) as again:
+        assert again.sizes["x"] == 2 * results.dataset.sizes["x"]
+        assert again.attrs["symmetry"] == "none"
+
+
+def test_a_dataset_without_a_variable_is_not_written(tmp_path, results):
+    with pytest.raises(ValueError, match="lacks gap"):
+        write_case(results.dataset.drop_vars("gap"), results.history, tmp_path / "case.nc")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_failure_in_the_middle_leaves_nothing(tmp_path, results):
+    unwritable = results.history.assign(notes=("step", np.array([1j] * 5, dtype=object)))
+    with pytest.raises((TypeError, ValueError)):
+        write_case(results.dataset, unwritable, tmp_path / "case.nc")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(CaseFileError, match="no such file") as error:
+        open_case(tmp_path / "no.nc")
+    assert error.value.path == tmp_path / "no.nc"
+    assert not is_complete(tmp_path / "no.nc")
+
+
+@pytest.mark.parametrize("content", [b"", b"not a netCDF file", b"\x89HDF\r\n\x1a\n" + bytes(200)])
+def test_a_file_that_is_no_case_is_named(tmp_path, content):
+    path = tmp_path / "case.nc"
+    path.write_bytes(content)
+    with pytest.raises(CaseFileError, match=r"case\.nc: .* run the case again"):
+        open_case(path)
+
+
+def test_an_unfinished_file_is_not_opened(tmp_path, results):
+    path = tmp_path / "case.nc"
+    results.dataset.to_netcdf(path)
+    with pytest.raises(CaseFileError, match="did not finish"):
+        open_case(path)
+    with pytest.raises(CaseFileError, match="did not finish"):
+        open_history(path)
+
+
+@pytest.mark.parametrize("share", [0.02, 0.3, 0.7, 0.999])
+def test_a_file_that_is_cut_short_is_not_opened(case_path, share):
+    whole = case_path.read_bytes()
+    case_path.write_bytes(whole[: int(len(whole) * share)])
+    assert not is_complete(case_path)
+    with pytest.raises(CaseFileError, match="cut short"):
+        open_case(case_path)
+
+
+def flip_bit(path: Path, position: int, bit: int = 3) -> None:
+    content = bytearray(path.read_bytes())
+    content[position] ^= 1 << bit
+    path.write_bytes(content)
+
+
+@pytest.mark.parametrize("name", ["x", "wear_volume"])
+def test_a_flipped_bit_in_a_coordinate_or_scalar_is_found_on_opening(case_path, results, name):
+    stored = results.dataset[name].values.tobytes()
+    content = case_path.read_bytes()
+    assert stored in content
+    flip_bit(case_path, content.index(stored) + 4)
+    with pytest.raises(CaseFileError, match=r"damaged.*run the case again"):
+        open_case(case_path)
+
+
+def test_a_flipped_bit_anywhere_is_found_or_does_no_harm(case_path):
+    with open_case(case_path) as dataset:
+        original = dataset.load()
+    whole = case_path.read_bytes()
+    chance = random.Random(1)
+    found = 0
+    for _ in range(60):
+        case_path.write_bytes(whole)
+        flip_bit(case_path, chance.randrange(len(whole)), chance.randrange(8))
+        try:
+            verify_case(case_path)
+        except CaseFileError:
+            found += 1
+        else:
+            with open_case(case_path) as dataset:
+                xr.testing.assert_equal(dataset.load(), original)
+    assert found > 0
+
+
+WRITE_A_LARGE_CASE = """
+import sys
+import numpy as np
+from fretwear.data import store
+from fretwear.data.errors import DataFileError
+with store.open_case(sys.argv[1]) as dataset, store.open_history(sys.argv[1]) as history:
+    many = range(int(sys.argv[3]))
+    large = dataset.load().isel(cycle=[0] * len(many)).assign_coords(cycle=many)
+    large.pressure[:] = np.random.default_rng(1).random(large.pressure.shape)
+    for _ in range(2):
+        try:
+            store.write_case(large, history, sys.argv[2])
+        except DataFileError as error:
+            print(error, flush=True)
+"""
+
+
+def test_a_killed_writer_leaves_no_case_file(case_path, tmp_path):
+    folder = tmp_path / "killed"
+    folder.mkdir()
+    target = folder / "case.nc"
+    command = [sys.executable, "-c", WRITE_A_LARGE_CASE, case_path, target, "20000"]
+    with subprocess.Popen(command) as writer:
+        while not any(file.stat().st_size > 100_000 for file in folder.iterdir()):
+            assert writer.poll() is None
+            time.sleep(0.001)
+        writer.kill()
+    (left,) = folder.iterdir()
+    assert left != target
+    assert not is_complete(left)
+    with open_case(case_path) as dataset, open_history(case_path) as history:
+        write_case(dataset, history, target)
+    assert list(folder.iterdir()) == [target]
+
+
+@pytest.fixture
+def small_disk(tmp_path):
+    mount_point = tmp_path / "disk"
+    mount_point.mkdir()
+    command = ["mount", "-t", "tmpfs", "-o", "size=256k", "tmpfs", mount_point]
+    try:
+        subprocess.run(command, check=True, capture_output=True)
+    except (OSError, subprocess.CalledProcessError):
+        pytest.skip("mounting a small file system takes rights that are not given here")
+    yield mount_point
+    subprocess.run(["umount", mount_point], check=True)
+
+
+def test_a_full_disk_is_named_and_nothing_stays(small_disk, case_path):
+    target = small_disk / "case.nc"
+    command = [sys.executable, "-c", WRITE_A_LARGE_CASE, case_path, target, "200"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    told = f"{target}: not written, because the disk (or the quota on it) is full."
+    assert [line.startswith(told) for line in done.stdout.splitlines()] == [True, True]
+    assert list(small_disk.iterdir()) == []
