@@ -1,3 +1,48 @@
 """Fretting wear of rough, yielding bodies in partial slip."""
 
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from fretwear import figures
+    from fretwear.data.store import open_case, open_history
+    from fretwear.simulation import simulate
+    from fretwear.study.case import Case, WavyRoughness
+    from fretwear.study.file import load_study
+
 __version__ = "0.1.0"
+
+__all__ = [
+    "Case",
+    "WavyRoughness",
+    "__version__",
+    "figures",
+    "load_study",
+    "open_case",
+    "open_history",
+    "simulate",
+]
+
+_HOMES = {
+    "Case": "fretwear.study.case",
+    "WavyRoughness": "fretwear.study.case",
+    "load_study": "fretwear.study.file",
+    "open_case": "fretwear.data.store",
+    "open_history": "fretwear.data.store",
+    "simulate": "fretwear.simulation",
+}
+
+
+def __getattr__(name: str) -> Any:
+    # Numerics and labelled arrays take about a second to import: only who needs them pays.
+    if name in _HOMES:
+        return getattr(import_module(_HOMES[name]), name)
+    if name == "figures":
+        return import_module("fretwear.figures")
+    raise AttributeError(f"module 'fretwear' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,131 @@
+"""Local compliance between the bodies: a displacement that depends on the pressure of its cell.
+
+The contact solver adds such a layer to the half-space. A Winkler layer is linear; the wear of
+one implicit step is a layer too, because more pressure on a cell means a deeper cell.
+Every layer's displacement grows with pressure, so the contact problem stays convex.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from fretwear.mechanics.halfspace import Array
+
+_LARGEST_EXPONENT = 200.0
+
+
+class Layer(Protocol):
+    """What the contact solver needs to know of a layer."""
+
+    def displacement(self, pressure: Array) -> Array:
+        """Displacement, m, under a pressure, Pa; both of the window's shape."""
+        ...
+
+    def tangent(self, pressure: Array) -> Array:
+        """Derivative of the displacement, m/Pa; not negative."""
+        ...
+
+
+@dataclass(frozen=True)
+class WinklerLayer:
+    """A linear layer: displacement ``offset + compliance · p``.
+
+    Parameters
+    ----------
+    compliance
+        m/Pa, shape of the window, not negative.
+    offset
+        Displacement without pressure, m, same shape.
+    """
+
+    compliance: Array
+    offset: Array
+
+    def displacement(self, pressure: Array) -> Array:
+        """Displacement, m, under a pressure, Pa."""
+        return self.offset + self.compliance * pressure
+
+    def tangent(self, pressure: Array) -> Array:  # noqa: ARG002 - the tangent of a line
+        """Derivative of the displacement, m/Pa."""
+        return self.compliance
+
+
+@dataclass(frozen=True)
+class WearLayer:
+    """Wear depth at the end of an implicit stage as a function of the pressure there.
+
+    With the gap g* of the reduced-load problem, dW/dN = β p g* and dg*/dN = β p g* + dG/dN,
+    where G = g* − W changes by plastic flow only. For x = β∫p dN over the stage and G linear
+    in x, both integrate in closed form::
+
+        g* = eˣ g*₀ + ΔG φ(x),   W = W₀ + (eˣ − 1) g*₀ + ΔG (φ(x) − 1),   φ(x) = (eˣ − 1)/x
+
+    and x = x₀ + τ p with the stage's pressure p. Written for g* alone, an implicit step
+    diverges where τp > 1; written for x it is a convex problem for every step.
+
+    Parameters
+    ----------
+    wear
+        Wear depth W₀ at the start of the stage, m.
+    reduced_gap
+        g*₀ at the start of the stage, m, not negative.
+    shift
+        ΔG over the stage, m.
+    exponent
+        x₀, the part of the exponent that is already known.
+    rate
+        τ, 1/Pa.
+    """
+
+    wear: Array
+    reduced_gap: Array
+    shift: Array | None
+    exponent: Array
+    rate: float
+
+    def displacement(self, pressure: Array) -> Array:
+        """Wear depth, m, under a pressure, Pa; never less than at the start of the stage."""
+        x = self.exponent_at(pressure)
+        growth = np.expm1(x)
+        worn = growth * self.reduced_gap
+        if self.shift is not None:
+            worn += self.shift * (_phi(x, growth) - 1.0)
+            np.maximum(worn, 0.0, out=worn)
+        worn += self.wear
+        return worn
+
+    def tangent(self, pressure: Array) -> Array:
+        """Derivative of the wear depth, m/Pa; not negative."""
+        x = self.exponent_at(pressure)
+        growth = np.exp(x)
+        slope = growth * self.reduced_gap
+        if self.shift is not None:
+            slope += self.shift * _phi_derivative(x, growth)
+            np.maximum(slope, 0.0, out=slope)
+        slope *= self.rate
+        return slope
+
+    def exponent_at(self, pressure: Array) -> Array:
+        """x at a pressure, Pa."""
+        x = self.rate * pressure
+        x += self.exponent
+        return np.minimum(x, _LARGEST_EXPONENT, out=x)
+
+
+def _phi(x: Array, growth: Array) -> Array:
+    """(eˣ − 1)/x from growth = eˣ − 1, exact near zero."""
+    small = x < 1e-7
+    result: Array = np.where(small, 1.0 + 0.5 * x, growth / np.where(small, 1.0, x))
+    return result
+
+
+def _phi_derivative(x: Array, exponential: Array) -> Array:
+    """Derivative of (eˣ − 1)/x from exponential = eˣ, exact near zero."""
+    small = x < 1e-3
+    safe = np.where(small, 1.0, x)
+    large: Array = (exponential * (safe - 1.0) + 1.0) / safe**2
+    result: Array = np.where(small, 0.5 + x / 3.0 + x**2 / 8.0, large)
+    return result

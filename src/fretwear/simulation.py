@@ -1,0 +1,208 @@
+"""A case in, a dataset out: where the study, the mechanics and the data meet."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fretwear.mechanics.halfspace import Array, Window
+from fretwear.mechanics.measures import Measures, in_contact, measure
+from fretwear.mechanics.slip import CattaneoMindlinSlip, Friction, JaegerSlip, SlipModel
+from fretwear.mechanics.surfaces import Surface, Waves
+from fretwear.mechanics.theory import HertzContact
+from fretwear.mechanics.wear import State, WearProblem, evolve
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from fretwear.study.case import Case
+
+_MARGIN = 1.15
+
+OPEN, SLIP, STICK = 0, 1, 2
+
+
+@dataclass(frozen=True)
+class Step:
+    """One accepted step of a run, as observers see it.
+
+    Attributes
+    ----------
+    state
+        Fields and numbers of the contact.
+    measures
+        Scalars of the whole contact.
+    last_cycle
+        Where the run ends.
+    """
+
+    state: State
+    measures: Measures
+    last_cycle: int
+
+
+@dataclass(frozen=True)
+class Record:
+    """What the history keeps of a step: everything but the fields."""
+
+    cycle: float
+    measures: Measures
+    error_estimate: float
+    convolutions: int
+
+    @classmethod
+    def of(cls, step: Step) -> Record:
+        """The record of a step."""
+        state = step.state
+        return cls(state.cycle, step.measures, state.error_estimate, state.convolutions)
+
+
+Observer = Callable[[Step], None]
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a run leaves: the dataset of the case and the history of every step."""
+
+    dataset: xr.Dataset
+    history: xr.Dataset
+
+
+def simulate(case: Case, observers: Sequence[Observer] = (), *, quarter: bool = True) -> xr.Dataset:
+    """Run a case.
+
+    Parameters
+    ----------
+    case
+        What to run.
+    observers
+        Called with each accepted `Step`, cycle 0 included.
+    quarter
+        Compute only the quarter x > 0, y > 0 of the contact, which is even in both.
+
+    Returns
+    -------
+    xarray.Dataset
+        Fields over ``cycle``, ``x``, ``y`` and scalars over ``cycle`` at the case's
+        `output_cycles`; scalar coordinates of every parameter.
+
+    Raises
+    ------
+    fretwear.mechanics.wear.WearError, fretwear.mechanics.contact.ContactError
+        When the solution does not converge.
+    """
+    return run(case, observers, quarter=quarter).dataset
+
+
+def run(
+    case: Case,
+    observers: Iterable[Observer] = (),
+    *,
+    quarter: bool = True,
+    title: str = "",
+    command: str = "fretwear.simulate",
+) -> Result:
+    """Run a case and keep its history too; arguments as for `simulate` and `case_dataset`."""
+    from fretwear.data.schema import case_dataset, history_dataset
+
+    observers = list(observers)
+    snapshots: list[Step] = []
+    history: list[Record] = []
+    wanted = set(case.output_cycles)
+    for step in steps(case, quarter=quarter):
+        for observer in observers:
+            observer(step)
+        if step.state.cycle in wanted:
+            snapshots.append(step)
+        history.append(Record.of(step))
+    problem = wear_problem(case, quarter=quarter)
+    window = snapshots[-1].state.window
+    dataset = case_dataset(
+        case,
+        window.x,
+        window.y,
+        [step.state.cycle for step in snapshots],
+        _stacked(_fields(problem, step.state, window) for step in snapshots),
+        _stacked(asdict(step.measures) for step in snapshots),
+        symmetry="even_xy" if quarter else "none",
+        title=title,
+        command=command,
+    )
+    return Result(
+        dataset,
+        history_dataset(
+            [record.cycle for record in history],
+            _stacked(asdict(record.measures) for record in history),
+            [record.error_estimate for record in history],
+            np.diff([record.convolutions for record in history], prepend=0),
+        ),
+    )
+
+
+def steps(case: Case, *, quarter: bool = True) -> Iterator[Step]:
+    """Yield each accepted step of a case, cycle 0 included."""
+    problem = wear_problem(case, quarter=quarter)
+    stops = [float(cycle) for cycle in case.output_cycles]
+    for state in evolve(problem, stops, case.tolerance):
+        yield Step(state, measure(state, problem.friction), case.cycles)
+
+
+def wear_problem(case: Case, *, quarter: bool = True) -> WearProblem:
+    """The mechanical problem of a case."""
+    hertz = HertzContact(case.radius, case.load, case.composite_modulus)
+    half_width = _MARGIN * hertz.contact_radius
+    return WearProblem(
+        surface=_surface(case),
+        composite_modulus=case.composite_modulus,
+        load=case.load,
+        friction=Friction(case.friction, case.coupling),
+        slip_model=_slip_model(case, hertz),
+        wear_coefficient=case.wear_coefficient,
+        limit=case.plastic_limit,
+        spacing=case.grid_spacing,
+        extent=(half_width, half_width),
+        quarter=quarter,
+    )
+
+
+def _surface(case: Case) -> Surface:
+    roughness = case.roughness
+    if roughness is None:
+        return Surface(case.radius)
+    waves = Waves(roughness.amplitude, roughness.wavenumber_x, roughness.wavenumber_y)
+    return Surface(case.radius, waves)
+
+
+def _slip_model(case: Case, hertz: HertzContact) -> SlipModel:
+    if case.slip_model == "cattaneo_mindlin":
+        return CattaneoMindlinSlip(hertz.with_load(case.stick_load))
+    return JaegerSlip(case.stick_load)
+
+
+def _fields(problem: WearProblem, state: State, window: Window) -> dict[str, Array]:
+    """The fields of a dataset on a window that contains the state's own."""
+    state = state.on(problem, window)
+    friction, reduced = problem.friction, state.reduced
+    slip = friction.slip(reduced)
+    closed = in_contact(state)
+    contact_state = np.where(closed, SLIP, OPEN)
+    contact_state[reduced.stick & closed] = STICK
+    return {
+        "pressure": state.pressure,
+        "shear_traction": friction.shear_traction(state.pressure, reduced),
+        "slip": slip,
+        "wear_depth": state.wear,
+        "wear_rate": 4.0 * problem.wear_coefficient * state.pressure * slip,
+        "plastic_depth": state.plastic,
+        "gap": state.gap,
+        "contact_state": contact_state,
+    }
+
+
+def _stacked(records: Iterable[dict[str, Any]]) -> dict[str, Any]:
+    """Records with the same names, one array a name with the records along the first axis."""
+    listed = list(records)
+    return {name: np.stack([record[name] for record in listed]) for name in listed[0]}
