@@ -31,7 +31,7 @@ def read_axes(vary: Mapping[str, Any], design: Design, problems: list[Problem]) 
         rule = "is missing: a sampled design needs something to vary"
         problems.append(Problem("vary", "", rule, "such as load: {from: 10 N, to: 100 N}"))
     if design.is_sampled:
-        return _sampled_axes(read, design) if design.points else ()
+        return _sampled_axes(read, design) if design.points and read else ()
     axes = tuple(axis for axis in read.values() if isinstance(axis, Axis))
     lengths = {axis.name: len(axis.values) for axis in axes}
     if design.kind == "zip" and len(set(lengths.values())) > 1:
@@ -126,7 +126,7 @@ def _read_range(
     ends = []
     for part in _RANGE_KEYS[:2]:
         if part not in raw:
-            hint = f"such as {part}: {quantity.dimension.example}"
+            hint = f"such as {part}: {quantity.example}"
             problems.append(Problem(f"{key}.{part}", "", "is missing", hint))
             continue
         reading = read_parameter(name, raw[part], f"{key}.{part}")

@@ -79,24 +79,28 @@ def exactly_one_tangential(given: Iterable[str]) -> Finding | None:
     )
 
 
-def _gross_sliding(case: Case) -> Finding | None:
+def _ratio_slides(case: Case) -> Finding | None:
     """Q ≥ µP slides as a whole: no stick zone, outside of the model."""
-    if case.load_ratio < 1.0:
+    if case.tangential_ratio is None or case.tangential_ratio < 1.0:
         return None
-    limit = case.friction * case.load
-    limit_text = format_quantity(limit, FORCE)
-    if case.tangential_load is not None:
-        return Finding(
-            "tangential_load",
-            format_quantity(case.tangential_load, FORCE),
-            f"is gross sliding: Q must be less than µP = {limit_text}",
-            "lower tangential_load, or raise load or friction",
-        )
     return Finding(
         "tangential_ratio",
         f"{case.tangential_ratio:.6g}",
-        f"is gross sliding: Q/(µP) must be less than 1 (µP = {limit_text})",
+        "is gross sliding: Q/(µP) must be less than 1",
         "partial slip needs a ratio between 0 and 1, such as 0.8",
+    )
+
+
+def _load_slides(case: Case) -> Finding | None:
+    """Q ≥ µP as in `_ratio_slides`, where Q itself is given."""
+    if case.tangential_load is None or case.load_ratio < 1.0:
+        return None
+    return Finding(
+        "tangential_load",
+        format_quantity(case.tangential_load, FORCE),
+        "is gross sliding: Q must be less than µP = "
+        f"{format_quantity(case.friction * case.load, FORCE)}",
+        "lower tangential_load, or raise load or friction",
     )
 
 
@@ -104,7 +108,7 @@ def _contact_small(case: Case) -> Finding | None:
     """The half-space needs a contact much smaller than the sphere (`GREATEST_CONTACT`)."""
     if case.hertz_radius <= GREATEST_CONTACT * case.radius:
         return None
-    greatest = case.load * (GREATEST_CONTACT * case.radius / case.hertz_radius) ** 3
+    greatest = 0.99 * case.load * (GREATEST_CONTACT * case.radius / case.hertz_radius) ** 3
     return Finding(
         "load",
         format_quantity(case.load, FORCE),
@@ -207,7 +211,8 @@ def _just_below(length: float) -> str:
 _SPHERE = frozenset({"radius", "youngs_modulus", "poisson_ratio", "load"})
 
 CHECKS = (
-    Check(frozenset({"load", "friction", "tangential"}), _gross_sliding),
+    Check(frozenset({"tangential_ratio"}), _ratio_slides),
+    Check(frozenset({"load", "friction", "tangential_load"}), _load_slides),
     Check(_SPHERE, _contact_small),
     Check(frozenset({"radius", "load", "plastic_limit"}), _plastic_limit_carries_load),
     Check(frozenset({"cell", "roughness"}), _cell_resolves_roughness),
@@ -220,9 +225,9 @@ def findings(case: Case) -> list[Finding]:
     """Return every rule that a case with sound single values breaks."""
     given = [name for name in TANGENTIAL if getattr(case, name) is not None]
     tangential = exactly_one_tangential(given)
-    if tangential is not None:
-        checks = [check for check in CHECKS if "tangential" not in check.needs]
+    if tangential is None:
+        found = [check.find(case) for check in CHECKS]
     else:
-        checks = list(CHECKS)
-    found = [tangential, *(check.find(case) for check in checks)]
+        needless = (check for check in CHECKS if "tangential" not in check.needs)
+        found = [tangential, *(check.find(case) for check in needless)]
     return [finding for finding in found if finding is not None]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Hashable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -90,6 +89,8 @@ def _read_text(file: Path) -> str:
     def refused(rule: str, hint: str = "") -> StudyError:
         return StudyError(file, [Problem("", "", rule, hint)])
 
+    if "\0" in str(file):
+        raise refused("is not a usable file name")
     try:
         if file.is_dir():
             raise refused("is a folder, not a study file", _files_in(file))
@@ -101,8 +102,6 @@ def _read_text(file: Path) -> str:
             content = stream.read(MAX_BYTES + 1)
     except OSError as error:
         raise refused(f"cannot be read: {error.strerror}") from error
-    except ValueError as error:  # a NUL in the name
-        raise refused("is not a usable file name") from error
     if len(content) > MAX_BYTES:
         raise refused(f"is larger than {MAX_BYTES // 1000} kB, the limit for study files")
     try:
@@ -186,14 +185,14 @@ class _Builder:
     def _mapping(self, node: yaml.MappingNode, key: str, depth: int) -> dict[str, Any]:
         values: dict[str, Any] = {}
         for name_node, value_node in node.value:
+            if name_node.tag == "tag:yaml.org,2002:merge":
+                self._refuse(key, name_node, "holds a merge, which studies do not know", "")
+                continue
             name = self._value(name_node, f"{key}?", depth + 1)
-            if not isinstance(name, str) or not isinstance(name, Hashable):
-                self._refuse(key, name_node, "has a key that is not text", f"{shown(name)!r}")
+            if not isinstance(name, str):
+                self._refuse(key, name_node, "holds a key that is not text", "put it in quotes")
                 continue
             path = f"{key}.{name}" if key else name
-            if name_node.tag == "tag:yaml.org,2002:merge":
-                self._refuse(path, name_node, "merging is not known in study files", "")
-                continue
             if name in values:
                 first = self._result.lines[path]
                 self._refuse(path, value_node, f"is given twice, first in line {first}", "")

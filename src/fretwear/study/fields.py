@@ -7,6 +7,7 @@ the single source of a parameter's reading, its messages and its JSON Schema.
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Real
@@ -26,8 +27,8 @@ from fretwear.study.quantities import (
 STUDY_FILE: Mapping[str, bool] = {"units_required": True}
 """Validation context of study files: physical values need units, and `null` is no value."""
 
-_NUMBER_SCHEMA = rf"^\s*{NUMBER_PATTERN}\s*$"
-_QUANTITY_SCHEMA = rf"^\s*{NUMBER_PATTERN}\s*[A-Za-zµμ°/].*$"
+_NUMBER_SCHEMA = rf"^\s*[+-]?{NUMBER_PATTERN}\s*$"
+_QUANTITY_SCHEMA = rf"^\s*[+]?{NUMBER_PATTERN}\s*[A-Za-zµμ°/].*$"
 
 
 def refuse(rule: str, hint: str = "") -> PydanticCustomError:
@@ -43,14 +44,21 @@ def means_none(value: object, units_required: bool) -> bool:
     return value is None and not units_required
 
 
-class _Reader:
+class Reader(ABC):
     """Glue to pydantic: values through `read`, JSON Schema through `schema`."""
 
+    @abstractmethod
     def read(self, value: object, units_required: bool) -> Any:
-        raise NotImplementedError
+        """Return the value in SI units; `QuantityError` where it is none or out of range."""
 
+    @abstractmethod
     def schema(self) -> dict[str, Any]:
-        raise NotImplementedError
+        """JSON Schema of the value in a study file."""
+
+    @property
+    @abstractmethod
+    def example(self) -> str:
+        """A sensible value as a study file would have it."""
 
     def __get_pydantic_core_schema__(
         self, source: Any, handler: GetCoreSchemaHandler
@@ -73,7 +81,7 @@ class _Reader:
 
 
 @dataclass(frozen=True)
-class Quantity(_Reader):
+class Quantity(Reader):
     """A physical quantity or a plain number, within a range.
 
     Attributes
@@ -93,6 +101,11 @@ class Quantity(_Reader):
     at_most: float | None = None
     none_is_infinite: bool = False
 
+    @property
+    def example(self) -> str:
+        """A sensible value as a study file would have it."""
+        return self.dimension.example
+
     def read(self, value: object, units_required: bool) -> float:
         """Return the SI value; `QuantityError` where it is none or out of range."""
         if self.none_is_infinite:
@@ -100,9 +113,6 @@ class Quantity(_Reader):
                 return math.inf
             if value == math.inf and not units_required:
                 return math.inf
-        if value is None:
-            example = self.dimension.example
-            raise QuantityError(f"has no value: it is {self.dimension.name} such as {example!r}")
         try:
             number = parse_quantity(value, self.dimension, units_required=units_required)
         except QuantityError as error:
@@ -160,10 +170,15 @@ class Quantity(_Reader):
 
 
 @dataclass(frozen=True)
-class PerBody(_Reader):
+class PerBody(Reader):
     """One value for both bodies, or a pair [body I, body II]."""
 
     each: Quantity
+
+    @property
+    def example(self) -> str:
+        """A sensible value as a study file would have it."""
+        return self.each.example
 
     def read(self, value: object, units_required: bool) -> float | tuple[float, float]:
         """Return a float, or a pair of floats where the bodies are given apart."""
@@ -177,10 +192,15 @@ class PerBody(_Reader):
 
 
 @dataclass(frozen=True)
-class Spacing(_Reader):
+class Spacing(Reader):
     """Grid spacing along x and y; one value serves for both."""
 
     each: Quantity
+
+    @property
+    def example(self) -> str:
+        """A sensible value as a study file would have it."""
+        return self.each.example
 
     def read(self, value: object, units_required: bool) -> tuple[float, float] | None:
         """Return (dx, dy), or None for the default."""
@@ -197,12 +217,17 @@ class Spacing(_Reader):
 
 
 @dataclass(frozen=True)
-class WholeNumber(_Reader):
+class WholeNumber(Reader):
     """A whole number within a range (bounds included)."""
 
     at_least: int
     at_most: int
-    example: int
+    usual: int
+
+    @property
+    def example(self) -> str:
+        """A sensible value as a study file would have it."""
+        return str(self.usual)
 
     def read(self, value: object, units_required: bool) -> int:
         """Return an int; ``1e4``, which YAML reads as text, is accepted."""
@@ -225,7 +250,7 @@ class WholeNumber(_Reader):
         """JSON Schema of the value in a study file."""
         number = {"type": "integer", "minimum": self.at_least, "maximum": self.at_most}
         text = {"type": "string", "pattern": _NUMBER_SCHEMA}
-        return {"anyOf": [number, text], "examples": [self.example]}
+        return {"anyOf": [number, text], "examples": [self.usual]}
 
 
 def _is_list(value: object) -> bool:

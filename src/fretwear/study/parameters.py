@@ -11,10 +11,11 @@ from pydantic import TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
 
 from fretwear.study.case import Case, WavyRoughness
-from fretwear.study.fields import STUDY_FILE, Quantity
+from fretwear.study.fields import STUDY_FILE, Quantity, Reader
 from fretwear.study.problems import Problem, shown, suggestion
 
 ROUGHNESS = "roughness"
+ROUGHNESS_EXAMPLE = "{kind: wavy, amplitude: 0.2 um, slope_x: 5.7 deg, slope_y: 1 deg}"
 
 
 @lru_cache(maxsize=1)
@@ -33,11 +34,28 @@ def parameter_fields() -> Mapping[str, FieldInfo]:
 @lru_cache(maxsize=64)
 def quantity_of(name: str) -> Quantity | None:
     """Return how a parameter that is a single quantity is read; None for any other kind."""
-    info = parameter_fields()[name]
+    reader = _reader(name)
+    return reader if isinstance(reader, Quantity) else None
+
+
+def such_as(name: str) -> str:
+    """Return an example for a parameter, "such as load: 50 N", or nothing."""
+    reader = _reader(name)
+    if reader is not None:
+        return f"such as {name.rpartition('.')[2]}: {reader.example}"
+    if name == ROUGHNESS:
+        return f"such as roughness: {ROUGHNESS_EXAMPLE}, or none"
+    return ""
+
+
+def _reader(name: str) -> Reader | None:
+    info = parameter_fields().get(name)
+    if info is None:
+        return None
     candidates = [*info.metadata]
     for part in getattr(info.annotation, "__args__", ()):
         candidates.extend(getattr(part, "__metadata__", ()))
-    return next((item for item in candidates if isinstance(item, Quantity)), None)
+    return next((item for item in candidates if isinstance(item, Reader)), None)
 
 
 @lru_cache(maxsize=64)
@@ -81,8 +99,7 @@ def read_parameter(name: str, raw: object, key: str) -> Reading:
 def _no_value_hint(name: str) -> str:
     if name in ("plastic_limit", ROUGHNESS):
         return f"write {name}: none if that is meant"
-    quantity = quantity_of(name) if name in parameter_fields() else None
-    return f"such as {quantity.dimension.example}" if quantity is not None else ""
+    return such_as(name)
 
 
 def _problem(details: Mapping[str, Any], raw: object, key: str) -> Problem:
@@ -95,9 +112,7 @@ def _problem(details: Mapping[str, Any], raw: object, key: str) -> Problem:
     if kind == "fretwear":
         return Problem(key, shown(given), context["rule"], context["hint"])
     if kind == "missing":
-        example = quantity_of(f"{ROUGHNESS}.{location[-1]}")
-        hint = f"such as {location[-1]}: {example.dimension.example}" if example else ""
-        return Problem(key, "", "is missing", hint)
+        return Problem(key, "", "is missing", such_as(f"{ROUGHNESS}.{location[-1]}"))
     if kind == "extra_forbidden":
         known = list(WavyRoughness.model_fields)
         hint = suggestion(str(location[-1]), known) or f"known are {', '.join(known)}"
@@ -107,8 +122,7 @@ def _problem(details: Mapping[str, Any], raw: object, key: str) -> Problem:
         hint = suggestion(str(given), choices)
         return Problem(key, shown(given), f"must be {' or '.join(choices)}", hint)
     if kind in ("model_type", "model_attributes_type", "dict_type"):
-        rule = "must be none, or of the form {amplitude: 0.2 um, slope_x: 5.7 deg, slope_y: 1 deg}"
-        return Problem(key, shown(given), rule)
+        return Problem(key, shown(given), "must be none or a roughness", such_as(ROUGHNESS))
     if kind in ("tuple_type", "list_type"):
         rule = "must be a list such as [0, 1000, 30000]"
         return Problem(key, shown(raw), rule)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 from pydantic import ValidationError
@@ -72,7 +73,7 @@ class Point:
     case: Case | None
     problem: str = ""
 
-    @property
+    @cached_property
     def id(self) -> str:
         """Case id; empty where the point is invalid.  Points that come to one case share it."""
         return self.case.case_id if self.case is not None else ""

@@ -44,9 +44,9 @@ psi = pound_force / inch ** 2
 ksi = 1000 * psi
 """
 
-NUMBER_PATTERN = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,4})?"
-_QUANTITY = re.compile(rf"\s*(?P<number>{NUMBER_PATTERN})(?P<unit>.*)", re.DOTALL)
-_UNIT = re.compile(r"[^\W\d_][\w\s*/^().·⋅%°-]*|[°/][\w\s*/^().·⋅-]*")
+NUMBER_PATTERN = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,4})?"
+_QUANTITY = re.compile(rf"\s*(?P<number>[+-]?{NUMBER_PATTERN})(?P<unit>.*)", re.DOTALL)
+_UNIT = re.compile(r"[^\W\d_][\w\s*/^().·⋅%°-]*|(?:°|1?\s*/)[\w\s*/^().·⋅-]*")
 _LONG_OR_STACKED_POWER = re.compile(r"[0-9]{2}|(?:\^|\*\*)\s*-?\w+\s*(?:\^|\*\*)")
 _MAX_LENGTH = 60
 
@@ -88,6 +88,11 @@ class Dimension:
     si_unit: str
     example: str
     scales: tuple[tuple[float, str], ...] = ()
+
+    @property
+    def expectation(self) -> str:
+        """What a value must be, with an example: "must be a force such as 50 N"."""
+        return f"must be {self.name} such as {self.example}"
 
     @property
     def is_plain_number(self) -> bool:
@@ -188,41 +193,39 @@ def parse_quantity(value: object, dimension: Dimension, *, units_required: bool 
             raise _no_unit(f"{number:.12g}", dimension)
         return _finite(number, dimension)
     if not isinstance(value, str) or len(value) > _MAX_LENGTH:
-        raise QuantityError(f"must be {dimension.name} such as {dimension.example!r}")
+        raise QuantityError(dimension.expectation)
     match = _QUANTITY.fullmatch(value)
     if match is None:
-        raise QuantityError(f"must be {dimension.name} such as {dimension.example!r}")
+        raise QuantityError(dimension.expectation)
     unit = match["unit"].strip()
     if not unit:
         if not dimension.is_plain_number:
             raise _no_unit(match["number"], dimension)
         return _finite(float(match["number"]), dimension)
     if dimension.is_plain_number:
-        raise QuantityError(f"must be a plain number such as {dimension.example!r}, without a unit")
+        raise QuantityError(f"{dimension.expectation}, without a unit")
     try:
         factor, found = _unit(unit)
     except QuantityError as error:
-        rule = f"must be {dimension.name} such as {dimension.example!r}, but {error.rule}"
+        rule = f"{dimension.expectation}, but {error.rule}"
         raise QuantityError(rule, error.hint) from error
     if found is None or found.si_unit != dimension.si_unit:
         kind = "another quantity" if found is None else found.name
-        raise QuantityError(
-            f"must be {dimension.name} such as {dimension.example!r}, but {unit!r} is {kind}"
-        )
+        raise QuantityError(f"{dimension.expectation}, but {unit!r} is {kind}")
     return _finite(float(Decimal(match["number"]) * factor), dimension)
 
 
 def _no_unit(number: str, dimension: Dimension) -> QuantityError:
     unit = dimension.example.split(" ", 1)[1]
     return QuantityError(
-        f"needs a unit: it is {dimension.name} such as {dimension.example!r}",
+        f"needs a unit: it is {dimension.name} such as {dimension.example}",
         f"did you mean '{number} {unit}'?",
     )
 
 
 def _finite(number: float, dimension: Dimension) -> float:
     if not math.isfinite(number):
-        raise QuantityError(f"must be {dimension.name} such as {dimension.example!r}, and finite")
+        raise QuantityError(f"{dimension.expectation}, and finite")
     return number
 
 

@@ -13,8 +13,8 @@ from fretwear.study.parameters import (
     ROUGHNESS,
     case_fields,
     parameter_fields,
-    quantity_of,
     read_parameter,
+    such_as,
 )
 from fretwear.study.problems import Problem, shown, suggestion
 
@@ -141,8 +141,8 @@ def _read_roughness_parts(value: object, varied: Sequence[str], draft: Draft) ->
     if not isinstance(value, Mapping):
         first = next(name for name in varied if name.startswith(f"{ROUGHNESS}."))
         rule = f"must give the other parts of the roughness, because {first} is varied"
-        hint = "such as {amplitude: 0.2 um, slope_x: 5.7 deg, slope_y: 1 deg}"
-        draft.problems.append(Problem("base.roughness", shown(value), rule, hint))
+        problem = Problem("base.roughness", shown(value), rule, such_as(ROUGHNESS))
+        draft.problems.append(problem)
         return
     for part, raw in value.items():
         if part in parts:
@@ -155,23 +155,19 @@ def _read_roughness_parts(value: object, varied: Sequence[str], draft: Draft) ->
         if part == "kind":
             draft.fixed.setdefault(name, "wavy")
         elif part not in value and name not in varied:
-            quantity = quantity_of(name)
-            hint = f"such as {part}: {quantity.dimension.example}" if quantity else ""
-            draft.problems.append(Problem(f"base.roughness.{part}", "", "is missing", hint))
+            problem = Problem(f"base.roughness.{part}", "", "is missing", such_as(name))
+            draft.problems.append(problem)
 
 
 def _require(base: Mapping[str, Any], varied: Sequence[str], draft: Draft) -> None:
     given = {*base, *(name.split(".", 1)[0] for name in varied)}
     unknown = [key for key in base if key not in case_fields()]
-    for name, info in case_fields().items():
+    for name in case_fields():
         if name in given or name in TANGENTIAL or name in OPTIONAL_IN_FILES:
             continue
-        misspelt = any(suggestion(key, (name,)) for key in unknown)
-        if misspelt and info.is_required():
-            continue
-        quantity = quantity_of(name)
-        hint = f"such as {name}: {quantity.dimension.example}" if quantity else f"give {name}"
-        draft.problems.append(Problem(f"base.{name}", "", "is missing", hint))
+        if any(suggestion(key, (name,)) for key in unknown):
+            continue  # misspelt, which has been said
+        draft.problems.append(Problem(f"base.{name}", "", "is missing", such_as(name)))
     tangential = exactly_one_tangential(given)
     if tangential is not None:
         subject = tangential.subject

@@ -1,0 +1,359 @@
+import pytest
+
+from fretwear.study.case import Case
+from fretwear.study.file import load_study
+from fretwear.study.problems import StudyError
+
+WAVES = {"kind": "wavy", "amplitude": "0.2 um", "slope_x": "5.7 deg", "slope_y": "1 deg"}
+
+
+def change(content, key, value):
+    """Set a dotted key of a study's content; None removes it."""
+    *sections, last = key.split("/")
+    place = content
+    for name in sections:
+        place = place.setdefault(name, {})
+    if value is None:
+        place.pop(last, None)
+    else:
+        place[last] = value
+
+
+BAD_VALUES = [
+    # (changes, key, value, parts of the rule or the hint)
+    ({"base/lod": "50 N"}, "base.lod", "50 N", ["not a case parameter", "did you mean 'load'"]),
+    ({"vary/frction": [1]}, "vary.frction", "[1]", ["did you mean 'friction'"]),
+    ({"titel": "x"}, "titel", "x", ["did you mean 'title'"]),
+    ({"load": "5 N"}, "load", "5 N", ["base.load"]),
+    ({"output/cycle": [1]}, "output.cycle", "[1]", ["did you mean 'cycles'"]),
+    ({"base/radius": None}, "base.radius", "", ["is missing", "such as radius: 10 mm"]),
+    ({"base/plastic_limit": None}, "base.plastic_limit", "", ["is missing"]),
+    ({"base/roughness": None}, "base.roughness", "", ["is missing", "amplitude: 0.2 um"]),
+    ({"base/cycles": None}, "base.cycles", "", ["is missing", "cycles: 30000"]),
+    ({"base/tangential_load": "2 N"}, "base.tangential_load", "2 N", ["exactly one"]),
+    ({"vary/tangential_load": ["2 N"]}, "vary.tangential_load", "", ["exactly one"]),
+    ({"base/tangential_ratio": None}, "base.tangential_ratio", "", ["exactly one"]),
+    ({"base/radius": "10 N"}, "base.radius", "10 N", ["must be a length", "is a force"]),
+    ({"base/friction": "0.5 N"}, "base.friction", "0.5 N", ["plain number"]),
+    ({"base/load": 50}, "base.load", "50", ["needs a unit", "'50 N'"]),
+    ({"vary/load": ["25 N", 50]}, "vary.load[1]", "50", ["needs a unit"]),
+    ({"base/load": "-50 N"}, "base.load", "-50 N", ["larger than 0"]),
+    ({"vary/load": ["0 N"]}, "vary.load[0]", "0 N", ["larger than 0"]),
+    ({"base/radius": "0 mm"}, "base.radius", "0 mm", ["larger than 0"]),
+    ({"base/youngs_modulus": "-1 GPa"}, "base.youngs_modulus", "-1 GPa", ["larger than 0"]),
+    ({"base/youngs_modulus": ["1 GPa", "0 GPa"]}, "base.youngs_modulus", "[1 GPa, 0 GPa]", ["0"]),
+    ({"base/wear_coefficient": "0 / Pa"}, "base.wear_coefficient", "0 / Pa", ["larger than 0"]),
+    ({"base/plastic_limit": "0 MPa"}, "base.plastic_limit", "0 MPa", ["larger than 0"]),
+    ({"base/tangential_ratio": 0}, "base.tangential_ratio", "0", ["larger than 0"]),
+    ({"base/cycles": 0}, "base.cycles", "0", ["at least 1"]),
+    ({"base/cycles": "many"}, "base.cycles", "many", ["whole number"]),
+    ({"base/tolerance": 0.5}, "base.tolerance", "0.5", ["at most 0.1"]),
+    ({"base/cell": "0 um"}, "base.cell", "0 um", ["larger than 0"]),
+    ({"base/cell": [1, 2]}, "base.cell", "[1, 2]", ["needs a unit"]),
+    ({"base/slip_model": "jager"}, "base.slip_model", "jager", ["did you mean 'jaeger'"]),
+    ({"base/poisson_ratio": -1}, "base.poisson_ratio", "-1", ["larger than -1"]),
+    ({"base/poisson_ratio": 0.6}, "base.poisson_ratio", "0.6", ["at most 0.5"]),
+    ({"base/friction": 0}, "base.friction", "0", ["larger than 0"]),
+    ({"base/friction": -0.1}, "base.friction", "-0.1", ["larger than 0"]),
+    ({"base/friction": True}, "base.friction", "true", ["plain number"]),
+    ({"base/friction": float("nan")}, "base.friction", "nan", ["finite"]),
+    ({"base/tangential_ratio": 1.0}, "base.tangential_ratio", "1", ["gross sliding"]),
+    ({"base/plastic_limit": "0.1 MPa"}, "base.plastic_limit", "100 kPa", ["too low to carry"]),
+    ({"vary/load": []}, "vary.load", "[]", ["empty list"]),
+    ({"vary/load": "50 N"}, "vary.load", "50 N", ["must be a list", "[50 N]"]),
+    ({"vary/load": ["50 N", "25 N", "0.05 kN"]}, "vary.load[2]", "0.05 kN", ["vary.load[0]"]),
+    ({"vary/friction": [0.3, "0.30"]}, "vary.friction[1]", "0.30", ["same value"]),
+    ({"vary/load": {"from": "1 N", "to": "2 N"}}, "vary.load", "{from: 1 N, to: 2 N}", ["range"]),
+    ({"output/cycles": [0, 1001]}, "output.cycles", "1001", ["beyond the last cycle, 1000"]),
+    ({"output/cycles": [0, 1.5]}, "output.cycles[1]", "1.5", ["whole number"]),
+    ({"output/cycles": [0, -1]}, "output.cycles[1]", "-1", ["at least 0"]),
+    ({"output/cycles": 100}, "output.cycles", "100", ["must be a list"]),
+    ({"output/cycles": [5, 5]}, "output.cycles[1]", "5", ["given twice"]),
+    ({"output": [5]}, "output", "[5]", ["must hold keys"]),
+    ({"base/roughness": "rough"}, "base.roughness", "rough", ["none or a roughness"]),
+    (
+        {"base/roughness": {**WAVES, "slope_x": 5.7}},
+        "base.roughness.slope_x",
+        "5.7",
+        ["needs a unit", "'5.7 deg'"],
+    ),
+    (
+        {"base/roughness": {**WAVES, "amplitud": "1 um"}},
+        "base.roughness.amplitud",
+        "1 um",
+        ["did you mean 'amplitude'"],
+    ),
+    (
+        {"base/roughness": {**WAVES, "kind": "fractal"}},
+        "base.roughness.kind",
+        "fractal",
+        ["must be wavy"],
+    ),
+    (
+        {"base/roughness": WAVES, "base/cell": ["2 um", "2 um"]},
+        "base.cell",
+        "[2 um, 2 um]",
+        ["too coarse for the roughness", "[1 um, 2 um] or finer would be fine"],
+    ),
+    ({"base/cell": "40 um"}, "base.cell", "[40 um, 40 um]", ["too coarse for the contact"]),
+    ({"design": "gird"}, "design", "gird", ["did you mean 'grid'"]),
+    ({"design": {"kind": "sobol"}}, "design.points", "", ["is missing"]),
+    ({"design": {"kind": "grid", "points": 4}}, "design.points", "4", ["not known"]),
+    ({"invalid": "ignore"}, "invalid", "ignore", ["stop or skip"]),
+    ({"title": 7}, "title", "7", ["must be text"]),
+    ({"title": "x" * 201}, "title", "xxx", ["200 characters"]),
+]
+
+
+@pytest.mark.parametrize(("changes", "key", "value", "parts"), BAD_VALUES)
+def test_bad_input_is_refused_with_file_key_value_and_rule(
+    studies, content, changes, key, value, parts
+):
+    for place, new in changes.items():
+        change(content, place, new)
+    error = studies.error(content)
+    problem = next(problem for problem in error.problems if problem.key == key)
+    assert problem.value.startswith(value)
+    assert bool(problem.value) == bool(value)
+    message = str(error)
+    assert str(studies.folder / "study.yaml") in message
+    assert key in message
+    assert value in message
+    said = f"{problem.rule} {problem.hint}"
+    for part in parts:
+        assert part in said
+
+
+@pytest.mark.parametrize(("changes", "key", "value", "parts"), BAD_VALUES)
+def test_one_mistake_makes_one_problem(studies, content, changes, key, value, parts):
+    del key, value, parts
+    if not any(place.startswith(("vary", "design")) for place in changes):
+        del content["vary"]
+    for place, new in changes.items():
+        change(content, place, new)
+    assert len(studies.error(content).problems) == 1
+
+
+def test_unequal_lists_under_zip_are_refused_with_their_lengths(studies, content):
+    content["vary"] = {"load": ["25 N", "50 N"], "friction": [0.3, 0.4, 0.5]}
+    content["design"] = "zip"
+    (problem,) = studies.error(content).problems
+    assert problem.key == "vary"
+    assert "load has 2" in problem.rule
+    assert "friction has 3" in problem.rule
+
+
+def test_a_point_that_slides_names_its_values(studies, content):
+    del content["base"]["tangential_ratio"]
+    content["base"]["tangential_load"] = "10 N"
+    content["vary"]["friction"] = [0.3, 0.5]
+    (problem,) = studies.error(content).problems
+    assert problem.key == "base.tangential_load"
+    assert "gross sliding" in problem.rule
+    assert "load = 25 N, friction = 0.3" in problem.rule
+
+
+def test_a_rule_that_hangs_on_one_axis_is_said_once_per_value_of_it(studies, content):
+    content["vary"] = {"tangential_ratio": [0.5, 1.0], "wear_coefficient": ["1e-13/Pa", "2e-13/Pa"]}
+    (problem,) = studies.error(content).problems
+    assert problem.key == "vary.tangential_ratio[1]"
+
+
+def test_the_same_rule_broken_all_over_is_not_said_a_hundred_times(studies, content):
+    del content["base"]["tangential_ratio"]
+    content["vary"] = {
+        "load": [f"{10 + number} N" for number in range(20)],
+        "tangential_load": [f"{100 + number} N" for number in range(20)],
+    }
+    problems = studies.error(content).problems
+    assert len(problems) < 12
+    assert any("392 more combinations" in problem.rule for problem in problems)
+
+
+def test_all_problems_of_a_file_are_said_at_once_in_the_order_of_its_lines(studies):
+    error = studies.error(
+        """\
+titel: x
+base:
+  radius: 10 N
+  youngs_modulus: 208
+  poisson_ratio: 0.7
+  laod: 50 N
+  tangential_load: 20 N
+  tangential_ratio: 0.4
+  friction: 0.5
+  wear_coefficient: 7e-13 / Pa
+  plastic_limit: none
+  roughness: {kind: wavy, amplitude: 0.2 um, slope_x: 5.7, slope_y: 1 deg}
+  cell: [10 um, 10 um]
+vary:
+  plastic_limit: [none, 0 MPa]
+  friction: []
+output:
+  cycles: [0, 1.5]
+"""
+    )
+    placed = [(problem.key, problem.line) for problem in error.problems]
+    assert placed == [
+        ("titel", 1),
+        ("base.radius", 3),
+        ("base.youngs_modulus", 4),
+        ("base.poisson_ratio", 5),
+        ("base.laod", 6),
+        ("base.tangential_load", 7),
+        ("base.roughness.slope_x", 12),
+        ("vary.plastic_limit[1]", 15),
+        ("vary.friction", 16),
+        ("output.cycles[1]", 18),
+        ("base.cycles", None),
+    ]
+    assert "11 problems" in str(error)
+
+
+def test_rules_between_sound_values_are_tried_while_others_are_wrong(studies, content):
+    content["base"].update({"wear_coefficient": "1 N", "tangential_ratio": 2})
+    content["output"] = {"cycles": [5000]}
+    assert [problem.key for problem in studies.error(content).problems] == [
+        "base.tangential_ratio",
+        "base.wear_coefficient",
+        "output.cycles",
+    ]
+
+
+@pytest.mark.parametrize("text", ["just text\n", "[1, 2]\n", "42\n"])
+def test_a_file_without_keys_is_refused(studies, text):
+    assert "must hold keys" in str(studies.error(text))
+
+
+@pytest.mark.parametrize("key", ["load", "plastic_limit", "roughness", "cycles", "slip_model"])
+def test_a_key_without_a_value_is_refused(studies, content, key):
+    content["base"][key] = "VALUE"
+    text = studies.write(content).read_text().replace("VALUE", "")
+    problem = next(p for p in studies.error(text).problems if p.key == f"base.{key}")
+    assert "no value" in problem.rule
+
+
+@pytest.mark.parametrize("name", ["my study.yaml", "-x.yaml", ".yaml", "a;b.yaml", "ä.yaml"])
+def test_a_name_that_could_hurt_in_a_path_is_refused(studies, content, name):
+    with pytest.raises(StudyError, match="rename the file"):
+        load_study(studies.write(content, name))
+
+
+def test_a_study_says_its_points_in_order(studies, content):
+    content["vary"] = {"plastic_limit": ["none", "4500 MPa"], "load": ["25 N", "50 N"]}
+    study = studies.load(content)
+    assert (study.name, study.title, study.shape) == ("study", "Two loads", (2, 2))
+    assert [axis.coordinate for axis in study.axes] == ["plastic_limit", "load"]
+    assert [point.index for point in study.points()] == [(0, 0), (0, 1), (1, 0), (1, 1)]
+    assert [point.case.load for point in study.points()] == [25.0, 50.0, 25.0, 50.0]
+    assert study.points()[2].values == {"plastic_limit": 4.5e9, "load": 25.0}
+    assert study.points()[2].labels == {"plastic_limit": "4500 MPa", "load": "25 N"}
+
+
+def test_points_are_the_cases_that_python_would_make(studies, content):
+    content["base"]["roughness"] = WAVES
+    content["vary"] = {
+        "roughness.amplitude": ["0 um", "0.2 um"],
+        "plastic_limit": ["none", "4500 MPa"],
+        "youngs_modulus": ["208 GPa", ["208 GPa", "70 GPa"]],
+    }
+    for point in studies.load(content).points():
+        assert Case(**point.case.model_dump()) == point.case
+    rough = Case(
+        radius="10 mm",
+        youngs_modulus="208 GPa",
+        poisson_ratio=0.3,
+        load="50 N",
+        tangential_ratio=0.8,
+        friction=0.5,
+        wear_coefficient="7e-13 / Pa",
+        roughness=WAVES,
+        cycles=1000,
+        output_cycles=(0, 100),
+    )
+    assert studies.load(content).points()[4].case == rough
+
+
+def test_a_varied_value_takes_the_place_of_the_one_in_base(studies, content):
+    content["base"]["load"] = "99 N"
+    assert {case.load for case in studies.load(content).cases().values()} == {25.0, 50.0}
+
+
+def test_ids_do_not_depend_on_what_else_is_varied(studies, content):
+    small = studies.load(content).cases()
+    content["vary"] = {"friction": [0.5, 0.6], "load": ["50 N", "60 N", "25 N"]}
+    assert set(small) < set(studies.load(content).cases())
+
+
+def test_points_that_come_to_one_case_share_it(studies, content):
+    content["base"]["roughness"] = WAVES
+    content["vary"] = {
+        "roughness.amplitude": ["0 um", "0.2 um"],
+        "roughness.slope_x": ["5 deg", "6 deg"],
+    }
+    study = studies.load(content)
+    assert len(study.points()) == 4
+    assert len(study.cases()) == 3
+
+
+def test_a_study_without_anything_varied_is_one_case(studies, content):
+    del content["vary"]
+    study = studies.load(content)
+    assert len(study.cases()) == 1
+    assert study.shape == ()
+
+
+def test_the_title_defaults_to_the_name(studies, content):
+    del content["title"]
+    assert studies.load(content).title == "study"
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("roughness", ["none", WAVES, {**WAVES, "amplitude": "0.1 um"}]),
+        ("cell", ["1 um", ["0.5 um", "2 um"]]),
+        ("tolerance", [0.01, "1e-3"]),
+        ("slip_model", ["jaeger", "cattaneo_mindlin"]),
+        ("cycles", [1000, "1e4"]),
+        ("poisson_ratio", [0.3, [0.3, 0.2]]),
+        ("youngs_modulus", ["70 GPa", ["208 GPa", "70 GPa"]]),
+        ("radius", ["5 mm", "1 cm"]),
+    ],
+)
+def test_every_kind_of_parameter_can_be_varied(studies, content, name, values):
+    content["vary"] = {name: values}
+    assert len(studies.load(content).cases()) == len(values)
+
+
+def test_parts_of_the_roughness_are_varied_with_the_rest_from_base(studies, content):
+    rest = {name: value for name, value in WAVES.items() if name != "amplitude"}
+    content["base"]["roughness"] = rest
+    content["vary"] = {"roughness.amplitude": ["0.1 um", "0.2 um"]}
+    amplitudes = [point.case.roughness.amplitude for point in studies.load(content).points()]
+    assert amplitudes == [1e-7, 2e-7]
+
+
+def test_varying_a_part_of_no_roughness_is_refused(studies, content):
+    content["vary"] = {"roughness.amplitude": ["0.1 um", "0.2 um"]}
+    (problem,) = studies.error(content).problems
+    assert (problem.key, problem.value) == ("base.roughness", "none")
+    del content["base"]["roughness"]
+    keys = {problem.key for problem in studies.error(content).problems}
+    assert keys == {"base.roughness.slope_x", "base.roughness.slope_y"}
+
+
+def test_varying_the_whole_and_a_part_of_the_roughness_is_refused(studies, content):
+    content["base"]["roughness"] = WAVES
+    content["vary"] = {"roughness": ["none", WAVES], "roughness.amplitude": ["0.1 um"]}
+    keys = [problem.key for problem in studies.error(content).problems]
+    assert keys == ["vary.roughness"]
+
+
+def test_too_many_points_are_refused(studies, content):
+    content["vary"] = {
+        "load": [f"{10 + number} N" for number in range(600)],
+        "friction": [0.1 + 0.001 * number for number in range(600)],
+    }
+    (problem,) = studies.error(content).problems
+    assert "360000 points" in problem.rule

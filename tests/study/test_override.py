@@ -1,0 +1,111 @@
+import pytest
+
+from fretwear.study.override import override
+from fretwear.study.problems import StudyError
+from fretwear.study.selection import select_case
+
+WAVES = {"kind": "wavy", "amplitude": "0.2 um", "slope_x": "5.7 deg", "slope_y": "1 deg"}
+
+
+def test_a_set_value_replaces_base_and_ends_the_variation(studies, content):
+    (case,) = studies.load(content, ["load=30 N"]).cases().values()
+    assert case.load == 30.0
+
+
+def test_the_content_given_stays_as_it_is(content):
+    before = repr(content)
+    override(content, ["load=30 N", "output.cycles=[5]", "roughness.amplitude=1 um", "title=x"])
+    assert repr(content) == before
+
+
+def test_parts_of_the_roughness_can_be_set(studies, content):
+    content["base"]["roughness"] = WAVES
+    for case in studies.load(content, ["roughness.amplitude=0.1 um"]).cases().values():
+        assert case.roughness.amplitude == 1e-7
+
+
+def test_setting_one_tangential_parameter_drops_the_other(studies, content):
+    for case in studies.load(content, ["tangential_load=5 N"]).cases().values():
+        assert case.tangential_load == 5.0
+        assert case.tangential_ratio is None
+
+
+def test_snapshots_and_title_can_be_set(studies, content):
+    study = studies.load(content, ["output.cycles=[0, 7]", "title=Seven"])
+    assert study.title == "Seven"
+    assert study.points()[0].case.output_cycles == (0, 7, 1000)
+
+
+@pytest.mark.parametrize(
+    ("assignment", "key", "parts"),
+    [
+        ("lod=30 N", "--set lod", ["did you mean 'load'"]),
+        ("load", "--set", ["name=value"]),
+        ("load=30", "--set load", ["needs a unit"]),
+        ("load=30 kg", "--set load", ["must be a force"]),
+        ("load=[", "--set load", ["YAML"]),
+        ("tangential_ratio=1.5", "--set tangential_ratio", ["gross sliding"]),
+        ("roughness.amplitude=1 um", "--set roughness.amplitude", []),
+        ("output.cycles=[0, 1.5]", "--set output.cycles[1]", ["whole number"]),
+    ],
+)
+def test_a_wrong_assignment_is_refused_in_its_own_words(studies, content, assignment, key, parts):
+    error = studies.error(content, [assignment])
+    keys = [problem.key for problem in error.problems]
+    if assignment.startswith("roughness"):
+        assert keys == ["base.roughness.slope_x", "base.roughness.slope_y"]
+        return
+    assert keys == [key]
+    for part in parts:
+        assert part in str(error)
+
+
+def test_a_part_cannot_be_set_where_the_whole_is_varied(studies, content):
+    content["vary"] = {"roughness": ["none", WAVES]}
+    error = studies.error(content, ["roughness.amplitude=1 um"])
+    assert error.problems[0].key == "--set roughness.amplitude"
+
+
+def test_a_case_is_found_by_its_id(studies, content):
+    file = studies.write(content)
+    for case_id, case in studies.load(content).cases().items():
+        assert select_case(file, case_id) == case
+
+
+def test_a_chosen_case_can_be_changed(studies, content):
+    content["base"]["roughness"] = WAVES
+    content["vary"] = {"roughness.amplitude": ["0.1 um", "0.2 um"], "load": ["25 N", "50 N"]}
+    file = studies.write(content)
+    chosen = studies.load(content).points()[1]
+    changed = select_case(file, chosen.id, ["friction=0.7"])
+    assert changed.friction == 0.7
+    assert changed.load == 50.0
+    assert changed.roughness.amplitude == 1e-7
+    assert changed.case_id != chosen.id
+
+
+def test_a_drawn_case_can_be_changed_without_losing_a_bit_of_the_rest(studies, content):
+    content["design"] = {"kind": "sobol", "points": 4}
+    content["vary"] = {"load": {"from": "10 N", "to": "20 N"}}
+    file = studies.write(content)
+    chosen = studies.load(content).points()[2]
+    assert select_case(file, chosen.id, ["friction=0.7"]).load == chosen.case.load
+
+
+def test_the_only_case_needs_no_id(studies, content):
+    assert select_case(studies.write(content), None, ["load=30 N"]).load == 30.0
+
+
+def test_without_an_id_several_cases_are_listed(studies, content):
+    file = studies.write(content)
+    with pytest.raises(StudyError) as caught:
+        select_case(file)
+    for case_id in studies.load(content).cases():
+        assert case_id in str(caught.value)
+
+
+def test_an_unknown_id_is_refused_with_the_nearest(studies, content):
+    file = studies.write(content)
+    case_id = next(iter(studies.load(content).cases()))
+    with pytest.raises(StudyError, match=f"did you mean '{case_id}'"):
+        select_case(file, f"{case_id[:-2]}00")

@@ -1,0 +1,91 @@
+import csv
+import io
+import subprocess
+import sys
+
+import pytest
+
+from fretwear.study.plan import duration, plan_study, size, write_points
+
+
+def table(study):
+    stream = io.StringIO(newline="")
+    plan_study(study).write_csv(stream)
+    stream.seek(0)
+    return list(csv.DictReader(stream))
+
+
+def test_a_plan_has_a_row_for_every_point(studies, content):
+    plan = plan_study(studies.load(content))
+    assert plan.header() == ("id", "load", "cells", "time", "memory")
+    rows = list(plan.rows())
+    assert [row[0] for row in rows] == [point.id for point in plan.study.points()]
+    assert [row[1] for row in rows] == ["25 N", "50 N"]
+
+
+def test_the_table_of_points_is_in_si_units(studies, content):
+    content["vary"]["plastic_limit"] = ["none", "4500 MPa"]
+    rows = table(studies.load(content))
+    assert [float(row["load"]) for row in rows] == [25.0, 25.0, 50.0, 50.0]
+    assert [float(row["plastic_limit"]) for row in rows] == [float("inf"), 4.5e9] * 2
+    assert all(float(row["estimated_seconds"]) > 0 for row in rows)
+    assert all(int(row["cells"]) > 0 for row in rows)
+    assert all(row["problem"] == "" for row in rows)
+
+
+def test_numbers_in_the_table_read_back_to_the_last_bit(studies, content):
+    study = studies.load(content)
+    for row, point in zip(table(study), study.points(), strict=True):
+        assert float(row["hertz_radius"]) == point.case.hertz_radius
+        assert float(row["cell_x"]) == point.case.grid_spacing[0]
+
+
+def test_invalid_points_are_in_the_table_with_the_reason(studies, content):
+    content["invalid"] = "skip"
+    content["vary"] = {"tangential_ratio": [0.8, 1.5]}
+    good, bad = table(studies.load(content))
+    assert (bad["id"], bad["cells"], bad["tangential_ratio"]) == ("", "", "1.5")
+    assert "gross sliding" in bad["problem"]
+    assert good["id"]
+    assert list(plan_study(studies.load(content)).rows())[1][0] == "(invalid)"
+
+
+def test_totals_count_each_case_once(studies, content):
+    waves = {"amplitude": "0 um", "slope_x": "5 deg", "slope_y": "1 deg"}
+    content["base"]["roughness"] = waves
+    single = plan_study(studies.load({**content, "vary": {"load": ["50 N"]}}))
+    content["vary"] = {"roughness.slope_x": ["5 deg", "6 deg"]}
+    double = plan_study(studies.load(content))
+    assert len(double.points) == 2
+    assert double.seconds == pytest.approx(single.seconds)
+
+
+def test_the_table_is_written_to_a_file(studies, content, tmp_path):
+    study = studies.load(content)
+    write_points(study, tmp_path / "points.csv")
+    with (tmp_path / "points.csv").open(newline="") as stream:
+        assert list(csv.DictReader(stream)) == table(study)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"), [(3.2, "3 s"), (119, "119 s"), (600, "10 min"), (9000, "2.5 h")]
+)
+def test_times_for_people(seconds, text):
+    assert duration(seconds) == text
+
+
+def test_sizes_for_people():
+    assert (size(20_400_000), size(1_540_000_000)) == ("20 MB", "1.5 GB")
+
+
+def test_planning_imports_nothing_of_the_computation(studies, content):
+    file = studies.write(content)
+    program = (
+        "import sys\n"
+        "from fretwear.study.file import load_study\n"
+        "from fretwear.study.plan import plan_study\n"
+        f"list(plan_study(load_study({str(file)!r})).rows())\n"
+        "heavy = {'scipy.fft', 'scipy.stats', 'xarray', 'matplotlib', 'netCDF4'}\n"
+        "assert not heavy & set(sys.modules)\n"
+    )
+    subprocess.run([sys.executable, "-c", program], check=True)

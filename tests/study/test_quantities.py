@@ -1,0 +1,155 @@
+import math
+from fractions import Fraction
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fretwear.study.quantities import (
+    ANGLE,
+    COMPLIANCE,
+    FORCE,
+    LENGTH,
+    NUMBER,
+    PRESSURE,
+    QuantityError,
+    exact_text,
+    format_quantity,
+    parse_quantity,
+)
+
+PHYSICAL = (LENGTH, FORCE, PRESSURE, COMPLIANCE, ANGLE)
+
+
+@pytest.mark.parametrize(
+    ("text", "dimension", "expected"),
+    [
+        ("50 N", FORCE, 50.0),
+        ("50N", FORCE, 50.0),
+        ("0.05 kN", FORCE, 50.0),
+        ("208 GPa", PRESSURE, 208e9),
+        ("4500 N/mm^2", PRESSURE, 4500e6),
+        ("0.2 um", LENGTH, 0.2e-6),
+        ("0.2 \u00b5m", LENGTH, 0.2e-6),
+        ("0.2 \u03bcm", LENGTH, 0.2e-6),
+        ("10 mm", LENGTH, 0.01),
+        ("1 inch", LENGTH, 0.0254),
+        ("5.7 deg", ANGLE, math.radians(5.7)),
+        ("5.7\u00b0", ANGLE, math.radians(5.7)),
+        ("100 mrad", ANGLE, 0.1),
+        ("7e-13 / Pa", COMPLIANCE, 7e-13),
+        ("7e-13 1/Pa", COMPLIANCE, 7e-13),
+        ("7e-13 Pa^-1", COMPLIANCE, 7e-13),
+        ("7e-13 Pa**-1", COMPLIANCE, 7e-13),
+        ("7e-13 m^2/N", COMPLIANCE, 7e-13),
+        ("7e-4 mm^3/(kN m)", COMPLIANCE, 7e-16),
+        ("0.3", NUMBER, 0.3),
+        ("1e-3", NUMBER, 1e-3),
+        (0.3, NUMBER, 0.3),
+        (2, NUMBER, 2.0),
+    ],
+)
+def test_values_as_people_write_them(text, dimension, expected):
+    assert parse_quantity(text, dimension) == pytest.approx(expected, rel=1e-15)
+
+
+def test_the_same_value_in_other_units_is_the_same_float():
+    assert parse_quantity("50 N", FORCE) == parse_quantity("0.05 kN", FORCE) == 50.0
+    assert parse_quantity("0.2 um", LENGTH) == parse_quantity("200 nm", LENGTH) == 2e-7
+
+
+@given(st.decimals("1e-6", "1e6", places=6), st.sampled_from(["nm", "um", "mm", "m"]))
+def test_prefixes_are_exact_powers_of_ten(number, unit):
+    power = {"nm": -9, "um": -6, "mm": -3, "m": 0}[unit]
+    exact = float(Fraction(number) * Fraction(10) ** power)
+    assert parse_quantity(f"{number:f} {unit}", LENGTH) == exact
+
+
+@given(st.floats(1e-15, 1e15), st.sampled_from(PHYSICAL))
+def test_exact_text_reads_back_to_the_last_bit(value, dimension):
+    assert parse_quantity(exact_text(value, dimension), dimension, units_required=True) == value
+
+
+@given(st.floats(1e-15, 1e15), st.sampled_from((*PHYSICAL, NUMBER)))
+def test_text_for_people_reads_back_to_its_digits(value, dimension):
+    text = format_quantity(value, dimension, digits=8)
+    assert parse_quantity(text, dimension) == pytest.approx(value, rel=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("value", "dimension", "expected"),
+    [
+        (2e-7, LENGTH, "200 nm"),
+        (1.5e-6, LENGTH, "1.5 um"),
+        (0.9999999999e-6, LENGTH, "1 um"),
+        (4.5e9, PRESSURE, "4.5 GPa"),
+        (50.0, FORCE, "50 N"),
+        (math.radians(5.7), ANGLE, "5.7 deg"),
+        (7e-13, COMPLIANCE, "7e-13 / Pa"),
+        (math.inf, PRESSURE, "none"),
+        (0.3, NUMBER, "0.3"),
+    ],
+)
+def test_values_for_people(value, dimension, expected):
+    assert format_quantity(value, dimension) == expected
+
+
+@pytest.mark.parametrize(
+    ("value", "dimension", "parts"),
+    [
+        ("50 GPa", FORCE, ["must be a force such as 50 N", "'GPa' is a pressure"]),
+        ("5 m^2", LENGTH, ["a length", "'m^2' is another quantity"]),
+        ("50", FORCE, ["needs a unit", "did you mean '50 N'"]),
+        ("5.7", ANGLE, ["needs a unit", "'5.7 deg'"]),
+        ("7e-13", COMPLIANCE, ["needs a unit", "'7e-13 / Pa'"]),
+        ("50 gpa", PRESSURE, ["unknown unit 'gpa'", "did you mean 'GPa'"]),
+        ("0.3 N", NUMBER, ["a plain number", "without a unit"]),
+        ("fifty N", FORCE, ["a force such as 50 N"]),
+        ("", FORCE, ["a force"]),
+        (True, NUMBER, ["a plain number"]),
+        (None, FORCE, ["a force"]),
+        ([50], FORCE, ["a force"]),
+        (math.nan, NUMBER, ["finite"]),
+        (math.inf, FORCE, ["finite"]),
+        ("1e999 N", FORCE, ["finite"]),
+        ("nan N", FORCE, ["a force"]),
+        ("5 5 N", FORCE, ["cannot be read"]),
+        ("1 m**9**9**9", LENGTH, ["cannot be read"]),
+        ("1 m^99", LENGTH, ["cannot be read"]),
+        ("1 __import__('os')", LENGTH, ["cannot be read"]),
+        ("1 m" + " m" * 500, LENGTH, ["a length"]),
+    ],
+)
+def test_what_is_no_such_quantity_is_refused_with_the_reason(value, dimension, parts):
+    with pytest.raises(QuantityError) as caught:
+        parse_quantity(value, dimension)
+    for part in parts:
+        assert part in str(caught.value)
+
+
+def test_numbers_count_as_si_unless_units_are_required():
+    assert parse_quantity(50, FORCE) == 50.0
+    with pytest.raises(QuantityError, match="needs a unit"):
+        parse_quantity(50, FORCE, units_required=True)
+    assert parse_quantity(0.3, NUMBER, units_required=True) == 0.3
+
+
+@given(st.text(max_size=30), st.sampled_from((*PHYSICAL, NUMBER)))
+def test_any_text_is_a_finite_number_or_a_quantity_error(text, dimension):
+    try:
+        value = parse_quantity(text, dimension)
+    except QuantityError:
+        return
+    assert math.isfinite(value)
+
+
+@given(
+    st.from_regex(r"\A[0-9.]{1,3} ?[ mkuNPadgr/*^().0-9-]{0,20}\Z"),
+    st.sampled_from((*PHYSICAL, NUMBER)),
+)
+def test_text_that_looks_like_a_unit_is_a_finite_number_or_a_quantity_error(text, dimension):
+    try:
+        value = parse_quantity(text, dimension)
+    except QuantityError:
+        return
+    assert math.isfinite(value)
