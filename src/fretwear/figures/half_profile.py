@@ -116,16 +116,17 @@ def peak_envelope(x: Array, values: Array, wavelength: float) -> Array:
     x : array of shape (n,)
         Cell centres in m.
     values : array of shape (n,)
-        A quantity that is nowhere negative, in any unit.
+        A quantity that is nowhere negative, in any unit, of a surface even in x.
     wavelength : float
-        Wavelength along x in m; the crests lie at its multiples.
+        Wavelength along x in m.
 
     Returns
     -------
     array of shape (n,)
         Shape-preserving cubics through the peaks: they overshoot none of them.
     """
-    wave = np.rint(x / wavelength).astype(np.int64)
+    crest_in_the_middle = float(np.nansum(values * np.cos(2.0 * np.pi * x / wavelength))) >= 0.0
+    wave = np.floor(x / wavelength + (0.5 if crest_in_the_middle else 0.0)).astype(np.int64)
     knots, heights = [], []
     for index in np.unique(wave):
         cells = np.flatnonzero((wave == index) & np.isfinite(values))

@@ -61,6 +61,13 @@ def readable_unit(values: ArrayLike, base: str) -> Unit:
     return fitting[-1] if fitting else units[0]
 
 
+def with_unit(text: str, unit: Unit) -> str:
+    """Return a number with its unit for running text: ``4.1 µm``, ``4.1 × 10³ µm³``."""
+    if unit.name.startswith("10"):
+        return f"{text} × {unit.name}"
+    return f"{text} {unit.name}".rstrip()
+
+
 @dataclass(frozen=True)
 class Parameter:
     """How one case parameter is written: symbol (mathtext), words and unit for people."""
@@ -111,6 +118,9 @@ def _number(name: str, value: Any) -> str:
 
 def number(value: float) -> str:
     """Return `value` with up to five significant digits, as people write it."""
+    rounded = float(f"{value:.5g}")
+    if value == 0.0 or 1e-4 <= abs(rounded) < 1e6:
+        return f"{rounded:.10g}".replace("-", "−")
     text = f"{value:.5g}"
     if "e" not in text:
         return text.replace("-", "−")

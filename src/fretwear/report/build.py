@@ -1,0 +1,210 @@
+"""The report: one HTML file that needs nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import xarray as xr
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+import fretwear
+from fretwear.figures.wording import Unit, cycle_number, number, parameter
+from fretwear.report.computation import computation_facts, study_text
+from fretwear.report.embed import figure_groups
+from fretwear.report.findings import (
+    EFFECT_QUANTITIES,
+    effects,
+    key_numbers,
+    summary_sentences,
+)
+from fretwear.report.parameters import derived_rows, parameter_rows
+from fretwear.report.results import (
+    QUANTITIES,
+    QUANTITY,
+    PointResult,
+    Quantity,
+    display_unit,
+    labels_of,
+    point_results,
+)
+from fretwear.study.plan import Plan
+
+_MOST_ROWS = 2000
+
+
+@dataclass(frozen=True)
+class Section:
+    """One more section of a report.
+
+    Parameters
+    ----------
+    id : str
+        Anchor of the section, unique in the page.
+    title : str
+        Its heading.
+    body : markupsafe.Markup
+        Its content; what comes from outside must have been escaped.
+    """
+
+    id: str
+    title: str
+    body: Markup
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One number of the table of cases: as read, and as sorted by."""
+
+    text: str
+    value: str
+
+
+@dataclass(frozen=True)
+class Heading:
+    """A heading of the table of cases over one column, or over two: first and last cycle."""
+
+    text: str
+    unit: str
+    parts: tuple[str, ...]
+
+
+def build_report(
+    plan: Plan,
+    summary: xr.Dataset,
+    cases: Path,
+    figures: Path,
+    *,
+    failures: Mapping[str, str] | None = None,
+    sections: Sequence[Section] = (),
+) -> str:
+    """Build the report of a study as one self-contained HTML page.
+
+    Parameters
+    ----------
+    plan : Plan
+        The study with its points, from `fretwear.study.plan.plan_study`.
+    summary : xarray.Dataset
+        The merged study.
+    cases : pathlib.Path
+        Folder of the case files.
+    figures : pathlib.Path
+        Folder of the figures with their index, from
+        `fretwear.figures.study.write_study_figures`.
+    failures : mapping of str to str, optional
+        Why cases failed, by case id.
+    sections : sequence of Section
+        More sections, placed after the figures.
+
+    Returns
+    -------
+    str
+        HTML that loads nothing from anywhere.
+
+    Raises
+    ------
+    ValueError
+        When `summary` is not that of the plan's study.
+    """
+    study = plan.study
+    results = point_results(plan, summary, failures or {})
+    done = [result for result in results if result.done]
+    units = _units(results) if done else {}
+    cycles = _cycles_text(plan)
+    return (
+        _environment()
+        .get_template("report.html.j2")
+        .render(
+            title=study.title,
+            name=study.name,
+            version=fretwear.__version__,
+            lead=_lead(plan, results, cycles),
+            key_numbers=key_numbers(results, cycles),
+            sentences=list(summary_sentences(results)),
+            parameters=parameter_rows(plan),
+            derived=derived_rows(plan),
+            effects=effects(plan, results),
+            effect_labels=[QUANTITY[name].heading for name in EFFECT_QUANTITIES],
+            varied=[(axis.coordinate, parameter(axis.coordinate).words) for axis in study.axes],
+            choices={a.coordinate: list(dict.fromkeys(labels_of(a))) for a in study.axes},
+            headings=_headings(units) if done else [],
+            rows=[(result, list(_cells(result, units))) for result in results[:_MOST_ROWS]],
+            total=len(results),
+            groups=figure_groups(figures),
+            undone=[result for result in results if not result.done][:_MOST_ROWS],
+            facts=computation_facts(plan, results, cases),
+            study_text=study_text(study),
+            study_file=study.file.name,
+            sections=list(sections),
+        )
+    )
+
+
+def _environment() -> Environment:
+    return Environment(
+        loader=PackageLoader("fretwear.report", "templates"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+
+
+def _cycles_text(plan: Plan) -> str:
+    counts = sorted({case.cycles for case in plan.study.cases().values()})
+    texts = [cycle_number(count) for count in counts]
+    return texts[0] if len(texts) == 1 else f"{texts[0]} to {texts[-1]}"
+
+
+def _lead(plan: Plan, results: Sequence[PointResult], cycles: str) -> str:
+    """Return one sentence that says what was run, for someone who has not seen the study file."""
+    done = sum(result.done for result in results)
+    axes = [f"{len(axis.values)} of {parameter(axis.coordinate).words}" for axis in plan.study.axes]
+    if axes and plan.study.design.kind == "grid":
+        varied = f", every combination of {_and([axes[0].replace(' of', ' values of'), *axes[1:]])}"
+    elif axes:
+        varied = f" that vary {_and([parameter(a.coordinate).words for a in plan.study.axes])}"
+    else:
+        varied = ""
+    rest = "" if done == len(results) else f" Of {len(results)} points, {done} have results."
+    return (
+        "A sphere is pressed on a flat by a constant load and rubbed to and fro by a tangential "
+        f"force too small to slide it: the middle sticks, a ring around it slips and wears. "
+        f"This study follows {cycles} cycles in {len(results)} "
+        f"case{'s' if len(results) > 1 else ''}{varied}.{rest}"
+    )
+
+
+def _and(parts: Sequence[str]) -> str:
+    return " and ".join([", ".join(parts[:-1]), parts[-1]]) if len(parts) > 1 else parts[0]
+
+
+def _units(results: Sequence[PointResult]) -> dict[str, Unit]:
+    """Return one unit for each heading, so that first and last can be compared."""
+    widest: dict[str, Unit] = {}
+    for quantity in QUANTITIES:
+        unit = display_unit(quantity, results)
+        other = widest.get(quantity.heading, unit)
+        widest[quantity.heading] = max(unit, other, key=lambda candidate: candidate.size)
+    return {quantity.name: widest[quantity.heading] for quantity in QUANTITIES}
+
+
+def _headings(units: Mapping[str, Unit]) -> list[Heading]:
+    grouped: dict[str, list[Quantity]] = {}
+    for quantity in QUANTITIES:
+        grouped.setdefault(quantity.heading, []).append(quantity)
+    return [
+        Heading(text, units[group[0].name].name, tuple(quantity.when for quantity in group))
+        for text, group in grouped.items()
+    ]
+
+
+def _cells(result: PointResult, units: Mapping[str, Unit]) -> Iterator[Cell]:
+    if not result.done:
+        return
+    for quantity in QUANTITIES:
+        value = result.values[quantity.name]
+        shown = float(f"{value / units[quantity.name].size:.4g}")
+        yield Cell(number(shown), f"{value:.6g}")

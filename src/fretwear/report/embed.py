@@ -1,0 +1,66 @@
+"""Figures as parts of the page itself."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from fretwear.figures.study import FigureEntry, read_figure_index
+
+_LARGE = 1_000_000
+_MIME = {".svg": "image/svg+xml", ".png": "image/png"}
+
+
+@dataclass(frozen=True)
+class EmbeddedFigure:
+    """A figure with its image as a data URI."""
+
+    name: str
+    caption: str
+    uri: str
+
+
+@dataclass(frozen=True)
+class FigureGroup:
+    """Figures of one category, in their order."""
+
+    category: str
+    figures: tuple[EmbeddedFigure, ...]
+
+
+def figure_groups(folder: Path) -> list[FigureGroup]:
+    """Return the figures of a folder by category, in the order of its index.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        As written by `fretwear.figures.study.write_study_figures`.
+    """
+    entries = read_figure_index(folder)
+    categories = dict.fromkeys(entry.category for entry in entries)
+    return [FigureGroup(category, _embedded(folder, entries, category)) for category in categories]
+
+
+def _embedded(
+    folder: Path, entries: Sequence[FigureEntry], category: str
+) -> tuple[EmbeddedFigure, ...]:
+    return tuple(
+        EmbeddedFigure(entry.name, entry.caption, _data_uri(_lighter(folder, entry.name)))
+        for entry in entries
+        if entry.category == category
+    )
+
+
+def _lighter(folder: Path, name: str) -> Path:
+    """Return the vector file, or the bitmap where the vector one is large and heavier."""
+    vector, bitmap = folder / f"{name}.svg", folder / f"{name}.png"
+    size = vector.stat().st_size
+    return bitmap if size > _LARGE and bitmap.stat().st_size < size else vector
+
+
+def _data_uri(path: Path) -> str:
+    # An image of its own, not inline SVG: the ids inside two inlined SVGs would collide.
+    text = base64.b64encode(path.read_bytes()).decode("ascii")
+    return f"data:{_MIME[path.suffix]};base64,{text}"

@@ -1,0 +1,240 @@
+"""The key results of every point of a study, as numbers with the texts that people read."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from fretwear.figures.wording import (
+    MEGAPASCAL,
+    MICROMETRE,
+    Unit,
+    readable_unit,
+    value_text,
+    words_text,
+)
+from fretwear.study.plan import Plan, PlannedPoint
+from fretwear.study.points import Axis
+
+Array = NDArray[np.float64]
+Evaluation = Callable[[xr.Dataset], float]
+
+DONE, FAILED, INVALID = "done", "failed", "invalid"
+_STATUS = (DONE, FAILED, INVALID)
+UNKNOWN_REASON = "The simulation failed; its log tells why."
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One key result.
+
+    Parameters
+    ----------
+    name : str
+        Short name, unique.
+    heading : str
+        Heading of its column, without the unit.
+    when : {"first", "last"}
+        Cycle at which it is taken.
+    base : str
+        SI unit, when the display unit follows from the values.
+    unit : Unit or None
+        Display unit; None chooses one by the largest value.
+    of : callable
+        Evaluates it for one point of the merged study, in SI units.
+    """
+
+    name: str
+    heading: str
+    when: str
+    base: str
+    unit: Unit | None
+    of: Evaluation
+
+
+@dataclass(frozen=True)
+class PointResult:
+    """What became of one point.
+
+    Parameters
+    ----------
+    number : int
+        Place in the study, from 1.
+    id : str
+        Case id, empty when invalid.
+    status : str
+        ``done``, ``failed`` or ``invalid``.
+    reason : str
+        Why it is not done.
+    labels : mapping of str to str
+        Varied values in the words of people, by name.
+    values : mapping of str to float
+        Key results in SI units by name; empty when not done.
+    title : str
+        The varied values in one line.
+    capped, smooth : bool
+        Whether a plastic limit applies, and whether there is no roughness.
+    sort_keys : mapping of str to float
+        Numbers that put the points in the order of a varied value, by its name.
+    """
+
+    number: int
+    id: str
+    status: str
+    reason: str
+    labels: Mapping[str, str]
+    title: str
+    values: Mapping[str, float] = field(default_factory=dict)
+    capped: bool = False
+    smooth: bool = False
+    sort_keys: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def done(self) -> bool:
+        """Whether there are results."""
+        return self.status == DONE
+
+
+def _first(name: str) -> Evaluation:
+    return lambda point: float(_finite(point[name])[0])
+
+
+def _last(name: str) -> Evaluation:
+    return lambda point: float(_finite(point[name])[-1])
+
+
+def _deepest(point: xr.Dataset) -> float:
+    return float(np.nanmax(point["wear_profile"].values))
+
+
+QUANTITIES = (
+    Quantity("half_width_first", "Contact half-width", "first", "m", MICROMETRE,
+             _first("contact_half_width_x")),
+    Quantity("half_width", "Contact half-width", "last", "m", MICROMETRE,
+             _last("contact_half_width_x")),
+    Quantity("stick_first", "Stick half-width", "first", "m", MICROMETRE,
+             _first("stick_half_width_x")),
+    Quantity("stick", "Stick half-width", "last", "m", MICROMETRE, _last("stick_half_width_x")),
+    Quantity("central_first", "Central pressure", "first", "Pa", MEGAPASCAL,
+             _first("central_pressure")),
+    Quantity("central", "Central pressure", "last", "Pa", MEGAPASCAL, _last("central_pressure")),
+    Quantity("peak", "Highest pressure", "last", "Pa", MEGAPASCAL, _last("peak_pressure")),
+    Quantity("depth", "Deepest wear near y = 0", "last", "m", None, _deepest),
+    Quantity("volume", "Wear volume", "last", "m3", None, _last("wear_volume")),
+    Quantity("energy_first", "Energy per cycle", "first", "J", None, _first("dissipated_energy")),
+    Quantity("energy", "Energy per cycle", "last", "J", None, _last("dissipated_energy")),
+)  # fmt: skip
+QUANTITY = {quantity.name: quantity for quantity in QUANTITIES}
+
+
+def point_results(
+    plan: Plan, summary: xr.Dataset, failures: Mapping[str, str]
+) -> list[PointResult]:
+    """Return the key results of every point, in the order of the study.
+
+    Parameters
+    ----------
+    plan : Plan
+        The study's plan.
+    summary : xarray.Dataset
+        The merged study.
+    failures : mapping of str to str
+        Reasons by case id, for points that failed.
+
+    Raises
+    ------
+    ValueError
+        When `summary` is not that of the plan's study.
+    """
+    dims = _point_dims(plan)
+    sizes = tuple(summary.sizes.get(dim, 0) for dim in dims)
+    if sizes != plan.study.shape:
+        raise ValueError(
+            f"The merged study has {dict(zip(dims, sizes, strict=True))} points, the study file "
+            f"{plan.study.name!r} has {plan.study.shape}: merge the study again."
+        )
+    loaded = summary.load()
+    return [
+        _result(number, planned, loaded.isel(_index(plan, planned)), failures)
+        for number, planned in enumerate(plan.points, 1)
+    ]
+
+
+def display_unit(quantity: Quantity, results: Sequence[PointResult]) -> Unit:
+    """Return the unit in which a quantity is shown for all points."""
+    if quantity.unit is not None:
+        return quantity.unit
+    return readable_unit([r.values[quantity.name] for r in results if r.done], quantity.base)
+
+
+def _point_dims(plan: Plan) -> tuple[str, ...]:
+    if plan.study.design.kind == "grid":
+        return tuple(axis.coordinate for axis in plan.study.axes)
+    return ("point",)
+
+
+def _index(plan: Plan, planned: PlannedPoint) -> dict[str, int]:
+    if plan.study.design.kind != "grid":
+        return {"point": planned.point.index[0]}
+    return dict(zip(_point_dims(plan), planned.point.index, strict=True))
+
+
+def labels_of(axis: Axis) -> tuple[str, ...]:
+    """Return the values of a varied parameter in the words of people."""
+    return tuple(
+        _text(axis.coordinate, value, written, value_text)
+        for value, written in zip(axis.values, axis.labels, strict=True)
+    )
+
+
+def _text(name: str, value: object, written: str, words: Callable[[str, object], str]) -> str:
+    """Return a value in words; what is no single number stays as the study file has it."""
+    is_number = isinstance(value, float | int) and not isinstance(value, bool)
+    return words(name, value if is_number else written)
+
+
+def _result(
+    number: int, planned: PlannedPoint, point: xr.Dataset, failures: Mapping[str, str]
+) -> PointResult:
+    varied = [
+        (name.replace(".", "_"), value, planned.point.labels[name])
+        for name, value in planned.point.values.items()
+    ]
+    result = PointResult(
+        number=number,
+        id=planned.id,
+        status=INVALID if planned.case is None else _STATUS[int(point["status"])],
+        reason="",
+        labels={name: _text(name, value, label, value_text) for name, value, label in varied},
+        title=", ".join(_text(name, value, label, words_text) for name, value, label in varied)
+        or "the case",
+        sort_keys=_sort_keys(planned),
+    )
+    if planned.case is None or not result.done:
+        reason = planned.point.problem or failures.get(planned.id, UNKNOWN_REASON)
+        return replace(result, reason=reason)
+    return replace(
+        result,
+        values={quantity.name: quantity.of(point) for quantity in QUANTITIES},
+        capped=math.isfinite(planned.case.plastic_limit),
+        smooth=planned.case.roughness is None,
+    )
+
+
+def _sort_keys(planned: PlannedPoint) -> dict[str, float]:
+    """Return SI values where they are numbers, and places in the study file where not."""
+    keys = {}
+    for (name, value), place in zip(planned.point.values.items(), planned.point.index, strict=True):
+        is_number = isinstance(value, float | int)
+        keys[name.replace(".", "_")] = float(value) if is_number else float(place)
+    return keys
+
+
+def _finite(series: xr.DataArray) -> Array:
+    values = series.values.astype(np.float64)
+    return values[np.isfinite(values)]
