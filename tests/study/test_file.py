@@ -1,3 +1,5 @@
+import copy
+
 import pytest
 
 from fretwear.study.case import Case
@@ -57,6 +59,16 @@ BAD_VALUES = [
     ({"base/friction": -0.1}, "base.friction", "-0.1", ["larger than 0"]),
     ({"base/friction": True}, "base.friction", "true", ["plain number"]),
     ({"base/friction": float("nan")}, "base.friction", "nan", ["finite"]),
+    ({"base/friction": 10**400}, "base.friction", "1000", ["finite"]),
+    ({"base/cycles": 10**400}, "base.cycles", "1000", ["whole number"]),
+    ({"base/plastic_limit": float("inf")}, "base.plastic_limit", "inf", ["write none"]),
+    ({"base/plastic_limit": "None"}, "base.plastic_limit", "None", ["a pressure", "or none"]),
+    (
+        {"vary/roughness": {"amplitude": ["1 um"]}},
+        "vary.roughness",
+        "{amplitude",
+        ["roughness.amplitude: ["],
+    ),
     ({"base/tangential_ratio": 1.0}, "base.tangential_ratio", "1", ["gross sliding"]),
     ({"base/plastic_limit": "0.1 MPa"}, "base.plastic_limit", "100 kPa", ["too low to carry"]),
     ({"vary/load": []}, "vary.load", "[]", ["empty list"]),
@@ -357,3 +369,18 @@ def test_too_many_points_are_refused(studies, content):
     }
     (problem,) = studies.error(content).problems
     assert "360000 points" in problem.rule
+
+
+def test_a_number_too_long_to_be_written_is_refused(studies, content):
+    content["base"]["cycles"] = "NUMBER"
+    text = studies.write(content).read_text().replace("NUMBER", "0x" + "f" * 20000)
+    (problem,) = studies.error(text).problems
+    assert problem.key == "base.cycles"
+    assert problem.value == "a number of thousands of digits"
+
+
+def test_errors_can_be_copied_whole(studies, content):
+    content["base"]["load"] = 50
+    error = studies.error(content)
+    again = copy.deepcopy(error)
+    assert (str(again), again.problems) == (str(error), error.problems)

@@ -92,6 +92,12 @@ def test_a_drawn_case_can_be_changed_without_losing_a_bit_of_the_rest(studies, c
     assert select_case(file, chosen.id, ["friction=0.7"]).load == chosen.case.load
 
 
+def test_setting_all_that_is_sampled_leaves_one_case(studies, content):
+    content["design"] = {"kind": "sobol", "points": 4}
+    content["vary"] = {"load": {"from": "10 N", "to": "20 N"}}
+    assert len(studies.load(content, ["load=30 N"]).cases()) == 1
+
+
 def test_the_only_case_needs_no_id(studies, content):
     assert select_case(studies.write(content), None, ["load=30 N"]).load == 30.0
 

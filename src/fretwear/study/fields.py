@@ -108,11 +108,12 @@ class Quantity(Reader):
 
     def read(self, value: object, units_required: bool) -> float:
         """Return the SI value; `QuantityError` where it is none or out of range."""
-        if self.none_is_infinite:
-            if means_none(value, units_required):
+        if self.none_is_infinite and means_none(value, units_required):
+            return math.inf
+        if self.none_is_infinite and value == math.inf:
+            if not units_required:
                 return math.inf
-            if value == math.inf and not units_required:
-                return math.inf
+            raise QuantityError(f"{self.dimension.expectation}, or none", "write none for no limit")
         try:
             number = parse_quantity(value, self.dimension, units_required=units_required)
         except QuantityError as error:
@@ -232,14 +233,7 @@ class WholeNumber(Reader):
     def read(self, value: object, units_required: bool) -> int:
         """Return an int; ``1e4``, which YAML reads as text, is accepted."""
         del units_required
-        number: float = math.nan
-        if isinstance(value, Real) and not isinstance(value, bool):
-            number = float(value)
-        elif isinstance(value, str):
-            try:
-                number = float(value) if len(value) < 30 else math.nan
-            except ValueError:
-                number = math.nan
+        number = _any_number(value)
         if not math.isfinite(number) or number != int(number):
             raise QuantityError(f"must be a whole number such as {self.example}")
         if not self.at_least <= number <= self.at_most:
@@ -251,6 +245,17 @@ class WholeNumber(Reader):
         number = {"type": "integer", "minimum": self.at_least, "maximum": self.at_most}
         text = {"type": "string", "pattern": _NUMBER_SCHEMA}
         return {"anyOf": [number, text], "examples": [self.usual]}
+
+
+def _any_number(value: object) -> float:
+    """Return a number or the number that a text says; nan where there is none."""
+    is_number = isinstance(value, Real) and not isinstance(value, bool)
+    if not is_number and not (isinstance(value, str) and len(value) < 30):
+        return math.nan
+    try:
+        return float(value)  # type: ignore[arg-type]
+    except (ValueError, OverflowError):
+        return math.nan
 
 
 def _is_list(value: object) -> bool:

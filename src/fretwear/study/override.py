@@ -76,7 +76,9 @@ def _assign(content: dict[str, Any], name: str, value: Any) -> list[Problem]:
             del vary[varied]
         base[name] = value
     if not vary:
+        # A sampled design without anything to sample would be an error of its own.
         del content["vary"]
+        content.pop("design", None)
     return []
 
 

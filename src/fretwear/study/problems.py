@@ -55,9 +55,9 @@ class StudyError(ValueError):
     def __init__(self, file: Path, problems: Iterable[Problem]) -> None:
         self.file = file
         self.problems = tuple(problems)
-        super().__init__(self._text())
+        super().__init__(file, self.problems)
 
-    def _text(self) -> str:
+    def __str__(self) -> str:
         if len(self.problems) == 1:
             return f"{self.file}: {self.problems[0]}"
         listed = "\n".join(f"  {problem}" for problem in self.problems)
@@ -77,7 +77,10 @@ def shown(value: object) -> str:
     elif isinstance(value, list | tuple):
         text = "[" + ", ".join(shown(item) for item in value[:10]) + "]"
     else:
-        text = str(value)
+        try:
+            text = str(value)
+        except ValueError:  # Python refuses to write out whole numbers of thousands of digits
+            text = "a number of thousands of digits"
     return text if len(text) <= _LONGEST_VALUE else f"{text[: _LONGEST_VALUE - 3]}..."
 
 

@@ -65,7 +65,10 @@ class QuantityError(ValueError):
     def __init__(self, rule: str, hint: str = "") -> None:
         self.rule = rule
         self.hint = hint
-        super().__init__(f"{rule}; {hint}" if hint else rule)
+        super().__init__(rule, hint)
+
+    def __str__(self) -> str:
+        return f"{self.rule}; {self.hint}" if self.hint else self.rule
 
 
 @dataclass(frozen=True)
@@ -188,10 +191,10 @@ def parse_quantity(value: object, dimension: Dimension, *, units_required: bool 
         Not a number, not finite, no unit, an unknown unit or one of another dimension.
     """
     if isinstance(value, Real) and not isinstance(value, bool):
-        number = float(value)
+        number = _finite(_as_float(value), dimension)
         if units_required and not dimension.is_plain_number:
             raise _no_unit(f"{number:.12g}", dimension)
-        return _finite(number, dimension)
+        return number
     if not isinstance(value, str) or len(value) > _MAX_LENGTH:
         raise QuantityError(dimension.expectation)
     match = _QUANTITY.fullmatch(value)
@@ -213,6 +216,13 @@ def parse_quantity(value: object, dimension: Dimension, *, units_required: bool 
         kind = "another quantity" if found is None else found.name
         raise QuantityError(f"{dimension.expectation}, but {unit!r} is {kind}")
     return _finite(float(Decimal(match["number"]) * factor), dimension)
+
+
+def _as_float(value: Real) -> float:
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf
 
 
 def _no_unit(number: str, dimension: Dimension) -> QuantityError:
