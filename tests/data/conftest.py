@@ -8,11 +8,13 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 import xarray as xr
+import yaml
 
 from fretwear.data.schema import case_dataset, history_dataset
 from fretwear.data.store import write_case
 from fretwear.mechanics.theory import CattaneoMindlin, HertzContact
 from fretwear.study.case import Case
+from fretwear.study.file import Study, load_study
 
 
 class Results(NamedTuple):
@@ -131,3 +133,50 @@ def case_path(tmp_path: Path, results: Results) -> Path:
     path = tmp_path / "cases" / "case.nc"
     write_case(*results, path)
     return path
+
+
+STUDY = {
+    "title": "Loads and limits",
+    "base": {
+        "radius": "10 mm",
+        "youngs_modulus": "208 GPa",
+        "poisson_ratio": 0.3,
+        "load": "50 N",
+        "tangential_ratio": 0.8,
+        "friction": 0.5,
+        "wear_coefficient": "7e-13 / Pa",
+        "plastic_limit": "none",
+        "roughness": "none",
+        "cycles": 1000,
+        "cell": ["10 um", "12 um"],
+    },
+    "output": {"cycles": [0, 100, 1000]},
+}
+
+
+@pytest.fixture
+def make_study(tmp_path: Path) -> Callable[..., Study]:
+    def make(vary: dict[str, object], **sections: object) -> Study:
+        base = {name: v for name, v in STUDY["base"].items() if name not in vary}
+        if "tangential_load" in vary:
+            del base["tangential_ratio"]
+        if any(name.startswith("roughness.") for name in vary):
+            base["roughness"] = {"kind": "wavy", "slope_x": "0.2 deg", "slope_y": "0.2 deg"}
+        path = tmp_path / "study.yaml"
+        path.write_text(yaml.safe_dump({**STUDY, "base": base, "vary": vary, **sections}))
+        return load_study(path)
+
+    return make
+
+
+@pytest.fixture
+def run_study(tmp_path: Path, make_results: Callable[..., Results]) -> Callable[[Study], Path]:
+    """Write the closed forms of every case of a study; gives the folder of the case files."""
+
+    def run(study: Study) -> Path:
+        for name, case in study.cases().items():
+            results = make_results(case, cycles=case.output_cycles)
+            write_case(*results, tmp_path / "cases" / f"{name}.nc")
+        return tmp_path / "cases"
+
+    return run

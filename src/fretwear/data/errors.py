@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import shutil
+from collections.abc import Sequence
 from pathlib import Path
 
 _FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
@@ -37,6 +38,23 @@ class DataFileError(Exception):
 
 class CaseFileError(DataFileError):
     """A case file that is missing, unfinished, damaged or of another case."""
+
+
+class CaseFilesError(CaseFileError):
+    """Several case files that cannot be used, each with what is wrong and what to do.
+
+    Attributes
+    ----------
+    errors : tuple of CaseFileError
+        One for each file; `path`, `problem` and `remedy` are those of the first.
+    """
+
+    def __init__(self, errors: Sequence[CaseFileError]) -> None:
+        super().__init__(errors[0].path, errors[0].problem, errors[0].remedy)
+        self.errors = tuple(errors)
+
+    def __str__(self) -> str:
+        return "\n".join(str(error) for error in self.errors)
 
 
 def write_error(path: Path, cause: OSError | RuntimeError) -> DataFileError:
