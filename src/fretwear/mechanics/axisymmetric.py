@@ -1,212 +1,65 @@
 """Wear of a smooth sphere in partial slip, on rings: an independent reference for the 3-D solver.
 
-Nothing is shared with the solver on rectangular cells but the physics. Space is divided into rings
-of uniform pressure, joined by a dense influence matrix from complete elliptic integrals, fine where
-the stick edge passes; contact problems are solved by an active set with direct factorization. Time
-is divided into small backward steps, and what is reported is extrapolated to vanishing steps.
+Nothing is shared with the solver on rectangular cells but the physics. Space is divided into rings,
+fine where the stick edge passes; time into small backward steps, and what is reported is
+extrapolated to vanishing steps. The reduced-load problem of Ciavarella (1998) and Jäger (1998)
+gives the slip, Archard's law the wear; where the pressure reaches the plastic limit the shape sinks
+for good.
 
-Inside this module lengths are in Hertzian contact radii a, heights in a²/R, pressures in E* a/R and
-time is τ = 4 K_w µ κ p0 N, so that only Q/µP and p_lim/p0 remain; `wear_history` is in SI units.
+Inside, lengths are in Hertzian contact radii a, heights in a²/R, pressures in E* a/R and time is
+τ = 4 K_w µ κ p0 N, so that only Q/µP and p_lim/p0 remain; `wear_history` is in SI units.
 
 References
 ----------
-K. L. Johnson (1985), Contact Mechanics, Cambridge University Press, section 3.4 (the displacement
-of a uniform pressure on a disc).
+M. Ciavarella (1998), The generalized Cattaneo partial slip plane contact problem,
+Int. J. Solids Struct. 35, 2349–2362.
+J. Jäger (1998), A new principle in contact mechanics, J. Tribol. 120, 677–684.
 """
 
 import math
-from collections.abc import Callable, Iterator
-from dataclasses import astuple, dataclass
-from functools import cached_property
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
-from scipy.linalg import solve
-from scipy.special import ellipe, ellipkm1
+from numpy.typing import NDArray
 
 from fretwear.mechanics.materials import require_positive
+from fretwear.mechanics.rings import RingContact, Rings, graded_rings, solve_contact
 from fretwear.mechanics.theory import CattaneoMindlin, HertzContact
 
-__all__ = [
-    "Resolution",
-    "Rings",
-    "SmoothWear",
-    "disc_displacement",
-    "solve_contact",
-    "wear_history",
-]
+__all__ = ["Resolution", "SmoothWear", "WearHistory", "WearState", "wear_history"]
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
-Layer = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 
 UNIT_HERTZ = HertzContact(radius=1.0, load=4.0 / 3.0, composite_modulus=1.0)
 
 
-def disc_displacement(r: ArrayLike, disc_radius: ArrayLike) -> FloatArray:
-    """Surface displacement at ``r`` of a unit pressure on a disc, times the composite modulus.
-
-    Parameters
-    ----------
-    r, disc_radius : array_like
-        Distance from the axis and radius of the disc, m; broadcast against each other.
-
-    Returns
-    -------
-    ndarray
-        Displacement × E* / pressure, m.
-    """
-    distance, radius = np.broadcast_arrays(np.asarray(r, float), np.asarray(disc_radius, float))
-    larger = np.maximum(distance, radius)
-    ratio = np.minimum(distance, radius) / np.where(larger > 0.0, larger, 1.0)
-    complement = np.maximum((1.0 - ratio) * (1.0 + ratio), np.finfo(float).tiny)
-    bending = ellipe(ratio**2)
-    outside = bending - complement * ellipkm1(complement)
-    return np.asarray(4.0 / math.pi * larger * np.where(distance <= radius, bending, outside))
-
-
-@dataclass(frozen=True, eq=False)
-class Rings:
-    """Concentric rings of uniform pressure.
-
-    Parameters
-    ----------
-    edges : ndarray, shape (n + 1,)
-        Radii of the ring edges from 0 outward, m.
-    """
-
-    edges: FloatArray
-
-    @cached_property
-    def radii(self) -> FloatArray:
-        """Radii halfway between the edges, where displacements are evaluated, m; shape (n,)."""
-        return np.asarray(0.5 * (self.edges[1:] + self.edges[:-1]))
-
-    @cached_property
-    def areas(self) -> FloatArray:
-        """Areas of the rings, m²; shape (n,)."""
-        return np.asarray(2.0 * math.pi * self.radii * np.diff(self.edges))
-
-    @cached_property
-    def influence(self) -> FloatArray:
-        """Displacement × E* at ring i of a unit pressure on ring j, m; shape (n, n)."""
-        return np.diff(disc_displacement(self.radii[:, None], self.edges[None, :]), axis=1)
-
-
-@dataclass(frozen=True, eq=False)
-class RingContact:
-    """A solved contact: pressure, gap and which rings carry load or yield (shape (n,) each)."""
-
-    pressure: FloatArray
-    gap: FloatArray
-    approach: float
-    loaded: BoolArray
-    yielding: BoolArray
-
-
-def solve_contact(
-    rings: Rings, layer: Layer, load: float, limit: float, start: RingContact
-) -> RingContact:
-    """Normal contact 0 ≤ p ≤ limit of a half-space with E* = 1 and an increasing surface layer.
-
-    Parameters
-    ----------
-    rings : Rings
-        The discretization.
-    layer : callable
-        Height of the undeformed gap and its derivative with respect to the pressure, as functions
-        of the pressure; the derivative is not negative.
-    load : float
-        Normal load.
-    limit : float
-        Largest pressure; where it acts the gap is negative, by the penetration.
-    start : RingContact
-        First guess.
-
-    Raises
-    ------
-    RuntimeError
-        If the sets of loaded and yielding rings do not settle.
-    """
-    loaded, yielding, approach = start.loaded, start.yielding, start.approach
-    pressure = start.pressure
-    for _ in range(100):
-        pressure = np.where(yielding, limit, np.where(loaded, pressure, 0.0))
-        free = np.flatnonzero(loaded & ~yielding)
-        height, slope = layer(pressure)
-        matrix = np.zeros((free.size + 1, free.size + 1))
-        matrix[:-1, :-1] = rings.influence[np.ix_(free, free)]
-        matrix[np.arange(free.size), np.arange(free.size)] += slope[free]
-        matrix[:-1, -1] = -1.0
-        matrix[-1, :-1] = rings.areas[free]
-        residual = approach - height[free] - rings.influence[free] @ pressure
-        missing = load - rings.areas @ pressure
-        change = solve(matrix, np.append(residual, missing), overwrite_a=True, check_finite=False)
-        pressure[free] += change[:-1]
-        approach += change[-1]
-        gap = layer(pressure)[0] + rings.influence @ pressure - approach
-        carries = np.where(loaded, pressure > 0.0, gap < 0.0)
-        yields = np.where(yielding, gap < 0.0, loaded & (pressure > limit))
-        settled = np.array_equal(carries, loaded) and np.array_equal(yields, yielding)
-        if settled and np.all(np.abs(gap[free]) < 1e-11):
-            return RingContact(pressure, gap, approach, loaded, yielding)
-        loaded, yielding = carries, yields
-    raise RuntimeError(
-        f"the contact of {rings.radii.size} rings did not settle; refine the rings or the step"
-    )
-
-
 @dataclass(frozen=True)
 class Resolution:
-    """Fineness of rings and steps, in units of a and τ.
+    """Fineness of the rings, in units of a, and of the steps, in units of τ.
 
     Parameters
     ----------
-    ring_width : float
+    swept_width : float
         Width of the rings that the stick edge may sweep.
-    narrowest : float
+    edge_width : float
         Width of the rings at the first stick edge, where the elastic pressure grows without bound.
     widest : float
-        Width of the rings elsewhere, at r = a; beyond a it grows in proportion to r.
+        Width of the rings elsewhere up to r = a; beyond, it grows in proportion to r.
     step : float
-        Longest step; halved and quartered for the extrapolation.
+        Longest step; it is halved and quartered for the extrapolation.
     """
 
-    ring_width: float = 1.0 / 160.0
-    narrowest: float = 1e-5
+    swept_width: float = 1.0 / 320.0
+    edge_width: float = 1e-4
     widest: float = 0.015
     step: float = 0.05
-
-    def rings(self, stick_radius: float, swept_radius: float) -> Rings:
-        """Rings around a stick edge that may move from ``stick_radius`` in to ``swept_radius``."""
-        growth = 0.15
-
-        def inward(distance: float) -> float:
-            beyond = max(distance - (stick_radius - swept_radius), 0.0)
-            widest = min(self.ring_width + growth * beyond, self.widest)
-            return min(max(growth * distance, self.narrowest), widest)
-
-        def outward(distance: float) -> float:
-            widest = self.widest * max(stick_radius + distance, 1.0)
-            return min(max(growth * distance, self.narrowest), widest)
-
-        inner = stick_radius - _march(stick_radius, inward)[:0:-1]
-        outer = stick_radius + _march(8.0 - stick_radius, outward)
-        inner[0] = 0.0
-        return Rings(np.concatenate([inner, outer]))
-
-
-def _march(length: float, width: Callable[[float], float]) -> FloatArray:
-    """Distances from 0 to ``length`` whose spacing follows ``width``."""
-    distances = [0.0]
-    while distances[-1] < length:
-        distances.append(distances[-1] + width(distances[-1]))
-    return np.asarray(distances) * (length / distances[-1])
 
 
 @dataclass(frozen=True, eq=False)
 class WearState:
-    """Wear and plastic depth at one time, and the contacts under P and P*."""
+    """Wear and plastic depth at one time, and the contacts under P and under P*."""
 
     wear: FloatArray
     plastic: FloatArray
@@ -214,14 +67,50 @@ class WearState:
     reduced: RingContact
 
 
+@dataclass(frozen=True, eq=False)
+class _WearingLayer:
+    """Height of the gap at the end of a step, and its derivative, for a pressure at that time.
+
+    The wear of the step solves dW/dx = g*, x running from 0 to rate · p, exactly for g* = W + e
+    where e goes from its old value to the new one linearly.
+
+    Parameters
+    ----------
+    height : ndarray
+        Height at the start of the step.
+    gap : ndarray
+        g* at the start of the step.
+    change : ndarray
+        Change of e over the step.
+    rate : float
+        Step of τ over p0.
+    """
+
+    height: FloatArray
+    gap: FloatArray
+    change: FloatArray
+    rate: float
+
+    def __call__(self, pressure: FloatArray) -> tuple[FloatArray, FloatArray]:
+        # far beyond any pressure that is a solution, Newton's first guesses must not overflow
+        x = np.clip(self.rate * pressure, 0.0, 200.0)
+        divisor = np.maximum(x, 1e-4)
+        grown = np.expm1(x)
+        ramp = np.where(x < 1e-4, 0.5 * x, (grown - x) / divisor)
+        ramp_slope = np.where(x < 1e-4, 0.5, (grown - ramp) / divisor)
+        worn = self.gap * grown + self.change * ramp
+        slope = self.gap * (grown + 1.0) + self.change * ramp_slope
+        return self.height + np.maximum(worn, 0.0), np.maximum(self.rate * slope, 0.0)
+
+
 @dataclass(frozen=True)
 class SmoothWear:
-    """Wear of a smooth sphere in dimensionless form.
+    """Dimensionless wear of a smooth sphere.
 
     Parameters
     ----------
     rings : Rings
-        The discretization, in units of a.
+        The discretization.
     load_ratio : float
         X = Q / µP.
     limit_ratio : float
@@ -233,53 +122,226 @@ class SmoothWear:
     limit_ratio: float
 
     @property
+    def reduced_load(self) -> float:
+        """Load P* = P (1 - X)."""
+        return UNIT_HERTZ.load * (1.0 - self.load_ratio)
+
+    @property
     def limit(self) -> float:
         """Largest pressure."""
-        return self.limit_ratio * UNIT_HERTZ.peak_pressure
+        return UNIT_HERTZ.peak_pressure * self.limit_ratio
 
     def unworn(self) -> WearState:
         """State before the first cycle."""
         r = self.rings.radii
-        zero = np.zeros_like(r)
-        stick = UNIT_HERTZ.with_load(UNIT_HERTZ.load * (1.0 - self.load_ratio))
+        none = np.zeros_like(r)
+        contacts = (UNIT_HERTZ, UNIT_HERTZ.with_load(self.reduced_load))
         full, reduced = (
-            RingContact(
-                contact.pressure(r), zero, contact.approach, r < contact.contact_radius, zero > 0.0
-            )
-            for contact in (UNIT_HERTZ, stick)
+            RingContact(h.pressure(r), h.gap(r), h.approach, r < h.contact_radius, r < 0.0)
+            for h in contacts
         )
-        full = self._press(zero, UNIT_HERTZ.load, self.limit, full)
-        return WearState(zero, zero, full, self._reduced(zero, reduced))
+        start = WearState(none, none, full, self._press_reduced(0.5 * r**2, reduced))
+        return self.advance(start, 0.0)
 
     def advance(self, state: WearState, step: float) -> WearState:
-        """State one backward step of τ later: first order in the step, stable for any.
-
-        The pressure is that of the end of the step. Where it is known, dW/dτ = g* p/p0 with
-        g* = W + e is solved exactly, e changing linearly from its old to its new value; e, the gap
-        at P* without the wear, changes only where plastic flow moves the stick zone.
-        """
+        """State one backward step of τ later: first order in the step, stable for any."""
         sphere = 0.5 * self.rings.radii**2
+        old = sphere + state.wear + state.plastic
         rate = step / UNIT_HERTZ.peak_pressure
-        wear, plastic, full, reduced = state.wear, state.plastic, state.full, state.reduced
-        source = state.reduced.gap - state.wear
-        # Left at any sweep the step stays consistent, so that the extrapolation to vanishing
-        # steps needs no converged sweeps; eight are plenty at the default step.
-        for _ in range(8):
-            opened = (reduced.gap > 0.0) & (pressed_rings := state.full.pressure >= 0.0)
-            change = np.where(opened, reduced.gap - wear - source, 0.0)
-
-            def layer(
-                pressure: FloatArray, change: FloatArray = change
-            ) -> tuple[FloatArray, FloatArray]:
-                x = np.clip(rate * pressure, 0.0, 200.0)
-                grown = np.expm1(x)
-                safe = np.where(x > 1e-4, x, 1.0)
-                ramp = np.where(x > 1e-4, (grown - x) / safe, 0.5 * x)
-                ramp_slope = np.where(x > 1e-4, (grown - ramp) / safe, 0.5)
-                worn = state.reduced.gap * grown + change * ramp
-                slope = state.reduced.gap * (grown + 1.0) + change * ramp_slope
-                height = sphere + state.wear + state.plastic + np.maximum(worn, 0.0)
-                return height, np.maximum(rate * slope, 0.0)
-
+        full, reduced = state.full, state.reduced
+        change = np.zeros_like(sphere)
+        # Any number of sweeps makes a consistent step, so unlike the pressure they need no full
+        # convergence: the extrapolation to vanishing steps removes what is left.
+        for _ in range(6):
+            layer = _WearingLayer(old, state.reduced.gap, change, rate)
             full = solve_contact(self.rings, layer, UNIT_HERTZ.load, self.limit, full)
-            wear = layer(full.pressure)[0] - sphere - state.plastic
+            worn = layer(full.pressure)[0] - old
+            sunk = np.where(full.yielding, -full.gap, 0.0)
+            if not full.yielding.any():
+                # wear outside the stick zone changes nothing under P* but the gap
+                reduced = replace(state.reduced, gap=state.reduced.gap + worn)
+                break
+            previous = reduced.gap
+            reduced = self._press_reduced(old + worn + sunk, reduced)
+            change = np.where(reduced.gap > 0.0, reduced.gap - worn - state.reduced.gap, 0.0)
+            if np.max(np.abs(reduced.gap - previous)) < 1e-10:
+                break
+        return WearState(state.wear + worn, state.plastic + sunk, full, reduced)
+
+    def _press_reduced(self, shape: FloatArray, start: RingContact) -> RingContact:
+        """Contact of a shape under P*, its gap exactly zero where it sticks."""
+        rigid = np.zeros_like(shape)
+        contact = solve_contact(
+            self.rings, lambda _: (shape, rigid), self.reduced_load, math.inf, start
+        )
+        return replace(contact, gap=np.where(contact.loaded, 0.0, contact.gap))
+
+    def measure(self, state: WearState) -> FloatArray:
+        """The values of `WearHistory` after the cycles, in its order, dimensionless.
+
+        The stick zone ends where p*² vanishes, and so does an unworn contact. A growing contact
+        ends where the wear does: there the pressure keeps its height up to the last ring.
+        """
+        r, full = self.rings.radii, state.full
+        bend = (full.pressure[1] - full.pressure[0]) / (r[1] ** 2 - r[0] ** 2)
+        values = (
+            full.approach,
+            full.pressure[0] - bend * r[0] ** 2,
+            _vertex(r, state.wear),
+            self.rings.areas @ state.wear,
+            self.rings.areas @ state.plastic,
+            _edge(self.rings, full.loaded, state.wear if state.wear.any() else full.pressure**2),
+            _edge(self.rings, state.reduced.loaded, state.reduced.pressure**2),
+        )
+        return np.array(values)
+
+
+def _vertex(r: FloatArray, depth: FloatArray) -> float:
+    """Maximum of the parabola through the three rings about the deepest one."""
+    top = int(np.clip(np.argmax(depth), 1, depth.size - 2))
+    bend, slope, height = np.polyfit(r[top - 1 : top + 2] - r[top], depth[top - 1 : top + 2], 2)
+    return float(height - (slope**2 / (4.0 * bend) if bend < 0.0 else 0.0))
+
+
+def _edge(rings: Rings, loaded: BoolArray, falling: FloatArray) -> float:
+    """Radius at which a quantity, falling linearly over the last two loaded rings, vanishes."""
+    last = int(np.flatnonzero(loaded)[-1])
+    if last + 1 == rings.radii.size:
+        raise RuntimeError("the contact has grown beyond the outermost ring")
+    near, far, open_ring = rings.radii[last - 1 : last + 2]
+    higher, lower = falling[last - 1 : last + 1]
+    if higher <= lower:
+        return float(rings.edges[last + 1])
+    return float(np.clip(far + lower * (far - near) / (higher - lower), far, open_ring))
+
+
+@dataclass(frozen=True, eq=False)
+class WearHistory:
+    """A smooth sphere over the cycles; every array has the shape (cycles,).
+
+    Parameters
+    ----------
+    cycles : ndarray
+        Numbers of cycles.
+    approach, central_pressure, deepest_wear : ndarray
+        Approach in m, pressure on the axis in Pa, largest wear of both bodies together in m.
+    wear_volume, plastic_volume : ndarray
+        Volumes worn off both bodies and of the plastic sinking, m³.
+    contact_radius, stick_radius : ndarray
+        Radii, m.
+    """
+
+    cycles: FloatArray
+    approach: FloatArray
+    central_pressure: FloatArray
+    deepest_wear: FloatArray
+    wear_volume: FloatArray
+    plastic_volume: FloatArray
+    contact_radius: FloatArray
+    stick_radius: FloatArray
+
+
+def dimensionless_history(
+    load_ratio: float, limit_ratio: float, times: Sequence[float], resolution: Resolution
+) -> tuple[FloatArray, FloatArray]:
+    """Values of `WearHistory` after the cycles at the times τ, and the error left by the steps.
+
+    Parameters
+    ----------
+    load_ratio, limit_ratio : float
+        Q / µP, and the largest pressure over p0.
+    times : sequence of float
+        Times τ, not negative and increasing.
+    resolution : Resolution
+        Fineness of rings and steps.
+
+    Returns
+    -------
+    values, errors : ndarray, shape (7, times)
+        Extrapolated from halved and quartered steps; how far that is from the extrapolation from
+        whole and halved ones.
+    """
+    edge = math.cbrt(1.0 - load_ratio)
+    # the pressure under P* cannot exceed the limit, so the stick disc cannot be smaller than this
+    swept = min(edge, math.sqrt(2.0 / 3.0 * (1.0 - load_ratio) / limit_ratio))
+    rings = graded_rings(
+        edge,
+        swept,
+        outer=8.0,
+        narrowest=resolution.edge_width,
+        narrow=resolution.swept_width,
+        widest=resolution.widest,
+    )
+    problem = SmoothWear(rings, load_ratio, limit_ratio)
+    whole, halved, quartered = (
+        _march_in_time(problem, times, resolution.step, parts) for parts in (1, 2, 4)
+    )
+    values = 2.0 * quartered - halved
+    return values, np.abs(values - (2.0 * halved - whole))
+
+
+def _march_in_time(
+    problem: SmoothWear, times: Sequence[float], longest: float, parts: int
+) -> FloatArray:
+    """Values at each time, the same steps divided into ``parts``."""
+    state, now, values = problem.unworn(), 0.0, []
+    for time in times:
+        steps = parts * math.ceil((time - now) / longest)
+        for _ in range(steps):
+            state = problem.advance(state, (time - now) / steps)
+        now = time
+        values.append(problem.measure(state))
+    return np.array(values).T
+
+
+def wear_history(
+    slip: CattaneoMindlin,
+    wear_coefficient: float,
+    plastic_limit: float,
+    cycles: Sequence[float],
+    resolution: Resolution | None = None,
+) -> tuple[WearHistory, WearHistory]:
+    """Wear of a smooth sphere over the cycles, elastic or elastic–perfectly plastic.
+
+    Parameters
+    ----------
+    slip : CattaneoMindlin
+        The unworn contact in partial slip.
+    wear_coefficient : float
+        Archard's wear coefficient K_w of both bodies together, 1/Pa.
+    plastic_limit : float
+        Largest pressure, Pa; infinite for elastic bodies.
+    cycles : sequence of float
+        Numbers of cycles to report, not negative and increasing.
+    resolution : Resolution, optional
+        Fineness of rings and steps.
+
+    Returns
+    -------
+    history, error : WearHistory
+        The history, and the part of its error that comes from the steps, in the same units. The
+        rings' part shows when they are made finer.
+
+    Raises
+    ------
+    ValueError
+        If the wear coefficient or the limit is not positive, or the cycles do not increase.
+    """
+    require_positive(wear_coefficient=wear_coefficient)
+    if not plastic_limit > 0.0:
+        raise ValueError(f"plastic_limit is {plastic_limit!r} Pa, but must be positive or inf")
+    count = np.asarray(cycles, dtype=float)
+    if count.size == 0 or count[0] < 0.0 or np.any(np.diff(count) <= 0.0):
+        raise ValueError(f"cycles are {cycles!r}, but must increase from 0 or more")
+    hertz = slip.hertz
+    p0, a, depth = hertz.peak_pressure, hertz.contact_radius, hertz.approach
+    per_cycle = 4.0 * wear_coefficient * slip.friction * slip.coupling * p0
+    values, errors = dimensionless_history(
+        slip.load_ratio,
+        plastic_limit / p0,
+        [float(n) for n in per_cycle * count],
+        resolution or Resolution(),
+    )
+    stress = p0 / UNIT_HERTZ.peak_pressure
+    units = np.array([depth, stress, depth, a * a * depth, a * a * depth, a, a])[:, None]
+    return WearHistory(count, *(units * values)), WearHistory(count, *(units * errors))
