@@ -3,10 +3,9 @@ import math
 
 import numpy as np
 import pytest
-import xarray as xr
 
 from fretwear.data.errors import CaseFilesError, DataFileError
-from fretwear.data.merge import Status, Tally, merge_study
+from fretwear.data.merge import Status, Tally, merge_study, open_summary
 from fretwear.data.profiles import PROFILES
 from fretwear.data.store import open_case, open_history, write_case
 from fretwear.data.variables import SCALARS
@@ -18,7 +17,7 @@ LOADS = {"load": ["20 N", "50 N", "40 N"], "plastic_limit": ["none", "4500 MPa"]
 def merge(tmp_path, run_study):
     def merged(study):
         tally = merge_study(study, run_study(study), tmp_path / "summary.nc")
-        with xr.open_dataset(tmp_path / "summary.nc") as summary:
+        with open_summary(tmp_path / "summary.nc") as summary:
             return summary.load(), tally
 
     return merged
@@ -138,7 +137,7 @@ def test_what_is_not_done_is_nan_and_says_why(make_study, run_study, tmp_path):
     (cases / f"{failed.id}.nc").unlink()
     tally = merge_study(study, cases, tmp_path / "summary.nc")
     assert tally == Tally(done=2, failed=1, invalid=1)
-    with xr.open_dataset(tmp_path / "summary.nc") as summary:
+    with open_summary(tmp_path / "summary.nc") as summary:
         assert summary.status.dtype == np.int8
         assert summary.status.sel(load=50.0, tangential_load=8.0) == Status.FAILED
         assert summary.status.sel(load=20.0, tangential_load=16.0) == Status.INVALID
@@ -206,3 +205,13 @@ def test_a_file_of_another_case_or_other_snapshots_is_refused(make_study, run_st
         merge_study(study, cases, tmp_path / "summary.nc")
     lines = str(error.value).splitlines()
     assert [f"holds another case, {second.stem}" in lines[0], "cycle 100" in lines[1]] == [True] * 2
+
+
+def test_a_damaged_summary_is_not_opened(make_study, run_study, tmp_path):
+    study, path = make_study({}), tmp_path / "summary.nc"
+    with pytest.raises(DataFileError, match="no such file"):
+        open_summary(path)
+    merge_study(study, run_study(study), path)
+    path.write_bytes(path.read_bytes()[:-100])
+    with pytest.raises(DataFileError, match=r"cut short.*Merge the study again"):
+        open_summary(path)

@@ -14,12 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretwear.data.errors import CaseFileError
-from fretwear.data.seal import Seal, check_seal
+from fretwear.data.seal import damage
 from fretwear.data.variables import CASE_DIMS
 
 HISTORY_GROUP = "history"
 COMPLETE = "complete"
 
+_CHECK_NAME = "Check the name, or run the case"
 _RUN_AGAIN = "Remove the file and run the case again"
 
 
@@ -69,7 +70,8 @@ def opened_case(path: str | PathLike[str]) -> Iterator[CaseFile]:
         When the file is missing, unfinished, cut short, damaged or no case file.
     """
     path = Path(path)
-    _check(path)
+    if problem := damage(path, "case file"):
+        raise CaseFileError(path, problem, _RUN_AGAIN if path.is_file() else _CHECK_NAME)
     try:
         file = netCDF4.Dataset(path, "r")
     except (OSError, RuntimeError) as cause:
@@ -95,21 +97,3 @@ def missing_variables(dims: Mapping[Hashable, tuple[Hashable, ...]]) -> list[str
         Name and dimensions of the variables that are there.
     """
     return [name for name, expected in CASE_DIMS.items() if dims.get(name) != expected]
-
-
-def _check(path: Path) -> None:
-    if not path.exists():
-        raise CaseFileError(path, "there is no such file", "Check the name, or run the case")
-    if not path.is_file():
-        raise CaseFileError(path, "it is not a file", "Give the name of a case file")
-    try:
-        state = check_seal(path)
-    except OSError as cause:
-        reason = cause.strerror or cause
-        remedy = "Check the disk and the right to read the file"
-        raise CaseFileError(path, f"it cannot be read ({reason})", remedy) from cause
-    if state is Seal.MISSING:
-        problem = "it is no whole case file: unfinished, cut short or changed by another program"
-        raise CaseFileError(path, problem, _RUN_AGAIN)
-    if state is Seal.BROKEN:
-        raise CaseFileError(path, "it is damaged: its checksum does not fit", _RUN_AGAIN)

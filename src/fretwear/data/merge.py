@@ -19,11 +19,12 @@ from numpy.typing import NDArray
 from fretwear.data import provenance
 from fretwear.data.atomic import atomic_path
 from fretwear.data.casefile import CaseFile, opened_case
-from fretwear.data.encoding import plain_encoding
+from fretwear.data.netcdf import open_lazily, plain_encoding
 from fretwear.data.errors import CaseFileError, CaseFilesError, DataFileError
 from fretwear.data.layout import StudyLayout
 from fretwear.data.profiles import PROFILES, Line, Reach
 from fretwear.data.schema import CONVENTIONS
+from fretwear.data.seal import damage, seal
 from fretwear.data.variables import CYCLE, SCALARS, X
 
 if TYPE_CHECKING:
@@ -110,8 +111,25 @@ def merge_study(
     with atomic_path(Path(path)) as temporary:
         _write_profiles(temporary, dataset, found)
         dataset.to_netcdf(temporary, mode="a", engine="netcdf4", encoding=plain_encoding(dataset))
+        seal(temporary)
     counts = [int((status == kind).sum()) for kind in Status]
     return Tally(*counts)
+
+
+def open_summary(path: str | PathLike[str]) -> xr.Dataset:
+    """Open a merged study lazily.
+
+    The file is read once to compare it with its checksum. Close the dataset, or use it in a
+    ``with`` statement, to release the file.
+
+    Raises
+    ------
+    DataFileError
+        When the file is missing, unfinished, cut short or damaged.
+    """
+    if problem := damage(Path(path), "merged study"):
+        raise DataFileError(Path(path), problem, "Merge the study again")
+    return open_lazily(path)
 
 
 @dataclass(frozen=True)

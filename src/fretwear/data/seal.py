@@ -54,6 +54,29 @@ def check_seal(path: Path) -> Seal:
         return Seal.INTACT if found == _line(stream, content) else Seal.BROKEN
 
 
+def damage(path: Path, kind: str) -> str:
+    """Say what is wrong with a file that should have a seal; an empty string when nothing is.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        The file.
+    kind : str
+        What it should be, such as ``"case file"``.
+    """
+    if not path.exists():
+        return "there is no such file"
+    if not path.is_file():
+        return "it is not a file"
+    try:
+        state = check_seal(path)
+    except OSError as cause:
+        return f"it cannot be read ({cause.strerror or cause})"
+    if state is Seal.MISSING:
+        return f"it is no whole {kind}: unfinished, cut short or changed by another program"
+    return "it is damaged: its checksum does not fit" if state is Seal.BROKEN else ""
+
+
 def _line(stream: BinaryIO, content: int) -> bytes:
     checksum = 0
     while content > 0 and (block := stream.read(min(content, _BLOCK_BYTES))):

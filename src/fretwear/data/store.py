@@ -12,7 +12,7 @@ import xarray as xr
 
 from fretwear.data.atomic import atomic_path
 from fretwear.data.casefile import COMPLETE, HISTORY_GROUP, missing_variables, opened_case
-from fretwear.data.encoding import plain_encoding
+from fretwear.data.netcdf import open_lazily, plain_encoding
 from fretwear.data.errors import CaseFileError
 from fretwear.data.seal import seal
 from fretwear.data.variables import FIELDS, X, Y
@@ -84,7 +84,7 @@ def open_case(path: str | PathLike[str], full: bool = False) -> xr.Dataset:
     """
     with opened_case(path):
         pass
-    dataset = _open_lazily(path)
+    dataset = open_lazily(path)
     return mirrored(dataset) if full else dataset
 
 
@@ -108,7 +108,7 @@ def open_history(path: str | PathLike[str]) -> xr.Dataset:
     """
     with opened_case(path):
         pass
-    return _open_lazily(path, group=HISTORY_GROUP)
+    return open_lazily(path, group=HISTORY_GROUP)
 
 
 def is_complete(path: str | PathLike[str]) -> bool:
@@ -160,16 +160,6 @@ def _read_back(path: Path) -> None:
             return
     except CaseFileError as cause:
         raise RuntimeError("what was written reads back otherwise") from cause
-
-
-def _open_lazily(path: str | PathLike[str], group: str | None = None) -> xr.Dataset:
-    dataset = xr.open_dataset(
-        path, engine="netcdf4", group=group, decode_times=False, decode_timedelta=False
-    )
-    for name, coordinate in dataset.coords.items():
-        if coordinate.dtype.kind == "O":
-            dataset[name] = coordinate.astype(str)
-    return dataset
 
 
 def _encoding(dataset: xr.Dataset) -> dict[str, dict[str, Any]]:

@@ -1,7 +1,8 @@
-"""How variables that are neither large nor fields go into a netCDF file."""
+"""How datasets go into netCDF files and come back."""
 
 from __future__ import annotations
 
+from os import PathLike
 from typing import Any
 
 import xarray as xr
@@ -19,3 +20,14 @@ def plain_encoding(dataset: xr.Dataset) -> dict[str, dict[str, Any]]:
         if variable.dtype.kind in "OU":
             encoding[str(name)] = {"dtype": "S1", "char_dim_name": f"{name}_length"}
     return encoding
+
+
+def open_lazily(path: str | PathLike[str], group: str | None = None) -> xr.Dataset:
+    """Open a netCDF file or one group of it; fields are read when they are used, text at once."""
+    dataset = xr.open_dataset(
+        path, engine="netcdf4", group=group, decode_times=False, decode_timedelta=False
+    )
+    for name, coordinate in dataset.coords.items():
+        if coordinate.dtype.kind == "O":
+            dataset[name] = coordinate.astype(str)
+    return dataset
