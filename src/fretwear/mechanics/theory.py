@@ -183,8 +183,8 @@ class CattaneoMindlin:
     def slip(self, r: ArrayLike) -> FloatArray:
         """Slip amplitude from 0 to +Q, s = µ κ g* in m, at distances ``r`` in m.
 
-        The formula continues beyond the contact, where it is the relative tangential displacement
-        of surfaces that do not touch.
+        Defined by the gap under the reduced load, also beyond the contact, where nothing slips: the
+        surfaces there pass each other by µ κ (g* - g), g being the gap under the full load.
         """
         return self.friction * self.coupling * self.stick_contact.gap(r)
 

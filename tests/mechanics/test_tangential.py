@@ -1,0 +1,138 @@
+"""Slip is µκ times the gap under the reduced load: proved by solving the tangential problem."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from .tangential import TangentialStep, influence_matrix, normal_contact, tangential_step
+
+FloatArray = NDArray[np.float64]
+
+MODULUS, RADIUS, FRICTION, COUPLING = 114e9, 10e-3, 0.5, 1.2143
+LOAD = 50.0
+CELLS_X, CELLS_Y, HALF_WIDTH = 36, 28, 0.2e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """A rough contact under the load P, on rectangular cells."""
+
+    normal: FloatArray
+    shape: FloatArray
+    cell: float
+    pressure: FloatArray
+    gap: FloatArray
+    approach: float
+
+    @property
+    def tangential(self) -> FloatArray:
+        return COUPLING * self.normal
+
+    def move(self, force: float, before: FloatArray | None = None) -> TangentialStep:
+        start = np.zeros_like(self.shape) if before is None else before
+        bound = FRICTION * self.pressure
+        return tangential_step(self.tangential, bound, start, self.cell, force)
+
+
+def centres(cells: int) -> FloatArray:
+    return (np.arange(cells) + 0.5) * (2 * HALF_WIDTH / cells) - HALF_WIDTH
+
+
+def waves(x: FloatArray, y: FloatArray) -> FloatArray:
+    return 0.25e-6 * np.cos(2 * np.pi * y / 130e-6) * np.cos(2 * np.pi * x / 70e-6)
+
+
+def noise(x: FloatArray, y: FloatArray) -> FloatArray:
+    return 0.15e-6 * np.random.default_rng(7).standard_normal(np.broadcast_shapes(x.shape, y.shape))
+
+
+def ring_groove(x: FloatArray, y: FloatArray) -> FloatArray:
+    # like wear: a groove about the middle, with a kink at its inner edge
+    distance = np.hypot(x, y)
+    return 0.5e-6 * np.clip((distance - 80e-6) / 20e-6, 0.0, None) * (distance < 130e-6)
+
+
+@pytest.fixture(scope="module", params=[waves, noise, ring_groove], ids=lambda f: f.__name__)
+def case(request: pytest.FixtureRequest) -> Case:
+    x, y = centres(CELLS_X), centres(CELLS_Y)
+    grid_x, grid_y = x[:, None], y[None, :]
+    shape = (grid_x**2 + grid_y**2) / (2 * RADIUS) + request.param(grid_x, grid_y)
+    influence = influence_matrix(x, y, MODULUS)
+    cell = (x[1] - x[0]) * (y[1] - y[0])
+    pressure, gap, approach = normal_contact(influence, shape.ravel(), cell, LOAD)
+    return Case(influence, shape.ravel(), cell, pressure, gap, approach)
+
+
+def test_influence_of_a_square_cell_on_itself():
+    axis = np.array([0.0, 2e-6, 4e-6])
+    matrix = influence_matrix(axis, axis, MODULUS)
+    # 4 asinh(1) / π, and a point load far away
+    assert matrix[0, 0] == pytest.approx(4 * np.arcsinh(1) / np.pi * 2e-6 / MODULUS, rel=1e-12)
+    far = influence_matrix(np.arange(60) * 1e-6, np.array([0.0, 1e-6]), MODULUS)[0, 2 * 59]
+    assert far == pytest.approx(1e-12 / (np.pi * MODULUS * 59e-6), rel=1e-4)
+
+
+def test_contact_is_rough_and_carries_the_load(case):
+    assert case.pressure.sum() * case.cell == pytest.approx(LOAD, rel=1e-12)
+    gap = case.shape + case.normal @ case.pressure - case.approach
+    assert np.all(case.pressure >= 0.0)
+    assert np.all(gap >= -1e-15)
+    assert np.all(np.abs(gap[case.pressure > 0]) < 1e-15)
+    border = np.zeros((CELLS_X, CELLS_Y), dtype=bool)
+    border[[0, -1]] = border[:, [0, -1]] = True
+    assert not np.any(case.pressure[border.ravel()])
+
+
+@pytest.mark.parametrize("ratio", [0.2, 0.5, 0.8, 0.95])
+def test_slip_is_the_gap_under_the_reduced_load(case, ratio):
+    loaded = case.move(ratio * FRICTION * LOAD)
+    stick, gap, approach = normal_contact(case.normal, case.shape, case.cell, LOAD * (1 - ratio))
+    slip = FRICTION * COUPLING * gap
+    traction = FRICTION * (case.pressure - stick)
+    touching = case.pressure > 0
+    assert np.max(np.abs(loaded.slip - slip)[touching]) <= 1e-10 * np.max(slip[touching])
+    assert np.max(np.abs(loaded.traction - traction)) <= 1e-10 * np.max(traction)
+    # beyond the contact, where nothing slips, surfaces pass each other by what the gap closes
+    passed = FRICTION * COUPLING * (gap - case.gap)
+    assert np.max(np.abs(loaded.slip - passed)) <= 1e-10 * np.max(passed)
+    displacement = FRICTION * COUPLING * (case.approach - approach)
+    assert loaded.displacement == pytest.approx(displacement, rel=1e-10)
+    assert 0 < np.sum(touching & (stick == 0)) < touching.sum()
+
+
+@pytest.mark.parametrize("ratio", [0.2, 0.8])
+def test_reversal_travels_twice_the_slip_and_a_cycle_four_times(case, ratio):
+    force = ratio * FRICTION * LOAD
+    loaded = case.move(force)
+    reversed_ = case.move(-force, loaded.traction)
+    returned = case.move(force, reversed_.traction)
+    scale = np.max(loaded.slip)
+    assert np.max(np.abs(reversed_.slip + 2 * loaded.slip)) <= 1e-10 * scale
+    assert np.max(np.abs(returned.slip - 2 * loaded.slip)) <= 1e-10 * scale
+    peak = np.max(np.abs(loaded.traction))
+    assert np.max(np.abs(reversed_.traction + loaded.traction)) <= 1e-10 * peak
+    assert np.max(np.abs(returned.traction - loaded.traction)) <= 1e-10 * peak
+
+
+def test_reversal_passes_through_states_that_stick_more(case):
+    # half-way back the last-slipped cells have begun to slip back, the others have not
+    force = 0.8 * FRICTION * LOAD
+    loaded = case.move(force)
+    halfway = case.move(0.0, loaded.traction)
+    _, gap, _ = normal_contact(case.normal, case.shape, case.cell, LOAD * (1 - 0.4))
+    expected = -2 * FRICTION * COUPLING * (gap - case.gap)
+    assert np.max(np.abs(halfway.slip - expected)) <= 1e-10 * np.max(np.abs(expected))
+
+
+def test_friction_does_the_work_of_the_force_loop(case):
+    # the area of the loop of force and displacement is the work on the slipping cells
+    force = 0.8 * FRICTION * LOAD
+    loaded = case.move(force)
+    work = 4 * np.sum(FRICTION * case.pressure * np.abs(loaded.slip)) * case.cell
+    forces = force * np.cos(np.linspace(0.0, np.pi, 201))
+    shifts = [case.move(f, loaded.traction).displacement for f in forces]
+    # both branches: the way back is the way there turned about the origin
+    area = 2 * np.trapezoid(np.array(shifts) - shifts[-1] / 2, -forces)
+    assert abs(area) == pytest.approx(work, rel=2e-3)
