@@ -11,9 +11,10 @@ import numpy as np
 from fretwear.mechanics.halfspace import Array, Window
 from fretwear.mechanics.measures import Measures, in_contact, measure
 from fretwear.mechanics.slip import CattaneoMindlinSlip, Friction, JaegerSlip, SlipModel
+from fretwear.mechanics.state import State, WearProblem
 from fretwear.mechanics.surfaces import Surface, Waves
 from fretwear.mechanics.theory import HertzContact
-from fretwear.mechanics.wear import State, WearProblem, evolve
+from fretwear.mechanics.wear import evolve
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -30,6 +30,7 @@ Mask = NDArray[np.bool_]
 _LARGEST_OUTER = 60
 _LARGEST_INNER = 40
 _FORCING = 0.3
+_STIFFENING = 3.0
 _COARSE = 1e-2
 
 
@@ -288,17 +289,20 @@ class _ActiveSet:
         """Step of the free cells and its displacement by preconditioned conjugate gradients.
 
         The load is kept by directions of zero sum: with z₁ = M 1, the preconditioned residual
-        z becomes z − z₁ (∑z/∑z₁). A layer's tangent is scaled away on both sides of M.
+        z becomes z − z₁ (∑z/∑z₁). M inverts the half-space with a uniform layer; a scaling of
+        both its sides turns that into the layer's own tangent where this dominates.
         """
         half_space = self.problem.half_space
         layer = self.problem.layer
         free = self.free.astype(float)
         count = free.sum()
         tangent = None if layer is None else layer.tangent(self.pressure)
-        weight = free
+        weight, uniform = free, 0.0
         if tangent is not None:
-            weight = free / np.sqrt(1.0 + tangent / half_space.self_influence)
-        ones = weight * half_space.precondition(weight)
+            own = half_space.self_influence
+            uniform = float(1.0 / np.mean(1.0 / (tangent[self.free] + own))) - own
+            weight = free * np.sqrt((_STIFFENING * own + uniform) / (_STIFFENING * own + tangent))
+        ones = weight * half_space.precondition(weight, uniform)
         ones_sum = float(ones.sum())
         residual = -self.gap * free
         residual -= free * (residual.sum() / count)
@@ -308,7 +312,7 @@ class _ActiveSet:
         direction = step
         energy = 0.0
         for _ in range(_LARGEST_INNER):
-            z = weight * half_space.precondition(weight * residual)
+            z = weight * half_space.precondition(weight * residual, uniform)
             z -= ones * (float(z.sum()) / ones_sum)
             previous, energy = energy, float(np.vdot(residual, z))
             if not energy > 0:

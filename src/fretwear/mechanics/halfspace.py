@@ -68,29 +68,49 @@ class Window:
         """Integral of a field over the whole contact (field unit times m²)."""
         return float(field.sum()) * self.cell_area * self.copies
 
-    def resized(self, field: Array, shape: tuple[int, int], fill: float = 0.0) -> Array:
+    def resized(self, field: Array, shape: tuple[int, int]) -> Array:
         """A field of this window on a window of another shape around the same origin.
 
-        Cells that this window lacks get ``fill``; cells that the other lacks are dropped.
+        Cells that this window lacks get zero; cells that the other lacks are dropped.
         """
-        result = np.full(shape, fill, dtype=field.dtype)
-        target, source = zip(
-            *(self._overlap(a, b) for a, b in zip(shape, field.shape, strict=True)), strict=True
-        )
+        target, source = self._common(shape)
+        result = np.zeros(shape, dtype=field.dtype)
         result[target] = field[source]
+        return result
+
+    def covered(self, shape: tuple[int, int]) -> NDArray[np.bool_]:
+        """Which cells of a window of another shape belong to this one too."""
+        result = np.zeros(shape, dtype=np.bool_)
+        result[self._common(shape)[0]] = True
         return result
 
     def _centers(self, axis: int) -> Array:
         first = 0.5 if self.quarter else 0.5 * (1 - self.shape[axis])
-        return (np.arange(self.shape[axis]) + first) * self.spacing[axis]
+        centers: Array = (np.arange(self.shape[axis]) + first) * self.spacing[axis]
+        return centers
 
-    def _overlap(self, new: int, old: int) -> tuple[slice, slice]:
-        kept = min(new, old)
-        if self.quarter:
-            return slice(0, kept), slice(0, kept)
-        return slice((new - kept) // 2, (new + kept) // 2), slice(
-            (old - kept) // 2, (old + kept) // 2
-        )
+    def holding(self, cells: NDArray[np.bool_], margin: int) -> tuple[int, int]:
+        """Shape, fast to transform, of the smallest window that holds some cells and a margin."""
+        extents = []
+        for axis, count in enumerate(self.shape):
+            occupied = np.flatnonzero(cells.any(axis=1 - axis))
+            reach = count if self.quarter else (count + 1) // 2
+            last = 0 if occupied.size == 0 else int(occupied[-1])
+            first = 0 if occupied.size == 0 else int(occupied[0])
+            half = last + 1 if self.quarter else max(last + 1 - reach, count - reach - first)
+            extents.append(min(half + margin, reach) * self.spacing[axis])
+        shape = fast_shape((extents[0], extents[1]), self.spacing, quarter=self.quarter)
+        return min(shape[0], self.shape[0]), min(shape[1], self.shape[1])
+
+    def _common(self, shape: tuple[int, int]) -> tuple[tuple[slice, slice], tuple[slice, slice]]:
+        """Slices of the cells common to a window of another shape and to this one, in each."""
+        other, own = [], []
+        for new, old in zip(shape, self.shape, strict=True):
+            kept = min(new, old)
+            first = (0, 0) if self.quarter else ((new - kept) // 2, (old - kept) // 2)
+            other.append(slice(first[0], first[0] + kept))
+            own.append(slice(first[1], first[1] + kept))
+        return (other[0], other[1]), (own[0], own[1])
 
 
 def fast_shape(
@@ -142,8 +162,15 @@ class HalfSpace(Protocol):
         """Normal surface displacement w, m, of a pressure, Pa; both of the window's shape."""
         ...
 
-    def precondition(self, displacement: Array) -> Array:
-        """Approximate inverse of `displacement`: symmetric positive definite, cheap."""
+    def precondition(self, displacement: Array, compliance: float) -> Array:
+        """Approximate inverse of `displacement` plus a uniform Winkler layer, m/Pa.
+
+        Symmetric, positive definite, a quarter of the cost: the window is not padded.
+        """
+        ...
+
+    def part(self, shape: tuple[int, int]) -> HalfSpace:
+        """The same bodies on a smaller window around the same origin."""
         ...
 
 
@@ -162,13 +189,15 @@ class QuarterHalfSpace:
 
     def __init__(self, window: Window, composite_modulus: float, workers: int = 1) -> None:
         self.window = window
+        self._modulus = composite_modulus
         self._workers = workers
+        self._parts: dict[tuple[int, int], HalfSpace] = {}
         nx, ny = window.shape
         kernel = influence_coefficients((2 * nx + 1, 2 * ny + 1), window.spacing, composite_modulus)
         self.self_influence = float(kernel[0, 0])
         spectrum = scipy.fft.dctn(kernel, type=1, workers=workers)
         self._spectrum: Array = np.ascontiguousarray(spectrum[: 2 * nx, : 2 * ny])
-        self._inverse: Array = 1.0 / spectrum[: 2 * nx : 2, : 2 * ny : 2]
+        self._unpadded: Array = np.ascontiguousarray(spectrum[: 2 * nx : 2, : 2 * ny : 2])
 
     def displacement(self, pressure: Array) -> Array:
         """Normal surface displacement w, m, of a pressure, Pa; both of the window's shape."""
@@ -182,12 +211,22 @@ class QuarterHalfSpace:
         ]
         return result
 
-    def precondition(self, displacement: Array) -> Array:
-        """Approximate inverse of `displacement`, on the window without padding."""
+    def precondition(self, displacement: Array, compliance: float) -> Array:
+        """Approximate inverse of `displacement` plus a uniform Winkler layer, m/Pa."""
         transformed = scipy.fft.dctn(displacement, workers=self._workers)
-        transformed *= self._inverse
+        transformed /= self._unpadded + compliance
         result: Array = scipy.fft.idctn(transformed, overwrite_x=True, workers=self._workers)
         return result
+
+    def part(self, shape: tuple[int, int]) -> HalfSpace:
+        """The same bodies on a smaller window around the same origin."""
+        if shape == self.window.shape:
+            return self
+        if shape not in self._parts:
+            # Only the last one is kept: a zone that changes its size seldom changes it back.
+            window = Window(shape, self.window.spacing, self.window.quarter)
+            self._parts = {shape: QuarterHalfSpace(window, self._modulus, self._workers)}
+        return self._parts[shape]
 
 
 class WholeHalfSpace:
@@ -205,7 +244,9 @@ class WholeHalfSpace:
 
     def __init__(self, window: Window, composite_modulus: float, workers: int = 1) -> None:
         self.window = window
+        self._modulus = composite_modulus
         self._workers = workers
+        self._parts: dict[tuple[int, int], HalfSpace] = {}
         nx, ny = window.shape
         kernel = influence_coefficients((nx + 1, ny + 1), window.spacing, composite_modulus)
         self.self_influence = float(kernel[0, 0])
@@ -213,7 +254,7 @@ class WholeHalfSpace:
         kernel = np.concatenate([kernel, kernel[:, -2:0:-1]], axis=1)
         spectrum = scipy.fft.rfft2(kernel, workers=workers).real
         self._spectrum: Array = np.ascontiguousarray(spectrum)
-        self._inverse: Array = 1.0 / spectrum[::2, ::2]
+        self._unpadded: Array = np.ascontiguousarray(spectrum[::2, : ny + 1 : 2])
 
     def displacement(self, pressure: Array) -> Array:
         """Normal surface displacement w, m, of a pressure, Pa; both of the window's shape."""
@@ -225,14 +266,24 @@ class WholeHalfSpace:
         result: Array = scipy.fft.irfft(rows, n=2 * ny, axis=1, workers=self._workers)[:, :ny]
         return result
 
-    def precondition(self, displacement: Array) -> Array:
-        """Approximate inverse of `displacement`, on the window without padding."""
+    def precondition(self, displacement: Array, compliance: float) -> Array:
+        """Approximate inverse of `displacement` plus a uniform Winkler layer, m/Pa."""
         transformed = scipy.fft.rfft2(displacement, workers=self._workers)
-        transformed *= self._inverse[:, : transformed.shape[1]]
+        transformed /= self._unpadded + compliance
         result: Array = scipy.fft.irfft2(
             transformed, s=self.window.shape, overwrite_x=True, workers=self._workers
         )
         return result
+
+    def part(self, shape: tuple[int, int]) -> HalfSpace:
+        """The same bodies on a smaller window around the same origin."""
+        if shape == self.window.shape:
+            return self
+        if shape not in self._parts:
+            # Only the last one is kept: a zone that changes its size seldom changes it back.
+            window = Window(shape, self.window.spacing, self.window.quarter)
+            self._parts = {shape: WholeHalfSpace(window, self._modulus, self._workers)}
+        return self._parts[shape]
 
 
 def half_space(window: Window, composite_modulus: float, workers: int = 1) -> HalfSpace:

@@ -109,7 +109,7 @@ class WearLayer:
         return slope
 
     def exponent_at(self, pressure: Array) -> Array:
-        """x at a pressure, Pa."""
+        """Exponent x at a pressure, Pa."""
         x = self.rate * pressure
         x += self.exponent
         return np.minimum(x, _LARGEST_EXPONENT, out=x)

@@ -9,7 +9,7 @@ import numpy as np
 from fretwear.mechanics.contact import Mask
 from fretwear.mechanics.halfspace import Array, Window
 from fretwear.mechanics.slip import Friction
-from fretwear.mechanics.wear import State
+from fretwear.mechanics.state import State
 
 CONTACT_GAP = 1e-5
 """Largest gap of a cell in contact, relative to the approach.

@@ -19,6 +19,8 @@ from fretwear.mechanics.layers import Layer, WearLayer, WinklerLayer
 from fretwear.mechanics.theory import HertzContact
 
 _TOLERANCE = 1e-8
+_COARSE = 1e-2
+_MARGIN = 4
 
 
 @dataclass(frozen=True)
@@ -32,7 +34,7 @@ class ReducedContact:
     approach
         δ*, m.
     convolutions
-        Half-space convolutions spent on it.
+        Half-space convolutions spent on it, most of them on a smaller window.
     """
 
     pressure: Array
@@ -121,12 +123,32 @@ class JaegerSlip:
     def reduced(
         self, half_space: HalfSpace, shape: Array, start: Array | None = None
     ) -> ReducedContact:
-        """Solve the normal contact of the shape at the reduced load."""
-        problem = ContactProblem(half_space, shape, self.load)
-        contact = solve_contact(problem, start, _TOLERANCE)
+        """Solve the normal contact of the shape at the reduced load.
+
+        The stick zone is smaller than the contact: the problem is solved on a window that holds
+        the start and a margin, and again on a larger one if the zone wants to leave it.
+        """
+        window = half_space.window
+        convolutions = 0
+        if start is None:
+            coarse = solve_contact(ContactProblem(half_space, shape, self.load), None, _COARSE)
+            start, convolutions = coarse.pressure, coarse.convolutions
+        held: Mask = start > 0
+        while True:
+            part = half_space.part(window.holding(held, _MARGIN))
+            size = part.window.shape
+            problem = ContactProblem(part, window.resized(shape, size), self.load)
+            contact = solve_contact(problem, window.resized(start, size), _TOLERANCE)
+            pressure = part.window.resized(contact.pressure, window.shape)
+            gap = half_space.displacement(pressure) + shape - contact.approach
+            convolutions += contact.convolutions + 1
+            missed = (gap < 0) & ~part.window.covered(window.shape)
+            if not missed.any():
+                break
+            held, start = held | missed, pressure
         # Noise in the stick zone would grow with wear like exp(β∫p dN): zero means zero.
-        gap = np.where(contact.pressure > 0, 0.0, np.maximum(contact.gap, 0.0))
-        return ReducedContact(contact.pressure, gap, contact.approach, contact.convolutions)
+        gap = np.where(pressure > 0, 0.0, np.maximum(gap, 0.0))
+        return ReducedContact(pressure, gap, contact.approach, convolutions)
 
     def wear_layer(
         self, wear: Array, gap: Array, shift: Array | None, exponent: Array, rate: float

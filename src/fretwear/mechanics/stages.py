@@ -1,0 +1,175 @@
+"""The implicit stages of a wear step: each one contact, or a few where the bodies yield.
+
+A stage asks for the pressure whose wear gives the shape that carries it: one normal contact with
+a `fretwear.mechanics.layers.WearLayer`. Where the pressure is at its limit the surface sinks by
+the penetration of that contact. This changes the contact at the reduced load, which is solved
+again on the stage's own shape, in turn with the contact itself, until the wear is settled.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import inf
+
+import numpy as np
+
+from fretwear.mechanics.contact import Contact, ContactProblem, solve_contact
+from fretwear.mechanics.halfspace import Array, Window
+from fretwear.mechanics.layers import Layer
+from fretwear.mechanics.slip import ReducedContact
+from fretwear.mechanics.state import CONTACT_TOLERANCE, State, WearProblem
+
+_LARGEST_SWEEPS = 12
+_SWEEP_TOLERANCE = 0.002
+
+
+@dataclass(frozen=True)
+class Stage:
+    """The contact at the end of a stage, consistent in itself.
+
+    Attributes
+    ----------
+    pressure, gap, wear, plastic
+        p, Pa; gap, wear depth and plastic depth, m; shape of the window.
+    approach
+        δ, m.
+    residual
+        Of the contact, see `fretwear.mechanics.contact.Contact`.
+    reduced
+        The contact at the reduced load on this stage's shape.
+    yielded
+        Whether plastic flow in this stage changed the reduced contact.
+    """
+
+    pressure: Array
+    gap: Array
+    wear: Array
+    plastic: Array
+    approach: float
+    residual: float
+    reduced: ReducedContact
+    yielded: bool = False
+
+    @classmethod
+    def of(cls, state: State) -> Stage:
+        """The state that a step starts from."""
+        return cls(
+            pressure=state.pressure,
+            gap=state.gap,
+            wear=state.wear,
+            plastic=state.plastic,
+            approach=state.approach,
+            residual=state.residual,
+            reduced=state.reduced,
+        )
+
+    @property
+    def source(self) -> Array:
+        """G = g* − W, m: changes by plastic flow only."""
+        result: Array = self.reduced.gap - self.wear
+        return result
+
+
+class StageSolver:
+    """Solves stages on one window.
+
+    Parameters
+    ----------
+    problem
+        What is worn.
+    window
+        Where.
+    tolerance
+        Of the wear of a step, relative to the wear volume.
+    """
+
+    def __init__(self, problem: WearProblem, window: Window, tolerance: float) -> None:
+        self.problem = problem
+        self.window = window
+        self.tolerance = tolerance
+        self.convolutions = 0
+        self._bodies = problem.half_space(window)
+        self._unworn = problem.surface.shape(window)
+
+    def solve(
+        self, base: Stage, known: Array, rate: float, start: Array, shift: Array | None
+    ) -> Stage:
+        """One implicit stage.
+
+        Parameters
+        ----------
+        base
+            Where it starts.
+        known, rate
+            The stage's exponent is x = known + rate · p with its pressure p, Pa.
+        start
+            First guess of the pressure, Pa.
+        shift
+            First guess of the change of G by plastic flow, m; None for no flow.
+
+        Raises
+        ------
+        fretwear.mechanics.contact.ContactError
+            If a contact does not converge.
+        """
+        model, window = self.problem.slip_model, self.window
+        reduced = base.reduced
+        relaxation, before = 1.0, inf
+        for _ in range(_LARGEST_SWEEPS):
+            layer = model.wear_layer(base.wear, base.reduced.gap, shift, known, rate)
+            contact = self._contact(base.plastic, layer, start)
+            start = contact.pressure
+            wear = layer.displacement(start)
+            overshoot = _overshoot(contact, wear - base.wear)
+            wear -= overshoot
+            plastic = base.plastic + contact.penetration
+            yielded = model.follows_shape and bool(contact.penetration.any())
+            if yielded:
+                reduced = model.reduced(
+                    self._bodies, self._unworn + wear + plastic, start=reduced.pressure
+                )
+                self.convolutions += reduced.convolutions
+            else:
+                gap = model.gap_after(base.reduced.gap, wear - base.wear)
+                reduced = replace(base.reduced, gap=gap)
+            stage = Stage(
+                pressure=start,
+                gap=np.maximum(contact.gap, 0.0) - overshoot,
+                wear=wear,
+                plastic=plastic,
+                approach=contact.approach,
+                residual=contact.residual,
+                reduced=reduced,
+                yielded=yielded,
+            )
+            if not yielded and shift is None:
+                break
+            missing = stage.source - base.source
+            if shift is not None:
+                missing -= shift
+            change = window.integral(np.abs(missing) * np.expm1(known + rate * start))
+            if change <= _SWEEP_TOLERANCE * self.tolerance * window.integral(wear):
+                break
+            if change > 0.5 * before:
+                # Flow lets wear catch up, and that stops the flow: meet in the middle.
+                relaxation = max(0.5 * relaxation, 0.1)
+            before = change
+            shift = missing if shift is None else shift + relaxation * missing
+        return stage
+
+    def _contact(self, plastic: Array, layer: Layer, start: Array) -> Contact:
+        problem = ContactProblem(
+            self._bodies, self._unworn + plastic, self.problem.load, self.problem.limit, layer
+        )
+        contact = solve_contact(problem, start, CONTACT_TOLERANCE)
+        self.convolutions += contact.convolutions
+        return contact
+
+
+def _overshoot(contact: Contact, wear: Array) -> Array:
+    """What a long step removes, m, after a cell has lost its pressure.
+
+    Wear needs pressure, so it cannot open a gap: an open cell that wore in this stage touches.
+    """
+    result: Array = np.where(contact.pressure > 0, 0.0, np.minimum(contact.gap, wear))
+    return np.maximum(result, 0.0, out=result)

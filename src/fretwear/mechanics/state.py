@@ -1,0 +1,203 @@
+"""The contact after a number of cycles, and the problem that it belongs to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fretwear.mechanics.contact import ContactProblem, solve_contact
+from fretwear.mechanics.halfspace import Array, HalfSpace, Window, fast_shape, half_space
+from fretwear.mechanics.slip import Friction, ReducedContact, SlipModel
+from fretwear.mechanics.surfaces import Surface
+
+CONTACT_TOLERANCE = 1e-6
+_BORDER = 2
+_GROWTH = 1.12
+_FIRST_STEP = 0.2
+
+
+@dataclass(frozen=True)
+class WearProblem:
+    """Two bodies under constant load and oscillating partial slip.
+
+    Parameters
+    ----------
+    surface
+        The unworn gap.
+    composite_modulus
+        E*, Pa.
+    load
+        Normal load P, N.
+    friction
+        Coulomb friction.
+    slip_model
+        How slip follows from the contact.
+    wear_coefficient
+        Archard's K_w, 1/Pa: worn depth per pressure and sliding distance.
+    limit
+        Largest pressure, Pa; infinite when elastic.
+    spacing
+        Cell size along x and y, m.
+    extent
+        Half-widths along x and y, m, of the first window.
+    quarter
+        Whether to compute the quarter x > 0, y > 0 only.
+    workers
+        Threads of one transform.
+    """
+
+    surface: Surface
+    composite_modulus: float
+    load: float
+    friction: Friction
+    slip_model: SlipModel
+    wear_coefficient: float
+    limit: float
+    spacing: tuple[float, float]
+    extent: tuple[float, float]
+    quarter: bool = True
+    workers: int = 1
+
+    @property
+    def growth_rate(self) -> float:
+        """β = 4 K_w µκ, 1/Pa per cycle: relative growth of g* per unit pressure."""
+        return 4.0 * self.wear_coefficient * self.friction.coefficient * self.friction.coupling
+
+    def half_space(self, window: Window) -> HalfSpace:
+        """The elastic bodies on a window."""
+        return half_space(window, self.composite_modulus, self.workers)
+
+
+@dataclass(frozen=True)
+class State:
+    """The contact after a number of cycles; all that a later step needs.
+
+    Attributes
+    ----------
+    cycle
+        Number of cycles N; between the requested ones not an integer.
+    window
+        Where the fields are given. Outside, nothing has touched yet.
+    pressure, gap, wear, plastic
+        p, Pa; gap, wear depth and plastic depth, m; shape of the window.
+    approach
+        δ, m.
+    reduced
+        The contact at the reduced load, from which slip follows.
+    next_step
+        Number of cycles that the next step should try.
+    step
+        How many steps were accepted so far.
+    error_estimate
+        Estimated error of the last step's wear relative to the wear volume.
+    residual
+        Largest violation of the gap conditions relative to the largest displacement.
+    convolutions
+        Half-space convolutions spent so far, rejected steps included.
+    """
+
+    cycle: float
+    window: Window
+    pressure: Array
+    gap: Array
+    wear: Array
+    plastic: Array
+    approach: float
+    reduced: ReducedContact
+    next_step: float
+    step: int = 0
+    error_estimate: float = 0.0
+    residual: float = 0.0
+    convolutions: int = 0
+
+    def on(self, problem: WearProblem, window: Window) -> State:
+        """The same state on a larger window; its gaps are computed where they were not known."""
+        if window.shape == self.window.shape:
+            return self
+        old, shape = self.window, window.shape
+        bodies, unworn = problem.half_space(window), problem.surface.shape(window)
+
+        def gap(pressure: Array, approach: float, known: Array) -> Array:
+            outer = bodies.displacement(old.resized(pressure, shape)) + unworn - approach
+            outer[old.covered(shape)] = known.ravel()
+            return outer
+
+        reduced = replace(
+            self.reduced,
+            pressure=old.resized(self.reduced.pressure, shape),
+            gap=gap(self.reduced.pressure, self.reduced.approach, self.reduced.gap),
+        )
+        return replace(
+            self,
+            window=window,
+            pressure=old.resized(self.pressure, shape),
+            gap=gap(self.pressure, self.approach, self.gap),
+            wear=old.resized(self.wear, shape),
+            plastic=old.resized(self.plastic, shape),
+            reduced=reduced,
+            convolutions=self.convolutions + 2,
+        )
+
+
+def first_loading(problem: WearProblem) -> State:
+    """The state at cycle 0: loaded for the first time, yielded where it had to, unworn.
+
+    Parameters
+    ----------
+    problem
+        What to load.
+
+    Raises
+    ------
+    fretwear.mechanics.contact.ContactError
+        If the contact does not converge.
+    """
+    extent = problem.extent
+    spent = 0
+    while True:
+        shape = fast_shape(extent, problem.spacing, quarter=problem.quarter)
+        window = Window(shape, problem.spacing, problem.quarter)
+        bodies = problem.half_space(window)
+        gap = problem.surface.shape(window)
+        contact = solve_contact(
+            ContactProblem(bodies, gap, problem.load, problem.limit), tolerance=CONTACT_TOLERANCE
+        )
+        spent += contact.convolutions
+        touched = touched_sides(window, contact.pressure)
+        if not any(touched):
+            break
+        extent = grown_extent(extent, touched)
+    plastic = contact.penetration
+    reduced = problem.slip_model.reduced(bodies, gap + plastic)
+    return State(
+        cycle=0.0,
+        window=window,
+        pressure=contact.pressure,
+        gap=np.maximum(contact.gap, 0.0),
+        wear=np.zeros(shape),
+        plastic=plastic,
+        approach=contact.approach,
+        reduced=reduced,
+        next_step=_FIRST_STEP / (problem.growth_rate * float(contact.pressure.max())),
+        residual=contact.residual,
+        convolutions=spent + reduced.convolutions,
+    )
+
+
+def touched_sides(window: Window, pressure: Array) -> tuple[bool, bool]:
+    """Whether pressure comes near the window's border along x and along y: time to grow."""
+    along_x = bool(pressure[-_BORDER:].any())
+    along_y = bool(pressure[:, -_BORDER:].any())
+    if not window.quarter:
+        along_x |= bool(pressure[:_BORDER].any())
+        along_y |= bool(pressure[:, :_BORDER].any())
+    return along_x, along_y
+
+
+def grown_extent(extent: tuple[float, float], touched: tuple[bool, bool]) -> tuple[float, float]:
+    """The next half-widths, m, of a window whose border was touched."""
+    return (
+        extent[0] * (_GROWTH if touched[0] else 1.0),
+        extent[1] * (_GROWTH if touched[1] else 1.0),
+    )
