@@ -14,7 +14,7 @@ from fretwear.figures.wording import cycle_number
 
 _ZERO_GAP = 0.7
 _MARGIN = 1.25
-_SPELT_OUT = 1000.0
+_SPELT_OUT = 10_000.0
 
 
 def set_cycle_axis(axes: Axes, cycles: ArrayLike, label: str = "Cycle") -> None:

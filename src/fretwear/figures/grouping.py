@@ -89,12 +89,14 @@ def study_lines(summary: xr.Dataset, variable: str) -> list[Line]:
     table = summary[variable].transpose(..., along)
     dims = [str(dim) for dim in table.dims[:-1]]
     cycles = summary["cycle"].values.astype(np.float64)
+    parameters = _parameters(summary, dims)
+    quantities = table.values.astype(np.float64)
     lines = []
-    for index in np.ndindex(*table.shape[:-1]):
-        quantity = table.values[index].astype(np.float64)
-        if np.isfinite(quantity).any():
-            point = dict(zip(dims, index, strict=True))
-            lines.append(Line(point, _values_at(summary, point), cycles, quantity))
+    for place in np.argwhere(np.isfinite(quantities).any(axis=-1)).tolist():
+        index = tuple(place)
+        values = {name: column[tuple(index[i] for i in axes)] for name, axes, column in parameters}
+        point = dict(zip(dims, index, strict=True))
+        lines.append(Line(point, values, cycles, quantities[index]))
     return lines
 
 
@@ -129,15 +131,19 @@ def shown_lines(lines: Sequence[Line], layout: Layout) -> list[Line]:
     ]
 
 
-def _values_at(summary: xr.Dataset, index: Mapping[str, int]) -> dict[str, Value]:
-    values = {}
+def _parameters(
+    summary: xr.Dataset, dims: Sequence[str]
+) -> list[tuple[str, tuple[int, ...], NDArray[Any]]]:
+    """Return name, places of its dimensions among `dims`, and values of each varied name."""
+    found = []
     for name, coordinate in summary.coords.items():
-        dims = coordinate.dims
-        if name in _BOOKKEEPING or not dims or not set(dims) <= set(index):
+        along = [str(dim) for dim in coordinate.dims]
+        if name in _BOOKKEEPING or not along or not set(along) <= set(dims):
             continue
-        value = coordinate.values[tuple(index[str(dim)] for dim in dims)]
-        values[str(name)] = str(value) if coordinate.dtype.kind in "OUS" else float(value)
-    return values
+        is_text = coordinate.dtype.kind in "OUS"
+        values = coordinate.values.astype(str if is_text else np.float64).astype(object)
+        found.append((str(name), tuple(dims.index(dim) for dim in along), values))
+    return found
 
 
 def _levels(lines: Sequence[Line]) -> dict[str, tuple[Value, ...]]:

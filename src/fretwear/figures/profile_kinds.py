@@ -13,8 +13,6 @@ from fretwear.figures.wording import MEGAPASCAL, MICROMETRE, Unit
 
 Array = NDArray[np.float64]
 
-_BEYOND_CONTACT = 1.12
-
 
 @dataclass(frozen=True)
 class ProfileKind:
@@ -28,8 +26,9 @@ class ProfileKind:
         What the y axis says, without the unit.
     unit : Unit or None
         Unit of the y axis; None chooses a length unit by the size of the values.
-    reach : float
-        Where the x axis ends, in contact half-widths.
+    at_edge : bool
+        Whether the quantity is to be seen at the edge of the contact and vanishes inside a
+        smooth one, as the gap does.
     downward : bool
         Whether larger values are drawn lower, as the depth of a scar is.
     envelope : callable
@@ -41,7 +40,7 @@ class ProfileKind:
     variable: str
     label: str
     unit: Unit | None = MEGAPASCAL
-    reach: float = _BEYOND_CONTACT
+    at_edge: bool = False
     downward: bool = False
     envelope: Callable[[Array, Array, float], Array] = peak_envelope
     envelope_words: str = "envelope through the peak of every wave"
@@ -50,7 +49,12 @@ class ProfileKind:
 PRESSURE = ProfileKind("pressure", "Pressure")
 SHEAR = ProfileKind("shear_traction", "Shear traction")
 GAP = ProfileKind(
-    "gap", "Gap", MICROMETRE, 1.35, envelope=wave_mean, envelope_words="mean over one wavelength"
+    "gap",
+    "Gap",
+    MICROMETRE,
+    at_edge=True,
+    envelope=wave_mean,
+    envelope_words="mean over one wavelength",
 )
 WEAR_RATE = ProfileKind("wear_rate", "Wear in one cycle", None)
 WEAR = ProfileKind(

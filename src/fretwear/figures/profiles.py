@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -18,6 +17,7 @@ from fretwear.figures.half_profile import (
     representative_cycles,
 )
 from fretwear.figures.panels import label_outer, make_panels
+from fretwear.figures.profile_frames import Frame, frame_of
 from fretwear.figures.profile_kinds import (
     GAP,
     PRESSURE,
@@ -35,12 +35,7 @@ from fretwear.figures.style import (
     sequential_colours,
     styled,
 )
-from fretwear.figures.wording import (
-    MICROMETRE,
-    Unit,
-    cycle_number,
-    readable_unit,
-)
+from fretwear.figures.wording import MICROMETRE, cycle_number
 
 
 def pressure_profiles(
@@ -139,19 +134,20 @@ def compare_profiles(
     down = -(-len(cases) // across)
     figure = JournalFigure(columns, 14.0 + 50.0 * down)
     panels = make_panels(figure, len(cases), across, "row")
-    unit = _unit(kind, list(profiles.values()))
-    for axes, (title, profile) in zip(panels, profiles.items(), strict=True):
-        draw_profiles(axes, profile, kind, unit)
-        axes.set_title(title)
-    reach = max(axes.get_xlim()[1] for axes in panels)
-    panels[0].set_xlim(0.0, reach)
+    everything = frame_of(kind, list(profiles.values()))
+    for start in range(0, len(panels), across):
+        row = slice(start, start + across)
+        top = frame_of(kind, list(profiles.values())[row]).top
+        for axes, (title, profile) in zip(panels[row], list(profiles.items())[row], strict=True):
+            draw_profiles(axes, profile, kind, replace(everything, top=top))
+            axes.set_title(title)
     label_outer(panels, across)
     _cycle_key(figure, next(iter(profiles.values())))
     return figure
 
 
 def draw_profiles(
-    axes: Axes, profiles: HalfProfiles, kind: ProfileKind, unit: Unit | None = None
+    axes: Axes, profiles: HalfProfiles, kind: ProfileKind, frame: Frame | None = None
 ) -> list[Curve]:
     """Draw profiles into axes and return the curves that labels belong to.
 
@@ -163,10 +159,11 @@ def draw_profiles(
         What to draw.
     kind : ProfileKind
         How to draw it.
-    unit : Unit, optional
-        Unit of the y axis, when several panels must agree on one.
+    frame : Frame, optional
+        Limits and unit of the axes, when several panels must agree on them.
     """
-    unit = unit or _unit(kind, [profiles])
+    frame = frame or frame_of(kind, [profiles])
+    unit = frame.unit
     x = MICROMETRE.of(profiles.x)
     axes.axvspan(0.0, MICROMETRE.of(profiles.stick_half_width)[-1], color=STICK_SHADE, lw=0)
     curves = []
@@ -179,10 +176,11 @@ def draw_profiles(
             shown = kind.envelope(profiles.x, values, profiles.wavelength)
         axes.plot(x, unit.of(shown), color=color, label=cycle_number(cycle))
         curves.append(Curve(x, unit.of(shown), cycle_number(cycle), color))
-    axes.set_xlim(0.0, float(MICROMETRE.of(profiles.contact_half_width).max() * kind.reach))
+    axes.set_xlim(*MICROMETRE.of([frame.left, frame.right]))
+    top = float(unit.of(frame.top))
+    axes.set_ylim((top, 0.0) if kind.downward else (0.0, top))
     axes.set_xlabel("x (µm)")
     axes.set_ylabel(f"{kind.label} ({unit.name})")
-    _set_y_limits(axes, curves, kind, profiles, unit)
     return curves
 
 
@@ -205,28 +203,15 @@ def _draw_single(profiles: HalfProfiles, kind: ProfileKind, columns: Columns) ->
     return figure
 
 
-def _unit(kind: ProfileKind, profiles: Sequence[HalfProfiles]) -> Unit:
-    if kind.unit is not None:
-        return kind.unit
-    return readable_unit([np.nanmax(profile.values) for profile in profiles], "m")
-
-
-def _set_y_limits(
-    axes: Axes, curves: Sequence[Curve], kind: ProfileKind, profiles: HalfProfiles, unit: Unit
-) -> None:
-    right = axes.get_xlim()[1]
-    visible = unit.of(profiles.values)[:, curves[0].x <= right]
-    low, high = axes.get_ylim() if axes.get_shared_y_axes().get_siblings(axes)[1:] else (0.0, 0.0)
-    top = max(float(np.nanmax(visible)) * 1.05, low, high)
-    axes.set_ylim((top, 0.0) if kind.downward else (0.0, top))
-
-
 def _name_zones(axes: Axes, profiles: HalfProfiles) -> None:
     """Name the stick and slip zones of the last cycle above the axes."""
-    stick = float(MICROMETRE.of(profiles.stick_half_width)[-1])
+    left, _ = axes.get_xlim()
+    stick = max(left, float(MICROMETRE.of(profiles.stick_half_width)[-1]))
     contact = float(MICROMETRE.of(profiles.contact_half_width)[-1])
     above = axes.get_xaxis_transform()
-    for start, end, name, color in ((0.0, stick, "stick", INK), (stick, contact, "slip", MUTED)):
+    for start, end, name, color in ((left, stick, "stick", INK), (stick, contact, "slip", MUTED)):
+        if end <= start:
+            continue
         axes.plot(
             [start, end],
             [1.02, 1.02],

@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from fretwear.data.layout import StudyLayout
 from fretwear.figures.wording import (
     MEGAPASCAL,
     MICROMETRE,
@@ -151,17 +152,19 @@ def point_results(
     ValueError
         When `summary` is not that of the plan's study.
     """
-    dims = _point_dims(plan)
-    sizes = tuple(summary.sizes.get(dim, 0) for dim in dims)
-    if sizes != plan.study.shape:
+    layout = StudyLayout(plan.study)
+    sizes = tuple(summary.sizes.get(dim, 0) for dim in layout.dims)
+    if sizes != layout.shape:
         raise ValueError(
-            f"The merged study has {dict(zip(dims, sizes, strict=True))} points, the study file "
-            f"{plan.study.name!r} has {plan.study.shape}: merge the study again."
+            f"The merged study has {dict(zip(layout.dims, sizes, strict=True))} points, the study "
+            f"{plan.study.name!r} has {layout.shape}: merge the study again."
         )
     loaded = summary.load()
     return [
-        _result(number, planned, loaded.isel(_index(plan, planned)), failures)
-        for number, planned in enumerate(plan.points, 1)
+        _result(number, planned, loaded.isel(dict(zip(layout.dims, place, strict=True))), failures)
+        for number, (planned, (place, _)) in enumerate(
+            zip(plan.points, layout.points(), strict=True), 1
+        )
     ]
 
 
@@ -170,18 +173,6 @@ def display_unit(quantity: Quantity, results: Sequence[PointResult]) -> Unit:
     if quantity.unit is not None:
         return quantity.unit
     return readable_unit([r.values[quantity.name] for r in results if r.done], quantity.base)
-
-
-def _point_dims(plan: Plan) -> tuple[str, ...]:
-    if plan.study.design.kind == "grid":
-        return tuple(axis.coordinate for axis in plan.study.axes)
-    return ("point",)
-
-
-def _index(plan: Plan, planned: PlannedPoint) -> dict[str, int]:
-    if plan.study.design.kind != "grid":
-        return {"point": planned.point.index[0]}
-    return dict(zip(_point_dims(plan), planned.point.index, strict=True))
 
 
 def labels_of(axis: Axis) -> tuple[str, ...]:

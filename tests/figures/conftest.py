@@ -1,0 +1,154 @@
+"""Small real runs, and a way to see every text that a figure draws."""
+
+from collections.abc import Callable
+from itertools import combinations
+from pathlib import Path
+from typing import NamedTuple
+
+import matplotlib
+import pytest
+import xarray as xr
+from matplotlib.backends.backend_agg import RendererAgg
+from matplotlib.figure import Figure
+from matplotlib.transforms import Bbox
+
+from fretwear.data.merge import merge_study
+from fretwear.data.store import write_case
+from fretwear.simulation import Result, run
+from fretwear.study.case import Case
+from fretwear.study.file import Study, load_study
+
+WAVES = {"kind": "wavy", "amplitude": "0.3 um", "slope_x": "1.8 deg", "slope_y": "1 deg"}
+
+STUDY = """
+title: A small grid
+base:
+  radius: 10 mm
+  youngs_modulus: 208 GPa
+  poisson_ratio: 0.3
+  tangential_ratio: 0.8
+  wear_coefficient: 7e-13 / Pa
+  roughness: {kind: wavy, slope_x: 1.8 deg, slope_y: 1 deg}
+  cell: [3.9 um, 4 um]
+  cycles: 1000
+vary:
+  load: [30 N, 40 N]
+  friction: [0.3, 0.6]
+  roughness.amplitude: [0 um, 0.25 um, 0.3 um]
+  plastic_limit: [none, 4500 MPa]
+output:
+  cycles: [1, 10, 100]
+"""
+
+
+class SmallStudy(NamedTuple):
+    """A study with its merged results and the folder of its cases."""
+
+    study: Study
+    summary: xr.Dataset
+    cases: Path
+
+
+class DrawnText(NamedTuple):
+    """A text as it was drawn, with its box in pixels."""
+
+    words: str
+    box: Bbox
+
+
+class _Recorder(RendererAgg):
+    """A renderer that notes the texts that pass through it."""
+
+    def __init__(self, figure: Figure) -> None:
+        super().__init__(figure.bbox.width, figure.bbox.height, figure.dpi)
+        self.drawn: dict[int, DrawnText] = {}
+
+    def draw_text(self, gc, x, y, s, prop, angle, ismath=False, mtext=None):  # type: ignore[no-untyped-def]
+        super().draw_text(gc, x, y, s, prop, angle, ismath, mtext)
+        if mtext is not None and id(mtext) not in self.drawn:
+            text = DrawnText(mtext.get_text(), mtext.get_window_extent(self))
+            self.drawn[id(mtext)] = text
+
+
+def texts(figure: Figure) -> list[DrawnText]:
+    """Draw a figure and return every text that it shows."""
+    figure.draw_without_rendering()
+    recorder = _Recorder(figure)
+    figure.draw(recorder)
+    return list(recorder.drawn.values())
+
+
+@pytest.fixture
+def drawn_texts() -> Callable[[Figure], list[DrawnText]]:
+    return texts
+
+
+@pytest.fixture
+def check_texts() -> Callable[[Figure], list[str]]:
+    """Check that no two texts of a figure overlap and none is cut off; return the texts."""
+
+    def check(figure: Figure) -> list[str]:
+        found = texts(figure)
+        assert found
+        for text in found:
+            inside = figure.bbox.padded(0.6)
+            corners = [(text.box.x0, text.box.y0), (text.box.x1, text.box.y1)]
+            assert all(inside.contains(*corner) for corner in corners), f"{text} is cut off"
+        for first, second in combinations(found, 2):
+            common = Bbox.intersection(first.box, second.box)
+            touching = common is not None and min(common.width, common.height) > 0.5
+            assert not touching, f"{first.words!r} overlaps {second.words!r}"
+        return [text.words for text in found]
+
+    return check
+
+
+def small_case(**changes: object) -> Case:
+    given = {
+        "radius": "10 mm",
+        "youngs_modulus": "208 GPa",
+        "poisson_ratio": 0.3,
+        "load": "40 N",
+        "tangential_ratio": 0.8,
+        "friction": 0.6,
+        "wear_coefficient": 7e-13,
+        "cycles": 1000,
+        "output_cycles": (1, 10, 100),
+        "cell": ("4 um", "4 um"),
+    }
+    return Case(**(given | changes))
+
+
+@pytest.fixture(scope="session")
+def smooth_run() -> Result:
+    return run(small_case())
+
+
+@pytest.fixture(scope="session")
+def smooth(smooth_run: Result) -> xr.Dataset:
+    return smooth_run.dataset
+
+
+@pytest.fixture(scope="session")
+def rough() -> xr.Dataset:
+    return run(small_case(roughness=WAVES, plastic_limit="4500 MPa")).dataset
+
+
+@pytest.fixture(scope="session")
+def small_study(tmp_path_factory: pytest.TempPathFactory) -> SmallStudy:
+    folder = tmp_path_factory.mktemp("study")
+    file = folder / "small.yaml"
+    file.write_text(STUDY, encoding="utf-8")
+    study = load_study(file)
+    for case_id, case in study.cases().items():
+        result = run(case)
+        write_case(result.dataset, result.history, folder / "cases" / f"{case_id}.nc")
+    merge_study(study, folder / "cases", folder / "summary.nc")
+    return SmallStudy(study, xr.load_dataset(folder / "summary.nc"), folder / "cases")
+
+
+@pytest.fixture(autouse=True)
+def _odd_settings() -> object:
+    """Draw under settings of the user's own that would spoil a figure that followed them."""
+    with matplotlib.rc_context({"font.size": 30, "axes.titlesize": 40, "lines.linewidth": 9}):
+        yield

@@ -1,0 +1,78 @@
+"""Envelopes are right for waves whose envelope is known."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from fretwear.figures.half_profile import (
+    half_profiles,
+    peak_envelope,
+    representative_cycles,
+    wave_mean,
+)
+
+WAVELENGTH = 8.37
+X = (np.arange(400) + 0.5) * 0.25
+SLOW = np.sqrt(np.maximum(0.0, 1.0 - (X / 80.0) ** 2))
+
+
+@pytest.mark.parametrize("phase", [0.0, np.pi])
+def test_the_envelope_goes_through_the_peaks_whatever_their_phase(phase: float) -> None:
+    values = SLOW * (1.0 + np.cos(2.0 * np.pi * X / WAVELENGTH + phase))
+    inside = (X > WAVELENGTH) & (X < 70.0)
+    envelope = peak_envelope(X, values, WAVELENGTH)
+    # Between crests the cubics leave the slow factor by about its curvature over a wave.
+    np.testing.assert_allclose(envelope[inside], 2.0 * SLOW[inside], rtol=0.02)
+
+
+def test_the_envelope_of_a_profile_without_waves_is_near_the_profile() -> None:
+    # At most the slope of the profile times a wavelength lies between two of its knots.
+    inside = X < 60.0
+    envelope = peak_envelope(X, SLOW, WAVELENGTH)
+    np.testing.assert_allclose(envelope[inside], SLOW[inside], atol=0.02)
+
+
+def test_the_envelope_is_zero_where_the_profile_is() -> None:
+    values = np.where(X > 50.0, 1.0 + np.cos(2.0 * np.pi * X / WAVELENGTH), 0.0)
+    envelope = peak_envelope(X, values, WAVELENGTH)
+    assert (envelope[X < 50.0 - 1.5 * WAVELENGTH] == 0.0).all()
+
+
+def test_the_mean_over_a_wave_removes_it() -> None:
+    values = 3.0 + np.cos(2.0 * np.pi * X / WAVELENGTH)
+    mean = wave_mean(X, values, WAVELENGTH)
+    assert mean.shape == X.shape
+    # A window of whole cells misses the wavelength by up to half a cell in 33: twice averaged,
+    # less than 0.1 % of the wave is left.
+    np.testing.assert_allclose(mean[X < 80.0], 3.0, atol=1e-3)
+
+
+def test_a_narrow_profile_is_its_own_mean() -> None:
+    few = np.array([1.0, 2.0, 3.0])
+    np.testing.assert_array_equal(wave_mean(X[:3], few, WAVELENGTH), few)
+
+
+def test_few_snapshots_are_all_shown_and_many_thinned_evenly_in_the_logarithm() -> None:
+    few = xr.Dataset(coords={"cycle": [0.0, 1.0, 1000.0]})
+    assert representative_cycles(few) == (0, 1, 1000)
+    many = xr.Dataset(coords={"cycle": np.arange(10001.0)})
+    chosen = representative_cycles(many, most=5)
+    assert chosen[0] == 0
+    assert chosen[-1] == 10000
+    ratios = np.diff(np.log1p(chosen))
+    assert ratios.max() / ratios.min() < 1.3
+
+
+def test_profiles_lie_at_positive_x_and_know_their_waves(
+    smooth: xr.Dataset, rough: xr.Dataset
+) -> None:
+    plain, wavy = half_profiles(smooth, "pressure"), half_profiles(rough, "pressure")
+    assert (plain.x > 0.0).all()
+    assert not plain.is_wavy
+    assert wavy.is_wavy
+    assert wavy.wavelength == pytest.approx(4.0 * 0.3e-6 / np.tan(np.deg2rad(1.8)))
+
+
+def test_waves_that_the_cells_do_not_resolve_get_no_envelope(rough: xr.Dataset) -> None:
+    coarse = rough.isel(x=slice(None, None, 4))
+    assert not half_profiles(coarse, "pressure").is_wavy

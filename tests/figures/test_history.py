@@ -1,0 +1,91 @@
+"""Quantities over the cycles: every case is there, in its panel, with units and a key."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from fretwear import figures
+from fretwear.simulation import Result
+
+LABELS = {
+    "contact_half_width": ("contact_half_width_x", "Contact half-width along x (µm)"),
+    "stick_half_width": ("stick_half_width_x", "Stick half-width along x (µm)"),
+    "wear_volume": ("wear_volume", "Wear volume (10³ µm³)"),
+    "dissipated_energy": ("dissipated_energy", "Dissipated energy per cycle (µJ)"),
+}
+
+
+def _lines(axes: Axes) -> list[np.ndarray]:
+    lines = [line for line in axes.get_lines() if line.get_label() != "_break"]
+    return [line.get_ydata() for line in lines]
+
+
+@pytest.mark.parametrize("name", LABELS)
+def test_a_study_shows_every_case_and_no_text_overlaps(
+    name: str, small_study, check_texts: Callable[[Figure], list[str]]
+) -> None:
+    variable, label = LABELS[name]
+    figure = getattr(figures, name)(small_study.summary)
+    assert sum(len(_lines(axes)) for axes in figure.axes) == 24
+    words = check_texts(figure)
+    assert label in words
+    assert {"smooth", "elastic", "$P$ = 30 N, $µ$ = 0.3", "Cycle"} <= set(words)
+    drawn = _lines(figure.axes[3])[0]
+    point = small_study.summary[variable].isel(
+        load=1, friction=1, roughness_amplitude=0, plastic_limit=0
+    )
+    np.testing.assert_allclose(drawn / drawn[-1], point.values / point.values[-1], rtol=1e-12)
+
+
+def test_a_case_that_is_not_done_is_left_out(small_study) -> None:
+    summary = small_study.summary.copy(deep=True)
+    summary["wear_volume"][0, 0, 1, 1] = np.nan
+    figure = figures.wear_volume(summary)
+    assert sum(len(_lines(axes)) for axes in figure.axes) == 23
+
+
+def test_a_panel_may_be_empty(small_study) -> None:
+    summary = small_study.summary.copy(deep=True)
+    summary["wear_volume"][0] = np.nan
+    summary["wear_volume"][1, 0] = np.nan
+    figure = figures.wear_volume(summary)
+    assert sum(len(_lines(axes)) for axes in figure.axes) == 6
+
+
+def test_no_results_are_no_figure(small_study) -> None:
+    nothing = small_study.summary.where(False)
+    with pytest.raises(ValueError, match="nothing to draw"):
+        figures.wear_volume(nothing)
+
+
+def test_one_case_and_its_dense_history_have_one_line(
+    smooth_run: Result, check_texts: Callable[[Figure], list[str]]
+) -> None:
+    for dataset in (smooth_run.dataset, smooth_run.history):
+        figure = figures.contact_half_width(dataset, columns=1)
+        (line,) = _lines(figure.axes[0])
+        np.testing.assert_allclose(line, dataset["contact_half_width_x"].values * 1e6)
+        check_texts(figure)
+
+
+def test_many_values_get_a_colour_bar_with_their_unit(
+    smooth: xr.Dataset, check_texts: Callable[[Figure], list[str]]
+) -> None:
+    loads = np.linspace(10.0, 100.0, 20)
+    study = xr.concat([smooth[["wear_volume"]] * load for load in loads], "load")
+    study = study.drop_vars("load").assign_coords(load=loads)
+    words = check_texts(figures.wear_volume(study))
+    assert "load (N)" in words
+
+
+def test_energy_over_decades_is_on_a_logarithmic_axis(smooth: xr.Dataset) -> None:
+    energy = smooth[["dissipated_energy"]].copy(deep=True)
+    energy["dissipated_energy"][:] = [1e-5, 1e-5, 8e-6, 1e-7, 1e-12]
+    (axes,) = figures.dissipated_energy(energy).axes
+    assert axes.get_yscale() == "log"
+    low, high = axes.get_ylim()
+    assert high / low < 1e7

@@ -1,0 +1,80 @@
+"""The wear map shows the whole scar, to scale, with edges where the zones end."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.figure import Figure
+
+from fretwear import figures
+from fretwear.data.store import open_case, write_case
+from fretwear.figures.maps import take_wear_map
+from fretwear.simulation import Result
+
+
+def test_the_map_is_the_last_scar_mirrored_in_both_directions(smooth: xr.Dataset) -> None:
+    scar = take_wear_map(smooth, None)
+    quarter = smooth["wear_depth"].isel(cycle=-1).values
+    half = quarter.shape[0]
+    np.testing.assert_array_equal(scar.depth[half:, half:], quarter)
+    np.testing.assert_array_equal(scar.depth, scar.depth[::-1])
+    np.testing.assert_array_equal(scar.depth, scar.depth[:, ::-1])
+    np.testing.assert_array_equal(scar.x, -scar.x[::-1])
+
+
+def test_the_edges_of_a_smooth_contact_are_circles_of_the_half_widths(smooth: xr.Dataset) -> None:
+    scar = take_wear_map(smooth, None)
+    cell = float(smooth["cell_x"])
+    last = smooth.isel(cycle=-1)
+    for edge, name in ((scar.contact_edge, "contact"), (scar.stick_edge, "stick")):
+        radii = np.hypot(*edge.T)
+        expected = float(last[f"{name}_half_width_x"])
+        # An outline runs along corners of cells: up to 1.5 diagonals from a circle.
+        assert np.abs(radii - expected).max() < 1.5 * np.sqrt(2.0) * cell
+
+
+def test_a_mirrored_case_gives_the_same_map(smooth_run: Result, tmp_path: Path) -> None:
+    write_case(smooth_run.dataset, smooth_run.history, tmp_path / "case.nc")
+    with open_case(tmp_path / "case.nc", full=True) as whole:
+        mirrored = take_wear_map(whole, None)
+    quarter = take_wear_map(smooth_run.dataset, None)
+    np.testing.assert_array_equal(mirrored.depth, quarter.depth)
+    np.testing.assert_allclose(mirrored.contact_edge, quarter.contact_edge)
+
+
+def test_the_image_is_to_scale_and_says_its_units(
+    rough: xr.Dataset, check_texts: Callable[[Figure], list[str]]
+) -> None:
+    figure = figures.wear_map(rough)
+    axes = figure.axes[0]
+    figure.draw_without_rendering()
+    (image,) = axes.get_images()
+    left, right, bottom, top = image.get_extent()
+    assert right == -left == pytest.approx(rough.sizes["x"] * 4.0)
+    assert top == -bottom == pytest.approx(rough.sizes["y"] * 4.0)
+    assert axes.get_aspect() == 1.0
+    words = check_texts(figure)
+    assert {"x (µm), direction of slip", "y (µm)", "edge of contact"} <= set(words)
+    assert any(text.startswith("Wear depth (") for text in words)
+
+
+def test_an_unworn_surface_has_a_map_too(
+    smooth: xr.Dataset, check_texts: Callable[[Figure], list[str]]
+) -> None:
+    check_texts(figures.wear_map(smooth, cycle=0))
+
+
+def test_panels_share_one_scale_of_depth(
+    smooth: xr.Dataset, rough: xr.Dataset, check_texts: Callable[[Figure], list[str]]
+) -> None:
+    figure = figures.compare_wear_maps({"smooth": smooth, "rough": rough, "more": rough})
+    limits = {axes.get_images()[0].get_clim() for axes in figure.axes if axes.get_images()}
+    assert len(limits) == 1
+    check_texts(figure)
+
+
+def test_a_cycle_without_a_snapshot_is_refused(smooth: xr.Dataset) -> None:
+    with pytest.raises(ValueError, match=r"cycle = 7.*\[0, 1, 10, 100, 1000\]"):
+        figures.wear_map(smooth, cycle=7)

@@ -1,0 +1,139 @@
+"""Profiles show the data, name their units and cycles, and can be read."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from fretwear import figures
+from fretwear.data.store import open_case, write_case
+from fretwear.figures.profile_kinds import PRESSURE, WEAR
+from fretwear.simulation import Result
+
+KINDS = {
+    "pressure_profiles": ("pressure", "Pressure (MPa)"),
+    "shear_profiles": ("shear_traction", "Shear traction (MPa)"),
+    "gap_profiles": ("gap", "Gap (µm)"),
+    "wear_profiles": ("wear_depth", "Wear depth (µm)"),
+    "wear_rate_profiles": ("wear_rate", "Wear in one cycle (pm)"),
+}
+SIZE = {"MPa": 1e6, "µm": 1e-6, "pm": 1e-12}
+
+
+def _curves(axes: Axes) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return the thick curves: those labelled with a cycle."""
+    return [
+        (line.get_xdata(), line.get_ydata())
+        for line in axes.get_lines()
+        if not str(line.get_label()).startswith("_")
+    ]
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_a_smooth_profile_is_the_line_of_cells_nearest_the_middle(
+    name: str, smooth: xr.Dataset
+) -> None:
+    variable, label = KINDS[name]
+    axes = getattr(figures, name)(smooth).axes[0]
+    assert axes.get_ylabel() == label
+    assert axes.get_xlabel() == "x (µm)"
+    curves = _curves(axes)
+    assert len(curves) == smooth.sizes["cycle"]
+    size = SIZE[label.split("(")[1].rstrip(")")]
+    for (x, y), expected in zip(curves, smooth[variable].isel(y=0).values, strict=True):
+        np.testing.assert_allclose(x, smooth["x"].values * 1e6)
+        np.testing.assert_allclose(y, expected / size, rtol=1e-6)
+
+
+@pytest.mark.parametrize("columns", [1, 2])
+@pytest.mark.parametrize("name", KINDS)
+@pytest.mark.parametrize("surface", ["smooth", "rough"])
+def test_every_text_stands_free_and_every_cycle_is_named(
+    name: str,
+    surface: str,
+    columns: int,
+    request: pytest.FixtureRequest,
+    check_texts: Callable[[Figure], list[str]],
+) -> None:
+    case = request.getfixturevalue(surface)
+    words = check_texts(getattr(figures, name)(case, columns=columns))
+    named = {part for text in words for part in text.replace("cycle ", "").split(", ")}
+    assert {"0", "1", "10", "100", "1000"} <= named
+
+
+@pytest.mark.parametrize(("columns", "millimetres"), [(1, 90.0), (2, 190.0)])
+def test_a_figure_is_as_wide_as_journal_columns(
+    columns: int, millimetres: float, smooth: xr.Dataset
+) -> None:
+    figure = figures.pressure_profiles(smooth, columns=columns)
+    assert figure.get_figwidth() * 25.4 == pytest.approx(millimetres)
+
+
+def test_other_widths_are_refused(smooth: xr.Dataset) -> None:
+    with pytest.raises(ValueError, match="columns = 3"):
+        figures.pressure_profiles(smooth, columns=3)
+
+
+def test_a_mirrored_case_gives_the_same_profiles(smooth_run: Result, tmp_path: Path) -> None:
+    write_case(smooth_run.dataset, smooth_run.history, tmp_path / "case.nc")
+    with open_case(tmp_path / "case.nc", full=True) as whole:
+        mirrored = _curves(figures.pressure_profiles(whole).axes[0])
+    quarter = _curves(figures.pressure_profiles(smooth_run.dataset).axes[0])
+    np.testing.assert_allclose(mirrored, quarter)
+
+
+def test_a_rough_profile_has_its_raw_line_and_an_envelope_above(rough: xr.Dataset) -> None:
+    axes = figures.pressure_profiles(rough).axes[0]
+    raw = [line.get_ydata() for line in axes.get_lines() if line.get_label() == "_raw"]
+    thick = [y for _, y in _curves(axes)]
+    assert len(raw) == len(thick) == rough.sizes["cycle"]
+    for line, envelope, measured in zip(
+        raw, thick, rough["pressure"].isel(y=0).values, strict=True
+    ):
+        np.testing.assert_allclose(line, measured / 1e6, rtol=1e-6)
+        assert np.nanmax(envelope) == pytest.approx(line.max(), rel=1e-6)
+        assert (line > 0.0).sum() < (envelope > 0.0).sum()
+
+
+def test_wear_is_drawn_downwards(smooth: xr.Dataset) -> None:
+    low, high = figures.wear_profiles(smooth).axes[0].get_ylim()
+    assert low > high == 0.0
+
+
+def test_only_the_cycles_asked_for_are_drawn(smooth: xr.Dataset) -> None:
+    assert len(_curves(figures.gap_profiles(smooth, [0, 100]).axes[0])) == 2
+
+
+def test_a_cycle_without_a_snapshot_is_refused_with_those_there_are(smooth: xr.Dataset) -> None:
+    with pytest.raises(ValueError, match=r"no snapshot at \[50\].*\[0, 1, 10, 100, 1000\]"):
+        figures.pressure_profiles(smooth, [0, 50])
+
+
+def test_a_study_with_open_parameters_is_refused(small_study) -> None:
+    with pytest.raises(ValueError, match="select one point first"):
+        figures.pressure_profiles(small_study.summary)
+
+
+def test_a_point_of_a_merged_study_has_profiles(small_study) -> None:
+    point = small_study.summary.isel(load=1, friction=1, roughness_amplitude=0, plastic_limit=0)
+    curves = _curves(figures.pressure_profiles(point).axes[0])
+    np.testing.assert_allclose(curves[0][1].max() / 1e3, 1.004, rtol=0.01)
+
+
+def test_panels_have_one_case_each_and_one_key_to_the_cycles(
+    smooth: xr.Dataset, rough: xr.Dataset, check_texts: Callable[[Figure], list[str]]
+) -> None:
+    figure = figures.compare_profiles({"smooth": smooth, "rough": rough, "again": smooth}, WEAR)
+    assert [axes.get_title(loc="left") for axes in figure.axes] == ["smooth", "rough", "again"]
+    words = check_texts(figure)
+    assert words.count("cycle") == 1
+    assert words.count("x (µm)") == 2
+
+
+def test_no_case_is_no_figure() -> None:
+    with pytest.raises(ValueError, match="no case"):
+        figures.compare_profiles({}, PRESSURE)

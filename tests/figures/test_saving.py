@@ -1,0 +1,94 @@
+"""Saved figures: the same data give the same bytes, and half a file never appears."""
+
+import hashlib
+import os
+import subprocess
+import sys
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import matplotlib
+import pytest
+import xarray as xr
+
+from fretwear import figures
+from fretwear.data.errors import DataFileError
+
+SCRIPT = """
+import sys, xarray as xr
+from pathlib import Path
+from fretwear import figures
+case = xr.load_dataset(sys.argv[1])
+figures.save_figure(figures.overview(case), Path(sys.argv[2]))
+"""
+
+
+def _digests(folder: Path) -> dict[str, str]:
+    return {file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in folder.iterdir()}
+
+
+def test_other_processes_write_the_same_bytes(rough: xr.Dataset, tmp_path: Path) -> None:
+    rough.to_netcdf(tmp_path / "case.nc")
+    found = []
+    for seed in ("1", "2"):
+        folder = tmp_path / seed
+        subprocess.run(
+            [sys.executable, "-c", SCRIPT, tmp_path / "case.nc", folder / "overview"],
+            check=True,
+            env={**os.environ, "PYTHONHASHSEED": seed},
+        )
+        found.append(_digests(folder))
+    assert found[0] == found[1]
+    assert set(found[0]) == {"overview.svg", "overview.png"}
+
+
+def test_settings_of_the_user_do_not_change_the_bytes(smooth: xr.Dataset, tmp_path: Path) -> None:
+    figures.save_figure(figures.pressure_profiles(smooth), tmp_path / "a" / "figure")
+    with matplotlib.rc_context({"svg.fonttype": "none", "savefig.dpi": 50, "font.size": 5}):
+        figures.save_figure(figures.pressure_profiles(smooth), tmp_path / "b" / "figure")
+    assert _digests(tmp_path / "a") == _digests(tmp_path / "b")
+
+
+def test_a_vector_file_is_well_formed_undated_and_loads_nothing(
+    smooth: xr.Dataset, tmp_path: Path
+) -> None:
+    (path,) = figures.save_figure(figures.wear_map(smooth), tmp_path / "map", ("svg",))
+    root = ET.fromstring(path.read_text(encoding="utf-8"))
+    assert root.tag.endswith("svg")
+    links = [
+        value
+        for element in root.iter()
+        for name, value in element.attrib.items()
+        if name.endswith("href")
+    ]
+    assert links
+    assert all(link.startswith(("#", "data:")) for link in links)
+    assert not [element for element in root.iter() if element.tag.endswith("date")]
+
+
+def test_a_bitmap_has_200_dots_per_inch(smooth: xr.Dataset, tmp_path: Path) -> None:
+    (path,) = figures.save_figure(figures.pressure_profiles(smooth), tmp_path / "p", ("png",))
+    header = path.read_bytes()
+    width = int.from_bytes(header[16:20], "big")
+    assert width == pytest.approx(90.0 / 25.4 * 200.0, abs=1.0)
+
+
+@pytest.mark.parametrize("name", ["figure.docx", "figure"])
+def test_an_unknown_ending_is_refused_with_those_that_work(
+    name: str, smooth: xr.Dataset, tmp_path: Path
+) -> None:
+    with pytest.raises(ValueError, match=r"\.png, \.svg or \.pdf"):
+        figures.save_as(figures.pressure_profiles(smooth), tmp_path / name)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_file_that_cannot_be_written_leaves_nothing(smooth: xr.Dataset, tmp_path: Path) -> None:
+    (tmp_path / "folder").write_text("a file where a folder should be", encoding="utf-8")
+    with pytest.raises(DataFileError):
+        figures.save_as(figures.pressure_profiles(smooth), tmp_path / "folder" / "figure.svg")
+    assert [file.name for file in tmp_path.iterdir()] == ["folder"]
+
+
+def test_a_notebook_shows_a_figure_without_pyplot(smooth: xr.Dataset) -> None:
+    picture = figures.pressure_profiles(smooth)._repr_png_()
+    assert picture.startswith(b"\x89PNG")

@@ -1,0 +1,79 @@
+"""A study gets its figures with captions, written together with their index."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from matplotlib.figure import Figure
+
+from fretwear.data.merge import merge_study
+from fretwear.figures.study import (
+    INDEX_NAME,
+    read_figure_index,
+    study_figures,
+    write_study_figures,
+)
+
+NAMES = [
+    "contact_half_width",
+    "stick_half_width",
+    "wear_volume",
+    "dissipated_energy",
+    *(
+        f"{kind}_by_roughness_amplitude_and_plastic_limit"
+        for kind in (
+            "pressure_profiles",
+            "shear_profiles",
+            "gap_profiles",
+            "wear_rate_profiles",
+            "wear_profiles",
+            "wear_map",
+        )
+    ),
+]
+
+
+def test_a_study_has_named_and_explained_figures_that_can_be_read(
+    small_study, check_texts: Callable[[Figure], list[str]]
+) -> None:
+    found = list(study_figures(small_study.summary, small_study.cases))
+    assert [figure.name for figure in found] == NAMES
+    for figure in found:
+        check_texts(figure.figure)
+        assert figure.caption.endswith(".")
+        assert "$" not in figure.caption
+    assert "all 24 cases" in found[0].caption
+    assert "load 40 N, friction 0.6" in found[-1].caption
+
+
+def test_files_and_index_agree(small_study, tmp_path: Path) -> None:
+    one = small_study.summary.isel(friction=1, roughness_amplitude=0, plastic_limit=0)
+    entries = write_study_figures(one, small_study.cases, tmp_path)
+    assert read_figure_index(tmp_path) == entries
+    files = {f"{entry.name}.{ending}" for entry in entries for ending in ("svg", "png")}
+    assert {file.name for file in tmp_path.iterdir()} == files | {INDEX_NAME}
+
+
+def test_the_caption_counts_cases_that_are_not_done(small_study, tmp_path: Path) -> None:
+    ids = list(small_study.study.cases())
+    for case_id in ids[1:]:
+        (tmp_path / f"{case_id}.nc").symlink_to(small_study.cases / f"{case_id}.nc")
+    merge_study(small_study.study, tmp_path, tmp_path / "summary.nc")
+    import xarray as xr
+
+    with xr.open_dataset(tmp_path / "summary.nc") as summary:
+        first = next(study_figures(summary, tmp_path))
+    assert "23 of 24 cases, those done" in first.caption
+
+
+@pytest.mark.parametrize("kept", [["load"], []])
+def test_smaller_studies_have_the_same_kinds_of_figures(small_study, kept: list[str]) -> None:
+    names = ("load", "friction", "roughness_amplitude", "plastic_limit")
+    part = small_study.summary.isel({name: 0 for name in names if name not in kept})
+    found = [figure.name for figure in study_figures(part, small_study.cases)]
+    assert len(found) == len(NAMES)
+    assert ("wear_map_by_load" in found) is bool(kept)
+
+
+def test_a_study_without_results_has_no_figures(small_study) -> None:
+    assert not list(study_figures(small_study.summary.where(False), small_study.cases))
