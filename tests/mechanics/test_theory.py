@@ -301,3 +301,19 @@ def test_limiting_deepest_wear_is_the_largest_depth(hertz, ratio):
     assert depth[0] == 0.0
     assert depth[-1] == pytest.approx(0.0, abs=1e-10 * limit.deepest_wear)
     assert np.all(limit.wear_depth(np.array([0.0, 0.5 * c, 1.001 * edge, 3 * edge])) == 0.0)
+
+
+@pytest.mark.parametrize("ratio", RATIOS)
+def test_limiting_pressure_exceeds_a_limit_in_a_band_of_the_given_width(hertz, ratio):
+    limit = theory.LimitingState(hertz, ratio)
+    allowed = 1.05 * limit.central_pressure
+    width = limit.width_above(allowed)
+    assert 0.0 < width < limit.stick_radius
+    found = limit.pressure(limit.stick_radius - width * np.array([1.001, 1.0, 0.999]))
+    assert found[0] < allowed < found[2]
+    assert found[1] == pytest.approx(allowed, rel=1e-9)
+    assert limit.width_above(1e-3 * limit.central_pressure) == limit.stick_radius
+
+
+def test_no_band_exceeds_a_limit_without_slip(hertz):
+    assert theory.LimitingState(hertz, 0.0).width_above(4 * hertz.peak_pressure) < 1e-16

@@ -288,6 +288,21 @@ class LimitingState:
         """Wear of both bodies together in m, at distances ``r`` in m."""
         return np.asarray(np.maximum(self._height_above_sphere(r), 0.0))
 
+    def width_above(self, pressure: float) -> float:
+        """Width of the band at the stick edge where p∞ exceeds a pressure (Pa), m.
+
+        Where the pressure is a plastic limit, this is the size of what yields: a grid much coarser
+        than it sees no yielding, or too little.
+        """
+        c, punch = self.stick_radius, self._punch_approach
+        half = math.pi * pressure * self.hertz.radius / (4.0 * self.hertz.composite_modulus)
+        discriminant = half * half - 0.5 * punch * self.hertz.radius
+        if discriminant <= 0.0:
+            return c
+        # the smaller root of (2/R) w² - (π p/E*) w + (d∞ - c²/R) = 0 in w = √(c² - r²)
+        root = 0.5 * punch * self.hertz.radius / (half + math.sqrt(discriminant))
+        return c if root >= c else root * root / (c + math.sqrt((c - root) * (c + root)))
+
     def worn_shape(self, r: ArrayLike) -> FloatArray:
         """Height of the worn sphere above its lowest point in m, at distances ``r`` in m.
 
