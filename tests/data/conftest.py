@@ -64,9 +64,15 @@ def _arrays(case: Case, extent: float = 1.3, cycles: tuple[int, ...] = (0, 1000)
     x = (np.arange(math.ceil(extent * case.hertz_radius / dx)) + 0.5) * dx
     y = (np.arange(math.ceil(extent * case.hertz_radius / dy)) + 0.5) * dy
     hertz = HertzContact(case.radius, case.load, case.composite_modulus)
-    state = CattaneoMindlin(hertz, case.tangential_force, case.friction, case.coupling)
+    state = CattaneoMindlin(
+        hertz,
+        friction=case.friction,
+        tangential_load=case.tangential_force,
+        coupling=case.coupling,
+    )
     r = np.hypot(x[:, None], y[None, :])
-    wear_rate = 4.0 * case.wear_coefficient * hertz.pressure(r) * state.slip(r)
+    slip = np.where(r < hertz.contact_radius, state.slip(r), 0.0)
+    wear_rate = 4.0 * case.wear_coefficient * hertz.pressure(r) * slip
     inside = np.where(r < state.stick_radius, 2, np.where(r < hertz.contact_radius, 1, 0))
     number = np.array(cycles, dtype=float)
 
@@ -77,7 +83,7 @@ def _arrays(case: Case, extent: float = 1.3, cycles: tuple[int, ...] = (0, 1000)
     fields = {
         "pressure": held(hertz.pressure(r)),
         "shear_traction": held(state.shear_traction(r)),
-        "slip": held(state.slip(r)),
+        "slip": held(slip),
         "wear_depth": wear_depth,
         "wear_rate": held(wear_rate),
         "plastic_depth": held(np.zeros_like(r)),

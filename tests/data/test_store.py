@@ -98,6 +98,7 @@ def test_the_whole_contact_is_four_quarters(case_path):
         assert whole.attrs["symmetry"] == "none"
         for name in ("pressure", "wear_depth", "slip"):
             integral = whole[name].sum(("x", "y"), dtype="float64")
+            assert integral[-1] > 0.0
             np.testing.assert_allclose(
                 integral, 4 * quarter[name].sum(("x", "y"), dtype="float64"), rtol=1e-12
             )
@@ -126,6 +127,15 @@ def test_the_pressure_of_the_whole_contact_carries_the_load(case_path, case):
         load = whole.pressure.sum(("x", "y"), dtype="float64") * dx * dy
         # Midpoint rule over 15 cells per contact radius, the edge of which is a square root.
         np.testing.assert_allclose(load, case.load, rtol=1e-2)
+
+
+def test_the_energy_dissipated_in_the_whole_contact_is_that_of_the_closed_form(case_path, case):
+    with open_case(case_path, full=True) as whole:
+        power = (4.0 * whole.shear_traction * whole.slip).sum(("x", "y"), dtype="float64")
+        energy = power * case.grid_spacing[0] * case.grid_spacing[1]
+        # Slip is far from zero at the edge of contact, so that the midpoint rule errs by the
+        # square root of the pressure in the cells there.
+        np.testing.assert_allclose(energy, whole.dissipated_energy, rtol=2e-2)
 
 
 def test_a_dataset_that_is_whole_is_not_mirrored(tmp_path, case_path, results):

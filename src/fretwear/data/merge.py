@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 from fretwear.data import provenance
 from fretwear.data.atomic import atomic_path
 from fretwear.data.casefile import CaseFile, opened_case
-from fretwear.data.netcdf import open_lazily, plain_encoding
 from fretwear.data.errors import CaseFileError, CaseFilesError, DataFileError
 from fretwear.data.layout import StudyLayout
-from fretwear.data.profiles import PROFILES, Line, Reach
+from fretwear.data.netcdf import open_lazily, plain_encoding
+from fretwear.data.profiles import PROFILES, Reach, read_profiles
 from fretwear.data.schema import CONVENTIONS
 from fretwear.data.seal import damage, seal
 from fretwear.data.variables import CYCLE, SCALARS, X
@@ -180,7 +180,7 @@ def _write_profiles(path: Path, dataset: xr.Dataset, found: Sequence[_Found]) ->
             columns = np.searchsorted(cycles, point.case.output_cycles)
             with opened_case(point.path) as case_file:
                 snapshots = point.snapshots(case_file)
-                profiles = Line.of_case(case_file).profiles(case_file, positions)
+                profiles = read_profiles(case_file, positions)
             for name, values in profiles.items():
                 whole = np.full((cycles.size, positions.size), np.nan, dtype=np.float32)
                 whole[columns] = values[snapshots]

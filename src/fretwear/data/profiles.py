@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fretwear.data.casefile import CaseFile
+from fretwear.data.resampling import Resampling
 from fretwear.data.variables import FIELDS, Field, X, Y
 
 MOST_POSITIONS = 4096
@@ -31,18 +31,15 @@ class Profile:
         Name in a merged study.
     field : Field
         The field of the cases.
-    outside : float
-        Value outside the window of a case: 0 for what needs contact, NaN for what is not known.
     """
 
     name: str
     field: Field
-    outside: float
 
     @property
     def attributes(self) -> dict[str, str]:
         """CF attributes."""
-        outside = _ZERO_OUTSIDE if self.outside == 0.0 else _UNKNOWN_OUTSIDE
+        outside = _UNKNOWN_OUTSIDE if math.isnan(self.field.outside) else _ZERO_OUTSIDE
         comments = (self.field.comment, _INTERPOLATED, outside)
         return {
             "long_name": self.field.long_name,
@@ -51,16 +48,14 @@ class Profile:
         }
 
 
-def _profile(name: str, field_name: str, outside: float) -> Profile:
-    return Profile(name, next(field for field in FIELDS if field.name == field_name), outside)
-
+_BY_NAME = {field.name: field for field in FIELDS}
 
 PROFILES: tuple[Profile, ...] = (
-    _profile("pressure_profile", "pressure", 0.0),
-    _profile("shear_profile", "shear_traction", 0.0),
-    _profile("gap_profile", "gap", np.nan),
-    _profile("wear_profile", "wear_depth", 0.0),
-    _profile("wear_rate_profile", "wear_rate", 0.0),
+    Profile("pressure_profile", _BY_NAME["pressure"]),
+    Profile("shear_profile", _BY_NAME["shear_traction"]),
+    Profile("gap_profile", _BY_NAME["gap"]),
+    Profile("wear_profile", _BY_NAME["wear_depth"]),
+    Profile("wear_rate_profile", _BY_NAME["wear_rate"]),
 )
 
 
@@ -112,59 +107,28 @@ class Reach:
         return np.concatenate([-x[::-1], x]) if self.is_whole else x
 
 
-@dataclass(frozen=True)
-class Line:
-    """The line of cells nearest y = 0 of one case.
+def read_profiles(
+    case_file: CaseFile, positions: NDArray[np.float64]
+) -> dict[str, NDArray[np.float32]]:
+    """Take the profiles of a case.
 
-    Attributes
+    Parameters
     ----------
-    x : numpy.ndarray, shape (nx,)
-        Cell centres in m.
-    row : int
-        Index of the line along y.
+    case_file : CaseFile
+        The case.
+    positions : numpy.ndarray, shape (n,)
+        Positions along x in m.
+
+    Returns
+    -------
+    dict of str to numpy.ndarray, shape (ncycles, n)
+        By name of the profile.
     """
-
-    x: NDArray[np.float64]
-    row: int
-
-    @classmethod
-    def of_case(cls, case_file: CaseFile) -> Line:
-        """Find the line of a case."""
-        return cls(case_file.read(X.name), int(np.abs(case_file.read(Y.name)).argmin()))
-
-    def profiles(
-        self, case_file: CaseFile, positions: NDArray[np.float64]
-    ) -> dict[str, NDArray[np.float32]]:
-        """Take the profiles of a case.
-
-        Parameters
-        ----------
-        case_file : CaseFile
-            The case.
-        positions : numpy.ndarray, shape (n,)
-            Positions along x in m.
-
-        Returns
-        -------
-        dict of str to numpy.ndarray, shape (ncycles, n)
-            By name of the profile.
-        """
-        return {
-            profile.name: self._at(
-                positions,
-                case_file.read(profile.field.name, np.s_[:, :, self.row]),
-                profile.outside,
-            )
-            for profile in PROFILES
-        }
-
-    def _at(
-        self, positions: NDArray[np.float64], rows: NDArray[Any], outside: float
-    ) -> NDArray[np.float32]:
-        # A quarter is even in x, so nearer the middle than its first cell the value is that of
-        # the first cell: what np.interp does before its first node.
-        where = np.abs(positions) if self.x[0] > 0.0 else positions
-        beyond = np.abs(positions) > np.abs(self.x).max() * (1.0 + 1e-12)
-        values = np.stack([np.interp(where, self.x, row) for row in rows])
-        values[:, beyond] = outside
-        return values.astype(np.float32)
+    along_x = Resampling(case_file.read(X.name), positions)
+    row = int(np.abs(case_file.read(Y.name)).argmin())
+    profiles = {}
+    for profile in PROFILES:
+        values = along_x.linear(case_file.read(profile.field.name, np.s_[:, :, row]), axis=1)
+        values[:, along_x.is_outside] = profile.field.outside
+        profiles[profile.name] = values
+    return profiles

@@ -181,11 +181,7 @@ def _coordinate(variable: Variable, values: ArrayLike) -> xr.Variable:
 
 
 def _labelled(variable: Variable, dims: tuple[str, ...], values: NDArray[Any]) -> xr.Variable:
-    attributes: dict[str, Any] = dict(variable.attributes)
-    if isinstance(variable, Field) and variable.flags:
-        attributes["flag_values"] = np.array(variable.flags, dtype=variable.dtype)
-        attributes["flag_meanings"] = variable.flag_meanings
-    return xr.Variable(dims, values.astype(variable.dtype), attributes)
+    return xr.Variable(dims, values.astype(variable.dtype), variable.attributes)
 
 
 def _raise_all(problems: list[str]) -> None:
@@ -229,6 +225,7 @@ def _array_problems(
             yield f"{variable.name} has shape {values.shape}, expected {shape}"
         elif isinstance(variable, Field) and variable.flags:
             if not np.isin(values, variable.flags).all():
-                yield f"{variable.name} holds other values than {variable.flag_meanings}"
+                meanings = variable.attributes["flag_meanings"]
+                yield f"{variable.name} holds other values than {meanings}"
         elif not np.isfinite(values).all():
             yield f"{variable.name} holds values that are not finite"

@@ -12,8 +12,8 @@ import xarray as xr
 
 from fretwear.data.atomic import atomic_path
 from fretwear.data.casefile import COMPLETE, HISTORY_GROUP, missing_variables, opened_case
-from fretwear.data.netcdf import open_lazily, plain_encoding
 from fretwear.data.errors import CaseFileError
+from fretwear.data.netcdf import open_lazily, plain_encoding
 from fretwear.data.seal import seal
 from fretwear.data.variables import FIELDS, X, Y
 

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import math
+from dataclasses import dataclass
 from enum import IntEnum
+from typing import Any
+
+import numpy as np
 
 DOMAIN_DIMS = ("cycle", "x", "y")
 SYMMETRIES = ("even_xy", "none")
@@ -45,7 +49,7 @@ class Variable:
     comment: str = ""
 
     @property
-    def attributes(self) -> dict[str, str]:
+    def attributes(self) -> dict[str, Any]:
         """CF attributes of the variable; empty entries are left out."""
         named = {
             "long_name": self.long_name,
@@ -62,17 +66,27 @@ class Field(Variable):
 
     Attributes
     ----------
+    outside : float
+        Value outside the window of a case, where the surfaces do not touch; NaN when that does
+        not tell it.
     flags : tuple of ContactState
         The values that can occur, for a field of flags; empty for a physical quantity.
     """
 
     dtype: str = "float32"
-    flags: tuple[ContactState, ...] = field(default=(), kw_only=True)
+    outside: float = 0.0
+    flags: tuple[ContactState, ...] = ()
 
     @property
-    def flag_meanings(self) -> str:
-        """Words for the flag values, separated by blanks as CF wants them."""
-        return " ".join(flag.name.lower() for flag in self.flags)
+    def attributes(self) -> dict[str, Any]:
+        """CF attributes of the variable, flags included; empty entries are left out."""
+        if not self.flags:
+            return super().attributes
+        return {
+            **super().attributes,
+            "flag_values": np.array(self.flags, dtype=self.dtype),
+            "flag_meanings": " ".join(flag.name.lower() for flag in self.flags),
+        }
 
 
 X = Variable("x", "m", "position along the slip direction", axis="X", comment="cell centres")
@@ -97,7 +111,7 @@ FIELDS: tuple[Field, ...] = (
     Field("wear_depth", "m", "wear depth", comment="of both bodies together since cycle 0"),
     Field("wear_rate", "m", "wear depth in one cycle", comment="in the cycle that begins here"),
     Field("plastic_depth", "m", "plastic depth", comment="permanent sinking since cycle 0"),
-    Field("gap", "m", "gap between the surfaces", comment="at the normal load P"),
+    Field("gap", "m", "gap between the surfaces", comment="at the normal load P", outside=math.nan),
     Field(
         "contact_state",
         "",

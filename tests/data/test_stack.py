@@ -1,0 +1,107 @@
+import dask
+import numpy as np
+import pytest
+
+from fretwear.data.errors import DataFileError
+from fretwear.data.merge import merge_study
+from fretwear.data.stack import NOT_DONE, open_study
+from fretwear.data.store import open_case
+from fretwear.data.variables import FIELDS
+
+LOADS = {"load": ["20 N", "50 N"], "plastic_limit": ["none", "4500 MPa"]}
+
+
+@pytest.fixture
+def merged(run_study):
+    def run(study, remove=()):
+        cases = run_study(study)
+        for name in remove:
+            (cases / f"{name}.nc").unlink()
+        merge_study(study, cases, cases.parent / "summary.nc")
+        return cases.parent
+
+    return run
+
+
+def test_the_stack_holds_the_fields_of_every_case_to_the_last_bit(make_study, merged):
+    study = make_study(LOADS)
+    folder = merged(study)
+    with open_study(folder) as stack:
+        assert stack.pressure.dims == ("load", "plastic_limit", "cycle", "x", "y")
+        for point in study.points():
+            here = stack.sel(load=point.case.load, plastic_limit=point.case.plastic_limit)
+            with open_case(folder / "cases" / f"{point.id}.nc") as case:
+                nx, ny = case.sizes["x"], case.sizes["y"]
+                for field in FIELDS:
+                    window = here[field.name][:, :nx, :ny]
+                    np.testing.assert_array_equal(window, case[field.name])
+                    assert window.dtype == case[field.name].dtype
+                assert (here.pressure[:, nx:] == 0.0).all()
+                assert (here.contact_state[:, :, ny:] == 0).all()
+                assert here.gap[:, nx:].isnull().all()
+
+
+def test_nothing_is_read_before_it_is_used_and_then_by_threads(make_study, merged):
+    with open_study(merged(make_study(LOADS))) as stack:
+        assert all(dask.is_dask_collection(stack[field.name].data) for field in FIELDS)
+        with dask.config.set(scheduler="threads", num_workers=8):
+            peak = stack.pressure.max(("x", "y")).compute()
+        # The cell nearest the middle is half a diagonal off it: a share 1 - √(1 - r²/a²) lower.
+        np.testing.assert_allclose(peak, stack.peak_pressure, rtol=5e-3)
+
+
+def test_any_part_can_be_asked_for(make_study, merged):
+    with open_study(merged(make_study(LOADS))) as stack:
+        slip = stack.slip.compute()
+        parts = [
+            {"load": 1},
+            {"cycle": -1},
+            {"load": 0, "plastic_limit": 1, "cycle": 1, "x": 3, "y": 2},
+            {"cycle": slice(None, None, 2), "x": slice(2, 9, 3)},
+            {"plastic_limit": [1, 0], "y": [4, 0, 0]},
+        ]
+        for part in parts:
+            np.testing.assert_array_equal(stack.slip.isel(part), slip.isel(part))
+
+
+def test_what_is_not_done_is_missing(make_study, merged):
+    study = make_study(LOADS)
+    lost = next(point for point in study.points() if point.case.load == 50.0)
+    with open_study(merged(study, remove=[lost.id])) as stack:
+        there = stack.pressure.notnull().any(("cycle", "x", "y"))
+        np.testing.assert_array_equal(there, stack.status == 0)
+        missing = stack.contact_state.sel(load=50.0, plastic_limit=np.inf)
+        assert (missing == NOT_DONE).all()
+
+
+def test_cases_of_different_spacing_share_the_cells_of_the_finest(make_study, merged):
+    study = make_study({"cell": [["10 um", "12 um"], ["4 um", "5 um"]]})
+    with open_study(merged(study)) as stack:
+        np.testing.assert_allclose(np.diff(stack.x), 4e-6, rtol=1e-9)
+        np.testing.assert_allclose(np.diff(stack.y), 5e-6, rtol=1e-9)
+        loads = 4 * stack.pressure.isel(cycle=0).sum(("x", "y"), dtype="float64") * 4e-6 * 5e-6
+        # Linear interpolation cuts across the edge, where the pressure falls like a square root.
+        np.testing.assert_allclose(loads, 50.0, rtol=3e-2)
+        states = set(np.unique(stack.contact_state))
+        assert states == {0, 1, 2}
+
+
+def test_a_single_case_is_a_stack_too(make_study, merged):
+    with open_study(merged(make_study({}))) as stack:
+        assert stack.wear_depth.dims == ("cycle", "x", "y")
+        assert float(stack.wear_depth.max()) > 0.0
+
+
+def test_a_study_that_was_not_merged_is_told(tmp_path):
+    with pytest.raises(DataFileError, match=r"summary.nc: there is no such file"):
+        open_study(tmp_path)
+
+
+def test_a_case_file_that_went_missing_is_named(make_study, merged):
+    study = make_study(LOADS)
+    folder = merged(study)
+    lost = folder / "cases" / f"{next(iter(study.cases()))}.nc"
+    lost.unlink()
+    with pytest.raises(DataFileError, match="no such file") as error:
+        open_study(folder)
+    assert error.value.path == lost
