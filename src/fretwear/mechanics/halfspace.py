@@ -86,8 +86,8 @@ class Window:
 
     def _centers(self, axis: int) -> Array:
         first = 0.5 if self.quarter else 0.5 * (1 - self.shape[axis])
-        centers: Array = (np.arange(self.shape[axis]) + first) * self.spacing[axis]
-        return centers
+        cells = np.arange(self.shape[axis], dtype=np.float64)
+        return (cells + first) * self.spacing[axis]
 
     def holding(self, cells: NDArray[np.bool_], margin: int) -> tuple[int, int]:
         """Shape, fast to transform, of the smallest window that holds some cells and a margin."""

@@ -18,7 +18,8 @@ from fretwear.mechanics.halfspace import Array, HalfSpace, Window
 from fretwear.mechanics.layers import Layer, WearLayer, WinklerLayer
 from fretwear.mechanics.theory import HertzContact
 
-_TOLERANCE = 1e-8
+_FIRST_TOLERANCE = 1e-8
+_TOLERANCE = 1e-7
 _COARSE = 1e-2
 _MARGIN = 4
 
@@ -129,8 +130,10 @@ class JaegerSlip:
         the start and a margin, and again on a larger one if the zone wants to leave it.
         """
         window = half_space.window
-        convolutions = 0
+        convolutions, tolerance = 0, _TOLERANCE
         if start is None:
+            # An elastic run solves this once and lives on it for ever.
+            tolerance = _FIRST_TOLERANCE
             coarse = solve_contact(ContactProblem(half_space, shape, self.load), None, _COARSE)
             start, convolutions = coarse.pressure, coarse.convolutions
         held: Mask = start > 0
@@ -138,7 +141,7 @@ class JaegerSlip:
             part = half_space.part(window.holding(held, _MARGIN))
             size = part.window.shape
             problem = ContactProblem(part, window.resized(shape, size), self.load)
-            contact = solve_contact(problem, window.resized(start, size), _TOLERANCE)
+            contact = solve_contact(problem, window.resized(start, size), tolerance)
             pressure = part.window.resized(contact.pressure, window.shape)
             gap = half_space.displacement(pressure) + shape - contact.approach
             convolutions += contact.convolutions + 1

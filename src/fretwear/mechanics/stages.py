@@ -20,7 +20,7 @@ from fretwear.mechanics.slip import ReducedContact
 from fretwear.mechanics.state import CONTACT_TOLERANCE, State, WearProblem
 
 _LARGEST_SWEEPS = 12
-_SWEEP_TOLERANCE = 0.002
+_SWEEP_TOLERANCE = 0.005
 
 
 @dataclass(frozen=True)
@@ -61,6 +61,7 @@ class Stage:
             approach=state.approach,
             residual=state.residual,
             reduced=state.reduced,
+            yielded=state.yielded,
         )
 
     @property
@@ -91,9 +92,7 @@ class StageSolver:
         self._bodies = problem.half_space(window)
         self._unworn = problem.surface.shape(window)
 
-    def solve(
-        self, base: Stage, known: Array, rate: float, start: Array, shift: Array | None
-    ) -> Stage:
+    def solve(self, base: Stage, known: Array, rate: float, start: Array, guess: Array) -> Stage:
         """One implicit stage.
 
         Parameters
@@ -104,8 +103,8 @@ class StageSolver:
             The stage's exponent is x = known + rate · p with its pressure p, Pa.
         start
             First guess of the pressure, Pa.
-        shift
-            First guess of the change of G by plastic flow, m; None for no flow.
+        guess
+            First guess of the change of G by plastic flow, m.
 
         Raises
         ------
@@ -114,6 +113,7 @@ class StageSolver:
         """
         model, window = self.problem.slip_model, self.window
         reduced = base.reduced
+        shift = guess if base.yielded else None
         relaxation, before = 1.0, inf
         for _ in range(_LARGEST_SWEEPS):
             layer = model.wear_layer(base.wear, base.reduced.gap, shift, known, rate)

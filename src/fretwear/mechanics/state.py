@@ -87,6 +87,11 @@ class State:
         The contact at the reduced load, from which slip follows.
     next_step
         Number of cycles that the next step should try.
+    pressure_rate, source_rate
+        How p, Pa, and G = g* − W, m, changed per cycle in the last step: where the next one
+        starts to look.
+    yielded
+        Whether plastic flow changed the reduced contact in the last step.
     step
         How many steps were accepted so far.
     error_estimate
@@ -106,6 +111,9 @@ class State:
     approach: float
     reduced: ReducedContact
     next_step: float
+    pressure_rate: Array
+    source_rate: Array
+    yielded: bool = False
     step: int = 0
     error_estimate: float = 0.0
     residual: float = 0.0
@@ -136,6 +144,8 @@ class State:
             wear=old.resized(self.wear, shape),
             plastic=old.resized(self.plastic, shape),
             reduced=reduced,
+            pressure_rate=old.resized(self.pressure_rate, shape),
+            source_rate=old.resized(self.source_rate, shape),
             convolutions=self.convolutions + 2,
         )
 
@@ -180,6 +190,8 @@ def first_loading(problem: WearProblem) -> State:
         approach=contact.approach,
         reduced=reduced,
         next_step=_FIRST_STEP / (problem.growth_rate * float(contact.pressure.max())),
+        pressure_rate=np.zeros(shape),
+        source_rate=np.zeros(shape),
         residual=contact.residual,
         convolutions=spent + reduced.convolutions,
     )

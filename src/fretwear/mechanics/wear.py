@@ -40,7 +40,7 @@ _SMALLEST_STEP = 1e-6
 _ACCEPTED = 1.2
 _SAFETY = 0.85
 _FACTORS = (0.2, 5.0)
-_FLOW_EXPONENT = 0.5
+_FLOW_EXPONENT = 1.0
 _DEFAULT_TOLERANCE = 0.01
 
 
@@ -134,43 +134,50 @@ class _Stepper:
             if step < wanted and judgement.factor >= 1.0:
                 # A stop cut this step short; that says nothing about the one that follows.
                 following = max(following, wanted)
-            return self._accept(
-                stop if step == left else self.state.cycle + step,
-                second,
-                following,
-                judgement.error,
+            reached = stop if step == left else self.state.cycle + step
+            between = (1.0 - _GAMMA) * step
+            self.state = State(
+                cycle=reached,
+                window=self.state.window,
+                pressure=second.pressure,
+                gap=second.gap,
+                wear=second.wear,
+                plastic=second.plastic,
+                approach=second.approach,
+                reduced=second.reduced,
+                next_step=following,
+                pressure_rate=(second.pressure - first.pressure) / between,
+                source_rate=(second.source - first.source) / between,
+                yielded=second.yielded,
+                step=self.state.step + 1,
+                error_estimate=judgement.error * self.tolerance,
+                residual=second.residual,
+                convolutions=self.state.convolutions + self._solver.convolutions,
             )
-
-    def _accept(self, cycle: float, stage: Stage, following: float, error: float) -> State:
-        self.state = State(
-            cycle=cycle,
-            window=self.state.window,
-            pressure=stage.pressure,
-            gap=stage.gap,
-            wear=stage.wear,
-            plastic=stage.plastic,
-            approach=stage.approach,
-            reduced=stage.reduced,
-            next_step=following,
-            step=self.state.step + 1,
-            error_estimate=error * self.tolerance,
-            residual=stage.residual,
-            convolutions=self.state.convolutions + self._solver.convolutions,
-        )
-        self._solver.convolutions = 0
-        return self.state
+            self._solver.convolutions = 0
+            return self.state
 
     def _stages(self, step: float) -> tuple[Stage, Stage]:
         """Both stages of TR-BDF2 over a step of so many cycles."""
         rate = self.problem.growth_rate * step
+        own = rate * _DIAGONAL
         base = Stage.of(self.state)
         p0 = base.pressure
-        own = rate * _DIAGONAL
-        first = self._solver.solve(base, own * p0, own, p0, None)
+        first = self._solver.solve(
+            base,
+            own * p0,
+            own,
+            p0 + _GAMMA * step * self.state.pressure_rate,
+            _GAMMA * step * self.state.source_rate,
+        )
         p1 = first.pressure
-        known = rate * (_WEIGHT - _DIAGONAL) * (p0 + p1)
-        shift = _BEYOND * (first.source - base.source) if first.yielded else None
-        second = self._solver.solve(first, known, own, p1 + _BEYOND * (p1 - p0), shift)
+        second = self._solver.solve(
+            first,
+            rate * (_WEIGHT - _DIAGONAL) * (p0 + p1),
+            own,
+            p1 + _BEYOND * (p1 - p0),
+            _BEYOND * (first.source - base.source),
+        )
         return first, second
 
     def _judge(self, step: float, first: Stage, second: Stage) -> _Judgement:
