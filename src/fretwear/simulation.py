@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
@@ -154,7 +155,9 @@ def steps(case: Case, *, quarter: bool = True) -> Iterator[Step]:
 def wear_problem(case: Case, *, quarter: bool = True) -> WearProblem:
     """The mechanical problem of a case."""
     hertz = HertzContact(case.radius, case.load, case.composite_modulus)
-    half_width = _MARGIN * hertz.contact_radius
+    # A contact at the limit everywhere is the smallest one that carries the load.
+    carrying = math.sqrt(case.load / (math.pi * case.plastic_limit))
+    half_width = _MARGIN * max(hertz.contact_radius, carrying)
     return WearProblem(
         surface=_surface(case),
         composite_modulus=case.composite_modulus,

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fretwear.mechanics.contact import Mask
+from fretwear.mechanics.active_set import Mask
 from fretwear.mechanics.halfspace import Array, Window
 from fretwear.mechanics.slip import Friction
 from fretwear.mechanics.state import State

@@ -13,7 +13,8 @@ from typing import Protocol
 
 import numpy as np
 
-from fretwear.mechanics.contact import ContactProblem, Mask, solve_contact
+from fretwear.mechanics.active_set import Mask
+from fretwear.mechanics.contact import ContactProblem, solve_contact
 from fretwear.mechanics.halfspace import Array, HalfSpace, Window
 from fretwear.mechanics.layers import Layer, WearLayer, WinklerLayer
 from fretwear.mechanics.theory import HertzContact
