@@ -120,6 +120,15 @@ def test_pairs_lie_along_the_points(make_study, merge):
     assert summary.friction.values.tolist() == [0.3, 0.6]
 
 
+def test_samples_lie_along_the_points(make_study, merge):
+    vary = {"load": {"from": "20 N", "to": "50 N"}, "friction": {"from": 0.3, "to": 0.6}}
+    study = make_study(vary, design={"kind": "latin_hypercube", "points": 3, "seed": 1})
+    summary, _ = merge(study)
+    assert summary.wear_volume.dims == ("point", "cycle")
+    assert summary["load"].values.tolist() == [case.load for case in study.cases().values()]
+    assert summary.friction.values.tolist() == [c.friction for c in study.cases().values()]
+
+
 def test_a_study_that_varies_nothing_has_no_dimension_of_its_own(make_study, merge):
     summary, tally = merge(make_study({}))
     assert summary.wear_volume.dims == ("cycle",)

@@ -18,6 +18,7 @@ from fretwear.data.store import (
     write_case,
 )
 from fretwear.data.variables import FIELDS
+from fretwear.simulation import run
 
 
 def test_a_case_comes_back_as_it_was_written(case_path, results):
@@ -136,6 +137,21 @@ def test_the_energy_dissipated_in_the_whole_contact_is_that_of_the_closed_form(c
         # Slip is far from zero at the edge of contact, so that the midpoint rule errs by the
         # square root of the pressure in the cells there.
         np.testing.assert_allclose(energy, whole.dissipated_energy, rtol=2e-2)
+
+
+def test_a_simulated_case_comes_back_and_carries_its_load(tmp_path, case):
+    result = run(case)
+    write_case(result.dataset, result.history, tmp_path / "case.nc")
+    with open_case(tmp_path / "case.nc", full=True) as whole:
+        cell = case.grid_spacing[0] * case.grid_spacing[1]
+        load = whole.pressure.sum(("x", "y"), dtype="float64") * cell
+        # The solver balances the load to 1e-5; single precision adds less than 1e-7.
+        np.testing.assert_allclose(load, case.load, rtol=2e-5)
+        assert whole.cycle.values.tolist() == list(case.output_cycles)
+        assert (whole.contact_state.where(whole.pressure > 0.0, 1) > 0).all()
+    with open_history(tmp_path / "case.nc") as history:
+        assert history.cycle[-1] == case.cycles
+        xr.testing.assert_identical(history.load(), result.history)
 
 
 def test_a_dataset_that_is_whole_is_not_mirrored(tmp_path, case_path, results):
