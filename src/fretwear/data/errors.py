@@ -52,6 +52,8 @@ class CaseFilesError(CaseFileError):
     def __init__(self, errors: Sequence[CaseFileError]) -> None:
         super().__init__(errors[0].path, errors[0].problem, errors[0].remedy)
         self.errors = tuple(errors)
+        # Exceptions are copied by calling their class with `args`.
+        self.args = (self.errors,)
 
     def __str__(self) -> str:
         return "\n".join(str(error) for error in self.errors)

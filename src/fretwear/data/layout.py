@@ -148,6 +148,6 @@ class _Parameter:
         return [value for value in self.values.ravel() if value is not None]
 
     def typed(self) -> NDArray[Any]:
-        if any(isinstance(value, str) for value in self.distinct):
-            return np.where(self.values == None, "", self.values).astype(str)  # noqa: E711
-        return self.values.astype(np.float64)
+        empty = "" if any(isinstance(value, str) for value in self.distinct) else np.nan
+        filled = [empty if value is None else value for value in self.values.ravel()]
+        return np.array(filled).reshape(self.values.shape)
