@@ -169,7 +169,8 @@ def make_study(tmp_path: Path) -> Callable[..., Study]:
         if any(name.startswith("roughness.") for name in vary):
             base["roughness"] = {"kind": "wavy", "slope_x": "0.2 deg", "slope_y": "0.2 deg"}
         path = tmp_path / "study.yaml"
-        path.write_text(yaml.safe_dump({**STUDY, "base": base, "vary": vary, **sections}))
+        content = {**STUDY, "base": base, "vary": vary, **sections}
+        path.write_text(yaml.safe_dump(content, sort_keys=False))
         return load_study(path)
 
     return make

@@ -38,6 +38,13 @@ def test_dimensions_are_the_varied_names_in_the_order_of_the_study(make_study, m
     assert summary.cycle.values.tolist() == [0.0, 100.0, 1000.0]
 
 
+def test_the_order_of_the_study_is_kept_whatever_it_is(make_study, merge):
+    vary = {"plastic_limit": ["none", "4500 MPa"], "friction": [0.6, 0.3], "load": ["50 N"]}
+    summary, _ = merge(make_study(vary))
+    assert summary.wear_volume.dims == ("plastic_limit", "friction", "load", "cycle")
+    assert summary.gap_profile.dims == ("plastic_limit", "friction", "load", "cycle", "x")
+
+
 def test_every_point_has_the_values_of_its_case(make_study, merge, tmp_path):
     study = make_study(LOADS)
     summary, _ = merge(study)
@@ -175,6 +182,7 @@ def test_parameters_that_all_cases_share_are_scalars(make_study, merge):
     assert summary.radius.ndim == 0
     assert summary.radius.attrs["units"] == "m"
     assert summary.slip_model == "jaeger"
+    assert summary.cycles.dtype == summary.radius.dtype == np.float64
     assert summary.tangential_load.dims == ("load", "plastic_limit")
     assert "tangential_load" not in summary.coords
     assert summary.attrs["title"] == study.title

@@ -82,7 +82,8 @@ class StudyLayout:
         found[CASE_ID.name] = xr.Variable(self.dims, ids.astype(str), CASE_ID.attributes)
         for parameter in self._unvaried:
             if parameter.is_shared:
-                value = next(iter(parameter.distinct))
+                value = np.array(next(iter(parameter.distinct)))
+                value = value if value.dtype.kind == "U" else value.astype(np.float64)
                 found[parameter.label.name] = xr.Variable((), value, parameter.label.attributes)
         return found
 
