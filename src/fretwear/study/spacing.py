@@ -9,8 +9,9 @@ if TYPE_CHECKING:
     from fretwear.study.case import Case
 
 CELLS_PER_CONTACT_RADIUS = 64
+CELLS_PER_YIELDING_CONTACT_RADIUS = 128
 CELLS_PER_STICK_RADIUS = 8
-CELLS_PER_SLIP_ANNULUS = 4
+CELLS_PER_SLIP_ANNULUS = 8
 CELLS_PER_WAVELENGTH = 16
 
 LEAST_CELLS_PER_CONTACT_RADIUS = 8
@@ -22,12 +23,16 @@ LEAST_CELLS_PER_WAVELENGTH = 8
 def default_spacing(case: Case) -> tuple[float, float]:
     """Return the (dx, dy) in m that resolves the contact, its stick zone and every wave.
 
-    Contact radius, stick radius and slip annulus are those of the smooth elastic sphere.  Wave
+    Contact radius, stick radius and slip annulus are those of the smooth elastic sphere.  A smooth
+    contact that yields does so in a narrow ring at the edge of stick, which asks for twice the
+    cells; on a rough one the waves ask for more than that.  Wave
     lengths count along their own direction, so dx and dy differ where the waves do.  The result
     is rounded down to two digits, which makes it readable and the same on every machine.
     """
+    yields_in_a_ring = case.roughness is None and math.isfinite(case.plastic_limit)
     contact = min(
-        case.hertz_radius / CELLS_PER_CONTACT_RADIUS,
+        case.hertz_radius
+        / (CELLS_PER_YIELDING_CONTACT_RADIUS if yields_in_a_ring else CELLS_PER_CONTACT_RADIUS),
         case.stick_radius / CELLS_PER_STICK_RADIUS,
         (case.hertz_radius - case.stick_radius) / CELLS_PER_SLIP_ANNULUS,
     )
