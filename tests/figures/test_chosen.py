@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from fretwear.figures.chosen import choose_cases
 
@@ -43,6 +44,21 @@ def test_a_study_of_one_case_has_that_case(small_study) -> None:
     chosen = choose_cases(summary)
     assert chosen.contrasts == ()
     assert list(chosen.ids.values()) == [str(summary["case_id"].item())]
+
+
+def test_of_points_drawn_at_random_those_of_least_and_most_wear_are_taken() -> None:
+    loads, frictions = [20.0, 40.0, 30.0, 25.0], [0.3, 0.4, 0.5, 0.6]
+    volumes = np.array([[0.0, 3.0], [0.0, 9.0], [0.0, 1.0], [0.0, 2.0]])
+    sampled = xr.Dataset(
+        {"wear_volume": (("point", "cycle"), volumes)},
+        {
+            "load": ("point", loads),
+            "friction": ("point", frictions),
+            "case_id": ("point", ["a", "b", "c", "d"]),
+            "cycle": [0.0, 10.0],
+        },
+    )
+    assert list(choose_cases(sampled).ids.values()) == ["c", "b"]
 
 
 def test_without_results_there_is_nothing_to_choose(small_study) -> None:

@@ -48,6 +48,16 @@ def test_a_case_that_is_not_done_is_left_out(small_study) -> None:
     assert sum(len(_lines(axes)) for axes in figure.axes) == 23
 
 
+def test_a_line_goes_on_over_cycles_at_which_a_case_has_no_snapshot(small_study) -> None:
+    summary = small_study.summary.isel(friction=0, roughness_amplitude=0, plastic_limit=0)
+    summary = summary.copy(deep=True)
+    summary["wear_volume"][0, 2] = np.nan
+    (axes,) = figures.wear_volume(summary).axes
+    lengths = [line.size for line in _lines(axes)]
+    assert lengths == [4, 5]
+    assert np.isfinite(np.concatenate(_lines(axes))).all()
+
+
 def test_a_panel_may_be_empty(small_study) -> None:
     summary = small_study.summary.copy(deep=True)
     summary["wear_volume"][0] = np.nan

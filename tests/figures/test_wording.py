@@ -31,6 +31,12 @@ from fretwear.study.case import Case
         ("friction", 0.3, "0.3"),
         ("wear_coefficient", 7e-13, "7·10⁻¹³ Pa⁻¹"),
         ("slip_model", "jaeger", "jaeger"),
+        ("roughness", "none", "smooth"),
+        (
+            "roughness",
+            "{kind: wavy, amplitude: 0.3 um, slope_x: 5.7 deg, slope_y...",
+            "A = 0.3 µm, θx = 5.7°",
+        ),
         ("cycles", 30000.0, "30000"),
     ],
 )

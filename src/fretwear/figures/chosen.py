@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
 import xarray as xr
 
 from fretwear.figures.grouping import Line, Value, study_lines
 from fretwear.figures.wording import symbol_text, words_text
 
-_PREFERRED = ("roughness_amplitude", "plastic_limit", "slip_model")
+_PREFERRED = ("roughness_amplitude", "roughness", "plastic_limit", "slip_model")
 _MOST_CONTRASTS = 2
 
 
@@ -84,15 +85,20 @@ def _varied(lines: Sequence[Line]) -> list[str]:
 def _fullest_group(
     lines: Sequence[Line], contrasts: Sequence[str], others: Sequence[str]
 ) -> list[Line]:
-    """Return the extreme lines of the group with most of them, the last such group if several."""
+    """Return the extreme lines of the group with most of them, the last such group if several.
+
+    Points drawn at random make no group; then those of least and most wear are taken.
+    """
     wanted = [_extremes([line.values[name] for line in lines]) for name in contrasts]
     groups: dict[tuple[Value, ...], list[Line]] = {}
     for line in lines:
         if all(line.values[name] in ends for name, ends in zip(contrasts, wanted, strict=True)):
             groups.setdefault(tuple(line.values[name] for name in others), []).append(line)
-    if not groups:
-        return [lines[0], lines[-1]]
-    return max(reversed(list(groups.values())), key=len)
+    best = max(reversed(list(groups.values())), key=len, default=[])
+    if len(best) == 1 < len(lines) or not best:
+        by_wear = sorted(lines, key=lambda line: float(np.nanmax(line.quantity)))
+        return [by_wear[0], by_wear[-1]]
+    return best
 
 
 def _extremes(values: Sequence[Value]) -> tuple[Value, Value]:

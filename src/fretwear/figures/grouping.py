@@ -18,7 +18,7 @@ Value = Any
 MOST_ROWS, MOST_PANELS_ACROSS, MOST_STYLES, MOST_COLORS = 5, 4, 4, 24
 _BOOKKEEPING = {"case_id", "point", "status", "id"}
 _PREFERRED_STYLE = ("plastic_limit", "slip_model")
-_PREFERRED_COLOR = ("roughness_amplitude",)
+_PREFERRED_COLOR = ("roughness_amplitude", "roughness")
 
 
 @dataclass(frozen=True)
@@ -41,6 +41,8 @@ class Layout:
         Names whose combinations make the rows, and the panels of a row.
     color, style : str or None
         Name told by colour, and by line style.
+    followers : tuple of str
+        Names whose value is told by that of the colour's name, as in paired lists.
     levels : mapping of str to tuple
         The values of each name that the figure shows, in the study's order.
     thinned : mapping of str to int
@@ -51,6 +53,7 @@ class Layout:
     across: tuple[str, ...] = ()
     color: str | None = None
     style: str | None = None
+    followers: tuple[str, ...] = ()
     levels: Mapping[str, tuple[Value, ...]] = field(default_factory=dict)
     thinned: Mapping[str, int] = field(default_factory=dict)
 
@@ -108,17 +111,17 @@ def choose_layout(lines: Sequence[Line]) -> Layout:
     name with more values than can be shown, some are left out, evenly.
     """
     levels = _levels(lines)
-    names = [name for name, values in levels.items() if len(values) > 1]
+    names, followers = _independent([n for n, values in levels.items() if len(values) > 1], lines)
     style = _style_name(names, levels)
     rest = [name for name in names if name != style]
     color = _color_name(rest, levels)
-    facets = [name for name in rest if name != color and not _follows(name, color, lines)]
-    rows, across = (tuple(facets[:1]), tuple(facets[1:2])) if len(facets) > 1 else ((), facets)
-    kept = _thinned(levels, rows, across, color)
+    facets = [name for name in rest if name != color]
+    rows, across = (facets[:1], facets[1:2]) if len(facets) > 1 else ([], facets)
     extra = {name: (levels[name][-1],) for name in facets[2:]}
-    shown = {**levels, **kept, **extra}
-    missing = {n: len(levels[n]) for n in levels if len(shown[n]) < len(levels[n])}
-    return Layout(tuple(rows), tuple(across), color, style, shown, missing)
+    shown = {**levels, **_thinned(levels, rows, across, color), **extra}
+    missing = {n: len(levels[n]) for n in names if len(shown[n]) < len(levels[n])}
+    told = tuple(follower for follower, leader in followers.items() if leader == color)
+    return Layout(tuple(rows), tuple(across), color, style, told, shown, missing)
 
 
 def shown_lines(lines: Sequence[Line], layout: Layout) -> list[Line]:
@@ -170,11 +173,21 @@ def _color_name(names: Sequence[str], levels: Mapping[str, tuple[Value, ...]]) -
     return preferred[0] if preferred else max(names, key=lambda n: len(levels[n]), default=None)
 
 
-def _follows(name: str, color: str | None, lines: Sequence[Line]) -> bool:
-    """Whether the colour already tells the value of `name`, as in paired lists."""
-    if color is None:
-        return False
-    pairs = {(line.values[color], line.values[name]) for line in lines}
+def _independent(names: Sequence[str], lines: Sequence[Line]) -> tuple[list[str], dict[str, str]]:
+    """Part the names into those that vary on their own, and those that another one tells."""
+    kept: list[str] = []
+    followers: dict[str, str] = {}
+    for name in names:
+        leader = next((other for other in kept if _tells(other, name, lines)), None)
+        if leader is None:
+            kept.append(name)
+        else:
+            followers[name] = leader
+    return kept, followers
+
+
+def _tells(leader: str, name: str, lines: Sequence[Line]) -> bool:
+    pairs = {(line.values[leader], line.values[name]) for line in lines}
     return len(pairs) == len({first for first, _ in pairs})
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -88,15 +88,20 @@ def half_profiles(
     )
 
 
-def representative_cycles(dataset: xr.Dataset, most: int = 6) -> tuple[int, ...]:
-    """Choose at most `most` snapshots, evenly spread in log(1 + cycle), first and last included."""
-    available = [int(cycle) for cycle in dataset["cycle"].values]
-    if len(available) <= most:
-        return tuple(available)
-    position = np.log1p(np.asarray(available, dtype=np.float64))
+def available_cycles(dataset: xr.Dataset) -> tuple[int, ...]:
+    """Return the cycles at which a dataset has snapshots."""
+    return tuple(int(cycle) for cycle in dataset["cycle"].values)
+
+
+def representative_cycles(available: Collection[int], most: int = 6) -> tuple[int, ...]:
+    """Choose at most `most` cycles, evenly spread in log(1 + cycle), first and last included."""
+    ordered = sorted(available)
+    if len(ordered) <= most:
+        return tuple(ordered)
+    position = np.log1p(np.asarray(ordered, dtype=np.float64))
     wanted = np.linspace(position[0], position[-1], most)
     nearest = {int(np.abs(position - level).argmin()) for level in wanted}
-    return tuple(available[index] for index in sorted(nearest | {0, len(available) - 1}))
+    return tuple(ordered[index] for index in sorted(nearest | {0, len(ordered) - 1}))
 
 
 def roughness_wavelength(dataset: xr.Dataset) -> float:
@@ -163,9 +168,9 @@ def _through(knots: Array, heights: Array, x: Array, values: Array) -> Array:
 
 
 def _checked_cycles(dataset: xr.Dataset, cycles: Sequence[int] | None) -> Sequence[int]:
+    available = list(available_cycles(dataset))
     if cycles is None:
-        return representative_cycles(dataset)
-    available = [int(cycle) for cycle in dataset["cycle"].values]
+        return representative_cycles(available)
     unknown = [cycle for cycle in cycles if cycle not in available]
     if unknown:
         raise ValueError(

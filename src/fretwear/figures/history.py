@@ -33,7 +33,6 @@ from fretwear.figures.wording import (
     parameter,
     readable_unit,
     symbol_text,
-    value_text,
 )
 
 _MOST_KEYED_COLORS = 8
@@ -152,7 +151,7 @@ def history(summary: xr.Dataset, kind: HistoryKind, *, columns: Columns = 2) -> 
         _set_y_axis(panels[start], row, kind, unit)
     label_outer(panels, across)
     figure.supylabel(f"{kind.label} ({unit.name})", fontsize=7.5)
-    _add_keys(figure, layout, palette)
+    _add_keys(figure, layout, lines, palette)
     return figure
 
 
@@ -202,10 +201,11 @@ def _draw_panel(
     for line in lines:
         color = layout.index(layout.color, line)
         style = layout.index(layout.style, line)
-        few = line.cycles.size <= _MOST_MARKED_POINTS and not palette.is_continuous
+        known = np.isfinite(line.quantity)
+        few = known.sum() <= _MOST_MARKED_POINTS and not palette.is_continuous
         axes.plot(
-            line.cycles,
-            unit.of(line.quantity),
+            line.cycles[known],
+            unit.of(line.quantity[known]),
             color=palette.colors[color],
             linestyle=LINE_STYLES[style % len(LINE_STYLES)],
             marker=MARKERS[color % len(MARKERS)] if few else None,
@@ -227,7 +227,7 @@ def _set_y_axis(axes: Axes, lines: Sequence[Line], kind: HistoryKind, unit: Unit
         axes.set_ylim(0.0, float(np.nanmax(values)) * 1.06 or 1.0)
 
 
-def _add_keys(figure: Figure, layout: Layout, palette: _Palette) -> None:
+def _add_keys(figure: Figure, layout: Layout, lines: Sequence[Line], palette: _Palette) -> None:
     handles: list[Line2D] = []
     if layout.color and palette.is_continuous:
         mappable = ScalarMappable(_norm(layout.levels[layout.color]), sequential_colormap())
@@ -242,25 +242,25 @@ def _add_keys(figure: Figure, layout: Layout, palette: _Palette) -> None:
         handles += [
             Line2D([], [], color=color, marker=MARKERS[i % len(MARKERS)], label=text)
             for i, (color, text) in enumerate(
-                zip(palette.colors, _key_texts(layout, layout.color), strict=True)
+                zip(palette.colors, _key_texts(layout, lines, layout.color), strict=True)
             )
         ]
     if layout.style:
         gray = "#555555"
         handles += [
             Line2D([], [], color=gray, linestyle=LINE_STYLES[i % len(LINE_STYLES)], label=text)
-            for i, text in enumerate(_key_texts(layout, layout.style))
+            for i, text in enumerate(_key_texts(layout, lines, layout.style))
         ]
     if handles:
         across = len(handles) if figure.get_figwidth() > 5.0 else 3
         figure.legend(handles=handles, loc="outside upper left", ncols=across, handlelength=2.4)
 
 
-def _key_texts(layout: Layout, name: str) -> list[str]:
-    """Return the key of a name's values; the first numeric one also tells the symbol."""
-    values = layout.levels[name]
-    plain = [value_text(name, value) for value in values]
-    return [
-        text if isinstance(value, str) else symbol_text(name, value)
-        for text, value in zip(plain, values, strict=True)
-    ]
+def _key_texts(layout: Layout, lines: Sequence[Line], name: str) -> list[str]:
+    """Return the key of a name's values, with those of the names that follow it."""
+    told = layout.followers if name == layout.color else ()
+    texts = []
+    for value in layout.levels[name]:
+        line = next(line for line in lines if line.values[name] == value)
+        texts.append(", ".join(symbol_text(n, line.values[n]) for n in (name, *told)))
+    return texts

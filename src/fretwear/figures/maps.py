@@ -16,6 +16,7 @@ from matplotlib.typing import LineStyleType
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
+from fretwear.figures.half_profile import available_cycles
 from fretwear.figures.panels import label_outer, make_panels
 from fretwear.figures.style import Columns, JournalFigure, styled
 from fretwear.figures.wording import MICROMETRE, Unit, readable_unit
@@ -133,7 +134,7 @@ def compare_wear_maps(cases: Mapping[str, xr.Dataset], *, columns: Columns = 2) 
 
 def take_wear_map(dataset: xr.Dataset, cycle: int | None) -> WearMap:
     """Take the scar of one case, mirrored to the whole contact when a quarter is stored."""
-    available = [int(value) for value in dataset["cycle"].values]
+    available = list(available_cycles(dataset))
     shown = available[-1] if cycle is None else cycle
     if shown not in available:
         raise ValueError(

@@ -10,15 +10,14 @@ from matplotlib.lines import Line2D
 
 from fretwear.figures.cycle_axis import set_cycle_axis
 from fretwear.figures.direct_labels import Curve, label_curves
-from fretwear.figures.half_profile import half_profiles, representative_cycles
+from fretwear.figures.half_profile import available_cycles, half_profiles, representative_cycles
 from fretwear.figures.maps import draw_wear_map, take_wear_map
 from fretwear.figures.profile_kinds import GAP, PRESSURE, SHEAR, WEAR
-from fretwear.figures.profiles import draw_profiles
+from fretwear.figures.profiles import cycle_colors, draw_profiles
 from fretwear.figures.style import (
     CATEGORICAL,
     INK,
     JournalFigure,
-    sequential_colours,
     styled,
 )
 from fretwear.figures.wording import MICROMETRE, cycle_number, readable_unit, symbol_text
@@ -42,17 +41,17 @@ def overview(dataset: xr.Dataset, history: xr.Dataset | None = None) -> Figure:
     matplotlib.figure.Figure
         Six panels over two journal columns.
     """
-    cycles = representative_cycles(dataset)
+    cycles = representative_cycles(available_cycles(dataset))
+    colors = cycle_colors(cycles)
     figure = JournalFigure(2, 126.0)
     grid = figure.subplots(2, 3, width_ratios=(1.0, 1.0, 1.08))
     for axes, kind in zip(grid[:, :2].flat, (PRESSURE, SHEAR, GAP, WEAR), strict=True):
-        draw_profiles(axes, half_profiles(dataset, kind.variable, cycles), kind)
-        axes.set_title(kind.label)
+        draw_profiles(axes, half_profiles(dataset, kind.variable, cycles), kind, colors)
     _draw_map(figure, grid[0, 2], dataset)
     _draw_zones(grid[1, 2], dataset if history is None else history)
     figure.suptitle(_headline(dataset), fontsize=8, x=0.005, ha="left")
     handles = [Line2D([], [], color="none", label="cycle")]
-    for cycle, color in zip(cycles, sequential_colours(len(cycles)), strict=True):
+    for cycle, color in colors.items():
         handles.append(Line2D([], [], color=color, label=cycle_number(cycle)))
     figure.legend(handles=handles, loc="outside lower left", ncols=len(handles), handlelength=1.4)
     label_curves(grid[1, 2], _zone_curves(dataset if history is None else history))

@@ -13,6 +13,7 @@ from matplotlib.lines import Line2D
 from fretwear.figures.direct_labels import Curve, label_curves
 from fretwear.figures.half_profile import (
     HalfProfiles,
+    available_cycles,
     half_profiles,
     representative_cycles,
 )
@@ -117,7 +118,7 @@ def compare_profiles(
     kind : ProfileKind
         What to draw, for example `PRESSURE`.
     cycles : sequence of int, optional
-        Snapshots to draw; left out, at most six of those of the first case.
+        Snapshots to draw, each in the cases that have it; left out, at most six.
     columns : {1, 2}
         Journal columns that the figure spans.
 
@@ -128,8 +129,13 @@ def compare_profiles(
     """
     if not cases:
         raise ValueError("There is no case to draw.")
-    shown = cycles or representative_cycles(next(iter(cases.values())))
-    profiles = {title: half_profiles(case, kind.variable, shown) for title, case in cases.items()}
+    snapshots = {title: available_cycles(case) for title, case in cases.items()}
+    shown = cycles or representative_cycles(set().union(*snapshots.values()))
+    colors = cycle_colors(shown)
+    profiles = {
+        title: half_profiles(case, kind.variable, [n for n in shown if n in snapshots[title]])
+        for title, case in cases.items()
+    }
     across = min(len(cases), 2 if columns == 2 else 1)
     down = -(-len(cases) // across)
     figure = JournalFigure(columns, 14.0 + 50.0 * down)
@@ -139,15 +145,24 @@ def compare_profiles(
         row = slice(start, start + across)
         top = frame_of(kind, list(profiles.values())[row]).top
         for axes, (title, profile) in zip(panels[row], list(profiles.items())[row], strict=True):
-            draw_profiles(axes, profile, kind, replace(everything, top=top))
+            draw_profiles(axes, profile, kind, colors, replace(everything, top=top))
             axes.set_title(title)
     label_outer(panels, across)
-    _cycle_key(figure, next(iter(profiles.values())))
+    _cycle_key(figure, colors)
     return figure
 
 
+def cycle_colors(cycles: Sequence[int]) -> dict[int, str]:
+    """Return a colour for each of some cycles, the later the darker."""
+    return dict(zip(cycles, sequential_colours(len(cycles)), strict=True))
+
+
 def draw_profiles(
-    axes: Axes, profiles: HalfProfiles, kind: ProfileKind, frame: Frame | None = None
+    axes: Axes,
+    profiles: HalfProfiles,
+    kind: ProfileKind,
+    colors: Mapping[int, str],
+    frame: Frame | None = None,
 ) -> list[Curve]:
     """Draw profiles into axes and return the curves that labels belong to.
 
@@ -159,6 +174,8 @@ def draw_profiles(
         What to draw.
     kind : ProfileKind
         How to draw it.
+    colors : mapping of int to str
+        Colour of each cycle.
     frame : Frame, optional
         Limits and unit of the axes, when several panels must agree on them.
     """
@@ -167,10 +184,8 @@ def draw_profiles(
     x = MICROMETRE.of(profiles.x)
     axes.axvspan(0.0, MICROMETRE.of(profiles.stick_half_width)[-1], color=STICK_SHADE, lw=0)
     curves = []
-    for cycle, values, color in zip(
-        profiles.cycles, profiles.values, sequential_colours(len(profiles.cycles)), strict=True
-    ):
-        shown = values
+    for cycle, values in zip(profiles.cycles, profiles.values, strict=True):
+        color, shown = colors[int(cycle)], values
         if profiles.is_wavy:
             axes.plot(x, unit.of(values), color=color, lw=0.35, alpha=0.45, label="_raw")
             shown = kind.envelope(profiles.x, values, profiles.wavelength)
@@ -194,12 +209,13 @@ def _single(
 def _draw_single(profiles: HalfProfiles, kind: ProfileKind, columns: Columns) -> Figure:
     figure = JournalFigure(columns, 66.0 if columns == 1 else 90.0)
     axes = figure.subplots()
-    curves = draw_profiles(axes, profiles, kind)
+    colors = cycle_colors([int(cycle) for cycle in profiles.cycles])
+    curves = draw_profiles(axes, profiles, kind, colors)
     _name_zones(axes, profiles)
     first = replace(curves[0], label=f"cycle {curves[0].label}")
     if not profiles.is_wavy and label_curves(axes, [first, *curves[1:]]):
         return figure
-    _cycle_key(figure, profiles)
+    _cycle_key(figure, colors)
     return figure
 
 
@@ -234,10 +250,9 @@ def _name_zones(axes: Axes, profiles: HalfProfiles) -> None:
         )
 
 
-def _cycle_key(figure: Figure, profiles: HalfProfiles) -> None:
-    colors = sequential_colours(len(profiles.cycles))
-    lines = [Line2D([], [], color=color) for color in colors]
-    labels = [cycle_number(cycle) for cycle in profiles.cycles]
+def _cycle_key(figure: Figure, colors: Mapping[int, str]) -> None:
+    lines = [Line2D([], [], color=color) for color in colors.values()]
+    labels = [cycle_number(cycle) for cycle in colors]
     title = Line2D([], [], color="none")
     figure.legend(
         [title, *lines],

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -140,13 +140,15 @@ def _encoding(layout: Layout) -> Iterator[str]:
     if layout.rows or layout.across:
         yield f"Panels: {_names([*layout.rows, *layout.across])}."
     if layout.color:
-        yield f"Colour and mark: {parameter(layout.color).words}."
+        together = f", with {_names(layout.followers)}" if layout.followers else ""
+        yield f"Colour: {parameter(layout.color).words}{together}."
     if layout.style:
-        yield f"Line and filling of the mark: {parameter(layout.style).words}."
+        yield f"Line and filling of marks: {parameter(layout.style).words}."
 
 
-def _names(names: list[str]) -> str:
-    return " and ".join(parameter(name).words for name in names)
+def _names(names: Sequence[str]) -> str:
+    *before, last = (parameter(name).words for name in names)
+    return f"{', '.join(before)} and {last}" if before else last
 
 
 def _profile_caption(
@@ -156,7 +158,9 @@ def _profile_caption(
     sentences = [
         f"{kind.label} along the direction of slip on the line nearest y = 0 at several cycles"
         f"{_for_common(chosen)}.",
-        "Grey: stick zone at the last cycle.",
+        "Around the edge of the contact; grey, where it shows: stick zone at the last cycle."
+        if kind.at_edge
+        else "Grey: stick zone at the last cycle.",
     ]
     if rough:
         sentences.append(

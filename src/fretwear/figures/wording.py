@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+_ROUGHNESS_PARTS = {"amplitude": "A", "slope_x": "θx", "slope_y": "θy"}
 
 
 @dataclass(frozen=True)
@@ -16,6 +19,11 @@ class Unit:
 
     name: str
     size: float
+
+    @property
+    def is_power(self) -> bool:
+        """Whether its name begins with a power of ten, by which numbers are multiplied."""
+        return self.name.startswith("10")
 
     def of(self, values: ArrayLike) -> NDArray[np.float64]:
         """Return SI `values` in this unit."""
@@ -63,7 +71,7 @@ def readable_unit(values: ArrayLike, base: str) -> Unit:
 
 def with_unit(text: str, unit: Unit) -> str:
     """Return a number with its unit for running text: ``4.1 µm``, ``4.1 × 10³ µm³``."""
-    if unit.name.startswith("10"):
+    if unit.is_power:
         return f"{text} × {unit.name}"
     return f"{text} {unit.name}".rstrip()
 
@@ -136,11 +144,25 @@ def cycle_number(value: float) -> str:
 
 
 def _special(name: str, value: Any) -> str | None:
+    if name == "roughness" and isinstance(value, str):
+        return _roughness(value)
     if name == "plastic_limit" and not isinstance(value, str) and math.isinf(float(value)):
         return "elastic"
     if name == "roughness_amplitude" and not isinstance(value, str) and float(value) == 0.0:
         return "smooth"
     return str(value) if isinstance(value, str) else None
+
+
+def _roughness(text: str) -> str:
+    """Return a roughness given as a whole, ``{kind: wavy, amplitude: 0.3 um, ...}``, in short."""
+    if text == "none":
+        return "smooth"
+    parts = [
+        f"{symbol} = {match[1]}"
+        for key, symbol in _ROUGHNESS_PARTS.items()
+        if (match := re.search(rf"{key}: ([^,}}]+)", text))
+    ]
+    return ", ".join(parts).replace(" um", " µm").replace(" deg", "°") or text
 
 
 def value_text(name: str, value: Any) -> str:

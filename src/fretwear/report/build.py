@@ -143,13 +143,20 @@ def build_report(
 
 
 def _environment() -> Environment:
-    return Environment(
+    environment = Environment(
         loader=PackageLoader("fretwear.report", "templates"),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.filters["script_number"] = _script_number
+    return environment
+
+
+def _script_number(value: float) -> str:
+    """Return a number in the spelling of the page's script, which knows no ``inf``."""
+    return repr(float(value)).replace("inf", "Infinity").replace("nan", "NaN")
 
 
 def _cycles_text(plan: Plan) -> str:

@@ -19,7 +19,7 @@ from fretwear.study.file import Study
 from fretwear.study.plan import Plan
 
 _LIBRARIES = ("numpy", "scipy", "xarray", "netCDF4", "matplotlib")
-_MOST_CASES_READ = 500
+_MOST_CASES_READ = 200
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ def computation_facts(plan: Plan, results: Sequence[PointResult], cases: Path) -
     results : sequence of PointResult
         What became of its points.
     cases : pathlib.Path
-        Folder of the case files; at most 500 of them are read.
+        Folder of the case files; at most 200 of them are read.
     """
     ids = list(dict.fromkeys(result.id for result in results if result.done))
     numerics = [_numerics(cases / f"{case_id}.nc") for case_id in ids[:_MOST_CASES_READ]]

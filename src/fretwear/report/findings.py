@@ -10,7 +10,8 @@ from fretwear.figures.wording import number, with_unit
 from fretwear.report.results import QUANTITY, PointResult, display_unit, labels_of
 from fretwear.study.plan import Plan
 
-_UNCHANGED = 5e-4
+_UNCHANGED = 5e-3
+_ROUND_OFF = 5e-4
 EFFECT_QUANTITIES = ("volume", "depth", "half_width", "stick", "energy")
 
 
@@ -148,8 +149,10 @@ def _stick_sentences(done: Sequence[PointResult]) -> Iterator[str]:
         if not changes:
             continue
         cases = f"{len(changes)} case{'s' if len(changes) > 1 else ''} {words}"
-        if max(map(abs, changes)) < _UNCHANGED:
-            yield f"In the {cases} the stick zone keeps its half-width."
+        largest = max(map(abs, changes))
+        if largest < _UNCHANGED:
+            within = f" within {100.0 * largest:.1f} %" if largest >= _ROUND_OFF else ""
+            yield f"In the {cases} the stick zone keeps its half-width{within}."
         else:
             yield f"In the {cases} the stick half-width {_change(changes)}."
 
@@ -181,15 +184,18 @@ def _text(done: Sequence[PointResult], name: str, value: float) -> str:
 def _span(done: Sequence[PointResult], name: str) -> str:
     unit = display_unit(QUANTITY[name], done)
     values = [result.values[name] / unit.size for result in done]
-    return with_unit(_range(_rounded(min(values)), _rounded(max(values))), unit)
+    text = _range(_rounded(min(values)), _rounded(max(values)))
+    return with_unit(f"({text})" if " to " in text and unit.is_power else text, unit)
 
 
 def _change(fractions: Sequence[float]) -> str:
     low, high = 100.0 * min(fractions), 100.0 * max(fractions)
-    if low >= 0.0:
+    if low >= -_ROUND_OFF:
+        low = max(0.0, low)
         return f"grows by {_range(f'{low:.1f}', f'{high:.1f}')} %"
-    if high <= 0.0:
-        return f"shrinks by {_range(f'{-high:.1f}', f'{-low:.1f}')} %"
+    if high <= _ROUND_OFF:
+        high = min(0.0, high)
+        return f"shrinks by {_range(f'{abs(high):.1f}', f'{abs(low):.1f}')} %"
     return f"changes by {_percent_span(fractions)}"
 
 

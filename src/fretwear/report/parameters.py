@@ -10,6 +10,7 @@ from fretwear.figures.wording import parameter, value_text
 from fretwear.report.results import labels_of
 from fretwear.study.case import Case
 from fretwear.study.plan import Plan
+from fretwear.study.points import Axis
 
 _NOT_SHOWN = {"cell_x", "cell_y", "tolerance", "slip_model"}
 _DERIVED = ("hertz_radius", "hertz_pressure")
@@ -30,9 +31,7 @@ def parameter_rows(plan: Plan) -> list[ParameterRow]:
     """Return the varied parameters in the order of the study, then the fixed ones."""
     cases = _distinct_cases(plan)
     varied = [
-        ParameterRow(
-            axis.coordinate, parameter(axis.coordinate).words, _listed(labels_of(axis)), varied=True
-        )
+        ParameterRow(axis.coordinate, parameter(axis.coordinate).words, _listed(axis), varied=True)
         for axis in plan.study.axes
     ]
     fixed = [name for name in cases[0].scalar_coordinates() if name not in _NOT_SHOWN]
@@ -57,6 +56,8 @@ def _distinct_cases(plan: Plan) -> list[Case]:
 
 
 def _row(name: str, cases: Sequence[Case]) -> ParameterRow | None:
+    if name.startswith("roughness_slope"):
+        cases = [case for case in cases if case.roughness is not None]
     values = [
         coordinates[name][0]
         for coordinates in (case.scalar_coordinates() for case in cases)
@@ -76,8 +77,12 @@ def _spread(name: str, values: Sequence[float | str]) -> str:
     return f"{value_text(name, min(numbers))} to {value_text(name, max(numbers))}"
 
 
-def _listed(labels: Sequence[str]) -> str:
-    distinct = list(dict.fromkeys(labels))
+def _listed(axis: Axis) -> str:
+    """Return the values in the order of the study, or their range when there are many."""
+    distinct = list(dict.fromkeys(labels_of(axis)))
     if len(distinct) <= 2 * _MOST_LISTED:
         return ", ".join(distinct)
+    if all(isinstance(value, float | int) for value in axis.values):
+        ends = (value_text(axis.coordinate, end(axis.values)) for end in (min, max))
+        return f"{' to '.join(ends)} ({len(distinct)} values)"
     return f"{distinct[0]}, {distinct[1]}, … {distinct[-1]} ({len(distinct)} values)"

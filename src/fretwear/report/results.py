@@ -23,10 +23,11 @@ from fretwear.study.plan import Plan, PlannedPoint
 from fretwear.study.points import Axis
 
 Array = NDArray[np.float64]
-Evaluation = Callable[[xr.Dataset], float]
+Evaluation = Callable[[xr.Dataset], Array]
 
 DONE, FAILED, INVALID = "done", "failed", "invalid"
 _STATUS = (DONE, FAILED, INVALID)
+_POINTS_AT_A_TIME = 256
 UNKNOWN_REASON = "The simulation failed; its log tells why."
 
 
@@ -47,7 +48,7 @@ class Quantity:
     unit : Unit or None
         Display unit; None chooses one by the largest value.
     of : callable
-        Evaluates it for one point of the merged study, in SI units.
+        Evaluates it for every point of the merged study, in SI units.
     """
 
     name: str
@@ -102,15 +103,42 @@ class PointResult:
 
 
 def _first(name: str) -> Evaluation:
-    return lambda point: float(_finite(point[name])[0])
+    def first(summary: xr.Dataset) -> Array:
+        return _over_cycles(summary, name)[..., 0]
+
+    return first
 
 
 def _last(name: str) -> Evaluation:
-    return lambda point: float(_finite(point[name])[-1])
+    def last(summary: xr.Dataset) -> Array:
+        values = _over_cycles(summary, name)
+        backwards = np.isfinite(values)[..., ::-1]
+        place = values.shape[-1] - 1 - backwards.argmax(axis=-1)
+        return np.take_along_axis(values, place[..., None], axis=-1)[..., 0]
+
+    return last
 
 
-def _deepest(point: xr.Dataset) -> float:
-    return float(np.nanmax(point["wear_profile"].values))
+def _over_cycles(summary: xr.Dataset, name: str) -> Array:
+    return summary[name].transpose(..., "cycle").values.astype(np.float64)
+
+
+def _deepest(summary: xr.Dataset) -> Array:
+    """Return the deepest wear of every point, reading the profiles of a few points at a time."""
+    profiles = summary["wear_profile"].transpose(..., "cycle", "x")
+    if profiles.ndim == 2:
+        return np.asarray(_largest(profiles.values))
+    deepest = np.empty(profiles.shape[:-2])
+    for index in np.ndindex(*profiles.shape[:-3]):
+        for start in range(0, profiles.shape[-3], _POINTS_AT_A_TIME):
+            here = (*index, slice(start, start + _POINTS_AT_A_TIME))
+            deepest[here] = _largest(profiles[here].values)
+    return deepest
+
+
+def _largest(profiles: NDArray[np.floating]) -> Array:
+    known = np.where(np.isfinite(profiles), profiles, -np.inf)
+    return np.asarray(known.max(axis=(-2, -1)), dtype=np.float64)
 
 
 QUANTITIES = (
@@ -125,7 +153,7 @@ QUANTITIES = (
              _first("central_pressure")),
     Quantity("central", "Central pressure", "last", "Pa", MEGAPASCAL, _last("central_pressure")),
     Quantity("peak", "Highest pressure", "last", "Pa", MEGAPASCAL, _last("peak_pressure")),
-    Quantity("depth", "Deepest wear near y = 0", "last", "m", None, _deepest),
+    Quantity("depth", "Deepest wear", "last", "m", None, _deepest),
     Quantity("volume", "Wear volume", "last", "m3", None, _last("wear_volume")),
     Quantity("energy_first", "Energy per cycle", "first", "J", None, _first("dissipated_energy")),
     Quantity("energy", "Energy per cycle", "last", "J", None, _last("dissipated_energy")),
@@ -159,9 +187,16 @@ def point_results(
             f"The merged study has {dict(zip(layout.dims, sizes, strict=True))} points, the study "
             f"{plan.study.name!r} has {layout.shape}: merge the study again."
         )
-    loaded = summary.load()
+    table = {quantity.name: quantity.of(summary) for quantity in QUANTITIES}
+    status = summary["status"].values
     return [
-        _result(number, planned, loaded.isel(dict(zip(layout.dims, place, strict=True))), failures)
+        _result(
+            number,
+            planned,
+            _STATUS[int(status[place])],
+            {name: float(column[place]) for name, column in table.items()},
+            failures,
+        )
         for number, (planned, (place, _)) in enumerate(
             zip(plan.points, layout.points(), strict=True), 1
         )
@@ -190,7 +225,11 @@ def _text(name: str, value: object, written: str, words: Callable[[str, object],
 
 
 def _result(
-    number: int, planned: PlannedPoint, point: xr.Dataset, failures: Mapping[str, str]
+    number: int,
+    planned: PlannedPoint,
+    status: str,
+    values: Mapping[str, float],
+    failures: Mapping[str, str],
 ) -> PointResult:
     varied = [
         (name.replace(".", "_"), value, planned.point.labels[name])
@@ -199,7 +238,7 @@ def _result(
     result = PointResult(
         number=number,
         id=planned.id,
-        status=INVALID if planned.case is None else _STATUS[int(point["status"])],
+        status=INVALID if planned.case is None else status,
         reason="",
         labels={name: _text(name, value, label, value_text) for name, value, label in varied},
         title=", ".join(_text(name, value, label, words_text) for name, value, label in varied)
@@ -211,7 +250,7 @@ def _result(
         return replace(result, reason=reason)
     return replace(
         result,
-        values={quantity.name: quantity.of(point) for quantity in QUANTITIES},
+        values=values,
         capped=math.isfinite(planned.case.plastic_limit),
         smooth=planned.case.roughness is None,
     )
@@ -224,8 +263,3 @@ def _sort_keys(planned: PlannedPoint) -> dict[str, float]:
         is_number = isinstance(value, float | int)
         keys[name.replace(".", "_")] = float(value) if is_number else float(place)
     return keys
-
-
-def _finite(series: xr.DataArray) -> Array:
-    values = series.values.astype(np.float64)
-    return values[np.isfinite(values)]

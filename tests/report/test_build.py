@@ -1,0 +1,223 @@
+"""The report is one sound page that loads nothing, escapes what users wrote and tells all."""
+
+import re
+from collections import Counter
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+import xarray as xr
+from markupsafe import Markup
+
+from fretwear.data.store import open_case
+from fretwear.report import Section, build_report
+
+VOID = {"meta", "link", "br", "img", "input", "hr", "mspace"}
+
+
+class Page(HTMLParser):
+    """Elements of a page; fails where one is closed that is not open."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(convert_charrefs=True)
+        self.open: list[str] = []
+        self.elements: list[tuple[str, dict[str, str | None]]] = []
+        self.words: list[str] = []
+        self.feed(text)
+        self.close()
+        assert not self.open
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.elements.append((tag, dict(attrs)))
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.elements.append((tag, dict(attrs)))
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open, f"</{tag}> closes nothing"
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if "script" not in self.open and "style" not in self.open:
+            self.words.append(data)
+
+    @property
+    def text(self) -> str:
+        return re.sub(r"\s+", " ", " ".join(self.words))
+
+    def count(self, tag: str) -> int:
+        return sum(name == tag for name, _ in self.elements)
+
+
+@pytest.fixture(scope="module")
+def parsed(page: str) -> Page:
+    return Page(page)
+
+
+def test_every_element_is_closed_and_ids_are_unique(parsed: Page) -> None:
+    ids = Counter(attrs["id"] for _, attrs in parsed.elements if "id" in attrs)
+    assert ids
+    assert max(ids.values()) == 1
+    anchors = {
+        attrs["href"][1:]
+        for tag, attrs in parsed.elements
+        if tag == "a" and attrs["href"].startswith("#")
+    }
+    named = {
+        name
+        for _, attrs in parsed.elements
+        for name in (attrs.get("aria-labelledby") or "").split()
+    }
+    assert anchors | named <= set(ids)
+
+
+def test_nothing_is_loaded_from_anywhere(page: str, parsed: Page) -> None:
+    for tag, attrs in parsed.elements:
+        for name in ("src", "href", "action", "data", "srcset", "poster"):
+            value = attrs.get(name)
+            assert value is None or value.startswith(("#", "data:image/")), (tag, name, value[:60])
+    outside_images = re.sub(r"data:image/[^\"]*", "", page)
+    assert "http://" not in outside_images
+    assert "https://" not in outside_images
+    assert "url(" not in outside_images
+    assert "@import" not in outside_images
+    policy = next(a["content"] for t, a in parsed.elements if a.get("http-equiv"))
+    assert policy.startswith("default-src 'none'")
+
+
+def test_what_users_wrote_is_escaped(page: str, parsed: Page) -> None:
+    assert parsed.count("b") == page.count("<b>")
+    assert "<b>friction</b>" not in page
+    assert "<script>alert" not in page
+    assert "Loads & <b>friction</b>" in parsed.text
+    assert "</code><script>alert(1)</script>" in parsed.text
+    assert "it did not converge in cycle 7 <of 1000>" in parsed.text
+    assert parsed.count("script") == 1
+
+
+def test_every_point_is_in_the_table_of_cases(page: str, finished) -> None:
+    table = Page(page.split('id="case-table"')[1].split("<tbody>")[1].split("</tbody>")[0])
+    assert table.count("tr") == len(finished.plan.points) == 16
+    for case_id in finished.plan.study.cases():
+        assert case_id in table.text
+    assert table.text.count("invalid") == 4
+    assert table.text.count("failed") == 1
+
+
+def test_numbers_of_the_table_are_those_of_the_cases(page: str, finished) -> None:
+    case_id = next(iter(finished.plan.study.cases()))
+    row = next(line for line in page.split("<tr") if case_id in line and "data-labels" in line)
+    values = [float(value) for value in re.findall(r'class="number" data-value="([^"]+)"', row)][1:]
+    with open_case(finished.cases / f"{case_id}.nc") as case:
+        expected = [
+            case["contact_half_width_x"][0],
+            case["contact_half_width_x"][-1],
+            case["stick_half_width_x"][0],
+            case["stick_half_width_x"][-1],
+            case["central_pressure"][0],
+            case["central_pressure"][-1],
+            case["peak_pressure"][-1],
+            case["wear_depth"].isel(y=0).max(),
+            case["wear_volume"][-1],
+            case["dissipated_energy"][0],
+            case["dissipated_energy"][-1],
+        ]
+    assert values == pytest.approx([float(value) for value in expected], rel=1e-5)
+
+
+def test_sort_keys_are_numbers_that_a_script_reads(page: str) -> None:
+    keys = re.findall(r'data-value="([^"]+)"', page)
+    assert "Infinity" in keys
+    assert not {"inf", "nan", "None"} & set(keys)
+
+
+def test_all_figures_are_there_with_captions_and_words_for_the_blind(parsed: Page) -> None:
+    images = [attrs for tag, attrs in parsed.elements if tag == "img"]
+    assert len(images) == parsed.count("figcaption") == 10
+    assert all(attrs["alt"] and attrs["src"].startswith("data:image/") for attrs in images)
+
+
+def test_points_without_results_have_reasons(parsed: Page) -> None:
+    assert "Points without results" in parsed.text
+    assert "Q must be less than µP = 4 N" in parsed.text
+    assert parsed.text.count("it did not converge in cycle 7") == 1
+
+
+def test_a_complete_study_has_no_section_for_missing_points(finished) -> None:
+    plan = finished.plan
+    done = [p for p in plan.points if p.case is not None and p.id != finished.failed]
+    page = finished.report()
+    assert 'id="undone"' in page
+    assert f"Of 16 points, {len(done)} have results." in page
+
+
+def test_the_page_says_how_it_was_computed(parsed: Page) -> None:
+    for words in ("Tolerance of the wear integration", "0.01", "Convolutions", "fretwear 0.1"):
+        assert words in parsed.text
+    assert parsed.count("math") > 10
+
+
+def test_more_sections_find_their_place_and_their_link(finished) -> None:
+    section = Section("claims", "Claims & verdicts", Markup("<p>one <em>claim</em></p>"))
+    page = finished.report(sections=[section])
+    assert '<a href="#claims">Claims &amp; verdicts</a>' in page
+    order = [page.index(f'id="{name}"') for name in ("figures", "claims", "computation")]
+    assert order == sorted(order)
+    assert "<p>one <em>claim</em></p>" in page
+    Page(page)
+
+
+def test_the_same_results_give_the_same_page(finished, page: str) -> None:
+    again = finished.report(failures={finished.failed: "it did not converge in cycle 7 <of 1000>"})
+    assert again == page
+
+
+def test_a_page_is_small_enough_to_send(page: str) -> None:
+    assert len(page.encode()) < 10_000_000
+
+
+def test_a_summary_of_another_study_is_refused(finished) -> None:
+    other = finished.summary.isel(load=[0])
+    with pytest.raises(ValueError, match=r"'load': 1.*merge the study again"):
+        build_report(finished.plan, other, finished.cases, finished.figures)
+
+
+def test_a_heavy_vector_figure_gives_way_to_its_bitmap(finished, tmp_path: Path) -> None:
+    for file in finished.figures.iterdir():
+        (tmp_path / file.name).write_bytes(file.read_bytes())
+    heavy = tmp_path / "wear_volume.svg"
+    heavy.write_text(heavy.read_text(encoding="utf-8") + "<!--" + "x" * 1_500_000 + "-->")
+    page = build_report(finished.plan, finished.summary, finished.cases, tmp_path)
+    assert page.count("data:image/png") == 1
+    assert page.count("data:image/svg+xml") == 9
+
+
+def test_one_case_alone_has_a_report(finished, tmp_path: Path) -> None:
+    from fretwear.data.merge import merge_study
+    from fretwear.data.store import write_case
+    from fretwear.figures.study import write_study_figures
+    from fretwear.simulation import run
+    from fretwear.study.file import load_study
+    from fretwear.study.plan import plan_study
+
+    text = finished.plan.study.file.read_text(encoding="utf-8")
+    before = text.split("vary:")[0]
+    fixed = before.replace("roughness: {kind", "load: 40 N\n  friction: 0.4\n  roughness: {kind")
+    fixed = fixed.replace("{kind: wavy,", "{kind: wavy, amplitude: 0.3 um,")
+    fixed = fixed.replace("cycles: 1000", "cycles: 1000\n  plastic_limit: none")
+    file = tmp_path / "one.yaml"
+    file.write_text(fixed, encoding="utf-8")
+    study = load_study(file)
+    ((case_id, case),) = study.cases().items()
+    result = run(case)
+    write_case(result.dataset, result.history, tmp_path / "cases" / f"{case_id}.nc")
+    merge_study(study, tmp_path / "cases", tmp_path / "summary.nc")
+    with xr.open_dataset(tmp_path / "summary.nc") as summary:
+        write_study_figures(summary, tmp_path / "cases", tmp_path / "figures")
+        page = build_report(plan_study(study), summary, tmp_path / "cases", tmp_path / "figures")
+    parsed = Page(page)
+    assert "1 case." in parsed.text
+    assert "case simulated" in parsed.text
+    assert "What each parameter does" not in parsed.text

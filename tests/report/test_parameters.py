@@ -1,0 +1,77 @@
+"""The tables of parameters and of the computation say what was set and what it took."""
+
+import json
+from pathlib import Path
+
+import xarray as xr
+import yaml
+
+from fretwear.data.store import open_case, open_history
+from fretwear.report.computation import computation_facts, study_text
+from fretwear.report.parameters import derived_rows, parameter_rows
+from fretwear.report.results import point_results
+from fretwear.study.file import load_study
+from fretwear.study.plan import plan_study
+
+
+def test_varied_parameters_come_first_in_units_for_people(finished) -> None:
+    rows = parameter_rows(finished.plan)
+    varied = [(row.name, row.values) for row in rows if row.varied]
+    assert varied == [
+        ("load", "20 N, 40 N"),
+        ("friction", "0.2, 0.4"),
+        ("roughness_amplitude", "smooth, 0.3 µm"),
+        ("plastic_limit", "elastic, 3000 MPa"),
+    ]
+    values = {row.name: row.values for row in rows}
+    assert values["radius"] == "10 mm"
+    assert values["wear_coefficient"] == "7·10⁻¹³ Pa⁻¹"
+    assert values["roughness_slope_x"] == "1.8°"
+    assert values["tangential_load"] == "5 N"
+
+
+def test_every_parameter_of_a_case_is_in_a_table_or_among_the_numerics(finished) -> None:
+    names = {row.name for row in (*parameter_rows(finished.plan), *derived_rows(finished.plan))}
+    case = next(iter(finished.plan.study.cases().values()))
+    assert set(case.scalar_coordinates()) - names == {"cell_x", "cell_y", "tolerance", "slip_model"}
+
+
+def test_values_drawn_at_random_are_shown_as_a_range(finished, tmp_path: Path) -> None:
+    text = finished.plan.study.file.read_text(encoding="utf-8")
+    text = text.replace("[20 N, 40 N]", "{from: 26 N, to: 40 N}")
+    text = text.replace("[0.2, 0.4]", "{from: 0.3, to: 0.4}")
+    text = text.replace("[0 um, 0.3 um]", "{from: 0.3 um, to: 0.4 um}")
+    text = text.replace("  plastic_limit: [none, 3000 MPa]\n", "")
+    text = text.replace("base:\n", "base:\n  plastic_limit: none\n")
+    text = text.replace("base:", "design: {kind: sobol, points: 64, seed: 1}\nbase:")
+    file = tmp_path / "drawn.yaml"
+    file.write_text(text, encoding="utf-8")
+    rows = {row.name: row.values for row in parameter_rows(plan_study(load_study(file)))}
+    low, high = rows["load"].removesuffix(" (64 values)").split(" to ")
+    assert 26.0 <= float(low.removesuffix(" N")) < 27.0
+    assert 39.0 < float(high.removesuffix(" N")) <= 40.0
+
+
+def test_numerics_are_read_from_the_files(finished) -> None:
+    results = point_results(finished.plan, finished.summary, {})
+    facts = {f.name: f.value for f in computation_facts(finished.plan, results, finished.cases)}
+    ids = [result.id for result in results if result.done]
+    steps, sources = [], set()
+    for case_id in ids:
+        with open_history(finished.cases / f"{case_id}.nc") as history:
+            steps.append(history.sizes["step"] - 1)
+        with open_case(finished.cases / f"{case_id}.nc") as case:
+            sources.add(case.attrs["source"])
+    assert facts["Accepted steps"] == f"{min(steps)} to {max(steps)}"
+    assert facts["Simulated with"] == "; ".join(sources)
+    assert facts["Grid spacing along x"] == "3.9 µm"
+    assert xr.__version__ in facts["Report made with"]
+
+
+def test_the_study_file_is_shown_as_written_unless_it_was_changed(finished) -> None:
+    study = finished.plan.study
+    assert study_text(study) == study.file.read_text(encoding="utf-8")
+    changed = load_study(study.file, ["tolerance=0.02"])
+    text = study_text(changed)
+    assert yaml.safe_load(text)["base"]["tolerance"] in (0.02, "0.02")
+    assert json.dumps(yaml.safe_load(text)) == json.dumps(changed.content)
