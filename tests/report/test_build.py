@@ -184,6 +184,13 @@ def test_a_summary_of_another_study_is_refused(finished) -> None:
         build_report(finished.plan, other, finished.cases, finished.figures)
 
 
+def test_a_summary_of_cases_that_the_study_no_longer_has_is_refused(finished) -> None:
+    other = finished.summary.copy(deep=True)
+    other["case_id"] = other["case_id"].str.replace("N1000", "N2000")
+    with pytest.raises(ValueError, match=r"N2000.*now has.*N1000.*merge the study again"):
+        build_report(finished.plan, other, finished.cases, finished.figures)
+
+
 def test_a_heavy_vector_figure_gives_way_to_its_bitmap(finished, tmp_path: Path) -> None:
     for file in finished.figures.iterdir():
         (tmp_path / file.name).write_bytes(file.read_bytes())

@@ -187,6 +187,13 @@ def point_results(
             f"The merged study has {dict(zip(layout.dims, sizes, strict=True))} points, the study "
             f"{plan.study.name!r} has {layout.shape}: merge the study again."
         )
+    ids = summary["case_id"].values
+    for planned, (place, _) in zip(plan.points, layout.points(), strict=True):
+        if str(ids[place]) != planned.id:
+            raise ValueError(
+                f"The merged study has case {ids[place]} where the study {plan.study.name!r} now "
+                f"has {planned.id or 'an invalid point'}: run and merge the study again."
+            )
     table = {quantity.name: quantity.of(summary) for quantity in QUANTITIES}
     status = summary["status"].values
     return [
