@@ -8,11 +8,13 @@ from functools import lru_cache
 
 from fretwear.study.case import Case
 
-# Calibrated against runs on one core.
-SECONDS_PER_CELL_AND_CONVOLUTION = 1.3e-7
-CONVOLUTIONS = 750.0
-ROUGHNESS_FACTOR = 1.5
-PLASTICITY_FACTOR = 2.0
+# Calibrated against the cases of studies/demo.yaml, each alone on one core.
+SECONDS_PER_CELL_AND_CONVOLUTION = 4.0e-8
+SECONDS_PER_CONVOLUTION = 3.0e-4
+CONVOLUTIONS = 500.0
+CONVOLUTIONS_ROUGH = 1400.0
+CONVOLUTIONS_PER_YIELDING_STEP = 60.0
+CONVOLUTIONS_PER_YIELDING_STEP_ROUGH = 95.0
 SECONDS_TO_START = 2.0
 
 WINDOW_MARGIN = 1.15
@@ -61,20 +63,33 @@ def estimate(case: Case) -> Estimate:
     reach = WINDOW_MARGIN * greatest_contact_radius(case)
     cells_x, cells_y = math.ceil(reach / dx), math.ceil(reach / dy)
     cells = cells_x * cells_y
-    convolutions = CONVOLUTIONS
-    if case.roughness is not None:
-        convolutions *= ROUGHNESS_FACTOR
-    if not math.isinf(case.plastic_limit):
-        convolutions *= PLASTICITY_FACTOR
+    seconds_each = SECONDS_PER_CONVOLUTION + SECONDS_PER_CELL_AND_CONVOLUTION * cells
     padded_bytes = 4 * cells * 8
     snapshots = len(case.output_cycles)
     return Estimate(
         cells_x=cells_x,
         cells_y=cells_y,
-        seconds=SECONDS_TO_START + SECONDS_PER_CELL_AND_CONVOLUTION * cells * convolutions,
+        seconds=SECONDS_TO_START + seconds_each * _convolutions(case),
         memory_bytes=MEMORY_TO_START + ARRAYS_OF_PADDED_WINDOW * padded_bytes,
         file_bytes=int(COMPRESSION * BYTES_PER_FIELD_CELL * cells * snapshots) + 100_000,
     )
+
+
+def _convolutions(case: Case) -> float:
+    """Expected number of half-space convolutions of a run.
+
+    An elastic run takes few steps whatever its length.  Where the bodies yield, a step lasts no
+    longer than wear takes to free a cell at the limit: 1/(β p_lim) cycles, β = 4 K_w µ κ, at the
+    default tolerance, and in proportion to the root of the tolerance otherwise.
+    """
+    rough = case.roughness is not None
+    expected = CONVOLUTIONS_ROUGH if rough else CONVOLUTIONS
+    if math.isfinite(case.plastic_limit):
+        growth = 4.0 * case.wear_coefficient * case.friction * case.coupling
+        steps = case.cycles * growth * case.plastic_limit * math.sqrt(0.01 / case.tolerance)
+        each = CONVOLUTIONS_PER_YIELDING_STEP_ROUGH if rough else CONVOLUTIONS_PER_YIELDING_STEP
+        expected += each * steps
+    return expected
 
 
 def greatest_contact_radius(case: Case) -> float:
