@@ -1,0 +1,44 @@
+"""Arguments and options that several commands share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from fretwear.study.file import Study
+
+StudyFile = Annotated[
+    Path, typer.Argument(metavar="FILE", help="Study file (YAML).", show_default=False)
+]
+
+Assignments = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="NAME=VALUE",
+        help="Change a parameter for this call, such as 'load=30 N'; may be repeated.",
+        show_default=False,
+    ),
+]
+
+CaseFile = Annotated[
+    Path, typer.Argument(metavar="OUT.nc", help="Case file (netCDF).", show_default=False)
+]
+
+Results = Annotated[
+    Path | None,
+    typer.Option(
+        "--results",
+        metavar="FOLDER",
+        help="Folder of the study's results, with its case files in cases/.",
+        show_default="results/ and the name of the study",
+    ),
+]
+
+
+def results_of(study: Study, results: Path | None) -> Path:
+    """Return the folder of a study's results."""
+    return Path("results", study.name) if results is None else results

@@ -1,0 +1,47 @@
+"""Where a command writes to: found out before anything is computed."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from pathlib import Path
+
+from fretwear.cli.status import refuse
+
+
+def check_file(path: Path) -> Path:
+    """Return a path to which a file can be written, or leave with a message and status 2."""
+    if path.is_dir():
+        raise refuse(f"{path}: is a folder; give the name of a file in it, such as {path / 'x.nc'}")
+    check_folder(path.parent)
+    return path
+
+
+def check_folder(path: Path) -> Path:
+    """Return a folder that can be written to or made, or leave with a message and status 2.
+
+    Nothing is left behind: a folder that does not exist is not made, its nearest parent is tried.
+    """
+    existing = _nearest_existing(path)
+    if not existing.is_dir():
+        raise refuse(f"{path}: cannot be written to, because {existing} is not a folder")
+    try:
+        # Rights, read-only disks and quotas have one test in common: a file can be made or not.
+        with tempfile.TemporaryFile(dir=existing):
+            return path
+    except OSError as error:
+        raise refuse(
+            f"{path}: cannot be written to: {os.strerror(error.errno or 0)}; "
+            "choose another folder with the option for it"
+        ) from error
+
+
+def _nearest_existing(path: Path) -> Path:
+    # A path below a file counts as missing, and so does one whose folder may not be looked into.
+    for candidate in (path, *path.absolute().parents):
+        try:
+            candidate.lstat()
+        except OSError:
+            continue
+        return candidate
+    return Path("/")

@@ -1,0 +1,79 @@
+"""The steps of the workflow that follow the simulations: merge, figures, report."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from fretwear.cli.arguments import Results, StudyFile, results_of
+from fretwear.cli.outputs import check_folder
+from fretwear.cli.status import Status, failing_as
+
+if TYPE_CHECKING:
+    from fretwear.study.file import Study
+
+
+def merge(file: StudyFile, results: Results = None) -> None:
+    """Merge the cases of a study that are done into summary.nc, and list all in points.csv."""
+    study, folder = _study_and_folder(file, results)
+
+    from fretwear.data.atomic import atomic_path
+    from fretwear.data.errors import DataFileError
+    from fretwear.data.merge import merge_study
+    from fretwear.study.plan import write_points
+
+    with failing_as(Status.FAILED, DataFileError):
+        tally = merge_study(
+            study, folder / "cases", folder / "summary.nc", command=f"fretwear merge {file}"
+        )
+        with atomic_path(folder / "points.csv") as temporary:
+            write_points(study, temporary)
+    typer.echo(
+        f"{folder / 'summary.nc'}: {tally.done} points done, {tally.failed} failed, "
+        f"{tally.invalid} invalid"
+    )
+
+
+def figures(file: StudyFile, results: Results = None) -> None:
+    """Draw the figures of a merged study, as SVG and PNG, into figures/."""
+    _, folder = _study_and_folder(file, results)
+
+    from fretwear.data.errors import DataFileError
+    from fretwear.data.merge import open_summary
+    from fretwear.figures.study import write_study_figures
+
+    with (
+        failing_as(Status.FAILED, DataFileError),
+        open_summary(folder / "summary.nc") as summary,
+    ):
+        entries = write_study_figures(summary, folder / "cases", folder / "figures")
+    typer.echo(f"{folder / 'figures'}: {len(entries)} figures")
+
+
+def report(file: StudyFile, results: Results = None) -> None:
+    """Write the report of a merged study and its figures to report.html."""
+    study, folder = _study_and_folder(file, results)
+
+    from fretwear.data.atomic import write_text
+    from fretwear.data.errors import DataFileError
+    from fretwear.data.merge import open_summary
+    from fretwear.report import build_report
+    from fretwear.study.plan import plan_study
+
+    with (
+        failing_as(Status.FAILED, DataFileError, FileNotFoundError),
+        open_summary(folder / "summary.nc") as summary,
+    ):
+        page = build_report(plan_study(study), summary, folder / "cases", folder / "figures")
+        write_text(folder / "report.html", page)
+    typer.echo(f"{folder / 'report.html'}: {len(page) / 1e6:.1f} MB")
+
+
+def _study_and_folder(file: Path, results: Path | None) -> tuple[Study, Path]:
+    from fretwear.study.file import StudyError, load_study
+
+    with failing_as(Status.WRONG_INPUT, StudyError):
+        study = load_study(file)
+    return study, check_folder(results_of(study, results))
