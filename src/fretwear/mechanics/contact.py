@@ -22,6 +22,7 @@ from fretwear.mechanics.halfspace import Array, HalfSpace
 from fretwear.mechanics.layers import Layer
 
 _COARSE = 1e-2
+_NEGLIGIBLE = 1e-6
 
 
 class ContactError(RuntimeError):
@@ -123,7 +124,11 @@ def solve_contact(
     ------
     ContactError
         If the limit cannot carry the load on this window, or nothing converges.
+    ValueError
+        If the shape or the start is not finite.
     """
+    if not np.isfinite(problem.shape).all() or not (start is None or np.isfinite(start).all()):
+        raise ValueError("the shape and the start of a contact problem must be finite everywhere")
     window = problem.half_space.window
     if not problem.limit * window.cell_area * window.copies * problem.shape.size > problem.load:
         raise ContactError(
@@ -131,7 +136,7 @@ def solve_contact(
             f"a window of half-widths {window.extent[0]:.3g} m and {window.extent[1]:.3g} m"
         )
     spent = (0, 0)
-    if start is None:
+    if start is None or float(start.max()) * start.size < _NEGLIGIBLE * problem.total:
         start = _first_guess(problem.shape)
         if np.isfinite(problem.limit):
             # Both bounds at once from far away lead to wrong sets: yield from the elastic state.
@@ -160,5 +165,6 @@ def solve_contact(
 def _first_guess(shape: Array) -> Array:
     """A pressure on the lowest fifth of the surface, growing with depth (arbitrary scale)."""
     level = float(np.quantile(shape, 0.2))
-    result: Array = np.maximum(level - shape, 0.0)
-    return result
+    guess: Array = np.maximum(level - shape, 0.0)
+    # A flat surface has no lowest fifth.
+    return guess if guess.any() else np.ones_like(shape)
