@@ -27,7 +27,15 @@ from fretwear.mechanics.materials import require_positive
 from fretwear.mechanics.rings import RingContact, Rings, graded_rings, solve_contact
 from fretwear.mechanics.theory import CattaneoMindlin, HertzContact
 
-__all__ = ["Resolution", "SmoothWear", "WearHistory", "WearState", "wear_history"]
+__all__ = [
+    "UNIT_HERTZ",
+    "Resolution",
+    "SmoothWear",
+    "WearHistory",
+    "WearState",
+    "dimensionless_history",
+    "wear_history",
+]
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -49,6 +57,11 @@ class Resolution:
         Width of the rings elsewhere up to r = a; beyond, it grows in proportion to r.
     step : float
         Longest step; it is halved and quartered for the extrapolation.
+
+    Notes
+    -----
+    What yields is a band at the stick edge, about as wide as `LimitingState.width_above` says for
+    the plastic limit. Rings wider than half of it there see too little yielding or none.
     """
 
     swept_width: float = 1.0 / 320.0

@@ -24,7 +24,9 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 Layer = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 
-GRADING = 0.15
+# Growth of the ring widths with the distance from the edge. The stick edge moves inward only, and
+# there the rings have to stay as fine as the band that yields.
+INWARD_GRADING, OUTWARD_GRADING = 0.05, 0.15
 
 
 def disc_displacement(r: ArrayLike, disc_radius: ArrayLike) -> FloatArray:
@@ -103,10 +105,12 @@ def graded_rings(
 
     def inward(distance: float) -> float:
         beyond = max(distance - (edge - swept), 0.0)
-        return min(max(GRADING * distance, narrowest), min(narrow + GRADING * beyond, widest))
+        return min(
+            max(INWARD_GRADING * distance, narrowest), narrow + OUTWARD_GRADING * beyond, widest
+        )
 
     def outward(distance: float) -> float:
-        return min(max(GRADING * distance, narrowest), widest * max(edge + distance, 1.0))
+        return min(max(OUTWARD_GRADING * distance, narrowest), widest * max(edge + distance, 1.0))
 
     inner = edge - _march(edge, inward)[:0:-1]
     inner[0] = 0.0
