@@ -1,0 +1,54 @@
+"""The unworn gap: a paraboloid and the waves of the study."""
+
+import numpy as np
+import pytest
+
+from fretwear.mechanics.halfspace import Window
+from fretwear.mechanics.surfaces import Surface, Waves
+
+RADIUS, AMPLITUDE = 10e-3, 0.2e-6
+SLOPE_X, SLOPE_Y = np.tan(np.deg2rad(5.7)), np.tan(np.deg2rad(1.0))
+WAVES = Waves(AMPLITUDE, 0.5 * np.pi * SLOPE_X / AMPLITUDE, 0.5 * np.pi * SLOPE_Y / AMPLITUDE)
+
+
+def test_smooth_sphere_is_the_paraboloid_of_hertz():
+    window = Window((5, 7), (1e-6, 2e-6))
+    shape = Surface(RADIUS).shape(window)
+    assert shape.shape == (5, 7)
+    assert shape[3, 4] == pytest.approx(((3.5e-6) ** 2 + (9e-6) ** 2) / (2 * RADIUS), rel=1e-14)
+
+
+def test_waves_are_those_of_the_study():
+    x, y = np.linspace(-3e-5, 3e-5, 41), np.linspace(-8e-5, 8e-5, 37)
+    expected = AMPLITUDE * np.outer(
+        np.sin(np.pi / 2 + WAVES.wavenumber_x * x), np.cos(WAVES.wavenumber_y * y)
+    )
+    # One rounding of the sine's argument, which reaches a few tens.
+    np.testing.assert_allclose(WAVES.height(x, y), expected, atol=1e-14 * AMPLITUDE)
+
+
+def test_waves_rise_with_the_mean_slope_along_each_direction():
+    length_x, length_y = 4 * AMPLITUDE / SLOPE_X, 4 * AMPLITUDE / SLOPE_Y
+    crest = np.array([0.0])
+    along_x = WAVES.height(np.linspace(0, length_x, 20001), crest)[:, 0]
+    along_y = WAVES.height(crest, np.linspace(0, length_y, 20001))[0]
+    # The path up and down of a whole wave, 4 A, over its length; crests fall on sample points.
+    assert np.abs(np.diff(along_x)).sum() / length_x == pytest.approx(SLOPE_X, rel=1e-7)
+    assert np.abs(np.diff(along_y)).sum() / length_y == pytest.approx(SLOPE_Y, rel=1e-7)
+    assert along_x[-1] == pytest.approx(AMPLITUDE, rel=1e-12)
+
+
+def test_rough_sphere_is_even_and_the_sum_of_both():
+    window = Window((12, 10), (2e-6, 5e-6), quarter=False)
+    rough, smooth = Surface(RADIUS, WAVES).shape(window), Surface(RADIUS).shape(window)
+    np.testing.assert_allclose(rough - smooth, WAVES.height(window.x, window.y), atol=1e-18)
+    np.testing.assert_allclose(rough, rough[::-1], rtol=1e-12)
+    np.testing.assert_allclose(rough, rough[:, ::-1], rtol=1e-12)
+
+
+def test_a_wavenumber_of_zero_makes_ridges():
+    ridges = Waves(AMPLITUDE, 0.0, WAVES.wavenumber_y).height(
+        np.array([0.0, 1.0, 2.0]) * 1e-5, np.linspace(0.0, 5e-5, 9)
+    )
+    np.testing.assert_array_equal(ridges[1:], ridges[:-1])
+    assert np.ptp(ridges[0]) > AMPLITUDE
