@@ -1,0 +1,137 @@
+"""Layers against the differential equation of wear, against numerical derivatives and limits."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from fretwear.mechanics.contact import solve_contact
+from fretwear.mechanics.halfspace import Array
+from fretwear.mechanics.layers import WearLayer, WinklerLayer
+
+from .problems import P0, pressed, window
+
+
+def integrated(
+    wear: float, gap: float, shift: float, known: float, rate: float, pressure: float
+) -> tuple[float, float]:
+    """Wear and g* at the end of a stage in which x grows to known + τp and G by ``shift``."""
+    end = known + rate * pressure
+
+    def slope(_: float, state: Array) -> list[float]:
+        # dW/dx = g*, dg*/dx = g* + dG/dx
+        return [state[1], state[1] + shift / end]
+
+    solution = solve_ivp(slope, (0, end), [wear, gap], rtol=1e-11, atol=1e-14)
+    return float(solution.y[0, -1]), float(solution.y[1, -1])
+
+
+def layer(wear: float, gap: float, shift: float | None, known: float, rate: float) -> WearLayer:
+    given_shift = None if shift is None else np.array([[shift]])
+    return WearLayer(np.array([[wear]]), np.array([[gap]]), given_shift, np.array([[known]]), rate)
+
+
+stages = {
+    "wear": st.floats(0, 3),
+    "gap": st.floats(0, 2),
+    "known": st.floats(0, 2),
+    "rate": st.floats(0.01, 3),
+    "pressure": st.floats(0, 3),
+}
+
+
+@given(**stages, shift=st.floats(0, 1))
+def test_wear_of_a_stage_solves_its_differential_equation(wear, gap, shift, known, rate, pressure):
+    pressure = max(pressure, 1e-3)
+    expected, _ = integrated(wear, gap, shift, known, rate, pressure)
+    found = layer(wear, gap, shift, known, rate).displacement(np.array([[pressure]]))
+    assert found[0, 0] == pytest.approx(expected, rel=1e-8)
+
+
+@given(**stages)
+def test_wear_without_flow_solves_its_differential_equation(wear, gap, known, rate, pressure):
+    pressure = max(pressure, 1e-3)
+    expected, reduced = integrated(wear, gap, 0.0, known, rate, pressure)
+    found = layer(wear, gap, None, known, rate).displacement(np.array([[pressure]]))[0, 0]
+    assert found == pytest.approx(expected, rel=1e-8)
+    # What wears off adds to g*.
+    assert found - wear == pytest.approx(reduced - gap, rel=1e-7, abs=1e-9)
+
+
+@given(**stages, shift=st.floats(-3, 3) | st.none())
+def test_wear_never_decreases_with_pressure_nor_below_its_start(
+    wear, gap, shift, known, rate, pressure
+):
+    stage = layer(wear, gap, shift, known, rate)
+    low, high = (stage.displacement(np.array([[p]]))[0, 0] for p in (pressure, 1.1 * pressure))
+    assert wear <= low <= high * (1 + 1e-15)
+    assert stage.tangent(np.array([[pressure]]))[0, 0] >= 0
+
+
+@given(**stages, shift=st.floats(0, 1) | st.none())
+def test_tangent_is_the_derivative_of_the_displacement(wear, gap, shift, known, rate, pressure):
+    # Below x = 0.01 the difference of two close numbers says nothing about (eˣ - 1)/x.
+    pressure = max(pressure, 0.01 / rate)
+    stage = layer(0.0 * wear, gap, shift, known, rate)
+    step = 1e-5 * pressure
+    up, down = (stage.displacement(np.array([[pressure + s]]))[0, 0] for s in (step, -step))
+    slope = stage.tangent(np.array([[pressure]]))[0, 0]
+    # Truncation is (step·τ)²; rounding 1e-16 of the displacement over a step of 1e-5.
+    assert slope == pytest.approx((up - down) / (2 * step), rel=1e-6, abs=1e-9)
+
+
+def test_short_stages_keep_their_accuracy():
+    exponents = np.array([[1e-15, 1e-9, 9e-8, 1.1e-7, 9e-4, 1.1e-3, 0.1]])
+    one, nothing = np.ones_like(exponents), np.zeros_like(exponents)
+    stage = WearLayer(nothing, nothing, one, nothing, 1.0)
+    # φ(x) - 1 = x/2 + x²/6 + x³/24 + …; below 1e-7 the layer stops at x/2 ± x²/6, and close above
+    # a few roundings of φ ≈ 1 remain.
+    series = sum(exponents**n / np.prod(np.arange(2, n + 2)) for n in range(1, 9))
+    error = np.abs(stage.displacement(exponents) - series)
+    assert (error <= 1e-13 * series + 2e-15).all()
+    derivative = sum(n * exponents ** (n - 1) / np.prod(np.arange(2, n + 2)) for n in range(1, 9))
+    np.testing.assert_allclose(stage.tangent(exponents), derivative, rtol=1e-9)
+
+
+def test_endless_stages_stay_finite():
+    stage = layer(0.0, 1e-9, 1e-9, 0.0, 1.0)
+    for value in (stage.displacement(np.array([[1e9]])), stage.tangent(np.array([[1e9]]))):
+        assert np.isfinite(value).all()
+
+
+def test_winkler_layer_is_a_line():
+    compliance, offset = np.array([[2.0, 0.0]]), np.array([[0.5, 0.1]])
+    spring = WinklerLayer(compliance, offset)
+    pressure = np.array([[3.0, 7.0]])
+    np.testing.assert_allclose(spring.displacement(pressure), [[6.5, 0.1]])
+    np.testing.assert_allclose(spring.tangent(pressure), compliance)
+
+
+def test_layers_leave_what_they_are_given():
+    given_fields = [np.random.default_rng(n).random((4, 4)) for n in range(4)]
+    kept = [field.copy() for field in given_fields]
+    stage = WearLayer(*given_fields, rate=0.7)
+    pressure = np.full((4, 4), 1.3)
+    results = [stage.displacement(pressure), stage.tangent(pressure), stage.exponent_at(pressure)]
+    for field, before in zip(given_fields, kept, strict=True):
+        np.testing.assert_array_equal(field, before)
+        assert not any(np.shares_memory(field, result) for result in results)
+    np.testing.assert_array_equal(pressure, np.full((4, 4), 1.3))
+
+
+def test_a_contact_with_a_wear_layer_is_the_contact_of_the_worn_shape():
+    cells = window((24, 24))
+    random = np.random.default_rng(1)
+    gap = random.uniform(0, 0.2, cells.shape) * 2e-6
+    nothing = np.zeros(cells.shape)
+    stage = WearLayer(nothing, gap, None, nothing, 1.0 / P0)
+    problem = pressed(cells, layer=stage)
+    found = solve_contact(problem, tolerance=1e-9)
+    worn = replace(problem, shape=problem.shape + stage.displacement(found.pressure), layer=None)
+    # A fixed point: the shape that this pressure wears carries just this pressure.
+    np.testing.assert_allclose(
+        solve_contact(worn, tolerance=1e-9).pressure, found.pressure, atol=1e-6 * P0
+    )
