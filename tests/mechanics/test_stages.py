@@ -1,0 +1,123 @@
+"""One implicit stage: consistent in itself, elastic and yielding."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fretwear.mechanics.contact import ContactProblem, solve_contact
+from fretwear.mechanics.layers import WearLayer
+from fretwear.mechanics.slip import CattaneoMindlinSlip, JaegerSlip
+from fretwear.mechanics.stages import Stage, StageSolver
+from fretwear.mechanics.state import WearProblem
+from fretwear.mechanics.wear import evolve
+
+from .problems import HERTZ, LOAD, P0, ROUGH, SMOOTH, fretting
+
+SURFACES = {"smooth": SMOOTH, "rough": ROUGH}
+
+
+def stage_after(problem: WearProblem, cycles: float, exponent: float) -> tuple[Stage, Stage]:
+    """A state after some cycles and the stage after it, x = ``exponent`` (0.3 p₀ + 0.7 p₁)/p0."""
+    *_, state = evolve(problem, [cycles], 1e-3)
+    base = Stage.of(state)
+    solver = StageSolver(problem, state.window, 1e-4)
+    known = 0.3 * exponent * base.pressure / P0
+    nothing = np.zeros(state.window.shape)
+    return base, solver.solve(base, known, 0.7 * exponent / P0, base.pressure, nothing)
+
+
+def exponent_of(base: Stage, stage: Stage, exponent: float) -> np.ndarray:
+    return exponent * (0.3 * base.pressure + 0.7 * stage.pressure) / P0
+
+
+@pytest.mark.parametrize("name", SURFACES)
+def test_an_elastic_stage_wears_by_its_own_pressure_and_leaves_the_stick_zone(name: str):
+    base, stage = stage_after(fretting(16, surface=SURFACES[name]), 200, 0.5)
+    growth = np.expm1(exponent_of(base, stage, 0.5))
+    loaded = stage.pressure > 0
+    expected = base.wear + growth * base.reduced.gap
+    np.testing.assert_allclose(stage.wear[loaded], expected[loaded], rtol=1e-12)
+    np.testing.assert_array_equal(stage.reduced.stick, base.reduced.stick)
+    assert not stage.reduced.gap[stage.reduced.stick].any()
+    assert not stage.wear[stage.reduced.stick].any()
+    assert not stage.yielded
+    # Open cells wear no further than until they touch.
+    touching = ~loaded & (stage.wear > base.wear) & (stage.wear < expected * (1 - 1e-9))
+    np.testing.assert_allclose(stage.gap[touching], 0.0, atol=1e-12 * HERTZ.approach)
+    np.testing.assert_allclose(stage.source, base.source, atol=1e-12 * HERTZ.approach)
+
+
+@pytest.mark.parametrize("name", SURFACES)
+@pytest.mark.parametrize("limit", [np.inf, 1.3])
+def test_the_contact_of_the_stages_own_shape_is_its_pressure(name: str, limit: float):
+    problem = fretting(16, surface=SURFACES[name], limit=limit)
+    base, stage = stage_after(problem, 200, 0.5)
+    bodies = problem.half_space(problem_window(problem, stage))
+    shape = problem.surface.shape(problem_window(problem, stage)) + stage.wear + stage.plastic
+    # The plastic depth is in the shape, so no limit is needed to find the pressure again.
+    found = solve_contact(ContactProblem(bodies, shape, LOAD), tolerance=1e-8)
+    np.testing.assert_allclose(found.pressure, stage.pressure, atol=1e-4 * P0)
+    assert found.approach == pytest.approx(stage.approach, rel=1e-5)
+    assert (stage.plastic >= base.plastic).all()
+    assert (stage.wear >= base.wear).all()
+    assert stage.pressure.max() <= problem.limit
+
+
+def problem_window(problem: WearProblem, stage: Stage):
+    *_, state = evolve(problem, [0])
+    return replace(state.window, shape=stage.pressure.shape)
+
+
+@pytest.mark.parametrize("name", SURFACES)
+def test_a_yielding_stage_solves_the_reduced_contact_on_its_own_shape(name: str):
+    problem = fretting(16, surface=SURFACES[name], limit=1.3)
+    base, stage = stage_after(problem, 1200, 0.3)
+    assert stage.yielded
+    assert stage.plastic.sum() > base.plastic.sum()
+    grew = stage.plastic > base.plastic
+    assert (stage.pressure[grew] == problem.limit).all()
+    window = problem_window(problem, stage)
+    shape = problem.surface.shape(window) + stage.wear + stage.plastic
+    own = JaegerSlip(0.2 * LOAD).reduced(problem.half_space(window), shape)
+    np.testing.assert_array_equal(stage.reduced.stick, own.stick)
+    np.testing.assert_allclose(stage.reduced.gap, own.gap, atol=3e-8 * HERTZ.approach)
+
+
+@pytest.mark.parametrize("name", SURFACES)
+def test_wear_of_a_yielding_stage_is_that_of_the_flow_it_ends_with(name: str):
+    problem = fretting(16, surface=SURFACES[name], limit=1.3)
+    base, stage = stage_after(problem, 1200, 0.3)
+    shift = stage.source - base.source
+    nothing = np.zeros_like(shift)
+    whole = WearLayer(base.wear, base.reduced.gap, shift, nothing, 1.0)
+    expected = whole.displacement(exponent_of(base, stage, 0.3))
+    loaded = stage.pressure > 0
+    error = np.abs(stage.wear - expected)[loaded].sum()
+    # Sweeps stop at 0.002 of the tolerance 1e-4 of the volume, and converge by halves at least.
+    assert error <= 1e-6 * stage.wear.sum()
+    assert np.abs(shift).max() > 1e-3 * HERTZ.approach
+
+
+def test_slip_of_the_unworn_sphere_ignores_flow():
+    disc = CattaneoMindlinSlip(HERTZ.with_load(0.2 * LOAD))
+    base, stage = stage_after(fretting(16, limit=1.3, slip_model=disc), 4000, 0.3)
+    np.testing.assert_array_equal(stage.reduced.gap, base.reduced.gap)
+    assert stage.plastic.any()
+    assert not stage.yielded
+
+
+def test_a_stage_leaves_what_it_is_given():
+    problem = fretting(12, surface=ROUGH, limit=1.2)
+    *_, state = evolve(problem, [100])
+    base = Stage.of(state)
+    given = (base.pressure, base.wear, base.plastic, base.gap, base.reduced.gap)
+    known, guess = np.full(state.window.shape, 0.1), np.zeros(state.window.shape)
+    kept = [field.copy() for field in (*given, known, guess)]
+    solver = StageSolver(problem, state.window, 0.01)
+    stage = solver.solve(base, known, 0.2 / P0, base.pressure, guess)
+    for field, before in zip((*given, known, guess), kept, strict=True):
+        np.testing.assert_array_equal(field, before)
+    for result in (stage.pressure, stage.wear, stage.plastic, stage.gap):
+        assert not any(np.shares_memory(result, field) for field in (*given, known, guess))
+    assert solver.convolutions > 0
