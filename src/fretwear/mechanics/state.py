@@ -131,11 +131,14 @@ class State:
             outer[old.covered(shape)] = known.ravel()
             return outer
 
-        reduced = replace(
-            self.reduced,
-            pressure=old.resized(self.reduced.pressure, shape),
-            gap=gap(self.reduced.pressure, self.reduced.approach, self.reduced.gap),
-        )
+        if problem.slip_model.follows_shape:
+            reduced = replace(
+                self.reduced,
+                pressure=old.resized(self.reduced.pressure, shape),
+                gap=gap(self.reduced.pressure, self.reduced.approach, self.reduced.gap),
+            )
+        else:
+            reduced = problem.slip_model.reduced(bodies, unworn)
         return replace(
             self,
             window=window,
