@@ -9,6 +9,7 @@ import pytest
 import xarray as xr
 from markupsafe import Markup
 
+from fretwear.data.errors import DataFileError
 from fretwear.data.store import open_case
 from fretwear.report import Section, build_report
 
@@ -180,14 +181,14 @@ def test_a_page_is_small_enough_to_send(page: str) -> None:
 
 def test_a_summary_of_another_study_is_refused(finished) -> None:
     other = finished.summary.isel(load=[0])
-    with pytest.raises(ValueError, match=r"'load': 1.*merge the study again"):
+    with pytest.raises(DataFileError, match=r"'load': 1.*merge the study again"):
         build_report(finished.plan, other, finished.cases, finished.figures)
 
 
 def test_a_summary_of_cases_that_the_study_no_longer_has_is_refused(finished) -> None:
     other = finished.summary.copy(deep=True)
     other["case_id"] = other["case_id"].str.replace("N1000", "N2000")
-    with pytest.raises(ValueError, match=r"N2000.*now has.*N1000.*merge the study again"):
+    with pytest.raises(DataFileError, match=r"N2000.*'small' has.*N1000.*merge the study again"):
         build_report(finished.plan, other, finished.cases, finished.figures)
 
 

@@ -146,16 +146,16 @@ def peak_envelope(x: Array, values: Array, wavelength: float) -> Array:
 def wave_mean(x: Array, values: Array, wavelength: float) -> Array:
     """Return the running mean over a wave, for quantities whose peaks say little.
 
-    Parameters and result are those of `peak_envelope`. At x = 0 the profile is continued evenly.
-    The mean of the mean is taken: a single one leaves ripples where a wave is not a whole number
-    of cells.
+    Parameters and result are those of `peak_envelope`. At x = 0 the profile is continued evenly;
+    near its end, where the mean would need values beyond, the result is NaN. The mean of the mean
+    is taken: a single one leaves ripples where a wave is not a whole number of cells.
     """
     cells = max(1, round(wavelength / float(x[1] - x[0])))
     window = np.convolve(np.full(cells, 1.0 / cells), np.full(cells, 1.0 / cells))
     half = window.size // 2
     if values.size <= half:
         return values
-    continued = np.concatenate([values[:half][::-1], values, np.repeat(values[-1], half)])
+    continued = np.concatenate([values[:half][::-1], values, np.full(half, np.nan)])
     return np.convolve(continued, window, mode="valid")
 
 

@@ -105,8 +105,8 @@ def build_report(
 
     Raises
     ------
-    ValueError
-        When `summary` is not that of the plan's study.
+    DataFileError
+        When `summary` is not that of the plan's study as it is now.
     """
     study = plan.study
     results = point_results(plan, summary, failures or {})

@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from fretwear.data.errors import DataFileError
 from fretwear.data.layout import StudyLayout
 from fretwear.figures.wording import (
     MEGAPASCAL,
@@ -27,6 +29,7 @@ Evaluation = Callable[[xr.Dataset], Array]
 
 DONE, FAILED, INVALID = "done", "failed", "invalid"
 _STATUS = (DONE, FAILED, INVALID)
+_RUN_AGAIN = "Run and merge the study again"
 _POINTS_AT_A_TIME = 256
 UNKNOWN_REASON = "The simulation failed; its log tells why."
 
@@ -177,23 +180,11 @@ def point_results(
 
     Raises
     ------
-    ValueError
-        When `summary` is not that of the plan's study.
+    DataFileError
+        When `summary` is not that of the plan's study as it is now.
     """
     layout = StudyLayout(plan.study)
-    sizes = tuple(summary.sizes.get(dim, 0) for dim in layout.dims)
-    if sizes != layout.shape:
-        raise ValueError(
-            f"The merged study has {dict(zip(layout.dims, sizes, strict=True))} points, the study "
-            f"{plan.study.name!r} has {layout.shape}: merge the study again."
-        )
-    ids = summary["case_id"].values
-    for planned, (place, _) in zip(plan.points, layout.points(), strict=True):
-        if str(ids[place]) != planned.id:
-            raise ValueError(
-                f"The merged study has case {ids[place]} where the study {plan.study.name!r} now "
-                f"has {planned.id or 'an invalid point'}: run and merge the study again."
-            )
+    _check_points(plan, layout, summary)
     table = {quantity.name: quantity.of(summary) for quantity in QUANTITIES}
     status = summary["status"].values
     return [
@@ -208,6 +199,20 @@ def point_results(
             zip(plan.points, layout.points(), strict=True), 1
         )
     ]
+
+
+def _check_points(plan: Plan, layout: StudyLayout, summary: xr.Dataset) -> None:
+    file = Path(str(summary.encoding.get("source", "summary.nc")))
+    sizes = {dim: summary.sizes.get(dim, 0) for dim in layout.dims}
+    if tuple(sizes.values()) != layout.shape:
+        problem = f"its points are {sizes}, those of the study {plan.study.name!r} {layout.shape}"
+        raise DataFileError(file, problem, _RUN_AGAIN)
+    ids = summary["case_id"].values
+    for planned, (place, _) in zip(plan.points, layout.points(), strict=True):
+        if str(ids[place]) != planned.id:
+            now = planned.id or "an invalid point"
+            problem = f"it has case {ids[place]} where the study {plan.study.name!r} has {now}"
+            raise DataFileError(file, problem, _RUN_AGAIN)
 
 
 def display_unit(quantity: Quantity, results: Sequence[PointResult]) -> Unit:
