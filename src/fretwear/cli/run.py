@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import os
 import shlex
-import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -56,7 +56,7 @@ def run(
     started = time.monotonic()
     with failing_as(Status.FAILED, ContactError, WearError, DataFileError, MemoryError):
         with progress(f"case {chosen.case_id}", chosen.cycles) as observe:
-            result = simulation.run(chosen, [observe], command=_command())
+            result = simulation.run(chosen, [observe], command=_command(file, case_id, set_ or ()))
         write_case(result.dataset, result.history, path)
     steps = result.history.sizes["step"] - 1
     typer.echo(f"{path}: {steps} steps in {time.monotonic() - started:.1f} s")
@@ -72,5 +72,8 @@ def _use_one_thread() -> None:
         os.environ.setdefault(name, "1")
 
 
-def _command() -> str:
-    return shlex.join(["fretwear", *sys.argv[1:]])
+def _command(file: Path, case_id: str | None, assignments: Sequence[str]) -> str:
+    """Return the call that leads to the same results, for the dataset."""
+    choice = () if case_id is None else ("--case", case_id)
+    changes = (word for assignment in assignments for word in ("--set", assignment))
+    return shlex.join(["fretwear", "run", str(file), *choice, *changes])

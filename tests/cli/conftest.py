@@ -1,0 +1,77 @@
+from pathlib import Path
+
+import pytest
+import yaml
+from typer.testing import CliRunner
+
+from fretwear.cli import app
+
+
+def tiny_study():
+    """A study whose cases take a fraction of a second each: few cycles on a coarse grid."""
+    return {
+        "title": "Tiny",
+        "base": {
+            "radius": "10 mm",
+            "youngs_modulus": "208 GPa",
+            "poisson_ratio": 0.3,
+            "load": "50 N",
+            "tangential_ratio": 0.8,
+            "friction": 0.5,
+            "wear_coefficient": "7e-13 / Pa",
+            "plastic_limit": "none",
+            "roughness": "none",
+            "cycles": 200,
+            "cell": "10 um",
+        },
+        "vary": {"load": ["25 N", "50 N"]},
+        "output": {"cycles": [0, 20]},
+    }
+
+
+class Desk:
+    """A folder with a study, and the command line called from there."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    def write(self, content, name="tiny.yaml") -> Path:
+        file = self.folder / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        text = content if isinstance(content, str) else yaml.safe_dump(content, sort_keys=False)
+        file.write_text(text, encoding="utf-8")
+        return file
+
+    def call(self, *arguments):
+        return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+    def files(self):
+        return sorted(str(path.relative_to(self.folder)) for path in self.folder.rglob("*"))
+
+
+@pytest.fixture
+def desk(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    desk = Desk(tmp_path)
+    desk.write(tiny_study())
+    return desk
+
+
+@pytest.fixture
+def content():
+    return tiny_study()
+
+
+@pytest.fixture(scope="session")
+def case_file(tmp_path_factory):
+    """A case file that the command line has written."""
+    desk = Desk(tmp_path_factory.mktemp("case"))
+    study, path = desk.write(tiny_study()), desk.folder / "case.nc"
+    assert desk.call("run", study, "--set", "load=50 N", "-o", path).exit_code == 0
+    return path
+
+
+@pytest.fixture(scope="session")
+def repository():
+    """The root of the repository: studies, Snakefile, README."""
+    return Path(__file__).parents[2]

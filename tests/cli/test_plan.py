@@ -1,0 +1,105 @@
+import json
+import subprocess
+import sys
+
+import jsonschema
+import pytest
+import yaml
+
+import fretwear
+
+HEAVY = ("scipy.fft", "xarray", "netCDF4", "matplotlib")
+
+
+def test_a_plan_lists_every_point_and_the_total(desk):
+    result = desk.call("plan", "tiny.yaml")
+    assert result.exit_code == 0
+    header, *points, empty, total = result.stdout.splitlines()
+    assert header.split() == ["id", "load", "cells", "time", "memory"]
+    assert [line.split()[0][:4] for line in points] == ["P25N", "P50N"]
+    assert points[0].split()[1:3] == ["25", "N"]
+    assert empty == ""
+    assert total.startswith("2 points, 2 cases: about ")
+    assert desk.files() == ["tiny.yaml"]
+
+
+def test_a_plan_names_the_points_that_are_left_out(desk, content):
+    content["base"].pop("tangential_ratio")
+    content["base"]["tangential_load"] = "20 N"
+    content["invalid"] = "skip"
+    desk.write(content)
+    result = desk.call("plan", "tiny.yaml")
+    assert result.exit_code == 0
+    assert "(invalid)" in result.stdout
+    assert "gross sliding" in result.stdout
+    assert "2 points, 1 case: " in result.stdout
+
+
+def test_the_id_in_a_plan_chooses_the_case(desk):
+    case_id = desk.call("plan", "tiny.yaml").stdout.splitlines()[1].split()[0]
+    assert desk.call("run", "tiny.yaml", "--case", case_id).exit_code == 0
+    assert f"{case_id}.nc" in desk.files()
+
+
+def test_a_wide_plan_is_not_cut_where_no_terminal_shows_it(desk, content):
+    content["base"]["roughness"] = {
+        "kind": "wavy",
+        "amplitude": "0.2 um",
+        "slope_x": "0.2 deg",
+        "slope_y": "0.2 deg",
+    }
+    content["vary"].update(
+        {
+            "friction": [0.3, 0.6],
+            "roughness.amplitude": ["0.1 um", "0.2 um"],
+            "plastic_limit": ["none", "4500 MPa"],
+            "tolerance": [0.01, 0.005],
+        }
+    )
+    content["base"]["cell"] = "2 um"
+    desk.write(content)
+    lines = desk.call("plan", "tiny.yaml").stdout.splitlines()
+    assert len(lines) == 1 + 32 + 2
+    assert all(line.endswith("MB") for line in lines[1:-2])
+
+
+def test_the_schema_accepts_the_studies_that_run(desk, content):
+    schema = json.loads(desk.call("schema").stdout)
+    jsonschema.validate(content, schema)
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate({**content, "bse": {}}, schema)
+
+
+def test_version_and_help(desk):
+    assert desk.call("--version").stdout == f"fretwear {fretwear.__version__}\n"
+    text = desk.call("--help").stdout
+    for command in ("run", "plan", "show", "plot", "schema", "merge", "figures", "report"):
+        assert f" {command} " in text
+        assert "Example: fretwear" in desk.call(command, "--help").stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "heavy"),
+    # The library of units looks for numpy by itself.
+    [(["--help"], ("numpy", "pint", "pydantic", *HEAVY)), (["plan", "tiny.yaml"], HEAVY)],
+)
+def test_help_and_plan_come_at_once_because_they_import_nothing_heavy(desk, arguments, heavy):
+    program = (
+        "import sys\n"
+        "from fretwear.cli import app\n"
+        f"app({arguments!r}, standalone_mode=False)\n"
+        f"print([name for name in {heavy!r} if name in sys.modules])\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], cwd=desk.folder, capture_output=True, text=True, check=True
+    )
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
+def test_every_study_of_the_repository_can_be_planned(desk, repository):
+    studies = sorted((repository / "studies").glob("*.yaml"))
+    assert studies
+    for study in studies:
+        result = desk.call("plan", study)
+        assert result.exit_code == 0, result.stderr
+        assert yaml.safe_load(study.read_text())["title"]

@@ -1,0 +1,143 @@
+import os
+import pty
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+import fretwear
+from fretwear.study.selection import select_case
+
+FRETWEAR = (sys.executable, "-m", "fretwear")
+
+
+def test_a_case_chosen_by_its_id_is_simulated_and_written(desk):
+    case_id = select_case("tiny.yaml", None, ["load=25 N"]).case_id
+    result = desk.call("run", "tiny.yaml", "--case", case_id, "-o", "out/one.nc")
+    assert result.exit_code == 0
+    assert result.stdout.startswith("out/one.nc: ")
+    with fretwear.open_case("out/one.nc") as case:
+        assert case.attrs["case_id"] == case_id
+        assert list(case["cycle"].values) == [0, 20, 200]
+        assert float(case["load"]) == 25.0
+
+
+def test_a_parameter_set_on_the_command_line_is_simulated(desk):
+    result = desk.call("run", "tiny.yaml", "--set", "load=30 N", "--set", "cycles=50")
+    assert result.exit_code == 0
+    (name,) = (name for name in desk.files() if name.endswith(".nc"))
+    assert name.startswith("P30N-")
+    with fretwear.open_case(name) as case:
+        assert float(case["load"]) == 30.0
+        command = "fretwear run tiny.yaml --set 'load=30 N' --set cycles=50"
+        assert case.attrs["history"].endswith(command)
+
+
+def test_the_command_line_and_python_give_the_same_numbers(desk, case_file):
+    computed = fretwear.simulate(select_case(desk.folder / "tiny.yaml", None, ["load=50 N"]))
+    with fretwear.open_case(case_file) as stored:
+        for name in computed.data_vars:
+            np.testing.assert_array_equal(stored[name], computed[name])
+
+
+def test_lines_of_a_log_tell_how_far_the_run_is(desk):
+    result = desk.call("run", "tiny.yaml", "--set", "load=50 N", "-o", "a.nc")
+    first, *_, last = result.stderr.splitlines()
+    assert first == f"case {select_case('tiny.yaml', None, ['load=50 N']).case_id}"
+    assert last.startswith("cycle 200 of 200, step ")
+    assert "half-width 155" in last
+    assert "\x1b" not in result.stderr
+
+
+def test_several_cases_need_a_choice(desk):
+    result = desk.call("run", "tiny.yaml")
+    assert result.exit_code == 2
+    assert "--case ID" in result.stderr
+    for slug in ("P25N", "P50N"):
+        assert slug in result.stderr
+    assert desk.files() == ["tiny.yaml"]
+
+
+def test_a_run_that_no_step_can_satisfy_fails_with_a_message_and_no_case_file(desk):
+    result = desk.call("run", "tiny.yaml", "--set", "load=50 N", "--set", "tolerance=1e-300")
+    assert result.exit_code == 1
+    assert "fretwear: error: no step after cycle 0" in result.stderr
+    assert "Traceback" not in result.stderr
+    assert not any(".nc" in name for name in desk.files())
+
+
+@pytest.mark.parametrize(
+    ("output", "reason"),
+    [
+        ("tiny.yaml/out.nc", "tiny.yaml is not a folder"),
+        ("tiny.yaml/deep/out.nc", "tiny.yaml is not a folder"),
+        (".", "is a folder"),
+        ("/proc/nowhere/out.nc", "cannot be written to"),
+    ],
+)
+def test_an_output_that_cannot_be_written_is_refused_before_the_run(desk, output, reason):
+    result = desk.call("run", "tiny.yaml", "--set", "load=50 N", "-o", output)
+    assert result.exit_code == 2
+    assert output.removesuffix("/out.nc") in result.stderr
+    assert reason in result.stderr
+    assert "cycle 0" not in result.stderr
+    assert desk.files() == ["tiny.yaml"]
+
+
+@pytest.mark.parametrize(("name", "status"), [("SIGINT", 130), ("SIGTERM", 143)])
+def test_a_stopped_run_says_so_and_leaves_no_case_file(desk, name, status):
+    command = (*FRETWEAR, "run", "tiny.yaml", "--set", "load=50 N", "--set", "cell=1 um")
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+        seen = ""
+        while "cycle 0 of" not in seen:
+            line = process.stderr.readline()
+            assert line, seen
+            seen += line
+        process.send_signal(getattr(signal, name))
+        message = process.stderr.read()
+        assert process.wait(30) == status
+    assert "fretwear: stopped: by " in message
+    assert "Traceback" not in message
+    assert not any(".nc" in file for file in desk.files())
+
+
+@pytest.mark.usefixtures("desk")
+def test_a_terminal_shows_a_bar_without_colours_where_they_are_not_wanted():
+    plain = _seen_on_a_terminal({"NO_COLOR": "1"})
+    coloured = _seen_on_a_terminal({})
+    for text in (plain, coloured):
+        assert "200/200" in text
+        assert "half-width 155" in text
+        assert "left" in text
+    assert "\x1b[32m" in coloured
+    assert "\x1b[3" not in plain
+
+
+def _seen_on_a_terminal(settings):
+    master, slave = pty.openpty()
+    environment = {name: value for name, value in os.environ.items() if name != "NO_COLOR"}
+    command = (*FRETWEAR, "run", "tiny.yaml", "--set", "load=50 N", "-o", "a.nc")
+    process = subprocess.Popen(
+        command,
+        stdin=slave,
+        stdout=slave,
+        stderr=slave,
+        env={**environment, "TERM": "xterm", "COLUMNS": "120", **settings},
+    )
+    os.close(slave)
+    seen = b""
+    deadline = time.monotonic() + 60
+    while time.monotonic() < deadline:
+        try:
+            piece = os.read(master, 65536)
+        except OSError:  # Linux says so that the other side is closed
+            break
+        if not piece:
+            break
+        seen += piece
+    os.close(master)
+    assert process.wait(30) == 0
+    return seen.decode()
