@@ -1,0 +1,265 @@
+import json
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+
+import fretwear
+from fretwear.data.merge import open_summary
+from fretwear.study.file import StudyError
+from fretwear.workflow import StudyJobs, study_file
+
+REPOSITORY = Path(__file__).parents[1]
+
+TINY = {
+    "title": "Tiny",
+    "base": {
+        "radius": "10 mm",
+        "youngs_modulus": "208 GPa",
+        "poisson_ratio": 0.3,
+        "tangential_load": "9 N",
+        "friction": 0.5,
+        "wear_coefficient": "7e-13 / Pa",
+        "plastic_limit": "none",
+        "roughness": "none",
+        "cycles": 100,
+        "cell": "10 um",
+    },
+    "vary": {"load": ["25 N", "50 N"]},
+    "output": {"cycles": [0, 20]},
+}
+
+
+class Checkout:
+    """A folder with the workflow and studies, as a user has it."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    @classmethod
+    def make(cls, folder: Path) -> "Checkout":
+        shutil.copy(REPOSITORY / "Snakefile", folder)
+        shutil.copytree(REPOSITORY / "profiles", folder / "profiles")
+        checkout = cls(folder)
+        checkout.write(TINY)
+        return checkout
+
+    def write(self, content, name="demo") -> None:
+        file = self.folder / "studies" / f"{name}.yaml"
+        file.parent.mkdir(exist_ok=True)
+        file.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
+
+    def snakemake(self, *arguments):
+        return subprocess.run(
+            [sys.executable, "-m", "snakemake", "--cores", "2", *arguments],
+            cwd=self.folder,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+
+    def jobs(self, *arguments):
+        """What a run would do: slugs of the cases to simulate, and the other rules."""
+        done = self.snakemake("--dry-run", *arguments)
+        assert done.returncode == 0, done.stderr
+        messages = re.findall(r"^Job \d+: (.*)$", done.stdout + done.stderr, re.MULTILINE)
+        cases = {
+            line.split()[1].split("-mu")[0] for line in messages if line.startswith("Simulating")
+        }
+        others = {line.split()[0] for line in messages} - {"Simulating"}
+        return cases, others
+
+    @property
+    def results(self):
+        return self.folder / "results/demo"
+
+
+AFTERWARDS = {"Merging", "Drawing", "Writing"}
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    checkout = Checkout.make(tmp_path_factory.mktemp("finished"))
+    done = checkout.snakemake()
+    assert done.returncode == 0, done.stdout + done.stderr
+    return checkout
+
+
+@pytest.fixture
+def copy(finished, tmp_path):
+    """A copy of the finished study with everything that Snakemake remembers of it."""
+    return Checkout(shutil.copytree(finished.folder, tmp_path / "copy"))
+
+
+@pytest.fixture
+def fresh(tmp_path):
+    return Checkout.make(tmp_path)
+
+
+@pytest.mark.slow
+def test_a_study_ends_in_datasets_figures_and_a_report(finished):
+    cases = sorted(path.stem for path in (finished.results / "cases").iterdir())
+    assert [name.split("-mu")[0] for name in cases] == ["P25N-Q9N", "P50N-Q9N"]
+    for name in cases:
+        with fretwear.open_case(finished.results / "cases" / f"{name}.nc") as case:
+            assert list(case["cycle"].values) == [0, 20, 100]
+        log = (finished.results / "logs/simulate" / f"{name}.log").read_text()
+        assert log.startswith(f"case {name}\n")
+        benchmark = finished.results / "benchmarks/simulate" / f"{name}.tsv"
+        assert benchmark.read_text().startswith("s\th:m:s\tmax_rss")
+    with open_summary(finished.results / "summary.nc") as summary:
+        assert (summary["status"] == 0).all()
+        assert (summary["wear_volume"].isel(cycle=-1) > 0).all()
+    points = (finished.results / "points.csv").read_text(encoding="utf-8").splitlines()
+    assert len(points) == 3
+    figures = {path.suffix for path in (finished.results / "figures").glob("contact_half_width*")}
+    assert figures == {".svg", ".png"}
+    page = (finished.results / "report.html").read_text(encoding="utf-8")
+    assert all(name in page for name in cases)
+
+
+@pytest.mark.slow
+def test_an_unchanged_study_has_nothing_to_do(finished):
+    done = finished.snakemake("--dry-run")
+    assert done.returncode == 0
+    assert "Nothing to be done" in done.stdout + done.stderr
+
+
+@pytest.mark.slow
+def test_a_comment_in_the_study_file_changes_nothing(copy):
+    file = copy.folder / "studies/demo.yaml"
+    file.write_text(f"# measured in spring\n{file.read_text()}")
+    assert copy.jobs() == (set(), set())
+
+
+@pytest.mark.slow
+def test_a_changed_value_reruns_the_cases_it_touches(copy):
+    copy.write({**TINY, "vary": {"load": ["25 N", "60 N"]}})
+    assert copy.jobs() == ({"P60N-Q9N"}, AFTERWARDS)
+    copy.write({**TINY, "base": {**TINY["base"], "friction": 0.6}})
+    assert copy.jobs() == ({"P25N-Q9N", "P50N-Q9N"}, AFTERWARDS)
+
+
+@pytest.mark.slow
+def test_an_extended_study_computes_the_new_case_only(copy):
+    copy.write({**TINY, "vary": {"load": ["25 N", "30 N", "50 N"]}})
+    assert copy.jobs() == ({"P30N-Q9N"}, AFTERWARDS)
+    kept = sorted((copy.results / "cases").iterdir())
+    before = [path.stat().st_mtime_ns for path in kept]
+    done = copy.snakemake()
+    assert done.returncode == 0, done.stderr
+    assert [path.stat().st_mtime_ns for path in kept] == before
+    with open_summary(copy.results / "summary.nc") as summary:
+        assert list(summary["load"].values) == [25.0, 30.0, 50.0]
+        assert (summary["status"] == 0).all()
+    assert copy.jobs() == (set(), set())
+
+
+@pytest.mark.slow
+def test_other_snapshots_rerun_the_cases_which_keep_their_ids(copy):
+    copy.write({**TINY, "output": {"cycles": [0, 30]}})
+    assert copy.jobs() == ({"P25N-Q9N", "P50N-Q9N"}, AFTERWARDS)
+
+
+@pytest.mark.slow
+def test_another_title_reruns_no_case(copy):
+    copy.write({**TINY, "title": "Two loads"})
+    assert copy.jobs() == (set(), AFTERWARDS)
+
+
+@pytest.mark.slow
+def test_another_version_of_the_package_reruns_everything(copy):
+    file = copy.folder / "Snakefile"
+    text = file.read_text().replace("version=JOBS.version", "version='0.0.0'")
+    file.write_text(text)
+    assert copy.jobs() == ({"P25N-Q9N", "P50N-Q9N"}, AFTERWARDS)
+
+
+@pytest.mark.slow
+def test_an_invalid_point_stops_the_study_before_any_job(fresh):
+    fresh.write({**TINY, "vary": {"load": ["50 N", "15 N"]}})
+    done = fresh.snakemake()
+    assert done.returncode != 0
+    message = done.stdout + done.stderr
+    assert "studies/demo.yaml: base.tangential_load = 9 N" in message
+    assert "gross sliding" in message
+    assert "load = 15 N" in message
+    assert "Traceback" not in message
+    assert not fresh.results.exists()
+
+
+@pytest.mark.slow
+def test_another_study_is_chosen_by_name_or_path(fresh):
+    fresh.write({**TINY, "vary": {"load": ["40 N"]}}, "other")
+    assert fresh.jobs("--config", "study=other")[0] == {"P40N-Q9N"}
+    assert fresh.jobs("--config", "study=studies/other.yaml")[0] == {"P40N-Q9N"}
+    done = fresh.snakemake("--config", "study=othr")
+    assert done.returncode != 0
+    assert "studies/othr.yaml: there is no such file" in done.stdout + done.stderr
+
+
+@pytest.mark.slow
+def test_a_failed_case_is_named_and_the_others_go_on_if_asked_to(fresh):
+    # Matter this soft is gone before the shortest step ends, so this case really fails.
+    base = {**TINY["base"], "load": "50 N"}
+    fresh.write({**TINY, "base": base, "vary": {"wear_coefficient": ["1 / Pa", "7e-13 / Pa"]}})
+    done = fresh.snakemake("--keep-going")
+    assert done.returncode != 0
+    assert "fretwear: error: no step after cycle 0" in done.stdout + done.stderr
+    (case,) = (fresh.results / "cases").glob("*.nc")
+    with fretwear.open_case(case) as dataset:
+        assert float(dataset["wear_coefficient"]) == 7e-13
+    merged = subprocess.run(
+        [sys.executable, "-m", "fretwear", "merge", "studies/demo.yaml"],
+        cwd=fresh.folder,
+        check=True,
+        capture_output=True,
+        text=True,
+    )
+    assert "1 points done, 1 failed" in merged.stdout
+
+
+@pytest.mark.slow
+def test_the_report_of_the_workflow_itself_holds_the_figures(copy):
+    done = copy.snakemake("--report", "workflow.html")
+    assert done.returncode == 0, done.stderr
+    page = (copy.folder / "workflow.html").read_text(encoding="utf-8")
+    assert "contact_half_width" in page
+
+
+def test_a_study_is_given_by_name_or_by_path():
+    assert study_file("paper") == Path("studies/paper.yaml")
+    assert study_file("mine/own.yaml") == Path("mine/own.yaml")
+
+
+def test_jobs_depend_on_all_that_a_file_holds(fresh, monkeypatch):
+    monkeypatch.chdir(fresh.folder)
+    jobs = StudyJobs.of("demo")
+    first, second = jobs.cases
+    parameters = json.loads(jobs.parameters(first))
+    assert parameters["load"] == 25.0
+    assert parameters["output_cycles"] == [0, 20, 100]
+    assert parameters.keys() == {*jobs.cases[first].canonical_parameters(), "output_cycles"}
+    assert jobs.parameters(first) != jobs.parameters(second)
+    assert json.loads(jobs.content) == TINY
+
+
+def test_jobs_ask_for_more_than_the_plan_expects(fresh, monkeypatch):
+    monkeypatch.chdir(fresh.folder)
+    small = StudyJobs.of("demo")
+    fresh.write({**TINY, "base": {**TINY["base"], "cell": "0.5 um", "cycles": 30000}}, "large")
+    large = StudyJobs.of("large")
+    for first, second in zip(small.cases, large.cases, strict=True):
+        assert 100 < small.memory_mb(first) < large.memory_mb(second)
+        assert 5 < small.minutes(first) <= large.minutes(second)
+
+
+def test_an_unsound_study_has_no_jobs(fresh, monkeypatch):
+    monkeypatch.chdir(fresh.folder)
+    fresh.write({**TINY, "vary": {"load": ["-1 N"]}})
+    with pytest.raises(StudyError, match="larger than 0"):
+        StudyJobs.of("demo")
