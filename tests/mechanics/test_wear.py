@@ -1,0 +1,237 @@
+"""Wear over cycles: conditions of every step, what may never happen, going on from a state."""
+
+import functools
+from dataclasses import fields, replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from fretwear.mechanics import active_set, contact
+from fretwear.mechanics.contact import ContactError
+from fretwear.mechanics.slip import CattaneoMindlinSlip, JaegerSlip
+from fretwear.mechanics.state import State, WearProblem, first_loading, touched_sides
+from fretwear.mechanics.wear import WearError, evolve
+
+from .oracles import violations
+from .problems import HERTZ, LOAD, P0, ROUGH, A, folded, fretting
+
+STOPS = (100, 1000, 2500)
+RUNS = {
+    "smooth": {},
+    "rough": {"surface": ROUGH},
+    "smooth capped": {"limit": 1.5},
+    "rough capped": {"surface": ROUGH, "limit": 2.0},
+    "yielding from the first loading": {"limit": 0.9},
+    "mild": {"load_ratio": 0.2},
+    "nearly sliding": {"load_ratio": 0.95, "limit": 2.0},
+}
+ELASTIC = [name for name, changes in RUNS.items() if "limit" not in changes]
+CAPPED = [name for name in RUNS if name not in ELASTIC]
+
+
+@pytest.fixture(scope="module")
+def runs() -> dict[str, tuple[WearProblem, list[State]]]:
+    """Every state of each run, at 16 cells per Hertz radius."""
+    problems = {name: fretting(16, **changes) for name, changes in RUNS.items()}
+    return {name: (problem, list(evolve(problem, STOPS))) for name, problem in problems.items()}
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_every_step_meets_the_conditions_of_contact(runs, name: str):
+    problem, states = runs[name]
+    for state in states:
+        found = violations(problem, state)
+        assert max(found.load, found.loaded_gap, found.penetration) <= 1e-5, state.cycle
+        assert state.residual <= 1e-6
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_pressure_stays_between_zero_and_its_limit_and_gaps_stay_open(runs, name: str):
+    problem, states = runs[name]
+    for state in states:
+        assert state.pressure.min() >= 0
+        assert state.pressure.max() <= problem.limit
+        # A worn cell touches to rounding; nothing overlaps.
+        assert state.gap.min() >= -1e-15 * A
+        assert state.reduced.gap.min() >= 0
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_wear_and_plastic_depth_never_decrease(runs, name: str):
+    _, states = runs[name]
+    for field in ("wear", "plastic"):
+        depths = [getattr(state.on(runs[name][0], states[-1].window), field) for state in states]
+        for before, after in pairwise(depths):
+            assert (after >= before).all()
+        assert not depths[0].any() or field == "plastic"
+    assert depths[-1].any() == (name in CAPPED)
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_states_land_exactly_on_the_cycles_asked_for(runs, name: str):
+    _, states = runs[name]
+    cycles = [state.cycle for state in states]
+    assert cycles[0] == 0
+    assert set(STOPS) <= set(cycles)
+    assert cycles[-1] == STOPS[-1]
+    assert all(later > earlier for earlier, later in pairwise(cycles))
+    assert [state.step for state in states] == list(range(len(states)))
+
+
+@pytest.mark.parametrize("name", ELASTIC)
+def test_stick_cells_of_an_elastic_run_are_the_same_to_the_last_bit(runs, name: str):
+    problem, states = runs[name]
+    first = states[0].on(problem, states[-1].window)
+    stick = first.reduced.stick
+    assert stick.any()
+    for state in states:
+        moved = state.on(problem, states[-1].window)
+        np.testing.assert_array_equal(moved.reduced.stick, stick)
+        np.testing.assert_array_equal(moved.reduced.pressure, first.reduced.pressure)
+        assert not moved.reduced.gap[stick].any()
+        assert not moved.wear[stick].any()
+        # What wears off adds to the gap of the reduced contact, and nothing else changes it.
+        grown = moved.reduced.gap - first.reduced.gap
+        np.testing.assert_allclose(grown, moved.wear, atol=1e-12 * HERTZ.approach)
+
+
+@pytest.mark.parametrize("name", CAPPED)
+def test_slip_of_a_yielding_run_is_that_of_its_current_shape(runs, name: str):
+    problem, states = runs[name]
+    for state in states:
+        shape = problem.surface.shape(state.window) + state.wear + state.plastic
+        own = problem.slip_model.reduced(problem.half_space(state.window), shape)
+        np.testing.assert_array_equal(state.reduced.stick, own.stick)
+        # Steps without flow add wear to the gap; the contacts behind it were solved to 1e-8.
+        np.testing.assert_allclose(state.reduced.gap, own.gap, atol=1e-6 * HERTZ.approach)
+    areas = [state.window.integral(state.reduced.stick.astype(float)) for state in states]
+    assert areas[-1] <= areas[0]
+    # Where yielding starts with the first loading, the stick zone holds out longest.
+    assert areas[-1] < areas[0] or "first loading" in name
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_the_window_holds_the_contact_with_room(runs, name: str):
+    _, states = runs[name]
+    for state in states:
+        assert not any(touched_sides(state.window, state.pressure))
+    extents = [state.window.extent for state in states]
+    assert all(b >= a for a, b in pairwise(extents))
+
+
+def assert_identical(one: State, other: State) -> None:
+    for field in fields(State):
+        left, right = getattr(one, field.name), getattr(other, field.name)
+        if field.name == "reduced":
+            assert left.approach == right.approach
+            np.testing.assert_array_equal(left.pressure, right.pressure)
+            np.testing.assert_array_equal(left.gap, right.gap)
+        else:
+            np.testing.assert_array_equal(left, right, err_msg=field.name)
+
+
+@pytest.mark.parametrize("name", ["rough", "smooth capped", "nearly sliding"])
+def test_going_on_from_a_state_gives_the_uninterrupted_run_bit_by_bit(runs, name: str):
+    problem, states = runs[name]
+    windows = {state.window.shape for state in states}
+    assert len(windows) > 1, "the run should outgrow its first window"
+    for k in (0, 1, len(states) // 2, len(states) - 2):
+        again = list(evolve(problem, STOPS, start=states[k]))
+        assert len(again) == len(states) - k - 1
+        for one, other in zip(again, states[k + 1 :], strict=True):
+            assert_identical(one, other)
+
+
+def test_going_on_from_the_last_state_yields_nothing_more(runs):
+    problem, states = runs["smooth"]
+    assert list(evolve(problem, STOPS, start=states[-1])) == []
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_quarter_and_whole_domain_wear_alike(name: str):
+    one, four = (
+        list(evolve(fretting(16, quarter=quarter, **RUNS[name]), [800]))
+        for quarter in (True, False)
+    )
+    assert len(one) == len(four)
+    for quarter, whole in zip(one, four, strict=True):
+        assert quarter.cycle == pytest.approx(whole.cycle, rel=1e-9)
+        np.testing.assert_allclose(quarter.pressure, folded(whole.pressure), atol=1e-8 * P0)
+        np.testing.assert_allclose(quarter.wear, folded(whole.wear), atol=1e-8 * HERTZ.approach)
+        np.testing.assert_array_equal(quarter.reduced.stick, folded(whole.reduced.stick))
+
+
+@pytest.mark.parametrize("name", ["smooth", "rough capped"])
+def test_a_growing_window_gives_what_a_large_one_gives(runs, name: str):
+    problem, states = runs[name]
+    roomy = replace(problem, extent=(1.9 * A, 1.9 * A))
+    *_, large = evolve(roomy, STOPS)
+    small = states[-1].on(problem, large.window)
+    assert states[0].window.extent < states[-1].window.extent < large.window.extent
+    # Contacts solved to 1e-6 of the displacement; the wear of one step enters the next.
+    np.testing.assert_allclose(small.pressure, large.pressure, atol=1e-3 * P0)
+    np.testing.assert_allclose(small.wear, large.wear, atol=1e-5 * HERTZ.approach)
+    np.testing.assert_allclose(small.gap, large.gap, atol=1e-5 * HERTZ.approach)
+
+
+def test_wear_of_the_simple_slip_model_follows_pressure_alone():
+    disc = CattaneoMindlinSlip(HERTZ.with_load(0.2 * LOAD))
+    problem = fretting(16, surface=ROUGH, slip_model=disc)
+    states = list(evolve(problem, [500], 1e-3))
+    for state in states:
+        moved = states[0].on(problem, state.window)
+        np.testing.assert_allclose(state.reduced.gap, moved.reduced.gap, rtol=1e-9)
+        assert violations(problem, state).loaded_gap <= 1e-5
+    full = [*evolve(replace(problem, slip_model=JaegerSlip(0.2 * LOAD)), [500], 1e-3)][-1]
+    # The real slip grows with wear: the simple model must wear less.
+    assert states[-1].wear.sum() < 0.95 * full.wear.sum()
+
+
+@pytest.fixture
+def impatient(monkeypatch):
+    """From its call on, contacts get few iterations and have to be better than rounding allows."""
+
+    def start():
+        few = functools.partial(contact.projected_gradient, largest_steps=2)
+        monkeypatch.setattr(contact, "projected_gradient", few)
+        monkeypatch.setattr(active_set, "_LARGEST_OUTER", 3)
+        for room in ("state", "stages"):
+            monkeypatch.setattr(f"fretwear.mechanics.{room}.CONTACT_TOLERANCE", 1e-19)
+
+    return start
+
+
+def test_a_step_that_never_converges_ends_the_run_with_an_error(impatient):
+    problem = fretting(12, surface=ROUGH, limit=1.2)
+    run = evolve(problem, [1000], start=first_loading(problem))
+    impatient()
+    with pytest.raises(WearError, match=r"no step after cycle 0 is accurate"):
+        next(run)
+
+
+def test_a_first_loading_that_never_converges_is_an_error(impatient):
+    impatient()
+    with pytest.raises(ContactError, match="did not converge"):
+        next(evolve(fretting(12, surface=ROUGH), [10]))
+
+
+def test_a_step_cut_short_by_a_stop_does_not_slow_down_the_next(runs):
+    problem, _ = runs["smooth"]
+    free = list(evolve(problem, [2500]))
+    stopped = list(evolve(problem, [*range(100, 1000, 300), 2500]))
+    assert len(stopped) <= len(free) + 5
+
+
+def test_a_step_that_is_too_long_is_shortened_and_its_cost_counted():
+    problem = fretting(12)
+    plain = list(evolve(problem, [500]))
+    forced = list(evolve(problem, [500], start=replace(plain[0], next_step=400.0)))
+    assert forced[0].cycle < 400
+    direct = next(evolve(problem, [500], start=replace(plain[0], next_step=forced[0].cycle)))
+    assert direct.cycle == forced[0].cycle
+    assert forced[0].convolutions > direct.convolutions > plain[0].convolutions
+    np.testing.assert_allclose(direct.wear, forced[0].wear, atol=1e-15 * A)
+    # A first step fifty times too long must not spoil the result.
+    volume, expected = (s.window.integral(s.wear) for s in (forced[-1], plain[-1]))
+    assert volume == pytest.approx(expected, rel=2e-3)
