@@ -32,6 +32,7 @@ _PLASTIC_LIMIT = 4500e6
 _CONTRASTS = ("roughness_amplitude", "plastic_limit")
 _GROUPING = ("radius", "slip_model")
 _NEARLY = 1e-6
+_FOLLOWING = "jaeger"
 
 
 @dataclass(frozen=True)
@@ -111,11 +112,24 @@ def reference_cases(summary: xr.Dataset) -> SourceCases | None:
     return min(
         groups,
         key=lambda group: (
-            group.slip_model != "jaeger",
+            group.slip_model != _FOLLOWING,
             abs(math.log(group.radius / SOURCE_RADIUS)),
         ),
         default=None,
     )
+
+
+def simpler_cases(summary: xr.Dataset) -> SourceCases | None:
+    """Find the cases of `reference_cases` with the slip of the unworn sphere, if they are there."""
+    reference = reference_cases(summary)
+    for group in source_cases(summary):
+        if (
+            reference
+            and group.radius == reference.radius
+            and group.slip_model != reference.slip_model
+        ):
+            return group
+    return None
 
 
 def _points(summary: xr.Dataset) -> Iterator[dict[str, Any]]:

@@ -148,7 +148,7 @@ def compare_profiles(
             draw_profiles(axes, profile, kind, colors, replace(everything, top=top))
             axes.set_title(title)
     label_outer(panels, across)
-    _cycle_key(figure, colors)
+    cycle_key(figure, colors)
     return figure
 
 
@@ -215,7 +215,7 @@ def _draw_single(profiles: HalfProfiles, kind: ProfileKind, columns: Columns) ->
     first = replace(curves[0], label=f"cycle {curves[0].label}")
     if not profiles.is_wavy and label_curves(axes, [first, *curves[1:]]):
         return figure
-    _cycle_key(figure, colors)
+    cycle_key(figure, colors)
     return figure
 
 
@@ -250,7 +250,8 @@ def _name_zones(axes: Axes, profiles: HalfProfiles) -> None:
         )
 
 
-def _cycle_key(figure: Figure, colors: Mapping[int, str]) -> None:
+def cycle_key(figure: Figure, colors: Mapping[int, str]) -> None:
+    """Add the key of colours that tell cycles, above the axes of a figure."""
     lines = [Line2D([], [], color=color) for color in colors.values()]
     labels = [cycle_number(cycle) for cycle in colors]
     title = Line2D([], [], color="none")

@@ -7,10 +7,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import NamedTuple
 
 import xarray as xr
-from matplotlib.figure import Figure
 
 from fretwear.data.atomic import write_text
 from fretwear.data.store import open_case
@@ -18,6 +16,8 @@ from fretwear.figures.chosen import ChosenCases, choose_cases
 from fretwear.figures.grouping import Layout, choose_layout, study_lines
 from fretwear.figures.history import HISTORY_KINDS, HistoryKind, history
 from fretwear.figures.maps import compare_wear_maps
+from fretwear.figures.named import StudyFigure
+from fretwear.figures.paper import paper_figures
 from fretwear.figures.profile_kinds import PROFILE_KINDS, ProfileKind
 from fretwear.figures.profiles import compare_profiles
 from fretwear.figures.saving import save_figure
@@ -27,15 +27,6 @@ INDEX_NAME = "index.json"
 HISTORY_CATEGORY = "Over the cycles"
 PROFILE_CATEGORY = "Along the direction of slip"
 MAP_CATEGORY = "Over the contact"
-
-
-class StudyFigure(NamedTuple):
-    """A figure of a study: file name without ending, caption, category, and the figure."""
-
-    name: str
-    caption: str
-    category: str
-    figure: Figure
 
 
 @dataclass(frozen=True)
@@ -61,7 +52,8 @@ def study_figures(summary: xr.Dataset, cases: Path) -> Iterator[StudyFigure]:
     ------
     StudyFigure
         First the quantities of all cases over the cycles, then profiles and wear maps of a few
-        chosen cases. A study of which no point is done has no figures.
+        chosen cases, then those of the source study if its cases are there. A study of which
+        no point is done has no figures.
     """
     if not study_lines(summary, "wear_volume"):
         return
@@ -82,6 +74,7 @@ def study_figures(summary: xr.Dataset, cases: Path) -> Iterator[StudyFigure]:
             yield StudyFigure(f"{name}{suffix}", caption, PROFILE_CATEGORY, figure)
         caption = _map_caption(chosen)
         yield StudyFigure(f"wear_map{suffix}", caption, MAP_CATEGORY, compare_wear_maps(opened))
+    yield from paper_figures(summary, cases)
 
 
 def write_study_figures(summary: xr.Dataset, cases: Path, folder: Path) -> list[FigureEntry]:
