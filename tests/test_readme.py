@@ -1,0 +1,98 @@
+"""The README is what a new user has: what it says must run."""
+
+import re
+import shlex
+import subprocess
+from pathlib import Path
+
+import pytest
+import yaml
+from typer.testing import CliRunner
+
+from fretwear.cli import app
+from fretwear.study.file import load_study
+
+REPOSITORY = Path(__file__).parents[1]
+README = (REPOSITORY / "README.md").read_text(encoding="utf-8")
+
+
+def blocks(language):
+    return re.findall(rf"^```{language}\n(.*?)^```$", README, re.MULTILINE | re.DOTALL)
+
+
+def call(*arguments):
+    result = CliRunner().invoke(app, [str(argument) for argument in arguments])
+    assert result.exit_code == 0, result.stderr
+    return result.stdout
+
+
+@pytest.fixture(scope="module")
+def coarse_demo(tmp_path_factory):
+    """The default study with all its cases, on coarse grids and over few cycles."""
+    folder = tmp_path_factory.mktemp("demo")
+    content = yaml.safe_load((REPOSITORY / "studies/demo.yaml").read_text(encoding="utf-8"))
+    content["base"].update(cycles=30, cell="6 um")
+    content["base"]["roughness"].update(slope_x="0.3 deg", slope_y="0.3 deg")
+    content["output"] = {"cycles": [0, 10]}
+    study = folder / "studies/demo.yaml"
+    study.parent.mkdir()
+    study.write_text(yaml.safe_dump(content), encoding="utf-8")
+    results = folder / "results/demo"
+    for case_id in load_study(study).cases():
+        call("run", study, "--case", case_id, "-o", results / "cases" / f"{case_id}.nc")
+    call("merge", study, "--results", results)
+    return folder
+
+
+def test_continuous_integration_runs_the_two_commands_as_they_stand_here():
+    first, second, *_ = (block.strip() for block in blocks("bash"))
+    assert first.endswith("pip install -c constraints.txt -e . && snakemake --cores 2")
+    assert second.endswith('pip install -c constraints.txt -e ".[test]" && pytest')
+    script = (REPOSITORY / ".ci/run").read_text(encoding="utf-8")
+    function = re.search(r"^readme_command\(\) \{.*?^\}$", script, re.MULTILINE | re.DOTALL)[0]
+    for number, command in ((1, first), (2, second)):
+        assert f"readme_command {number}" in script
+        said = subprocess.run(
+            ["bash", "-c", f"{function}\nreadme_command {number}"],
+            cwd=REPOSITORY,
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        assert said.stdout.strip() == command
+
+
+def test_the_study_file_can_be_run(tmp_path, monkeypatch):
+    (text,) = blocks("yaml")
+    monkeypatch.chdir(tmp_path)
+    file = tmp_path / "studies/mine.yaml"
+    file.parent.mkdir()
+    file.write_text(text, encoding="utf-8")
+    assert len(load_study(file).cases()) == 6
+    assert "6 points, 6 cases" in call("plan", "studies/mine.yaml")
+
+
+def test_the_commands_of_the_readme_exist():
+    lines = [line for block in blocks("bash")[2:] for line in block.splitlines()]
+    words = [shlex.split(line, comments=True) for line in lines]
+    commands = {line[1] for line in words if line[0] == "fretwear"}
+    assert commands == {"plan", "run", "show", "plot"}
+    for command in commands:
+        assert f"fretwear {command}" in call(command, "--help")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", range(len(blocks("python"))))
+def test_the_python_of_the_readme_runs(number, coarse_demo, monkeypatch, capsys):
+    monkeypatch.chdir(coarse_demo)
+    exec(compile(blocks("python")[number], "README.md", "exec"), {})
+    assert "nan" not in capsys.readouterr().out
+
+
+def test_what_the_readme_points_to_is_there():
+    targets = re.findall(r"\]\(([^)]+)\)", README)
+    assert "docs/images/overview.png" in targets
+    for target in targets:
+        assert (REPOSITORY / target).is_file(), target
+    for target in re.findall(r"`(studies/\w+\.yaml)`", README):
+        assert target == "studies/mine.yaml" or (REPOSITORY / target).is_file(), target
