@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
@@ -108,24 +108,30 @@ class Judgement:
     @property
     def sentence(self) -> str:
         """The verdict in words, with the condition where there is one."""
-        if self.verdict is Verdict.HOLDS:
-            return f"Holds for {joined([finding.subject for finding in self.findings])}."
-        parts = (
-            ("holds for", self._naming(Answer.YES)),
-            ("in part for", self._naming(Answer.PARTLY)),
-            ("not for", self._naming(Answer.NO)),
-        )
-        text = "; ".join(f"{words} {subjects}" for words, subjects in parts if subjects)
-        return f"{text[0].upper()}{text[1:]}."
-
-    def _naming(self, answer: Answer) -> str:
-        return joined(
-            [
+        return self._told(
+            lambda finding: (
                 f"{finding.subject} ({finding.remark})" if finding.remark else finding.subject
-                for finding in self.findings
-                if finding.answer is answer
-            ]
+            )
         )
+
+    @property
+    def answers(self) -> str:
+        """The answer of each case, without its reasons."""
+        return self._told(lambda finding: finding.subject)
+
+    def _told(self, words: Callable[[Finding], str]) -> str:
+        introductions = {
+            Answer.YES: "holds for",
+            Answer.PARTLY: "in part for",
+            Answer.NO: "not for",
+        }
+        parts = []
+        for answer, introduction in introductions.items():
+            subjects = [words(finding) for finding in self.findings if finding.answer is answer]
+            if subjects:
+                parts.append(f"{introduction} {joined(subjects)}")
+        text = "; ".join(parts)
+        return f"{text[0].upper()}{text[1:]}."
 
 
 def short(value: float) -> str:

@@ -34,6 +34,7 @@ RUN_IN = 7000
 _WEAR_RATE = replace(WEAR_RATE, unit=Unit("nm", 1e-9))
 _AT_Y = "on the line nearest y = 0"
 _SHADE = "Grey: stick zone at the last cycle shown; later curves lie on top of earlier ones."
+_EDGE = "Around the edge of the contact, as far as the window of the case goes."
 _CUT = (
     "Curves that leave at the top are elastic: their peak at the edge of stick grows with a finer "
     "grid, without end."
@@ -134,7 +135,7 @@ def _smooth_and_rough(
         "rough plastic": quartet.rough_plastic.dataset,
     }
     center, place = _ZOOMS[name]
-    notes = (_SHADE, *((_CUT,) if kind is SHEAR else ()))
+    notes = (_EDGE if kind.at_edge else _SHADE, *((_CUT,) if kind is SHEAR else ()))
     yield _named(
         f"fig{numbers[0]:02d}_{name}_smooth",
         smooth_profiles(smooth, kind, cycles),
@@ -145,7 +146,7 @@ def _smooth_and_rough(
         f"fig{numbers[1]:02d}_{name}_rough",
         rough_profiles(rough, kind, cycles, center),
         f"{kind.label} of the rough contact along x {_AT_Y}: elastic, and with a plastic limit.",
-        *notes[:1],
+        _SHADE,
         _averaged(place),
         *notes[1:],
     )

@@ -1,5 +1,6 @@
 """The report of a study: one HTML file that needs nothing else."""
 
-from fretwear.report.build import Section, build_report
+from fretwear.report.build import build_report
+from fretwear.report.section import Section
 
 __all__ = ["Section", "build_report"]

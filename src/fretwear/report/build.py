@@ -7,11 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import xarray as xr
-from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup
 
 import fretwear
 from fretwear.figures.wording import Unit, cycle_number, number, parameter
+from fretwear.report.claims import claim_sections
 from fretwear.report.computation import computation_facts, study_text
 from fretwear.report.embed import figure_groups
 from fretwear.report.findings import (
@@ -30,28 +29,10 @@ from fretwear.report.results import (
     labels_of,
     point_results,
 )
+from fretwear.report.section import Section, environment
 from fretwear.study.plan import Plan
 
 _MOST_ROWS = 2000
-
-
-@dataclass(frozen=True)
-class Section:
-    """One more section of a report.
-
-    Parameters
-    ----------
-    id : str
-        Anchor of the section, unique in the page.
-    title : str
-        Its heading.
-    body : markupsafe.Markup
-        Its content; what comes from outside must have been escaped.
-    """
-
-    id: str
-    title: str
-    body: Markup
 
 
 @dataclass(frozen=True)
@@ -96,7 +77,8 @@ def build_report(
     failures : mapping of str to str, optional
         Why cases failed, by case id.
     sections : sequence of Section
-        More sections, placed after the figures.
+        More sections, placed after the figures and, where the study holds the cases of the
+        source study, after its claims.
 
     Returns
     -------
@@ -114,7 +96,7 @@ def build_report(
     units = _units(results) if done else {}
     cycles = _cycles_text(plan)
     return (
-        _environment()
+        environment()
         .get_template("report.html.j2")
         .render(
             title=study.title,
@@ -137,26 +119,9 @@ def build_report(
             facts=computation_facts(plan, results, cases),
             study_text=study_text(study),
             study_file=study.file.name,
-            sections=list(sections),
+            sections=[*claim_sections(summary, cases), *sections],
         )
     )
-
-
-def _environment() -> Environment:
-    environment = Environment(
-        loader=PackageLoader("fretwear.report", "templates"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters["script_number"] = _script_number
-    return environment
-
-
-def _script_number(value: float) -> str:
-    """Return a number in the spelling of the page's script, which knows no ``inf``."""
-    return repr(float(value)).replace("inf", "Infinity").replace("nan", "NaN")
 
 
 def _cycles_text(plan: Plan) -> str:
