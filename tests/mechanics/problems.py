@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from fretwear.mechanics.contact import ContactProblem
 from fretwear.mechanics.halfspace import Array, Window, half_space
@@ -79,3 +80,11 @@ def folded(field: Array) -> Array:
     """The quarter x > 0, y > 0 of a whole field."""
     nx, ny = field.shape
     return field[nx // 2 :, ny // 2 :]
+
+
+def near(expected: float, rel: float = 1e-6) -> object:
+    """Equal within a relative tolerance alone.
+
+    The absolute one that `pytest.approx` adds, 1e-12, is more than many a value in SI units.
+    """
+    return pytest.approx(expected, rel=rel, abs=0.0)

@@ -16,7 +16,20 @@ from fretwear.mechanics.measures import half_width
 from fretwear.mechanics.surfaces import Surface
 
 from . import oracles
-from .problems import HERTZ, LOAD, MODULUS, P0, RADIUS, ROUGH, SMOOTH, A, folded, pressed, window
+from .problems import (
+    HERTZ,
+    LOAD,
+    MODULUS,
+    P0,
+    RADIUS,
+    ROUGH,
+    SMOOTH,
+    A,
+    folded,
+    near,
+    pressed,
+    window,
+)
 
 SURFACES = {"smooth": SMOOTH, "rough": ROUGH}
 # Elastic; the top of the pressure cut off; nearly all of the contact at its limit.
@@ -26,11 +39,11 @@ LIMITS = (np.inf, 0.9, 0.55)
 def test_hertz_pressure_approach_and_half_width_at_110_cells_per_radius():
     cells = window((128, 128), 128 / 110 * A)
     found = solve_contact(pressed(cells))
-    assert found.pressure.max() == pytest.approx(P0, rel=1e-3)
-    assert found.approach == pytest.approx(HERTZ.approach, rel=5e-4)
+    assert found.pressure.max() == near(P0, rel=1e-3)
+    assert found.approach == near(HERTZ.approach, rel=5e-4)
     for axis in (0, 1):
         width = half_width(cells, found.pressure > 0, found.gap, axis)
-        assert width == pytest.approx(A, rel=3e-3)
+        assert width == near(A, rel=3e-3)
 
 
 def test_hertz_pressure_converges_with_the_grid():
@@ -66,7 +79,7 @@ def test_soft_layer_alone_is_a_winkler_foundation():
     r2 = np.add.outer(cells.x**2, cells.y**2)
     # p = (δ - r²/2R)/c, so P = πRδ²/c; cells cut the rim, which carries nothing.
     expected = HERTZ.approach / 2
-    assert found.approach == pytest.approx(expected, rel=1e-3)
+    assert found.approach == near(expected, rel=1e-3)
     pressure = np.maximum(found.approach - r2 / (2 * RADIUS), 0.0) / compliance
     np.testing.assert_allclose(found.pressure, pressure, atol=1e-4 * pressure.max())
 
@@ -87,7 +100,7 @@ def test_small_contacts_equal_a_dense_bounded_least_squares_solution(limit: floa
     )
     # Both ways stop at a residual near 1e-11; the condition number of some tens adds to it.
     np.testing.assert_allclose(found.pressure, pressure, atol=1e-8 * P0)
-    assert found.approach == pytest.approx(approach, rel=1e-9)
+    assert found.approach == near(approach, rel=1e-9)
 
 
 @pytest.mark.parametrize("name", SURFACES)
@@ -103,7 +116,7 @@ def test_solution_meets_the_conditions_of_contact_by_an_independent_convolution(
     slack = 1.01e-7 * displaced.max()
     assert found.pressure.min() >= 0
     assert found.pressure.max() <= limit * P0
-    assert found.pressure.sum() * cells.cell_area == pytest.approx(LOAD, rel=1e-12)
+    assert found.pressure.sum() * cells.cell_area == near(LOAD, rel=1e-12)
     at_limit = found.pressure == limit * P0
     loaded = (found.pressure > 0) & ~at_limit
     assert np.abs(gap[loaded]).max() < slack
@@ -123,7 +136,7 @@ def test_quarter_and_whole_domain_give_the_same_pressure(name: str, limit: float
     one, four = (solve_contact(problem, tolerance=1e-10) for problem in (quarter, whole))
     np.testing.assert_allclose(one.pressure, folded(four.pressure), atol=1e-8 * P0)
     np.testing.assert_array_equal(one.saturated, folded(four.saturated))
-    assert one.approach == pytest.approx(four.approach, rel=1e-9)
+    assert one.approach == near(four.approach, rel=1e-9)
 
 
 def test_more_load_closes_more_and_never_relieves_a_cell():
@@ -182,7 +195,7 @@ def test_a_flat_punch_as_wide_as_the_window_loads_every_cell():
     flat = ContactProblem(half_space(cells, MODULUS), np.zeros(cells.shape), LOAD)
     found = solve_contact(flat)
     assert found.pressure.min() > 0
-    assert cells.integral(found.pressure) == pytest.approx(LOAD, rel=1e-12)
+    assert cells.integral(found.pressure) == near(LOAD, rel=1e-12)
 
 
 def test_fields_given_are_left_as_they_are_and_belong_to_the_caller():
@@ -205,7 +218,7 @@ def test_a_limit_that_cannot_carry_the_load_on_the_window_is_an_error():
         solve_contact(pressed(cells, limit=0.999 * mean))
     found = solve_contact(pressed(cells, limit=1.01 * mean))
     assert found.pressure.max() <= 1.01 * mean * P0
-    assert cells.integral(found.pressure) == pytest.approx(LOAD, rel=1e-12)
+    assert cells.integral(found.pressure) == near(LOAD, rel=1e-12)
 
 
 def test_where_the_active_set_stalls_the_projected_gradient_brings_the_solution(monkeypatch):
@@ -264,7 +277,7 @@ def test_scaling_to_the_load_keeps_bounds_and_open_cells(seed, limit, share):
     kept = pressure.copy()
     result = active_set.carrying(pressure, limit, total)
     np.testing.assert_array_equal(pressure, kept)
-    assert result.sum() == pytest.approx(total, rel=1e-12)
+    assert result.sum() == near(total, rel=1e-12)
     assert result.min() >= 0
     assert result.max() <= limit
     assert not result[pressure == 0].any()

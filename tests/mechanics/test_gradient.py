@@ -11,7 +11,7 @@ from fretwear.mechanics.contact import solve_contact
 from fretwear.mechanics.gradient import project, projected_gradient
 from fretwear.mechanics.layers import WearLayer, WinklerLayer
 
-from .problems import HERTZ, MODULUS, P0, ROUGH, SMOOTH, A, pressed, window
+from .problems import HERTZ, MODULUS, P0, ROUGH, SMOOTH, A, near, pressed, window
 
 
 @pytest.mark.parametrize("surface", [SMOOTH, ROUGH], ids=["smooth", "rough"])
@@ -52,7 +52,7 @@ def test_projected_gradient_obeys_bounds_and_load_even_when_cut_short():
     found = projected_gradient(problem, np.ones((20, 20)), 1e-8, largest_steps=3)
     assert found.min() >= 0
     assert found.max() <= 0.9 * P0
-    assert found.sum() == pytest.approx(problem.total, rel=1e-12)
+    assert found.sum() == near(problem.total, rel=1e-12)
 
 
 def test_projected_gradient_leaves_its_start_as_it_is():
@@ -75,7 +75,7 @@ def test_projection_is_the_nearest_feasible_pressure(seed, limit, share, spread)
     given_pressure = spread * random.normal(0.0, 1.0, (6, 5))
     total = share * given_pressure.size * min(limit, 5.0)
     found = project(given_pressure, limit, total)
-    assert found.sum() == pytest.approx(total, rel=1e-10)
+    assert found.sum() == near(total, rel=1e-10)
     assert found.min() >= 0
     assert found.max() <= limit
     # Kuhn and Tucker: the nearest point is the given one shifted, and cut where it must be.

@@ -17,7 +17,7 @@ from fretwear.mechanics.halfspace import (
 )
 
 from . import oracles
-from .problems import folded, unfolded
+from .problems import folded, near, unfolded
 
 MODULUS = 114e9
 SPACING = (1.3e-6, 2.9e-6)
@@ -54,16 +54,14 @@ def test_influence_coefficient_is_the_integral_of_the_point_force(offset: tuple[
     )
     coefficients = influence_coefficients((4, 4), SPACING, MODULUS)
     # The quadrature is asked for 1.5e-8.
-    assert coefficients[offset] == pytest.approx(integral / (np.pi * MODULUS), rel=1e-8)
+    assert coefficients[offset] == near(integral / (np.pi * MODULUS), rel=1e-8)
 
 
 def test_influence_of_a_square_cell_on_itself():
     coefficients = influence_coefficients((1, 1), (1e-6, 1e-6), MODULUS)
-    assert coefficients[0, 0] == pytest.approx(
-        4 * np.arcsinh(1) / np.pi * 1e-6 / MODULUS, rel=1e-14
-    )
+    assert coefficients[0, 0] == near(4 * np.arcsinh(1) / np.pi * 1e-6 / MODULUS, rel=1e-14)
     # The number of the literature, to its digits.
-    assert coefficients[0, 0] == pytest.approx(1.1222 * 1e-6 / MODULUS, rel=1e-4)
+    assert coefficients[0, 0] == near(1.1222 * 1e-6 / MODULUS, rel=1e-4)
 
 
 def test_far_cells_act_like_point_forces():
@@ -73,7 +71,7 @@ def test_far_cells_act_like_point_forces():
         point = SPACING[0] * SPACING[1] / (np.pi * MODULUS * distance)
         # The next term of the multipole series is at most (h/r)²/12.
         bound = max(SPACING) ** 2 / (12 * distance**2)
-        assert coefficients[i, j] == pytest.approx(point, rel=bound)
+        assert coefficients[i, j] == near(point, rel=bound)
 
 
 @pytest.mark.parametrize("shape", [(9, 12), (16, 5)])
@@ -83,7 +81,7 @@ def test_quarter_and_whole_half_space_agree(shape: tuple[int, int]):
     quarter = QuarterHalfSpace(Window(shape, SPACING), MODULUS)
     expected = folded(whole.displacement(unfolded(pressure)))
     assert_equal_to_rounding(quarter.displacement(pressure), expected)
-    assert quarter.self_influence == pytest.approx(whole.self_influence, rel=1e-14)
+    assert quarter.self_influence == near(whole.self_influence, rel=1e-14)
 
 
 @pytest.mark.parametrize("shape", [(8, 11), (7, 6)])
@@ -181,13 +179,13 @@ def test_threads_do_not_change_the_result():
 def test_window_is_centered_and_measures_its_area(quarter: bool):
     window = Window((6, 8), SPACING, quarter)
     area = 4 * window.extent[0] * window.extent[1]
-    assert window.integral(np.ones(window.shape)) == pytest.approx(area, rel=1e-14)
+    assert window.integral(np.ones(window.shape)) == near(area, rel=1e-14)
     if quarter:
         assert window.x[0] == SPACING[0] / 2
     else:
         np.testing.assert_allclose(window.x, -window.x[::-1], rtol=1e-14)
-    assert window.x[-1] + SPACING[0] / 2 == pytest.approx(window.extent[0], rel=1e-14)
-    assert window.y[-1] + SPACING[1] / 2 == pytest.approx(window.extent[1], rel=1e-14)
+    assert window.x[-1] + SPACING[0] / 2 == near(window.extent[0], rel=1e-14)
+    assert window.y[-1] + SPACING[1] / 2 == near(window.extent[1], rel=1e-14)
 
 
 half_shapes = st.tuples(st.integers(1, 9), st.integers(1, 9))

@@ -28,6 +28,7 @@ from .problems import (
     WEAR,
     A,
     fretting,
+    near,
     pressed,
     window,
 )
@@ -157,7 +158,7 @@ def test_raising_both_bodies_changes_the_approach_alone():
     raised = replace(problem, shape=problem.shape + 5e-6)
     one, other = (solve_contact(p, tolerance=1e-9) for p in (problem, raised))
     np.testing.assert_allclose(one.pressure, other.pressure, atol=1e-7 * P0)
-    assert other.approach - one.approach == pytest.approx(5e-6, rel=1e-8)
+    assert other.approach - one.approach == near(5e-6, rel=1e-8)
 
 
 @pytest.mark.parametrize("limit", [np.inf, 1.4])

@@ -48,7 +48,7 @@ def test_wear_of_a_stage_solves_its_differential_equation(wear, gap, shift, know
     pressure = max(pressure, 1e-3)
     expected, _ = integrated(wear, gap, shift, known, rate, pressure)
     found = layer(wear, gap, shift, known, rate).displacement(np.array([[pressure]]))
-    assert found[0, 0] == pytest.approx(expected, rel=1e-8)
+    assert found[0, 0] == pytest.approx(expected, rel=1e-8, abs=1e-12)
 
 
 @given(**stages)
@@ -56,7 +56,7 @@ def test_wear_without_flow_solves_its_differential_equation(wear, gap, known, ra
     pressure = max(pressure, 1e-3)
     expected, reduced = integrated(wear, gap, 0.0, known, rate, pressure)
     found = layer(wear, gap, None, known, rate).displacement(np.array([[pressure]]))[0, 0]
-    assert found == pytest.approx(expected, rel=1e-8)
+    assert found == pytest.approx(expected, rel=1e-8, abs=1e-12)
     # What wears off adds to g*.
     assert found - wear == pytest.approx(reduced - gap, rel=1e-7, abs=1e-9)
 

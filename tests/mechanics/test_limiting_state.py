@@ -12,7 +12,7 @@ from fretwear.mechanics.theory import LimitingState
 from fretwear.mechanics.wear import evolve
 
 from .oracles import violations
-from .problems import HERTZ, A, fretting
+from .problems import HERTZ, A, fretting, near
 
 pytestmark = pytest.mark.slow
 
@@ -60,17 +60,17 @@ def narrow(run: Run) -> bool:
 
 
 def test_central_pressure(run: Run):
-    assert run.measures.central_pressure == pytest.approx(run.limit.central_pressure, rel=5e-3)
+    assert run.measures.central_pressure == near(run.limit.central_pressure, rel=5e-3)
 
 
 def test_wear_volume(run: Run):
     rel = 0.02 if narrow(run) else 0.01
-    assert run.measures.wear_volume == pytest.approx(run.limit.wear_volume, rel=rel)
+    assert run.measures.wear_volume == near(run.limit.wear_volume, rel=rel)
 
 
 def test_deepest_wear_around_the_contact(run: Run):
     rel = 0.02 if narrow(run) else 0.01
-    assert run.wear_of_rings().max() == pytest.approx(run.limit.deepest_wear, rel=rel)
+    assert run.wear_of_rings().max() == near(run.limit.deepest_wear, rel=rel)
 
 
 def test_deepest_wear_of_a_single_cell(run: Run):
@@ -78,12 +78,12 @@ def test_deepest_wear_of_a_single_cell(run: Run):
     # lies up to half a cell off over some thirty cells, and wear beside it follows: by 11 % of the
     # depth per cell in the narrow annulus. No integration error is in this.
     rel = 0.055 if narrow(run) else 0.01
-    assert run.last.wear.max() == pytest.approx(run.limit.deepest_wear, rel=rel)
+    assert run.last.wear.max() == near(run.limit.deepest_wear, rel=rel)
 
 
 def test_contact_half_width(run: Run):
     for found in (run.measures.contact_half_width_x, run.measures.contact_half_width_y):
-        assert found == pytest.approx(run.limit.contact_radius, rel=0.01)
+        assert found == near(run.limit.contact_radius, rel=0.01)
 
 
 def test_pressure_in_the_stick_zone(run: Run):

@@ -5,14 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fretwear.mechanics.contact import ContactProblem, solve_contact
+from fretwear.mechanics import stages
+from fretwear.mechanics.contact import ContactError, ContactProblem, solve_contact
 from fretwear.mechanics.layers import WearLayer
 from fretwear.mechanics.slip import CattaneoMindlinSlip, JaegerSlip
 from fretwear.mechanics.stages import Stage, StageSolver
 from fretwear.mechanics.state import WearProblem
 from fretwear.mechanics.wear import evolve
 
-from .problems import HERTZ, LOAD, P0, ROUGH, SMOOTH, fretting
+from .problems import HERTZ, LOAD, P0, ROUGH, SMOOTH, fretting, near
 
 SURFACES = {"smooth": SMOOTH, "rough": ROUGH}
 
@@ -58,7 +59,7 @@ def test_the_contact_of_the_stages_own_shape_is_its_pressure(name: str, limit: f
     # The plastic depth is in the shape, so no limit is needed to find the pressure again.
     found = solve_contact(ContactProblem(bodies, shape, LOAD), tolerance=1e-8)
     np.testing.assert_allclose(found.pressure, stage.pressure, atol=1e-4 * P0)
-    assert found.approach == pytest.approx(stage.approach, rel=1e-5)
+    assert found.approach == near(stage.approach, rel=1e-5)
     assert (stage.plastic >= base.plastic).all()
     assert (stage.wear >= base.wear).all()
     assert stage.pressure.max() <= problem.limit
@@ -121,3 +122,14 @@ def test_a_stage_leaves_what_it_is_given():
     for result in (stage.pressure, stage.wear, stage.plastic, stage.gap):
         assert not any(np.shares_memory(result, field) for field in (*given, known, guess))
     assert solver.convolutions > 0
+
+
+def test_flow_that_does_not_settle_is_an_error(monkeypatch):
+    problem = fretting(16, limit=1.3)
+    *_, state = evolve(problem, [1200])
+    base = Stage.of(state)
+    monkeypatch.setattr(stages, "_LARGEST_SWEEPS", 1)
+    solver = StageSolver(problem, state.window, 1e-4)
+    nothing = np.zeros(state.window.shape)
+    with pytest.raises(ContactError):
+        solver.solve(base, nothing, 0.3 / P0, base.pressure, nothing)

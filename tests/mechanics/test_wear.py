@@ -14,7 +14,7 @@ from fretwear.mechanics.state import State, WearProblem, first_loading, touched_
 from fretwear.mechanics.wear import WearError, evolve
 
 from .oracles import violations
-from .problems import HERTZ, LOAD, P0, ROUGH, A, folded, fretting
+from .problems import HERTZ, LOAD, P0, ROUGH, A, folded, fretting, near
 
 STOPS = (100, 1000, 2500)
 RUNS = {
@@ -156,7 +156,7 @@ def test_quarter_and_whole_domain_wear_alike(name: str):
     )
     assert len(one) == len(four)
     for quarter, whole in zip(one, four, strict=True):
-        assert quarter.cycle == pytest.approx(whole.cycle, rel=1e-9)
+        assert quarter.cycle == near(whole.cycle, rel=1e-9)
         np.testing.assert_allclose(quarter.pressure, folded(whole.pressure), atol=1e-8 * P0)
         np.testing.assert_allclose(quarter.wear, folded(whole.wear), atol=1e-8 * HERTZ.approach)
         np.testing.assert_array_equal(quarter.reduced.stick, folded(whole.reduced.stick))
@@ -234,4 +234,4 @@ def test_a_step_that_is_too_long_is_shortened_and_its_cost_counted():
     np.testing.assert_allclose(direct.wear, forced[0].wear, atol=1e-15 * A)
     # A first step fifty times too long must not spoil the result.
     volume, expected = (s.window.integral(s.wear) for s in (forced[-1], plain[-1]))
-    assert volume == pytest.approx(expected, rel=2e-3)
+    assert volume == near(expected, rel=2e-3)
