@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fretwear.journal import Journal, Step
 from fretwear.mechanics.halfspace import Array, Window
-from fretwear.mechanics.measures import Measures, in_contact, measure
+from fretwear.mechanics.measures import in_contact, measure
 from fretwear.mechanics.slip import CattaneoMindlinSlip, Friction, JaegerSlip, SlipModel
 from fretwear.mechanics.state import State, WearProblem
 from fretwear.mechanics.surfaces import Surface, Waves
@@ -25,41 +26,6 @@ if TYPE_CHECKING:
 _MARGIN = 1.15
 
 OPEN, SLIP, STICK = 0, 1, 2
-
-
-@dataclass(frozen=True)
-class Step:
-    """One accepted step of a run, as observers see it.
-
-    Attributes
-    ----------
-    state
-        Fields and numbers of the contact.
-    measures
-        Scalars of the whole contact.
-    last_cycle
-        Where the run ends.
-    """
-
-    state: State
-    measures: Measures
-    last_cycle: int
-
-
-@dataclass(frozen=True)
-class Record:
-    """What the history keeps of a step: everything but the fields."""
-
-    cycle: float
-    measures: Measures
-    error_estimate: float
-    convolutions: int
-
-    @classmethod
-    def of(cls, step: Step) -> Record:
-        """The record of a step."""
-        state = step.state
-        return cls(state.cycle, step.measures, state.error_estimate, state.convolutions)
 
 
 Observer = Callable[[Step], None]
@@ -103,24 +69,46 @@ def run(
     case: Case,
     observers: Iterable[Observer] = (),
     *,
+    journal: Journal | None = None,
     quarter: bool = True,
     title: str = "",
     command: str = "fretwear.simulate",
 ) -> Result:
-    """Run a case and keep its history too; arguments as for `simulate` and `case_dataset`."""
-    from fretwear.data.schema import case_dataset, history_dataset
+    """Run a case and keep its history too.
 
+    Parameters
+    ----------
+    case, observers, quarter
+        As for `simulate`.
+    journal
+        Takes every step; one that an earlier run has left makes this one go on from there, with
+        the same result to the last bit.
+    title, command
+        For the attributes of the dataset.
+    """
+    journal = Journal() if journal is None else journal
     observers = list(observers)
-    snapshots: list[Step] = []
-    history: list[Record] = []
     wanted = set(case.output_cycles)
-    for step in steps(case, quarter=quarter):
+    for step in steps(case, start=journal.last, quarter=quarter):
+        journal.note(step, keep_fields=step.state.cycle in wanted)
         for observer in observers:
             observer(step)
-        if step.state.cycle in wanted:
-            snapshots.append(step)
-        history.append(Record.of(step))
+    return _result(case, journal, quarter, title, command)
+
+
+def steps(case: Case, *, start: State | None = None, quarter: bool = True) -> Iterator[Step]:
+    """Yield each accepted step of a case: cycle 0 and all others, or those after ``start``."""
     problem = wear_problem(case, quarter=quarter)
+    stops = [float(cycle) for cycle in case.output_cycles]
+    for state in evolve(problem, stops, case.tolerance, start):
+        yield Step(state, measure(state, problem.friction), case.cycles)
+
+
+def _result(case: Case, journal: Journal, quarter: bool, title: str, command: str) -> Result:
+    from fretwear.data.schema import case_dataset, history_dataset
+
+    problem = wear_problem(case, quarter=quarter)
+    snapshots, history = journal.snapshots, journal.history
     window = snapshots[-1].state.window
     dataset = case_dataset(
         case,
@@ -142,14 +130,6 @@ def run(
             np.diff([record.convolutions for record in history], prepend=0),
         ),
     )
-
-
-def steps(case: Case, *, quarter: bool = True) -> Iterator[Step]:
-    """Yield each accepted step of a case, cycle 0 included."""
-    problem = wear_problem(case, quarter=quarter)
-    stops = [float(cycle) for cycle in case.output_cycles]
-    for state in evolve(problem, stops, case.tolerance):
-        yield Step(state, measure(state, problem.friction), case.cycles)
 
 
 def wear_problem(case: Case, *, quarter: bool = True) -> WearProblem:

@@ -13,7 +13,7 @@ from rich.console import Console
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-    from fretwear.simulation import Step
+    from fretwear.journal import Step
 
 _RECENT_STEPS = 6
 _SECONDS_BETWEEN_LINES = 2.0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shlex
 import time
 from collections.abc import Sequence
@@ -14,8 +13,6 @@ import typer
 from fretwear.cli.arguments import Assignments, StudyFile
 from fretwear.cli.outputs import check_file
 from fretwear.cli.status import Status, failing_as
-
-_THREAD_SETTINGS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 def run(
@@ -37,16 +34,19 @@ def run(
         ),
     ] = None,
 ) -> None:
-    """Simulate one case of a study and write it to one file."""
+    """Simulate one case of a study and write it to one file.
+
+    A run that was interrupted goes on from its checkpoint, which lies beside the file.
+    """
     from fretwear.study.file import StudyError
     from fretwear.study.selection import select_case
 
     with failing_as(Status.WRONG_INPUT, StudyError):
         chosen = select_case(file, case_id, set_ or ())
     path = check_file(output or Path(f"{chosen.case_id}.nc"))
-    _use_one_thread()
 
     from fretwear import simulation
+    from fretwear.checkpoints import Checkpoint
     from fretwear.cli.progress import progress
     from fretwear.data.errors import DataFileError
     from fretwear.data.store import write_case
@@ -54,22 +54,24 @@ def run(
     from fretwear.mechanics.wear import WearError
 
     started = time.monotonic()
-    with failing_as(Status.FAILED, ContactError, WearError, DataFileError, MemoryError):
-        with progress(f"case {chosen.case_id}", chosen.cycles) as observe:
-            result = simulation.run(chosen, [observe], command=_command(file, case_id, set_ or ()))
+    with (
+        failing_as(Status.FAILED, ContactError, WearError, DataFileError, MemoryError),
+        Checkpoint(path.with_suffix(".checkpoint"), chosen, _tell) as checkpoint,
+        progress(f"case {chosen.case_id}", chosen.cycles) as observe,
+    ):
+        result = simulation.run(
+            chosen,
+            [checkpoint, observe],
+            journal=checkpoint.journal,
+            command=_command(file, case_id, set_ or ()),
+        )
         write_case(result.dataset, result.history, path)
     steps = result.history.sizes["step"] - 1
     typer.echo(f"{path}: {steps} steps in {time.monotonic() - started:.1f} s")
 
 
-def _use_one_thread() -> None:
-    """Keep the linear algebra under numpy to one thread, unless the user has set a number.
-
-    Its share of the work is too small to gain from more, cases that run side by side would get
-    into each other's way, and sums over one thread are the same bits in every run.
-    """
-    for name in _THREAD_SETTINGS:
-        os.environ.setdefault(name, "1")
+def _tell(line: str) -> None:
+    typer.echo(line, err=True)
 
 
 def _command(file: Path, case_id: str | None, assignments: Sequence[str]) -> str:

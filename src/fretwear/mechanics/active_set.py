@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fretwear.mechanics.halfspace import Array
+from fretwear.mechanics.halfspace import Array, inner
 
 if TYPE_CHECKING:
     from fretwear.mechanics.contact import ContactProblem
@@ -116,7 +116,7 @@ class ActiveSet:
             step = carrying(target, self.problem.limit, self.problem.total) - self.pressure
             displacement = self.problem.half_space.displacement(step)
             self.convolutions += 1
-            if float(np.vdot(self.gap, step)) < 0:
+            if inner(self.gap, step) < 0:
                 self._search(step, displacement)
                 return True
             # Clipping turned the direction uphill: a shorter step clips less.
@@ -136,16 +136,16 @@ class ActiveSet:
         def slope(fraction: float) -> float:
             pressure = self.pressure + fraction * step
             moved = self.displacement + fraction * displacement
-            return float(np.vdot(step, self.problem.separation(pressure, moved)))
+            return inner(step, self.problem.separation(pressure, moved))
 
-        first, last = float(np.vdot(step, self.gap)), slope(1.0)
+        first, last = inner(step, self.gap), slope(1.0)
         if last <= 0.1 * abs(first):
             return 1.0
         low, high = 0.0, 1.0
         for _ in range(20):
             fraction = low + (high - low) * max(0.05, min(0.95, first / (first - last)))
             middle = slope(fraction)
-            if abs(middle) <= 0.1 * abs(float(np.vdot(step, self.gap))):
+            if abs(middle) <= 0.1 * abs(inner(step, self.gap)):
                 break
             if middle < 0:
                 low, first = fraction, middle
@@ -182,7 +182,7 @@ class ActiveSet:
         for _ in range(_LARGEST_INNER):
             z = weight * half_space.precondition(weight * residual, uniform)
             z -= ones * (float(z.sum()) / ones_sum)
-            previous, energy = energy, float(np.vdot(residual, z))
+            previous, energy = energy, inner(residual, z)
             if not energy > 0:
                 break
             direction = z if previous == 0 else z + direction * (energy / previous)
@@ -190,7 +190,7 @@ class ActiveSet:
             self.convolutions += 1
             self.iterations += 1
             force = image if tangent is None else image + tangent * direction
-            length = energy / float(np.vdot(direction, force))
+            length = energy / inner(direction, force)
             step += length * direction
             moved += length * image
             residual -= length * free * force

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fretwear.mechanics.halfspace import Array
+from fretwear.mechanics.halfspace import Array, inner
 
 if TYPE_CHECKING:
     from fretwear.mechanics.contact import ContactProblem
@@ -57,7 +57,7 @@ def projected_gradient(
             break
         step = project(pressure - length * gradient, problem.limit, problem.total) - pressure
         moved = half_space.displacement(step)
-        slope = float(np.vdot(gradient, step))
+        slope = inner(gradient, step)
         fraction = 1.0
         while True:
             trial = pressure + fraction * step
@@ -67,13 +67,13 @@ def projected_gradient(
             middle = problem.separation(
                 pressure + 0.5 * fraction * step, displacement + 0.5 * fraction * moved
             )
-            change = fraction * float(np.vdot(step, gradient + 4.0 * middle + new_gradient)) / 6.0
+            change = fraction * inner(step, gradient + 4.0 * middle + new_gradient) / 6.0
             if energy + change <= max(energies) + 1e-4 * fraction * slope or fraction < 1e-6:
                 break
             fraction *= 0.5
         difference = new_gradient - gradient
-        curvature = float(np.vdot(step, difference)) * fraction
-        size = float(np.vdot(step, step)) * fraction**2
+        curvature = inner(step, difference) * fraction
+        size = inner(step, step) * fraction**2
         length = stiffness * 1e3 if curvature <= 0 else min(size / curvature, stiffness * 1e3)
         pressure = trial
         displacement = displacement + fraction * moved

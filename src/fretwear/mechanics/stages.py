@@ -13,7 +13,7 @@ from math import inf
 
 import numpy as np
 
-from fretwear.mechanics.contact import Contact, ContactProblem, solve_contact
+from fretwear.mechanics.contact import Contact, ContactError, ContactProblem, solve_contact
 from fretwear.mechanics.halfspace import Array, Window
 from fretwear.mechanics.layers import Layer
 from fretwear.mechanics.slip import ReducedContact
@@ -108,8 +108,8 @@ class StageSolver:
 
         Raises
         ------
-        fretwear.mechanics.contact.ContactError
-            If a contact does not converge.
+        ContactError
+            If a contact does not converge, or flow and wear do not settle.
         """
         model, window = self.problem.slip_model, self.window
         reduced = base.reduced
@@ -155,6 +155,10 @@ class StageSolver:
                 relaxation = max(0.5 * relaxation, 0.1)
             before = change
             shift = missing if shift is None else shift + relaxation * missing
+        else:
+            raise ContactError(
+                f"plastic flow and wear of a stage did not settle in {_LARGEST_SWEEPS} sweeps"
+            )
         return stage
 
     def _contact(self, plastic: Array, layer: Layer, start: Array) -> Contact:

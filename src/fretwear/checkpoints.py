@@ -1,0 +1,118 @@
+"""Runs that lose no more than a minute when their process dies."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Self
+
+import fretwear
+from fretwear.data.checkpoint import CheckpointError, read_checkpoint, write_checkpoint
+from fretwear.data.errors import DataFileError
+from fretwear.journal import Journal, Step
+
+if TYPE_CHECKING:
+    from fretwear.study.case import Case
+
+_SECONDS_BETWEEN = 30.0
+_SNAPSHOT_SHARE = 0.2
+
+
+class Checkpoint:
+    """The checkpoint of a run: an observer that keeps the journal on disk.
+
+    Used as a context: what interrupts the run leaves a checkpoint of the last accepted step, and
+    a run that comes to its end removes it once the caller has stored the result.
+
+    Parameters
+    ----------
+    path
+        The file; read at once if it is there.
+    case
+        What is run.
+    tell
+        Takes a line for people: why a checkpoint was not used, or where the run goes on.
+    interval
+        Longest time between two writings of the file, s; snapshots are written sooner.
+
+    Attributes
+    ----------
+    journal
+        To be given to `fretwear.simulation.run`.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        case: Case,
+        tell: Callable[[str], None],
+        interval: float = _SECONDS_BETWEEN,
+    ) -> None:
+        self.path = path
+        self._interval = interval
+        self._case = case
+        self._tell = tell
+        self._saved = time.monotonic()
+        self._saved_steps = 0
+        self.journal = self._read()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        if kind is None:
+            self.path.unlink(missing_ok=True)
+        elif len(self.journal.history) > self._saved_steps:
+            try:
+                self.save()
+            except DataFileError as failure:
+                # What interrupted the run is the news; a full disk must not hide it.
+                self._tell(str(failure))
+
+    def __call__(self, step: Step) -> None:
+        """Observe a step: save it where it is time to."""
+        since = time.monotonic() - self._saved
+        is_snapshot = step.state.cycle in self._case.output_cycles
+        if since >= (_SNAPSHOT_SHARE if is_snapshot else 1.0) * self._interval:
+            self.save()
+
+    def save(self) -> None:
+        """Write the journal to the file.
+
+        Raises
+        ------
+        fretwear.data.errors.DataFileError
+            When it cannot be written.
+        """
+        arrays, numbers = self.journal.packed()
+        write_checkpoint(self.path, arrays, numbers, self._identity())
+        self._saved = time.monotonic()
+        self._saved_steps = len(self.journal.history)
+
+    def _identity(self) -> dict[str, Any]:
+        return {
+            "version": fretwear.__version__,
+            "parameters": self._case.canonical_parameters(),
+            "output cycles": list(self._case.output_cycles),
+        }
+
+    def _read(self) -> Journal:
+        try:
+            stored = read_checkpoint(self.path, self._identity())
+        except CheckpointError as error:
+            self._tell(str(error))
+            return Journal()
+        if stored is None:
+            return Journal()
+        journal = Journal.unpacked(*stored, last_cycle=self._case.cycles)
+        self._saved_steps = len(journal.history)
+        assert journal.last is not None
+        self._tell(f"{self.path}: going on after cycle {journal.last.cycle:.6g}")
+        return journal

@@ -1,0 +1,178 @@
+"""A run that dies loses little, and its rerun gives the same bits."""
+
+import random
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import fretwear
+from fretwear import simulation
+from fretwear.checkpoints import Checkpoint
+from fretwear.data.checkpoint import CheckpointError, read_checkpoint, write_checkpoint
+from fretwear.data.store import open_case, open_history
+from fretwear.journal import Journal
+
+PARAMETERS = {
+    "radius": "10 mm",
+    "youngs_modulus": "208 GPa",
+    "poisson_ratio": 0.3,
+    "load": "50 N",
+    "tangential_ratio": 0.8,
+    "friction": 0.5,
+    "wear_coefficient": "7e-13 / Pa",
+    "plastic_limit": "3 GPa",
+    "cycles": 3000,
+    "cell": ("6 um", "6 um"),
+    "output_cycles": (10, 1000),
+}
+SCRIPT = f"""
+import sys
+from pathlib import Path
+import fretwear
+from fretwear import simulation
+from fretwear.checkpoints import Checkpoint
+from fretwear.data.store import write_case
+
+case = fretwear.Case(**{PARAMETERS | {"cell": ("2.5 um", "2.5 um"), "cycles": 8000}})
+path = Path(sys.argv[1])
+tell = lambda line: print(line, flush=True)
+with Checkpoint(path.with_suffix(".checkpoint"), case, tell, interval=0.0) as checkpoint:
+    tell("begin")
+    result = simulation.run(case, [checkpoint], journal=checkpoint.journal)
+    write_case(result.dataset, result.history, path)
+"""
+
+
+@pytest.fixture
+def case() -> fretwear.Case:
+    return fretwear.Case(**PARAMETERS)
+
+
+class InterruptionError(Exception):
+    """What stops a run in these tests."""
+
+
+def interrupted(case: fretwear.Case, checkpoint: Checkpoint, after: int) -> None:
+    def stop(step: simulation.Step) -> None:
+        if step.state.step >= after:
+            raise InterruptionError
+
+    with pytest.raises(InterruptionError), checkpoint:
+        simulation.run(case, [checkpoint, stop], journal=checkpoint.journal)
+
+
+@pytest.mark.parametrize("after", [0, 1, 5, 15])
+def test_an_interrupted_run_goes_on_to_the_same_bits(case, tmp_path, after):
+    undisturbed = simulation.run(case)
+    path = tmp_path / "case.checkpoint"
+    interrupted(case, Checkpoint(path, case, print), after)
+    with Checkpoint(path, case, print) as checkpoint:
+        assert checkpoint.journal.last.step == after
+        rerun = simulation.run(case, [checkpoint], journal=checkpoint.journal)
+    xr.testing.assert_equal(rerun.dataset, undisturbed.dataset)
+    xr.testing.assert_equal(rerun.history, undisturbed.history)
+    assert not path.exists()
+
+
+def test_a_run_that_was_over_is_not_run_again(case, tmp_path):
+    path = tmp_path / "case.checkpoint"
+    checkpoint = Checkpoint(path, case, print)
+    undisturbed = simulation.run(case, [checkpoint], journal=checkpoint.journal)
+    checkpoint.save()
+    seen = []
+    again = simulation.run(case, [seen.append], journal=Checkpoint(path, case, print).journal)
+    assert seen == []
+    xr.testing.assert_equal(again.dataset, undisturbed.dataset)
+
+
+@pytest.mark.parametrize(
+    ("change", "named"), [({"friction": 0.6}, "parameters"), ({"output_cycles": (7,)}, "output")]
+)
+def test_a_checkpoint_of_another_run_is_refused_with_a_message(case, tmp_path, change, named):
+    path = tmp_path / "case.checkpoint"
+    interrupted(case, Checkpoint(path, case, print), 3)
+    told = []
+    other = Checkpoint(path, fretwear.Case(**{**PARAMETERS, **change}), told.append)
+    assert other.journal.last is None
+    assert named in told[0]
+    assert str(path) in told[0]
+
+
+def test_a_checkpoint_of_another_version_is_refused(case, tmp_path, monkeypatch):
+    path = tmp_path / "case.checkpoint"
+    interrupted(case, Checkpoint(path, case, print), 3)
+    monkeypatch.setattr(fretwear, "__version__", "0.0.1")
+    told = []
+    assert Checkpoint(path, case, told.append).journal.last is None
+    assert "version" in told[0]
+
+
+def test_damage_anywhere_in_a_checkpoint_is_noticed(case, tmp_path):
+    path = tmp_path / "case.checkpoint"
+    interrupted(case, Checkpoint(path, case, print), 3)
+    whole = path.read_bytes()
+    identity = Checkpoint(path, case, print)._identity()
+    expected = read_checkpoint(path, identity)
+    generator = random.Random(1)
+    unnoticed = 0
+    for _ in range(60):
+        damaged = bytearray(whole)
+        damaged[generator.randrange(len(whole))] ^= 1 << generator.randrange(8)
+        path.write_bytes(damaged)
+        try:
+            found = read_checkpoint(path, identity)
+        except CheckpointError:
+            continue
+        # A flip in a field of the container that nobody reads changes nothing.
+        assert found is not None
+        assert found[1] == expected[1]
+        assert all(np.array_equal(found[0][name], expected[0][name]) for name in expected[0])
+        unnoticed += 1
+    assert unnoticed < 20
+    path.write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(CheckpointError, match="damaged"):
+        read_checkpoint(path, identity)
+
+
+def test_arrays_that_need_pickle_are_not_written(tmp_path):
+    with pytest.raises(ValueError, match=r"[Oo]bject"):
+        write_checkpoint(tmp_path / "x", {"a": np.array([object()])}, {}, {})
+
+
+def test_a_journal_survives_packing(case):
+    journal = Journal()
+    simulation.run(case, journal=journal)
+    arrays, numbers = journal.packed()
+    again = Journal.unpacked(arrays, numbers, case.cycles)
+    assert again.history == journal.history
+    assert [step.state.cycle for step in again.snapshots] == [0, 10, 1000, 3000]
+    assert np.array_equal(again.last.wear, journal.last.wear)
+
+
+@pytest.mark.slow
+def test_kill_at_random_moments_and_rerun_gives_the_same_bits(tmp_path):
+    script = tmp_path / "run.py"
+    script.write_text(SCRIPT)
+    command = [sys.executable, str(script)]
+    subprocess.run([*command, str(tmp_path / "whole.nc")], check=True, capture_output=True)
+    generator = random.Random(7)
+    output = tmp_path / "killed.nc"
+    going_on = 0
+    for _ in range(20):
+        process = subprocess.Popen([*command, str(output)], stdout=subprocess.PIPE, text=True)
+        # The first line comes when the run begins, whatever the machine takes to import.
+        going_on += "going on" in process.stdout.readline()
+        time.sleep(generator.uniform(0.02, 0.4))
+        process.send_signal(signal.SIGKILL)
+        process.communicate()
+    subprocess.run([*command, str(output)], check=True, capture_output=True)
+    assert going_on >= 3
+    with open_case(output) as killed, open_case(tmp_path / "whole.nc") as whole:
+        xr.testing.assert_equal(killed.load(), whole.load())
+    with open_history(output) as killed, open_history(tmp_path / "whole.nc") as whole:
+        xr.testing.assert_equal(killed.load(), whole.load())
