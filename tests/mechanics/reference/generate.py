@@ -1,0 +1,68 @@
+"""Write smooth_wear.csv: wear of a smooth sphere by the solver on rings, with its uncertainty.
+
+    python tests/mechanics/reference/generate.py
+
+takes half an hour on one core. Pressures are over p0, heights over a²/R, volumes over a⁴/R, radii
+over a, and τ = 4 K_w µ κ p0 N. An uncertainty is what halving the rings changed plus what is left
+of the steps. Rows of load ratio 0.8 include τ of N = 100 to 30000 cycles of the study (50 N, 20 N,
+µ = 0.5, R = 10 mm, E = 208 GPa, ν = 0.3, K_w = 7e-13 / Pa, plastic limit 4500 MPa or none).
+"""
+
+import csv
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from fretwear.mechanics.axisymmetric import UNIT_HERTZ, Resolution, dimensionless_history
+from fretwear.mechanics.theory import HertzContact, composite_modulus, coupling_ratio
+
+STEEL = (208e9, 0.3)
+HERTZ = HertzContact(10e-3, 50.0, composite_modulus(*STEEL, *STEEL))
+LIMIT_RATIO = 4500e6 / HERTZ.peak_pressure
+TIME_PER_CYCLE = 4 * 7e-13 * 0.5 * coupling_ratio(*STEEL, *STEEL) * HERTZ.peak_pressure
+STUDY_CYCLES = (100, 1000, 3000, 7000, 15000, 30000)
+TIMES = (0.0, 0.5, 1.0, 2.0, 3.0, 5.0, 10.0, 20.0)
+QUANTITIES = (
+    "approach",
+    "central_pressure",
+    "deepest_wear",
+    "wear_volume",
+    "plastic_volume",
+    "contact_radius",
+    "stick_radius",
+)
+UNITS = np.ones((len(QUANTITIES), 1))
+UNITS[1] = UNIT_HERTZ.peak_pressure
+COARSE = Resolution(swept_width=1 / 320, edge_width=1e-4, widest=0.015, step=0.05)
+FINE = replace(COARSE, swept_width=1 / 640, edge_width=5e-5, widest=0.0075)
+TARGET = Path(__file__).with_name("smooth_wear.csv")
+
+
+def main() -> None:
+    rows = []
+    for load_ratio in (0.2, 0.5, 0.8, 0.9):
+        times = list(TIMES)
+        if load_ratio == 0.8:
+            times = sorted({*times, *(round(TIME_PER_CYCLE * n, 9) for n in STUDY_CYCLES)})
+        for limit_ratio in (math.inf, LIMIT_RATIO):
+            coarse, _ = dimensionless_history(load_ratio, limit_ratio, times, COARSE)
+            fine, steps = dimensionless_history(load_ratio, limit_ratio, times, FINE)
+            uncertainty = (steps + np.abs(fine - coarse)) / UNITS
+            for time, value, error in zip(times, (fine / UNITS).T, uncertainty.T, strict=True):
+                numbers = [f"{number:.6g}" for number in (*value, *error)]
+                rows.append([load_ratio, f"{limit_ratio:.8g}", f"{time:.9g}", *numbers])
+            write(rows)
+
+
+def write(rows: list[list[object]]) -> None:
+    with TARGET.open("w", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        names = [f"{name}_uncertainty" for name in QUANTITIES]
+        writer.writerow(["load_ratio", "limit_ratio", "tau", *QUANTITIES, *names])
+        writer.writerows(rows)
+
+
+if __name__ == "__main__":
+    main()
