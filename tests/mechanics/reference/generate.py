@@ -2,7 +2,7 @@
 
     python tests/mechanics/reference/generate.py
 
-takes half an hour on one core. Pressures are over p0, heights over a²/R, volumes over a⁴/R, radii
+takes about an hour on one core. Pressures are over p0, heights over a²/R, volumes over a⁴/R, radii
 over a, and τ = 4 K_w µ κ p0 N. An uncertainty is what halving the rings changed plus what is left
 of the steps. Rows of load ratio 0.8 include τ of N = 100 to 30000 cycles of the study (50 N, 20 N,
 µ = 0.5, R = 10 mm, E = 208 GPa, ν = 0.3, K_w = 7e-13 / Pa, plastic limit 4500 MPa or none).
