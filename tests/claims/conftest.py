@@ -1,0 +1,82 @@
+"""The source study on a coarse grid and for few cycles: real runs that take seconds."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from fretwear.claims import Evolution, Quartet
+from fretwear.claims.source import reference_cases
+from fretwear.data.merge import merge_study
+from fretwear.data.store import write_case
+from fretwear.simulation import run
+from fretwear.study.file import Study, load_study
+
+STUDY = """
+title: The source study, coarse and short
+base:
+  radius: 10 mm
+  youngs_modulus: 208 GPa
+  poisson_ratio: 0.3
+  load: 50 N
+  tangential_load: 20 N
+  friction: 0.5
+  wear_coefficient: 7e-13 / Pa
+  roughness: {kind: wavy, amplitude: 0.2 um, slope_x: 5.7 deg, slope_y: 1 deg}
+  cell: [1 um, 4 um]
+  cycles: 3500
+vary:
+  roughness.amplitude: [0 um, 0.2 um]
+  plastic_limit: [none, 4500 MPa]
+  slip_model: [jaeger, cattaneo_mindlin]
+output:
+  cycles: [1, 10, 100, 300, 1000, 2000, 3500]
+"""
+
+Doctor = Callable[..., Evolution]
+
+
+class Finished(NamedTuple):
+    """A study that has been run and merged."""
+
+    study: Study
+    summary: xr.Dataset
+    cases: Path
+
+
+@pytest.fixture(scope="session")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Finished:
+    folder = tmp_path_factory.mktemp("source")
+    file = folder / "source.yaml"
+    file.write_text(STUDY, encoding="utf-8")
+    study = load_study(file)
+    for case_id, case in study.cases().items():
+        result = run(case)
+        write_case(result.dataset, result.history, folder / "cases" / f"{case_id}.nc")
+    merge_study(study, folder / "cases", folder / "summary.nc")
+    return Finished(study, xr.load_dataset(folder / "summary.nc"), folder / "cases")
+
+
+@pytest.fixture(scope="session")
+def quartet(finished: Finished) -> Quartet:
+    cases = reference_cases(finished.summary)
+    assert cases is not None
+    return cases.load(finished.cases)
+
+
+@pytest.fixture
+def doctored() -> Doctor:
+    """Replace fields of a case, each by a function of the cycle."""
+
+    def change(case: Evolution, **fields: Callable[..., np.ndarray]) -> Evolution:
+        dataset = case.dataset.copy()
+        for name, function in fields.items():
+            values = np.stack([function(cycle) for cycle in case.cycles])
+            dataset[name] = (("cycle", "x", "y"), values.astype(dataset[name].dtype))
+        return replace(case, dataset=dataset)
+
+    return change
