@@ -1,0 +1,90 @@
+"""Closed forms of a smooth sphere pressed on a half-space.
+
+References
+----------
+H. Hertz (1882), Über die Berührung fester elastischer Körper, J. reine angew. Math. 92, 156–171.
+K. L. Johnson (1985), Contact Mechanics, Cambridge University Press, chapters 3 and 4.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fretwear.mechanics.materials import require_positive
+
+__all__ = ["HertzContact"]
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class HertzContact:
+    """A smooth elastic sphere pressed on an elastic half-space without friction.
+
+    Parameters
+    ----------
+    radius : float
+        Radius R of the sphere, m (composite radius for two curved bodies).
+    load : float
+        Normal load P, N.
+    composite_modulus : float
+        Composite modulus E*, Pa.
+
+    Raises
+    ------
+    ValueError
+        If a parameter is not a positive, finite number.
+
+    Notes
+    -----
+    Hertz (1882); Johnson (1985), section 4.2 and, for the surface outside, equation 3.42.
+    """
+
+    radius: float
+    load: float
+    composite_modulus: float
+
+    def __post_init__(self) -> None:
+        require_positive(
+            radius=self.radius, load=self.load, composite_modulus=self.composite_modulus
+        )
+
+    @property
+    def contact_radius(self) -> float:
+        """Contact radius a = (3 P R / 4 E*)^(1/3), m."""
+        return math.cbrt(0.75 * self.load * self.radius / self.composite_modulus)
+
+    @property
+    def approach(self) -> float:
+        """Approach of the bodies δ = a²/R, m."""
+        return self.contact_radius**2 / self.radius
+
+    @property
+    def peak_pressure(self) -> float:
+        """Pressure at the centre p0 = 3 P / (2 π a²), Pa."""
+        return 1.5 * self.load / (math.pi * self.contact_radius**2)
+
+    def with_load(self, load: float) -> "HertzContact":
+        """Contact of the same bodies under another load (N)."""
+        return HertzContact(self.radius, load, self.composite_modulus)
+
+    def pressure(self, r: ArrayLike) -> FloatArray:
+        """Pressure p0 √(1 - r²/a²) in Pa, zero outside the contact, at distances ``r`` in m."""
+        distance = np.asarray(r, dtype=float)
+        inside = np.maximum(1.0 - (distance / self.contact_radius) ** 2, 0.0)
+        return np.asarray(self.peak_pressure * np.sqrt(inside))
+
+    def gap(self, r: ArrayLike) -> FloatArray:
+        """Gap between the deformed surfaces in m, zero inside the contact, at distances ``r`` in m.
+
+        Outside, g = [ (r² - 2a²) acos(a/r) + a √(r² - a²) ] / (π R). The two terms cancel to
+        order (r - a)^(3/2) at the edge, so a series replaces them there.
+        """
+        a = self.contact_radius
+        ratio = np.maximum(np.asarray(r, dtype=float) / a, 1.0)
+        root = np.sqrt((ratio - 1.0) * (ratio + 1.0))
+        exact = (ratio**2 - 2.0) * np.arctan(root) + root
+        series = root**3 * (4.0 / 3.0 - root**2 * (8.0 / 15.0 - root**2 * 12.0 / 35.0))
+        return np.asarray(np.where(root < 0.01, series, exact) * (a * a / (math.pi * self.radius)))

@@ -1,0 +1,184 @@
+"""Closed forms of a smooth sphere after infinitely many cycles of partial slip.
+
+References
+----------
+K. L. Johnson (1985), Contact Mechanics, Cambridge University Press, chapters 3 and 4.
+V. L. Popov, M. Heß (2015), Method of Dimensionality Reduction in Contact Mechanics and Friction,
+Springer.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import brentq
+
+from fretwear.mechanics.hertz import HertzContact
+
+__all__ = ["LimitingState"]
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class LimitingState:
+    """A smooth elastic sphere after infinitely many cycles under constant load amplitudes.
+
+    Wear stops when the slip zone carries no load: all pressure has moved into the stick zone,
+    which wear cannot change and which ends like the edge of a flat punch.
+
+    Parameters
+    ----------
+    hertz : HertzContact
+        The unworn normal contact.
+    load_ratio : float
+        Tangential load over the load of gross sliding, X = Q / µP, in [0, 1).
+
+    Raises
+    ------
+    ValueError
+        If the load ratio lies outside [0, 1).
+
+    Notes
+    -----
+    The stick zone is indented by d∞ over its radius c; outside, the worn shape follows the surface
+    of the deformed half-space, f∞(r), until it meets the unworn sphere r²/2R at a∞. Superposition
+    of a Hertzian contact and a flat punch: Johnson (1985), sections 3.4 and 4.2; the same with the
+    method of dimensionality reduction: Popov and Heß (2015).
+    """
+
+    hertz: HertzContact
+    load_ratio: float
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.load_ratio < 1.0:
+            raise ValueError(
+                f"load_ratio is {self.load_ratio!r}, but partial slip needs 0 <= load_ratio < 1"
+            )
+
+    @property
+    def stick_radius(self) -> float:
+        """Radius of the stick zone c = a (1 - X)^(1/3), m."""
+        return self.hertz.contact_radius * math.cbrt(1.0 - self.load_ratio)
+
+    @property
+    def approach(self) -> float:
+        """Approach of the bodies d∞ = P/(2 E* c) + c²/(3R), m."""
+        c = self.stick_radius
+        punch = self.hertz.load / (2.0 * self.hertz.composite_modulus * c)
+        return punch + c * c / (3.0 * self.hertz.radius)
+
+    @property
+    def _punch_approach(self) -> float:
+        """Approach beyond that of the Hertzian contact of radius c, d∞ - c²/R, m."""
+        return self.approach - self.stick_radius**2 / self.hertz.radius
+
+    @property
+    def central_pressure(self) -> float:
+        """Pressure on the axis, (E*/π) (c/R + d∞/c), Pa."""
+        c = self.stick_radius
+        modulus = self.hertz.composite_modulus
+        return modulus / math.pi * (c / self.hertz.radius + self.approach / c)
+
+    def pressure(self, r: ArrayLike) -> FloatArray:
+        """Pressure in Pa at distances ``r`` in m: infinite at r = c, zero outside the stick zone.
+
+        p∞ = (E*/π) [ (2/R) √(c² - r²) + (d∞ - c²/R) / √(c² - r²) ].
+        """
+        c = self.stick_radius
+        distance = np.abs(np.asarray(r, dtype=float))
+        root = np.sqrt(np.maximum((c - distance) * (c + distance), 0.0))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            punch = np.where(self._punch_approach > 0.0, self._punch_approach / root, 0.0)
+        total = 2.0 * root / self.hertz.radius + punch
+        factor = self.hertz.composite_modulus / math.pi
+        return np.asarray(np.where(distance <= c, factor * total, 0.0))
+
+    def wear_depth(self, r: ArrayLike) -> FloatArray:
+        """Wear of both bodies together in m, at distances ``r`` in m."""
+        return np.asarray(np.maximum(self._height_above_sphere(r), 0.0))
+
+    def width_above(self, pressure: float) -> float:
+        """Width of the band at the stick edge where p∞ exceeds a pressure (Pa), m.
+
+        Where the pressure is a plastic limit, this is the size of what yields: a grid much coarser
+        than it sees no yielding, or too little.
+        """
+        c, punch = self.stick_radius, self._punch_approach
+        half = math.pi * pressure * self.hertz.radius / (4.0 * self.hertz.composite_modulus)
+        discriminant = half * half - 0.5 * punch * self.hertz.radius
+        if discriminant <= 0.0:
+            return c
+        # the smaller root of (2/R) w² - (π p/E*) w + (d∞ - c²/R) = 0 in w = √(c² - r²)
+        root = 0.5 * punch * self.hertz.radius / (half + math.sqrt(discriminant))
+        return c if root >= c else root * root / (c + math.sqrt((c - root) * (c + root)))
+
+    def worn_shape(self, r: ArrayLike) -> FloatArray:
+        """Height of the worn sphere above its lowest point in m, at distances ``r`` in m.
+
+        r²/2R inside the stick zone and beyond a∞; between them
+        f∞ = [ r² asin(c/r) - c √(r² - c²) ] / (π R) + d∞ [ 1 - (2/π) asin(c/r) ].
+        """
+        sphere = np.asarray(r, dtype=float) ** 2 / (2.0 * self.hertz.radius)
+        return np.asarray(sphere + self.wear_depth(r))
+
+    @cached_property
+    def contact_radius(self) -> float:
+        """Radius a∞ at which the worn shape meets the unworn sphere, m."""
+        if self.load_ratio == 0.0:
+            return self.stick_radius
+        outside = 2.0 * self.stick_radius
+        while self._height_above_sphere(outside) > 0.0:
+            outside *= 2.0
+        root = brentq(
+            self._height_above_sphere, self._deepest_radius, outside, xtol=1e-15 * outside
+        )
+        return float(root)
+
+    @property
+    def deepest_wear(self) -> float:
+        """Largest wear of both bodies together, m."""
+        return float(self.wear_depth(self._deepest_radius))
+
+    @property
+    def wear_volume(self) -> float:
+        """Volume of worn material of both bodies together, m³."""
+        c, edge = self.stick_radius, self.contact_radius
+        root = math.sqrt((edge - c) * (edge + c))
+        angle = math.atan2(root, c)
+        punch = self._punch_approach * (edge**2 * angle - c * root) / math.pi
+        sphere = edge**2 * (edge**2 - 4.0 * c**2) * angle + c * root * (edge**2 + 2.0 * c**2)
+        return 2.0 * math.pi * (punch - sphere / (4.0 * math.pi * self.hertz.radius))
+
+    def _height_above_sphere(self, r: ArrayLike) -> FloatArray:
+        """f∞(r) - r²/2R outside the stick zone, m.
+
+        Written as the surface beside a flat punch minus the Hertzian gap, both zero at r = c, so
+        that nothing cancels there.
+        """
+        c = self.stick_radius
+        distance = np.maximum(np.asarray(r, dtype=float), c)
+        angle = np.arctan2(np.sqrt((distance - c) * (distance + c)), c)
+        gap = self.hertz.with_load(self.hertz.load * (1.0 - self.load_ratio)).gap(distance)
+        return np.asarray((2.0 / math.pi) * self._punch_approach * angle - gap)
+
+    @cached_property
+    def _deepest_radius(self) -> float:
+        """Radius at which the wear is deepest, m."""
+        c = self.stick_radius
+        if self.load_ratio == 0.0:
+            return c
+
+        def slope(offset: float) -> float:
+            # the derivative of the height, times √(r² - c²), which removes its pole at r = c
+            r = c + offset
+            root = math.sqrt(offset * (r + c))
+            hertzian = root * (r * math.atan2(root, c) + c * root / r) / self.hertz.radius
+            return self._punch_approach * c / r - hertzian
+
+        outside = c
+        while slope(outside) > 0.0:
+            outside *= 2.0
+        return c + float(brentq(slope, 0.0, outside, xtol=1e-15 * c))
