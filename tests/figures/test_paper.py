@@ -1,0 +1,123 @@
+"""The figures of the source study, from short real runs of its cases on a coarse grid."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from fretwear.data.merge import merge_study
+from fretwear.data.store import write_case
+from fretwear.figures.paper import paper_figures
+from fretwear.simulation import run
+from fretwear.study.file import load_study
+
+STUDY = """
+title: The source study, coarse and short
+base:
+  radius: 10 mm
+  youngs_modulus: 208 GPa
+  poisson_ratio: 0.3
+  load: 50 N
+  tangential_load: 20 N
+  friction: 0.5
+  wear_coefficient: 7e-13 / Pa
+  roughness: {kind: wavy, amplitude: 0.2 um, slope_x: 5.7 deg, slope_y: 1 deg}
+  cell: [1 um, 4 um]
+  cycles: 1000
+vary:
+  roughness.amplitude: [0 um, 0.2 um]
+  plastic_limit: [none, 4500 MPa]
+  slip_model: [jaeger, cattaneo_mindlin]
+output:
+  cycles: [1, 100]
+"""
+
+NUMBERS = (4, 5, 6, 7, 8, 9, 10, 11, 13, 14, 15, 16)
+
+
+@pytest.fixture(scope="module")
+def source(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("source")
+    file = folder / "source.yaml"
+    file.write_text(STUDY, encoding="utf-8")
+    study = load_study(file)
+    for case_id, case in study.cases().items():
+        result = run(case)
+        write_case(result.dataset, result.history, folder / "cases" / f"{case_id}.nc")
+    merge_study(study, folder / "cases", folder / "summary.nc")
+    return xr.load_dataset(folder / "summary.nc"), folder / "cases"
+
+
+@pytest.fixture(scope="module")
+def figures(source):
+    return {figure.name: figure for figure in paper_figures(*source)}
+
+
+def found(figures, number):
+    return next(figure for name, figure in figures.items() if name.startswith(f"fig{number:02d}_"))
+
+
+def test_every_figure_of_the_source_study_is_there_under_its_number(figures):
+    numbers = [int(name[3:5]) for name in figures if name.startswith("fig")]
+    assert tuple(numbers) == NUMBERS
+    assert list(figures)[-1] == "slip_models"
+
+
+def test_another_study_has_none_of_them(source):
+    summary, cases = source
+    assert list(paper_figures(summary.assign_coords(load=40.0), cases)) == []
+
+
+def test_without_the_simpler_model_it_is_not_compared(source):
+    summary, cases = source
+    names = [figure.name for figure in paper_figures(summary.isel(slip_model=[0]), cases)]
+    assert len(names) == len(NUMBERS)
+
+
+@pytest.mark.parametrize("number", NUMBERS)
+def test_no_text_of_a_figure_is_cut_off_or_covered(figures, check_texts, number):
+    check_texts(found(figures, number).figure)
+
+
+def test_no_text_of_the_comparison_is_cut_off_or_covered(figures, check_texts):
+    check_texts(figures["slip_models"].figure)
+
+
+@pytest.mark.parametrize("number", [4, 5, 6, 8, 9, 10, 11, 13, 14])
+def test_profiles_tell_their_cycles_and_axes(figures, drawn_texts, number):
+    words = [text.words for text in drawn_texts(found(figures, number).figure)]
+    assert {"cycle", "0", "100", "1000"} <= set(words)
+    assert "x (µm)" in words
+
+
+@pytest.mark.parametrize("number", [5, 6, 9, 11, 14])
+def test_rough_profiles_come_with_their_mean_and_a_zoom(figures, number):
+    panels = found(figures, number).figure.axes
+    for whole, zoom in zip(panels[::2], panels[1::2], strict=True):
+        assert zoom.get_title(loc="left").endswith("zoom")
+        assert np.ptp(zoom.get_xlim()) < 0.35 * np.ptp(whole.get_xlim())
+        labels = [line.get_label() for line in whole.lines]
+        assert labels.count("_raw") == len(labels) / 2
+
+
+def test_pressure_of_the_smooth_elastic_contact_is_drawn_as_computed(source, figures):
+    summary, _ = source
+    line = found(figures, 4).figure.axes[0].lines[0]
+    picked = summary.isel(roughness_amplitude=0, plastic_limit=0, slip_model=0)
+    profile = picked["pressure_profile"].sel(cycle=0)
+    drawn = np.interp(1e6 * profile["x"], *line.get_data())
+    np.testing.assert_allclose(drawn, 1e-6 * profile, rtol=1e-6, atol=1e-3)
+
+
+def test_zoom_on_the_edge_shows_all_of_the_elastic_widths_and_no_stick_zone(figures):
+    whole, zoom = (found(figures, number).figure.axes[0] for number in (15, 16))
+    low, high = zoom.get_ylim()
+    assert whole.get_ylim()[0] == 0.0
+    for line in zoom.lines[:2]:
+        values = np.asarray(line.get_ydata())
+        assert low < values.min()
+        assert values.max() < high
+
+
+def test_captions_say_what_is_cut_off(figures):
+    assert "finer grid" in found(figures, 4).caption
+    assert "mean over one wavelength" in found(figures, 9).caption
