@@ -27,11 +27,13 @@ import scipy.fft
 
 import fretwear
 from fretwear import simulation
-from fretwear.mechanics.contact import ContactProblem, solve_contact
-from fretwear.mechanics.halfspace import Window, half_space
+from fretwear.mechanics.contact import solve_contact
+from fretwear.mechanics.contact_problem import ContactProblem
+from fretwear.mechanics.halfspace import half_space
 from fretwear.mechanics.state import State, WearProblem
 from fretwear.mechanics.theory import HertzContact, LimitingState
 from fretwear.mechanics.wear import evolve
+from fretwear.mechanics.window import Window
 
 CASE = {
     "radius": "10 mm",

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fretwear.mechanics.halfspace import Window
 from fretwear.mechanics.measures import Measures
 from fretwear.mechanics.slip import ReducedContact
 from fretwear.mechanics.state import State
+from fretwear.mechanics.window import Window
 
 _STATE_ARRAYS = ("pressure", "gap", "wear", "plastic", "pressure_rate", "source_rate")
 _REDUCED_ARRAYS = ("pressure", "gap")

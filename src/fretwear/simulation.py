@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fretwear.journal import Journal, Step
-from fretwear.mechanics.halfspace import Array, Window
+from fretwear.mechanics.arrays import Array
 from fretwear.mechanics.measures import in_contact, measure
 from fretwear.mechanics.slip import CattaneoMindlinSlip, Friction, JaegerSlip, SlipModel
 from fretwear.mechanics.state import State, WearProblem
 from fretwear.mechanics.surfaces import Surface, Waves
 from fretwear.mechanics.theory import HertzContact
 from fretwear.mechanics.wear import evolve
+from fretwear.mechanics.window import Window
 
 if TYPE_CHECKING:
     import xarray as xr

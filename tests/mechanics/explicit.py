@@ -4,9 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fretwear.mechanics.contact import ContactProblem, solve_contact
-from fretwear.mechanics.halfspace import Array, Window
+from fretwear.mechanics.arrays import Array
+from fretwear.mechanics.contact import solve_contact
+from fretwear.mechanics.contact_problem import ContactProblem
 from fretwear.mechanics.state import WearProblem
+from fretwear.mechanics.window import Window
 
 _TOLERANCE = 1e-9
 

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq, lsq_linear
 
-from fretwear.mechanics.halfspace import Array, Window
+from fretwear.mechanics.arrays import Array
 from fretwear.mechanics.state import State, WearProblem
+from fretwear.mechanics.window import Window
 
 from .problems import unfolded
 

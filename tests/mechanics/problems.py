@@ -5,13 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fretwear.mechanics.contact import ContactProblem
-from fretwear.mechanics.halfspace import Array, Window, half_space
+from fretwear.mechanics.arrays import Array
+from fretwear.mechanics.contact_problem import ContactProblem
+from fretwear.mechanics.halfspace import half_space
 from fretwear.mechanics.layers import Layer
 from fretwear.mechanics.slip import Friction, JaegerSlip
 from fretwear.mechanics.state import WearProblem
 from fretwear.mechanics.surfaces import Surface, Waves
 from fretwear.mechanics.theory import HertzContact, composite_modulus, coupling_ratio
+from fretwear.mechanics.window import Window
 
 STEEL = (208e9, 0.3)
 MODULUS = composite_modulus(*STEEL, *STEEL)

@@ -9,8 +9,10 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from fretwear.mechanics import active_set, contact
-from fretwear.mechanics.contact import ContactError, ContactProblem, solve_contact
-from fretwear.mechanics.halfspace import Array, half_space
+from fretwear.mechanics.arrays import Array
+from fretwear.mechanics.contact import ContactError, solve_contact
+from fretwear.mechanics.contact_problem import ContactProblem
+from fretwear.mechanics.halfspace import half_space
 from fretwear.mechanics.layers import WinklerLayer
 from fretwear.mechanics.measures import half_width
 from fretwear.mechanics.surfaces import Surface

@@ -6,15 +6,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import dblquad
 
+from fretwear.mechanics.arrays import Array
 from fretwear.mechanics.halfspace import (
-    Array,
     QuarterHalfSpace,
     WholeHalfSpace,
-    Window,
-    fast_shape,
     half_space,
     influence_coefficients,
 )
+from fretwear.mechanics.window import Window, fast_shape
 
 from . import oracles
 from .problems import folded, near, unfolded

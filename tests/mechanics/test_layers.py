@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
+from fretwear.mechanics.arrays import Array
 from fretwear.mechanics.contact import solve_contact
-from fretwear.mechanics.halfspace import Array
 from fretwear.mechanics.layers import WearLayer, WinklerLayer
 
 from .problems import P0, pressed, window

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from fretwear.mechanics.halfspace import Array
+from fretwear.mechanics.arrays import Array
 from fretwear.mechanics.measures import Measures, measure
 from fretwear.mechanics.state import State, WearProblem
 from fretwear.mechanics.theory import LimitingState

@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fretwear.mechanics.halfspace import Window
 from fretwear.mechanics.measures import CONTACT_GAP, Measures, half_width, in_contact, measure
 from fretwear.mechanics.slip import Friction
 from fretwear.mechanics.state import State, first_loading
 from fretwear.mechanics.theory import CattaneoMindlin
 from fretwear.mechanics.wear import evolve
+from fretwear.mechanics.window import Window
 
 from .problems import COUPLING, FRICTION, HERTZ, LOAD, P0, ROUGH, A, fretting, near
 

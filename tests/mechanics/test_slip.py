@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from fretwear.mechanics.contact import ContactProblem, solve_contact
+from fretwear.mechanics.contact import solve_contact
+from fretwear.mechanics.contact_problem import ContactProblem
 from fretwear.mechanics.halfspace import half_space
 from fretwear.mechanics.layers import WearLayer, WinklerLayer
 from fretwear.mechanics.measures import measure

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from fretwear.mechanics import stages
-from fretwear.mechanics.contact import ContactError, ContactProblem, solve_contact
+from fretwear.mechanics.contact import ContactError, solve_contact
+from fretwear.mechanics.contact_problem import ContactProblem
 from fretwear.mechanics.layers import WearLayer
 from fretwear.mechanics.slip import CattaneoMindlinSlip, JaegerSlip
 from fretwear.mechanics.stages import Stage, StageSolver

@@ -5,12 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fretwear.mechanics.contact import ContactProblem, solve_contact
-from fretwear.mechanics.halfspace import Window, fast_shape
+from fretwear.mechanics.contact import solve_contact
+from fretwear.mechanics.contact_problem import ContactProblem
 from fretwear.mechanics.slip import JaegerSlip
 from fretwear.mechanics.state import State, first_loading, grown_extent, touched_sides
 from fretwear.mechanics.theory import HertzContact
 from fretwear.mechanics.wear import evolve
+from fretwear.mechanics.window import Window, fast_shape
 
 from .oracles import violations
 from .problems import FRICTION, HERTZ, LOAD, MODULUS, P0, RADIUS, ROUGH, SMOOTH, A, fretting, near

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from fretwear.mechanics.halfspace import Window
 from fretwear.mechanics.surfaces import Surface, Waves
+from fretwear.mechanics.window import Window
 
 from .problems import near
 

@@ -6,8 +6,9 @@ surface on an elastic half-space with the composite modulus, on the same grid.
 
 import numpy as np
 
-from fretwear.mechanics.contact import ContactProblem
-from fretwear.mechanics.halfspace import Array, Window
+from fretwear.mechanics.arrays import Array
+from fretwear.mechanics.contact_problem import ContactProblem
+from fretwear.mechanics.window import Window
 
 _ITERATIONS = 20_000
 

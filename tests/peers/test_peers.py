@@ -8,8 +8,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from fretwear.mechanics.contact import ContactProblem, solve_contact
-from fretwear.mechanics.halfspace import Array
+from fretwear.mechanics.arrays import Array
+from fretwear.mechanics.contact import solve_contact
+from fretwear.mechanics.contact_problem import ContactProblem
 from fretwear.mechanics.surfaces import Surface, Waves
 
 from ..mechanics.problems import MODULUS, RADIUS, SMOOTH, A, pressed, window

@@ -9,17 +9,10 @@ step, hence no set of cells repeats.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
-from numpy.typing import NDArray
 
-from fretwear.mechanics.halfspace import Array, inner
-
-if TYPE_CHECKING:
-    from fretwear.mechanics.contact import ContactProblem
-
-Mask = NDArray[np.bool_]
+from fretwear.mechanics.arrays import Array, Mask, inner
+from fretwear.mechanics.contact_problem import ContactProblem
 
 _LARGEST_OUTER = 60
 _LARGEST_INNER = 40

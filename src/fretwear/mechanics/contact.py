@@ -16,10 +16,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fretwear.mechanics.active_set import ActiveSet, Mask
+from fretwear.mechanics.active_set import ActiveSet
+from fretwear.mechanics.arrays import Array, Mask
+from fretwear.mechanics.contact_problem import ContactProblem
 from fretwear.mechanics.gradient import projected_gradient
-from fretwear.mechanics.halfspace import Array, HalfSpace
-from fretwear.mechanics.layers import Layer
 
 _COARSE = 1e-2
 _NEGLIGIBLE = 1e-6
@@ -27,44 +27,6 @@ _NEGLIGIBLE = 1e-6
 
 class ContactError(RuntimeError):
     """No pressure distribution satisfies the conditions of contact to the tolerance asked for."""
-
-
-@dataclass(frozen=True)
-class ContactProblem:
-    """A normal contact.
-
-    Parameters
-    ----------
-    half_space
-        The elastic bodies on a window.
-    shape
-        Gap at zero load and zero approach, m, shape of the window.
-    load
-        Normal load P of the whole contact, N.
-    limit
-        Largest pressure, Pa; infinite when elastic.
-    layer
-        Local compliance, or None.
-    """
-
-    half_space: HalfSpace
-    shape: Array
-    load: float
-    limit: float = np.inf
-    layer: Layer | None = None
-
-    @property
-    def total(self) -> float:
-        """Sum of the pressure over the window's cells that carries the load, Pa."""
-        window = self.half_space.window
-        return self.load / (window.cell_area * window.copies)
-
-    def separation(self, pressure: Array, displacement: Array) -> Array:
-        """K p + W(p) + h, m: the gap plus the approach."""
-        result = displacement + self.shape
-        if self.layer is not None:
-            result += self.layer.displacement(pressure)
-        return result
 
 
 @dataclass(frozen=True)

@@ -9,14 +9,11 @@ comes here when its own method stalls.
 from __future__ import annotations
 
 from collections import deque
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fretwear.mechanics.halfspace import Array, inner
-
-if TYPE_CHECKING:
-    from fretwear.mechanics.contact import ContactProblem
+from fretwear.mechanics.arrays import Array, inner
+from fretwear.mechanics.contact_problem import ContactProblem
 
 _LARGEST_STEPS = 2000
 _MEMORY = 10

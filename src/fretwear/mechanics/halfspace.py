@@ -9,126 +9,13 @@ DCT-II of the data and DCT-I of the kernel, with the same result to rounding.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
-from typing import Protocol
+from abc import ABC, abstractmethod
 
 import numpy as np
 import scipy.fft
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-
-
-def inner(a: Array, b: Array) -> float:
-    """Sum of the products of two fields.
-
-    Not by BLAS: its threads gain nothing here, stand in the way of cases that run side by side,
-    and make the last bits depend on their number.
-    """
-    return float(np.einsum("ij,ij->", a, b))
-
-
-@dataclass(frozen=True)
-class Window:
-    """A rectangle of equal cells around the origin, whole or only its quarter x > 0, y > 0.
-
-    Parameters
-    ----------
-    shape
-        Number of cells along x and y (of the quarter, if ``quarter``).
-    spacing
-        Cell size along x and y, m.
-    quarter
-        Whether the cells are those of the quarter x > 0, y > 0 of an even problem.
-    """
-
-    shape: tuple[int, int]
-    spacing: tuple[float, float]
-    quarter: bool = True
-
-    @property
-    def copies(self) -> int:
-        """How many times each cell occurs in the whole contact."""
-        return 4 if self.quarter else 1
-
-    @property
-    def cell_area(self) -> float:
-        """Area of one cell, m²."""
-        return self.spacing[0] * self.spacing[1]
-
-    @cached_property
-    def x(self) -> Array:
-        """Cell centers along x, m, shape (nx,)."""
-        return self._centers(0)
-
-    @cached_property
-    def y(self) -> Array:
-        """Cell centers along y, m, shape (ny,)."""
-        return self._centers(1)
-
-    @property
-    def extent(self) -> tuple[float, float]:
-        """Distance of the window's border from the origin along x and y, m."""
-        half = 1.0 if self.quarter else 0.5
-        return (half * self.shape[0] * self.spacing[0], half * self.shape[1] * self.spacing[1])
-
-    def integral(self, field: Array) -> float:
-        """Integral of a field over the whole contact (field unit times m²)."""
-        return float(field.sum()) * self.cell_area * self.copies
-
-    def resized(self, field: Array, shape: tuple[int, int]) -> Array:
-        """A field of this window on a window of another shape around the same origin.
-
-        Cells that this window lacks get zero; cells that the other lacks are dropped.
-        """
-        target, source = self._common(shape)
-        result = np.zeros(shape, dtype=field.dtype)
-        result[target] = field[source]
-        return result
-
-    def covered(self, shape: tuple[int, int]) -> NDArray[np.bool_]:
-        """Which cells of a window of another shape belong to this one too."""
-        result = np.zeros(shape, dtype=np.bool_)
-        result[self._common(shape)[0]] = True
-        return result
-
-    def _centers(self, axis: int) -> Array:
-        first = 0.5 if self.quarter else 0.5 * (1 - self.shape[axis])
-        cells = np.arange(self.shape[axis], dtype=np.float64)
-        return (cells + first) * self.spacing[axis]
-
-    def holding(self, cells: NDArray[np.bool_], margin: int) -> tuple[int, int]:
-        """Shape, fast to transform, of the smallest window that holds some cells and a margin."""
-        extents = []
-        for axis, count in enumerate(self.shape):
-            occupied = np.flatnonzero(cells.any(axis=1 - axis))
-            reach = count if self.quarter else (count + 1) // 2
-            last = 0 if occupied.size == 0 else int(occupied[-1])
-            first = 0 if occupied.size == 0 else int(occupied[0])
-            half = last + 1 if self.quarter else max(last + 1 - reach, count - reach - first)
-            extents.append(min(half + margin, reach) * self.spacing[axis])
-        shape = fast_shape((extents[0], extents[1]), self.spacing, quarter=self.quarter)
-        return min(shape[0], self.shape[0]), min(shape[1], self.shape[1])
-
-    def _common(self, shape: tuple[int, int]) -> tuple[tuple[slice, slice], tuple[slice, slice]]:
-        """Slices of the cells common to a window of another shape and to this one, in each."""
-        other, own = [], []
-        for new, old in zip(shape, self.shape, strict=True):
-            kept = min(new, old)
-            first = (0, 0) if self.quarter else ((new - kept) // 2, (old - kept) // 2)
-            other.append(slice(first[0], first[0] + kept))
-            own.append(slice(first[1], first[1] + kept))
-        return (other[0], other[1]), (own[0], own[1])
-
-
-def fast_shape(
-    extent: tuple[float, float], spacing: tuple[float, float], *, quarter: bool = True
-) -> tuple[int, int]:
-    """Smallest shape that is fast to transform and covers a half-extent (m) along x and y."""
-    cells = [max(4, int(np.ceil(e / s - 1e-9))) for e, s in zip(extent, spacing, strict=True)]
-    nx, ny = (scipy.fft.next_fast_len(n, real=True) for n in cells)
-    return (nx, ny) if quarter else (2 * nx, 2 * ny)
+from fretwear.mechanics.arrays import Array
+from fretwear.mechanics.window import Window
 
 
 def influence_coefficients(
@@ -161,39 +48,22 @@ def influence_coefficients(
     return coefficients
 
 
-class HalfSpace(Protocol):
-    """What the contact solver needs to know of the elastic bodies on a window."""
-
-    window: Window
-    self_influence: float
-
-    def displacement(self, pressure: Array) -> Array:
-        """Normal surface displacement w, m, of a pressure, Pa; both of the window's shape."""
-        ...
-
-    def precondition(self, displacement: Array, compliance: float) -> Array:
-        """Approximate inverse of `displacement` plus a uniform Winkler layer, m/Pa.
-
-        Symmetric, positive definite, a quarter of the cost: the window is not padded.
-        """
-        ...
-
-    def part(self, shape: tuple[int, int]) -> HalfSpace:
-        """The same bodies on a smaller window around the same origin."""
-        ...
-
-
-class QuarterHalfSpace:
-    """Half-space seen from the quarter x > 0, y > 0 of an even problem.
+class HalfSpace(ABC):
+    """The elastic bodies on a window.
 
     Parameters
     ----------
     window
-        A quarter window.
+        The cells; a quarter window for `QuarterHalfSpace`, a whole one for `WholeHalfSpace`.
     composite_modulus
         E*, Pa.
     workers
         Threads of one transform.
+
+    Attributes
+    ----------
+    self_influence
+        Displacement of a cell per pressure on itself, m/Pa.
     """
 
     def __init__(self, window: Window, composite_modulus: float, workers: int = 1) -> None:
@@ -201,12 +71,62 @@ class QuarterHalfSpace:
         self._modulus = composite_modulus
         self._workers = workers
         self._parts: dict[tuple[int, int], HalfSpace] = {}
-        nx, ny = window.shape
-        kernel = influence_coefficients((2 * nx + 1, 2 * ny + 1), window.spacing, composite_modulus)
+        kernel = influence_coefficients(self._padding, window.spacing, composite_modulus)
         self.self_influence = float(kernel[0, 0])
-        spectrum = scipy.fft.dctn(kernel, type=1, workers=workers)
-        self._spectrum: Array = np.ascontiguousarray(spectrum[: 2 * nx, : 2 * ny])
-        self._unpadded: Array = np.ascontiguousarray(spectrum[: 2 * nx : 2, : 2 * ny : 2])
+        spectrum = self._transform(kernel)
+        self._spectrum: Array = np.ascontiguousarray(self._padded(spectrum))
+        # Every other frequency is one of the window without padding.
+        self._unpadded: Array = np.ascontiguousarray(self._spectrum[::2, ::2])
+
+    @property
+    @abstractmethod
+    def _padding(self) -> tuple[int, int]:
+        """Number of offsets along x and y at which the kernel is needed."""
+
+    @abstractmethod
+    def _transform(self, kernel: Array) -> Array:
+        """Spectrum of the kernel, given at the offsets `_padding`."""
+
+    @abstractmethod
+    def _padded(self, spectrum: Array) -> Array:
+        """The part of the spectrum that a padded field has too."""
+
+    @abstractmethod
+    def displacement(self, pressure: Array) -> Array:
+        """Normal surface displacement w, m, of a pressure, Pa; both of the window's shape."""
+
+    @abstractmethod
+    def precondition(self, displacement: Array, compliance: float) -> Array:
+        """Approximate inverse of `displacement` plus a uniform Winkler layer, m/Pa.
+
+        Symmetric, positive definite, a quarter of the cost: the window is not padded.
+        """
+
+    def part(self, shape: tuple[int, int]) -> HalfSpace:
+        """The same bodies on a smaller window around the same origin."""
+        if shape == self.window.shape:
+            return self
+        if shape not in self._parts:
+            # Only the last one is kept: a zone that changes its size seldom changes it back.
+            window = Window(shape, self.window.spacing, self.window.quarter)
+            self._parts = {shape: type(self)(window, self._modulus, self._workers)}
+        return self._parts[shape]
+
+
+class QuarterHalfSpace(HalfSpace):
+    """Half-space seen from the quarter x > 0, y > 0 of an even problem."""
+
+    @property
+    def _padding(self) -> tuple[int, int]:
+        nx, ny = self.window.shape
+        return 2 * nx + 1, 2 * ny + 1
+
+    def _transform(self, kernel: Array) -> Array:
+        spectrum: Array = scipy.fft.dctn(kernel, type=1, workers=self._workers)
+        return spectrum
+
+    def _padded(self, spectrum: Array) -> Array:
+        return spectrum[:-1, :-1]
 
     def displacement(self, pressure: Array) -> Array:
         """Normal surface displacement w, m, of a pressure, Pa; both of the window's shape."""
@@ -227,43 +147,23 @@ class QuarterHalfSpace:
         result: Array = scipy.fft.idctn(transformed, overwrite_x=True, workers=self._workers)
         return result
 
-    def part(self, shape: tuple[int, int]) -> HalfSpace:
-        """The same bodies on a smaller window around the same origin."""
-        if shape == self.window.shape:
-            return self
-        if shape not in self._parts:
-            # Only the last one is kept: a zone that changes its size seldom changes it back.
-            window = Window(shape, self.window.spacing, self.window.quarter)
-            self._parts = {shape: QuarterHalfSpace(window, self._modulus, self._workers)}
-        return self._parts[shape]
 
+class WholeHalfSpace(HalfSpace):
+    """Half-space on a whole window, for problems without symmetry."""
 
-class WholeHalfSpace:
-    """Half-space on a whole window, for problems without symmetry.
+    @property
+    def _padding(self) -> tuple[int, int]:
+        nx, ny = self.window.shape
+        return nx + 1, ny + 1
 
-    Parameters
-    ----------
-    window
-        A whole window.
-    composite_modulus
-        E*, Pa.
-    workers
-        Threads of one transform.
-    """
+    def _transform(self, kernel: Array) -> Array:
+        even = np.concatenate([kernel, kernel[-2:0:-1]], axis=0)
+        even = np.concatenate([even, even[:, -2:0:-1]], axis=1)
+        spectrum: Array = scipy.fft.rfft2(even, workers=self._workers).real
+        return spectrum
 
-    def __init__(self, window: Window, composite_modulus: float, workers: int = 1) -> None:
-        self.window = window
-        self._modulus = composite_modulus
-        self._workers = workers
-        self._parts: dict[tuple[int, int], HalfSpace] = {}
-        nx, ny = window.shape
-        kernel = influence_coefficients((nx + 1, ny + 1), window.spacing, composite_modulus)
-        self.self_influence = float(kernel[0, 0])
-        kernel = np.concatenate([kernel, kernel[-2:0:-1]], axis=0)
-        kernel = np.concatenate([kernel, kernel[:, -2:0:-1]], axis=1)
-        spectrum = scipy.fft.rfft2(kernel, workers=workers).real
-        self._spectrum: Array = np.ascontiguousarray(spectrum)
-        self._unpadded: Array = np.ascontiguousarray(spectrum[::2, : ny + 1 : 2])
+    def _padded(self, spectrum: Array) -> Array:
+        return spectrum
 
     def displacement(self, pressure: Array) -> Array:
         """Normal surface displacement w, m, of a pressure, Pa; both of the window's shape."""
@@ -283,16 +183,6 @@ class WholeHalfSpace:
             transformed, s=self.window.shape, overwrite_x=True, workers=self._workers
         )
         return result
-
-    def part(self, shape: tuple[int, int]) -> HalfSpace:
-        """The same bodies on a smaller window around the same origin."""
-        if shape == self.window.shape:
-            return self
-        if shape not in self._parts:
-            # Only the last one is kept: a zone that changes its size seldom changes it back.
-            window = Window(shape, self.window.spacing, self.window.quarter)
-            self._parts = {shape: WholeHalfSpace(window, self._modulus, self._workers)}
-        return self._parts[shape]
 
 
 def half_space(window: Window, composite_modulus: float, workers: int = 1) -> HalfSpace:

@@ -12,7 +12,7 @@ from typing import Protocol
 
 import numpy as np
 
-from fretwear.mechanics.halfspace import Array
+from fretwear.mechanics.arrays import Array
 
 _LARGEST_EXPONENT = 200.0
 

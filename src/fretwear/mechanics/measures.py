@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fretwear.mechanics.active_set import Mask
-from fretwear.mechanics.halfspace import Array, Window
+from fretwear.mechanics.arrays import Array, Mask
 from fretwear.mechanics.slip import Friction
 from fretwear.mechanics.state import State
+from fretwear.mechanics.window import Window
 
 CONTACT_GAP = 1e-5
 """Largest gap of a cell in contact, relative to the approach.

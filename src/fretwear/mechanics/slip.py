@@ -13,11 +13,13 @@ from typing import Protocol
 
 import numpy as np
 
-from fretwear.mechanics.active_set import Mask
-from fretwear.mechanics.contact import ContactProblem, solve_contact
-from fretwear.mechanics.halfspace import Array, HalfSpace, Window
+from fretwear.mechanics.arrays import Array, Mask
+from fretwear.mechanics.contact import solve_contact
+from fretwear.mechanics.contact_problem import ContactProblem
+from fretwear.mechanics.halfspace import HalfSpace
 from fretwear.mechanics.layers import Layer, WearLayer, WinklerLayer
 from fretwear.mechanics.theory import HertzContact
+from fretwear.mechanics.window import Window
 
 _FIRST_TOLERANCE = 1e-8
 _TOLERANCE = 1e-7

@@ -13,11 +13,13 @@ from math import inf
 
 import numpy as np
 
-from fretwear.mechanics.contact import Contact, ContactError, ContactProblem, solve_contact
-from fretwear.mechanics.halfspace import Array, Window
+from fretwear.mechanics.arrays import Array
+from fretwear.mechanics.contact import Contact, ContactError, solve_contact
+from fretwear.mechanics.contact_problem import ContactProblem
 from fretwear.mechanics.layers import Layer
 from fretwear.mechanics.slip import ReducedContact
 from fretwear.mechanics.state import CONTACT_TOLERANCE, State, WearProblem
+from fretwear.mechanics.window import Window
 
 _LARGEST_SWEEPS = 12
 _SWEEP_TOLERANCE = 0.005

@@ -6,10 +6,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fretwear.mechanics.contact import ContactProblem, solve_contact
-from fretwear.mechanics.halfspace import Array, HalfSpace, Window, fast_shape, half_space
+from fretwear.mechanics.arrays import Array
+from fretwear.mechanics.contact import solve_contact
+from fretwear.mechanics.contact_problem import ContactProblem
+from fretwear.mechanics.halfspace import HalfSpace, half_space
 from fretwear.mechanics.slip import Friction, ReducedContact, SlipModel
 from fretwear.mechanics.surfaces import Surface
+from fretwear.mechanics.window import Window, fast_shape
 
 CONTACT_TOLERANCE = 1e-6
 _BORDER = 2

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fretwear.mechanics.halfspace import Array, Window
+from fretwear.mechanics.arrays import Array
+from fretwear.mechanics.window import Window
 
 
 @dataclass(frozen=True)

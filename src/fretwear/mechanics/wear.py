@@ -19,7 +19,6 @@ from math import isfinite, sqrt
 import numpy as np
 
 from fretwear.mechanics.contact import ContactError
-from fretwear.mechanics.halfspace import Window, fast_shape
 from fretwear.mechanics.stages import Stage, StageSolver
 from fretwear.mechanics.state import (
     State,
@@ -28,6 +27,7 @@ from fretwear.mechanics.state import (
     grown_extent,
     touched_sides,
 )
+from fretwear.mechanics.window import Window, fast_shape
 
 # First stage at γ = 2 − √2; both stages are implicit with the same weight, which makes them alike.
 _GAMMA = 2.0 - sqrt(2.0)
