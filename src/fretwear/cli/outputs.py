@@ -31,8 +31,7 @@ def check_folder(path: Path) -> Path:
             return path
     except OSError as error:
         raise refuse(
-            f"{path}: cannot be written to: {os.strerror(error.errno or 0)}; "
-            "choose another folder with the option for it"
+            f"{path}: cannot be written to: {os.strerror(error.errno or 0)}; choose another place"
         ) from error
 
 
