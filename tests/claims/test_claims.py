@@ -279,3 +279,15 @@ def test_shear_that_goes_its_own_way_fails_the_ninth_claim(quartet, doctored):
         ),
     )
     assert shear_behaves_like_pressure(everywhere(opposite)).verdict is Verdict.FAILS
+
+
+def test_noise_of_a_pressure_that_has_vanished_is_no_rise(quartet, doctored):
+    case = quartet.smooth_elastic
+
+    def vanished(cycle):
+        pressure = case.field("pressure", cycle)
+        noise = {2000: 0.0, case.last: 1e-6 * pressure.max()}
+        return np.where(case.zones(cycle).slip, noise.get(cycle, pressure), pressure)
+
+    late = doctored(case, pressure=vanished)
+    assert pressure_moves_inward(everywhere(late)).verdict is Verdict.HOLDS

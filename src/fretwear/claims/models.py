@@ -10,7 +10,6 @@ import numpy as np
 from fretwear.claims.evolution import Evolution
 from fretwear.claims.quartet import Quartet
 
-
 _NOTHING = 1e-3
 
 

@@ -17,6 +17,7 @@ from fretwear.claims.verdict import (
 )
 
 _NOISE = 0.01
+_NOTHING = 1e-3
 _PEAK_CELLS = 2.0
 _ALIKE = 0.05
 
@@ -27,7 +28,8 @@ def pressure_moves_inward(quartet: Quartet) -> Judgement:
         1,
         "Pressure rises in the stick zone and falls in the slip zone.",
         "The mean pressure over the stick zone rises, that over the slip zone falls, from every "
-        "snapshot to the next (steps back of up to 1 % count as none) and by more than 1 % in all.",
+        "snapshot to the next (steps back by up to 1 %, or 0.1 % of the first mean, count as none) "
+        "and by more than 1 % in all.",
         tuple(_moves_inward(name, case, "pressure") for name, case in quartet.each()),
     )
 
@@ -113,9 +115,11 @@ def _moves_inward(subject: str, case: Evolution, field: str) -> Finding:
 
 
 def _steps_back(case: Evolution, values: Array) -> list[str]:
-    """Where values that should rise fall instead by more than noise."""
-    back = np.flatnonzero(np.diff(values) < -_NOISE * np.abs(values[:-1]))
-    return [f"from cycle {case.cycles[i]} to {case.cycles[i + 1]}" for i in back]
+    """Between which snapshots values that should rise fall instead by more than noise."""
+    noise = np.maximum(_NOISE * np.abs(values[:-1]), _NOTHING * abs(values[0]))
+    back = np.flatnonzero(np.diff(values) < -noise)
+    runs = np.split(back, np.flatnonzero(np.diff(back) > 1) + 1) if back.size else []
+    return [f"from cycle {case.cycles[run[0]]} to {case.cycles[run[-1] + 1]}" for run in runs]
 
 
 def _peak_offset(case: Evolution, cycle: int) -> float:
