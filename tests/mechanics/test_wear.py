@@ -41,8 +41,7 @@ def runs() -> dict[str, tuple[WearProblem, list[State]]]:
 def test_every_step_meets_the_conditions_of_contact(runs, name: str):
     problem, states = runs[name]
     for state in states:
-        found = violations(problem, state)
-        assert max(found.load, found.loaded_gap, found.penetration) <= 1e-5, state.cycle
+        assert violations(problem, state).worst <= 1e-5, state.cycle
         assert state.residual <= 1e-6
 
 
@@ -182,7 +181,7 @@ def test_wear_of_the_simple_slip_model_follows_pressure_alone():
     for state in states:
         moved = states[0].on(problem, state.window)
         np.testing.assert_allclose(state.reduced.gap, moved.reduced.gap, rtol=1e-9)
-        assert violations(problem, state).loaded_gap <= 1e-5
+        assert violations(problem, state).worst <= 1e-5
     full = [*evolve(replace(problem, slip_model=JaegerSlip(0.2 * LOAD)), [500], 1e-3)][-1]
     # The real slip grows with wear: the simple model must wear less.
     assert states[-1].wear.sum() < 0.95 * full.wear.sum()
@@ -216,22 +215,47 @@ def test_a_first_loading_that_never_converges_is_an_error(impatient):
         next(evolve(fretting(12, surface=ROUGH), [10]))
 
 
+def test_stops_are_met_to_the_last_bit():
+    random = np.random.default_rng(0)
+    pairs = np.column_stack([random.uniform(0, 5, 400), random.uniform(10, 40, 400)]).tolist()
+    # Pairs whose second stop is missed by a rounding if the step between them is added.
+    rounding = [(a, b) for a, b in pairs if a + (b - a) != b]
+    assert len(rounding) > 3
+    for stops in rounding[:4]:
+        assert [state.cycle for state in evolve(fretting(6), stops)] == [0.0, *stops]
+
+
 def test_a_step_cut_short_by_a_stop_does_not_slow_down_the_next(runs):
-    problem, _ = runs["smooth"]
-    free = list(evolve(problem, [2500]))
-    stopped = list(evolve(problem, [*range(100, 1000, 300), 2500]))
-    assert len(stopped) <= len(free) + 5
+    problem, states = runs["smooth"]
+    before = states[len(states) // 2]
+    stop = before.cycle + 0.01 * before.next_step
+    (after,) = evolve(problem, [stop], start=before)
+    assert after.next_step >= before.next_step
+
+
+@pytest.mark.parametrize(("name", "most"), [("smooth capped", 2100), ("rough capped", 1800)])
+def test_yielding_runs_take_few_convolutions(name: str, most: int):
+    changes, cycles = {
+        "smooth capped": ({"limit": 2.0}, 7000),
+        "rough capped": ({"surface": ROUGH, "limit": 2.5}, 4000),
+    }[name]
+    *_, last = evolve(fretting(24, **changes), [cycles])
+    # Measured 28 steps with 1880 convolutions and 21 with 1680; a start that forgets where the
+    # pressure and the flow were heading takes a fifth more.
+    assert last.step <= 32
+    assert last.convolutions <= most
 
 
 def test_a_step_that_is_too_long_is_shortened_and_its_cost_counted():
     problem = fretting(12)
-    plain = list(evolve(problem, [500]))
-    forced = list(evolve(problem, [500], start=replace(plain[0], next_step=400.0)))
-    assert forced[0].cycle < 400
-    direct = next(evolve(problem, [500], start=replace(plain[0], next_step=forced[0].cycle)))
-    assert direct.cycle == forced[0].cycle
+    plain = list(evolve(problem, [2000], 1e-3))
+    forced = list(evolve(problem, [2000], 1e-3, start=replace(plain[0], next_step=700.0)))
+    length = forced[0].cycle
+    assert length < 500
+    direct = next(evolve(problem, [2000], 1e-3, start=replace(plain[0], next_step=length)))
+    assert direct.cycle == length
     assert forced[0].convolutions > direct.convolutions > plain[0].convolutions
-    np.testing.assert_allclose(direct.wear, forced[0].wear, atol=1e-15 * A)
-    # A first step fifty times too long must not spoil the result.
+    np.testing.assert_array_equal(direct.wear, forced[0].wear)
+    # A first try far too long must not spoil the result.
     volume, expected = (s.window.integral(s.wear) for s in (forced[-1], plain[-1]))
-    assert volume == near(expected, rel=2e-3)
+    assert volume == near(expected, rel=1e-3)

@@ -156,29 +156,31 @@ class ActiveSet:
         half_space = self.problem.half_space
         layer = self.problem.layer
         free = self.free.astype(float)
-        count = free.sum()
         tangent = None if layer is None else layer.tangent(self.pressure)
         weight, uniform = free, 0.0
         if tangent is not None:
             own = half_space.self_influence
             uniform = float(1.0 / np.mean(1.0 / (tangent[self.free] + own))) - own
             weight = free * np.sqrt((_STIFFENING * own + uniform) / (_STIFFENING * own + tangent))
-        ones = weight * half_space.precondition(weight, uniform)
+        ones = half_space.precondition(weight, uniform)
+        ones *= weight
         ones_sum = float(ones.sum())
         residual = -self.gap * free
+        step, moved, direction = (np.zeros_like(residual) for _ in range(3))
+        count = np.count_nonzero(self.free)
         residual -= free * (residual.sum() / count)
-        target = max(_FORCING * float(np.abs(residual).max()), 0.3 * tolerance * self.scale)
-        step = np.zeros_like(residual)
-        moved = np.zeros_like(residual)
-        direction = step
+        target = max(_FORCING * _largest(residual), 0.3 * tolerance * self.scale)
         energy = 0.0
         for _ in range(_LARGEST_INNER):
-            z = weight * half_space.precondition(weight * residual, uniform)
+            z = half_space.precondition(weight * residual, uniform)
+            z *= weight
             z -= ones * (float(z.sum()) / ones_sum)
             previous, energy = energy, inner(residual, z)
             if not energy > 0:
                 break
-            direction = z if previous == 0 else z + direction * (energy / previous)
+            if previous > 0:
+                direction *= energy / previous
+            direction += z
             image = half_space.displacement(direction)
             self.convolutions += 1
             self.iterations += 1
@@ -186,11 +188,18 @@ class ActiveSet:
             length = energy / inner(direction, force)
             step += length * direction
             moved += length * image
-            residual -= length * free * force
+            force *= free
+            force *= length
+            residual -= force
             residual -= free * (residual.sum() / count)
-            if float(np.abs(residual).max()) <= target:
+            if _largest(residual) <= target:
                 break
         return step, moved
+
+
+def _largest(field: Array) -> float:
+    """Largest absolute value, without the copy that np.abs would make."""
+    return max(float(field.max()), -float(field.min()))
 
 
 def carrying(pressure: Array, limit: float, total: float) -> Array:

@@ -26,7 +26,20 @@ _NEGLIGIBLE = 1e-6
 
 
 class ContactError(RuntimeError):
-    """No pressure distribution satisfies the conditions of contact to the tolerance asked for."""
+    """No pressure distribution satisfies the conditions of contact to the tolerance asked for.
+
+    Attributes
+    ----------
+    convolutions
+        Half-space convolutions spent in vain.
+    """
+
+    def __init__(self, message: str, convolutions: int = 0) -> None:
+        super().__init__(message, convolutions)
+        self.convolutions = convolutions
+
+    def __str__(self) -> str:
+        return str(self.args[0])
 
 
 @dataclass(frozen=True)
@@ -111,7 +124,8 @@ def solve_contact(
         if not method.solve(tolerance):
             raise ContactError(
                 f"the normal contact did not converge: residual {method.residual():.2e} instead "
-                f"of {tolerance:.0e} after {method.convolutions} convolutions"
+                f"of {tolerance:.0e} after {method.convolutions} convolutions",
+                method.convolutions,
             )
     return Contact(
         pressure=method.pressure,

@@ -167,7 +167,11 @@ class StageSolver:
         problem = ContactProblem(
             self._bodies, self._unworn + plastic, self.problem.load, self.problem.limit, layer
         )
-        contact = solve_contact(problem, start, CONTACT_TOLERANCE)
+        try:
+            contact = solve_contact(problem, start, CONTACT_TOLERANCE)
+        except ContactError as error:
+            self.convolutions += error.convolutions
+            raise
         self.convolutions += contact.convolutions
         return contact
 

@@ -41,6 +41,9 @@ _ACCEPTED = 1.2
 _SAFETY = 0.85
 _FACTORS = (0.2, 5.0)
 _FLOW_EXPONENT = 1.0
+# The embedded formulas differ from the step by about ten times its error in wear volume, as runs
+# with far smaller steps show; a third of the difference is still on the safe side.
+_OVERESTIMATE = 3.0
 _DEFAULT_TOLERANCE = 0.01
 
 
@@ -189,7 +192,7 @@ class _Stepper:
         error = self._exponent_error(step, first, second)
         if second.yielded:
             error = max(error, self._source_error(step, first, second))
-        error /= volume * self.tolerance
+        error /= _OVERESTIMATE * volume * self.tolerance
         if not isfinite(error):
             return _Judgement(error, _FACTORS[0], False)
         factor = _SAFETY * max(error, 1e-6) ** (-1.0 / 3.0)
