@@ -1,0 +1,146 @@
+"""The unworn smooth sphere: Hertz, Cattaneo and Mindlin against the spacing."""
+
+import numpy as np
+from benchmarks.verification.plots import order_of, points, slope_guide
+from benchmarks.verification.section import Check, Data, Section
+from benchmarks.verification.tables import bound, percent, table
+from matplotlib.figure import Figure
+from tests.mechanics.problems import COUPLING, FRICTION, HERTZ, LOAD, P0, A, fretting
+
+from fretwear.figures.style import JournalFigure, styled
+from fretwear.mechanics.measures import measure
+from fretwear.mechanics.state import first_loading
+from fretwear.mechanics.theory import CattaneoMindlin
+
+CELLS = (32, 45, 64, 91, 110, 128, 156, 181, 220)
+REQUIRED_AT = 110
+RATIO, RATIOS = 0.8, (0.2, 0.5, 0.8, 0.9)
+NAMES = {
+    "peak_pressure": "peak pressure",
+    "approach": "approach",
+    "half_width": "contact half-width",
+    "area": "contact area",
+    "pressure": "pressure, L1",
+    "stick_area": "stick area",
+    "displacement": "tangential displacement",
+    "slip": "slip, largest error",
+    "energy": "dissipated energy",
+}
+REQUIRED = {
+    "peak_pressure": 1e-3,
+    "approach": 5e-4,
+    "half_width": 3e-3,
+    "slip": 1e-2,
+    "energy": 5e-3,
+}
+HERTZIAN = ("peak_pressure", "approach", "half_width", "area", "pressure")
+TANGENTIAL = ("stick_area", "displacement", "slip", "energy")
+
+
+def deviations(cells: float, ratio: float) -> dict[str, float]:
+    """Relative deviations from the closed forms with ``cells`` cells on the contact radius."""
+    problem = fretting(cells, load_ratio=ratio)
+    theory = CattaneoMindlin(HERTZ, FRICTION, ratio * FRICTION * LOAD, COUPLING)
+    state = first_loading(problem)
+    found = measure(state, problem.friction)
+    window = state.window
+    r = np.hypot(*np.meshgrid(window.x, window.y, indexing="ij"))
+    annulus = (r > theory.stick_radius) & (r < A)
+    slip = theory.slip(r)[annulus]
+    slip_error = problem.friction.slip(state.reduced)[annulus] - slip
+    stick_area = np.pi * theory.stick_radius**2
+    return {
+        "peak_pressure": found.peak_pressure / P0 - 1,
+        "approach": found.approach / HERTZ.approach - 1,
+        "half_width": found.contact_half_width_x / A - 1,
+        "area": found.contact_area / (np.pi * A**2) - 1,
+        "pressure": window.integral(np.abs(state.pressure - HERTZ.pressure(r))) / LOAD,
+        "stick_area": found.stick_area / stick_area - 1,
+        "displacement": found.tangential_displacement / theory.tangential_displacement - 1,
+        "slip": float(np.abs(slip_error).max() / slip.max()),
+        "energy": found.dissipated_energy / theory.dissipated_energy - 1,
+    }
+
+
+def run() -> Data:
+    return {
+        "spacings": [{"cells": cells, **deviations(cells, RATIO)} for cells in CELLS],
+        "ratios": [{"ratio": ratio, **deviations(REQUIRED_AT, ratio)} for ratio in RATIOS],
+    }
+
+
+def checks(data: Data) -> list[Check]:
+    return [
+        Check(
+            f"{NAMES[name]}, a/{REQUIRED_AT}",
+            max((row[name] for row in data["ratios"]), key=abs),
+            required,
+        )
+        for name, required in REQUIRED.items()
+    ]
+
+
+def text(data: Data) -> str:
+    spacing = [1 / row["cells"] for row in data["spacings"]]
+    shown = [row for row in data["spacings"] if row["cells"] in (32, 64, 110, 128, 220)]
+    by_spacing = table(
+        [
+            "deviation",
+            *(f"a/{row['cells']}" for row in shown),
+            "order",
+            f"allowed at a/{REQUIRED_AT}",
+        ],
+        (
+            [
+                label,
+                *(percent(row[name]) for row in shown),
+                _order(spacing, [row[name] for row in data["spacings"]]),
+                bound(REQUIRED[name]) if name in REQUIRED else "–",
+            ]
+            for name, label in NAMES.items()
+        ),
+    )
+    by_ratio = table(
+        [f"at a/{REQUIRED_AT}", *(f"X = {row['ratio']}" for row in data["ratios"])],
+        ([NAMES[name], *(percent(row[name]) for row in data["ratios"])] for name in TANGENTIAL),
+    )
+    return f"""\
+The first loading against Hertz (1882), Cattaneo (1938) and Mindlin (1949), X = {RATIO}. The order
+is the slope of a straight line through all {len(spacing)} spacings of the figure; areas count whole
+cells, so they scatter; where deviations change their sign there is no order. Slip is compared in
+every cell between stick radius and contact radius, relative to the largest slip there.
+
+{by_spacing}
+
+{{figure:orders}}
+
+{by_ratio}
+"""
+
+
+def _order(spacing: list[float], errors: list[float]) -> str:
+    return f"{order_of(spacing, errors):.1f}" if min(errors) * max(errors) > 0 else "–"
+
+
+@styled
+def figures(data: Data) -> dict[str, Figure]:
+    figure = JournalFigure(2, 70)
+    left, right = figure.subplots(1, 2, sharey=True)
+    spacing = [1 / row["cells"] for row in data["spacings"]]
+    for axes, names in ((left, HERTZIAN), (right, TANGENTIAL)):
+        for index, name in enumerate(names):
+            errors = [100 * abs(row[name]) for row in data["spacings"]]
+            points(axes, spacing, errors, index, NAMES[name])
+        slope_guide(axes, spacing[::-1], 2e-5, 1.0, "h")
+        slope_guide(axes, spacing[::-1], 2e-5, 2.0, "h²")
+        axes.set(xscale="log", yscale="log", xlabel="spacing h/a")
+        axes.set_xticks([1 / 32, 1 / 64, 1 / 128, 1 / 220], ["1/32", "1/64", "1/128", "1/220"])
+        axes.minorticks_off()
+        axes.margins(x=0.08)
+        axes.legend(loc="upper left")
+    left.set(ylabel="deviation (%)", ylim=(3e-6, 100), title="Hertz")
+    right.set_title("Cattaneo and Mindlin")
+    return {"orders": figure}
+
+
+SECTION = Section("closed_forms", "Closed forms of the unworn sphere", run, text, checks, figures)

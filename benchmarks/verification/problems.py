@@ -1,0 +1,75 @@
+"""The contacts of the comparisons and how to run them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from tests.mechanics.problems import COUPLING, FRICTION, P0, RADIUS, WEAR, A
+
+from fretwear import Case
+from fretwear.mechanics.measures import Measures, measure
+from fretwear.mechanics.state import State, WearProblem
+from fretwear.mechanics.wear import evolve
+
+DEPTH = A**2 / RADIUS
+VOLUME = A**4 / RADIUS
+TIME_PER_CYCLE = 4 * WEAR * FRICTION * COUPLING * P0
+"""τ of one cycle: τ = 4 K_w µ κ p0 N."""
+
+STUDY_LIMIT = 4500e6 / P0
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """A state and its scalars."""
+
+    state: State
+    measures: Measures
+
+    @property
+    def deepest_wear(self) -> float:
+        return float(self.state.wear.max())
+
+    @property
+    def deepest_mean_wear(self) -> float:
+        """The largest mean of wear around a circle, m.
+
+        A cell counts for the two circles around it, of radii that are multiples of the spacing.
+        """
+        window = self.state.window
+        radius = np.hypot(*np.meshgrid(window.x, window.y, indexing="ij")).ravel()
+        inner, share = np.divmod(radius / window.spacing[0], 1.0)
+        circle, wear = inner.astype(int), self.state.wear.ravel()
+        count = int(circle.max()) + 2
+        weight = np.bincount(circle, 1.0 - share, count) + np.bincount(circle + 1, share, count)
+        total = np.bincount(circle, (1.0 - share) * wear, count)
+        total += np.bincount(circle + 1, share * wear, count)
+        return float((total / np.maximum(weight, 1e-9)).max())
+
+
+def snapshots(
+    problem: WearProblem, cycles: list[float], tolerance: float = 0.01
+) -> dict[float, Snapshot]:
+    """Run a contact and keep the states at some cycles, increasing and after 0."""
+    kept = {}
+    for state in evolve(problem, cycles, tolerance):
+        if state.cycle in cycles:
+            kept[state.cycle] = Snapshot(state, measure(state, problem.friction))
+    return kept
+
+
+def study_case(*, rough: bool, limit: str = "4500 MPa", **changes: object) -> Case:
+    """The study's contact, 50 N and 20 N, on the default spacing."""
+    waves = {"kind": "wavy", "amplitude": "0.2 um", "slope_x": "5.7 deg", "slope_y": "1 deg"}
+    parameters = {
+        "radius": "10 mm",
+        "youngs_modulus": "208 GPa",
+        "poisson_ratio": 0.3,
+        "load": "50 N",
+        "tangential_load": "20 N",
+        "friction": 0.5,
+        "wear_coefficient": "7e-13 / Pa",
+        "plastic_limit": limit,
+        "roughness": waves if rough else None,
+        "cycles": 30000,
+    }
+    return Case(**{**parameters, **changes})

@@ -1,0 +1,198 @@
+"""The three-dimensional run against the independent solver on rings."""
+
+import csv
+import math
+from pathlib import Path
+
+from benchmarks.verification.plots import allowed, points
+from benchmarks.verification.problems import (
+    DEPTH,
+    STUDY_LIMIT,
+    TIME_PER_CYCLE,
+    VOLUME,
+    snapshots,
+)
+from benchmarks.verification.section import Check, Data, Section
+from benchmarks.verification.tables import percent, table, worst
+from matplotlib.figure import Figure
+from tests.mechanics import reference
+from tests.mechanics.problems import HERTZ, P0, A, fretting
+
+from fretwear.figures.style import JournalFigure, styled
+from fretwear.mechanics.theory import LimitingState
+
+TIMES = (0.5, 1.0, 2.0, 3.0, 5.0, 10.0, 20.0)
+REQUIRED = 0.005
+NAMES = {
+    "central_pressure": "central pressure",
+    "deepest_wear": "deepest wear",
+    "wear_volume": "wear volume",
+}
+# At X = 0.2 one run has the stick edge where the staircase of cells errs least, and one where it
+# errs most; see the section on the limiting state.
+ELASTIC = ((0.2, 330.49), (0.2, 329.95), (0.5, 220.0), (0.9, 110.0))
+CAPPED = ((0.2, 220.0), (0.5, 220.0), (0.8, 143.0), (0.9, 110.0))
+TABLE = Path(next(iter(reference.__path__))) / "smooth_wear.csv"
+
+
+def stored(ratio: float, limit: float) -> dict[float, dict[str, float]]:
+    """Values of the solver on rings at each τ, for a load ratio and a limit over p0."""
+    with TABLE.open(newline="", encoding="utf-8") as file:
+        rows = [{key: float(value) for key, value in row.items()} for row in csv.DictReader(file)]
+    return {
+        row["tau"]: row
+        for row in rows
+        if row["load_ratio"] == ratio
+        and (row["limit_ratio"] == limit or math.isclose(row["limit_ratio"], limit, rel_tol=1e-6))
+    }
+
+
+def compare(ratio: float, cells: float, limit: float) -> Data:
+    """Deviations of one run at all times."""
+    reference_values = stored(ratio, limit)
+    problem = fretting(cells, load_ratio=ratio, limit=limit)
+    found = snapshots(problem, [time / TIME_PER_CYCLE for time in TIMES])
+    deviations: dict[str, list[float]] = {name: [] for name in NAMES}
+    plastic, plastic_reference = [], []
+    for time, snapshot in zip(TIMES, found.values(), strict=True):
+        known, measures = reference_values[time], snapshot.measures
+        values = (
+            measures.central_pressure / P0,
+            snapshot.deepest_wear / DEPTH,
+            measures.wear_volume / VOLUME,
+        )
+        for name, value in zip(NAMES, values, strict=True):
+            deviations[name].append(value / known[name] - 1)
+        plastic.append(measures.plastic_volume / VOLUME)
+        plastic_reference.append(known["plastic_volume"])
+    return {
+        "ratio": ratio,
+        "cells": cells,
+        "deviations": deviations,
+        "plastic": plastic,
+        "plastic_reference": plastic_reference,
+    }
+
+
+def run() -> Data:
+    return {
+        "elastic": [compare(ratio, cells, math.inf) for ratio, cells in ELASTIC],
+        "capped": [compare(ratio, cells, STUDY_LIMIT) for ratio, cells in CAPPED],
+    }
+
+
+def checks(data: Data) -> list[Check]:
+    found = [
+        Check(
+            f"X = {row['ratio']}, elastic, a/{_cells(row)}, τ to 20",
+            worst(value for values in row["deviations"].values() for value in values),
+            REQUIRED,
+        )
+        for row in data["elastic"]
+    ]
+    for row in data["capped"]:
+        unyielded = [
+            time for time, volume in zip(TIMES, row["plastic_reference"], strict=True) if not volume
+        ]
+        for last in sorted({unyielded[-1], TIMES[-1]}):
+            count = TIMES.index(last) + 1
+            found.append(
+                Check(
+                    f"X = {row['ratio']}, capped, a/{_cells(row)}, τ to {last:g}",
+                    worst(
+                        value for values in row["deviations"].values() for value in values[:count]
+                    ),
+                    REQUIRED,
+                )
+            )
+    return found
+
+
+def text(data: Data) -> str:
+    header = ["", *(f"τ = {time:g}" for time in TIMES)]
+
+    def part(row: Data) -> str:
+        rows = [
+            [label, *(percent(value) for value in row["deviations"][name])]
+            for name, label in NAMES.items()
+        ]
+        if any(row["plastic_reference"]):
+            rows.append(["plastic volume / (a⁴/R)", *(f"{value:.2g}" for value in row["plastic"])])
+            rows.append(["the same on rings", *(f"{v:.2g}" for v in row["plastic_reference"])])
+        first = f"X = {row['ratio']}, a/{_cells(row)}"
+        return table([first, *header[1:]], rows)
+
+    bands = table(
+        ["", *(f"X = {ratio}" for ratio, _ in CAPPED)],
+        [
+            ["band above 4500 MPa in the limit, over a", *(f"{_band(r):.2g}" for r, _ in CAPPED)],
+            ["cells of the runs above across it", *(f"{_band(r) * c:.2g}" for r, c in CAPPED)],
+        ],
+    )
+    elastic = "\n\n".join(part(row) for row in data["elastic"])
+    capped = "\n\n".join(part(row) for row in data["capped"])
+    return f"""\
+`fretwear.mechanics.axisymmetric` solves the smooth case by other means: concentric rings instead of
+rectangles, dense matrices instead of transforms, small backward steps with extrapolation instead of
+the adaptive method. Its values with their uncertainties (at most 0.3 % where something yields, far
+less elsewhere) are in `tests/mechanics/reference/smooth_wear.csv`. Allowed: 0.5 % at every τ. Runs
+at the default tolerance; the spacing of each is the one this takes.
+
+X = 0.2 is shown twice: with the stick edge where the staircase of cells errs least (a/330.49) and
+where it errs most (a/329.95). The deepest wear, an extreme, meets the bound at the first only; to
+meet it at any position would take about a/1000.
+
+### Elastic
+
+{elastic}
+
+### Capped at 4500 MPa
+
+{capped}
+
+{{figure:deviations}}
+
+What yields is a narrow band at the stick edge. A grid of squares has to resolve it:
+
+{bands}
+
+Where a cell is wider than the band, the grid sees too little of the yielding or none (the plastic
+volumes in the tables), and the run is closer to the elastic one than it should be. That is the case
+at X = 0.2 and 0.5: there capped runs **fall short** once yielding has begun. On uniform rings a
+width of two thirds of the band gave all values within 0.5 %; for squares that would mean a spacing
+of about a/1000 at X = 0.5 and a/9000 at X = 0.2. At X = 0.8, which is the study's, and at 0.9 the
+agreement holds to the end.
+"""
+
+
+def _cells(row: Data) -> str:
+    return f"{row['cells']:.5g}"
+
+
+def _band(ratio: float) -> float:
+    return LimitingState(HERTZ, ratio).width_above(STUDY_LIMIT * P0) / A
+
+
+@styled
+def figures(data: Data) -> dict[str, Figure]:
+    figure = JournalFigure(2, 70)
+    panels = figure.subplots(1, 2, sharey=True)
+    for axes, kind in zip(panels, ("elastic", "capped"), strict=True):
+        for index, row in enumerate(data[kind]):
+            errors = [100 * value for value in row["deviations"]["wear_volume"]]
+            points(axes, TIMES, errors, index, f"X = {row['ratio']}, a/{_cells(row)}")
+        allowed(axes, 100 * REQUIRED, "allowed")
+        axes.set(xscale="log", xlabel="τ = $4 K_w µ κ p_0 N$", title=kind)
+        axes.set_yscale("symlog", linthresh=0.5, linscale=1.5)
+        axes.set_xticks(TIMES, [f"{time:g}" for time in TIMES])
+        axes.set_yticks(
+            [-10, -5, -2, -1, -0.5, 0, 0.5, 1], ["−10", "−5", "−2", "−1", "−0.5", "0", "0.5", "1"]
+        )
+        axes.minorticks_off()
+        axes.margins(x=0.05)
+        axes.legend(loc="lower left")
+    panels[0].set_ylabel("deviation of the wear volume (%)")
+    return {"deviations": figure}
+
+
+SECTION = Section("rings", "Wear history against the solver on rings", run, text, checks, figures)
