@@ -231,9 +231,14 @@ def test_the_report_of_the_workflow_itself_holds_the_figures(copy):
     assert "contact_half_width" in page
 
 
-def test_a_study_is_given_by_name_or_by_path():
+def test_a_study_is_given_by_name_or_by_path(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     assert study_file("paper") == Path("studies/paper.yaml")
+    assert study_file("loads-1.5") == Path("studies/loads-1.5.yaml")
     assert study_file("mine/own.yaml") == Path("mine/own.yaml")
+    assert study_file("own.yaml") == Path("studies/own.yaml")
+    Path("own.yaml").touch()
+    assert study_file("own.yaml") == Path("own.yaml")
 
 
 def test_jobs_depend_on_all_that_a_file_holds(fresh, monkeypatch):

@@ -29,7 +29,10 @@ _MINUTES_TO_START = 5
 def study_file(name: str) -> Path:
     """Return the file of a study given by its name in ``studies/`` or as a path to a YAML file."""
     path = Path(name)
-    return path if path.suffix in (".yaml", ".yml") else STUDIES / f"{name}.yaml"
+    if path.suffix not in (".yaml", ".yml"):
+        return STUDIES / f"{name}.yaml"
+    is_bare_name = path.parent == Path()
+    return STUDIES / path if is_bare_name and not path.exists() else path
 
 
 @dataclass(frozen=True)

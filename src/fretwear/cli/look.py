@@ -9,7 +9,7 @@ import typer
 
 from fretwear.cli.arguments import CaseFile
 from fretwear.cli.outputs import check_file
-from fretwear.cli.status import Status, failing_as, refuse
+from fretwear.cli.status import Status, failing_as
 
 _FORMATS = (".png", ".svg", ".pdf")
 
@@ -43,10 +43,7 @@ def plot(
     ] = None,
 ) -> None:
     """Draw pressure, shear, gap and wear along x, and a map of the scar."""
-    path = output or file.with_suffix(".png")
-    if path.suffix.lower() not in _FORMATS:
-        raise refuse(f"{path}: must end in {', '.join(_FORMATS[:-1])} or {_FORMATS[-1]}")
-    check_file(path)
+    path = check_file(output or file.with_suffix(".png"), *_FORMATS)
 
     from fretwear.data.errors import DataFileError
     from fretwear.data.store import open_case, open_history

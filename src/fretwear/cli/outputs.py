@@ -9,10 +9,22 @@ from pathlib import Path
 from fretwear.cli.status import refuse
 
 
-def check_file(path: Path) -> Path:
-    """Return a path to which a file can be written, or leave with a message and status 2."""
+def check_file(path: Path, *endings: str) -> Path:
+    """Return a path to which a file can be written, or leave with a message and status 2.
+
+    Parameters
+    ----------
+    path
+        Where to write.
+    endings
+        What the name may end in, such as ``.nc``. A folder named by mistake ends in none.
+    """
     if path.is_dir():
-        raise refuse(f"{path}: is a folder; give the name of a file in it, such as {path / 'x.nc'}")
+        raise refuse(f"{path}: is a folder; give a file in it, such as {path / f'x{endings[0]}'}")
+    if path.suffix.lower() not in endings:
+        *others, last = endings
+        expected = f"{', '.join(others)} or {last}" if others else last
+        raise refuse(f"{path}: is to end in {expected}")
     check_folder(path.parent)
     return path
 

@@ -43,7 +43,7 @@ def run(
 
     with failing_as(Status.WRONG_INPUT, StudyError):
         chosen = select_case(file, case_id, set_ or ())
-    path = check_file(output or Path(f"{chosen.case_id}.nc"))
+    path = check_file(output or Path(f"{chosen.case_id}.nc"), ".nc")
 
     from fretwear import simulation
     from fretwear.checkpoints import Checkpoint
