@@ -84,23 +84,33 @@ class Violations:
         Error of the load, relative to the load.
     loaded_gap, penetration
         Largest gap under pressure and largest overlap of the bodies anywhere, relative to δ.
+    reported_gap
+        Largest difference of the state's own gap from that of its shape, relative to δ.
     """
 
     load: float
     loaded_gap: float
     penetration: float
+    reported_gap: float
+
+    @property
+    def worst(self) -> float:
+        """The largest of them."""
+        return max(self.load, self.loaded_gap, self.penetration, self.reported_gap)
 
 
 def violations(problem: WearProblem, state: State) -> Violations:
     """Violations of the contact conditions by a state, from its pressure and its shape alone."""
-    fields = (state.pressure, problem.surface.shape(state.window) + state.wear + state.plastic)
+    shape = problem.surface.shape(state.window) + state.wear + state.plastic
+    fields = (state.pressure, shape, state.gap)
     if state.window.quarter:
         fields = tuple(unfolded(field) for field in fields)
-    pressure, shape = fields
+    pressure, shape, reported = fields
     spacing = state.window.spacing
     gap = displacement(pressure, spacing, problem.composite_modulus) + shape - state.approach
     return Violations(
         load=abs(float(pressure.sum()) * spacing[0] * spacing[1] / problem.load - 1.0),
         loaded_gap=float(np.abs(gap[pressure > 0]).max()) / state.approach,
         penetration=float(-gap.min()) / state.approach,
+        reported_gap=float(np.abs(reported - gap).max()) / state.approach,
     )

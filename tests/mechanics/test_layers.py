@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
@@ -62,6 +62,7 @@ def test_wear_without_flow_solves_its_differential_equation(wear, gap, known, ra
 
 
 @given(**stages, shift=st.floats(-3, 3) | st.none())
+@example(wear=1.0, gap=0.0, shift=-1.0, known=0.0, rate=1.0, pressure=1.0)
 def test_wear_never_decreases_with_pressure_nor_below_its_start(
     wear, gap, shift, known, rate, pressure
 ):
