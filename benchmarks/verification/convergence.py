@@ -115,7 +115,7 @@ deviation of the default run, **bold** where it is more than the 1 % allowed.
 The figure adds a run at twice the default spacing.
 
 What falls short, and why. *Smooth:* the plastic volume at N = {CYCLES[1]:.0f}, when yielding has
-just begun in a band that is still narrow; it is {100 * _share(data["smooth"]):.0f} % of the plastic volume
+just begun in a band that is still narrow; it is then {100 * _share(data["smooth"]):.0f} % of that
 at N = {CYCLES[2]:.0f}, which is within the bound. *Rough:* the contact sticks on asperity tips a
 few cells wide; areas count whole cells, so the stick area changes by several per cent when the
 cells are halved, and the plastic volume, which sits on the same tips, by more than 1 %. The
