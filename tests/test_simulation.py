@@ -9,8 +9,10 @@ import xarray as xr
 
 import fretwear
 from fretwear.journal import Journal, Step
+from fretwear.mechanics.surfaces import Surface
 from fretwear.mechanics.theory import CattaneoMindlin, HertzContact
-from fretwear.simulation import OPEN, SLIP, STICK, run, simulate
+from fretwear.mechanics.window import Window
+from fretwear.simulation import OPEN, SLIP, STICK, run, simulate, wear_problem
 from fretwear.study.case import Case
 
 ROUGH = {"amplitude": "0.2 um", "slope_x": "0.4 deg", "slope_y": "0.3 deg"}
@@ -139,6 +141,17 @@ def test_unworn_smooth_case_is_that_of_hertz_cattaneo_and_mindlin():
     assert np.abs(first.slip - theory.slip(r)).max() < 2e-3 * theory.slip(r).max()
 
 
+def test_waves_lie_along_the_axes_of_their_slopes():
+    case = make(roughness=ROUGH)
+    problem = wear_problem(case)
+    window = Window((40, 30), problem.spacing)
+    waves = problem.surface.shape(window) - Surface(case.radius).shape(window)
+    # R = A cos(k_y y) sin(π/2 + k_x x) with k = (π/2) tanθ/A.
+    k_x, k_y = (0.5 * np.pi * np.tan(np.deg2rad(slope)) / 0.2e-6 for slope in (0.4, 0.3))
+    expected = 0.2e-6 * np.outer(np.sin(np.pi / 2 + k_x * window.x), np.cos(k_y * window.y))
+    np.testing.assert_allclose(waves, expected, atol=1e-18)
+
+
 def test_gap_outside_an_earlier_window_is_evaluated_not_made_up():
     case = make(tangential_ratio=0.9, cycles=3000, output_cycles=())
     ds = simulate(case)
@@ -221,6 +234,11 @@ def test_materials_matter_through_their_composite_modulus_and_coupling_alone():
             # Rounding of E* and κ, as long as it flips no decision of the contact solver.
             scale = float(np.abs(values).max())
             np.testing.assert_allclose(other[key], values, atol=1e-6 * scale, err_msg=key)
+    hertz = HertzContact(first.radius, first.load, first.composite_modulus)
+    theory = CattaneoMindlin(hertz, first.friction, first.tangential_force, first.coupling)
+    moved = float(results[0].tangential_displacement[0])
+    assert moved == pytest.approx(theory.tangential_displacement, rel=2e-3, abs=0)
+    assert first.coupling != pytest.approx(make().coupling, rel=0.02)
     volumes = [float(ds.wear_volume[-1]) for ds in (results[0], simulate(make()))]
     assert volumes[0] > 1.1 * volumes[1]
 
