@@ -81,6 +81,12 @@ def test_the_commands_of_the_readme_exist():
         assert f"fretwear {command}" in call(command, "--help")
 
 
+def test_the_cases_whose_times_are_told_are_those_of_the_default_study():
+    told = set(re.findall(r"--case (P\S+?)`", README))
+    assert len(told) == 3
+    assert told <= load_study(REPOSITORY / "studies/demo.yaml").cases().keys()
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("number", range(len(blocks("python"))))
 def test_the_python_of_the_readme_runs(number, coarse_demo, monkeypatch, capsys):
