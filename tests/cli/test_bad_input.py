@@ -7,7 +7,12 @@ MISTAKES = {
     "misspelt key": ({"base/lod": "50 N"}, "base.lod", "50 N", "did you mean 'load'"),
     "missing key": ({"base/radius": None}, "base.radius", "", "is missing"),
     "both tangential": ({"base/tangential_load": "9 N"}, "base.tangential_load", "9 N", "one"),
-    "neither tangential": ({"base/tangential_ratio": None}, "base.tangential_ratio", "", "one"),
+    "neither tangential": (
+        {"base/tangential_ratio": None},
+        "base.tangential_ratio",
+        "",
+        "is missing, and",
+    ),
     "wrong dimension": ({"base/radius": "10 N"}, "base.radius", "10 N", "must be a length"),
     "missing unit": ({"vary/load": ["25 N", 50]}, "vary.load[1]", "50", "needs a unit"),
     "negative": ({"vary/load": ["-25 N"]}, "vary.load[0]", "-25 N", "larger than 0"),

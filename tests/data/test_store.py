@@ -191,6 +191,20 @@ def test_a_file_that_is_no_case_is_named(tmp_path, content):
         open_case(path)
 
 
+def test_nobody_is_told_to_remove_a_file_of_another_kind(tmp_path, results):
+    study_file = tmp_path / "study.yaml"
+    study_file.write_text("title: Loads\n")
+    with pytest.raises(CaseFileError, match="Check the name") as error:
+        open_case(study_file)
+    assert "Remove" not in str(error.value)
+    merged = tmp_path / "summary.nc"
+    results.dataset[["wear_volume"]].drop_attrs().to_netcdf(merged)
+    seal(merged)
+    with pytest.raises(CaseFileError, match="not the file of one case") as error:
+        open_case(merged)
+    assert "Remove" not in str(error.value)
+
+
 def test_an_unfinished_file_is_not_opened(tmp_path, results):
     path = tmp_path / "case.nc"
     results.dataset.to_netcdf(path)

@@ -40,8 +40,12 @@ def test_just_below_gross_sliding_is_accepted():
 
 
 def test_exactly_one_tangential_parameter_is_given():
-    assert "exactly one" in refusal(tangential_load=10.0)
-    assert "exactly one" in refusal(tangential_ratio=None)
+    message = refusal(tangential_load=10.0)
+    assert "tangential_load is one too many" in message
+    assert "exactly one" in message
+    message = refusal(tangential_ratio=None)
+    assert "tangential_ratio is missing, and so is tangential_load" in message
+    assert "exactly one" in message
 
 
 def test_a_plastic_limit_must_carry_the_load_within_half_space_theory():

@@ -21,7 +21,11 @@ HISTORY_GROUP = "history"
 COMPLETE = "complete"
 
 _CHECK_NAME = "Check the name, or run the case"
+_CHECK_KIND = "Check the name: the files of the cases lie in the folder cases/ of a study's results"
 _RUN_AGAIN = "Remove the file and run the case again"
+# What is no netCDF-4 file may be precious, a study file for example: nothing is to be removed.
+_CHECK_FIRST = "Check the name; if it is what is left of a case file, run the case again"
+_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 
 @dataclass(frozen=True)
@@ -71,7 +75,7 @@ def opened_case(path: str | PathLike[str]) -> Iterator[CaseFile]:
     """
     path = Path(path)
     if problem := damage(path, "case file"):
-        raise CaseFileError(path, problem, _RUN_AGAIN if path.is_file() else _CHECK_NAME)
+        raise CaseFileError(path, problem, _remedy(path))
     try:
         file = netCDF4.Dataset(path, "r")
     except (OSError, RuntimeError) as cause:
@@ -79,6 +83,8 @@ def opened_case(path: str | PathLike[str]) -> Iterator[CaseFile]:
     with file:
         file.set_auto_mask(False)
         case_file = CaseFile(path, file)
+        if "case_id" not in file.ncattrs():
+            raise CaseFileError(path, "it is not the file of one case", _CHECK_KIND)
         if COMPLETE not in file.ncattrs() or file.getncattr(COMPLETE) != 1:
             raise case_file.unusable("the run that wrote it did not finish")
         lacking = missing_variables({name: v.dimensions for name, v in file.variables.items()})
@@ -86,6 +92,17 @@ def opened_case(path: str | PathLike[str]) -> Iterator[CaseFile]:
         if lacking:
             raise case_file.unusable(f"it lacks {', '.join(lacking)}")
         yield case_file
+
+
+def _remedy(path: Path) -> str:
+    if not path.is_file():
+        return _CHECK_NAME
+    try:
+        with path.open("rb") as stream:
+            begins = stream.read(len(_SIGNATURE))
+    except OSError:
+        return _CHECK_NAME
+    return _RUN_AGAIN if begins == _SIGNATURE else _CHECK_FIRST
 
 
 def missing_variables(dims: Mapping[Hashable, tuple[Hashable, ...]]) -> list[str]:

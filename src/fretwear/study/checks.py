@@ -33,7 +33,7 @@ class Finding:
     subject : str
         Name of the parameter to blame.
     value : str
-        What it is.
+        What it is; empty where that is no value.
     rule : str
         What is wrong, as a sentence that continues "subject: value".
     hint : str
@@ -47,7 +47,8 @@ class Finding:
 
     def sentence(self) -> str:
         """Everything in one line."""
-        text = f"{self.subject} = {self.value} {self.rule}"
+        place = self.subject + (f" = {self.value}" if self.value else "")
+        text = f"{place} {self.rule}"
         return f"{text}; {self.hint}" if self.hint else text
 
 
@@ -67,14 +68,14 @@ def exactly_one_tangential(given: Iterable[str]) -> Finding | None:
     if names:
         return Finding(
             TANGENTIAL[1],
-            "given",
+            "",
             "is one too many: tangential_ratio, Q/(µP), is given as well",
             "give exactly one of the two",
         )
     return Finding(
         TANGENTIAL[0],
-        "missing",
-        "and so is tangential_load",
+        "",
+        "is missing, and so is tangential_load",
         "give exactly one of tangential_ratio: 0.8 (Q/(µP)) and tangential_load: 20 N",
     )
 
