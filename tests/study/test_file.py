@@ -155,6 +155,17 @@ def test_unequal_lists_under_zip_are_refused_with_their_lengths(studies, content
     assert "friction has 3" in problem.rule
 
 
+def test_paired_lists_may_repeat_a_value_but_not_a_whole_row(studies, content):
+    content["design"] = "zip"
+    content["vary"] = {"load": ["50 N", "50 N", "25 N"], "friction": [0.5, 0.6, 0.5]}
+    assert len(studies.load(content).points()) == 3
+    content["vary"]["friction"] = [0.5, 0.5, 0.5]
+    (problem,) = studies.error(content).problems
+    assert problem.key == "vary"
+    assert problem.value == "load 50 N, friction 0.5"
+    assert "point 2 the same as point 1" in problem.rule
+
+
 def test_a_point_that_slides_names_its_values(studies, content):
     del content["base"]["tangential_ratio"]
     content["base"]["tangential_load"] = "10 N"
@@ -260,6 +271,14 @@ def test_a_study_says_its_points_in_order(studies, content):
     assert [point.case.load for point in study.points()] == [25.0, 50.0, 25.0, 50.0]
     assert study.points()[2].values == {"plastic_limit": 4.5e9, "load": 25.0}
     assert study.points()[2].labels == {"plastic_limit": "4500 MPa", "load": "25 N"}
+
+
+def test_surfaces_that_differ_in_their_last_part_have_labels_of_their_own(studies, content):
+    waves = {"kind": "wavy", "amplitude": "0.2 um", "slope_x": "5.7 deg"}
+    content["vary"] = {"roughness": [{**waves, "slope_y": f"{slope} deg"} for slope in (1, 2)]}
+    first, second = (point.labels["roughness"] for point in studies.load(content).points())
+    assert first.endswith("slope_y: 1 deg}")
+    assert second.endswith("slope_y: 2 deg}")
 
 
 def test_points_are_the_cases_that_python_would_make(studies, content):

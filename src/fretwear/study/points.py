@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from fretwear.study.case import Case, WavyRoughness, with_first_and_last
 from fretwear.study.checks import CHECKS, TANGENTIAL, Check, Finding
 from fretwear.study.parameters import ROUGHNESS
-from fretwear.study.problems import shown
+from fretwear.study.problems import in_words
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Axis:
     @property
     def labels(self) -> tuple[str, ...]:
         """The values in the words of the file."""
-        return tuple(shown(value) for value in self.written)
+        return tuple(in_words(value) for value in self.written)
 
 
 @dataclass(frozen=True)

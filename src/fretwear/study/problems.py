@@ -66,22 +66,26 @@ class StudyError(ValueError):
 
 def shown(value: object) -> str:
     """Return a value of a file for a message: short, printable, in the words of the file."""
+    text = in_words(value)
+    return text if len(text) <= _LONGEST_VALUE else f"{text[: _LONGEST_VALUE - 3]}..."
+
+
+def in_words(value: object) -> str:
+    """Return a value in the words of the file, printable and whole: different values differ."""
     if value is None:
         return ""
     if isinstance(value, bool):
-        text = str(value).lower()
-    elif isinstance(value, str):
-        text = value if value.isprintable() and value.strip() else repr(value)
-    elif isinstance(value, dict):
-        text = "{" + ", ".join(f"{key}: {shown(item)}" for key, item in value.items()) + "}"
-    elif isinstance(value, list | tuple):
-        text = "[" + ", ".join(shown(item) for item in value[:10]) + "]"
-    else:
-        try:
-            text = str(value)
-        except ValueError:  # Python refuses to write out whole numbers of thousands of digits
-            text = "a number of thousands of digits"
-    return text if len(text) <= _LONGEST_VALUE else f"{text[: _LONGEST_VALUE - 3]}..."
+        return str(value).lower()
+    if isinstance(value, str):
+        return value if value.isprintable() and value.strip() else repr(value)
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{key}: {in_words(item)}" for key, item in value.items()) + "}"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(in_words(item) for item in value) + "]"
+    try:
+        return str(value)
+    except ValueError:  # Python refuses to write out whole numbers of thousands of digits
+        return "a number of thousands of digits"
 
 
 def suggestion(name: str, known: Sequence[str]) -> str:
