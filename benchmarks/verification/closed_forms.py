@@ -8,8 +8,8 @@ from matplotlib.figure import Figure
 from tests.mechanics.problems import COUPLING, FRICTION, HERTZ, LOAD, P0, A, fretting
 
 from fretwear.figures.style import JournalFigure, styled
+from fretwear.mechanics.loading import first_loading
 from fretwear.mechanics.measures import measure
-from fretwear.mechanics.state import first_loading
 from fretwear.mechanics.theory import CattaneoMindlin
 
 CELLS = (32, 45, 64, 91, 110, 128, 156, 181, 220)

@@ -7,9 +7,10 @@ from fretwear.mechanics.contact import solve_contact
 from fretwear.mechanics.contact_problem import ContactProblem
 from fretwear.mechanics.halfspace import half_space
 from fretwear.mechanics.layers import WearLayer, WinklerLayer
+from fretwear.mechanics.loading import first_loading
 from fretwear.mechanics.measures import measure
 from fretwear.mechanics.slip import CattaneoMindlinSlip, Friction, JaegerSlip
-from fretwear.mechanics.state import State, first_loading
+from fretwear.mechanics.state import State
 from fretwear.mechanics.theory import CattaneoMindlin
 
 from .problems import (

@@ -7,8 +7,10 @@ import pytest
 
 from fretwear.mechanics.contact import solve_contact
 from fretwear.mechanics.contact_problem import ContactProblem
+from fretwear.mechanics.loading import first_loading
+from fretwear.mechanics.outlook import grown_extent, touched_sides
 from fretwear.mechanics.slip import JaegerSlip
-from fretwear.mechanics.state import State, first_loading, grown_extent, touched_sides
+from fretwear.mechanics.state import State
 from fretwear.mechanics.theory import HertzContact
 from fretwear.mechanics.wear import evolve
 from fretwear.mechanics.window import Window, fast_shape

@@ -9,8 +9,10 @@ import pytest
 
 from fretwear.mechanics import active_set, contact
 from fretwear.mechanics.contact import ContactError
+from fretwear.mechanics.loading import first_loading
+from fretwear.mechanics.outlook import touched_sides
 from fretwear.mechanics.slip import CattaneoMindlinSlip, JaegerSlip
-from fretwear.mechanics.state import State, WearProblem, first_loading, touched_sides
+from fretwear.mechanics.state import State, WearProblem
 from fretwear.mechanics.wear import WearError, evolve
 
 from .oracles import violations

@@ -65,8 +65,8 @@ def measure(state: State, friction: Friction) -> Measures:
         tangential_displacement=friction.tangential_displacement(state.approach, reduced),
         contact_half_width_x=half_width(window, contact, state.gap, 0),
         contact_half_width_y=half_width(window, contact, state.gap, 1),
-        stick_half_width_x=half_width(window, stick, reduced.gap, 0),
-        stick_half_width_y=half_width(window, stick, reduced.gap, 1),
+        stick_half_width_x=stick_half_width(window, reduced.pressure, 0),
+        stick_half_width_y=stick_half_width(window, reduced.pressure, 1),
         contact_area=window.integral(contact.astype(float)),
         stick_area=window.integral(stick.astype(float)),
         peak_pressure=float(state.pressure.max()),
@@ -105,8 +105,7 @@ def half_width(window: Window, inside: Mask, gap: Array, axis: int) -> float:
     -------
     float, m; 0 where the axis has no cell of the zone.
     """
-    first = [0 if window.quarter else n // 2 for n in window.shape]
-    along = (slice(first[0], None), first[1]) if axis == 0 else (first[0], slice(first[1], None))
+    along = _half_axis(window, axis)
     zone = np.flatnonzero(inside[along])
     if zone.size == 0:
         return 0.0
@@ -119,3 +118,45 @@ def half_width(window: Window, inside: Mask, gap: Array, axis: int) -> float:
     near, far = np.cbrt(outside) ** 2
     beyond = float(near / (far - near)) if far > near else 0.5
     return center + spacing * (1.0 - min(max(beyond, 0.0), 1.0))
+
+
+def stick_half_width(window: Window, pressure: Array, axis: int) -> float:
+    """Distance of the outermost edge of the stick zone from the origin along an axis, m.
+
+    Near its edge the square of the pressure at the reduced load falls linearly in the square of
+    the coordinate, exactly so for a sphere. The zero of that law through the cells next to the
+    outermost one is the edge, kept within a cell of the outermost center. Wear beside the stick
+    zone leaves this pressure as it is, so the edge of an elastic run stays where it is.
+
+    Parameters
+    ----------
+    window
+        Where the pressure is given.
+    pressure
+        p*, Pa, zero outside the stick zone.
+    axis
+        0 for the x axis, 1 for the y axis.
+
+    Returns
+    -------
+    float, m; 0 where the axis has no cell that sticks.
+    """
+    line = pressure[_half_axis(window, axis)]
+    zone = np.flatnonzero(line > 0)
+    if zone.size == 0:
+        return 0.0
+    spacing = window.spacing[axis]
+    last = int(zone[-1])
+    center = (last + 0.5) * spacing
+    edge = center + 0.5 * spacing
+    if last >= 2 and line[last - 1] > 0 and line[last - 2] > line[last - 1]:
+        near, far = line[last - 1] ** 2, line[last - 2] ** 2
+        inner, innermost = ((last - 0.5) * spacing) ** 2, ((last - 1.5) * spacing) ** 2
+        edge = float(np.sqrt(inner + (inner - innermost) * near / (far - near)))
+    return min(max(edge, center), center + spacing)
+
+
+def _half_axis(window: Window, axis: int) -> tuple[slice | int, slice | int]:
+    """Index of the cells on the positive half of an axis, or nearest to it."""
+    first = [0 if window.quarter else n // 2 for n in window.shape]
+    return (slice(first[0], None), first[1]) if axis == 0 else (first[0], slice(first[1], None))

@@ -4,20 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from fretwear.mechanics.arrays import Array
-from fretwear.mechanics.contact import solve_contact
-from fretwear.mechanics.contact_problem import ContactProblem
 from fretwear.mechanics.halfspace import HalfSpace, half_space
 from fretwear.mechanics.slip import Friction, ReducedContact, SlipModel
 from fretwear.mechanics.surfaces import Surface
-from fretwear.mechanics.window import Window, fast_shape
+from fretwear.mechanics.window import Window
 
 CONTACT_TOLERANCE = 1e-6
-_BORDER = 2
-_GROWTH = 1.12
-_FIRST_STEP = 0.2
 
 
 @dataclass(frozen=True)
@@ -154,68 +147,3 @@ class State:
             source_rate=old.resized(self.source_rate, shape),
             convolutions=self.convolutions + 2,
         )
-
-
-def first_loading(problem: WearProblem) -> State:
-    """The state at cycle 0: loaded for the first time, yielded where it had to, unworn.
-
-    Parameters
-    ----------
-    problem
-        What to load.
-
-    Raises
-    ------
-    fretwear.mechanics.contact.ContactError
-        If the contact does not converge.
-    """
-    extent = problem.extent
-    spent = 0
-    while True:
-        shape = fast_shape(extent, problem.spacing, quarter=problem.quarter)
-        window = Window(shape, problem.spacing, problem.quarter)
-        bodies = problem.half_space(window)
-        gap = problem.surface.shape(window)
-        contact = solve_contact(
-            ContactProblem(bodies, gap, problem.load, problem.limit), tolerance=CONTACT_TOLERANCE
-        )
-        spent += contact.convolutions
-        touched = touched_sides(window, contact.pressure)
-        if not any(touched):
-            break
-        extent = grown_extent(extent, touched)
-    plastic = contact.penetration
-    reduced = problem.slip_model.reduced(bodies, gap + plastic)
-    return State(
-        cycle=0.0,
-        window=window,
-        pressure=contact.pressure,
-        gap=np.maximum(contact.gap, 0.0),
-        wear=np.zeros(shape),
-        plastic=plastic,
-        approach=contact.approach,
-        reduced=reduced,
-        next_step=_FIRST_STEP / (problem.growth_rate * float(contact.pressure.max())),
-        pressure_rate=np.zeros(shape),
-        source_rate=np.zeros(shape),
-        residual=contact.residual,
-        convolutions=spent + reduced.convolutions,
-    )
-
-
-def touched_sides(window: Window, pressure: Array) -> tuple[bool, bool]:
-    """Whether pressure comes near the window's border along x and along y: time to grow."""
-    along_x = bool(pressure[-_BORDER:].any())
-    along_y = bool(pressure[:, -_BORDER:].any())
-    if not window.quarter:
-        along_x |= bool(pressure[:_BORDER].any())
-        along_y |= bool(pressure[:, :_BORDER].any())
-    return along_x, along_y
-
-
-def grown_extent(extent: tuple[float, float], touched: tuple[bool, bool]) -> tuple[float, float]:
-    """The next half-widths, m, of a window whose border was touched."""
-    return (
-        extent[0] * (_GROWTH if touched[0] else 1.0),
-        extent[1] * (_GROWTH if touched[1] else 1.0),
-    )

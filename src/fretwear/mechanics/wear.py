@@ -19,15 +19,10 @@ from math import isfinite, sqrt
 import numpy as np
 
 from fretwear.mechanics.contact import ContactError
+from fretwear.mechanics.loading import first_loading
+from fretwear.mechanics.outlook import Outlook, larger_window
 from fretwear.mechanics.stages import Stage, StageSolver
-from fretwear.mechanics.state import (
-    State,
-    WearProblem,
-    first_loading,
-    grown_extent,
-    touched_sides,
-)
-from fretwear.mechanics.window import Window, fast_shape
+from fretwear.mechanics.state import State, WearProblem
 
 # First stage at γ = 2 − √2; both stages are implicit with the same weight, which makes them alike.
 _GAMMA = 2.0 - sqrt(2.0)
@@ -107,6 +102,7 @@ class _Stepper:
         self.tolerance = tolerance
         self.state = state
         self._solver = StageSolver(problem, state.window, tolerance)
+        self._outlook = Outlook(problem, state.window)
 
     def advance(self, stop: float) -> State:
         """The next accepted state, at ``stop`` or before."""
@@ -125,9 +121,8 @@ class _Stepper:
             except ContactError:
                 wanted = 0.5 * step
                 continue
-            touched = touched_sides(self.state.window, second.pressure)
-            if any(touched):
-                self._grow(touched)
+            if any(self._outlook.touched(second.pressure, second.approach)):
+                self._grow(second)
                 continue
             judgement = self._judge(step, first, second)
             if not judgement.accepted:
@@ -233,13 +228,11 @@ class _Stepper:
         exponent = _FLOW_EXPONENT * sqrt(self.tolerance / _DEFAULT_TOLERANCE)
         return exponent / (self.problem.growth_rate * self.problem.limit)
 
-    def _grow(self, touched: tuple[bool, bool]) -> None:
-        """Put the state on a larger window: nothing has touched there before."""
-        old = self.state.window
-        shape = fast_shape(grown_extent(old.extent, touched), old.spacing, quarter=old.quarter)
-        shape = (max(shape[0], old.shape[0]), max(shape[1], old.shape[1]))
-        window = Window(shape, old.spacing, old.quarter)
+    def _grow(self, stage: Stage) -> None:
+        """Put the state on a window into which the contact of a stage fits."""
+        window = larger_window(self.problem, self.state.window, stage.pressure, stage.approach)
         spent = self._solver.convolutions
         self.state = self.state.on(self.problem, window)
         self._solver = StageSolver(self.problem, window, self.tolerance)
         self._solver.convolutions = spent
+        self._outlook = Outlook(self.problem, window)

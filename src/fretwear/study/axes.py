@@ -39,6 +39,8 @@ def read_axes(vary: Mapping[str, Any], design: Design, problems: list[Problem]) 
         rule = f"must have lists of equal length under design: zip, but {listed}"
         problems.append(Problem("vary", "", rule, "design: grid takes every combination"))
         return ()
+    if design.kind == "zip":
+        _refuse_equal_rows(axes, problems)
     size = design.size(list(lengths.values()))
     if size > MAX_POINTS:
         rule = f"makes {size} points, more than the limit of {MAX_POINTS}"
@@ -83,11 +85,22 @@ def _read_axis(
             continue
         values.append(reading.value)
         identity = _identity(reading.value)
-        if identity in seen:
+        # Paired lists may repeat a value: only a whole row makes the same point.
+        if identity in seen and design.kind != "zip":
             rule = f"is the same value as {key}[{seen[identity]}], {shown(raw[seen[identity]])}"
             problems.append(Problem(place, shown(item), rule, "leave one of them out"))
         seen.setdefault(identity, position)
     return Axis(name, tuple(values), tuple(raw)) if sound else None
+
+
+def _refuse_equal_rows(axes: tuple[Axis, ...], problems: list[Problem]) -> None:
+    seen: dict[object, int] = {}
+    for row, values in enumerate(zip(*(axis.values for axis in axes), strict=True)):
+        first = seen.setdefault(_identity(values), row)
+        if first != row:
+            given = ", ".join(f"{axis.name} {axis.labels[row]}" for axis in axes)
+            rule = f"make point {row + 1} the same as point {first + 1} under design: zip"
+            problems.append(Problem("vary", given, rule, "leave one of them out of every list"))
 
 
 def _identity(value: Any) -> object:
