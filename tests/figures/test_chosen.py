@@ -39,6 +39,17 @@ def test_a_study_of_other_names_takes_the_extremes_of_its_first_two(small_study)
     assert len(chosen.ids) == 4
 
 
+@pytest.mark.parametrize("models", [["jaeger", "cattaneo_mindlin"], ["cattaneo_mindlin", "jaeger"]])
+def test_slip_that_follows_the_worn_shape_is_shown_whatever_the_order(small_study, models) -> None:
+    of_one_load = small_study.summary.isel(load=1, friction=1).drop_vars(
+        "slip_model", errors="ignore"
+    )
+    summary = xr.concat([of_one_load] * 2, xr.Variable("slip_model", models), coords=["case_id"])
+    chosen = choose_cases(summary)
+    assert len(chosen.ids) == 4
+    assert chosen.common == "jaeger"
+
+
 def test_a_study_of_one_case_has_that_case(small_study) -> None:
     summary = small_study.summary.isel(load=0, friction=0, roughness_amplitude=0, plastic_limit=0)
     chosen = choose_cases(summary)

@@ -13,6 +13,8 @@ from fretwear.figures.wording import symbol_text, words_text
 
 _PREFERRED = ("roughness_amplitude", "roughness", "plastic_limit", "slip_model")
 _MOST_CONTRASTS = 2
+# Slip that does not follow the worn shape is for comparison: where there is a choice, not shown.
+_SIMPLIFIED = ("slip_model", "cattaneo_mindlin")
 
 
 @dataclass(frozen=True)
@@ -39,7 +41,8 @@ def choose_cases(summary: xr.Dataset) -> ChosenCases:
 
     They span the extremes of roughness amplitude and plastic limit, or of the first two other
     names if the study does not vary these. All other names have their last value for which all
-    of the cases are done, or as many as possible.
+    of the cases are done, or as many as possible; the slip model has the one that follows the
+    worn shape.
 
     Parameters
     ----------
@@ -85,7 +88,9 @@ def _varied(lines: Sequence[Line]) -> list[str]:
 def _fullest_group(
     lines: Sequence[Line], contrasts: Sequence[str], others: Sequence[str]
 ) -> list[Line]:
-    """Return the extreme lines of the group with most of them, the last such group if several.
+    """Return the extreme lines of the group with most of them.
+
+    Of several such groups: one whose slip follows the worn shape, and of these the last.
 
     Points drawn at random make no group; then those of least and most wear are taken.
     """
@@ -94,7 +99,11 @@ def _fullest_group(
     for line in lines:
         if all(line.values[name] in ends for name, ends in zip(contrasts, wanted, strict=True)):
             groups.setdefault(tuple(line.values[name] for name in others), []).append(line)
-    best = max(reversed(list(groups.values())), key=len, default=[])
+    best = max(
+        reversed(list(groups.values())),
+        key=lambda group: (len(group), group[0].values.get(_SIMPLIFIED[0]) != _SIMPLIFIED[1]),
+        default=[],
+    )
     if len(best) == 1 < len(lines) or not best:
         by_wear = sorted(lines, key=lambda line: float(np.nanmax(line.quantity)))
         return [by_wear[0], by_wear[-1]]
