@@ -130,7 +130,7 @@ class Case(BaseModel):
     ] = None
     tolerance: Annotated[
         float,
-        Quantity(NUMBER.like("0.01"), above=0.0, at_most=0.1),
+        Quantity(NUMBER.like("0.01"), above=1e-6, at_most=0.1),
         Field(description="Relative error of the wear integration."),
     ] = 0.01
     slip_model: Annotated[SlipModel, Field(description="How slip is computed.")] = "jaeger"
