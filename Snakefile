@@ -6,14 +6,19 @@
 # The study is checked here, before any job; the jobs are calls of the command `fretwear`.
 import shlex
 import sys
+from pathlib import Path
 
 from fretwear.study.problems import StudyError
 from fretwear.workflow import StudyJobs
+from fretwear.writable import why_not_writable
 
 try:
     JOBS = StudyJobs.of(str(config.get("study", "demo")))
 except StudyError as error:
     sys.exit(f"fretwear: error: {error}")
+
+if problem := why_not_writable(Path(JOBS.folder)):
+    sys.exit(f"fretwear: error: {problem}")
 
 STUDY = str(JOBS.study.file)
 RESULTS = JOBS.folder

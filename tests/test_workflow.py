@@ -193,6 +193,18 @@ def test_an_invalid_point_stops_the_study_before_any_job(fresh):
 
 
 @pytest.mark.slow
+def test_a_results_folder_that_cannot_be_written_stops_the_study_before_any_job(fresh):
+    fresh.write(TINY)
+    fresh.results.parent.parent.mkdir(parents=True, exist_ok=True)
+    fresh.results.parent.write_text("not a folder")
+    done = fresh.snakemake()
+    assert done.returncode != 0
+    message = done.stdout + done.stderr
+    assert "results/demo: cannot be written to, because" in message
+    assert "Traceback" not in message
+
+
+@pytest.mark.slow
 def test_another_study_is_chosen_by_name_or_path(fresh):
     fresh.write({**TINY, "vary": {"load": ["40 N"]}}, "other")
     assert fresh.jobs("--config", "study=other")[0] == {"P40N-Q9N"}

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 from pathlib import Path
 
 from fretwear.cli.status import refuse
+from fretwear.writable import why_not_writable
 
 
 def check_file(path: Path, *endings: str) -> Path:
@@ -30,29 +29,7 @@ def check_file(path: Path, *endings: str) -> Path:
 
 
 def check_folder(path: Path) -> Path:
-    """Return a folder that can be written to or made, or leave with a message and status 2.
-
-    Nothing is left behind: a folder that does not exist is not made, its nearest parent is tried.
-    """
-    existing = _nearest_existing(path)
-    if not existing.is_dir():
-        raise refuse(f"{path}: cannot be written to, because {existing} is not a folder")
-    try:
-        # Rights, read-only disks and quotas have one test in common: a file can be made or not.
-        with tempfile.TemporaryFile(dir=existing):
-            return path
-    except OSError as error:
-        raise refuse(
-            f"{path}: cannot be written to: {os.strerror(error.errno or 0)}; choose another place"
-        ) from error
-
-
-def _nearest_existing(path: Path) -> Path:
-    # A path below a file counts as missing, and so does one whose folder may not be looked into.
-    for candidate in (path, *path.absolute().parents):
-        try:
-            candidate.lstat()
-        except OSError:
-            continue
-        return candidate
-    return Path("/")
+    """Return a folder that can be written to or made, or leave with a message and status 2."""
+    if problem := why_not_writable(path):
+        raise refuse(problem)
+    return path
