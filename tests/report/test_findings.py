@@ -56,6 +56,13 @@ def test_a_constant_stick_zone_is_called_so() -> None:
     assert "keeps its half-width within 0.2 %" in nearly
 
 
+def test_energy_that_has_vanished_is_said_to_and_makes_no_factors() -> None:
+    text = " ".join(summary_sentences([_point(1), _point(2, energy=4e-20)]))
+    assert "becomes 0.25 times that; in 1 case it vanishes, wear has come to its end." in text
+    gone = " ".join(summary_sentences([_point(1, energy=0.0)]))
+    assert "vanishes: wear has come to its end." in gone
+
+
 def test_without_results_that_is_said() -> None:
     nothing = [PointResult(1, "", INVALID, "Q is too large", {}, "the case")]
     assert list(summary_sentences(nothing)) == ["No point of this study has results."]

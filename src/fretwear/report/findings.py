@@ -11,6 +11,7 @@ from fretwear.report.results import QUANTITY, PointResult, display_unit, labels_
 from fretwear.study.plan import Plan
 
 _UNCHANGED = 5e-3
+_SPENT = 1e-3
 _ROUND_OFF = 5e-4
 EFFECT_QUANTITIES = ("volume", "depth", "half_width", "stick", "energy")
 
@@ -107,12 +108,20 @@ def _factor(pairs: Sequence[tuple[PointResult, PointResult]], name: str) -> str:
     ratios = [
         after.values[name] / before.values[name]
         for before, after in pairs
-        if before.values[name] > 0.0 and after.values[name] > 0.0
+        if before.values[name] > 0.0
+        and after.values[name] > 0.0
+        # Where wear has come to its end, what is left of the energy is rounding.
+        and not (name == "energy" and (_worn_in(before) or _worn_in(after)))
     ]
     if not ratios:
         return "–"
     mean = math.exp(math.fsum(math.log(ratio) for ratio in ratios) / len(ratios))
     return f"× {_rounded(mean)}"
+
+
+def _worn_in(result: PointResult) -> bool:
+    """Whether next to nothing is dissipated any more: the worn shape slips without load."""
+    return result.values["energy"] < _SPENT * result.values["energy_first"]
 
 
 def _wear_sentence(done: Sequence[PointResult]) -> str:
@@ -169,11 +178,15 @@ def _pressure_sentences(done: Sequence[PointResult]) -> Iterator[str]:
 
 
 def _energy_sentence(done: Sequence[PointResult]) -> str:
-    ratios = [r.values["energy"] / r.values["energy_first"] for r in done]
-    return (
-        f"The energy dissipated in a cycle, {_span(done, 'energy_first')} at first, becomes "
-        f"{_ratio_span(ratios)} times that."
-    )
+    first = f"The energy dissipated in a cycle, {_span(done, 'energy_first')} at first,"
+    ratios = [r.values["energy"] / r.values["energy_first"] for r in done if not _worn_in(r)]
+    ended = len(done) - len(ratios)
+    if not ratios:
+        return f"{first} vanishes: wear has come to its end."
+    text = f"{first} becomes {_ratio_span(ratios)} times that"
+    if ended:
+        text += f"; in {ended} case{'s' if ended > 1 else ''} it vanishes, wear has come to its end"
+    return f"{text}."
 
 
 def _text(done: Sequence[PointResult], name: str, value: float) -> str:
