@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import zipfile
-import zlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -14,6 +12,7 @@ from numpy.typing import NDArray
 
 from fretwear.data.atomic import atomic_path
 from fretwear.data.errors import DataFileError
+from fretwear.data.seal import damage, seal
 
 _NUMBERS = "numbers"
 _START_ANEW = "The run starts at cycle 0"
@@ -49,8 +48,10 @@ def write_checkpoint(
     """
     text = json.dumps({"identity": identity, "numbers": numbers}, sort_keys=True)
     encoded = np.frombuffer(text.encode(), dtype=np.uint8)
-    with atomic_path(path) as temporary, temporary.open("wb") as stream:
-        np.savez(stream, allow_pickle=False, **{_NUMBERS: encoded}, **arrays)
+    with atomic_path(path) as temporary:
+        with temporary.open("wb") as stream:
+            np.savez(stream, allow_pickle=False, **{_NUMBERS: encoded}, **arrays)
+        seal(temporary)
 
 
 def read_checkpoint(
@@ -63,15 +64,15 @@ def read_checkpoint(
     CheckpointError
         When the file is damaged, or when its identity is another one.
     """
-    try:
-        with np.load(path, allow_pickle=False) as stored:
-            arrays = {name: stored[name] for name in stored.files}
-        content = json.loads(arrays.pop(_NUMBERS).tobytes())
-        found, numbers = content["identity"], content["numbers"]
-    except FileNotFoundError:
+    if not path.exists():
         return None
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error) as cause:
-        raise CheckpointError(path, f"this checkpoint is damaged ({cause})", _START_ANEW) from cause
+    # The container has checksums of its own, but none of its headers.
+    if problem := damage(path, "checkpoint"):
+        raise CheckpointError(path, f"this checkpoint is damaged ({problem})", _START_ANEW)
+    with np.load(path, allow_pickle=False) as stored:
+        arrays = {name: stored[name] for name in stored.files}
+    content = json.loads(arrays.pop(_NUMBERS).tobytes())
+    found, numbers = content["identity"], content["numbers"]
     expected = json.loads(json.dumps(identity))
     if found != expected:
         keys = sorted(key for key in {*found, *expected} if found.get(key) != expected.get(key))
