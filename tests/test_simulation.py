@@ -8,11 +8,12 @@ import pytest
 import xarray as xr
 
 import fretwear
+from fretwear.data.variables import ContactState
 from fretwear.journal import Journal, Step
 from fretwear.mechanics.surfaces import Surface
 from fretwear.mechanics.theory import CattaneoMindlin, HertzContact
 from fretwear.mechanics.window import Window
-from fretwear.simulation import OPEN, SLIP, STICK, run, simulate, wear_problem
+from fretwear.simulation import run, simulate, wear_problem
 from fretwear.study.case import Case
 
 ROUGH = {"amplitude": "0.2 um", "slope_x": "0.4 deg", "slope_y": "0.3 deg"}
@@ -71,22 +72,22 @@ def test_fields_obey_the_laws_of_coulomb_and_archard(datasets, name: str):
     ds = datasets[name]
     worn = 4 * float(ds.wear_coefficient) * ds.pressure.astype(float) * ds.slip
     assert np.abs(ds.wear_rate - worn).max() <= SINGLE * worn.max()
-    slipping = (ds.contact_state == SLIP) & (ds.pressure > 0)
+    slipping = (ds.contact_state == ContactState.SLIP) & (ds.pressure > 0)
     shear, bound = ds.shear_traction, float(ds.friction) * ds.pressure
     assert np.abs(shear - bound).where(slipping).max() <= SINGLE * bound.max()
     if name != "simple slip":
         assert (np.abs(shear) <= bound * (1 + 1e-6)).all()
-    assert not ds.slip.where(ds.contact_state == STICK, 0).any()
-    assert (ds.slip.where(ds.contact_state == SLIP, 1) > 0).all()
-    assert not ds.pressure.where(ds.contact_state == OPEN, 0).any()
+    assert not ds.slip.where(ds.contact_state == ContactState.STICK, 0).any()
+    assert (ds.slip.where(ds.contact_state == ContactState.SLIP, 1) > 0).all()
+    assert not ds.pressure.where(ds.contact_state == ContactState.OPEN, 0).any()
     assert (ds.pressure.max() <= float(ds.plastic_limit) * (1 + 1e-6)).all()
 
 
 @pytest.mark.parametrize("name", KINDS)
 def test_scalars_are_the_integrals_and_extremes_of_the_fields(datasets, name: str):
     ds = datasets[name]
-    closed = (ds.contact_state != OPEN).sum(("x", "y")) * 4 * ds.cell_x * ds.cell_y
-    stick = (ds.contact_state == STICK).sum(("x", "y")) * 4 * ds.cell_x * ds.cell_y
+    closed = (ds.contact_state != ContactState.OPEN).sum(("x", "y")) * 4 * ds.cell_x * ds.cell_y
+    stick = (ds.contact_state == ContactState.STICK).sum(("x", "y")) * 4 * ds.cell_x * ds.cell_y
     expected = {
         "wear_volume": integral(ds, "wear_depth"),
         "plastic_volume": integral(ds, "plastic_depth"),
@@ -105,7 +106,7 @@ def test_scalars_are_the_integrals_and_extremes_of_the_fields(datasets, name: st
 
 @pytest.mark.parametrize("name", ["smooth", "rough", "simple slip"])
 def test_stick_cells_of_an_elastic_case_are_the_same_in_every_snapshot(datasets, name: str):
-    stick = (datasets[name].contact_state == STICK).to_numpy()
+    stick = (datasets[name].contact_state == ContactState.STICK).to_numpy()
     assert stick[0].any()
     assert not stick[0].all()
     np.testing.assert_array_equal(stick, np.broadcast_to(stick[0], stick.shape))

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fretwear.data.variables import ContactState
 from fretwear.journal import Journal, Step
 from fretwear.mechanics.arrays import Array
 from fretwear.mechanics.measures import in_contact, measure
@@ -25,9 +26,6 @@ if TYPE_CHECKING:
     from fretwear.study.case import Case
 
 _MARGIN = 1.15
-
-OPEN, SLIP, STICK = 0, 1, 2
-
 
 Observer = Callable[[Step], None]
 
@@ -173,8 +171,8 @@ def _fields(problem: WearProblem, state: State, window: Window) -> dict[str, Arr
     friction, reduced = problem.friction, state.reduced
     slip = friction.slip(reduced)
     closed = in_contact(state)
-    contact_state = np.where(closed, SLIP, OPEN)
-    contact_state[reduced.stick & closed] = STICK
+    contact_state = np.where(closed, ContactState.SLIP, ContactState.OPEN)
+    contact_state[reduced.stick & closed] = ContactState.STICK
     return {
         "pressure": state.pressure,
         "shear_traction": friction.shear_traction(state.pressure, reduced),

@@ -18,6 +18,7 @@ from math import isfinite, sqrt
 
 import numpy as np
 
+from fretwear.mechanics.arrays import Array
 from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.loading import first_loading
 from fretwear.mechanics.outlook import Outlook, larger_window
@@ -28,6 +29,7 @@ from fretwear.mechanics.state import State, WearProblem
 _GAMMA = 2.0 - sqrt(2.0)
 _DIAGONAL = 0.5 * _GAMMA
 _WEIGHT = 0.25 * sqrt(2.0)
+_MAIN = (_WEIGHT, _WEIGHT, _DIAGONAL)
 _EMBEDDED = ((1.0 - _WEIGHT) / 3.0, (3.0 * _WEIGHT + 1.0) / 3.0, _DIAGONAL / 3.0)
 _BEYOND = (1.0 - _GAMMA) / _GAMMA
 
@@ -201,23 +203,29 @@ class _Stepper:
 
     def _exponent_error(self, step: float, first: Stage, second: Stage) -> float:
         """Wear volume, m³, between the step and its embedded third-order formula."""
-        rate = self.problem.growth_rate * step
-        p0, p1, p2 = self.state.pressure, first.pressure, second.pressure
-        main = rate * (_WEIGHT * (p0 + p1) + _DIAGONAL * p2)
-        embedded = rate * (_EMBEDDED[0] * p0 + _EMBEDDED[1] * p1 + _EMBEDDED[2] * p2)
-        return self.state.window.integral(np.abs(second.reduced.gap * np.expm1(embedded - main)))
+        weights = [e - m for e, m in zip(_EMBEDDED, _MAIN, strict=True)]
+        difference = self._exponent(step, first, second, weights)
+        return self.state.window.integral(np.abs(second.reduced.gap * np.expm1(difference)))
 
     def _source_error(self, step: float, first: Stage, second: Stage) -> float:
         """Wear volume, m³, between plastic flow linear over each stage and over the whole step."""
         base = Stage.of(self.state)
-        rate = self.problem.growth_rate * step
-        exponent = rate * (_WEIGHT * (base.pressure + first.pressure))
-        exponent += rate * _DIAGONAL * second.pressure
+        exponent = self._exponent(step, first, second, _MAIN)
         whole = self.problem.slip_model.wear_layer(
             base.wear, base.reduced.gap, second.source - base.source, exponent, 0.0
         )
         difference = whole.displacement(second.pressure) - second.wear
         return self.state.window.integral(np.abs(difference))
+
+    def _exponent(
+        self, step: float, first: Stage, second: Stage, weights: Sequence[float]
+    ) -> Array:
+        """Exponent x = β∫p dN over a step by weights of its three pressures."""
+        pressures = (self.state.pressure, first.pressure, second.pressure)
+        mean = np.zeros_like(self.state.pressure)
+        for weight, pressure in zip(weights, pressures, strict=True):
+            mean += weight * pressure
+        return self.problem.growth_rate * step * mean
 
     def _longest_while_yielding(self) -> float:
         """Longest step, cycles, in which plastic flow is resolved.
