@@ -117,23 +117,17 @@ def test_damage_anywhere_in_a_checkpoint_is_noticed(case, tmp_path):
     interrupted(case, Checkpoint(path, case, print), 3)
     whole = path.read_bytes()
     identity = Checkpoint(path, case, print)._identity()
-    expected = read_checkpoint(path, identity)
+    assert read_checkpoint(path, identity) is not None
     generator = random.Random(1)
-    unnoticed = 0
-    for _ in range(60):
+    # Headers of the container lie at its end, seldom hit by chance.
+    places = [generator.randrange(len(whole)) for _ in range(60)]
+    places += [len(whole) - 1 - generator.randrange(2000) for _ in range(60)]
+    for place in places:
         damaged = bytearray(whole)
-        damaged[generator.randrange(len(whole))] ^= 1 << generator.randrange(8)
+        damaged[place] ^= 1 << generator.randrange(8)
         path.write_bytes(damaged)
-        try:
-            found = read_checkpoint(path, identity)
-        except CheckpointError:
-            continue
-        # A flip in a field of the container that nobody reads changes nothing.
-        assert found is not None
-        assert found[1] == expected[1]
-        assert all(np.array_equal(found[0][name], expected[0][name]) for name in expected[0])
-        unnoticed += 1
-    assert unnoticed < 20
+        with pytest.raises(CheckpointError, match="damaged"):
+            read_checkpoint(path, identity)
     path.write_bytes(whole[: len(whole) // 2])
     with pytest.raises(CheckpointError, match="damaged"):
         read_checkpoint(path, identity)
