@@ -30,6 +30,14 @@ wildcard_constraints:
     case=r"[A-Za-z0-9._-]+",
 
 
+# What follows the simulation takes seconds, less than a cluster takes to start a job.
+localrules:
+    all,
+    merge,
+    figures,
+    report,
+
+
 rule all:
     default_target: True
     input:
