@@ -1,0 +1,13 @@
+"""Pressure along the direction of slip.
+
+The pressure leaves the slip zone and piles up in the stick zone, which is shaded.
+"""
+
+import xarray as xr
+
+import fretwear
+
+summary = xr.open_dataset("results/gallery/summary.nc")
+point = summary.sel(load=40, roughness_amplitude=0, plastic_limit=4.5e9)
+case = fretwear.open_case(f"results/gallery/cases/{point['case_id'].item()}.nc")
+figure = fretwear.figures.pressure_profiles(case)

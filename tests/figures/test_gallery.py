@@ -1,0 +1,44 @@
+"""Every script of the gallery runs as it stands, in a folder with the results of its study."""
+
+import ast
+from pathlib import Path
+
+import pytest
+from matplotlib.figure import Figure
+
+from fretwear.data.merge import merge_study
+from fretwear.data.store import write_case
+from fretwear.simulation import run
+from fretwear.study.file import load_study
+
+GALLERY = Path(__file__).parents[2] / "docs" / "gallery"
+SCRIPTS = sorted(GALLERY.glob("*.py"))
+MOST_LINES = 20
+
+
+@pytest.fixture(scope="session")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder in which the study of the gallery has been run."""
+    folder = tmp_path_factory.mktemp("gallery")
+    results = folder / "results" / "gallery"
+    study = load_study(GALLERY / "gallery.yaml")
+    for case_id, case in study.cases().items():
+        result = run(case)
+        write_case(result.dataset, result.history, results / "cases" / f"{case_id}.nc")
+    merge_study(study, results / "cases", results / "summary.nc")
+    return folder
+
+
+@pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: script.stem)
+def test_a_script_says_what_it_shows_and_makes_a_figure(
+    script: Path, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    source = script.read_text(encoding="utf-8")
+    title, _, text = (ast.get_docstring(ast.parse(source)) or "").partition("\n\n")
+    assert title.endswith(".")
+    assert text.endswith(".")
+    assert len(source.splitlines()) <= MOST_LINES
+    monkeypatch.chdir(folder)
+    names: dict[str, object] = {}
+    exec(compile(source, script, "exec"), names)
+    assert isinstance(names["figure"], Figure)
