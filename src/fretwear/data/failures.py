@@ -1,0 +1,121 @@
+"""Why cases of a study have no result: a small file for each, beside the case's log."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
+from os import PathLike
+from pathlib import Path
+
+from fretwear.data.errors import write_error
+
+LOGS = Path("logs", "simulate")
+ENDED = "the process that ran it ended before it did: it was killed, or ran out of memory or time"
+
+_SUFFIX = ".failed.json"
+_MOST_BYTES = 100_000
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A case that was begun and has no result.
+
+    Attributes
+    ----------
+    case_id : str
+        The case.
+    reason : str
+        What went wrong and what to do, for people.
+    log : str
+        What the case said, a file in the folder of the study's results.
+    time : str
+        When, in UTC (ISO 8601).
+    """
+
+    case_id: str
+    reason: str
+    log: str
+    time: str
+
+    def __str__(self) -> str:
+        return f"{self.reason} (log: {self.log})"
+
+
+def log_file(results: str | PathLike[str], case_id: str) -> Path:
+    """Return the file that keeps what a case of a study says while it runs."""
+    return Path(results) / LOGS / f"{case_id}.log"
+
+
+def record(results: str | PathLike[str], case_id: str, reason: str = ENDED) -> None:
+    """Keep why a case failed.
+
+    A case that begins is recorded as well: if its process is killed, nobody can do so later.
+
+    Parameters
+    ----------
+    results : str or path-like
+        Folder of the study's results.
+    case_id : str
+        The case.
+    reason : str
+        What went wrong, for people.
+
+    Raises
+    ------
+    DataFileError
+        When the file cannot be written.
+    """
+    log = (LOGS / f"{case_id}.log").as_posix()
+    now = datetime.now(UTC).isoformat(timespec="seconds")
+    failure = Failure(case_id, reason, log, now)
+    file = _file(results, case_id)
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        # Whoever reads passes over a record that is cut short: nothing of a result depends on it.
+        file.write_text(json.dumps(asdict(failure), indent=1) + "\n", encoding="utf-8")
+    except OSError as cause:
+        raise write_error(file, cause) from cause
+
+
+def forget(results: str | PathLike[str], case_id: str) -> None:
+    """Remove what was recorded of a case, because it has a result now."""
+    _file(results, case_id).unlink(missing_ok=True)
+
+
+def failures(results: str | PathLike[str]) -> dict[str, Failure]:
+    """Return the cases that were begun and have no result, by id.
+
+    Parameters
+    ----------
+    results : str or path-like
+        Folder of the study's results. Files in it that are no such records are passed over.
+    """
+    found = {}
+    folder = Path(results) / LOGS
+    for file in sorted(folder.glob(f"*{_SUFFIX}")) if folder.is_dir() else ():
+        failure = _read(file)
+        if failure is not None:
+            found[failure.case_id] = failure
+    return found
+
+
+def reasons(results: str | PathLike[str]) -> Mapping[str, str]:
+    """Return why cases failed, with the name of the log, by case id; see `failures`."""
+    return {case_id: str(failure) for case_id, failure in failures(results).items()}
+
+
+def _file(results: str | PathLike[str], case_id: str) -> Path:
+    return Path(results) / LOGS / f"{case_id}{_SUFFIX}"
+
+
+def _read(file: Path) -> Failure | None:
+    try:
+        if file.stat().st_size > _MOST_BYTES:
+            return None
+        failure = Failure(**json.loads(file.read_text(encoding="utf-8")))
+    except (OSError, ValueError, TypeError):
+        return None
+    sound = all(isinstance(text, str) for text in asdict(failure).values())
+    return failure if sound and failure.case_id == file.name.removesuffix(_SUFFIX) else None
