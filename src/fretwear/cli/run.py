@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shlex
-import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
@@ -45,29 +44,21 @@ def run(
         chosen = select_case(file, case_id, set_ or ())
     path = check_file(output or Path(f"{chosen.case_id}.nc"), ".nc")
 
-    from fretwear import simulation
-    from fretwear.checkpoints import Checkpoint
     from fretwear.cli.progress import progress
-    from fretwear.data.errors import DataFileError
-    from fretwear.data.store import write_case
-    from fretwear.mechanics.contact import ContactError
-    from fretwear.mechanics.wear import WearError
+    from fretwear.job import JOB_ERRORS, simulate_to_file
 
-    started = time.monotonic()
     with (
-        failing_as(Status.FAILED, ContactError, WearError, DataFileError, MemoryError),
-        Checkpoint(path.with_suffix(".checkpoint"), chosen, _tell) as checkpoint,
+        failing_as(Status.FAILED, *JOB_ERRORS),
         progress(f"case {chosen.case_id}", chosen.cycles) as observe,
     ):
-        result = simulation.run(
+        outcome = simulate_to_file(
             chosen,
-            [checkpoint, observe],
-            journal=checkpoint.journal,
+            path,
+            observers=[observe],
+            tell=_tell,
             command=_command(file, case_id, set_ or ()),
         )
-        write_case(result.dataset, result.history, path)
-    steps = result.history.sizes["step"] - 1
-    typer.echo(f"{path}: {steps} steps in {time.monotonic() - started:.1f} s")
+    typer.echo(f"{path}: {outcome.steps} steps in {outcome.seconds:.1f} s")
 
 
 def _tell(line: str) -> None:

@@ -1,0 +1,83 @@
+"""One case to one file: where simulation, checkpoints and files meet.
+
+`fretwear run` does one such job, a batch does many; both do it here.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fretwear import simulation
+from fretwear.checkpoints import Checkpoint
+from fretwear.data.errors import DataFileError
+from fretwear.data.store import write_case
+from fretwear.mechanics.contact import ContactError
+from fretwear.mechanics.wear import WearError
+
+if TYPE_CHECKING:
+    from fretwear.simulation import Observer
+    from fretwear.study.case import Case
+
+# What a job may fail of without a defect of this package; each has a message for people.
+JOB_ERRORS = (ContactError, WearError, DataFileError, MemoryError)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a job did.
+
+    Attributes
+    ----------
+    steps : int
+        Accepted steps of the whole run, those before an interruption included.
+    seconds : float
+        Time that this job took, s.
+    """
+
+    steps: int
+    seconds: float
+
+
+def simulate_to_file(
+    case: Case,
+    path: Path,
+    *,
+    observers: Sequence[Observer] = (),
+    tell: Callable[[str], None],
+    command: str,
+) -> Outcome:
+    """Simulate a case and write its file; go on from the checkpoint beside it if there is one.
+
+    Parameters
+    ----------
+    case
+        What to run.
+    path
+        The case file; it appears under this name only when it is whole.
+    observers
+        Called with each accepted step of this job.
+    tell
+        Takes a line for people: where the run goes on, or why a checkpoint was not used.
+    command
+        The call that leads to the same results, for the dataset.
+
+    Raises
+    ------
+    fretwear.mechanics.contact.ContactError, fretwear.mechanics.wear.WearError
+        When the solution does not converge. The checkpoint is kept.
+    fretwear.data.errors.DataFileError
+        When the file cannot be written.
+    MemoryError
+        When the case does not fit in the memory.
+    """
+    started = time.monotonic()
+    with Checkpoint(path.with_suffix(".checkpoint"), case, tell) as checkpoint:
+        result = simulation.run(
+            case, [checkpoint, *observers], journal=checkpoint.journal, command=command
+        )
+        write_case(result.dataset, result.history, path)
+    return Outcome(result.history.sizes["step"] - 1, time.monotonic() - started)
