@@ -95,7 +95,7 @@ def test_what_users_wrote_is_escaped(page: str, parsed: Page) -> None:
     assert "Loads & <b>friction</b>" in parsed.text
     assert "</code><script>alert(1)</script>" in parsed.text
     assert "it did not converge in cycle 7 <of 1000>" in parsed.text
-    assert parsed.count("script") == 1
+    assert page.count("<script") == parsed.count("script")
 
 
 def test_every_point_is_in_the_table_of_cases(page: str, finished) -> None:

@@ -13,6 +13,7 @@ from fretwear.figures.wording import Unit, cycle_number, number, parameter
 from fretwear.report.claims import claim_sections
 from fretwear.report.computation import computation_facts, study_text
 from fretwear.report.embed import figure_groups
+from fretwear.report.explorer import build_explorer
 from fretwear.report.findings import (
     EFFECT_QUANTITIES,
     effects,
@@ -29,6 +30,7 @@ from fretwear.report.results import (
     labels_of,
     point_results,
 )
+from fretwear.report.scripts import page_scripts
 from fretwear.report.section import Section, environment
 from fretwear.study.plan import Plan
 
@@ -95,6 +97,8 @@ def build_report(
     done = [result for result in results if result.done]
     units = _units(results) if done else {}
     cycles = _cycles_text(plan)
+    explorer = build_explorer(plan, results, cases)
+    scripts = page_scripts(with_explorer=explorer is not None)
     return (
         environment()
         .get_template("report.html.j2")
@@ -102,6 +106,10 @@ def build_report(
             title=study.title,
             name=study.name,
             version=fretwear.__version__,
+            policy=scripts.policy,
+            scripts=scripts.texts,
+            explorer=explorer,
+            plotly=scripts.plotly,
             lead=_lead(plan, results, cycles),
             key_numbers=key_numbers(results, cycles),
             sentences=list(summary_sentences(results)),
