@@ -17,6 +17,7 @@ from fretwear.data.errors import DataFileError
 from fretwear.data.store import write_case
 from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.wear import WearError
+from fretwear.memory import require_memory
 
 if TYPE_CHECKING:
     from fretwear.simulation import Observer
@@ -72,9 +73,11 @@ def simulate_to_file(
     fretwear.data.errors.DataFileError
         When the file cannot be written.
     MemoryError
-        When the case does not fit in the memory.
+        When the case does not fit in the memory; it tells so before it starts where that is
+        certain.
     """
     started = time.monotonic()
+    require_memory(case)
     with Checkpoint(path.with_suffix(".checkpoint"), case, tell) as checkpoint:
         result = simulation.run(
             case, [checkpoint, *observers], journal=checkpoint.journal, command=command

@@ -1,5 +1,6 @@
 import os
 import pty
+import re
 import signal
 import subprocess
 import sys
@@ -86,6 +87,16 @@ def test_an_output_that_cannot_be_written_is_refused_before_the_run(desk, output
     assert output.removesuffix("/out.nc").removesuffix("/") in result.stderr
     assert reason in result.stderr
     assert "cycle 0" not in result.stderr
+    assert desk.files() == ["tiny.yaml"]
+
+
+def test_a_case_that_does_not_fit_in_the_memory_says_so_before_it_starts(desk):
+    result = desk.call("run", "tiny.yaml", "--set", "load=50 N", "--set", "cell=1 nm")
+    assert result.exit_code == 1
+    assert re.search(
+        r"needs about \d+\.\d GB of memory for .*, but .* are available", result.stderr
+    )
+    assert "Choose a coarser grid, such as cell: [" in result.stderr
     assert desk.files() == ["tiny.yaml"]
 
 
