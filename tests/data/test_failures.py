@@ -1,6 +1,6 @@
 import json
 
-from fretwear.data.failures import ENDED, failures, forget, log_file, reasons, record
+from fretwear.data.failures import ENDED, failures, forget, log_end, log_file, reasons, record
 
 
 def test_a_failed_case_is_told_with_its_reason_and_its_log(tmp_path):
@@ -43,3 +43,12 @@ def test_records_that_are_cut_short_or_of_something_else_are_passed_over(tmp_pat
     file.with_name("odd.failed.json").write_text(json.dumps({**json.loads(text), "reason": 3}))
     file.with_name("large.failed.json").write_text(text + " " * 200_000)
     assert list(failures(tmp_path)) == ["sound"]
+
+
+def test_the_end_of_a_log_is_whole_lines(tmp_path):
+    assert log_end(tmp_path, "P50N-1") == ""
+    file = log_file(tmp_path, "P50N-1")
+    file.parent.mkdir(parents=True)
+    file.write_bytes(b"cycle 1\ncycle 2\n\xffcycle 3\n")
+    assert log_end(tmp_path, "P50N-1") == "cycle 1\ncycle 2\n\ufffdcycle 3\n"
+    assert log_end(tmp_path, "P50N-1", most=12) == "\ufffdcycle 3\n"

@@ -1,14 +1,17 @@
 """A small real study with a case that failed and a point that is invalid, and its report."""
 
+import shutil
 from pathlib import Path
 from typing import NamedTuple
 
 import pytest
 import xarray as xr
+import yaml
 
+from fretwear.data.failures import log_file, record
 from fretwear.data.merge import merge_study
 from fretwear.data.store import write_case
-from fretwear.figures.study import write_study_figures
+from fretwear.figures.study import INDEX_NAME, write_study_figures
 from fretwear.report import build_report
 from fretwear.simulation import run
 from fretwear.study.file import load_study
@@ -37,18 +40,40 @@ output:
 """
 
 
+REASON = "it did not converge in cycle 7 <of 1000>"
+
+
 class Finished(NamedTuple):
     """A study that has been run, merged and drawn."""
 
     plan: Plan
     summary: xr.Dataset
-    cases: Path
-    figures: Path
+    folder: Path
     failed: str
+
+    @property
+    def cases(self) -> Path:
+        return self.folder / "cases"
 
     def report(self, **more: object) -> str:
         """Build its report."""
-        return build_report(self.plan, self.summary, self.cases, self.figures, **more)
+        return build_report(self.plan, self.summary, self.folder, **more)
+
+    def derived(self, folder: Path, vary: str, **base: str) -> "Finished":
+        """Make another study of cases that this one has: no simulation is needed."""
+        content = yaml.safe_load(STUDY)
+        content["base"].update(base)
+        content["vary"] = yaml.safe_load(vary)
+        content["design"] = content["vary"].pop("design", "grid")
+        file = folder / "derived.yaml"
+        file.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
+        study = load_study(file)
+        shutil.copytree(self.cases, folder / "cases")
+        merge_study(study, folder / "cases", folder / "summary.nc")
+        summary = xr.load_dataset(folder / "summary.nc")
+        (folder / "figures").mkdir()
+        (folder / "figures" / INDEX_NAME).write_text("[]")
+        return Finished(plan_study(study), summary, folder, "")
 
 
 @pytest.fixture(scope="session")
@@ -64,9 +89,11 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Finished:
     merge_study(study, folder / "cases", folder / "summary.nc")
     summary = xr.load_dataset(folder / "summary.nc")
     write_study_figures(summary, folder / "cases", folder / "figures")
-    return Finished(plan_study(study), summary, folder / "cases", folder / "figures", failed)
+    record(folder, failed, REASON)
+    log_file(folder, failed).write_text("cycle 6 of 1000\n</pre><b>cycle 7</b>\n", encoding="utf-8")
+    return Finished(plan_study(study), summary, folder, failed)
 
 
 @pytest.fixture(scope="session")
 def page(finished: Finished) -> str:
-    return finished.report(failures={finished.failed: "it did not converge in cycle 7 <of 1000>"})
+    return finished.report()

@@ -1,17 +1,18 @@
 """The report is one sound page that loads nothing, escapes what users wrote and tells all."""
 
 import re
+import shutil
 from collections import Counter
 from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
-import xarray as xr
 from markupsafe import Markup
 
 from fretwear.data.errors import DataFileError
 from fretwear.data.store import open_case
 from fretwear.report import Section, build_report
+from fretwear.report.computation import residuals
 
 VOID = {"meta", "link", "br", "img", "input", "hr", "mspace"}
 
@@ -95,6 +96,7 @@ def test_what_users_wrote_is_escaped(page: str, parsed: Page) -> None:
     assert "Loads & <b>friction</b>" in parsed.text
     assert "</code><script>alert(1)</script>" in parsed.text
     assert "it did not converge in cycle 7 <of 1000>" in parsed.text
+    assert "</pre><b>cycle 7</b>" in parsed.text
     assert page.count("<script") == parsed.count("script")
 
 
@@ -171,8 +173,7 @@ def test_more_sections_find_their_place_and_their_link(finished) -> None:
 
 
 def test_the_same_results_give_the_same_page(finished, page: str) -> None:
-    again = finished.report(failures={finished.failed: "it did not converge in cycle 7 <of 1000>"})
-    assert again == page
+    assert finished.report() == page
 
 
 def test_a_page_is_small_enough_to_send(page: str) -> None:
@@ -182,50 +183,56 @@ def test_a_page_is_small_enough_to_send(page: str) -> None:
 def test_a_summary_of_another_study_is_refused(finished) -> None:
     other = finished.summary.isel(load=[0])
     with pytest.raises(DataFileError, match=r"'load': 1.*merge the study again"):
-        build_report(finished.plan, other, finished.cases, finished.figures)
+        build_report(finished.plan, other, finished.folder)
 
 
 def test_a_summary_of_cases_that_the_study_no_longer_has_is_refused(finished) -> None:
     other = finished.summary.copy(deep=True)
     other["case_id"] = other["case_id"].str.replace("N1000", "N2000")
     with pytest.raises(DataFileError, match=r"N2000.*'small' has.*N1000.*merge the study again"):
-        build_report(finished.plan, other, finished.cases, finished.figures)
+        build_report(finished.plan, other, finished.folder)
 
 
 def test_a_heavy_vector_figure_gives_way_to_its_bitmap(finished, tmp_path: Path) -> None:
-    for file in finished.figures.iterdir():
-        (tmp_path / file.name).write_bytes(file.read_bytes())
-    heavy = tmp_path / "wear_volume.svg"
+    folder = shutil.copytree(finished.folder, tmp_path / "copy")
+    heavy = folder / "figures" / "wear_volume.svg"
     heavy.write_text(heavy.read_text(encoding="utf-8") + "<!--" + "x" * 1_500_000 + "-->")
-    page = build_report(finished.plan, finished.summary, finished.cases, tmp_path)
+    page = build_report(finished.plan, finished.summary, folder)
     assert page.count("data:image/png") == 1
     assert page.count("data:image/svg+xml") == 9
 
 
 def test_one_case_alone_has_a_report(finished, tmp_path: Path) -> None:
-    from fretwear.data.merge import merge_study
-    from fretwear.data.store import write_case
-    from fretwear.figures.study import write_study_figures
-    from fretwear.simulation import run
-    from fretwear.study.file import load_study
-    from fretwear.study.plan import plan_study
-
-    text = finished.plan.study.file.read_text(encoding="utf-8")
-    before = text.split("vary:")[0]
-    fixed = before.replace("roughness: {kind", "load: 40 N\n  friction: 0.4\n  roughness: {kind")
-    fixed = fixed.replace("{kind: wavy,", "{kind: wavy, amplitude: 0.3 um,")
-    fixed = fixed.replace("cycles: 1000", "cycles: 1000\n  plastic_limit: none")
-    file = tmp_path / "one.yaml"
-    file.write_text(fixed, encoding="utf-8")
-    study = load_study(file)
-    ((case_id, case),) = study.cases().items()
-    result = run(case)
-    write_case(result.dataset, result.history, tmp_path / "cases" / f"{case_id}.nc")
-    merge_study(study, tmp_path / "cases", tmp_path / "summary.nc")
-    with xr.open_dataset(tmp_path / "summary.nc") as summary:
-        write_study_figures(summary, tmp_path / "cases", tmp_path / "figures")
-        page = build_report(plan_study(study), summary, tmp_path / "cases", tmp_path / "figures")
-    parsed = Page(page)
-    assert "1 case." in parsed.text
+    one = finished.derived(
+        tmp_path,
+        "{load: [40 N], friction: [0.4], roughness.amplitude: [0.3 um], plastic_limit: [none]}",
+    )
+    parsed = Page(one.report())
+    assert "1 case" in parsed.text
     assert "case simulated" in parsed.text
     assert "What each parameter does" not in parsed.text
+
+
+def test_a_study_without_results_has_a_report_without_explorer(finished, tmp_path: Path) -> None:
+    plan, summary = finished.plan, finished.summary.copy(deep=True)
+    summary["status"] = summary["status"].where(summary["status"] == 2, 1)
+    (tmp_path / "figures").mkdir()
+    (tmp_path / "figures/index.json").write_text("[]")
+    page = build_report(plan, summary, tmp_path)
+    assert 'id="explorer"' not in page
+    assert "No point of this study has results." in page
+    assert len(page) < 200_000
+
+
+def test_residuals_are_those_of_the_stored_fields(finished) -> None:
+    case_id = next(iter(finished.plan.study.cases()))
+    with open_case(finished.cases / f"{case_id}.nc") as case:
+        found = residuals(case)
+        assert 0.0 < found.load < 1e-6
+        assert 0.0 < found.tangential_load < 1e-6
+        assert found.complementarity < 1e-4
+        heavier = case.load()
+        heavier["pressure"] = 1.25 * heavier["pressure"]
+        assert residuals(heavier).load == pytest.approx(0.25, rel=1e-5)
+    with open_case(finished.cases / f"{case_id}.nc", full=True) as whole:
+        assert residuals(whole).load == pytest.approx(found.load, abs=1e-9)

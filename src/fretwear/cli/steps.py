@@ -58,7 +58,6 @@ def report(file: StudyFile, results: Results = None) -> None:
 
     from fretwear.data.atomic import write_text
     from fretwear.data.errors import DataFileError
-    from fretwear.data.failures import reasons
     from fretwear.data.merge import open_summary
     from fretwear.report import build_report
     from fretwear.study.plan import plan_study
@@ -67,13 +66,7 @@ def report(file: StudyFile, results: Results = None) -> None:
         failing_as(Status.FAILED, DataFileError, FileNotFoundError),
         open_summary(folder / "summary.nc") as summary,
     ):
-        page = build_report(
-            plan_study(study),
-            summary,
-            folder / "cases",
-            folder / "figures",
-            failures=reasons(folder),
-        )
+        page = build_report(plan_study(study), summary, folder)
         write_text(folder / "report.html", page)
     typer.echo(f"{folder / 'report.html'}: {len(page) / 1e6:.1f} MB")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
@@ -104,6 +105,28 @@ def failures(results: str | PathLike[str]) -> dict[str, Failure]:
 def reasons(results: str | PathLike[str]) -> Mapping[str, str]:
     """Return why cases failed, with the name of the log, by case id; see `failures`."""
     return {case_id: str(failure) for case_id, failure in failures(results).items()}
+
+
+def log_end(results: str | PathLike[str], case_id: str, most: int = 4000) -> str:
+    """Return the end of what a case has said, an empty text if there is no such log.
+
+    Parameters
+    ----------
+    results : str or path-like
+        Folder of the study's results.
+    case_id : str
+        The case.
+    most : int
+        About how many bytes at most; whole lines are returned.
+    """
+    try:
+        with log_file(results, case_id).open("rb") as file:
+            size = file.seek(0, os.SEEK_END)
+            file.seek(max(0, size - most))
+            text = file.read().decode("utf-8", errors="replace")
+    except OSError:
+        return ""
+    return text if size <= most else text.partition("\n")[2]
 
 
 def _file(results: str | PathLike[str], case_id: str) -> Path:

@@ -9,9 +9,10 @@ from pathlib import Path
 import xarray as xr
 
 import fretwear
+from fretwear.data.failures import log_end, reasons
 from fretwear.figures.wording import Unit, cycle_number, number, parameter
 from fretwear.report.claims import claim_sections
-from fretwear.report.computation import computation_facts, study_text
+from fretwear.report.computation import computation_facts, study_text, time_facts
 from fretwear.report.embed import figure_groups
 from fretwear.report.explorer import build_explorer
 from fretwear.report.findings import (
@@ -22,6 +23,7 @@ from fretwear.report.findings import (
 )
 from fretwear.report.parameters import derived_rows, parameter_rows
 from fretwear.report.results import (
+    FAILED,
     QUANTITIES,
     QUANTITY,
     PointResult,
@@ -57,10 +59,8 @@ class Heading:
 def build_report(
     plan: Plan,
     summary: xr.Dataset,
-    cases: Path,
-    figures: Path,
+    folder: Path,
     *,
-    failures: Mapping[str, str] | None = None,
     sections: Sequence[Section] = (),
 ) -> str:
     """Build the report of a study as one self-contained HTML page.
@@ -71,13 +71,10 @@ def build_report(
         The study with its points, from `fretwear.study.plan.plan_study`.
     summary : xarray.Dataset
         The merged study.
-    cases : pathlib.Path
-        Folder of the case files.
-    figures : pathlib.Path
-        Folder of the figures with their index, from
-        `fretwear.figures.study.write_study_figures`.
-    failures : mapping of str to str, optional
-        Why cases failed, by case id.
+    folder : pathlib.Path
+        Folder of the study's results: the case files in ``cases``; the figures with their index,
+        from `fretwear.figures.study.write_study_figures`, in ``figures``; and, where they are
+        there, ``logs`` and ``benchmarks``.
     sections : sequence of Section
         More sections, placed after the figures and, where the study holds the cases of the
         source study, after its claims.
@@ -92,8 +89,8 @@ def build_report(
     DataFileError
         When `summary` is not that of the plan's study as it is now.
     """
-    study = plan.study
-    results = point_results(plan, summary, failures or {})
+    study, cases = plan.study, folder / "cases"
+    results = point_results(plan, summary, reasons(folder))
     done = [result for result in results if result.done]
     units = _units(results) if done else {}
     cycles = _cycles_text(plan)
@@ -122,14 +119,20 @@ def build_report(
             headings=_headings(units) if done else [],
             rows=[(result, list(_cells(result, units))) for result in results[:_MOST_ROWS]],
             total=len(results),
-            groups=figure_groups(figures),
-            undone=[result for result in results if not result.done][:_MOST_ROWS],
-            facts=computation_facts(plan, results, cases),
+            groups=figure_groups(folder / "figures"),
+            undone=[(result, _log(folder, result)) for result in results if not result.done][
+                :_MOST_ROWS
+            ],
+            facts=[*computation_facts(plan, results, cases), *time_facts(folder)],
             study_text=study_text(study),
             study_file=study.file.name,
             sections=[*claim_sections(summary, cases), *sections],
         )
     )
+
+
+def _log(folder: Path, result: PointResult) -> str:
+    return log_end(folder, result.id) if result.status == FAILED else ""
 
 
 def _cycles_text(plan: Plan) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.metadata
+import math
 import platform
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -12,14 +13,34 @@ import numpy as np
 import xarray as xr
 import yaml
 
+from fretwear.data.benchmarks import spent_on_simulations
 from fretwear.data.store import open_case, open_history
 from fretwear.figures.wording import MICROMETRE, number
 from fretwear.report.results import PointResult
 from fretwear.study.file import Study
-from fretwear.study.plan import Plan
+from fretwear.study.plan import Plan, duration, size
 
 _LIBRARIES = ("numpy", "scipy", "xarray", "netCDF4", "matplotlib")
 _MOST_CASES_READ = 200
+
+
+@dataclass(frozen=True)
+class Residuals:
+    """How well the stored fields of one case meet the equations, at the worst snapshot.
+
+    Parameters
+    ----------
+    load, tangential_load : float
+        By how much the integral of the pressure misses P, and that of the shear traction Q,
+        relative to these.
+    complementarity : float
+        Largest product of pressure and gap in a cell, relative to the highest pressure times the
+        approach.
+    """
+
+    load: float
+    tangential_load: float
+    complementarity: float
 
 
 @dataclass(frozen=True)
@@ -32,6 +53,7 @@ class CaseNumerics:
     steps: int
     convolutions: int
     largest_error: float
+    residuals: Residuals
     source: str
 
 
@@ -64,6 +86,27 @@ def computation_facts(plan: Plan, results: Sequence[PointResult], cases: Path) -
     return [*facts, *_version_facts(numerics)]
 
 
+def time_facts(folder: Path) -> list[Fact]:
+    """Return what the simulations took, as far as it was measured.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        Folder of the study's results.
+    """
+    spent = spent_on_simulations(folder)
+    if spent is None:
+        return []
+    jobs = f"{spent.jobs} job{'s' if spent.jobs > 1 else ''}"
+    took = (
+        f"{duration(spent.seconds)} in {jobs}, {duration(spent.processor_seconds)} of a processor"
+    )
+    facts = [Fact("Time of all simulations", took)]
+    if math.isfinite(spent.memory_bytes):
+        facts.append(Fact("Memory of the largest job", size(round(spent.memory_bytes))))
+    return facts
+
+
 def study_text(study: Study) -> str:
     """Return the study file as it stands, or its content where that was changed when loaded."""
     try:
@@ -83,8 +126,35 @@ def _numerics(path: Path) -> CaseNumerics:
             steps=max(0, history.sizes["step"] - 1),
             convolutions=int(history["convolutions"].sum()),
             largest_error=_largest(history["error_estimate"]),
+            residuals=residuals(case),
             source=str(case.attrs["source"]),
         )
+
+
+def residuals(case: xr.Dataset) -> Residuals:
+    """Integrate and multiply the stored fields of a case, one snapshot at a time.
+
+    Parameters
+    ----------
+    case : xarray.Dataset
+        Quarter or whole contact.
+    """
+    copies = 1 if case.attrs["symmetry"] == "none" else 4
+    area = copies * float(case["cell_x"]) * float(case["cell_y"])
+    worst = np.zeros(3)
+    for cycle in range(case.sizes["cycle"]):
+        now = case.isel(cycle=cycle)
+        pressure, shear, gap = (
+            now[name].values.astype(np.float64) for name in ("pressure", "shear_traction", "gap")
+        )
+        scale = float(pressure.max()) * float(now["approach"])
+        found = [
+            abs(pressure.sum() * area / float(case["load"]) - 1.0),
+            abs(shear.sum() * area / float(case["tangential_load"]) - 1.0),
+            float((pressure * gap).max()) / scale,
+        ]
+        worst = np.maximum(worst, found)
+    return Residuals(*worst.tolist())
 
 
 def _largest(values: xr.DataArray) -> float:
@@ -101,6 +171,17 @@ def _numeric_facts(numerics: Sequence[CaseNumerics]) -> Iterator[Fact]:
     yield Fact("Cells stored", _span([case.cells for case in numerics]))
     yield Fact("Tolerance of the wear integration", _span([case.tolerance for case in numerics]))
     yield Fact("Largest error estimate of a step", _span([case.largest_error for case in numerics]))
+    worst = [
+        max(getattr(case.residuals, name) for case in numerics)
+        for name in ("load", "tangential_load", "complementarity")
+    ]
+    load, tangential_load, complementarity = (number(float(f"{value:.2g}")) for value in worst)
+    yield Fact("Load that the stored pressure carries", f"P within {load} of it")
+    yield Fact("Tangential load that the stored shear carries", f"Q within {tangential_load} of it")
+    yield Fact(
+        "Pressure times gap, which is to vanish",
+        f"at most {complementarity} of the highest pressure times the approach",
+    )
     yield Fact("Accepted steps", _span([case.steps for case in numerics]))
     yield Fact("Convolutions", _span([case.convolutions for case in numerics]))
 

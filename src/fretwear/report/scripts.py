@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import base64
 import hashlib
-from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cache
 from importlib.resources import files
 
 from markupsafe import Markup
@@ -45,20 +45,22 @@ def page_scripts(*, with_explorer: bool) -> Scripts:
     names = (*_TABLE, *(_EXPLORER if with_explorer else ()))
     folder = files("fretwear.report") / "templates"
     texts = tuple((folder / name).read_text(encoding="utf-8") for name in names)
-    library = _plotly() if with_explorer else b""
-    allowed = [text.encode("utf-8") for text in texts] + ([library] if library else [])
+    plotly, its_hash = _plotly() if with_explorer else ("", "")
+    allowed = [*(_hash(text.encode("utf-8")) for text in texts), its_hash]
     return Scripts(
         texts=tuple(Markup(text) for text in texts),
-        plotly=compressed(library) if library else "",
-        policy=Markup(_NOTHING_ELSE + " ".join(_hashes(allowed))),
+        plotly=plotly,
+        policy=Markup(_NOTHING_ELSE + " ".join(allowed).rstrip()),
     )
 
 
-def _plotly() -> bytes:
-    return (files("plotly") / "package_data" / "plotly.min.js").read_bytes()
+@cache
+def _plotly() -> tuple[str, str]:
+    """Return the library, compressed, and what the policy calls it."""
+    script = (files("plotly") / "package_data" / "plotly.min.js").read_bytes()
+    return compressed(script), _hash(script)
 
 
-def _hashes(scripts: Iterable[bytes]) -> Iterable[str]:
-    for script in scripts:
-        digest = base64.b64encode(hashlib.sha256(script).digest()).decode("ascii")
-        yield f"'sha256-{digest}'"
+def _hash(script: bytes) -> str:
+    digest = base64.b64encode(hashlib.sha256(script).digest()).decode("ascii")
+    return f"'sha256-{digest}'"

@@ -102,8 +102,8 @@ def _note(held: int, points: int) -> str:
     if held == points:
         return ""
     return (
-        f"Of the {points} points of the study this page holds the profiles of {held}, chosen "
-        f"evenly; those of all are in summary.nc."
+        f"Of the {points} points of the study this page holds {held}, chosen evenly; the profiles "
+        "of all are in summary.nc."
     )
 
 
