@@ -2,25 +2,26 @@
 
 from __future__ import annotations
 
-import sys
-from typing import Annotated
+from collections.abc import Callable
+from typing import Annotated, Any
 
 import typer
 
 import fretwear
+from fretwear.cli.commands import Command, Commands
 from fretwear.cli.look import plot, show
 from fretwear.cli.plan import plan, schema
 from fretwear.cli.run import run
-from fretwear.cli.signals import Stopped, stopping
-from fretwear.cli.status import complain
+from fretwear.cli.signals import stopping
 from fretwear.cli.steps import figures, merge, report
 
-_EXAMPLE = "[dim]Example:[/dim] "
+_SUMMARY = "Simulate fretting wear of rough, yielding bodies in partial slip."
 _WORKFLOW = "Steps of the workflow"
 
 app = typer.Typer(
     name="fretwear",
-    help="Simulate fretting wear of rough, yielding bodies in partial slip.",
+    cls=Commands,
+    help=_SUMMARY,
     epilog="Exit status: 0 done, 1 the simulation failed, 2 the input is wrong, "
     "130 or 143 stopped by Ctrl-C or by SIGTERM.",
     no_args_is_help=True,
@@ -29,28 +30,27 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
-app.command(epilog=f"{_EXAMPLE}fretwear run studies/demo.yaml --case ID --set 'load=30 N'")(run)
-app.command(epilog=f"{_EXAMPLE}fretwear plan studies/demo.yaml")(plan)
-app.command(epilog=f"{_EXAMPLE}fretwear show results/demo/cases/ID.nc")(show)
-app.command(epilog=f"{_EXAMPLE}fretwear plot results/demo/cases/ID.nc -o overview.svg")(plot)
-app.command(epilog=f"{_EXAMPLE}fretwear schema > study.schema.json")(schema)
-app.command(rich_help_panel=_WORKFLOW, epilog=f"{_EXAMPLE}fretwear merge studies/demo.yaml")(merge)
-app.command(rich_help_panel=_WORKFLOW, epilog=f"{_EXAMPLE}fretwear figures studies/demo.yaml")(
-    figures
-)
-app.command(rich_help_panel=_WORKFLOW, epilog=f"{_EXAMPLE}fretwear report studies/demo.yaml")(
-    report
-)
+
+def _add(function: Callable[..., Any], example: str, panel: str | None = None) -> None:
+    app.command(cls=Command, rich_help_panel=panel, epilog=f"[dim]Example:[/dim] {example}")(
+        function
+    )
+
+
+_add(run, "fretwear run studies/demo.yaml --case ID --set 'load=30 N'")
+_add(plan, "fretwear plan studies/demo.yaml")
+_add(show, "fretwear show results/demo/cases/ID.nc")
+_add(plot, "fretwear plot results/demo/cases/ID.nc -o overview.svg")
+_add(schema, "fretwear schema > study.schema.json")
+_add(merge, "fretwear merge studies/demo.yaml", _WORKFLOW)
+_add(figures, "fretwear figures studies/demo.yaml", _WORKFLOW)
+_add(report, "fretwear report studies/demo.yaml", _WORKFLOW)
 
 
 def main() -> None:
     """Run the command line and leave with its exit status."""
-    try:
-        with stopping():
-            app()
-    except Stopped as stopped:
-        complain(f"{stopped}; no unfinished file was left behind", label="stopped")
-        sys.exit(stopped.exit_status)
+    with stopping():
+        app()
 
 
 def _print_version(wanted: bool) -> None:

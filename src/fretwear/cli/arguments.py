@@ -7,8 +7,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from fretwear.cli.log.choose import FORMAT_OPTION, FORMAT_VARIABLE, LogFormat
+
 if TYPE_CHECKING:
     from fretwear.study.file import Study
+
+_MESSAGES = "Messages"
 
 StudyFile = Annotated[
     Path, typer.Argument(metavar="FILE", help="Study file (YAML).", show_default=False)
@@ -35,6 +39,23 @@ Results = Annotated[
         metavar="FOLDER",
         help="Folder of the study's results, with its case files in cases/.",
         show_default="results/ and the name of the study",
+    ),
+]
+
+Quiet = Annotated[
+    bool,
+    typer.Option("--quiet", "-q", help="Print errors only.", rich_help_panel=_MESSAGES),
+]
+
+Format = Annotated[
+    LogFormat,
+    typer.Option(
+        FORMAT_OPTION,
+        help="auto: a bar on a terminal, lines elsewhere; json: one JSON object a line, "
+        "for programs.",
+        envvar=FORMAT_VARIABLE,
+        show_envvar=True,
+        rich_help_panel=_MESSAGES,
     ),
 ]
 

@@ -1,12 +1,10 @@
-"""How a command ends: exit statuses, and messages for people instead of tracebacks."""
+"""How a command ends: exit statuses, and errors that become messages instead of tracebacks."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
 from enum import IntEnum
-
-import typer
 
 
 class Status(IntEnum):
@@ -17,30 +15,35 @@ class Status(IntEnum):
     WRONG_INPUT = 2
 
 
+class CommandError(Exception):
+    """What ends a command with a message; the group of commands prints it.
+
+    Attributes
+    ----------
+    message : str
+        What was wrong and what to do.
+    status : Status
+        Exit status.
+    """
+
+    def __init__(self, message: str, status: Status) -> None:
+        super().__init__(message, status)
+        self.message = message
+        self.status = status
+
+    def __str__(self) -> str:
+        return self.message
+
+
 @contextmanager
 def failing_as(status: Status, *errors: type[Exception]) -> Iterator[None]:
     """Turn errors of the given kinds into a message and an exit status."""
     try:
         yield
     except errors as error:
-        complain(str(error) or type(error).__name__)
-        raise typer.Exit(status) from error
+        raise CommandError(str(error) or type(error).__name__, status) from error
 
 
-def refuse(message: str) -> typer.Exit:
-    """Say what is wrong with the input; the result is to be raised."""
-    complain(message)
-    return typer.Exit(Status.WRONG_INPUT)
-
-
-def complain(message: str, label: str = "error") -> None:
-    """Print a message to the standard error stream after a label, which a terminal shows in red.
-
-    The message is printed as it is: names of files and values are no markup, and no line of it is
-    broken, so that logs can be searched.
-    """
-    from rich.console import Console
-    from rich.text import Text
-
-    text = Text.assemble((f"fretwear: {label}: ", "bold red"), message)
-    Console(stderr=True, highlight=False).print(text, soft_wrap=True)
+def refuse(message: str) -> CommandError:
+    """Return the error that says what is wrong with the input; it is to be raised."""
+    return CommandError(message, Status.WRONG_INPUT)

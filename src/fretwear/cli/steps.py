@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from fretwear.cli.arguments import Results, StudyFile, results_of
+from fretwear.cli.arguments import Format, Quiet, Results, StudyFile, results_of
+from fretwear.cli.commands import open_log
+from fretwear.cli.log import LogFormat
 from fretwear.cli.outputs import check_folder
 from fretwear.cli.status import Status, failing_as
 
@@ -15,8 +17,15 @@ if TYPE_CHECKING:
     from fretwear.study.file import Study
 
 
-def merge(file: StudyFile, results: Results = None) -> None:
+def merge(
+    context: typer.Context,
+    file: StudyFile,
+    results: Results = None,
+    quiet: Quiet = False,
+    log_format: Format = LogFormat.AUTO,
+) -> None:
     """Merge the cases of a study that are done into summary.nc, and list all in points.csv."""
+    log = open_log(context, log_format, quiet=quiet)
     study, folder = _study_and_folder(file, results)
 
     from fretwear.data.atomic import atomic_path
@@ -30,14 +39,24 @@ def merge(file: StudyFile, results: Results = None) -> None:
         )
         with atomic_path(folder / "points.csv") as temporary:
             write_points(study, temporary)
-    typer.echo(
-        f"{folder / 'summary.nc'}: {tally.done} points done, {tally.failed} failed, "
-        f"{tally.invalid} invalid"
+    log.result(
+        folder / "summary.nc",
+        f"{tally.done} points done, {tally.failed} failed, {tally.invalid} invalid",
+        points_done=tally.done,
+        points_failed=tally.failed,
+        points_invalid=tally.invalid,
     )
 
 
-def figures(file: StudyFile, results: Results = None) -> None:
+def figures(
+    context: typer.Context,
+    file: StudyFile,
+    results: Results = None,
+    quiet: Quiet = False,
+    log_format: Format = LogFormat.AUTO,
+) -> None:
     """Draw the figures of a merged study, as SVG and PNG, into figures/."""
+    log = open_log(context, log_format, quiet=quiet)
     _, folder = _study_and_folder(file, results)
 
     from fretwear.data.errors import DataFileError
@@ -49,11 +68,18 @@ def figures(file: StudyFile, results: Results = None) -> None:
         open_summary(folder / "summary.nc") as summary,
     ):
         entries = write_study_figures(summary, folder / "cases", folder / "figures")
-    typer.echo(f"{folder / 'figures'}: {len(entries)} figures")
+    log.result(folder / "figures", f"{len(entries)} figures", figures=len(entries))
 
 
-def report(file: StudyFile, results: Results = None) -> None:
+def report(
+    context: typer.Context,
+    file: StudyFile,
+    results: Results = None,
+    quiet: Quiet = False,
+    log_format: Format = LogFormat.AUTO,
+) -> None:
     """Write the report of a merged study and its figures to report.html."""
+    log = open_log(context, log_format, quiet=quiet)
     study, folder = _study_and_folder(file, results)
 
     from fretwear.data.atomic import write_text
@@ -68,7 +94,7 @@ def report(file: StudyFile, results: Results = None) -> None:
     ):
         page = build_report(plan_study(study), summary, folder)
         write_text(folder / "report.html", page)
-    typer.echo(f"{folder / 'report.html'}: {len(page) / 1e6:.1f} MB")
+    log.result(folder / "report.html", f"{len(page) / 1e6:.1f} MB")
 
 
 def _study_and_folder(file: Path, results: Path | None) -> tuple[Study, Path]:

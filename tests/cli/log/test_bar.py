@@ -1,0 +1,66 @@
+import re
+
+import pytest
+import yaml
+
+from ..conftest import tiny_study
+from ..terminal import on_a_terminal
+
+RUN = ("run", "tiny.yaml", "--set", "load=50 N", "--set", "cell=2 um", "-o", "a.nc")
+COLOUR = re.compile(r"\x1b\[[0-9;]*[34][0-9]")
+
+
+@pytest.fixture(scope="module")
+def seen(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("terminal")
+    (folder / "tiny.yaml").write_text(yaml.safe_dump(tiny_study()), encoding="utf-8")
+    return on_a_terminal(*RUN, columns=80, folder=folder)
+
+
+def test_a_terminal_shows_where_a_run_is_and_keeps_just_the_result(seen):
+    assert seen.status == 0
+    assert seen.ever("cycle 200 of 200")
+    assert seen.ever("half-width 15")
+    assert seen.ever("left")
+    assert len(seen.last) == 2
+    assert seen.last[0].startswith("case P50N")
+    assert seen.last[1].startswith("a.nc: ")
+
+
+def test_nothing_wraps_or_jumps_on_a_terminal_of_80_columns(seen):
+    bars = [line for screen in seen.screens for line in screen if line.startswith("cycle ")]
+    assert bars
+    assert all(line.endswith("left") and len(line) == 80 for line in bars)
+    assert len({line.index("━") for line in bars}) == 1
+    assert max(map(len, seen.screens)) == 3
+
+
+@pytest.mark.usefixtures("desk")
+def test_a_narrow_terminal_keeps_the_time_left():
+    seen = on_a_terminal(*RUN, columns=40)
+    bars = [line for screen in seen.screens for line in screen if line.startswith("cycle ")]
+    assert all(line.endswith("left") and len(line) <= 40 for line in bars)
+
+
+def test_a_terminal_is_not_flooded(seen):
+    assert len(seen.raw) < 50_000
+
+
+def test_colours_are_off_with_no_color_and_only_when_it_is_not_empty():
+    assert COLOUR.search(on_a_terminal("plan", "missing.yaml", NO_COLOR="").raw)
+    for call in (("plan", "missing.yaml"), ("--help",)):
+        assert not COLOUR.search(on_a_terminal(*call, NO_COLOR="1").raw)
+
+
+@pytest.mark.usefixtures("desk")
+def test_a_terminal_that_cannot_redraw_gets_lines():
+    seen = on_a_terminal(*RUN, columns=120, TERM="dumb")
+    assert "\x1b" not in seen.raw
+    assert any(line.startswith("cycle 0 of 200, step 0") for line in seen.last)
+
+
+def test_a_log_file_gets_lines_though_colours_are_forced(desk, monkeypatch):
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    result = desk.call(*RUN)
+    assert result.stderr.splitlines()[1].startswith("cycle 0 of 200")
+    assert "\x1b[?25l" not in result.stderr

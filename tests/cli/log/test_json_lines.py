@@ -1,0 +1,109 @@
+import json
+import math
+import warnings
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pytest
+
+from fretwear.cli.log.json_lines import JsonLog
+
+
+def events(text):
+    return [json.loads(line) for line in text.splitlines()]
+
+
+def run(desk, *arguments):
+    result = desk.call("run", "tiny.yaml", *arguments, "--log-format", "json")
+    return result, events(result.stderr)
+
+
+def test_a_run_is_told_from_its_start_to_its_end(desk):
+    result, told = run(desk, "--set", "load=50 N", "-o", "a.nc")
+    names = [event["event"] for event in told]
+    assert names[:2] == ["start", "case_start"]
+    assert set(names[2:-3]) == {"step"}
+    assert names[-3:] == ["case_end", "result", "end"]
+    assert result.stdout == ""
+    assert told[0]["command"] == "run"
+    end = told[-1]
+    assert (end["status"], end["exit_status"], end["file"]) == ("done", 0, "a.nc")
+
+
+def test_a_step_has_the_numbers_of_the_dataset_under_their_names(desk):
+    _, told = run(desk, "--set", "load=50 N", "-o", "a.nc")
+    step = [event for event in told if event["event"] == "step"][-1]
+    assert step["case_id"].startswith("P50N-")
+    assert (step["cycle"], step["cycles"], step["seconds_left"]) == (200, 200, 0)
+    assert (step["case_number"], step["case_count"]) == (1, 1)
+    assert 0 < step["error_estimate"] < 0.01
+    assert step["contact_half_width_x"] == pytest.approx(155e-6, rel=0.01)  # in m
+
+
+def test_every_event_has_its_time_in_utc(desk):
+    before = datetime.now(UTC).timestamp()
+    _, told = run(desk, "--set", "load=50 N")
+    times = [event["time"] for event in told]
+    assert times == sorted(times)
+    assert all(time.endswith("Z") for time in times)
+    first, last = (datetime.fromisoformat(times[i]).timestamp() for i in (0, -1))
+    assert before - 0.01 <= first <= last <= datetime.now(UTC).timestamp() + 0.01
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status", "exit_status", "message"),
+    [
+        ((), "wrong_input", 2, "one must be chosen"),
+        (("--set", "load=50 N", "--set", "wear_coefficient=1 / Pa"), "failed", 1, "no step after"),
+    ],
+)
+def test_an_error_is_an_event_and_the_end_tells_the_status(
+    desk, arguments, status, exit_status, message
+):
+    result, told = run(desk, *arguments)
+    assert result.exit_code == exit_status
+    (error,) = (event for event in told if event["event"] == "error")
+    assert message in error["message"]
+    assert (told[-1]["event"], told[-1]["status"]) == ("end", status)
+    assert told[-1]["exit_status"] == error["exit_status"] == exit_status
+
+
+def test_a_call_that_cannot_be_parsed_is_an_event_too(desk, monkeypatch):
+    misspelt = desk.call("run", "tiny.yaml", "--log-format=json", "--cse", "x")
+    assert events(misspelt.stderr)[0]["message"].startswith("no such option: --cse")
+    monkeypatch.setenv("FRETWEAR_LOG_FORMAT", "json")
+    assert events(desk.call("rnu").stderr)[0]["exit_status"] == 2
+
+
+def test_the_environment_chooses_the_format_and_the_option_has_the_last_word(desk, monkeypatch):
+    monkeypatch.setenv("FRETWEAR_LOG_FORMAT", "json")
+    assert events(desk.call("run", "tiny.yaml", "--set", "load=50 N").stderr)
+    told = desk.call("run", "tiny.yaml", "--set", "load=50 N", "--log-format", "lines").stderr
+    assert told.startswith("case P50N")
+
+
+def test_the_other_steps_of_a_study_are_told_the_same_way(desk):
+    assert desk.call("run", "tiny.yaml", "--set", "load=50 N", "-o", "cases/a.nc").exit_code == 0
+    result = desk.call("merge", "tiny.yaml", "--log-format", "json")
+    told = events(result.stderr)
+    assert [event["event"] for event in told] == ["start", "error", "end"]
+    assert result.exit_code == told[-1]["exit_status"] == 1
+
+
+def test_numbers_that_are_not_finite_are_null(capsys):
+    JsonLog().result(Path("a.nc"), "", half=0.5, limit=math.inf, unknown=math.nan)
+    (event,) = events(capsys.readouterr().err)
+    assert (event["half"], event["limit"], event["unknown"]) == (0.5, None, None)
+
+
+def test_warnings_and_defects_leave_no_line_that_is_no_json(capsys):
+    log = JsonLog()
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        log.begin("run")
+        warnings.warn("mind the step", UserWarning, stacklevel=1)
+    log.defect(ZeroDivisionError("division by zero"))
+    _, warning, defect = events(capsys.readouterr().err)
+    assert (warning["event"], warning["message"]) == ("warning", "mind the step")
+    assert "defect of fretwear" in defect["message"]
+    assert "ZeroDivisionError" in defect["traceback"]
