@@ -69,12 +69,17 @@ class Checkpoint:
     ) -> None:
         if kind is None:
             self.path.unlink(missing_ok=True)
-        elif len(self.journal.history) > self._saved_steps:
+            return
+        if len(self.journal.history) > self._saved_steps:
             try:
                 self.save()
             except DataFileError as failure:
                 # What interrupted the run is the news; a full disk must not hide it.
-                self._tell(str(failure))
+                if str(failure) != str(error):
+                    self._tell(str(failure))
+        if self._saved_steps and self.path.exists():
+            cycle = self.journal.history[self._saved_steps - 1].cycle
+            self._tell(f"{self.path}: kept; the same command goes on after cycle {cycle:.6g}")
 
     def __call__(self, step: Step) -> None:
         """Observe a step: save it where it is time to."""

@@ -13,8 +13,10 @@ from typing import TYPE_CHECKING
 
 from fretwear import simulation
 from fretwear.checkpoints import Checkpoint
+from fretwear.data.casefile import is_finished_case
 from fretwear.data.errors import DataFileError
-from fretwear.data.store import write_case
+from fretwear.data.lock import locked
+from fretwear.data.store import open_history, write_case
 from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.wear import WearError
 from fretwear.memory import require_memory
@@ -37,10 +39,13 @@ class Outcome:
         Accepted steps of the whole run, those before an interruption included.
     seconds : float
         Time that this job took, s.
+    is_taken_over : bool
+        Whether another process wrote the file while this one waited for it.
     """
 
     steps: int
     seconds: float
+    is_taken_over: bool = False
 
 
 def simulate_to_file(
@@ -53,6 +58,9 @@ def simulate_to_file(
 ) -> Outcome:
     """Simulate a case and write its file; go on from the checkpoint beside it if there is one.
 
+    Two jobs with one file do not work at once: the later one waits, and takes the file as it is
+    if it then is that of the same case, with the same snapshots, by the same version.
+
     Parameters
     ----------
     case
@@ -62,7 +70,8 @@ def simulate_to_file(
     observers
         Called with each accepted step of this job.
     tell
-        Takes a line for people: where the run goes on, or why a checkpoint was not used.
+        Takes a line for people: where the run goes on, why a checkpoint was not used, for whom
+        the job waits.
     command
         The call that leads to the same results, for the dataset.
 
@@ -71,16 +80,25 @@ def simulate_to_file(
     fretwear.mechanics.contact.ContactError, fretwear.mechanics.wear.WearError
         When the solution does not converge. The checkpoint is kept.
     fretwear.data.errors.DataFileError
-        When the file cannot be written.
+        When the file cannot be written, or another process has come to compute it meanwhile.
     MemoryError
         When the case does not fit in the memory; it tells so before it starts where that is
         certain.
     """
     started = time.monotonic()
     require_memory(case)
-    with Checkpoint(path.with_suffix(".checkpoint"), case, tell) as checkpoint:
-        result = simulation.run(
-            case, [checkpoint, *observers], journal=checkpoint.journal, command=command
-        )
-        write_case(result.dataset, result.history, path)
+    with locked(path, tell) as lock:
+        if lock.waited and is_finished_case(path, case):
+            return Outcome(_steps_of(path), time.monotonic() - started, is_taken_over=True)
+        with Checkpoint(path.with_suffix(".checkpoint"), case, tell) as checkpoint:
+            result = simulation.run(
+                case, [checkpoint, *observers], journal=checkpoint.journal, command=command
+            )
+            lock.ensure(tell)
+            write_case(result.dataset, result.history, path)
     return Outcome(result.history.sizes["step"] - 1, time.monotonic() - started)
+
+
+def _steps_of(path: Path) -> int:
+    with open_history(path) as history:
+        return history.sizes["step"] - 1

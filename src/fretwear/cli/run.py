@@ -64,7 +64,10 @@ def run(
             tell=log.note,
             command=_command(file, case_id, set_ or (), output),
         )
-    log.result(path, f"{outcome.steps} steps in {outcome.seconds:.1f} s", steps=outcome.steps)
+    ending = ", by another process" if outcome.is_taken_over else ""
+    log.result(
+        path, f"{outcome.steps} steps in {outcome.seconds:.1f} s{ending}", steps=outcome.steps
+    )
 
 
 def _command(

@@ -7,15 +7,19 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import netCDF4
 import numpy as np
 from numpy.typing import NDArray
 
+import fretwear
 from fretwear.data.errors import CaseFileError
 from fretwear.data.seal import damage
-from fretwear.data.variables import CASE_DIMS
+from fretwear.data.variables import CASE_DIMS, CYCLE
+
+if TYPE_CHECKING:
+    from fretwear.study.case import Case
 
 HISTORY_GROUP = "history"
 COMPLETE = "complete"
@@ -92,6 +96,24 @@ def opened_case(path: str | PathLike[str]) -> Iterator[CaseFile]:
         if lacking:
             raise case_file.unusable(f"it lacks {', '.join(lacking)}")
         yield case_file
+
+
+def is_finished_case(path: str | PathLike[str], case: Case) -> bool:
+    """Say whether a file is there that a run of this case by this version would write again.
+
+    The file is read once to compare it with its checksum.
+    """
+    if not Path(path).exists():
+        return False
+    try:
+        with opened_case(path) as file:
+            version = file.attribute("source").split(" (")[0]
+            same = file.attribute("case_id") == case.case_id
+            cycles = file.read(CYCLE.name)
+    except CaseFileError:
+        return False
+    is_of_version = version == f"fretwear {fretwear.__version__}"
+    return same and is_of_version and np.array_equal(cycles, case.output_cycles)
 
 
 def _remedy(path: Path) -> str:

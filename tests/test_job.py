@@ -1,0 +1,204 @@
+"""One case to one file, whoever else works on it and whatever goes wrong."""
+
+import shutil
+import signal
+import subprocess
+import sys
+
+import pytest
+import xarray as xr
+
+import fretwear
+from fretwear import simulation
+from fretwear.data.errors import DataFileError
+from fretwear.data.lock import Lock
+from fretwear.data.store import open_case, open_history, write_case
+from fretwear.job import simulate_to_file
+
+STUDY = """
+base:
+  radius: 10 mm
+  youngs_modulus: 208 GPa
+  poisson_ratio: 0.3
+  load: 50 N
+  tangential_ratio: 0.8
+  friction: 0.5
+  wear_coefficient: 7e-13 / Pa
+  plastic_limit: none
+  roughness: none
+  cycles: 1000
+  cell: 1.5 um
+"""
+PARAMETERS = {
+    "radius": "10 mm",
+    "youngs_modulus": "208 GPa",
+    "poisson_ratio": 0.3,
+    "load": "50 N",
+    "tangential_ratio": 0.8,
+    "friction": 0.5,
+    "wear_coefficient": "7e-13 / Pa",
+    "cycles": 200,
+    "cell": "10 um",
+}
+
+
+@pytest.fixture
+def case():
+    return fretwear.Case(**PARAMETERS)
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "cases" / "a.nc"
+
+
+@pytest.fixture
+def run(tmp_path):
+    """Start `fretwear run` of one case to a file."""
+    (tmp_path / "one.yaml").write_text(STUDY)
+    started = []
+
+    def start(output="out/a.nc"):
+        process = subprocess.Popen(
+            [sys.executable, "-m", "fretwear", "run", "one.yaml", "-o", output],
+            cwd=tmp_path,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        started.append(process)
+        return process
+
+    yield start
+    for process in started:
+        process.kill()
+        process.communicate()
+
+
+def read_until(process, words):
+    seen = ""
+    while words not in seen:
+        line = process.stderr.readline()
+        assert line, seen
+        seen += line
+    return seen
+
+
+def job(case, path, told=None, observers=()):
+    tell = [].append if told is None else told.append
+    return simulate_to_file(case, path, observers=observers, tell=tell, command="test")
+
+
+def names(path):
+    return sorted(each.name for each in path.parent.iterdir())
+
+
+def test_a_job_leaves_its_file_and_nothing_else(case, path):
+    outcome = job(case, path)
+    with open_history(path) as history:
+        assert outcome.steps == history["step"][-1]
+    assert not outcome.is_taken_over
+    assert names(path) == ["a.nc"]
+
+
+@pytest.mark.slow
+def test_of_two_processes_at_once_one_computes_and_the_other_takes_its_file(run, tmp_path):
+    first = run()
+    read_until(first, "cycle 0 of")
+    first.send_signal(signal.SIGSTOP)
+    second = run()
+    read_until(second, f"out/a.nc: process {first.pid} on ")
+    first.send_signal(signal.SIGCONT)
+    written = first.communicate()[0]
+    taken, told = second.communicate()
+    assert (first.returncode, second.returncode) == (0, 0)
+    assert "by another process" not in written
+    assert "by another process" in taken
+    assert "cycle 0 of" not in told
+    assert names(tmp_path / "out/a.nc") == ["a.nc"]
+
+
+@pytest.mark.slow
+def test_who_waits_goes_on_where_a_killed_process_was(run, tmp_path):
+    first = run()
+    read_until(first, "cycle 0 of")
+    first.send_signal(signal.SIGSTOP)
+    second = run()
+    read_until(second, "waiting for it")
+    first.send_signal(signal.SIGKILL)
+    taken, told = second.communicate()
+    assert second.returncode == 0, told
+    assert "by another process" not in taken
+    assert "cycle 1000 of 1000" in told
+    assert names(tmp_path / "out/a.nc") == ["a.nc"]
+
+
+def holding(path, then):
+    """A lock that another job is told of; when that is, something happens and it is released."""
+    lock = Lock(path)
+    lock.acquire(print)
+
+    def tell(_):
+        then()
+        lock.release()
+
+    return tell
+
+
+def written(path, **changes):
+    result = simulation.run(fretwear.Case(**{**PARAMETERS, **changes}))
+    write_case(result.dataset, result.history, path)
+
+
+def test_after_waiting_only_a_file_of_the_same_run_is_taken(case, path):
+    others = [{}, {"friction": 0.6}, {"output_cycles": (7,)}]
+    for changes, is_taken_over in zip(others, (True, False, False), strict=True):
+        tell = holding(path, lambda changes=changes: written(path, **changes))
+        outcome = simulate_to_file(case, path, tell=tell, command="test")
+        assert outcome.is_taken_over is is_taken_over
+        with open_case(path) as dataset:
+            assert dataset.attrs["case_id"] == case.case_id
+            assert list(dataset["cycle"]) == [0, 200]
+
+
+def test_after_waiting_a_damaged_file_is_not_taken(case, path):
+    def damaged():
+        written(path)
+        content = bytearray(path.read_bytes())
+        content[len(content) // 2] ^= 1
+        path.write_bytes(content)
+
+    outcome = simulate_to_file(case, path, tell=holding(path, damaged), command="test")
+    assert not outcome.is_taken_over
+    with open_case(path) as dataset, simulation.simulate(case) as expected:
+        xr.testing.assert_equal(dataset["pressure"].load(), expected["pressure"])
+
+
+def test_results_that_are_removed_while_they_are_computed_are_written_all_the_same(case, path):
+    def remove(_):
+        shutil.rmtree(path.parent, ignore_errors=True)
+
+    job(case, path, observers=[remove])
+    with open_case(path) as dataset:
+        assert dataset.attrs["case_id"] == case.case_id
+    assert names(path) == ["a.nc"]
+
+
+def test_a_job_whose_lock_another_has_taken_leaves_without_writing(case, path):
+    rivals = []
+
+    def take(_):
+        if not rivals:
+            rivals.append(Lock(path))
+            rivals[0].file.unlink()
+            rivals[0].acquire(print)
+
+    told = []
+    with pytest.raises(DataFileError, match="was removed from outside"):
+        job(case, path, told, [take])
+    assert names(path) == [".a.nc.lock", "a.checkpoint"]
+    assert "kept; the same command goes on after cycle 200" in told[-1]
+    rivals[0].release()
+    job(case, path, told)
+    assert "going on after cycle 200" in told[-1]
+    assert names(path) == ["a.nc"]
