@@ -59,7 +59,7 @@ class Finished(NamedTuple):
         """Build its report."""
         return build_report(self.plan, self.summary, self.folder, **more)
 
-    def derived(self, folder: Path, vary: str, **base: str) -> "Finished":
+    def derived(self, folder: Path, vary: str, **base: object) -> "Finished":
         """Make another study of cases that this one has: no simulation is needed."""
         content = yaml.safe_load(STUDY)
         content["base"].update(base)

@@ -1,0 +1,356 @@
+"""A real browser opens the report from disk: it works by mouse and keyboard, on any screen."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from selenium.webdriver.common.keys import Keys
+
+from fretwear.data.store import open_case
+
+from .browser import CONTRASTS, DESKTOP, MISSING, PHONE, Browser
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(bool(MISSING), reason=MISSING or "never"),
+]
+
+CASE = {
+    "load": "40 N",
+    "friction": "0.4",
+    "roughness_amplitude": "0.3 µm",
+    "plastic_limit": "elastic",
+}
+LAST = 4
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    opened = Browser(tmp_path_factory.mktemp("browser"))
+    yield opened
+    opened.close()
+
+
+@pytest.fixture(scope="module")
+def file(page: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    file = tmp_path_factory.mktemp("page") / "report.html"
+    file.write_text(page, encoding="utf-8")
+    return file
+
+
+@pytest.fixture
+def opened(browser: Browser, file: Path) -> Browser:
+    browser.open(file)
+    return browser
+
+
+def stored(finished, case_id: str, field: str, cycle: int, size: float) -> np.ndarray:
+    with open_case(finished.cases / f"{case_id}.nc") as case:
+        return case[field].isel(y=0).sel(cycle=cycle).values.astype(float) / size
+
+
+def elastic_id(finished) -> str:
+    (found,) = (
+        planned.id
+        for planned in finished.plan.points
+        if list(planned.point.labels.values()) == ["40 N", "0.4", "0.3 um", "none"]
+    )
+    return found
+
+
+def test_it_opens_without_errors_and_asks_for_nothing(opened: Browser, file: Path) -> None:
+    assert opened.requests() == [file.as_uri()]
+    assert opened.errors() == []
+    assert opened.find("#explorer-body").is_displayed()
+    assert not opened.find("#explorer-status").is_displayed()
+
+
+def test_no_other_script_runs_and_nothing_is_sent(opened: Browser) -> None:
+    opened.ask(
+        "const script = document.createElement('script'); script.textContent = 'window.evil = 1';"
+        "document.body.append(script);"
+        "document.body.insertAdjacentHTML('beforeend', '<img src=x: onerror=\"window.evil = 2\">')"
+    )
+    assert opened.ask("return typeof window.evil") == "undefined"
+    sent = opened.driver.execute_async_script(
+        "const done = arguments[0];fetch('data:,x').then(() => done('sent'), () => done('refused'))"
+    )
+    assert sent == "refused"
+
+
+def test_the_slider_shows_the_profiles_of_its_cycle(opened: Browser, finished) -> None:
+    opened.choose("a", **CASE)
+    case_id = elastic_id(finished)
+    title = opened.ask("return document.getElementById('profile-plot').layout.yaxis4.title.text")
+    length = {"Wear depth (µm)": 1e-6, "Wear depth (nm)": 1e-9}[title]
+    fields = {"pressure": 1e6, "shear": 1e6, "gap": length, "wear": length}
+    names = {"shear": "shear_traction", "wear": "wear_depth"}
+    for place, cycle in enumerate([0, 1, 10, 100, 1000]):
+        opened.move(place)
+        assert opened.find("#cycle-shown").text == str(cycle)
+        for name, size in fields.items():
+            shown = opened.curve(f"a {name}")
+            expected = stored(finished, case_id, names.get(name, name), cycle, size)[: shown.size]
+            assert shown == pytest.approx(expected, abs=1e-4 * float(np.ptp(expected)))
+
+
+def test_zones_are_marked_where_the_cells_stick_and_slip(opened: Browser, finished) -> None:
+    opened.choose("a", **CASE)
+    case_id = elastic_id(finished)
+    with open_case(finished.cases / f"{case_id}.nc") as case:
+        cell = 1e6 * float(case["cell_x"])
+    for place, cycle in ((0, 0), (LAST, 1000)):
+        opened.move(place)
+        states = stored(finished, case_id, "contact_state", cycle, 1)
+        for name, state in (("stick", 2), ("slip", 1)):
+            lengths = opened.ask(
+                "return document.getElementById('profile-plot').data"
+                ".find((trace) => trace.name === arguments[0]).x",
+                f"a {name}",
+            )
+            assert sum(lengths) == pytest.approx(cell * (states == state).sum())
+
+
+def test_the_histories_mark_the_cycle_shown(opened: Browser) -> None:
+    line = "return document.getElementById('history-plot').layout.shapes[0].x0"
+    places = []
+    for place in range(LAST + 1):
+        opened.move(place)
+        places.append(opened.ask(line))
+    assert places == sorted(set(places))
+    assert {"a contact", "a stick", "a volume"} <= opened.curves("history-plot")
+    assert np.all(np.diff(opened.curve("a volume", "history-plot")) >= 0.0)
+
+
+def test_another_case_has_other_curves_and_numbers(opened: Browser) -> None:
+    opened.choose("a", **CASE)
+    rough, numbers = opened.curve("a pressure"), opened.texts(".readout td")
+    opened.choose("a", roughness_amplitude="smooth")
+    smooth = opened.curve("a pressure")
+    assert rough.size != smooth.size or not np.allclose(rough, smooth)
+    assert opened.texts(".readout td") != numbers
+
+
+def test_two_cases_are_laid_over_each_other(opened: Browser) -> None:
+    opened.choose("a", **CASE)
+    assert not any(name.startswith("b ") for name in opened.curves())
+    opened.find("#compare").click()
+    assert {"a pressure", "b pressure", "b stick", "b slip"} <= opened.curves()
+    assert {"b contact", "b stick", "b volume"} <= opened.curves("history-plot")
+    assert opened.texts(".readout thead th") == ["A", "B", "B to A"]
+    opened.choose("b", **CASE)
+    assert opened.curve("b wear") == pytest.approx(opened.curve("a wear"))
+    assert set(opened.texts(".readout td:last-child")) <= {"", "× 1.00", "–"}
+    opened.choose("b", roughness_amplitude="smooth")
+    assert not np.allclose(opened.curve("b wear")[:40], opened.curve("a wear")[:40], rtol=0.1)
+    opened.find("#compare").click()
+    assert "b pressure" not in opened.curves()
+
+
+def test_a_case_without_results_says_why(opened: Browser) -> None:
+    opened.choose(
+        "a",
+        **CASE,
+    )
+    opened.choose("a", plastic_limit="3000 MPa")
+    status = opened.find("#explorer-status").text
+    assert "is failed: it did not converge in cycle 7 <of 1000>" in status
+    assert opened.curves() == set()
+    opened.choose("a", load="20 N", friction="0.2")
+    assert "is invalid: " in opened.find("#explorer-status").text
+    opened.choose("a", **CASE)
+    assert not opened.find("#explorer-status").is_displayed()
+    assert "a pressure" in opened.curves()
+
+
+def test_scales_stay_over_the_cycles_unless_they_are_to_fit(opened: Browser) -> None:
+    opened.choose("a", **CASE)
+    scale = "return document.getElementById('profile-plot').layout.yaxis4.range[0]"
+    deepest = opened.ask(scale)
+    opened.move(2)
+    assert opened.ask(scale) == deepest
+    opened.find("#own-scale").click()
+    assert opened.ask(scale) < deepest
+
+
+def test_play_walks_through_the_cycles_to_the_last(opened: Browser) -> None:
+    opened.find("#play").click()
+    assert opened.find("#play").text.endswith("Pause")
+    assert opened.find("#cycle-shown").text == "0"
+    opened.wait("return document.getElementById('cycle').value === '1'")
+    opened.move(LAST - 1)
+    assert opened.find("#play").text.endswith("Play")
+    opened.find("#play").click()
+    opened.wait("return document.getElementById('cycle').value === '4'")
+    opened.wait("return document.querySelector('#play .words').textContent === 'Play'")
+
+
+def test_the_table_sorts_by_any_column(opened: Browser) -> None:
+    numbers = "#case-table tbody th"
+    assert opened.texts(numbers) == [str(n) for n in range(1, 17)]
+    half_width = opened.find("#case-table thead tr:nth-child(2) button")
+    half_width.click()
+    values = opened.ask(
+        "return [...document.querySelectorAll('#case-table tbody tr')]"
+        ".map((row) => row.cells[5].dataset.value).filter(Boolean).map(Number)"
+    )
+    assert values == sorted(values)
+    assert len(values) == 11
+    assert opened.texts("#case-table tbody tr:last-child td:nth-child(6)") == ["–"]
+    half_width.click()
+    assert opened.find("[aria-sort=descending]").text.startswith("first")
+    assert opened.texts(numbers) != [str(n) for n in range(1, 17)]
+
+
+def test_the_table_filters_by_value_and_by_text(opened: Browser) -> None:
+    rows = "#case-table tbody th"
+    opened.ask(
+        "const s = document.querySelector('.filters select'); s.value = '40 N';"
+        "s.dispatchEvent(new Event('input', { bubbles: true }))"
+    )
+    assert opened.texts(rows) == [str(n) for n in range(9, 17)]
+    opened.find(".filters input").send_keys("failed")
+    assert len(opened.texts(rows)) == 1
+    assert opened.texts(".filters output") == ["1 of 16 shown"]
+    opened.find(".filters button").click()
+    opened.wait("return document.querySelector('.filters output').textContent.startsWith('16')")
+
+
+def test_a_row_of_the_table_leads_to_the_explorer(opened: Browser) -> None:
+    links = opened.driver.find_elements("css selector", "#case-table tbody th a")
+    assert len(links) == 11
+    opened.ask("arguments[0].click()", links[0])
+    assert (
+        opened.ask("return document.querySelector('#case-a select').selectedOptions[0].text")
+        == "20 N"
+    )
+
+
+def test_everything_can_be_done_by_keyboard(opened: Browser) -> None:
+    opened.press(Keys.TAB)
+    assert opened.ask("return document.activeElement.className") == "skip"
+    opened.ask("document.querySelector('#case-a select').focus()")
+    seen = []
+    for _ in range(8):
+        seen.append(
+            opened.ask("return document.activeElement.id || document.activeElement.tagName")
+        )
+        opened.press(Keys.TAB)
+    assert seen == ["SELECT"] * 4 + ["compare", "own-scale", "play", "cycle"]
+    opened.ask("document.getElementById('compare').focus()")
+    opened.press(Keys.SPACE)
+    assert "b pressure" in opened.curves()
+    opened.ask("document.getElementById('cycle').focus()")
+    opened.press(Keys.HOME)
+    assert opened.find("#cycle-shown").text == "0"
+    opened.press(Keys.ARROW_RIGHT, Keys.ARROW_RIGHT)
+    assert opened.find("#cycle").get_attribute("aria-valuetext") == "cycle 10"
+    opened.ask("document.querySelector('#case-a select').focus()")
+    opened.press(Keys.ARROW_UP)
+    assert opened.ask("return document.activeElement.selectedOptions[0].text") == "20 N"
+    opened.ask("document.querySelector('#case-table thead button').focus()")
+    opened.press(Keys.ENTER, Keys.ENTER)
+    assert opened.texts("#case-table tbody th")[0] == "16"
+
+
+def test_what_has_the_focus_is_outlined(opened: Browser) -> None:
+    opened.press(Keys.TAB)
+    for _ in range(40):
+        style = opened.ask(
+            "const s = getComputedStyle(document.activeElement);"
+            "return [s.outlineStyle, parseFloat(s.outlineWidth), document.activeElement.outerHTML]"
+        )
+        assert style[0] != "none", style[2][:200]
+        assert style[1] >= 2.0, style[2][:200]
+        opened.press(Keys.TAB)
+
+
+@pytest.mark.parametrize("size", [(320, 700), PHONE, (768, 1024), DESKTOP])
+def test_no_screen_scrolls_sideways(browser: Browser, file: Path, size: tuple[int, int]) -> None:
+    browser.open(file, size=size)
+    browser.find("#compare").click()
+    width, inside = browser.ask(
+        "return [document.documentElement.scrollWidth, document.documentElement.clientWidth]"
+    )
+    assert inside <= size[0]
+    assert width <= inside
+    for plot in ("profile-plot", "history-plot"):
+        drawn = "return document.querySelector(arguments[0]).getBoundingClientRect().right"
+        assert browser.ask(drawn, f"#{plot} .main-svg") <= inside + 1
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_every_text_can_be_read_on_what_is_behind_it(
+    browser: Browser, file: Path, scheme: str
+) -> None:
+    browser.open(file, prefers_color_scheme=scheme)
+    browser.find("#compare").click()
+    browser.ask("document.querySelectorAll('details').forEach((one) => { one.open = true; })")
+    ground = browser.ask("return getComputedStyle(document.body).backgroundColor")
+    assert (ground == "rgb(255, 255, 255)") == (scheme == "light")
+    assert browser.ask(CONTRASTS) == []
+
+
+def test_the_plots_follow_the_scheme(opened: Browser) -> None:
+    color = "return document.getElementById('profile-plot').data.at(-1).line.color"
+    light = opened.ask(color)
+    dark = {"features": [{"name": "prefers-color-scheme", "value": "dark"}]}
+    opened.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", dark)
+    opened.wait(f"{color} !== '{light}'")
+
+
+def test_who_wants_less_motion_gets_none(browser: Browser, file: Path) -> None:
+    browser.open(file, prefers_reduced_motion="reduce")
+    assert not browser.find("#play").is_displayed()
+    browser.move(1)
+    assert browser.find("#cycle-shown").text == "1"
+
+
+def test_on_paper_controls_are_left_out_and_the_ground_is_white(
+    browser: Browser, file: Path
+) -> None:
+    browser.open(file, media="print", prefers_color_scheme="dark")
+    for selector in ("nav", ".filters", ".controls", ".cycle-bar"):
+        assert not browser.find(selector).is_displayed()
+    ground = browser.ask("return getComputedStyle(document.body).backgroundColor")
+    assert ground == "rgb(255, 255, 255)"
+    assert browser.find("#profile-plot").is_displayed()
+
+
+def test_points_of_a_zip_are_chosen_from_one_list(
+    browser: Browser, finished, tmp_path: Path
+) -> None:
+    zipped = finished.derived(
+        tmp_path,
+        "{design: zip, load: [20 N, 40 N, 40 N], roughness.amplitude: [0 um, 0 um, 0.3 um]}",
+        friction="0.4",
+        plastic_limit="none",
+    )
+    file = tmp_path / "report.html"
+    file.write_text(zipped.report(), encoding="utf-8")
+    browser.open(file)
+    assert len(browser.texts("#case-a select")) == 1
+    browser.choose("a", point="1: load 20 N, smooth")
+    smooth = browser.curve("a pressure")
+    browser.find("#compare").click()
+    browser.choose("b", point="3: load 40 N, roughness amplitude 0.3 µm")
+    assert browser.curve("b pressure").max() > 2 * smooth.max()
+    assert browser.errors() == []
+
+
+def test_one_case_needs_no_choice(browser: Browser, finished, tmp_path: Path) -> None:
+    one = finished.derived(
+        tmp_path,
+        "{load: [40 N]}",
+        friction="0.4",
+        plastic_limit="none",
+        roughness={"kind": "wavy", "amplitude": "0.3 um", "slope_x": "1.8 deg", "slope_y": "1 deg"},
+    )
+    file = tmp_path / "report.html"
+    file.write_text(one.report(), encoding="utf-8")
+    browser.open(file)
+    assert browser.texts("#case-a select") == []
+    assert not browser.find("#compare").is_displayed()
+    assert browser.curve("a pressure").max() > 0.0
+    assert browser.errors() == []
