@@ -30,11 +30,19 @@ def test_decades_are_equally_long_and_zero_lies_before_them() -> None:
     assert _at(axes, 30000) <= 1.0
 
 
-def test_ticks_name_zero_and_every_decade() -> None:
-    axes = _axes([0, 10, 100, 1000, 30000])
+def _words(axes: Axes) -> list[str]:
     axes.figure.draw_without_rendering()
-    words = [label.get_text() for label in axes.get_xticklabels()]
-    assert words == ["0", "10", "100", "1000", "$10^{4}$"]
+    return [label.get_text() for label in axes.get_xticklabels() if label.get_text()]
+
+
+def test_ticks_name_zero_and_every_decade_and_the_last_cycle() -> None:
+    assert _words(_axes([0, 10, 100, 1000, 7000])) == ["0", "10", "100", "1000", "7000"]
+    assert _words(_axes([0, 10, 1000])) == ["0", "10", "100", "1000"]
+
+
+def test_a_decade_whose_number_would_touch_that_of_the_last_cycle_is_not_named() -> None:
+    words = _words(_axes([0, 10, 100, 1000, 12000]))
+    assert words == ["0", "10", "100", "1000", "12\u2009000"]
 
 
 @pytest.mark.parametrize("cycles", [[0, 30000], [0, 2000, 7000], [0], [5, 7]])

@@ -14,7 +14,7 @@ from fretwear.simulation import Result
 LABELS = {
     "contact_half_width": ("contact_half_width_x", "Contact half-width along x (µm)"),
     "stick_half_width": ("stick_half_width_x", "Stick half-width along x (µm)"),
-    "wear_volume": ("wear_volume", "Wear volume (10³ µm³)"),
+    "wear_volume": ("wear_volume", "Wear volume (µm³)"),
     "dissipated_energy": ("dissipated_energy", "Dissipated energy per cycle (µJ)"),
 }
 

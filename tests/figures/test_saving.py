@@ -66,11 +66,11 @@ def test_a_vector_file_is_well_formed_undated_and_loads_nothing(
     assert not [element for element in root.iter() if element.tag.endswith("date")]
 
 
-def test_a_bitmap_has_200_dots_per_inch(smooth: xr.Dataset, tmp_path: Path) -> None:
+def test_a_bitmap_has_300_dots_per_inch(smooth: xr.Dataset, tmp_path: Path) -> None:
     (path,) = figures.save_figure(figures.pressure_profiles(smooth), tmp_path / "p", ("png",))
     header = path.read_bytes()
     width = int.from_bytes(header[16:20], "big")
-    assert width == pytest.approx(90.0 / 25.4 * 200.0, abs=1.0)
+    assert width == pytest.approx(90.0 / 25.4 * 300.0, abs=1.0)
 
 
 @pytest.mark.parametrize("name", ["figure.docx", "figure"])

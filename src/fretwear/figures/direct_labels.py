@@ -12,6 +12,8 @@ from matplotlib.text import Text
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from fretwear.figures.style import text_colour
+
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
@@ -19,6 +21,7 @@ _MARGIN = 2
 _REACH = 7.0
 _CLARITY = 5.0
 _INDISTINCT = 2.0
+_MARK = 3
 
 
 @dataclass(frozen=True)
@@ -32,13 +35,16 @@ class Curve:
     label : str
         Its label.
     color : str
-        Colour of the label.
+        Colour of the curve; that of the label is as dark as text needs.
+    is_marked : bool
+        Whether its points have marks, which labels must leave free too.
     """
 
     x: Array
     y: Array
     label: str
     color: str
+    is_marked: bool = False
 
 
 @dataclass(frozen=True)
@@ -84,7 +90,12 @@ def label_curves(axes: Axes, curves: Sequence[Curve]) -> bool:
 
 def _add_text(axes: Axes, curve: Curve, position: tuple[float, float]) -> Text:
     text = axes.text(
-        *position, curve.label, color=curve.color, fontsize=6.5, ha="center", va="center_baseline"
+        *position,
+        curve.label,
+        color=text_colour(curve.color),
+        fontsize=6.5,
+        ha="center",
+        va="center_baseline",
     )
     text.set_transform(axes.transAxes)
     text.set_in_layout(False)
@@ -109,6 +120,10 @@ def _rasterise(axes: Axes, curve: Curve, shape: tuple[int, int]) -> Mask:
         path = np.rint(np.linspace(start, end, steps)).astype(np.int64)
         inside = (path >= 0).all(axis=1) & (path[:, 1] < shape[0]) & (path[:, 0] < shape[1])
         mask[path[inside, 1], path[inside, 0]] = True
+    if curve.is_marked:
+        for column, row in np.rint(points[np.isfinite(points).all(axis=1)]).astype(np.int64):
+            low_row, low_column = max(row - _MARK, 0), max(column - _MARK, 0)
+            mask[low_row : row + _MARK + 1, low_column : column + _MARK + 1] = True
     return mask
 
 

@@ -11,11 +11,14 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from fretwear.figures.datasets import missing_variable
+
 Array = NDArray[np.float64]
 Value = Any
 """A value of a parameter: a float, or a string such as a slip model's name."""
 
-MOST_ROWS, MOST_PANELS_ACROSS, MOST_STYLES, MOST_COLORS = 5, 4, 4, 24
+MOST_ROWS, MOST_PANELS_ACROSS, MOST_STYLES, MOST_COLORS = 5, 4, 4, 60
+MOST_KEYED_COLORS = 8
 _BOOKKEEPING = {"case_id", "point", "status", "id"}
 _PREFERRED_STYLE = ("plastic_limit", "slip_model")
 _PREFERRED_COLOR = ("roughness_amplitude", "roughness")
@@ -87,7 +90,7 @@ def study_lines(summary: xr.Dataset, variable: str) -> list[Line]:
         When the dataset lacks the quantity.
     """
     if variable not in summary:
-        raise ValueError(f"The dataset has no variable {variable!r}.")
+        raise missing_variable(summary, variable)
     along = "step" if "step" in summary[variable].dims else "cycle"
     table = summary[variable].transpose(..., along)
     dims = [str(dim) for dim in table.dims[:-1]]
@@ -107,12 +110,16 @@ def choose_layout(lines: Sequence[Line]) -> Layout:
     """Choose panels, colours and line styles for the names that the lines vary.
 
     Colour tells the roughness amplitude or, if that is fixed, the name with most values; the line
-    style the plastic limit or another name with few values; the remaining names make panels. Of a
-    name with more values than can be shown, some are left out, evenly.
+    style the plastic limit or another name with few values, unless many lines crowd a panel; the
+    remaining names make panels. Of a name with more values than can be shown, some are left out,
+    evenly.
     """
     levels = _levels(lines)
-    names, followers = _independent([n for n, values in levels.items() if len(values) > 1], lines)
-    style = _style_name(names, levels)
+    names, followers = _independent(
+        [name for name, values in levels.items() if len(values) > 1], levels, lines
+    )
+    crowded = any(len(levels[name]) > MOST_KEYED_COLORS for name in names)
+    style = None if crowded else _style_name(names, levels)
     rest = [name for name in names if name != style]
     color = _color_name(rest, levels)
     facets = [name for name in rest if name != color]
@@ -173,17 +180,31 @@ def _color_name(names: Sequence[str], levels: Mapping[str, tuple[Value, ...]]) -
     return preferred[0] if preferred else max(names, key=lambda n: len(levels[n]), default=None)
 
 
-def _independent(names: Sequence[str], lines: Sequence[Line]) -> tuple[list[str], dict[str, str]]:
+def _independent(
+    names: Sequence[str], levels: Mapping[str, tuple[Value, ...]], lines: Sequence[Line]
+) -> tuple[list[str], dict[str, str]]:
     """Part the names into those that vary on their own, and those that another one tells."""
     kept: list[str] = []
     followers: dict[str, str] = {}
     for name in names:
-        leader = next((other for other in kept if _tells(other, name, lines)), None)
+        leader = next(
+            (
+                other
+                for other in kept
+                if _tells(other, name, lines) and _can_tell(levels[other], levels[name])
+            ),
+            None,
+        )
         if leader is None:
             kept.append(name)
         else:
             followers[name] = leader
     return kept, followers
+
+
+def _can_tell(leader: tuple[Value, ...], name: tuple[Value, ...]) -> bool:
+    """Tell whether a reader can read one name off another: not few values off a colour bar."""
+    return len(leader) <= MOST_KEYED_COLORS or len(name) > MOST_STYLES
 
 
 def _tells(leader: str, name: str, lines: Sequence[Line]) -> bool:

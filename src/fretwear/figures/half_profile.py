@@ -11,6 +11,8 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
+from fretwear.figures.datasets import check_dataset, missing_variable
+
 Array = NDArray[np.float64]
 
 _MERGED_NAME = {
@@ -39,6 +41,8 @@ class HalfProfiles:
         Half-widths along x in m.
     wavelength : float
         Wavelength of the roughness along x in m; 0 when smooth along x.
+    is_capped : bool
+        Whether the pressure has a plastic limit.
     """
 
     x: Array
@@ -47,6 +51,7 @@ class HalfProfiles:
     contact_half_width: Array
     stick_half_width: Array
     wavelength: float
+    is_capped: bool = False
 
     @property
     def is_wavy(self) -> bool:
@@ -57,7 +62,7 @@ class HalfProfiles:
 
 
 def half_profiles(
-    dataset: xr.Dataset, variable: str, cycles: Sequence[int] | None = None
+    dataset: xr.Dataset, variable: str, cycles: Sequence[int] | int | None = None
 ) -> HalfProfiles:
     """Take one quantity along x > 0 on the line nearest y = 0.
 
@@ -68,15 +73,20 @@ def half_profiles(
     variable : str
         Name of a field of a case, such as ``pressure``.
     cycles : sequence of int, optional
-        Snapshots to take; all that `dataset` has if left out.
+        Snapshots to take; if left out at most six of those that `dataset` has.
 
     Raises
     ------
+    TypeError
+        When `dataset` is no dataset.
     ValueError
         When `dataset` lacks the quantity, varies in more than cycle, x and y, or lacks a cycle.
     """
+    check_dataset(dataset)
+    dataset = with_cycles(dataset)
+    field = _field(dataset, variable)
     picked = dataset.sel(cycle=list(_checked_cycles(dataset, cycles)))
-    line = _line_near_the_middle(_field(picked, variable))
+    line = _line_near_the_middle(picked[field])
     line = line.isel(x=np.flatnonzero(line["x"].values > 0.0)).transpose("cycle", "x")
     return HalfProfiles(
         x=line["x"].values.astype(np.float64),
@@ -85,12 +95,25 @@ def half_profiles(
         contact_half_width=picked["contact_half_width_x"].values.astype(np.float64),
         stick_half_width=picked["stick_half_width_x"].values.astype(np.float64),
         wavelength=roughness_wavelength(dataset),
+        is_capped=bool(np.isfinite(float(dataset.coords.get("plastic_limit", np.inf)))),
     )
 
 
+def with_cycles(dataset: xr.Dataset) -> xr.Dataset:
+    """Give a dataset from which one snapshot was selected its dimension ``cycle`` back."""
+    if "cycle" in dataset.coords and "cycle" not in dataset.dims:
+        return dataset.expand_dims("cycle")
+    return dataset
+
+
 def available_cycles(dataset: xr.Dataset) -> tuple[int, ...]:
-    """Return the cycles at which a dataset has snapshots."""
-    return tuple(int(cycle) for cycle in dataset["cycle"].values)
+    """Return the cycles at which a case, or one point of a study, has snapshots."""
+    cycles = np.atleast_1d(dataset["cycle"].values)
+    width = dataset.get("contact_half_width_x")
+    if width is not None and width.dims == ("cycle",):
+        # Other points of a study may have snapshots where this one has none.
+        cycles = cycles[np.isfinite(width.values)]
+    return tuple(int(cycle) for cycle in cycles)
 
 
 def representative_cycles(available: Collection[int], most: int = 6) -> tuple[int, ...]:
@@ -167,32 +190,37 @@ def _through(knots: Array, heights: Array, x: Array, values: Array) -> Array:
     return np.where(x > knots[-1], np.where(np.isfinite(values), heights[-1], np.nan), curve)
 
 
-def _checked_cycles(dataset: xr.Dataset, cycles: Sequence[int] | None) -> Sequence[int]:
+def _checked_cycles(dataset: xr.Dataset, cycles: Sequence[int] | int | None) -> Sequence[int]:
     available = list(available_cycles(dataset))
+    if not available:
+        raise ValueError("This point of the study is not done: it has no snapshot to draw.")
     if cycles is None:
         return representative_cycles(available)
-    unknown = [cycle for cycle in cycles if cycle not in available]
-    if unknown:
+    wanted: list[int] = np.atleast_1d(cycles).tolist()
+    unknown = [cycle for cycle in wanted if cycle not in available]
+    if unknown or not wanted:
         raise ValueError(
-            f"cycles = {list(cycles)}: there is no snapshot at {unknown}; "
-            f"this dataset has {available}."
+            f"cycles = {wanted}: there is no snapshot at {unknown}; this dataset has {available}."
+            if wanted
+            else f"cycles = []: give some of the snapshots of this dataset, {available}."
         )
-    return cycles
+    return wanted
 
 
-def _field(dataset: xr.Dataset, variable: str) -> xr.DataArray:
+def _field(dataset: xr.Dataset, variable: str) -> str:
+    """Return the name under which a dataset of a case or a point has a field."""
     for name in (variable, _MERGED_NAME.get(variable, variable)):
         if name in dataset:
             break
     else:
-        raise ValueError(f"The dataset has no variable {variable!r}.")
+        raise missing_variable(dataset, variable)
     extra = set(dataset[name].dims) - {"cycle", "x", "y"}
     if extra:
         raise ValueError(
             f"{name} varies along {sorted(map(str, extra))}: "
             "select one point first, for example with dataset.isel(...)."
         )
-    return dataset[name]
+    return name
 
 
 def _line_near_the_middle(field: xr.DataArray) -> xr.DataArray:

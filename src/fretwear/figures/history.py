@@ -15,7 +15,24 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from fretwear.figures.cycle_axis import set_cycle_axis
-from fretwear.figures.grouping import Layout, Line, choose_layout, shown_lines, study_lines
+from fretwear.figures.datasets import check_dataset
+from fretwear.figures.direct_labels import Curve, label_curves
+from fretwear.figures.grouping import (
+    MOST_KEYED_COLORS,
+    Layout,
+    Line,
+    choose_layout,
+    shown_lines,
+    study_lines,
+)
+from fretwear.figures.history_kinds import (
+    DISSIPATED_ENERGY,
+    HALF_WIDTH,
+    STICK_HALF_WIDTH,
+    WEAR_VOLUME,
+    HistoryKind,
+)
+from fretwear.figures.keys import outside_key
 from fretwear.figures.panels import label_outer, make_panels
 from fretwear.figures.style import (
     CATEGORICAL,
@@ -23,81 +40,37 @@ from fretwear.figures.style import (
     MARKERS,
     Columns,
     JournalFigure,
+    root_figure,
     sequential_colormap,
     sequential_colours,
     styled,
 )
-from fretwear.figures.wording import (
-    MICROMETRE,
-    Unit,
-    parameter,
-    readable_unit,
-    symbol_text,
+from fretwear.figures.value_axis import (
+    is_wide,
+    set_linear_axis,
+    set_logarithmic_axis,
+    unit_of_axis,
 )
+from fretwear.figures.wording import Unit, parameter, symbol_text
 
-_MOST_KEYED_COLORS = 8
-_LOGARITHMIC_FROM = 30.0
-_DEEPEST = 1e-6
 _MOST_MARKED_POINTS = 12
+_MOST_LABELLED_LINES = 6
 
 
-@dataclass(frozen=True)
-class HistoryKind:
-    """What a figure over the cycles shows.
-
-    Parameters
-    ----------
-    variable : str
-        Name of the quantity.
-    label : str
-        What the y axis says, without the unit.
-    base : str
-        SI unit of the quantity.
-    unit : Unit or None
-        Unit of the y axis; None chooses one by the size of the values.
-    from_zero : bool
-        Whether the y axis begins at zero.
-    may_be_logarithmic : bool
-        Whether a wide range of values is shown on a logarithmic axis.
-    """
-
-    variable: str
-    label: str
-    base: str
-    unit: Unit | None = None
-    from_zero: bool = True
-    may_be_logarithmic: bool = False
-
-
-HALF_WIDTH = HistoryKind(
-    "contact_half_width_x", "Contact half-width along x", "m", MICROMETRE, from_zero=False
-)
-STICK_HALF_WIDTH = HistoryKind(
-    "stick_half_width_x", "Stick half-width along x", "m", MICROMETRE, from_zero=False
-)
-WEAR_VOLUME = HistoryKind("wear_volume", "Wear volume", "m3")
-DISSIPATED_ENERGY = HistoryKind(
-    "dissipated_energy", "Dissipated energy per cycle", "J", may_be_logarithmic=True
-)
-
-HISTORY_KINDS = {
-    "contact_half_width": HALF_WIDTH,
-    "stick_half_width": STICK_HALF_WIDTH,
-    "wear_volume": WEAR_VOLUME,
-    "dissipated_energy": DISSIPATED_ENERGY,
-}
-
-
-def contact_half_width(summary: xr.Dataset, *, columns: Columns = 2) -> Figure:
+def contact_half_width(
+    dataset: xr.Dataset, *, columns: Columns = 2, axes: Axes | None = None
+) -> Figure:
     """Draw the contact half-width along x against the cycles.
 
     Parameters
     ----------
-    summary : xarray.Dataset
-        A merged study, the dataset of one case, or the history of one case. Points of a study
-        that are not done (NaN) are left out.
+    dataset : xarray.Dataset
+        A merged study or a part of it, the dataset of one case, or the history of one case.
+        Points of a study that are not done (NaN) are left out.
     columns : {1, 2}
-        Journal columns that the figure spans.
+        Journal columns that the figure spans, 90 mm or 190 mm.
+    axes : matplotlib.axes.Axes, optional
+        Where to draw, in a figure of your own, what takes one panel; `columns` then says nothing.
 
     Returns
     -------
@@ -107,52 +80,101 @@ def contact_half_width(summary: xr.Dataset, *, columns: Columns = 2) -> Figure:
 
     Raises
     ------
+    TypeError
+        When `dataset` is no dataset.
     ValueError
-        When the quantity is missing or no point is done.
+        When the quantity is missing, no point is done, or `axes` are given for more panels.
     """
-    return history(summary, HALF_WIDTH, columns=columns)
+    return history(dataset, HALF_WIDTH, columns=columns, axes=axes)
 
 
-def stick_half_width(summary: xr.Dataset, *, columns: Columns = 2) -> Figure:
+def stick_half_width(
+    dataset: xr.Dataset, *, columns: Columns = 2, axes: Axes | None = None
+) -> Figure:
     """Draw the stick zone's half-width along x against cycles, as `contact_half_width` does."""
-    return history(summary, STICK_HALF_WIDTH, columns=columns)
+    return history(dataset, STICK_HALF_WIDTH, columns=columns, axes=axes)
 
 
-def wear_volume(summary: xr.Dataset, *, columns: Columns = 2) -> Figure:
-    """Draw the wear volume of both bodies against cycles, as `contact_half_width` does."""
-    return history(summary, WEAR_VOLUME, columns=columns)
+def wear_volume(dataset: xr.Dataset, *, columns: Columns = 2, axes: Axes | None = None) -> Figure:
+    """Draw the wear volume of both bodies against cycles, as `contact_half_width` does.
+
+    Volumes that span more than a factor of 30 are on a logarithmic axis, which cycle 0, without
+    wear, is not on.
+    """
+    return history(dataset, WEAR_VOLUME, columns=columns, axes=axes)
 
 
-def dissipated_energy(summary: xr.Dataset, *, columns: Columns = 2) -> Figure:
+def dissipated_energy(
+    dataset: xr.Dataset, *, columns: Columns = 2, axes: Axes | None = None
+) -> Figure:
     """Draw the energy dissipated in one cycle against cycles, as `contact_half_width` does."""
-    return history(summary, DISSIPATED_ENERGY, columns=columns)
+    return history(dataset, DISSIPATED_ENERGY, columns=columns, axes=axes)
 
 
 @styled
-def history(summary: xr.Dataset, kind: HistoryKind, *, columns: Columns = 2) -> Figure:
+def history(
+    dataset: xr.Dataset, kind: HistoryKind, *, columns: Columns = 2, axes: Axes | None = None
+) -> Figure:
     """Draw one kind of quantity against cycles; see `contact_half_width`."""
-    lines = study_lines(summary, kind.variable)
+    check_dataset(dataset)
+    lines = study_lines(dataset, kind.variable)
     if not lines:
         raise ValueError(f"No point has a value of {kind.variable}: there is nothing to draw.")
     layout = choose_layout(lines)
     lines = shown_lines(lines, layout)
     contents, across = _panels(layout, columns)
-    down = -(-len(contents) // across)
-    figure = JournalFigure(columns, 16.0 + (46.0 if down > 1 else 56.0) * down)
-    panels = make_panels(figure, len(contents), across, "row")
-    unit = kind.unit or readable_unit(np.concatenate([line.quantity for line in lines]), kind.base)
+    figure, panels = _frames(contents, across, columns, axes)
+    logarithmic = kind.is_logarithmic(lines)
+    values = np.concatenate([line.quantity for line in lines])
+    unit = kind.unit or unit_of_axis(values, kind.base, logarithmic)
     palette = _Palette.of(layout)
-    for axes, values in zip(panels, contents, strict=True):
-        _draw_panel(axes, _matching(lines, [values]), layout, palette, unit)
-        axes.set_title(", ".join(symbol_text(name, value) for name, value in values.items()))
-        set_cycle_axis(axes, np.concatenate([line.cycles for line in lines]))
+    for panel, facet in zip(panels, contents, strict=True):
+        _draw_panel(panel, _matching(lines, [facet]), layout, palette, unit)
+        panel.set_title(", ".join(symbol_text(name, value) for name, value in facet.items()))
+        set_cycle_axis(panel, _drawn_cycles(lines, logarithmic))
     for start in range(0, len(contents), across):
         row = _matching(lines, contents[start : start + across])
-        _set_y_axis(panels[start], row, kind, unit)
+        if row:
+            shown = unit.of(np.concatenate([line.quantity for line in row]))
+            if logarithmic and is_wide(shown):
+                set_logarithmic_axis(panels[start], shown)
+            else:
+                set_linear_axis(panels[start], shown, kind.from_zero)
     label_outer(panels, across)
-    figure.supylabel(f"{kind.label} ({unit.name})", fontsize=7.5)
-    _add_keys(figure, layout, lines, palette)
+    _label_values(figure, panels, f"{kind.label} ({unit.name})")
+    if not (len(panels) == 1 and _label_lines(panels[0], layout, lines, palette, unit)):
+        _add_keys(figure, panels, layout, lines, palette, inside=axes is not None)
     return figure
+
+
+def _frames(
+    contents: Sequence[Any], across: int, columns: Columns, axes: Axes | None
+) -> tuple[Figure, list[Axes]]:
+    """Return the figure and its panels, or those that the caller gave."""
+    if axes is None:
+        down = -(-len(contents) // across)
+        figure = JournalFigure(columns, 16.0 + (46.0 if down > 1 else 56.0) * down)
+        return figure, make_panels(figure, len(contents), across, "row")
+    if len(contents) > 1:
+        raise ValueError(
+            f"This study takes {len(contents)} panels, which one axes does not hold: leave axes "
+            "out, or select a part of the study first, for example with dataset.isel(...)."
+        )
+    return root_figure(axes), [axes]
+
+
+def _drawn_cycles(lines: Sequence[Line], logarithmic: bool) -> np.ndarray[Any, Any]:
+    """Return the cycles of all points that are on the axes; a logarithmic one has no zero."""
+    cycles = np.concatenate([line.cycles for line in lines])
+    values = np.concatenate([line.quantity for line in lines])
+    return cycles[values > 0.0] if logarithmic else cycles[np.isfinite(values)]
+
+
+def _label_values(figure: Figure, panels: Sequence[Axes], label: str) -> None:
+    if len(panels) == 1:
+        panels[0].set_ylabel(label)
+    else:
+        figure.supylabel(label, fontsize=7.5)
 
 
 @dataclass(frozen=True)
@@ -165,7 +187,7 @@ class _Palette:
         levels = layout.levels[layout.color] if layout.color else ("",)
         if isinstance(levels[0], str):
             return cls(tuple(CATEGORICAL[i % len(CATEGORICAL)] for i in range(len(levels))), False)
-        if len(levels) <= _MOST_KEYED_COLORS:
+        if len(levels) <= MOST_KEYED_COLORS:
             return cls(tuple(sequential_colours(len(levels))), False)
         shades = sequential_colormap()(_norm(levels)(np.asarray(levels)))
         return cls(tuple(shades), True)
@@ -214,26 +236,37 @@ def _draw_panel(
         )
 
 
-def _set_y_axis(axes: Axes, lines: Sequence[Line], kind: HistoryKind, unit: Unit) -> None:
-    if not lines:
-        return
-    values = unit.of(np.concatenate([line.quantity for line in lines]))
-    positive = values[np.isfinite(values) & (values > 0.0)]
-    spread = positive.max() / positive.min() if positive.size else 1.0
-    if kind.may_be_logarithmic and spread > _LOGARITHMIC_FROM:
-        axes.set_yscale("log")
-        axes.set_ylim(max(0.5 * positive.min(), _DEEPEST * positive.max()), 2.0 * positive.max())
-    elif kind.from_zero:
-        axes.set_ylim(0.0, float(np.nanmax(values)) * 1.06 or 1.0)
+def _label_lines(
+    axes: Axes, layout: Layout, lines: Sequence[Line], palette: _Palette, unit: Unit
+) -> bool:
+    """Label a few lines that colour alone tells apart, where there is room."""
+    if not layout.color or layout.style or not 1 < len(lines) <= _MOST_LABELLED_LINES:
+        return False
+    texts = _key_texts(layout, lines, layout.color)
+    curves = []
+    for line in lines:
+        level = layout.index(layout.color, line)
+        known = np.isfinite(line.quantity)
+        values = unit.of(line.quantity[known])
+        curves.append(Curve(line.cycles[known], values, texts[level], palette.colors[level], True))
+    return label_curves(axes, curves)
 
 
-def _add_keys(figure: Figure, layout: Layout, lines: Sequence[Line], palette: _Palette) -> None:
+def _add_keys(
+    figure: Figure,
+    panels: Sequence[Axes],
+    layout: Layout,
+    lines: Sequence[Line],
+    palette: _Palette,
+    *,
+    inside: bool,
+) -> None:
     handles: list[Line2D] = []
     if layout.color and palette.is_continuous:
         mappable = ScalarMappable(_norm(layout.levels[layout.color]), sequential_colormap())
         size = parameter(layout.color).unit.size
         bar = figure.colorbar(
-            mappable, ax=figure.axes, aspect=40, fraction=0.04, format=lambda v, _: f"{v / size:g}"
+            mappable, ax=panels, aspect=40, fraction=0.04, format=lambda v, _: f"{v / size:g}"
         )
         shown = parameter(layout.color)
         bar.set_label(f"{shown.words} ({shown.unit.name})" if shown.unit.name else shown.words)
@@ -251,9 +284,10 @@ def _add_keys(figure: Figure, layout: Layout, lines: Sequence[Line], palette: _P
             Line2D([], [], color=gray, linestyle=LINE_STYLES[i % len(LINE_STYLES)], label=text)
             for i, text in enumerate(_key_texts(layout, lines, layout.style))
         ]
-    if handles:
-        across = len(handles) if figure.get_figwidth() > 5.0 else 3
-        figure.legend(handles=handles, loc="outside upper left", ncols=across, handlelength=2.4)
+    if handles and inside:
+        panels[0].legend(handles=handles)
+    elif handles:
+        outside_key(figure, handles, [str(handle.get_label()) for handle in handles])
 
 
 def _key_texts(layout: Layout, lines: Sequence[Line], name: str) -> list[str]:

@@ -9,17 +9,20 @@ from typing import TypeVar
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.colors import Normalize, PowerNorm
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 from matplotlib.typing import LineStyleType
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import ConvexHull
 
-from fretwear.figures.half_profile import available_cycles
+from fretwear.figures.datasets import check_cases, check_dataset, missing_variable
+from fretwear.figures.half_profile import available_cycles, with_cycles
+from fretwear.figures.keys import outside_key
 from fretwear.figures.panels import label_outer, make_panels
-from fretwear.figures.style import Columns, JournalFigure, styled
-from fretwear.figures.wording import MICROMETRE, Unit, readable_unit
+from fretwear.figures.style import Columns, JournalFigure, root_figure, styled
+from fretwear.figures.wording import MICROMETRE, Unit, cycle_number, readable_unit
 
 Array = NDArray[np.float64]
 Scalar = TypeVar("Scalar", bound=np.generic)
@@ -27,6 +30,9 @@ Scalar = TypeVar("Scalar", bound=np.generic)
 _SLIP, _STICK = 1, 2
 _BEYOND_CONTACT = 1.06
 _SHALLOW = 0.01
+_UNEQUAL = 4.0
+_SQUARE_ROOT = 0.5
+_CORNERS_OF_A_CIRCLE = 181
 _CONTACT_LINE: LineStyleType = "-"
 _STICK_LINE: LineStyleType = (0, (3, 1.5))
 
@@ -64,7 +70,13 @@ class WearMap:
 
 
 @styled
-def wear_map(dataset: xr.Dataset, cycle: int | None = None, *, columns: Columns = 1) -> Figure:
+def wear_map(
+    dataset: xr.Dataset,
+    cycle: int | None = None,
+    *,
+    columns: Columns = 1,
+    axes: Axes | None = None,
+) -> Figure:
     """Draw the wear depth over the whole contact with the edges of contact and stick zone.
 
     Parameters
@@ -74,57 +86,71 @@ def wear_map(dataset: xr.Dataset, cycle: int | None = None, *, columns: Columns 
     cycle : int, optional
         Snapshot to draw; the last one if left out.
     columns : {1, 2}
-        Journal columns that the figure spans.
+        Journal columns that the figure spans, 90 mm or 190 mm.
+    axes : matplotlib.axes.Axes, optional
+        Where to draw, in a figure of your own; `columns` then says nothing.
 
     Returns
     -------
     matplotlib.figure.Figure
-        Wear depth over x and y in µm. The edges are convex outlines of the cells in the zone:
-        on a rough surface they go around its asperities.
+        Wear depth over x and y in µm. The edges are circles of the half-widths where the surface
+        is smooth, else convex outlines of the cells in the zone, which go around its asperities.
 
     Raises
     ------
+    TypeError
+        When `dataset` is no dataset.
     ValueError
-        When there is no snapshot at `cycle`.
+        When `dataset` has no fields, or there is no snapshot at `cycle`.
     """
     scar = take_wear_map(dataset, cycle)
     unit = readable_unit(scar.depth, "m")
-    figure = JournalFigure(columns, 76.0 if columns == 1 else 140.0)
-    axes = figure.subplots()
-    image = draw_wear_map(axes, scar, unit, float(unit.of(scar.depth).max()))
-    _add_scale(figure, [axes], image, unit)
-    _add_edge_key(figure)
+    if axes is None:
+        figure: Figure = JournalFigure(columns, 80.0 if columns == 1 else 144.0)
+        panel = figure.subplots()
+        _add_edge_key(figure)
+    else:
+        figure, panel = root_figure(axes), axes
+        panel.legend(handles=_edge_handles("white"), labelcolor="white", loc="upper right")
+    image = draw_wear_map(panel, scar, unit, depth_scale([float(unit.of(scar.depth).max())]))
+    panel.set_title(f"cycle {cycle_number(scar.cycle)}")
+    _add_scale(figure, [panel], image, unit)
     return figure
 
 
 @styled
-def compare_wear_maps(cases: Mapping[str, xr.Dataset], *, columns: Columns = 2) -> Figure:
-    """Draw final wear maps of several cases in panels with one scale of depth.
+def compare_wear_maps(
+    cases: Mapping[str, xr.Dataset], cycle: int | None = None, *, columns: Columns = 2
+) -> Figure:
+    """Draw wear maps of several cases in panels with one scale of depth.
 
     Parameters
     ----------
     cases : mapping of str to xarray.Dataset
         The cases by the title of their panel.
+    cycle : int, optional
+        Snapshot to draw; the last one of each case if left out.
     columns : {1, 2}
-        Journal columns that the figure spans.
+        Journal columns that the figure spans, 90 mm or 190 mm.
 
     Returns
     -------
     matplotlib.figure.Figure
-        One panel per case; otherwise as `wear_map`.
+        One panel per case; otherwise as `wear_map`. Where one scar is more than four times as
+        deep as another, colours follow the square root of the depth, so that both are seen.
     """
-    if not cases:
-        raise ValueError("There is no case to draw.")
-    scars = {title: take_wear_map(case, None) for title, case in cases.items()}
-    deepest = max(float(scar.depth.max()) for scar in scars.values())
-    unit = readable_unit(deepest, "m")
+    check_cases(cases)
+    scars = {title: take_wear_map(case, cycle) for title, case in cases.items()}
+    depths = [float(scar.depth.max()) for scar in scars.values()]
+    unit = readable_unit(depths, "m")
+    scale = depth_scale(unit.of(depths))
     across = min(len(scars), columns)
     down = -(-len(scars) // across)
     width = (190.0 if columns == 2 else 90.0) - 34.0
     figure = JournalFigure(columns, 20.0 + down * (width / across + 6.0))
     panels = make_panels(figure, len(scars), across, "all")
     for axes, (title, scar) in zip(panels, scars.items(), strict=True):
-        image = draw_wear_map(axes, scar, unit, unit.of(deepest).item())
+        image = draw_wear_map(axes, scar, unit, scale)
         axes.set_title(title)
     label_outer(panels, across)
     _add_scale(figure, panels, image, unit)
@@ -134,6 +160,11 @@ def compare_wear_maps(cases: Mapping[str, xr.Dataset], *, columns: Columns = 2) 
 
 def take_wear_map(dataset: xr.Dataset, cycle: int | None) -> WearMap:
     """Take the scar of one case, mirrored to the whole contact when a quarter is stored."""
+    check_dataset(dataset)
+    for name in ("wear_depth", "contact_state"):
+        if name not in dataset:
+            raise missing_variable(dataset, name)
+    dataset = with_cycles(dataset)
     available = list(available_cycles(dataset))
     shown = available[-1] if cycle is None else cycle
     if shown not in available:
@@ -148,20 +179,36 @@ def take_wear_map(dataset: xr.Dataset, cycle: int | None) -> WearMap:
         x, depth, zone = _mirrored(x), _unfolded(depth, 0), _unfolded(zone, 0)
     if float(y[0]) > 0.0:
         y, depth, zone = _mirrored(y), _unfolded(depth, 1), _unfolded(zone, 1)
-    contact, stick = _outline(x, y, zone >= _SLIP), _outline(x, y, zone == _STICK)
+    if float(dataset.coords.get("roughness_amplitude", np.inf)) == 0.0:
+        contact, stick = (_ellipse(dataset.sel(cycle=shown), name) for name in ("contact", "stick"))
+    else:
+        contact, stick = _outline(x, y, zone >= _SLIP), _outline(x, y, zone == _STICK)
     return WearMap(x, y, depth, contact, stick, shown)
 
 
-def draw_wear_map(axes: Axes, scar: WearMap, unit: Unit, deepest: float) -> AxesImage:
-    """Draw a scar into axes; `deepest` in `unit` is the end of the colour scale."""
+def depth_scale(deepest: ArrayLike) -> Normalize:
+    """Return the scale of colours for scars whose greatest depths are given, in their unit."""
+    depths = np.asarray(deepest, dtype=np.float64)
+    highest = float(depths.max()) or 1.0
+    if float(depths.min()) < highest / _UNEQUAL:
+        return PowerNorm(_SQUARE_ROOT, 0.0, highest)
+    return Normalize(0.0, highest)
+
+
+def is_stretched(scale: Normalize) -> bool:
+    """Tell whether colours follow the square root of the depth."""
+    return isinstance(scale, PowerNorm)
+
+
+def draw_wear_map(axes: Axes, scar: WearMap, unit: Unit, scale: Normalize) -> AxesImage:
+    """Draw a scar into axes; `scale` is in `unit`."""
     x, y = MICROMETRE.of(scar.x), MICROMETRE.of(scar.y)
     half_x, half_y = 0.5 * (x[1] - x[0]), 0.5 * (y[1] - y[0])
     image = axes.imshow(
         unit.of(scar.depth).T,
         origin="lower",
         extent=(x[0] - half_x, x[-1] + half_x, y[0] - half_y, y[-1] + half_y),
-        vmin=0.0,
-        vmax=deepest or 1.0,
+        norm=scale,
         interpolation="antialiased",
         aspect="equal",
     )
@@ -182,6 +229,15 @@ def _mirrored(centres: Array) -> Array:
 
 def _unfolded(values: NDArray[Scalar], axis: int) -> NDArray[Scalar]:
     return np.concatenate([np.flip(values, axis), values], axis)
+
+
+def _ellipse(state: xr.Dataset, zone: str) -> Array:
+    """Return the edge of a zone of a smooth surface, interpolated inside the cells."""
+    half_x, half_y = (float(state[f"{zone}_half_width_{axis}"]) for axis in ("x", "y"))
+    if not half_x * half_y > 0.0:
+        return np.empty((0, 2))
+    angle = np.linspace(0.0, 2.0 * np.pi, _CORNERS_OF_A_CIRCLE)
+    return np.column_stack([half_x * np.cos(angle), half_y * np.sin(angle)])
 
 
 def _outline(x: Array, y: Array, inside: NDArray[np.bool_]) -> Array:
@@ -205,9 +261,13 @@ def _add_scale(figure: Figure, axes: list[Axes], image: AxesImage, unit: Unit) -
 
 
 def _add_edge_key(figure: Figure) -> None:
+    handles = _edge_handles("#333333")
+    outside_key(figure, handles, [str(handle.get_label()) for handle in handles])
+
+
+def _edge_handles(color: str) -> list[Line2D]:
     edges = ((_CONTACT_LINE, "edge of contact"), (_STICK_LINE, "edge of stick zone"))
-    handles = [
-        Line2D([], [], label=label, linestyle=style, linewidth=1.2, color="#333333")
+    return [
+        Line2D([], [], label=label, linestyle=style, linewidth=1.2, color=color)
         for style, label in edges
     ]
-    figure.legend(handles=handles, loc="outside upper left", ncols=2)

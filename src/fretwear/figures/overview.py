@@ -6,14 +6,14 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from fretwear.figures.cycle_axis import set_cycle_axis
 from fretwear.figures.direct_labels import Curve, label_curves
-from fretwear.figures.half_profile import available_cycles, half_profiles, representative_cycles
-from fretwear.figures.maps import draw_wear_map, take_wear_map
+from fretwear.figures.half_profile import half_profiles
+from fretwear.figures.maps import depth_scale, draw_wear_map, take_wear_map
+from fretwear.figures.profile_drawing import cycle_colors, cycle_key, draw_profiles
 from fretwear.figures.profile_kinds import GAP, PRESSURE, SHEAR, WEAR
-from fretwear.figures.profiles import cycle_colors, draw_profiles
+from fretwear.figures.profiles import Cycles
 from fretwear.figures.style import (
     CATEGORICAL,
     INK,
@@ -22,11 +22,14 @@ from fretwear.figures.style import (
 )
 from fretwear.figures.wording import MICROMETRE, cycle_number, readable_unit, symbol_text
 
+_PANELS = (PRESSURE, SHEAR, GAP, WEAR)
 _HEADLINE = ("load", "tangential_ratio", "friction", "roughness_amplitude", "plastic_limit")
 
 
 @styled
-def overview(dataset: xr.Dataset, history: xr.Dataset | None = None) -> Figure:
+def overview(
+    dataset: xr.Dataset, history: xr.Dataset | None = None, cycles: Cycles = None
+) -> Figure:
     """Draw pressure, shear, gap and wear along x, a map of the scar and the zones over cycles.
 
     Parameters
@@ -35,25 +38,31 @@ def overview(dataset: xr.Dataset, history: xr.Dataset | None = None) -> Figure:
         One case, quarter or whole.
     history : xarray.Dataset, optional
         The case's dense history; without it the snapshots show how the zones change.
+    cycles : int or sequence of int, optional
+        Snapshots of the profiles; left out, at most six of those there are.
 
     Returns
     -------
     matplotlib.figure.Figure
-        Six panels over two journal columns.
+        Six panels over two journal columns; the map is of the last snapshot of the case.
+
+    Raises
+    ------
+    TypeError
+        When `dataset` is no dataset.
+    ValueError
+        When `dataset` has no fields or no such snapshot.
     """
-    cycles = representative_cycles(available_cycles(dataset))
-    colors = cycle_colors(cycles)
+    panels = {kind: half_profiles(dataset, kind.variable, cycles) for kind in _PANELS}
+    colors = cycle_colors([int(cycle) for cycle in panels[PRESSURE].cycles])
     figure = JournalFigure(2, 126.0)
     grid = figure.subplots(2, 3, width_ratios=(1.0, 1.0, 1.08))
-    for axes, kind in zip(grid[:, :2].flat, (PRESSURE, SHEAR, GAP, WEAR), strict=True):
-        draw_profiles(axes, half_profiles(dataset, kind.variable, cycles), kind, colors)
+    for axes, (kind, profiles) in zip(grid[:, :2].flat, panels.items(), strict=True):
+        draw_profiles(axes, profiles, kind, colors)
     _draw_map(figure, grid[0, 2], dataset)
     _draw_zones(grid[1, 2], dataset if history is None else history)
     figure.suptitle(_headline(dataset), fontsize=8, x=0.005, ha="left")
-    handles = [Line2D([], [], color="none", label="cycle")]
-    for cycle, color in colors.items():
-        handles.append(Line2D([], [], color=color, label=cycle_number(cycle)))
-    figure.legend(handles=handles, loc="outside lower left", ncols=len(handles), handlelength=1.4)
+    cycle_key(figure, colors, "outside lower left")
     label_curves(grid[1, 2], _zone_curves(dataset if history is None else history))
     return figure
 
@@ -68,7 +77,7 @@ def _headline(dataset: xr.Dataset) -> str:
 def _draw_map(figure: Figure, axes: Axes, dataset: xr.Dataset) -> None:
     scar = take_wear_map(dataset, None)
     unit = readable_unit(scar.depth, "m")
-    image = draw_wear_map(axes, scar, unit, float(unit.of(scar.depth).max()))
+    image = draw_wear_map(axes, scar, unit, depth_scale([float(unit.of(scar.depth).max())]))
     axes.set_title(f"Wear depth ({unit.name}), cycle {cycle_number(scar.cycle)}")
     bar = figure.colorbar(image, ax=axes, aspect=24, fraction=0.05, pad=0.02)
     bar.outline.set_visible(False)

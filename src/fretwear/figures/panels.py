@@ -10,7 +10,11 @@ from matplotlib.figure import Figure
 
 
 def make_panels(
-    figure: Figure, count: int, across: int, share_y: Literal["row", "all"]
+    figure: Figure,
+    count: int,
+    across: int,
+    share_y: Literal["row", "all"],
+    share_x: Literal["row", "all"] = "all",
 ) -> list[Axes]:
     """Return `count` axes in rows of `across`, the last row perhaps shorter.
 
@@ -20,17 +24,17 @@ def make_panels(
         The figure to divide.
     count, across : int
         Number of panels, and of panels in a row.
-    share_y : {"row", "all"}
-        Which panels have the same y axis; all have the same x axis.
+    share_y, share_x : {"row", "all"}
+        Which panels have the same y axis, and the same x axis.
     """
     down = -(-count // across)
-    grid = figure.subplots(down, across, sharex=True, sharey=share_y, squeeze=False)
+    grid = figure.subplots(down, across, sharex=share_x, sharey=share_y, squeeze=False)
     for axes in grid.flat[count:]:
         axes.remove()
     return list(grid.flat[:count])
 
 
-def label_outer(panels: Sequence[Axes], across: int) -> None:
+def label_outer(panels: Sequence[Axes], across: int, *, every_x: bool = False) -> None:
     """Keep labels and tick labels only at the left end and the lower end of each column.
 
     Parameters
@@ -39,10 +43,12 @@ def label_outer(panels: Sequence[Axes], across: int) -> None:
         As from `make_panels`; all have their labels.
     across : int
         Number of panels in a row.
+    every_x : bool
+        Whether every row has an x axis of its own, and keeps its numbers.
     """
     for index, axes in enumerate(panels):
         lowest = index + across >= len(panels)
-        axes.tick_params(axis="x", which="both", labelbottom=lowest)
+        axes.tick_params(axis="x", which="both", labelbottom=lowest or every_x)
         if not lowest:
             axes.set_xlabel("")
         axes.tick_params(axis="y", which="both", labelleft=index % across == 0)

@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from fretwear.figures.half_profile import HalfProfiles, half_profiles, wave_mean
+from fretwear.figures.profile_drawing import cycle_colors, cycle_key, draw_profiles
 from fretwear.figures.profile_frames import Frame, frame_of
 from fretwear.figures.profile_kinds import PRESSURE, SHEAR, ProfileKind
-from fretwear.figures.profiles import cycle_colors, cycle_key, draw_profiles
 from fretwear.figures.style import CATEGORICAL, LINE_STYLES, STICK_SHADE, JournalFigure, styled
 from fretwear.figures.wording import MICROMETRE, cycle_number, readable_unit
 

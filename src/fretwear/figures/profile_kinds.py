@@ -29,6 +29,9 @@ class ProfileKind:
     at_edge : bool
         Whether the quantity is to be seen at the edge of the contact and vanishes inside a
         smooth one, as the gap does.
+    is_traction : bool
+        Whether it is a pressure or shear traction, whose peak at the edge of the stick zone has
+        no limit in elastic bodies.
     downward : bool
         Whether larger values are drawn lower, as the depth of a scar is.
     envelope : callable
@@ -41,13 +44,14 @@ class ProfileKind:
     label: str
     unit: Unit | None = MEGAPASCAL
     at_edge: bool = False
+    is_traction: bool = False
     downward: bool = False
     envelope: Callable[[Array, Array, float], Array] = peak_envelope
     envelope_words: str = "envelope through the peak of every wave"
 
 
-PRESSURE = ProfileKind("pressure", "Pressure")
-SHEAR = ProfileKind("shear_traction", "Shear traction")
+PRESSURE = ProfileKind("pressure", "Pressure", is_traction=True)
+SHEAR = ProfileKind("shear_traction", "Shear traction", is_traction=True)
 GAP = ProfileKind(
     "gap",
     "Gap",
@@ -66,6 +70,8 @@ WEAR = ProfileKind(
     envelope_words="mean over one wavelength",
 )
 
+KINDS = {kind.variable: kind for kind in (PRESSURE, SHEAR, GAP, WEAR_RATE, WEAR)}
+
 PROFILE_KINDS = {
     "pressure_profiles": PRESSURE,
     "shear_profiles": SHEAR,
@@ -73,3 +79,20 @@ PROFILE_KINDS = {
     "wear_rate_profiles": WEAR_RATE,
     "wear_profiles": WEAR,
 }
+
+
+def kind_of(quantity: str | ProfileKind) -> ProfileKind:
+    """Return the kind of profile of a quantity given by the name of its field.
+
+    Raises
+    ------
+    ValueError
+        When there are no profiles of it; the error names those there are.
+    """
+    if isinstance(quantity, ProfileKind):
+        return quantity
+    if quantity not in KINDS:
+        raise ValueError(
+            f"quantity = {quantity!r}: there are profiles of {', '.join(map(repr, KINDS))}."
+        )
+    return KINDS[quantity]

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from fretwear.figures.direct_labels import Curve, label_curves
+from fretwear.figures.datasets import check_cases
+from fretwear.figures.direct_labels import label_curves
 from fretwear.figures.half_profile import (
     HalfProfiles,
     available_cycles,
@@ -18,7 +20,13 @@ from fretwear.figures.half_profile import (
     representative_cycles,
 )
 from fretwear.figures.panels import label_outer, make_panels
-from fretwear.figures.profile_frames import Frame, frame_of
+from fretwear.figures.profile_drawing import (
+    cycle_colors,
+    cycle_key,
+    draw_profiles,
+    name_zones,
+)
+from fretwear.figures.profile_frames import frame_of
 from fretwear.figures.profile_kinds import (
     GAP,
     PRESSURE,
@@ -26,21 +34,26 @@ from fretwear.figures.profile_kinds import (
     WEAR,
     WEAR_RATE,
     ProfileKind,
+    kind_of,
 )
 from fretwear.figures.style import (
-    INK,
-    MUTED,
-    STICK_SHADE,
     Columns,
     JournalFigure,
-    sequential_colours,
+    root_figure,
     styled,
 )
-from fretwear.figures.wording import MICROMETRE, cycle_number
+from fretwear.figures.wording import cycle_number
+
+Cycles = Sequence[int] | int | None
+"""Which snapshots a figure shows: these, or a few of those there are."""
 
 
 def pressure_profiles(
-    dataset: xr.Dataset, cycles: Sequence[int] | None = None, *, columns: Columns = 1
+    dataset: xr.Dataset,
+    cycles: Cycles = None,
+    *,
+    columns: Columns = 1,
+    axes: Axes | None = None,
 ) -> Figure:
     """Draw the normal pressure along x at y = 0 at several cycles.
 
@@ -48,64 +61,86 @@ def pressure_profiles(
     ----------
     dataset : xarray.Dataset
         One case (quarter or whole contact), or one point of a merged study.
-    cycles : sequence of int, optional
+    cycles : int or sequence of int, optional
         Snapshots to draw; left out, at most six of those there are.
     columns : {1, 2}
-        Journal columns that the figure spans.
+        Journal columns that the figure spans, 90 mm or 190 mm.
+    axes : matplotlib.axes.Axes, optional
+        Where to draw, in a figure of your own; `columns` then says nothing.
 
     Returns
     -------
     matplotlib.figure.Figure
         Pressure in MPa over x in µm. Where roughness crowds a profile, a thin line is the
-        profile and a thick one its envelope.
+        profile and a thick one its envelope. A triangle at the top is the peak of a curve that
+        goes on above: in elastic bodies the one at the edge of the stick zone grows with a finer
+        grid, without end, and more than three times the first peak is not shown.
 
     Raises
     ------
+    TypeError
+        When `dataset` is no dataset.
     ValueError
         When `dataset` has no such field or snapshot, or varies in a case parameter.
     """
-    return _single(dataset, PRESSURE, cycles, columns)
+    return _single(dataset, PRESSURE, cycles, columns, axes)
 
 
 def shear_profiles(
-    dataset: xr.Dataset, cycles: Sequence[int] | None = None, *, columns: Columns = 1
+    dataset: xr.Dataset,
+    cycles: Cycles = None,
+    *,
+    columns: Columns = 1,
+    axes: Axes | None = None,
 ) -> Figure:
     """Draw the shear traction along x at +Q, in MPa; otherwise as `pressure_profiles`."""
-    return _single(dataset, SHEAR, cycles, columns)
+    return _single(dataset, SHEAR, cycles, columns, axes)
 
 
 def gap_profiles(
-    dataset: xr.Dataset, cycles: Sequence[int] | None = None, *, columns: Columns = 1
+    dataset: xr.Dataset,
+    cycles: Cycles = None,
+    *,
+    columns: Columns = 1,
+    axes: Axes | None = None,
 ) -> Figure:
     """Draw the gap at load P in µm, with its mean over a wave when rough.
 
     Otherwise as `pressure_profiles`.
     """
-    return _single(dataset, GAP, cycles, columns)
+    return _single(dataset, GAP, cycles, columns, axes)
 
 
 def wear_rate_profiles(
-    dataset: xr.Dataset, cycles: Sequence[int] | None = None, *, columns: Columns = 1
+    dataset: xr.Dataset,
+    cycles: Cycles = None,
+    *,
+    columns: Columns = 1,
+    axes: Axes | None = None,
 ) -> Figure:
     """Draw the wear of one cycle; otherwise as `pressure_profiles`."""
-    return _single(dataset, WEAR_RATE, cycles, columns)
+    return _single(dataset, WEAR_RATE, cycles, columns, axes)
 
 
 def wear_profiles(
-    dataset: xr.Dataset, cycles: Sequence[int] | None = None, *, columns: Columns = 1
+    dataset: xr.Dataset,
+    cycles: Cycles = None,
+    *,
+    columns: Columns = 1,
+    axes: Axes | None = None,
 ) -> Figure:
     """Draw the worn depth in µm, downwards, with its mean over a wave when rough.
 
     Otherwise as `pressure_profiles`.
     """
-    return _single(dataset, WEAR, cycles, columns)
+    return _single(dataset, WEAR, cycles, columns, axes)
 
 
 @styled
 def compare_profiles(
     cases: Mapping[str, xr.Dataset],
-    kind: ProfileKind,
-    cycles: Sequence[int] | None = None,
+    quantity: str | ProfileKind,
+    cycles: Cycles = None,
     *,
     columns: Columns = 2,
 ) -> Figure:
@@ -115,22 +150,29 @@ def compare_profiles(
     ----------
     cases : mapping of str to xarray.Dataset
         The cases by the title of their panel.
-    kind : ProfileKind
-        What to draw, for example `PRESSURE`.
-    cycles : sequence of int, optional
+    quantity : {"pressure", "shear_traction", "gap", "wear_depth", "wear_rate"}
+        What to draw, by the name of the field.
+    cycles : int or sequence of int, optional
         Snapshots to draw, each in the cases that have it; left out, at most six.
     columns : {1, 2}
-        Journal columns that the figure spans.
+        Journal columns that the figure spans, 90 mm or 190 mm.
 
     Returns
     -------
     matplotlib.figure.Figure
         One panel per case and one key to the cycles.
+
+    Raises
+    ------
+    TypeError
+        When `cases` is no mapping of titles to datasets.
+    ValueError
+        When there is no case, no such quantity, or none of the cases has one of the snapshots.
     """
-    if not cases:
-        raise ValueError("There is no case to draw.")
+    check_cases(cases)
+    kind = kind_of(quantity)
     snapshots = {title: available_cycles(case) for title, case in cases.items()}
-    shown = cycles or representative_cycles(set().union(*snapshots.values()))
+    shown = _shown_cycles(snapshots, cycles)
     colors = cycle_colors(shown)
     profiles = {
         title: half_profiles(case, kind.variable, [n for n in shown if n in snapshots[title]])
@@ -139,127 +181,65 @@ def compare_profiles(
     across = min(len(cases), 2 if columns == 2 else 1)
     down = -(-len(cases) // across)
     figure = JournalFigure(columns, 14.0 + 50.0 * down)
-    panels = make_panels(figure, len(cases), across, "row")
+    # What is seen at the edge is elsewhere for rough and for smooth cases.
+    panels = make_panels(figure, len(cases), across, "row", "row" if kind.at_edge else "all")
     everything = frame_of(kind, list(profiles.values()))
     for start in range(0, len(panels), across):
         row = slice(start, start + across)
-        top = frame_of(kind, list(profiles.values())[row]).top
+        frame = frame_of(kind, list(profiles.values())[row])
+        if not kind.at_edge:
+            frame = replace(everything, top=frame.top)
         for axes, (title, profile) in zip(panels[row], list(profiles.items())[row], strict=True):
-            draw_profiles(axes, profile, kind, colors, replace(everything, top=top))
+            draw_profiles(axes, profile, kind, colors, frame)
             axes.set_title(title)
-    label_outer(panels, across)
+    label_outer(panels, across, every_x=kind.at_edge)
     cycle_key(figure, colors)
     return figure
 
 
-def cycle_colors(cycles: Sequence[int]) -> dict[int, str]:
-    """Return a colour for each of some cycles, the later the darker."""
-    return dict(zip(cycles, sequential_colours(len(cycles)), strict=True))
-
-
-def draw_profiles(
-    axes: Axes,
-    profiles: HalfProfiles,
-    kind: ProfileKind,
-    colors: Mapping[int, str],
-    frame: Frame | None = None,
-) -> list[Curve]:
-    """Draw profiles into axes and return the curves that labels belong to.
-
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-        Where to draw.
-    profiles : HalfProfiles
-        What to draw.
-    kind : ProfileKind
-        How to draw it.
-    colors : mapping of int to str
-        Colour of each cycle.
-    frame : Frame, optional
-        Limits and unit of the axes, when several panels must agree on them.
-    """
-    frame = frame or frame_of(kind, [profiles])
-    unit = frame.unit
-    x = MICROMETRE.of(profiles.x)
-    axes.axvspan(0.0, MICROMETRE.of(profiles.stick_half_width)[-1], color=STICK_SHADE, lw=0)
-    curves = []
-    for cycle, values in zip(profiles.cycles, profiles.values, strict=True):
-        color, shown = colors[int(cycle)], values
-        if profiles.is_wavy:
-            axes.plot(x, unit.of(values), color=color, lw=0.35, alpha=0.45, label="_raw")
-            shown = kind.envelope(profiles.x, values, profiles.wavelength)
-        axes.plot(x, unit.of(shown), color=color, label=cycle_number(cycle))
-        curves.append(Curve(x, unit.of(shown), cycle_number(cycle), color))
-    axes.set_xlim(*MICROMETRE.of([frame.left, frame.right]))
-    top = float(unit.of(frame.top))
-    axes.set_ylim((top, 0.0) if kind.downward else (0.0, top))
-    axes.set_xlabel("x (µm)")
-    axes.set_ylabel(f"{kind.label} ({unit.name})")
-    return curves
+def _shown_cycles(
+    snapshots: Mapping[str, Sequence[int]], cycles: Sequence[int] | int | None
+) -> Sequence[int]:
+    """Return the cycles to show of several cases; refuse one that none of them has."""
+    available = sorted(set().union(*snapshots.values()))
+    if cycles is None:
+        return representative_cycles(available)
+    wanted: list[int] = np.atleast_1d(cycles).tolist()
+    lacking = {title: had for title, had in snapshots.items() if not set(wanted).intersection(had)}
+    unknown = sorted(set(wanted).difference(available))
+    if unknown or lacking or not wanted:
+        had = next(iter(lacking.values()), available)
+        raise ValueError(
+            f"cycles = {wanted}: every cycle must be a snapshot of some case, and every case must "
+            f"have one of them; {next(iter(lacking), 'all cases together')!r} has {list(had)}."
+        )
+    return wanted
 
 
 def _single(
-    dataset: xr.Dataset, kind: ProfileKind, cycles: Sequence[int] | None, columns: Columns
+    dataset: xr.Dataset, kind: ProfileKind, cycles: Cycles, columns: Columns, axes: Axes | None
 ) -> Figure:
-    return _draw_single(half_profiles(dataset, kind.variable, cycles), kind, columns)
+    return _draw_single(half_profiles(dataset, kind.variable, cycles), kind, columns, axes)
 
 
 @styled
-def _draw_single(profiles: HalfProfiles, kind: ProfileKind, columns: Columns) -> Figure:
-    figure = JournalFigure(columns, 66.0 if columns == 1 else 90.0)
-    axes = figure.subplots()
+def _draw_single(
+    profiles: HalfProfiles, kind: ProfileKind, columns: Columns, given: Axes | None
+) -> Figure:
+    if given is None:
+        figure: Figure = JournalFigure(columns, 66.0 if columns == 1 else 90.0)
+        axes = figure.subplots()
+    else:
+        figure, axes = root_figure(given), given
     colors = cycle_colors([int(cycle) for cycle in profiles.cycles])
     curves = draw_profiles(axes, profiles, kind, colors)
-    _name_zones(axes, profiles)
+    name_zones(axes, profiles)
     first = replace(curves[0], label=f"cycle {curves[0].label}")
     if not profiles.is_wavy and label_curves(axes, [first, *curves[1:]]):
         return figure
-    cycle_key(figure, colors)
+    if given is None:
+        cycle_key(figure, colors)
+    else:
+        lines = [Line2D([], [], color=color) for color in colors.values()]
+        axes.legend(lines, [cycle_number(cycle) for cycle in colors], title="cycle")
     return figure
-
-
-def _name_zones(axes: Axes, profiles: HalfProfiles) -> None:
-    """Name the stick and slip zones of the last cycle above the axes."""
-    left, _ = axes.get_xlim()
-    stick = max(left, float(MICROMETRE.of(profiles.stick_half_width)[-1]))
-    contact = float(MICROMETRE.of(profiles.contact_half_width)[-1])
-    above = axes.get_xaxis_transform()
-    for start, end, name, color in ((left, stick, "stick", INK), (stick, contact, "slip", MUTED)):
-        if end <= start:
-            continue
-        axes.plot(
-            [start, end],
-            [1.02, 1.02],
-            transform=above,
-            clip_on=False,
-            lw=1.6,
-            color=color,
-            solid_capstyle="butt",
-            label="_zone",
-        )
-        axes.text(
-            0.5 * (start + end),
-            1.035,
-            name,
-            transform=above,
-            color=color,
-            fontsize=6.5,
-            ha="center",
-            va="bottom",
-        )
-
-
-def cycle_key(figure: Figure, colors: Mapping[int, str]) -> None:
-    """Add the key of colours that tell cycles, above the axes of a figure."""
-    lines = [Line2D([], [], color=color) for color in colors.values()]
-    labels = [cycle_number(cycle) for cycle in colors]
-    title = Line2D([], [], color="none")
-    figure.legend(
-        [title, *lines],
-        ["cycle", *labels],
-        loc="outside upper left",
-        ncols=len(labels) + 1,
-        handlelength=1.4,
-        columnspacing=0.9,
-    )

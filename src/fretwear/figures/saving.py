@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 from fretwear.data.atomic import atomic_path
 from fretwear.figures.style import style_context
 
-_PNG_DPI = 200
 _METADATA: dict[str, dict[str, Any]] = {
     ".svg": {"Date": None, "Creator": "fretwear"},
     ".png": {"Software": None},
@@ -30,7 +29,7 @@ def save_figure(
     stem : pathlib.Path
         Folder and name of the files, without the ending.
     formats : tuple of str
-        Endings, such as ``svg``, ``png`` (200 dots per inch) and ``pdf``.
+        Endings, such as ``svg``, ``png`` (300 dots per inch) and ``pdf``.
 
     Returns
     -------
@@ -56,7 +55,5 @@ def save_as(figure: Figure, path: Path) -> Path:
             "end the name in .png, .svg or .pdf."
         )
     with style_context(), atomic_path(path) as temporary:
-        figure.savefig(
-            temporary, format=ending.removeprefix("."), dpi=_PNG_DPI, metadata=_METADATA.get(ending)
-        )
+        figure.savefig(temporary, format=ending.removeprefix("."), metadata=_METADATA.get(ending))
     return path

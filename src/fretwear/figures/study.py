@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass
@@ -13,9 +14,17 @@ import xarray as xr
 from fretwear.data.atomic import write_text
 from fretwear.data.store import open_case
 from fretwear.figures.chosen import ChosenCases, choose_cases
-from fretwear.figures.grouping import Layout, choose_layout, study_lines
-from fretwear.figures.history import HISTORY_KINDS, HistoryKind, history
-from fretwear.figures.maps import compare_wear_maps
+from fretwear.figures.grouping import (
+    MOST_KEYED_COLORS,
+    Layout,
+    Line,
+    choose_layout,
+    shown_lines,
+    study_lines,
+)
+from fretwear.figures.history import history
+from fretwear.figures.history_kinds import HISTORY_KINDS, HistoryKind
+from fretwear.figures.maps import compare_wear_maps, depth_scale, is_stretched
 from fretwear.figures.named import StudyFigure
 from fretwear.figures.paper import paper_figures
 from fretwear.figures.profile_kinds import PROFILE_KINDS, ProfileKind
@@ -72,7 +81,7 @@ def study_figures(summary: xr.Dataset, cases: Path) -> Iterator[StudyFigure]:
             caption = _profile_caption(profile, chosen, opened)
             figure = compare_profiles(opened, profile)
             yield StudyFigure(f"{name}{suffix}", caption, PROFILE_CATEGORY, figure)
-        caption = _map_caption(chosen)
+        caption = _map_caption(chosen, opened)
         yield StudyFigure(f"wear_map{suffix}", caption, MAP_CATEGORY, compare_wear_maps(opened))
     yield from paper_figures(summary, cases)
 
@@ -118,9 +127,18 @@ def _history_caption(summary: xr.Dataset, kind: HistoryKind) -> str:
             f"Of {total} values of {parameter(name).words}, {len(layout.levels[name])} are shown."
             for name, total in layout.thinned.items()
         ),
-        "Marks are snapshots; the axis of cycles is logarithmic to the right of the break.",
+        f"Marks are snapshots; {_axes_words(kind, shown_lines(lines, layout))}.",
     ]
     return " ".join(sentences)
+
+
+def _axes_words(kind: HistoryKind, lines: Sequence[Line]) -> str:
+    values = [value for line in lines for value in line.quantity[line.cycles == 0.0]]
+    if kind.is_logarithmic(lines) and not any(value > 0.0 for value in values):
+        return "both axes are logarithmic"
+    both = "both axes are logarithmic, that" if kind.is_logarithmic(lines) else "the axis"
+    verb = "" if kind.is_logarithmic(lines) else " is logarithmic"
+    return f"{both} of cycles{verb} to the right of the break"
 
 
 def _cases(done: int, points: int) -> str:
@@ -133,8 +151,11 @@ def _encoding(layout: Layout) -> Iterator[str]:
     if layout.rows or layout.across:
         yield f"Panels: {_names([*layout.rows, *layout.across])}."
     if layout.color:
-        together = f", with {_names(layout.followers)}" if layout.followers else ""
+        named = len(layout.levels[layout.color]) <= MOST_KEYED_COLORS
+        together = f", with {_names(layout.followers)}" if layout.followers and named else ""
         yield f"Colour: {parameter(layout.color).words}{together}."
+        if layout.followers and not named:
+            yield f"From line to line, {_names(layout.followers)} changes too."
     if layout.style:
         yield f"Line and filling of marks: {parameter(layout.style).words}."
 
@@ -147,7 +168,7 @@ def _names(names: Sequence[str]) -> str:
 def _profile_caption(
     kind: ProfileKind, chosen: ChosenCases, cases: Mapping[str, xr.Dataset]
 ) -> str:
-    rough = any(float(case.coords.get("roughness_amplitude", 0.0)) > 0.0 for case in cases.values())
+    rough = _any_rough(cases)
     sentences = [
         f"{kind.label} along the direction of slip on the line nearest y = 0 at several cycles"
         f"{_for_common(chosen)}.",
@@ -155,6 +176,12 @@ def _profile_caption(
         if kind.at_edge
         else "Grey: stick zone at the last cycle.",
     ]
+    limits = [float(case.coords.get("plastic_limit", math.inf)) for case in cases.values()]
+    if kind.is_traction and any(math.isinf(limit) for limit in limits):
+        sentences.append(
+            "Triangles: peaks of elastic bodies that go on above; they grow with a finer grid, "
+            "without end."
+        )
     if rough:
         sentences.append(
             f"Where waves crowd a profile, the thin line is the profile and the thick one its "
@@ -163,12 +190,22 @@ def _profile_caption(
     return " ".join(sentences)
 
 
-def _map_caption(chosen: ChosenCases) -> str:
-    return (
-        f"Wear depth of both bodies over the contact after the last cycle{_for_common(chosen)}. "
-        "The outlines of contact and stick zone are convex: on a rough surface they go around "
-        "its asperities."
-    )
+def _map_caption(chosen: ChosenCases, cases: Mapping[str, xr.Dataset]) -> str:
+    sentences = [
+        f"Wear depth of both bodies over the contact after the last cycle{_for_common(chosen)}."
+    ]
+    if _any_rough(cases):
+        sentences.append(
+            "On a rough surface the outlines of contact and stick zone go around its asperities."
+        )
+    deepest = [float(case["wear_depth"].isel(cycle=-1).max()) for case in cases.values()]
+    if is_stretched(depth_scale(deepest)):
+        sentences.append("Colours follow the square root of the depth.")
+    return " ".join(sentences)
+
+
+def _any_rough(cases: Mapping[str, xr.Dataset]) -> bool:
+    return any(float(case.coords.get("roughness_amplitude", 0.0)) > 0.0 for case in cases.values())
 
 
 def _for_common(chosen: ChosenCases) -> str:

@@ -12,6 +12,7 @@ import matplotlib
 import matplotlib.colors
 import matplotlib.style
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
@@ -35,7 +36,9 @@ MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 LINE_STYLES: tuple[Any, ...] = ("-", (0, (4, 1.6)), (0, (1, 1.3)), (0, (5, 1.4, 1, 1.4)))
 
 _MM_PER_INCH = 25.4
-_LIGHTEST, _DARKEST = 0.82, 0.0
+_SCREEN_DPI = 150
+_LIGHTEST, _DARKEST = 0.78, 0.0
+_LEAST_CONTRAST = 4.5
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -59,11 +62,39 @@ class JournalFigure(Figure):
         super().__init__(figsize=size, layout="constrained")
         FigureCanvasAgg(self)
 
+    def savefig(self, fname: Any, **options: Any) -> None:
+        """Save as matplotlib does, in fretwear's style whatever the user's settings are.
+
+        Bitmaps have 300 dots per inch, PDF files bring their fonts along.
+
+        Parameters
+        ----------
+        fname : str, path or file object
+            Where to; the ending tells the format.
+        **options
+            Those of `matplotlib.figure.Figure.savefig`.
+        """
+        with style_context():
+            super().savefig(fname, **options)
+
     def _repr_png_(self) -> bytes:
         buffer = io.BytesIO()
-        with style_context():
-            self.savefig(buffer, format="png")
+        self.savefig(buffer, format="png", dpi=_SCREEN_DPI)
         return buffer.getvalue()
+
+
+def root_figure(axes: Axes) -> Figure:
+    """Return the figure that axes belong to, also where they lie in a part of it.
+
+    Raises
+    ------
+    ValueError
+        When they have been removed from it.
+    """
+    figure = axes.get_figure(root=True)
+    if figure is None:
+        raise ValueError("The axes belong to no figure: they have been removed from it.")
+    return figure
 
 
 def style_context() -> Any:
@@ -80,6 +111,20 @@ def styled(function: Callable[P, T]) -> Callable[P, T]:
             return function(*args, **kwargs)
 
     return inside
+
+
+def text_colour(color: str) -> str:
+    """Return a colour for text: itself, or as much darker as reading on white paper takes."""
+    shade = np.asarray(matplotlib.colors.to_rgb(color))
+    while 1.05 / (_luminance(shade) + 0.05) < _LEAST_CONTRAST:
+        shade = 0.95 * shade
+    return matplotlib.colors.to_hex(tuple(shade.tolist()))
+
+
+def _luminance(shade: NDArray[np.float64]) -> float:
+    """Return the relative luminance of an sRGB colour, as the contrast of WCAG 2 needs it."""
+    linear = np.where(shade <= 0.04045, shade / 12.92, ((shade + 0.055) / 1.055) ** 2.4)
+    return float(linear @ (0.2126, 0.7152, 0.0722))
 
 
 def sequential_colours(count: int) -> list[str]:

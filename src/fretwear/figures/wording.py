@@ -10,6 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+_SLIP_MODELS = {
+    "jaeger": "slip of the worn shape",
+    "cattaneo_mindlin": "slip of the unworn sphere",
+}
 _ROUGHNESS_PARTS = {"amplitude": "A", "slope_x": "θx", "slope_y": "θy"}
 
 
@@ -67,6 +71,11 @@ def readable_unit(values: ArrayLike, base: str) -> Unit:
     largest = float(magnitudes.max(initial=0.0))
     fitting = [unit for unit in units if unit.size <= largest]
     return fitting[-1] if fitting else units[0]
+
+
+def plain_unit(base: str) -> Unit:
+    """Return the smallest unit for people of an SI unit, as `readable_unit` takes it."""
+    return _PREFIXED[base][0]
 
 
 def with_unit(text: str, unit: Unit) -> str:
@@ -170,11 +179,16 @@ def value_text(name: str, value: Any) -> str:
     return _special(name, value) or _number(name, value)
 
 
+def _told(name: str, value: Any) -> str | None:
+    """Return the words of a value that needs no name beside it."""
+    return _SLIP_MODELS.get(str(value)) if name == "slip_model" else _special(name, value)
+
+
 def symbol_text(name: str, value: Any) -> str:
     """Return symbol and value in mathtext, for labels inside figures: ``$P$ = 25 N``."""
-    return _special(name, value) or f"{parameter(name).symbol} = {_number(name, value)}"
+    return _told(name, value) or f"{parameter(name).symbol} = {_number(name, value)}"
 
 
 def words_text(name: str, value: Any) -> str:
     """Return words and value, for captions: ``load 25 N``, ``elastic``."""
-    return _special(name, value) or f"{parameter(name).words} {_number(name, value)}"
+    return _told(name, value) or f"{parameter(name).words} {_number(name, value)}"
