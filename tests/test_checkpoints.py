@@ -1,10 +1,6 @@
 """A run that dies loses little, and its rerun gives the same bits."""
 
 import random
-import signal
-import subprocess
-import sys
-import time
 
 import numpy as np
 import pytest
@@ -14,7 +10,6 @@ import fretwear
 from fretwear import simulation
 from fretwear.checkpoints import Checkpoint
 from fretwear.data.checkpoint import CheckpointError, read_checkpoint, write_checkpoint
-from fretwear.data.store import open_case, open_history
 from fretwear.journal import Journal
 
 PARAMETERS = {
@@ -30,22 +25,6 @@ PARAMETERS = {
     "cell": ("6 um", "6 um"),
     "output_cycles": (10, 1000),
 }
-SCRIPT = f"""
-import sys
-from pathlib import Path
-import fretwear
-from fretwear import simulation
-from fretwear.checkpoints import Checkpoint
-from fretwear.data.store import write_case
-
-case = fretwear.Case(**{PARAMETERS | {"cell": ("2.5 um", "2.5 um"), "cycles": 8000}})
-path = Path(sys.argv[1])
-tell = lambda line: print(line, flush=True)
-with Checkpoint(path.with_suffix(".checkpoint"), case, tell, interval=0.0) as checkpoint:
-    tell("begin")
-    result = simulation.run(case, [checkpoint], journal=checkpoint.journal)
-    write_case(result.dataset, result.history, path)
-"""
 
 
 @pytest.fixture
@@ -148,25 +127,44 @@ def test_a_journal_survives_packing(case):
     assert np.array_equal(again.last.wear, journal.last.wear)
 
 
-@pytest.mark.slow
-def test_kill_at_random_moments_and_rerun_gives_the_same_bits(tmp_path):
-    script = tmp_path / "run.py"
-    script.write_text(SCRIPT)
-    command = [sys.executable, str(script)]
-    subprocess.run([*command, str(tmp_path / "whole.nc")], check=True, capture_output=True)
-    generator = random.Random(7)
-    output = tmp_path / "killed.nc"
-    going_on = 0
-    for _ in range(20):
-        process = subprocess.Popen([*command, str(output)], stdout=subprocess.PIPE, text=True)
-        # The first line comes when the run begins, whatever the machine takes to import.
-        going_on += "going on" in process.stdout.readline()
-        time.sleep(generator.uniform(0.02, 0.4))
-        process.send_signal(signal.SIGKILL)
-        process.communicate()
-    subprocess.run([*command, str(output)], check=True, capture_output=True)
-    assert going_on >= 3
-    with open_case(output) as killed, open_case(tmp_path / "whole.nc") as whole:
-        xr.testing.assert_equal(killed.load(), whole.load())
-    with open_history(output) as killed, open_history(tmp_path / "whole.nc") as whole:
-        xr.testing.assert_equal(killed.load(), whole.load())
+class Watch:
+    """A clock that a run moves on: each step takes as long as it is told."""
+
+    def __init__(self):
+        self.now = 0.0
+
+    def __call__(self):
+        return self.now
+
+
+def test_a_kill_at_any_moment_costs_at_most_half_a_minute_and_a_step(case, tmp_path):
+    generator, clock = random.Random(3), Watch()
+    path = tmp_path / "case.checkpoint"
+    checkpoint = Checkpoint(path, case, print, clock=clock)
+    written, costs = 0.0, []
+
+    def pass_time(step):
+        nonlocal written
+        costs.append(clock.now - written)
+        if path.exists() and Checkpoint(path, case, [].append).journal.last.step == step.state.step:
+            written = clock.now
+        clock.now += generator.choice([0.5, 5.0, 29.0])
+
+    simulation.run(case, [checkpoint, pass_time], journal=checkpoint.journal)
+    assert written > 0
+    assert max(costs) <= 30.0 + 29.0
+
+
+def test_snapshots_are_on_the_disk_soon(case, tmp_path):
+    clock = Watch()
+    path = tmp_path / "case.checkpoint"
+    checkpoint = Checkpoint(path, case, print, clock=clock)
+
+    def pass_time(step):
+        if step.state.cycle in case.output_cycles[1:]:
+            stored = Checkpoint(path, case, [].append).journal
+            assert stored.last.cycle == step.state.cycle
+            assert len(stored.snapshots) == len(checkpoint.journal.snapshots)
+        clock.now += 7.0
+
+    simulation.run(case, [checkpoint, pass_time], journal=checkpoint.journal)

@@ -16,7 +16,7 @@ from fretwear.journal import Journal, Step
 if TYPE_CHECKING:
     from fretwear.study.case import Case
 
-_SECONDS_BETWEEN = 30.0
+SECONDS_BETWEEN = 30.0
 _SNAPSHOT_SHARE = 0.2
 
 
@@ -35,7 +35,10 @@ class Checkpoint:
     tell
         Takes a line for people: why a checkpoint was not used, or where the run goes on.
     interval
-        Longest time between two writings of the file, s; snapshots are written sooner.
+        Longest time between two writings of the file, s, but for a single step that takes longer;
+        snapshots are written sooner.
+    clock
+        Seconds, increasing.
 
     Attributes
     ----------
@@ -48,13 +51,15 @@ class Checkpoint:
         path: Path,
         case: Case,
         tell: Callable[[str], None],
-        interval: float = _SECONDS_BETWEEN,
+        interval: float = SECONDS_BETWEEN,
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self.path = path
         self._interval = interval
         self._case = case
         self._tell = tell
-        self._saved = time.monotonic()
+        self._clock = clock
+        self._saved = clock()
         self._saved_steps = 0
         self.journal = self._read()
 
@@ -83,7 +88,7 @@ class Checkpoint:
 
     def __call__(self, step: Step) -> None:
         """Observe a step: save it where it is time to."""
-        since = time.monotonic() - self._saved
+        since = self._clock() - self._saved
         is_snapshot = step.state.cycle in self._case.output_cycles
         if since >= (_SNAPSHOT_SHARE if is_snapshot else 1.0) * self._interval:
             self.save()
@@ -98,7 +103,7 @@ class Checkpoint:
         """
         arrays, numbers = self.journal.packed()
         write_checkpoint(self.path, arrays, numbers, self._identity())
-        self._saved = time.monotonic()
+        self._saved = self._clock()
         self._saved_steps = len(self.journal.history)
 
     def _identity(self) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fretwear import simulation
-from fretwear.checkpoints import Checkpoint
+from fretwear.checkpoints import SECONDS_BETWEEN, Checkpoint
 from fretwear.data.casefile import is_finished_case
 from fretwear.data.errors import DataFileError
 from fretwear.data.lock import locked
@@ -55,6 +55,7 @@ def simulate_to_file(
     observers: Sequence[Observer] = (),
     tell: Callable[[str], None],
     command: str,
+    interval: float = SECONDS_BETWEEN,
 ) -> Outcome:
     """Simulate a case and write its file; go on from the checkpoint beside it if there is one.
 
@@ -74,6 +75,8 @@ def simulate_to_file(
         the job waits.
     command
         The call that leads to the same results, for the dataset.
+    interval
+        Longest time between two checkpoints, s, but for a single step that takes longer.
 
     Raises
     ------
@@ -90,7 +93,7 @@ def simulate_to_file(
     with locked(path, tell) as lock:
         if lock.waited and is_finished_case(path, case):
             return Outcome(_steps_of(path), time.monotonic() - started, is_taken_over=True)
-        with Checkpoint(path.with_suffix(".checkpoint"), case, tell) as checkpoint:
+        with Checkpoint(path.with_suffix(".checkpoint"), case, tell, interval) as checkpoint:
             result = simulation.run(
                 case, [checkpoint, *observers], journal=checkpoint.journal, command=command
             )
