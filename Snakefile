@@ -9,16 +9,18 @@ import sys
 from pathlib import Path
 
 from fretwear.study.problems import StudyError
-from fretwear.workflow import StudyJobs
+from fretwear.workflow import BATCHES, StudyJobs
 from fretwear.writable import why_not_writable
 
 try:
     JOBS = StudyJobs.of(str(config.get("study", "demo")))
 except StudyError as error:
-    sys.exit(f"fretwear: error: {error}")
+    print(f"fretwear: error: {error}", file=sys.stderr)
+    sys.exit(2)
 
 if problem := why_not_writable(Path(JOBS.folder)):
-    sys.exit(f"fretwear: error: {problem}")
+    print(f"fretwear: error: {problem}", file=sys.stderr)
+    sys.exit(2)
 
 STUDY = str(JOBS.study.file)
 RESULTS = JOBS.folder
@@ -27,7 +29,7 @@ FRETWEAR = f"{shlex.quote(sys.executable)} -m fretwear"
 
 
 wildcard_constraints:
-    case=r"[A-Za-z0-9._-]+",
+    batch=r"[0-9]+-[0-9]+-[0-9a-f]+-[0-9]+",
 
 
 # What follows the simulation takes seconds, less than a cluster takes to start a job.
@@ -38,35 +40,51 @@ localrules:
     report,
 
 
+# With --keep-going what is done is merged, drawn and reported although some cases have failed; the
+# next run tries these again.
+onerror:
+    if workflow.execution_settings.keep_going and JOBS.failures():
+        for step in ("merge", "figures", "report"):
+            log_file = f"{RESULTS}/logs/{step}.log"
+            shell(
+                "{FRETWEAR} {step} {STUDY:q} >{log_file:q} 2>&1 || (cat {log_file:q} >&2; false)"
+            )
+        print(JOBS.verdict(), file=sys.stderr)
+
+
 rule all:
     default_target: True
     input:
         f"{RESULTS}/report.html",
 
 
+# A batch is a job that runs several cases in one process, each to a file of its own; what is done
+# and sound is left as it is. Snakemake follows what a batch leaves at its end, not the case files:
+# it would remove those before it runs a batch again.
 rule simulate:
     output:
-        f"{RESULTS}/cases/{{case}}.nc",
+        f"{RESULTS}/{BATCHES}/{{batch}}.json",
     log:
-        f"{RESULTS}/logs/simulate/{{case}}.log",
+        f"{RESULTS}/logs/{BATCHES}/{{batch}}.log",
     benchmark:
-        f"{RESULTS}/benchmarks/simulate/{{case}}.tsv"
+        f"{RESULTS}/benchmarks/{BATCHES}/{{batch}}.tsv"
+    priority: lambda wildcards: JOBS.priority(wildcards.batch)
     threads: 1
     resources:
-        mem_mb=lambda wildcards: JOBS.memory_mb(wildcards.case),
-        runtime=lambda wildcards: JOBS.minutes(wildcards.case),
+        mem_mb=lambda wildcards: JOBS.memory_mb(wildcards.batch),
+        runtime=lambda wildcards: JOBS.minutes(wildcards.batch),
     params:
-        version=JOBS.version,
-        parameters=lambda wildcards: JOBS.parameters(wildcards.case),
+        points=lambda wildcards: JOBS.points(wildcards.batch),
+        title=lambda wildcards: JOBS.title(wildcards.batch),
     message:
-        "Simulating {wildcards.case}"
+        "Simulating {params.title}"
     shell:
-        "{FRETWEAR} run {STUDY:q} --case {wildcards.case} --output {output:q} >{log:q} 2>&1"
+        "{FRETWEAR} batch {STUDY:q} --points {params.points} --finished {output:q} >{log:q} 2>&1"
 
 
 rule merge:
     input:
-        expand(f"{RESULTS}/cases/{{case}}.nc", case=JOBS.cases),
+        expand(f"{RESULTS}/{BATCHES}/{{batch}}.json", batch=JOBS.targets),
     output:
         summary=f"{RESULTS}/summary.nc",
         points=f"{RESULTS}/points.csv",

@@ -5,6 +5,7 @@ No numpy here: the Snakefile is read at every call, also where nothing is to be 
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 from collections.abc import Mapping
@@ -13,12 +14,18 @@ from functools import cached_property
 from pathlib import Path
 
 import fretwear
-from fretwear.study.case import Case
-from fretwear.study.cost import estimate
+from fretwear.data.failures import reasons
+from fretwear.finished import FileTrace, case_files, is_finished
+from fretwear.study.batches import Batch
 from fretwear.study.file import Study, load_study
+from fretwear.study.plan import plan_study
 
 STUDIES = Path("studies")
 RESULTS = Path("results")
+BATCHES = "batches"
+
+_HASH_DIGITS = 10
+_FAILURES_LISTED = 20
 
 # A job that a scheduler ends for a wrong guess is lost; one that asks for too much only waits.
 _MEMORY_MARGIN = 2.0
@@ -63,11 +70,6 @@ class StudyJobs:
         """Folder of the results, relative to the working directory."""
         return str(RESULTS / self.study.name)
 
-    @cached_property
-    def cases(self) -> Mapping[str, Case]:
-        """The cases to run by id."""
-        return self.study.cases()
-
     @property
     def version(self) -> str:
         """Version of the package: another one computes everything anew."""
@@ -75,20 +77,97 @@ class StudyJobs:
 
     @property
     def content(self) -> str:
-        """The whole study as JSON, on which everything but the single cases depends."""
-        return json.dumps(self.study.content, sort_keys=True, default=str)
+        """What the study says of its results as JSON, on which all but the cases depends."""
+        content = {key: value for key, value in self.study.content.items() if key != "batch"}
+        return json.dumps(content, sort_keys=True, default=str)
 
-    def parameters(self, case_id: str) -> str:
-        """Everything that the file of a case depends on, as JSON."""
-        case = self.cases[case_id]
-        parameters = {**case.canonical_parameters(), "output_cycles": list(case.output_cycles)}
-        return json.dumps(parameters, sort_keys=True)
+    @cached_property
+    def batches(self) -> Mapping[str, Batch]:
+        """The batches by name: their points, and a hash of everything that their cases are."""
+        return {self._name(batch): batch for batch in plan_study(self.study).batches}
 
-    def memory_mb(self, case_id: str) -> int:
-        """Memory in MB that a scheduler should reserve for a case."""
-        return math.ceil(_MEMORY_MARGIN * estimate(self.cases[case_id]).memory_bytes / 1e6)
+    @cached_property
+    def targets(self) -> tuple[str, ...]:
+        """Names of what the batches leave in `BATCHES` when all of their cases are done.
 
-    def minutes(self, case_id: str) -> int:
-        """Time in min that a scheduler should reserve for a case."""
-        seconds = _TIME_MARGIN * estimate(self.cases[case_id]).seconds
-        return _MINUTES_TO_START + math.ceil(seconds / 60.0)
+        The name ends in the number of a round, which grows when a case file was removed or
+        changed after the batch was done: what the last round left is no longer true, and a job is
+        needed to make it true again. Nothing is written or removed to find that out.
+        """
+        folder = Path(self.folder)
+        present = case_files(folder / "cases")
+        return tuple(
+            f"{name}-{self._round(folder / BATCHES, name, batch, present)}"
+            for name, batch in self.batches.items()
+        )
+
+    def batch(self, target: str) -> Batch:
+        """Return the batch that leaves a file of this name."""
+        return self.batches[target.rpartition("-")[0]]
+
+    def points(self, target: str) -> str:
+        """Return the points of a batch for the command line, first and last."""
+        batch = self.batch(target)
+        return f"{batch.first}-{batch.last}"
+
+    def title(self, target: str) -> str:
+        """Return what a batch runs, for people."""
+        batch = self.batch(target)
+        first, *others = batch.case_ids
+        if not others:
+            return first
+        return f"{1 + len(others)} cases, points {batch.first} to {batch.last}"
+
+    def memory_mb(self, target: str) -> int:
+        """Memory in MB that a scheduler should reserve for a batch."""
+        return math.ceil(_MEMORY_MARGIN * self.batch(target).memory_bytes / 1e6)
+
+    def minutes(self, target: str) -> int:
+        """Time in min that a scheduler should reserve for a batch."""
+        return _MINUTES_TO_START + math.ceil(_TIME_MARGIN * self.batch(target).seconds / 60.0)
+
+    def priority(self, target: str) -> int:
+        """Return how urgent a batch is: the longest first, so that none is left at the end."""
+        return math.ceil(self.batch(target).seconds)
+
+    def failures(self) -> Mapping[str, str]:
+        """Why cases have no result, with the name of the log, by case id."""
+        return {
+            case_id: why
+            for case_id, why in reasons(self.folder).items()
+            if case_id in self._snapshots
+        }
+
+    def verdict(self) -> str:
+        """Say which cases failed and why, for the end of a run that went on nevertheless."""
+        failed = self.failures()
+        listed = [f"  {case_id}: {why}" for case_id, why in list(failed.items())[:_FAILURES_LISTED]]
+        if len(failed) > _FAILURES_LISTED:
+            listed.append(f"  and {len(failed) - _FAILURES_LISTED} more")
+        return "\n".join(
+            [
+                f"fretwear: {len(failed)} of {len(self._snapshots)} cases failed",
+                *listed,
+                f"{self.folder}/report.html shows what is done; the next run tries these again.",
+            ]
+        )
+
+    def _name(self, batch: Batch) -> str:
+        cases = self._snapshots
+        everything = [self.version, [(each, cases[each]) for each in batch.case_ids]]
+        text = json.dumps(everything, separators=(",", ":"))
+        digest = hashlib.sha256(text.encode()).hexdigest()[:_HASH_DIGITS]
+        return f"{batch.first}-{batch.last}-{digest}"
+
+    @cached_property
+    def _snapshots(self) -> Mapping[str, tuple[int, ...]]:
+        return {case_id: case.output_cycles for case_id, case in self.study.cases().items()}
+
+    @staticmethod
+    def _round(folder: Path, name: str, batch: Batch, present: Mapping[str, FileTrace]) -> int:
+        number = 0
+        while (left := folder / f"{name}-{number}.json").exists():
+            if is_finished(left, batch.case_ids, present):
+                break
+            number += 1
+        return number

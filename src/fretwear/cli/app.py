@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 
 import fretwear
+from fretwear.cli.batch import batch
 from fretwear.cli.commands import Command, Commands
 from fretwear.cli.look import plot, show
 from fretwear.cli.plan import plan, schema
@@ -42,6 +43,7 @@ _add(plan, "fretwear plan studies/demo.yaml")
 _add(show, "fretwear show results/demo/cases/ID.nc")
 _add(plot, "fretwear plot results/demo/cases/ID.nc -o overview.svg")
 _add(schema, "fretwear schema > study.schema.json")
+_add(batch, "fretwear batch studies/demo.yaml --points 1-12", _WORKFLOW)
 _add(merge, "fretwear merge studies/demo.yaml", _WORKFLOW)
 _add(figures, "fretwear figures studies/demo.yaml", _WORKFLOW)
 _add(report, "fretwear report studies/demo.yaml", _WORKFLOW)

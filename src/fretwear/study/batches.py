@@ -95,11 +95,13 @@ def batches(tasks: Iterable[Task], cases_each: int | None = None) -> tuple[Batch
         most cores would have nothing to do.
     """
     listed = list(tasks)
-    if cases_each is not None:
-        parts = (listed[i : i + cases_each] for i in range(0, len(listed), cases_each))
-    else:
-        parts = _even_parts(listed)
+    parts = _even_parts(listed) if cases_each is None else _equal_parts(listed, cases_each)
     return tuple(Batch(tuple(part)) for part in parts)
+
+
+def _equal_parts(tasks: list[Task], cases_each: int) -> Iterator[list[Task]]:
+    for start in range(0, len(tasks), cases_each):
+        yield tasks[start : start + cases_each]
 
 
 def _even_parts(tasks: list[Task]) -> Iterator[list[Task]]:

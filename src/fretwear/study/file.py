@@ -48,6 +48,8 @@ class Study:
         Points left out under ``invalid: skip``, with the reason.
     content : dict
         The plain content of the file, overrides included.
+    batch : int or None
+        Cases of a job; None: as many as take a few minutes.
     """
 
     file: Path
@@ -58,6 +60,7 @@ class Study:
     parameters: Parameters
     invalid: Mapping[tuple[int, ...], str]
     content: Mapping[str, Any]
+    batch: int | None = None
 
     @cached_property
     def _points(self) -> tuple[Point, ...]:
@@ -155,6 +158,7 @@ def check_content(
         parameters=parameters,
         invalid=invalid,
         content=content,
+        batch=draft.batch,
     )
 
 

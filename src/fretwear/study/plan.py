@@ -10,6 +10,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import IO
 
+from fretwear.study.batches import Batch, Task, batches
 from fretwear.study.case import Case
 from fretwear.study.cost import Estimate, estimate
 from fretwear.study.file import Study
@@ -53,6 +54,16 @@ class Plan:
     def estimates(self) -> Mapping[str, Estimate]:
         """Estimates by case id, each case once."""
         return {point.id: point.estimate for point in self.points if point.estimate is not None}
+
+    @cached_property
+    def batches(self) -> tuple[Batch, ...]:
+        """What each job of the workflow runs."""
+        tasks: dict[str, Task] = {}
+        for number, planned in enumerate(self.points, 1):
+            found = planned.estimate
+            if found is not None and planned.id not in tasks:
+                tasks[planned.id] = Task(number, planned.id, found.seconds, found.memory_bytes)
+        return batches(tasks.values(), self.study.batch)
 
     @property
     def seconds(self) -> float:

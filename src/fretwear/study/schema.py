@@ -60,6 +60,14 @@ def study_schema() -> dict[str, Any]:
                 "default": "stop",
                 "description": "What to do about points such as Q >= µP.",
             },
+            "batch": {
+                "description": "Cases of a job; auto: as many as take a few minutes.",
+                "default": "auto",
+                "anyOf": [
+                    {"const": "auto"},
+                    {"type": "integer", "minimum": 1, "maximum": MAX_POINTS},
+                ],
+            },
             "output": {
                 "type": "object",
                 "additionalProperties": False,

@@ -18,7 +18,7 @@ from fretwear.study.parameters import (
 )
 from fretwear.study.problems import Problem, shown, suggestion
 
-TOP_LEVEL = ("title", "base", "vary", "design", "invalid", "output")
+TOP_LEVEL = ("title", "base", "vary", "design", "invalid", "batch", "output")
 MAX_TITLE = 200
 
 
@@ -30,6 +30,7 @@ class Draft:
     fixed: dict[str, Any] = field(default_factory=dict)
     design: Design = field(default_factory=Design)
     skip_invalid: bool = False
+    batch: int | None = None
     problems: list[Problem] = field(default_factory=list)
 
     def read(self, name: str, raw: object, key: str) -> None:
@@ -57,6 +58,7 @@ def read_sections(raw: Mapping[str, Any], name: str) -> Draft:
             draft.skip_invalid = raw["invalid"] == "skip"
         else:
             draft.problems.append(Problem("invalid", shown(raw["invalid"]), "must be stop or skip"))
+    _read_batch(raw.get("batch", "auto"), draft)
     return draft
 
 
@@ -193,6 +195,21 @@ def _read_output(output: Mapping[str, Any], draft: Draft) -> None:
             if cycle in reading.value[:position]:
                 key = f"output.cycles[{position}]"
                 draft.problems.append(Problem(key, str(cycle), "is given twice"))
+
+
+def _read_batch(batch: object, draft: Draft) -> None:
+    if batch == "auto":
+        return
+    if isinstance(batch, int) and not isinstance(batch, bool) and 1 <= batch <= MAX_POINTS:
+        draft.batch = batch
+        return
+    rule = f"must be auto, or a whole number of cases from 1 to {MAX_POINTS}"
+    hint = (
+        "auto gives a job a few minutes of work"
+        if batch is None
+        else suggestion(str(batch), ("auto",))
+    )
+    draft.problems.append(Problem("batch", shown(batch), rule, hint))
 
 
 def _read_design(design: object, draft: Draft) -> None:
