@@ -29,7 +29,7 @@ FRETWEAR = f"{shlex.quote(sys.executable)} -m fretwear"
 
 
 wildcard_constraints:
-    batch=r"[0-9]+-[0-9]+-[0-9a-f]+-[0-9]+",
+    batch=r"[0-9a-f]+-[0-9]+",
 
 
 # What follows the simulation takes seconds, less than a cluster takes to start a job.
@@ -43,7 +43,7 @@ localrules:
 # With --keep-going what is done is merged, drawn and reported although some cases have failed; the
 # next run tries these again.
 onerror:
-    if workflow.execution_settings.keep_going and JOBS.failures():
+    if workflow.execution_settings.keep_going and JOBS.failures:
         for step in ("merge", "figures", "report"):
             log_file = f"{RESULTS}/logs/{step}.log"
             shell(
@@ -73,9 +73,11 @@ rule simulate:
     resources:
         mem_mb=lambda wildcards: JOBS.memory_mb(wildcards.batch),
         runtime=lambda wildcards: JOBS.minutes(wildcards.batch),
+    # The name of a batch holds all that its files depend on. Where its points stand in the study is
+    # nothing to run it again for, so these are derived from the output, as Snakemake has it.
     params:
-        points=lambda wildcards: JOBS.points(wildcards.batch),
-        title=lambda wildcards: JOBS.title(wildcards.batch),
+        points=lambda wildcards, output: JOBS.points(wildcards.batch),
+        title=lambda wildcards, output: JOBS.title(wildcards.batch),
     message:
         "Simulating {params.title}"
     shell:

@@ -11,25 +11,20 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fretwear.checkpoints import Checkpoint
 from fretwear.data.casefile import is_finished_case
-from fretwear.data.errors import DataFileError
 from fretwear.data.failures import failures, forget, log_file, record
-from fretwear.data.store import write_case
-from fretwear.mechanics.contact import ContactError
-from fretwear.mechanics.wear import WearError
-from fretwear.simulation import Observer, run
+from fretwear.job import JOB_ERRORS, simulate_to_file
 
 if TYPE_CHECKING:
+    from fretwear.simulation import Observer
     from fretwear.study.case import Case
     from fretwear.study.file import Study
 
 Tell = Callable[[str], None]
 
-Watch = Callable[[str, Tell], Observer]
+Watch = Callable[[str, Tell], "Observer"]
 """Takes a title and what takes lines; gives an observer that writes there how far a case is."""
 
-_EXPECTED = (ContactError, WearError, DataFileError)
 _NO_MEMORY = (
     "there is not enough memory for it; run it where there is more, with fewer jobs at once, "
     "or with a coarser cell"
@@ -98,29 +93,30 @@ def _run_recorded(study: Study, case: Case, results: Path, watch: Watch) -> str:
     record(results, case.case_id)
     with _logging(log_file(results, case.case_id)) as log:
         try:
-            _run(study, case, results, log, watch)
-        except _EXPECTED as error:
+            simulate_to_file(
+                case,
+                results / "cases" / f"{case.case_id}.nc",
+                observers=[watch(f"case {case.case_id}", log)],
+                tell=log,
+                command=shlex.join(["fretwear", "run", str(study.file), "--case", case.case_id]),
+            )
+        except MemoryError as error:
+            reason = str(error) or _NO_MEMORY
+        except JOB_ERRORS as error:
             reason = str(error)
-        except MemoryError:
-            reason = _NO_MEMORY
         except Exception as error:
             log(traceback.format_exc())
             reason = f"unexpected error: {type(error).__name__}: {error}"
+        except BaseException:
+            # Stopped from outside, which is no failure: the next run goes on from the checkpoint.
+            forget(results, case.case_id)
+            raise
         else:
             forget(results, case.case_id)
             return ""
         log(f"fretwear: error: {reason}")
     record(results, case.case_id, reason)
     return reason
-
-
-def _run(study: Study, case: Case, results: Path, log: Tell, watch: Watch) -> None:
-    path = results / "cases" / f"{case.case_id}.nc"
-    command = shlex.join(["fretwear", "run", str(study.file), "--case", case.case_id])
-    observe = watch(f"case {case.case_id}", log)
-    with Checkpoint(path.with_suffix(".checkpoint"), case, log) as checkpoint:
-        result = run(case, [checkpoint, observe], journal=checkpoint.journal, command=command)
-        write_case(result.dataset, result.history, path)
 
 
 @contextmanager

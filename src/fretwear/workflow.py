@@ -14,7 +14,7 @@ from functools import cached_property
 from pathlib import Path
 
 import fretwear
-from fretwear.data.failures import reasons
+from fretwear.data.failures import Failure, failures
 from fretwear.finished import FileTrace, case_files, is_finished
 from fretwear.study.batches import Batch
 from fretwear.study.file import Study, load_study
@@ -24,7 +24,7 @@ STUDIES = Path("studies")
 RESULTS = Path("results")
 BATCHES = "batches"
 
-_HASH_DIGITS = 10
+_HASH_DIGITS = 12
 _FAILURES_LISTED = 20
 
 # A job that a scheduler ends for a wrong guess is lost; one that asks for too much only waits.
@@ -83,7 +83,7 @@ class StudyJobs:
 
     @cached_property
     def batches(self) -> Mapping[str, Batch]:
-        """The batches by name: their points, and a hash of everything that their cases are."""
+        """The batches by name: a hash of all that their files hold, wherever the points stand."""
         return {self._name(batch): batch for batch in plan_study(self.study).batches}
 
     @cached_property
@@ -130,18 +130,19 @@ class StudyJobs:
         """Return how urgent a batch is: the longest first, so that none is left at the end."""
         return math.ceil(self.batch(target).seconds)
 
-    def failures(self) -> Mapping[str, str]:
-        """Why cases have no result, with the name of the log, by case id."""
-        return {
-            case_id: why
-            for case_id, why in reasons(self.folder).items()
-            if case_id in self._snapshots
-        }
+    @property
+    def failures(self) -> Mapping[str, Failure]:
+        """The cases that were begun and have no result, by id."""
+        found = failures(self.folder)
+        return {case_id: found[case_id] for case_id in found if case_id in self._snapshots}
 
     def verdict(self) -> str:
         """Say which cases failed and why, for the end of a run that went on nevertheless."""
-        failed = self.failures()
-        listed = [f"  {case_id}: {why}" for case_id, why in list(failed.items())[:_FAILURES_LISTED]]
+        failed = self.failures
+        listed = [
+            f"  {case_id}: {failure.reason} (log: {self.folder}/{failure.log})"
+            for case_id, failure in list(failed.items())[:_FAILURES_LISTED]
+        ]
         if len(failed) > _FAILURES_LISTED:
             listed.append(f"  and {len(failed) - _FAILURES_LISTED} more")
         return "\n".join(
@@ -156,8 +157,7 @@ class StudyJobs:
         cases = self._snapshots
         everything = [self.version, [(each, cases[each]) for each in batch.case_ids]]
         text = json.dumps(everything, separators=(",", ":"))
-        digest = hashlib.sha256(text.encode()).hexdigest()[:_HASH_DIGITS]
-        return f"{batch.first}-{batch.last}-{digest}"
+        return hashlib.sha256(text.encode()).hexdigest()[:_HASH_DIGITS]
 
     @cached_property
     def _snapshots(self) -> Mapping[str, tuple[int, ...]]:

@@ -1,0 +1,235 @@
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import netCDF4
+import pytest
+import yaml
+
+import fretwear
+from fretwear.data.failures import ENDED, failures, record
+from fretwear.finished import case_files, is_finished
+
+STUDY = {
+    "title": "Tiny",
+    "base": {
+        "radius": "10 mm",
+        "youngs_modulus": "208 GPa",
+        "poisson_ratio": 0.3,
+        "tangential_load": "9 N",
+        "friction": 0.5,
+        "wear_coefficient": "7e-13 / Pa",
+        "plastic_limit": "none",
+        "roughness": "none",
+        "cycles": 100,
+        "cell": "10 um",
+    },
+    "vary": {"load": ["25 N", "50 N", "60 N"]},
+    "output": {"cycles": [0, 20]},
+}
+
+# Matter this soft is gone before the shortest step ends, so this case really fails.
+HOPELESS = {
+    **STUDY,
+    "base": {**STUDY["base"], "load": "50 N"},
+    "vary": {"wear_coefficient": ["1 / Pa", "7e-13 / Pa"]},
+}
+
+
+class Bench:
+    """A folder with one study, and the command that runs batches of it in a process of its own."""
+
+    def __init__(self, folder) -> None:
+        self.folder = folder
+        self.results = folder / "results/tiny"
+
+    def write(self, content):
+        (self.folder / "tiny.yaml").write_text(yaml.safe_dump(content, sort_keys=False))
+
+    def command(self, *arguments):
+        return [sys.executable, "-m", "fretwear", "batch", "tiny.yaml", *arguments]
+
+    def batch(self, *arguments, **options):
+        return subprocess.run(
+            self.command(*arguments),
+            cwd=self.folder,
+            capture_output=True,
+            text=True,
+            check=False,
+            **options,
+        )
+
+    def cases(self):
+        return sorted((self.results / "cases").glob("*.nc"))
+
+    def logs(self):
+        return sorted((self.results / "logs/simulate").glob("*.log"))
+
+
+@pytest.fixture
+def bench(tmp_path):
+    bench = Bench(tmp_path)
+    bench.write(STUDY)
+    return bench
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """A study whose three cases ran in one batch."""
+    bench = Bench(tmp_path_factory.mktemp("whole"))
+    bench.write(STUDY)
+    done = bench.batch("--finished", "results/tiny/batches/all.json")
+    assert done.returncode == 0, done.stderr
+    return bench
+
+
+def contents(path):
+    """Everything in a case file but the line that says when it was written."""
+    with netCDF4.Dataset(path) as file:
+        file.set_auto_mask(False)
+        groups = [file, *file.groups.values()]
+        arrays = {
+            (group.name, name): variable[...].tobytes() if variable.dtype != str else variable[...]
+            for group in groups
+            for name, variable in group.variables.items()
+        }
+        attributes = {name: str(file.getncattr(name)) for name in file.ncattrs()}
+    attributes["history"] = attributes["history"].partition(" ")[2]
+    return arrays, attributes
+
+
+def test_each_case_of_a_batch_has_its_file_and_its_log(whole):
+    names = [path.stem for path in whole.cases()]
+    assert [name.split("-mu")[0] for name in names] == ["P25N-Q9N", "P50N-Q9N", "P60N-Q9N"]
+    assert [path.stem for path in whole.logs()] == names
+    for log in whole.logs():
+        assert log.read_text().startswith(f"case {log.stem}\ncycle 0 of 100")
+    assert failures(whole.results) == {}
+
+
+def test_results_are_the_same_to_the_last_bit_whatever_the_batch(whole, bench):
+    for points in ("3-3", "1-2"):
+        assert bench.batch("--points", points).returncode == 0
+    assert [path.name for path in bench.cases()] == [path.name for path in whole.cases()]
+    for apart, together in zip(bench.cases(), whole.cases(), strict=True):
+        assert contents(apart) == contents(together)
+
+
+def test_what_is_done_is_left_as_it_is(bench):
+    assert bench.batch("--points", "1-2").returncode == 0
+    before = {path: path.stat().st_mtime_ns for path in bench.cases()}
+    done = bench.batch()
+    assert done.returncode == 0
+    assert done.stdout.count("done before") == 2
+    assert all(path.stat().st_mtime_ns == time for path, time in before.items())
+    assert len(bench.cases()) == 3
+
+
+def test_a_damaged_file_and_one_of_other_snapshots_are_made_again(bench):
+    assert bench.batch("--points", "1-2").returncode == 0
+    first, second = bench.cases()
+    content = bytearray(first.read_bytes())
+    content[len(content) // 2] ^= 1
+    first.write_bytes(content)
+    done = bench.batch("--points", "1-2")
+    assert done.stdout.count("done before") == 1
+    assert f"{first.stem}: done in" in done.stdout
+    bench.write({**STUDY, "output": {"cycles": [0, 30]}})
+    done = bench.batch("--points", "2-2")
+    assert f"{second.stem}: done in" in done.stdout
+    with fretwear.open_case(second) as case:
+        assert list(case["cycle"].values) == [0, 30, 100]
+
+
+def test_a_failed_case_keeps_no_other_from_running(bench):
+    bench.write(HOPELESS)
+    finished = bench.results / "batches/all.json"
+    done = bench.batch("--finished", finished)
+    assert done.returncode == 1
+    assert not finished.exists()
+    (failed,) = failures(bench.results).values()
+    assert failed.reason.startswith("no step after cycle 0")
+    assert f"1 of 2 cases failed\n  {failed.case_id}: {failed.reason}" in done.stderr
+    assert failed.reason in (bench.results / failed.log).read_text()
+    (path,) = bench.cases()
+    with fretwear.open_case(path) as case:
+        assert float(case["wear_coefficient"]) == 7e-13
+    # A rerun tries it again; once it has a result, nothing of the failure is left.
+    assert bench.batch("--points", "1-1").returncode == 1
+    bench.write({**HOPELESS, "vary": {"wear_coefficient": ["7e-13 / Pa"]}})
+    record(bench.results, path.stem, "broken before")
+    assert bench.batch().returncode == 0
+    assert path.stem not in failures(bench.results)
+
+
+def test_a_case_that_needs_more_memory_than_there_is_fails_with_the_reason(bench):
+    import resource
+
+    large = {**STUDY["base"], "cell": "0.02 um"}
+    bench.write({**STUDY, "base": large, "vary": {"load": ["50 N"]}})
+
+    def little_memory():
+        resource.setrlimit(resource.RLIMIT_AS, (2**31, 2**31))
+
+    done = bench.batch(preexec_fn=little_memory)
+    assert done.returncode == 1
+    (failed,) = failures(bench.results).values()
+    assert "memory" in failed.reason.lower()
+    assert "Traceback" not in done.stderr
+
+
+def test_a_batch_that_is_killed_goes_on_after_the_cases_that_are_done(bench):
+    base = {**STUDY["base"], "cell": "2 um", "cycles": 30000}
+    bench.write({**STUDY, "base": base})
+    process = subprocess.Popen(
+        bench.command(), cwd=bench.folder, stdout=subprocess.PIPE, start_new_session=True
+    )
+    while not bench.cases():
+        assert process.poll() is None
+        time.sleep(0.02)
+    os.killpg(process.pid, signal.SIGKILL)
+    process.communicate()
+    done = [path.stem for path in bench.cases()]
+    assert len(done) < 3
+    for failure in failures(bench.results).values():
+        assert failure.reason == ENDED
+    again = bench.batch()
+    assert again.returncode == 0, again.stderr
+    assert f"{done[0]}: done before" in again.stdout
+    assert len(bench.cases()) == 3
+    assert failures(bench.results) == {}
+
+
+def test_a_case_whose_process_vanished_comes_last(bench, whole):
+    first, *others = (path.stem for path in whole.cases())
+    record(bench.results, first)
+    done = bench.batch()
+    assert [line.split(":")[0] for line in done.stdout.splitlines()] == [*others, first]
+
+
+def test_a_batch_is_finished_as_long_as_its_files_are_as_it_left_them(whole, tmp_path):
+    left = whole.results / "batches/all.json"
+    ids = list(json.loads(left.read_text())["cases"])
+    present = case_files(whole.results / "cases")
+    assert set(present) == set(ids)
+    assert is_finished(left, ids, present)
+    assert is_finished(left, ids[:1], present)
+    assert not is_finished(left, [*ids, "another"], present)
+    assert not is_finished(left, ids, {name: present[name] for name in ids[1:]})
+    newer = type(present[ids[0]])(present[ids[0]].size, present[ids[0]].modified + 60)
+    assert not is_finished(left, ids, {**present, ids[0]: newer})
+    cut = tmp_path / "cut.json"
+    cut.write_text(left.read_text()[:-10])
+    assert not is_finished(cut, ids, present)
+    assert case_files(tmp_path / "missing") == {}
+
+
+@pytest.mark.parametrize("points", ["0-2", "2-1", "1-4", "1", "a-b", "-1-2"])
+def test_points_that_are_not_there_are_refused(bench, points):
+    done = bench.batch(f"--points={points}")
+    assert done.returncode == 2
+    assert f"--points {points}: " in done.stderr
+    assert not bench.results.exists()
