@@ -24,6 +24,7 @@ if problem := why_not_writable(Path(JOBS.folder)):
 
 STUDY = str(JOBS.study.file)
 RESULTS = JOBS.folder
+BATCHES_DONE = [f"{RESULTS}/{BATCHES}/{batch}.json" for batch in JOBS.targets]
 # The command of this environment, also where its folder is not on the PATH.
 FRETWEAR = f"{shlex.quote(sys.executable)} -m fretwear"
 
@@ -52,10 +53,14 @@ onerror:
         print(JOBS.verdict(), file=sys.stderr)
 
 
+# A report that leaves out failed cases is no end: what the batches leave is asked for as well.
 rule all:
     default_target: True
     input:
         f"{RESULTS}/report.html",
+        BATCHES_DONE,
+    message:
+        "Done: {input[0]}"
 
 
 # A batch is a job that runs several cases in one process, each to a file of its own; what is done
@@ -86,7 +91,7 @@ rule simulate:
 
 rule merge:
     input:
-        expand(f"{RESULTS}/{BATCHES}/{{batch}}.json", batch=JOBS.targets),
+        BATCHES_DONE,
     output:
         summary=f"{RESULTS}/summary.nc",
         points=f"{RESULTS}/points.csv",

@@ -5,11 +5,14 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 import yaml
 
 import fretwear
+from fretwear.data.failures import failures, record
 from fretwear.data.merge import open_summary
+from fretwear.finished import write_finished
 from fretwear.study.file import StudyError
 from fretwear.workflow import StudyJobs, study_file
 
@@ -78,7 +81,7 @@ class Checkout:
         return self.folder / "results/demo"
 
 
-AFTERWARDS = {"Merging", "Drawing", "Writing"}
+AFTERWARDS = {"Merging", "Drawing", "Writing", "Done:"}
 
 
 @pytest.fixture(scope="module")
@@ -151,13 +154,25 @@ def test_an_extended_study_computes_the_new_case_only(copy):
     assert copy.jobs() == ({"P30N-Q9N"}, AFTERWARDS)
     kept = sorted((copy.results / "cases").iterdir())
     before = [path.stat().st_mtime_ns for path in kept]
-    done = copy.snakemake()
+    done = copy.snakemake("results/demo/summary.nc")
     assert done.returncode == 0, done.stderr
     assert [path.stat().st_mtime_ns for path in kept] == before
     with open_summary(copy.results / "summary.nc") as summary:
         assert list(summary["load"].values) == [25.0, 30.0, 50.0]
         assert (summary["status"] == 0).all()
-    assert copy.jobs() == (set(), set())
+
+
+@pytest.mark.slow
+def test_a_case_file_that_was_removed_is_made_again_and_no_other(copy):
+    first, second = sorted((copy.results / "cases").iterdir())
+    first.unlink()
+    assert copy.jobs() == ({"P25N-Q9N"}, AFTERWARDS)
+    before = second.stat().st_mtime_ns
+    done = copy.snakemake("results/demo/summary.nc")
+    assert done.returncode == 0, done.stderr
+    assert first.exists()
+    assert second.stat().st_mtime_ns == before
+    assert copy.jobs("results/demo/summary.nc") == (set(), set())
 
 
 @pytest.mark.slow
@@ -184,7 +199,7 @@ def test_another_version_of_the_package_reruns_everything(copy):
 def test_an_invalid_point_stops_the_study_before_any_job(fresh):
     fresh.write({**TINY, "vary": {"load": ["50 N", "15 N"]}})
     done = fresh.snakemake()
-    assert done.returncode != 0
+    assert done.returncode == 2
     message = done.stdout + done.stderr
     assert "studies/demo.yaml: base.tangential_load = 9 N" in message
     assert "gross sliding" in message
@@ -213,6 +228,50 @@ def test_another_study_is_chosen_by_name_or_path(fresh):
     done = fresh.snakemake("--config", "study=othr")
     assert done.returncode != 0
     assert "studies/othr.yaml: there is no such file" in done.stdout + done.stderr
+
+
+# Matter this soft is gone before the shortest step ends, so its case really fails.
+HOPELESS = {
+    **TINY,
+    "base": {**TINY["base"], "load": "50 N"},
+    "vary": {"wear_coefficient": ["1 / Pa", "7e-13 / Pa"]},
+    "batch": 2,
+}
+
+
+@pytest.mark.slow
+def test_a_failed_case_stops_what_follows_and_is_named_with_the_reason(fresh):
+    fresh.write(HOPELESS)
+    done = fresh.snakemake()
+    assert done.returncode == 1
+    message = done.stdout + done.stderr
+    assert "1 of 2 cases failed" in message
+    assert "no step after cycle 0" in message
+    assert not (fresh.results / "summary.nc").exists()
+
+
+@pytest.mark.slow
+def test_with_keep_going_what_is_done_is_merged_drawn_and_reported(fresh):
+    fresh.write(HOPELESS)
+    done = fresh.snakemake("--keep-going")
+    assert done.returncode == 1
+    assert "fretwear: 1 of 2 cases failed\n" in done.stderr
+    (failure,) = failures(fresh.results)
+    with open_summary(fresh.results / "summary.nc") as summary:
+        assert summary["status"].values.tolist() == [1, 0]
+        volume = summary["wear_volume"].isel(cycle=-1).values
+        assert np.isnan(volume[0])
+        assert volume[1] > 0
+    page = (fresh.results / "report.html").read_text(encoding="utf-8")
+    assert "no step after cycle 0" in page
+    assert f"logs/simulate/{failure}.log" in page
+    assert list((fresh.results / "figures").glob("*.svg"))
+    # The next run tries the failed one again, and what is done is left as it is.
+    before = {path: path.stat().st_mtime_ns for path in (fresh.results / "cases").glob("*.nc")}
+    again = fresh.snakemake()
+    assert again.returncode == 1
+    assert "1 of 2 cases were done before" in again.stdout + again.stderr
+    assert before == {p: p.stat().st_mtime_ns for p in (fresh.results / "cases").glob("*.nc")}
 
 
 @pytest.mark.slow
@@ -278,6 +337,40 @@ def test_a_job_of_several_cases_asks_for_the_memory_of_the_largest_and_the_time_
     assert both.points(target) == "1-2"
     assert both.memory_mb(target) == max(single.memory_mb(each) for each in single.targets)
     assert both.batch(target).seconds == sum(single.batch(t).seconds for t in single.targets)
+
+
+def test_what_a_batch_has_left_holds_until_a_case_file_is_removed_or_changed(jobs):
+    batched = {**TINY, "batch": 2}
+    (target,) = jobs(batched).targets
+    assert target.endswith("-0")
+    results = Path(jobs(batched).folder)
+    ids = jobs(batched).batch(target).case_ids
+    (results / "cases").mkdir(parents=True)
+    for case_id in ids:
+        (results / "cases" / f"{case_id}.nc").write_bytes(b"whole")
+    write_finished(results / "batches" / f"{target}.json", results / "cases", ids)
+    assert jobs(batched).targets == (target,)
+    (results / "cases" / f"{ids[1]}.nc").write_bytes(b"another")
+    (second,) = jobs(batched).targets
+    assert second == f"{target[:-1]}1"
+    write_finished(results / "batches" / f"{second}.json", results / "cases", ids)
+    assert jobs(batched).targets == (second,)
+    (results / "cases" / f"{ids[0]}.nc").unlink()
+    assert jobs(batched).targets == (f"{target[:-1]}2",)
+
+
+def test_the_verdict_names_what_failed_but_not_what_other_studies_left(jobs):
+    study = jobs(TINY)
+    first, _ = study.batches.values()
+    (case_id,) = first.case_ids
+    assert not study.failures
+    record(study.folder, case_id, "the wheel came off")
+    record(study.folder, "of-another-study", "broken")
+    assert list(study.failures) == [case_id]
+    lines = study.verdict().splitlines()
+    assert lines[0] == "fretwear: 1 of 2 cases failed"
+    log = f"results/demo/logs/simulate/{case_id}.log"
+    assert lines[1] == f"  {case_id}: the wheel came off (log: {log})"
 
 
 def test_an_unsound_study_has_no_jobs(jobs):

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import shlex
-import time
 import traceback
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol, TextIO
 
 from fretwear.data.casefile import is_finished_case
 from fretwear.data.failures import failures, forget, log_file, record
@@ -20,107 +19,134 @@ if TYPE_CHECKING:
     from fretwear.study.case import Case
     from fretwear.study.file import Study
 
-Tell = Callable[[str], None]
 
-Watch = Callable[[str, Tell], "Observer"]
-"""Takes a title and what takes lines; gives an observer that writes there how far a case is."""
+class Listener(Protocol):
+    """Who is told what a batch does, as `fretwear.cli.log.Log` is."""
 
-_NO_MEMORY = (
-    "there is not enough memory for it; run it where there is more, with fewer jobs at once, "
-    "or with a coarser cell"
-)
+    def batch(self, cases: Mapping[str, Case]) -> AbstractContextManager[None]:
+        """Hear of the cases that will run in the context."""
+
+    def case(self, case: Case, file: Path) -> AbstractContextManager[Observer]:
+        """Hear of a case that runs in the context; the observer is called at every step."""
+
+    def note(self, message: str) -> None:
+        """Hear a line for people."""
 
 
 @dataclass(frozen=True)
-class Outcome:
+class BatchOutcome:
     """What became of the cases of a batch.
 
     Attributes
     ----------
     case_ids : tuple of str
         All cases.
+    found : tuple of str
+        Those that were done before.
     failed : mapping of str to str
         Why cases failed, by id.
     """
 
     case_ids: tuple[str, ...]
+    found: tuple[str, ...]
     failed: Mapping[str, str]
 
 
-def run_batch(
-    study: Study, first: int, last: int, results: Path, tell: Tell, watch: Watch
-) -> Outcome:
-    """Run the cases of neighbouring points, those that are finished and sound excepted.
+@dataclass(frozen=True)
+class BatchRun:
+    """A batch of a study on its way.
 
-    A case that fails keeps no other from running. What each case says goes to its log, see
-    `fretwear.data.failures.log_file`; why it failed is recorded beside that.
-
-    Parameters
+    Attributes
     ----------
     study : Study
         The study.
-    first, last : int
-        Numbers of the first and the last point, counted from 1.
-    results : Path
-        Folder of the study's results.
-    tell : callable
-        Takes a line for people about each case.
-    watch : callable
-        Makes what writes to the log of a case how far it is.
+    results : pathlib.Path
+        Folder of its results.
+    listener : Listener
+        Hears of the batch as a whole.
+    listener_to : callable
+        Takes an open file; gives one who writes there what a single case says, see
+        `fretwear.data.failures.log_file`.
     """
-    cases = {point.id: point.case for point in study.points()[first - 1 : last] if point.case}
-    failed: dict[str, str] = {}
-    # A case during which an earlier process vanished may take this one along: it comes last.
-    vanished = failures(results).keys() & cases.keys()
-    for case_id in sorted(cases, key=lambda case_id: case_id in vanished):
-        path = results / "cases" / f"{case_id}.nc"
-        if is_finished_case(path, cases[case_id]):
-            forget(results, case_id)
-            tell(f"{case_id}: done before")
-            continue
-        started = time.monotonic()
-        reason = _run_recorded(study, cases[case_id], results, watch)
-        if reason:
-            failed[case_id] = reason
-            tell(f"{case_id}: failed: {reason} (log: {log_file(results, case_id)})")
-        else:
-            tell(f"{case_id}: done in {time.monotonic() - started:.1f} s")
-    return Outcome(tuple(cases), failed)
 
+    study: Study
+    results: Path
+    listener: Listener
+    listener_to: Callable[[TextIO], Listener]
 
-def _run_recorded(study: Study, case: Case, results: Path, watch: Watch) -> str:
-    """Run a case; return why it failed, or an empty string."""
-    record(results, case.case_id)
-    with _logging(log_file(results, case.case_id)) as log:
-        try:
+    def run(self, first: int, last: int) -> BatchOutcome:
+        """Run the cases of neighbouring points, those excepted that are done and sound.
+
+        A case that fails keeps no other from running; why it failed is recorded beside its log.
+
+        Parameters
+        ----------
+        first, last : int
+            Numbers of the first and the last point, counted from 1.
+        """
+        cases = {point.id: point.case for point in self.study.points(first, last) if point.case}
+        found = [
+            case_id for case_id in cases if is_finished_case(self._file(case_id), cases[case_id])
+        ]
+        for case_id in found:
+            forget(self.results, case_id)
+        if found:
+            self.listener.note(f"{len(found)} of {len(cases)} cases were done before")
+        # A case during which an earlier process vanished may take this one along: it comes last.
+        vanished = failures(self.results)
+        to_do = {case_id: cases[case_id] for case_id in cases if case_id not in found}
+        ordered = sorted(to_do, key=lambda case_id: case_id in vanished)
+        failed: dict[str, str] = {}
+        with self.listener.batch(to_do):
+            for case_id in ordered:
+                if reason := self._run_recorded(to_do[case_id]):
+                    failed[case_id] = reason
+                    log = log_file(self.results, case_id)
+                    self.listener.note(f"{case_id} failed: {reason} (log: {log})")
+        return BatchOutcome(tuple(cases), tuple(found), failed)
+
+    def _file(self, case_id: str) -> Path:
+        return self.results / "cases" / f"{case_id}.nc"
+
+    def _run_recorded(self, case: Case) -> str:
+        """Run a case; return why it failed, or an empty text."""
+        # Recorded from the beginning, because nobody else can do so when the process is killed.
+        record(self.results, case.case_id)
+        with _opened(log_file(self.results, case.case_id)) as stream:
+            try:
+                self._run(case, self.listener_to(stream))
+            except JOB_ERRORS as error:
+                reason = str(error) or type(error).__name__
+            except Exception as error:
+                traceback.print_exc(file=stream)
+                reason = f"this is a defect of fretwear: {type(error).__name__}: {error}"
+            except BaseException:
+                # Stopped from outside is no failure: the next run goes on from the checkpoint.
+                forget(self.results, case.case_id)
+                raise
+            else:
+                forget(self.results, case.case_id)
+                return ""
+            print(f"fretwear: error: {reason}", file=stream)
+        record(self.results, case.case_id, reason)
+        return reason
+
+    def _run(self, case: Case, own: Listener) -> None:
+        file = self._file(case.case_id)
+        with self.listener.case(case, file) as observe, own.case(case, file) as observe_own:
             simulate_to_file(
                 case,
-                results / "cases" / f"{case.case_id}.nc",
-                observers=[watch(f"case {case.case_id}", log)],
-                tell=log,
-                command=shlex.join(["fretwear", "run", str(study.file), "--case", case.case_id]),
+                file,
+                observers=[observe, observe_own],
+                tell=own.note,
+                command=shlex.join(
+                    ["fretwear", "run", str(self.study.file), "--case", case.case_id]
+                ),
             )
-        except MemoryError as error:
-            reason = str(error) or _NO_MEMORY
-        except JOB_ERRORS as error:
-            reason = str(error)
-        except Exception as error:
-            log(traceback.format_exc())
-            reason = f"unexpected error: {type(error).__name__}: {error}"
-        except BaseException:
-            # Stopped from outside, which is no failure: the next run goes on from the checkpoint.
-            forget(results, case.case_id)
-            raise
-        else:
-            forget(results, case.case_id)
-            return ""
-        log(f"fretwear: error: {reason}")
-    record(results, case.case_id, reason)
-    return reason
 
 
 @contextmanager
-def _logging(path: Path) -> Iterator[Tell]:
+def _opened(path: Path) -> Iterator[TextIO]:
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("w", encoding="utf-8", buffering=1) as stream:
-        yield lambda line: print(line, file=stream)
+        yield stream

@@ -4,19 +4,26 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, TextIO
 
 import typer
 
-from fretwear.cli.arguments import Results, StudyFile, results_of
+from fretwear.cli.arguments import Format, Quiet, Results, StudyFile, results_of
+from fretwear.cli.commands import open_log
+from fretwear.cli.log import LogFormat
+from fretwear.cli.log.lines import LinesLog
 from fretwear.cli.outputs import check_folder
-from fretwear.cli.status import Status, complain, failing_as, refuse
+from fretwear.cli.status import CommandError, Status, failing_as, refuse
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
+    from fretwear.batch import BatchOutcome
     from fretwear.study.file import Study
 
 
 def batch(
+    context: typer.Context,
     file: StudyFile,
     points: Annotated[
         str | None,
@@ -37,11 +44,15 @@ def batch(
             show_default=False,
         ),
     ] = None,
+    quiet: Quiet = False,
+    log_format: Format = LogFormat.AUTO,
 ) -> None:
     """Simulate several points of a study, one after the other, each to its file in cases/.
 
     What is done already is left as it is, and a case that fails keeps no other from running.
     """
+    log = open_log(context, log_format, quiet=quiet)
+
     from fretwear.study.file import StudyError, load_study
 
     with failing_as(Status.WRONG_INPUT, StudyError):
@@ -49,23 +60,40 @@ def batch(
     first, last = _range(points, study)
     folder = check_folder(results_of(study, results))
 
-    from fretwear.batch import run_batch
-    from fretwear.cli.progress import LineLog
+    from fretwear.batch import BatchRun
     from fretwear.data.errors import DataFileError
     from fretwear.finished import write_finished
 
     with failing_as(Status.FAILED, DataFileError):
-        done = run_batch(study, first, last, folder, typer.echo, LineLog)
-        if not done.failed and finished is not None:
-            write_finished(finished, folder / "cases", done.case_ids)
-    if done.failed:
-        listed = "".join(f"\n  {case_id}: {why}" for case_id, why in done.failed.items())
-        complain(f"{len(done.failed)} of {len(done.case_ids)} cases failed{listed}")
-        raise typer.Exit(Status.FAILED)
+        outcome = BatchRun(study, folder, log, _CaseLog).run(first, last)
+        if outcome.failed:
+            raise CommandError(_failed(outcome), Status.FAILED)
+        if finished is not None:
+            write_finished(finished, folder / "cases", outcome.case_ids)
+    count, found = len(outcome.case_ids), len(outcome.found)
+    log.result(folder / "cases", f"{count} cases done", cases_done=count, cases_found=found)
+
+
+class _CaseLog(LinesLog):
+    """What one case says, in a file."""
+
+    def __init__(self, stream: TextIO) -> None:
+        super().__init__()
+        self._stream = stream
+
+    def _console(self) -> Console:
+        from rich.console import Console
+
+        return Console(file=self._stream, highlight=False, color_system=None)
+
+
+def _failed(outcome: BatchOutcome) -> str:
+    listed = "".join(f"\n  {case_id}: {reason}" for case_id, reason in outcome.failed.items())
+    return f"{len(outcome.failed)} of {len(outcome.case_ids)} cases failed{listed}"
 
 
 def _range(points: str | None, study: Study) -> tuple[int, int]:
-    count = len(study.points())
+    count = study.size
     if points is None:
         return 1, count
     match = re.fullmatch(r"(\d{1,9})-(\d{1,9})", points.strip())

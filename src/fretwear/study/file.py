@@ -62,13 +62,29 @@ class Study:
     content: Mapping[str, Any]
     batch: int | None = None
 
+    @property
+    def size(self) -> int:
+        """Number of points."""
+        return len(self.parameters.indices)
+
     @cached_property
     def _points(self) -> tuple[Point, ...]:
         return tuple(self.parameters.points(self.invalid))
 
-    def points(self) -> tuple[Point, ...]:
-        """Return the points in order, the last varied parameter fastest."""
-        return self._points
+    def points(self, first: int = 1, last: int | None = None) -> tuple[Point, ...]:
+        """Return the points in order, the last varied parameter fastest.
+
+        Parameters
+        ----------
+        first, last : int
+            Numbers of the first and the last of neighbouring points, counted from 1; a few points
+            of a large study come much sooner than all of them.
+        """
+        last = self.size if last is None else last
+        if (first, last) == (1, self.size):
+            return self._points
+        few = replace(self.parameters, indices=self.parameters.indices[first - 1 : last])
+        return tuple(few.points(self.invalid))
 
     def cases(self) -> dict[str, Case]:
         """Return the cases to run by id: each once, even where several points come to it."""
@@ -79,7 +95,7 @@ class Study:
         """Lengths of the axes of a grid; the number of points for every other design."""
         if self.design.kind == "grid":
             return tuple(len(axis.values) for axis in self.axes)
-        return (len(self.parameters.indices),)
+        return (self.size,)
 
 
 def load_study(path: str | Path, assignments: Sequence[str] = ()) -> Study:
