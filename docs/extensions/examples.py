@@ -1,0 +1,256 @@
+"""Run what a page of the documentation shows, and compare what it says comes of it.
+
+The blocks of a page run in order, in one folder that begins as a copy of what the page needs of
+the repository (`Snakefile`, `profiles/`, `studies/`):
+
+- ``yaml``: a file; its first line is a comment with the name, ``# studies/mine.yaml``. The line
+  ``# in studies/mine.yaml`` instead changes single entries of the file that is there.
+- ``bash``: commands, run by bash as they stand; the first that fails ends them.
+- ``python``: run like the cells of a notebook, with one set of names for the whole page.
+- ``text``: what the block before it prints, with ``...`` for what is left out; numbers that are
+  not whole agree within 1 %.
+
+A comment above a block says what else to expect: ``<!-- fails with status 2 -->`` or
+``<!-- not run: the reason -->``. Blocks of any other language are an error unless they are not run.
+
+    python docs/extensions/examples.py docs/tutorial.md           runs a page
+    python docs/extensions/examples.py --write docs/tutorial.md   and writes what it printed
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import io
+import math
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+NEEDED = ("Snakefile", "profiles", "studies")
+
+_BLOCK = re.compile(
+    r"(?:^<!-- (?P<note>[^>]*) -->\n+)?^```(?P<language>\w+)\n(?P<text>.*?)^```$",
+    re.MULTILINE | re.DOTALL,
+)
+_NUMBER = r"\d+\.\d+(?:e[+-]\d+)?"
+_TOLERANCE = 0.01
+
+
+class ExampleError(AssertionError):
+    """A block did not run, or printed something else than the page shows."""
+
+
+@dataclass(frozen=True)
+class Block:
+    """One fenced block of a page.
+
+    Attributes
+    ----------
+    language, text : str
+        Of the fence, and what stands in it.
+    note : str
+        The comment above it.
+    line : int
+        Of its first line in the page.
+    start, end : int
+        Where its text stands in the page.
+    """
+
+    language: str
+    text: str
+    note: str
+    line: int
+    start: int
+    end: int
+
+    @property
+    def is_run(self) -> bool:
+        """Whether the block is meant to run."""
+        return not self.note.startswith("not run: ")
+
+    @property
+    def status(self) -> int:
+        """Exit status that commands are expected to end with."""
+        found = re.fullmatch(r"fails with status (\d+)", self.note)
+        return int(found[1]) if found else 0
+
+
+def blocks(page: str) -> list[Block]:
+    """Find the fenced blocks of a page."""
+    return [
+        Block(
+            found["language"],
+            found["text"],
+            (found["note"] or "").strip(),
+            page.count("\n", 0, found.start("text")) + 1,
+            found.start("text"),
+            found.end("text"),
+        )
+        for found in _BLOCK.finditer(page)
+    ]
+
+
+class Session:
+    """Runs the blocks of one page, in a folder of its own.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        Where to run; what pages need of the repository is copied there.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self._names: dict[str, Any] = {"__name__": "__main__"}
+        for name in NEEDED:
+            source = REPOSITORY / name
+            copy = shutil.copytree if source.is_dir() else shutil.copy
+            copy(source, folder / name)
+
+    def run(self, block: Block) -> str:
+        """Run a block and return what it prints."""
+        kinds = {"bash": self._bash, "python": self._python, "yaml": self._yaml}
+        if block.language not in kinds:
+            raise ExampleError(
+                f"line {block.line}: a block of {block.language} cannot be run; "
+                "write <!-- not run: the reason --> above it"
+            )
+        return kinds[block.language](block)
+
+    def _bash(self, block: Block) -> str:
+        # The commands of the Python that runs this, whether or not its environment is active.
+        path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+        done = subprocess.run(
+            ["bash", "-euo", "pipefail", "-c", block.text],
+            cwd=self.folder,
+            env={**os.environ, "PATH": path, "COLUMNS": "100", "NO_COLOR": "1"},
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            check=False,
+        )
+        if done.returncode != block.status:
+            raise ExampleError(
+                f"line {block.line}: exit status {done.returncode} instead of {block.status} "
+                f"of\n{block.text}\n{done.stdout}"
+            )
+        return done.stdout
+
+    def _python(self, block: Block) -> str:
+        printed = io.StringIO()
+        before = Path.cwd()
+        os.chdir(self.folder)
+        try:
+            with contextlib.redirect_stdout(printed):
+                exec(compile(block.text, f"line {block.line}", "exec"), self._names)
+        except Exception as error:
+            raise ExampleError(f"line {block.line}: {error!r} in\n{block.text}") from error
+        finally:
+            os.chdir(before)
+        return printed.getvalue()
+
+    def _yaml(self, block: Block) -> str:
+        found = re.match(r"# (in )?(\S+\.yaml)\n", block.text)
+        if not found:
+            raise ExampleError(
+                f"line {block.line}: the first line of a block of yaml is the name of its file, "
+                "as # studies/mine.yaml"
+            )
+        file = self.folder / found[2]
+        text = block.text
+        if found[1]:
+            changed = yaml.safe_load(file.read_text(encoding="utf-8"))
+            text = yaml.safe_dump(_updated(changed, yaml.safe_load(text)), sort_keys=False)
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text, encoding="utf-8")
+        return ""
+
+
+def _updated(old: Any, new: Any) -> Any:
+    if not (isinstance(old, dict) and isinstance(new, dict)):
+        return new
+    return {**old, **{key: _updated(old.get(key), value) for key, value in new.items()}}
+
+
+def outputs(page: str, session: Session) -> Iterator[tuple[Block, str]]:
+    """Run a page; yield each block of shown output with what was printed in its place."""
+    printed = ""
+    for block in blocks(page):
+        if not block.is_run:
+            continue
+        if block.language == "text":
+            yield block, printed
+        else:
+            printed = session.run(block)
+
+
+def agrees(shown: str, printed: str) -> bool:
+    """Tell whether a page shows what is printed; see the top of this file."""
+    parts = re.split(rf"(\.\.\.|{_NUMBER}|\s+)", shown.strip())
+    pattern = "".join(
+        ".*?"
+        if part == "..."
+        else f"({_NUMBER})"
+        if re.fullmatch(_NUMBER, part)
+        else r"\s+"
+        if part.isspace()
+        else re.escape(part)
+        for part in parts
+    )
+    found = re.fullmatch(pattern, printed.strip(), re.DOTALL)
+    numbers = [float(part) for part in parts if re.fullmatch(_NUMBER, part)]
+    return found is not None and all(
+        math.isclose(number, float(other), rel_tol=_TOLERANCE)
+        for number, other in zip(numbers, found.groups(), strict=True)
+    )
+
+
+def check(page: str, session: Session) -> None:
+    """Run a page and raise `ExampleError` where it shows something else than is printed."""
+    for block, printed in outputs(page, session):
+        if not agrees(block.text, printed):
+            raise ExampleError(
+                f"line {block.line}: the page shows\n{block.text}\nbut it prints\n{printed}"
+            )
+
+
+def written(page: str, session: Session) -> str:
+    """Run a page and return it with what is printed where it showed something else."""
+    result, end = "", 0
+    for block, printed in list(outputs(page, session)):
+        text = block.text if agrees(block.text, printed) else printed
+        result += page[end : block.start] + text
+        end = block.end
+    return result + page[end:]
+
+
+def main() -> None:
+    """Run pages; with ``--write`` put what they print into them."""
+    parser = argparse.ArgumentParser(description="Run what pages of the documentation show.")
+    parser.add_argument("--write", action="store_true", help="write what is printed into the page")
+    parser.add_argument("pages", nargs="+", type=Path)
+    arguments = parser.parse_args()
+    for file in arguments.pages:
+        page = file.read_text(encoding="utf-8")
+        with tempfile.TemporaryDirectory() as folder:
+            session = Session(Path(folder))
+            if arguments.write:
+                file.write_text(written(page, session), encoding="utf-8")
+            else:
+                check(page, session)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,84 @@
+"""Sphinx extension: the gallery, from the scripts that draw its figures.
+
+Each script in ``docs/gallery/`` begins with a docstring, of which the first line becomes the title,
+and leaves its figure under the name ``figure``. The study that they read is run first.
+"""
+
+from __future__ import annotations
+
+import ast
+import os
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import matplotlib.pyplot as plt
+from sphinx.application import Sphinx
+from sphinx.util import logging
+
+from fretwear.data.merge import merge_study
+from fretwear.data.store import write_case
+from fretwear.figures import save_as
+from fretwear.simulation import run
+from fretwear.study.file import load_study
+
+logger = logging.getLogger(__name__)
+
+
+def run_study(file: Path, results: Path) -> None:
+    """Run every case of a study and merge them, as the workflow does."""
+    study = load_study(file)
+    for case_id, case in study.cases().items():
+        result = run(case)
+        write_case(result.dataset, result.history, results / "cases" / f"{case_id}.nc")
+    merge_study(study, results / "cases", results / "summary.nc")
+
+
+def draw(script: Path, place: Path, picture: Path) -> None:
+    """Run a script in a folder with the results of its study, and save its figure."""
+    before = Path.cwd()
+    os.chdir(place)
+    try:
+        names: dict[str, Any] = {}
+        exec(compile(script.read_text(encoding="utf-8"), script, "exec"), names)
+    finally:
+        os.chdir(before)
+    save_as(names["figure"], picture)
+    plt.close("all")
+
+
+def section(script: Path) -> str:
+    """Write the section of a script: title, text, figure, code."""
+    source = script.read_text(encoding="utf-8")
+    docstring = ast.get_docstring(ast.parse(source)) or script.stem
+    title, _, text = docstring.partition("\n\n")
+    code = source.split('"""\n', 2)[-1].strip()
+    return (
+        f"## {title.rstrip('.')}\n\n{text}\n\n"
+        f"![{title}](../generated/gallery/{script.stem}.svg)\n\n```python\n{code}\n```\n"
+    )
+
+
+def write_all(source: Path, *, with_pictures: bool) -> None:
+    """Write the text of the gallery and, unless they are to stay as they are, its pictures."""
+    scripts = sorted((source / "gallery").glob("*.py"))
+    folder = source / "generated" / "gallery"
+    folder.mkdir(parents=True, exist_ok=True)
+    text = "\n".join(section(script) for script in scripts)
+    (folder.parent / "gallery.md").write_text(text, encoding="utf-8")
+    if not with_pictures:
+        return
+    with tempfile.TemporaryDirectory() as place:
+        run_study(source / "gallery" / "gallery.yaml", Path(place, "results", "gallery"))
+        for script in scripts:
+            logger.info("drawing %s", script.name)
+            draw(script, Path(place), folder / f"{script.stem}.svg")
+
+
+def setup(app: Sphinx) -> dict[str, Any]:
+    """Write the gallery before the pages are read."""
+    app.connect(
+        "builder-inited",
+        lambda app: write_all(Path(app.srcdir), with_pictures=app.config.run_examples),
+    )
+    return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}

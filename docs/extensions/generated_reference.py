@@ -1,0 +1,209 @@
+"""Sphinx extension: parts of the reference are written from the code that they are about.
+
+Before the pages are read this puts Markdown into ``docs/generated/``, for the pages to include:
+the parameters and sections of a study file, the variables of a dataset, the command line.
+"""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from sphinx.application import Sphinx
+
+from fretwear.data.profiles import PROFILES
+from fretwear.data.variables import (
+    CONVOLUTIONS,
+    CYCLE,
+    ERROR_ESTIMATE,
+    FIELDS,
+    SCALARS,
+    STEP,
+    Variable,
+    X,
+    Y,
+)
+from fretwear.study.case import OPTIONAL_IN_FILES, Case
+from fretwear.study.checks import TANGENTIAL
+from fretwear.study.fields import PerBody, Quantity, Reader, Spacing, WholeNumber
+from fretwear.study.parameters import ROUGHNESS, ROUGHNESS_EXAMPLE, parameter_fields
+from fretwear.study.schema import study_schema
+
+
+def table(titles: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Write a table in Markdown."""
+    lines = [titles, ["---"] * len(titles), *rows]
+    return "\n".join("| " + " | ".join(_cell(cell) for cell in line) + " |" for line in lines)
+
+
+def _cell(text: str) -> str:
+    return text.replace("|", "\\|").replace("\n", " ")
+
+
+def parameters() -> str:
+    """Write the table of every case parameter."""
+    titles = ("parameter", "example", "range", "in a file", "meaning")
+    rows = [
+        (f"`{name}`", f"`{_example(name)}`", _range(name), _presence(name), info.description or "")
+        for name, info in parameter_fields().items()
+        if name != f"{ROUGHNESS}.kind"
+    ]
+    return table(titles, rows)
+
+
+def _reader(name: str) -> Reader | None:
+    info = parameter_fields()[name]
+    inner = [getattr(part, "__metadata__", ()) for part in getattr(info.annotation, "__args__", ())]
+    candidates = [*info.metadata, *(item for metadata in inner for item in metadata)]
+    return next((item for item in candidates if isinstance(item, Reader)), None)
+
+
+def _example(name: str) -> str:
+    reader = _reader(name)
+    if reader is not None:
+        return reader.example
+    return ROUGHNESS_EXAMPLE if name == ROUGHNESS else str(parameter_fields()[name].default)
+
+
+def _range(name: str) -> str:
+    reader = _reader(name)
+    if isinstance(reader, PerBody | Spacing):
+        return f"{reader.each.range_text()}; or a pair"
+    if isinstance(reader, Quantity):
+        return reader.range_text() + ("; or `none`" if reader.none_is_infinite else "")
+    if isinstance(reader, WholeNumber):
+        return f"whole, {reader.at_least:g} to {reader.at_most:g}"
+    choices = study_schema()["properties"]["base"]["properties"].get(name, {}).get("enum", [])
+    return " or ".join(f"`{choice}`" for choice in choices) or "`none`, or its parts"
+
+
+def _presence(name: str) -> str:
+    if name in TANGENTIAL:
+        return "one of the two"
+    if name not in OPTIONAL_IN_FILES:
+        return "needed"
+    default = Case.model_fields[name].default
+    return "left out: chosen by the case" if default is None else f"left out: `{default}`"
+
+
+def sections() -> str:
+    """Write the table of the top-level keys of a study file, and what each may be."""
+    schema = study_schema()
+    rows = [
+        (
+            f"`{name}`",
+            _kinds(part),
+            f"`{part['default']}`" if "default" in part else "",
+            part.get("description", ""),
+        )
+        for name, part in schema["properties"].items()
+    ]
+    return table(("key", "value", "default", "meaning"), rows)
+
+
+def _kinds(part: Mapping[str, Any]) -> str:
+    """Say in a few words what values a part of a JSON Schema allows."""
+    if "const" in part:
+        return f"`{part['const']}`"
+    if "enum" in part:
+        return " or ".join(f"`{value}`" for value in part["enum"])
+    if "anyOf" in part:
+        kinds = dict.fromkeys(_kinds(choice) for choice in part["anyOf"])
+        return "; ".join(kind for kind in kinds if kind)
+    kind = part.get("type", "")
+    if kind == "object" and len(part.get("properties", {})) <= 4:
+        inside = ", ".join(f"{key}: {_kinds(one)}" for key, one in part["properties"].items())
+        return f"{{{inside}}}"
+    if kind == "integer":
+        bounds = (("from", part.get("minimum")), ("to", part.get("maximum")))
+        return " ".join(["whole number", *(f"{w} {b:g}" for w, b in bounds if b is not None)])
+    if kind == "array":
+        return f"list, each a {_kinds(part['items'])}" if "items" in part else "list"
+    if kind == "string" and "pattern" in part:
+        # Numbers such as 1e4 are text to YAML; nobody needs to be told.
+        return "value with a unit" if "examples" in part else ""
+    return {"object": "section", "string": "text"}.get(kind, kind)
+
+
+def variables(chosen: Iterable[Variable]) -> str:
+    """Write a table of variables."""
+    rows = [
+        (f"`{one.name}`", one.units or "–", one.dtype, _meaning(one.long_name, one.comment))
+        for one in chosen
+    ]
+    return table(("variable", "units", "type", "meaning"), rows)
+
+
+def profiles() -> str:
+    """Write the table of the profiles of a merged study."""
+    rows = [
+        (f"`{one.name}`", f"`{one.field.name}`", one.field.units, one.field.long_name)
+        for one in PROFILES
+    ]
+    return table(("variable", "of the field", "units", "meaning"), rows)
+
+
+def case_coordinates() -> str:
+    """Write the table of the scalar coordinates, from a rough case."""
+    case = Case(
+        radius="10 mm",
+        youngs_modulus="208 GPa",
+        poisson_ratio=0.3,
+        load="50 N",
+        tangential_ratio=0.8,
+        friction=0.5,
+        wear_coefficient="7e-13 / Pa",
+        cycles=1,
+    )
+    rows = [
+        (f"`{name}`", units or "–", long_name)
+        for name, (_, units, long_name) in case.scalar_coordinates().items()
+    ]
+    return table(("coordinate", "units", "meaning"), rows)
+
+
+def _meaning(long_name: str, comment: str) -> str:
+    return f"{long_name}; {comment}" if comment else long_name
+
+
+def command_line() -> str:
+    """Write the commands, arguments and options as typer documents them, with their examples."""
+    done = subprocess.run(
+        [sys.executable, "-m", "typer", "fretwear.cli.app", "utils", "docs", "--name", "fretwear"],
+        check=True,
+        capture_output=True,
+        text=True,
+    )
+    text = done.stdout.replace("&#x27;", "'").replace("&quot;", '"')
+    text = re.sub(r"^# `fretwear`\n", "", text, flags=re.MULTILINE)
+    example = r"Example:\n\n```bash\n\1\n```"
+    text = re.sub(r"^\[dim\]Example:\[/dim\] (.*)$", example, text, flags=re.MULTILINE)
+    return re.sub(r"^\$ ", "", text, flags=re.MULTILINE)
+
+
+def write_all(folder: Path) -> None:
+    """Write every part into a folder."""
+    parts = {
+        "parameters": parameters(),
+        "sections": sections(),
+        "coordinates": variables((CYCLE, X, Y)),
+        "fields": variables(FIELDS),
+        "scalars": variables(SCALARS),
+        "history": variables((STEP, CYCLE, ERROR_ESTIMATE, CONVOLUTIONS)),
+        "profiles": profiles(),
+        "case_coordinates": case_coordinates(),
+        "command_line": command_line(),
+    }
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, text in parts.items():
+        (folder / f"{name}.md").write_text(f"{text}\n", encoding="utf-8")
+
+
+def setup(app: Sphinx) -> dict[str, Any]:
+    """Write the parts before the pages are read."""
+    app.connect("builder-inited", lambda app: write_all(Path(app.srcdir) / "generated"))
+    return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,0 +1,54 @@
+"""Every link of the pages, and of those in the root, leads to a file and a heading that exist."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+PAGES = sorted(
+    [
+        *(REPOSITORY / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")),
+        *(
+            page
+            for page in (REPOSITORY / "docs").rglob("*.md")
+            if "generated" not in page.relative_to(REPOSITORY).parts
+        ),
+    ]
+)
+
+
+def without_code(text):
+    return re.sub(r"^```.*?^```$|`[^`\n]*`", "", text, flags=re.MULTILINE | re.DOTALL)
+
+
+def links(page):
+    return re.findall(r"\]\(([^)\s]+)\)", without_code(page.read_text(encoding="utf-8")))
+
+
+def anchors(page):
+    """Anchors of the headings, as they are made from their words."""
+    text = re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.M | re.S)
+    words = (title.strip().lower() for title in re.findall(r"^#+ (.*)$", text, re.MULTILINE))
+    return {re.sub(r"[^\w\- ]", "", title).replace(" ", "-") for title in words}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(REPOSITORY)))
+def test_links_lead_somewhere(page):
+    for link in links(page):
+        target, _, anchor = link.partition("#")
+        file = (page.parent / target).resolve() if target else page
+        if target.startswith("https:"):
+            continue
+        if "/generated/" in target or target.startswith("generated/"):
+            continue  # a picture that the page makes when the site is built
+        assert file.exists(), f"{page.name}: {link}"
+        if anchor:
+            assert anchor in anchors(file), f"{page.name}: {link}"
+
+
+def test_pages_link_to_nothing_outside():
+    outside = {"https://semver.org"}
+    for page in PAGES:
+        found = set(re.findall(r"https?://[^\s)>]+", page.read_text(encoding="utf-8")))
+        assert found <= outside, page.name
