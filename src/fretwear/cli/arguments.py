@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from fretwear.cli import completion
 from fretwear.cli.log.choose import FORMAT_OPTION, FORMAT_VARIABLE, LogFormat
 
 if TYPE_CHECKING:
@@ -15,7 +16,13 @@ if TYPE_CHECKING:
 _MESSAGES = "Messages"
 
 StudyFile = Annotated[
-    Path, typer.Argument(metavar="FILE", help="Study file (YAML).", show_default=False)
+    Path,
+    typer.Argument(
+        metavar="FILE",
+        help="Study file (YAML).",
+        show_default=False,
+        autocompletion=completion.study_files,
+    ),
 ]
 
 Assignments = Annotated[
@@ -24,12 +31,19 @@ Assignments = Annotated[
         "--set",
         metavar="NAME=VALUE",
         help="Change a parameter for this call, such as 'load=30 N'; may be repeated.",
+        autocompletion=completion.assignments,
         show_default=False,
     ),
 ]
 
 CaseFile = Annotated[
-    Path, typer.Argument(metavar="OUT.nc", help="Case file (netCDF).", show_default=False)
+    Path,
+    typer.Argument(
+        metavar="OUT.nc",
+        help="Case file (netCDF).",
+        show_default=False,
+        autocompletion=completion.case_files,
+    ),
 ]
 
 Results = Annotated[

@@ -11,6 +11,7 @@ import typer
 
 from fretwear.cli.arguments import Assignments, Format, Quiet, StudyFile
 from fretwear.cli.commands import open_log
+from fretwear.cli.completion import case_ids
 from fretwear.cli.log import LogFormat
 from fretwear.cli.outputs import check_file
 from fretwear.cli.status import Status, failing_as
@@ -26,6 +27,7 @@ def run(
             metavar="ID",
             help="Which case, by its id in `fretwear plan`; needless where there is only one.",
             show_default=False,
+            autocompletion=case_ids,
         ),
     ] = None,
     set_: Assignments = None,

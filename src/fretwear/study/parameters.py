@@ -38,11 +38,16 @@ def quantity_of(name: str) -> Quantity | None:
     return reader if isinstance(reader, Quantity) else None
 
 
+def example_of(name: str) -> str:
+    """Return an example of a parameter that is a single value, "50 N"; nothing for others."""
+    reader = _reader(name)
+    return "" if reader is None else str(reader.example)
+
+
 def such_as(name: str) -> str:
     """Return an example for a parameter, "such as load: 50 N", or nothing."""
-    reader = _reader(name)
-    if reader is not None:
-        return f"such as {name.rpartition('.')[2]}: {reader.example}"
+    if example := example_of(name):
+        return f"such as {name.rpartition('.')[2]}: {example}"
     if name == ROUGHNESS:
         return f"such as roughness: {ROUGHNESS_EXAMPLE}, or none"
     return ""
