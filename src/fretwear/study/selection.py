@@ -26,8 +26,8 @@ def select_case(
     path : str or Path
         The study file.
     case_id : str or None
-        Id of the case in the study as it stands.  None: the study, with the assignments
-        applied, must come to a single case.
+        Id of the case in the study as it stands, or the beginning of just one id.  None: the
+        study, with the assignments applied, must come to a single case.
     assignments : sequence of str
         Changes ``name=value``; a case chosen by its id is changed after it was chosen.
 
@@ -40,29 +40,45 @@ def select_case(
         study = load_study(path, assignments)
         return _only_case(study)
     study = load_study(path)
-    chosen = next((point for point in study.points() if point.id == case_id), None)
-    if chosen is None or chosen.case is None:
-        raise StudyError(study.file, [_no_such_case(case_id, study)])
+    chosen = _chosen_point(study, case_id)
     if not assignments:
+        assert chosen.case is not None
         return chosen.case
     content, problems = override(_content_at(study, chosen), assignments)
     return _only_case(check_content(study.file, content, problems, assignments=assignments))
+
+
+def _chosen_point(study: Study, case_id: str) -> Point:
+    points = {point.id: point for point in study.points() if point.case is not None}
+    found = [name for name in points if name.startswith(case_id)]
+    if case_id in points:
+        return points[case_id]
+    if len(found) == 1:
+        return points[found[0]]
+    problem = _ambiguous(case_id, found) if found else _no_such_case(case_id, list(points))
+    raise StudyError(study.file, [problem])
 
 
 def _only_case(study: Study) -> Case:
     cases = study.cases()
     if len(cases) == 1:
         return next(iter(cases.values()))
-    listed = "\n    ".join(list(cases)[:_LISTED])
-    more = f"\n    and {len(cases) - _LISTED} more" if len(cases) > _LISTED else ""
     rule = f"has {len(cases)} cases, and one must be chosen"
-    raise StudyError(
-        study.file, [Problem("", "", rule, f"give --case ID, one of\n    {listed}{more}")]
-    )
+    hint = f"give --case ID, one of{_listed(list(cases))}"
+    raise StudyError(study.file, [Problem("", "", rule, hint)])
 
 
-def _no_such_case(case_id: str, study: Study) -> Problem:
-    ids = list(study.cases())
+def _listed(ids: Sequence[str]) -> str:
+    more = [f"and {len(ids) - _LISTED} more"] if len(ids) > _LISTED else []
+    return "".join(f"\n    {line}" for line in [*ids[:_LISTED], *more])
+
+
+def _ambiguous(case_id: str, found: Sequence[str]) -> Problem:
+    rule = f"is the beginning of {len(found)} ids"
+    return Problem("--case", case_id, rule, f"give more of it, to choose one of{_listed(found)}")
+
+
+def _no_such_case(case_id: str, ids: Sequence[str]) -> Problem:
     near = difflib.get_close_matches(case_id, ids, n=1, cutoff=0.6)
     hint = f"did you mean {near[0]!r}?" if near else "fretwear plan lists the cases"
     return Problem("--case", case_id, f"is none of the {len(ids)} cases of this study", hint)
