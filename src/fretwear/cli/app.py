@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 
 import fretwear
+from fretwear.cli.animate import animate
 from fretwear.cli.batch import batch
 from fretwear.cli.commands import Command, Commands
 from fretwear.cli.look import plot, show
@@ -42,6 +43,7 @@ _add(run, "fretwear run studies/demo.yaml --case ID --set 'load=30 N'")
 _add(plan, "fretwear plan studies/demo.yaml")
 _add(show, "fretwear show results/demo/cases/ID.nc")
 _add(plot, "fretwear plot results/demo/cases/ID.nc -o overview.svg")
+_add(animate, "fretwear animate results/demo/cases/ID.nc -o wear.gif")
 _add(schema, "fretwear schema > study.schema.json")
 _add(batch, "fretwear batch studies/demo.yaml --points 1-12", _WORKFLOW)
 _add(merge, "fretwear merge studies/demo.yaml", _WORKFLOW)

@@ -5,6 +5,7 @@
 >>> fretwear.figures.pressure_profiles(case)  # doctest: +SKIP
 """
 
+from fretwear.figures.animation import CaseAnimation, animation
 from fretwear.figures.history import (
     contact_half_width,
     dissipated_energy,
@@ -26,6 +27,8 @@ from fretwear.figures.style import STYLE_SHEET, style_context
 
 __all__ = [
     "STYLE_SHEET",
+    "CaseAnimation",
+    "animation",
     "compare_profiles",
     "compare_wear_maps",
     "contact_half_width",

@@ -85,7 +85,7 @@ def half_profiles(
     check_dataset(dataset)
     dataset = with_cycles(dataset)
     field = _field(dataset, variable)
-    picked = dataset.sel(cycle=list(_checked_cycles(dataset, cycles)))
+    picked = dataset.sel(cycle=list(checked_cycles(dataset, cycles)))
     line = _line_near_the_middle(picked[field])
     line = line.isel(x=np.flatnonzero(line["x"].values > 0.0)).transpose("cycle", "x")
     return HalfProfiles(
@@ -190,7 +190,8 @@ def _through(knots: Array, heights: Array, x: Array, values: Array) -> Array:
     return np.where(x > knots[-1], np.where(np.isfinite(values), heights[-1], np.nan), curve)
 
 
-def _checked_cycles(dataset: xr.Dataset, cycles: Sequence[int] | int | None) -> Sequence[int]:
+def checked_cycles(dataset: xr.Dataset, cycles: Sequence[int] | int | None) -> Sequence[int]:
+    """Return the cycles asked for, or at most six; refuse those without a snapshot."""
     available = list(available_cycles(dataset))
     if not available:
         raise ValueError("This point of the study is not done: it has no snapshot to draw.")

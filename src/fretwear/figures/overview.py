@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
-import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fretwear.figures.cycle_axis import set_cycle_axis
-from fretwear.figures.direct_labels import Curve, label_curves
+from fretwear.figures.direct_labels import label_curves
 from fretwear.figures.half_profile import half_profiles
 from fretwear.figures.maps import depth_scale, draw_wear_map, take_wear_map
 from fretwear.figures.profile_drawing import cycle_colors, cycle_key, draw_profiles
 from fretwear.figures.profile_kinds import GAP, PRESSURE, SHEAR, WEAR
 from fretwear.figures.profiles import Cycles
 from fretwear.figures.style import (
-    CATEGORICAL,
-    INK,
     JournalFigure,
     styled,
 )
-from fretwear.figures.wording import MICROMETRE, cycle_number, readable_unit, symbol_text
+from fretwear.figures.wording import cycle_number, readable_unit, symbol_text
+from fretwear.figures.zone_widths import draw_zone_widths, zone_curves
 
 _PANELS = (PRESSURE, SHEAR, GAP, WEAR)
 _HEADLINE = ("load", "tangential_ratio", "friction", "roughness_amplitude", "plastic_limit")
@@ -60,14 +57,17 @@ def overview(
     for axes, (kind, profiles) in zip(grid[:, :2].flat, panels.items(), strict=True):
         draw_profiles(axes, profiles, kind, colors)
     _draw_map(figure, grid[0, 2], dataset)
-    _draw_zones(grid[1, 2], dataset if history is None else history)
-    figure.suptitle(_headline(dataset), fontsize=8, x=0.005, ha="left")
+    widths = dataset if history is None else history
+    draw_zone_widths(grid[1, 2], widths)
+    grid[1, 2].set_title("Contact and stick zone")
+    figure.suptitle(headline(dataset), fontsize=8, x=0.005, ha="left")
     cycle_key(figure, colors, "outside lower left")
-    label_curves(grid[1, 2], _zone_curves(dataset if history is None else history))
+    label_curves(grid[1, 2], zone_curves(widths))
     return figure
 
 
-def _headline(dataset: xr.Dataset) -> str:
+def headline(dataset: xr.Dataset) -> str:
+    """Return the parameters that tell a case, in symbols."""
     parts = [
         symbol_text(name, dataset[name].values[()]) for name in _HEADLINE if name in dataset.coords
     ]
@@ -81,21 +81,3 @@ def _draw_map(figure: Figure, axes: Axes, dataset: xr.Dataset) -> None:
     axes.set_title(f"Wear depth ({unit.name}), cycle {cycle_number(scar.cycle)}")
     bar = figure.colorbar(image, ax=axes, aspect=24, fraction=0.05, pad=0.02)
     bar.outline.set_visible(False)
-
-
-def _zone_curves(history: xr.Dataset) -> list[Curve]:
-    cycles = history["cycle"].values.astype(np.float64)
-    return [
-        Curve(cycles, MICROMETRE.of(history[f"{zone}_half_width_x"].values), zone, color)
-        for zone, color in (("contact", CATEGORICAL[0]), ("stick", INK))
-    ]
-
-
-def _draw_zones(axes: Axes, history: xr.Dataset) -> None:
-    curves = _zone_curves(history)
-    for curve in curves:
-        axes.plot(curve.x, curve.y, color=curve.color, label=curve.label)
-    axes.set_ylim(0.0, 1.15 * max(float(np.nanmax(curve.y)) for curve in curves))
-    axes.set_ylabel("Half-width along x (µm)")
-    axes.set_title("Contact and stick zone")
-    set_cycle_axis(axes, curves[0].x)
