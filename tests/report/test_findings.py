@@ -58,7 +58,7 @@ def test_a_constant_stick_zone_is_called_so() -> None:
 
 def test_energy_that_has_vanished_is_said_to_and_makes_no_factors() -> None:
     text = " ".join(summary_sentences([_point(1), _point(2, energy=4e-20)]))
-    assert "becomes 0.25 times that; in 1 case it vanishes, wear has come to its end." in text
+    assert "becomes 0.250 times that; in 1 case it vanishes, wear has come to its end." in text
     gone = " ".join(summary_sentences([_point(1, energy=0.0)]))
     assert "vanishes: wear has come to its end." in gone
 

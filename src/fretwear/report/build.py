@@ -10,7 +10,7 @@ import xarray as xr
 
 import fretwear
 from fretwear.data.failures import log_end, reasons
-from fretwear.figures.wording import Unit, cycle_number, number, parameter
+from fretwear.figures.wording import Unit, cycle_number, parameter
 from fretwear.report.claims import claim_sections
 from fretwear.report.computation import computation_facts, study_text, time_facts
 from fretwear.report.embed import figure_groups
@@ -21,6 +21,7 @@ from fretwear.report.findings import (
     key_numbers,
     summary_sentences,
 )
+from fretwear.report.numbers import significant
 from fretwear.report.parameters import derived_rows, parameter_rows
 from fretwear.report.results import (
     FAILED,
@@ -189,5 +190,4 @@ def _cells(result: PointResult, units: Mapping[str, Unit]) -> Iterator[Cell]:
         return
     for quantity in QUANTITIES:
         value = result.values[quantity.name]
-        shown = float(f"{value / units[quantity.name].size:.4g}")
-        yield Cell(number(shown), f"{value:.6g}")
+        yield Cell(significant(value / units[quantity.name].size, 4), f"{value:.6g}")

@@ -98,13 +98,17 @@ def time_facts(folder: Path) -> list[Fact]:
     if spent is None:
         return []
     jobs = f"{spent.jobs} job{'s' if spent.jobs > 1 else ''}"
-    took = (
-        f"{duration(spent.seconds)} in {jobs}, {duration(spent.processor_seconds)} of a processor"
-    )
-    facts = [Fact("Time of all simulations", took)]
+    facts = [
+        Fact("Time of all simulations", f"{_time(spent.seconds)}, in {jobs}, added up"),
+        Fact("Processor time of these", _time(spent.processor_seconds)),
+    ]
     if math.isfinite(spent.memory_bytes):
         facts.append(Fact("Memory of the largest job", size(round(spent.memory_bytes))))
     return facts
+
+
+def _time(seconds: float) -> str:
+    return f"{seconds:.0f} s" if seconds < 600.0 else duration(seconds)
 
 
 def study_text(study: Study) -> str:
@@ -176,11 +180,11 @@ def _numeric_facts(numerics: Sequence[CaseNumerics]) -> Iterator[Fact]:
         for name in ("load", "tangential_load", "complementarity")
     ]
     load, tangential_load, complementarity = (number(float(f"{value:.2g}")) for value in worst)
-    yield Fact("Load that the stored pressure carries", f"P within {load} of it")
-    yield Fact("Tangential load that the stored shear carries", f"Q within {tangential_load} of it")
+    yield Fact("Residual of the load", f"∬p dA is P to within {load} of P")
+    yield Fact("Residual of the tangential load", f"∬q dA is Q to within {tangential_load} of Q")
     yield Fact(
-        "Pressure times gap, which is to vanish",
-        f"at most {complementarity} of the highest pressure times the approach",
+        "Residual of the contact conditions",
+        f"p·g is at most {complementarity} of the highest pressure times the approach",
     )
     yield Fact("Accepted steps", _span([case.steps for case in numerics]))
     yield Fact("Convolutions", _span([case.convolutions for case in numerics]))

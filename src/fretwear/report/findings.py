@@ -7,12 +7,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from fretwear.figures.wording import number, with_unit
+from fretwear.report.numbers import significant
 from fretwear.report.results import QUANTITY, PointResult, display_unit, labels_of
 from fretwear.study.plan import Plan
 
 _UNCHANGED = 5e-3
 _SPENT = 1e-3
 _ROUND_OFF = 5e-4
+_DIGITS = 3
 EFFECT_QUANTITIES = ("volume", "depth", "half_width", "stick", "energy")
 
 
@@ -116,7 +118,7 @@ def _factor(pairs: Sequence[tuple[PointResult, PointResult]], name: str) -> str:
     if not ratios:
         return "–"
     mean = math.exp(math.fsum(math.log(ratio) for ratio in ratios) / len(ratios))
-    return f"× {_rounded(mean)}"
+    return f"× {significant(mean, _DIGITS)}"
 
 
 def _worn_in(result: PointResult) -> bool:
@@ -218,11 +220,11 @@ def _percent_span(fractions: Sequence[float]) -> str:
 
 
 def _ratio_span(ratios: Sequence[float]) -> str:
-    return _range(_rounded(min(ratios)), _rounded(max(ratios)))
+    return _range(significant(min(ratios), _DIGITS), significant(max(ratios), _DIGITS))
 
 
 def _rounded(value: float) -> str:
-    return number(float(f"{value:.3g}"))
+    return number(float(f"{value:.{_DIGITS}g}"))
 
 
 def _range(low: str, high: str) -> str:
