@@ -115,8 +115,9 @@ rule figures:
         report(
             directory(f"{RESULTS}/figures"),
             patterns=["{figure}.svg"],
-            category="Figures",
-            labels={"figure": "{figure}"},
+            caption=Path(f"{RESULTS}/figures/captions.rst").absolute(),
+            category=lambda wildcards: JOBS.figure_category(wildcards.figure),
+            labels=lambda wildcards: JOBS.figure_labels(wildcards.figure),
         ),
     log:
         f"{RESULTS}/logs/figures.log",

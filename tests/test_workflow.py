@@ -275,11 +275,16 @@ def test_with_keep_going_what_is_done_is_merged_drawn_and_reported(fresh):
 
 
 @pytest.mark.slow
-def test_the_report_of_the_workflow_itself_holds_the_figures(copy):
+def test_the_report_of_the_workflow_itself_holds_the_figures_with_their_captions(copy):
     done = copy.snakemake("--report", "workflow.html")
     assert done.returncode == 0, done.stderr
     page = (copy.folder / "workflow.html").read_text(encoding="utf-8")
-    assert "contact_half_width" in page
+    figures = json.loads((copy.results / "figures/index.json").read_text(encoding="utf-8"))
+    assert len(figures) == 10
+    for figure in figures:
+        assert f'"figure": "{figure["name"]}"' in page
+        assert f'"{figure["category"]}"' in page
+        assert f"<p>{figure['caption']}" in page
 
 
 def test_a_study_is_given_by_name_or_by_path(tmp_path, monkeypatch):

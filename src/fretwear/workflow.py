@@ -163,6 +163,18 @@ class StudyJobs:
     def _snapshots(self) -> Mapping[str, tuple[int, ...]]:
         return {case_id: case.output_cycles for case_id, case in self.study.cases().items()}
 
+    def figure_category(self, figure: str) -> str:
+        """Return the category of a finished figure, for Snakemake's report."""
+        from fretwear.report.captions import figure_category
+
+        return figure_category(Path(self.folder) / "figures", figure)
+
+    def figure_labels(self, figure: str) -> dict[str, str]:
+        """Return what tells a finished figure in Snakemake's report."""
+        from fretwear.report.captions import figure_labels
+
+        return figure_labels(Path(self.folder) / "figures", figure)
+
     @staticmethod
     def _round(folder: Path, name: str, batch: Batch, present: Mapping[str, FileTrace]) -> int:
         number = 0

@@ -59,15 +59,18 @@ def figures(
     log = open_log(context, log_format, quiet=quiet)
     _, folder = _study_and_folder(file, results)
 
+    from fretwear.data.atomic import write_text
     from fretwear.data.errors import DataFileError
     from fretwear.data.merge import open_summary
     from fretwear.figures.study import write_study_figures
+    from fretwear.report.captions import CAPTIONS_NAME, caption_template
 
     with (
         failing_as(Status.FAILED, DataFileError),
         open_summary(folder / "summary.nc") as summary,
     ):
         entries = write_study_figures(summary, folder / "cases", folder / "figures")
+        write_text(folder / "figures" / CAPTIONS_NAME, caption_template(entries))
     log.result(folder / "figures", f"{len(entries)} figures", figures=len(entries))
 
 
