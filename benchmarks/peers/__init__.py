@@ -1,0 +1,1 @@
+"""The simulator beside other libraries, in the same process and in turn."""

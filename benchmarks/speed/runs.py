@@ -1,0 +1,122 @@
+"""Whole runs: time in CE, steps, accuracy, share of the transforms, time per cell."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from benchmarks.speed.cases import rough_case, smooth_case
+from benchmarks.speed.rows import Row
+from benchmarks.speed.units import Spent, Stopwatch, Transforms, Units
+
+from fretwear import Case, simulation
+from fretwear.mechanics.state import State
+from fretwear.mechanics.theory import HertzContact, LimitingState
+from fretwear.mechanics.wear import evolve
+
+_LEAST_SAMPLES = 9
+
+
+@dataclass(frozen=True)
+class Run:
+    """A whole run.
+
+    Attributes
+    ----------
+    state
+        The last one.
+    time
+        Of the run.
+    units
+        The same in CE: the time of each step over the unit of the step's own window.
+    in_last_unit
+        Processor time over the unit of the last window, the dearest of all.
+    share
+        Of the processor time inside transforms.
+    """
+
+    state: State
+    time: Spent
+    units: Spent
+    in_last_unit: float
+    share: float
+
+    @property
+    def cells(self) -> int:
+        """Quarter cells of the last window."""
+        return math.prod(self.state.window.shape)
+
+    def note(self) -> str:
+        nx, ny = self.state.window.shape
+        return (
+            f"{self.state.step} steps, {self.state.convolutions} convolutions, {nx} × {ny} cells "
+            f"at the end; {self.time.cpu:.1f} s ({self.time.wall:.1f} s by the clock, "
+            f"{self.units.wall:.0f} CE); {self.in_last_unit:.0f} CE of the last window"
+        )
+
+
+def timed_run(case: Case) -> Run:
+    """Run a case; after each step the unit of its window is sampled, outside of the time."""
+    units, transforms = Units(), Transforms()
+    steps: list[tuple[tuple[int, int], Spent]] = []
+    with transforms.counted():
+        watch = Stopwatch()
+        problem = simulation.wear_problem(case)
+        for state in evolve(problem, [float(case.cycles)], case.tolerance):
+            shape = state.window.shape
+            steps.append((shape, watch.read()))
+            units[shape].sample()
+            watch.read()
+    if transforms.calls < state.convolutions:
+        raise RuntimeError("the run used transforms that this benchmark does not know")
+    units.complete(_LEAST_SAMPLES)
+    time, total = Spent(), Spent()
+    for shape, spent in steps:
+        time += spent
+        total += spent.over(units[shape].time)
+    last = time.cpu / units[state.window.shape].time.cpu
+    return Run(state, time, total, last, transforms.seconds / time.cpu)
+
+
+def smooth_rows(cells_on_radius: float = 128.0) -> Iterator[Row]:
+    """The smooth elastic run of 30000 cycles against its limiting state."""
+    case = smooth_case(cells_on_radius)
+    run = timed_run(case)
+    job = f"smooth elastic, 30000 cycles, a/{cells_on_radius:g}"
+    yield Row("smooth_run", job, run.units.cpu, "CE", 900, 400, note=run.note())
+    yield Row("smooth_steps", f"{job}: steps", run.state.step, "steps", 25, 25)
+    hertz = HertzContact(case.radius, case.load, case.composite_modulus)
+    limit = LimitingState(hertz, case.load_ratio).wear_volume
+    error = abs(run.state.window.integral(run.state.wear) / limit - 1.0)
+    yield Row("smooth_volume", f"{job}: wear volume off the limit", 100 * error, "%", 0.5, 0.5)
+    yield _share("smooth_share", job, run)
+
+
+def rough_rows(coarser: float = 1.0, *, halved: bool = False) -> Iterator[Row]:
+    """The rough capped run of 7000 cycles, and with ``halved`` again at half the spacing."""
+    # Beyond twice the spacing a wave has too few cells; a shorter run is a try as well.
+    cycles = max(100, round(7000 / coarser**2))
+    spacing = min(coarser, 2.0)
+    case = rough_case(spacing, cycles)
+    dx, dy = (1e6 * size for size in case.grid_spacing)
+    job = f"rough, 4500 MPa, {cycles} cycles, {dx:g} × {dy:g} µm"
+    run = timed_run(case)
+    yield Row("rough_run", job, run.units.cpu, "CE", 3000, 1500, note=run.note())
+    yield _share("rough_share", job, run)
+    if halved:
+        fine = timed_run(rough_case(0.5 * spacing, cycles))
+        # Once more, so that what else the machine does weighs on both sides of the ratio.
+        again = timed_run(case)
+        each = 0.5 * (run.time.cpu + again.time.cpu) / run.cells
+        yield Row(
+            "half_spacing",
+            f"{job}: time per cell at half the spacing",
+            fine.time.cpu / fine.cells / each,
+            "×",
+            1.3,
+            1.1,
+            note=f"{fine.units.cpu:.0f} CE; {fine.note()}",
+        )
+
+
+def _share(name: str, job: str, run: Run) -> Row:
+    return Row(name, f"{job}: inside transforms", 100 * run.share, "%", 60, 80, at_least=True)
