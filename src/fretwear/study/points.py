@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -136,19 +136,22 @@ class Parameters:
         A rule is tried once for each combination of the values it needs, and only where all
         of these are among the sound values.
         """
-        for check in (Check(frozenset({ROUGHNESS}), _has_a_wave), *CHECKS):
-            names = self._names(check)
-            if names is None:
-                continue
-            relevant = [i for i, axis in enumerate(self.axes) if axis.field in names]
-            combinations: dict[tuple[int, ...], list[tuple[int, ...]]] = {}
-            for index in self.indices:
-                combinations.setdefault(tuple(index[i] for i in relevant), []).append(index)
-            for positions, points in combinations.items():
-                finding = check.find(self.case(points[0]))
-                if finding is not None:
-                    where = zip((self.axes[i] for i in relevant), positions, strict=True)
-                    yield PointFinding(finding, tuple(where)), points
+        trials = [
+            _Trial(check, [i for i, axis in enumerate(self.axes) if axis.field in names])
+            for check in (Check(frozenset({ROUGHNESS}), _has_a_wave), *CHECKS)
+            if (names := self._names(check)) is not None
+        ]
+        # Point by point, so that the case of a point is made once for all rules.
+        for index in self.indices:
+            case: Case | None = None
+            for trial in trials:
+                if trial.is_new(index):
+                    case = self.case(index) if case is None else case
+                    trial.found(index, trial.check.find(case))
+        for trial in trials:
+            for positions, (finding, points) in trial.broken.items():
+                where = zip((self.axes[i] for i in trial.relevant), positions, strict=True)
+                yield PointFinding(finding, tuple(where)), points
 
     def _names(self, check: Check) -> set[str] | None:
         given = {name.split(".", 1)[0] for name in self.fixed} | {axis.field for axis in self.axes}
@@ -160,6 +163,35 @@ class Parameters:
                 return None
             names |= tangential
         return names if names <= given else None
+
+
+@dataclass
+class _Trial:
+    """A rule tried at the points: once for each combination of the values it needs."""
+
+    check: Check
+    relevant: Sequence[int]
+    sound: set[tuple[int, ...]] = field(default_factory=set)
+    broken: dict[tuple[int, ...], tuple[Finding, list[tuple[int, ...]]]] = field(
+        default_factory=dict
+    )
+
+    def is_new(self, index: tuple[int, ...]) -> bool:
+        """Say whether the rule is to be tried here; keep the point where it is known to break."""
+        positions = self._positions(index)
+        if positions in self.broken:
+            self.broken[positions][1].append(index)
+        return positions not in self.sound and positions not in self.broken
+
+    def found(self, index: tuple[int, ...], finding: Finding | None) -> None:
+        """Keep what was found at a point."""
+        if finding is None:
+            self.sound.add(self._positions(index))
+        else:
+            self.broken[self._positions(index)] = (finding, [index])
+
+    def _positions(self, index: tuple[int, ...]) -> tuple[int, ...]:
+        return tuple([index[i] for i in self.relevant])
 
 
 def _has_a_wave(case: Case) -> Finding | None:
