@@ -19,7 +19,7 @@ version = release = fretwear.__version__
 extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
-    "sphinx.ext.napoleon",
+    "numpydoc",
     "sphinx_copybutton",
     "mathml",
     "pictures",
@@ -40,9 +40,9 @@ default_role = "py:obj"
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"
 autodoc_preserve_defaults = True
-napoleon_google_docstring = False
-napoleon_use_rtype = False
-napoleon_use_ivar = True
+autosummary_generate = False
+numpydoc_show_class_members = False
+numpydoc_attributes_as_param_list = True
 add_module_names = False
 toc_object_entries_show_parents = "hide"
 

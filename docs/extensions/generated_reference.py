@@ -182,7 +182,21 @@ def command_line() -> str:
     text = re.sub(r"^# `fretwear`\n", "", text, flags=re.MULTILINE)
     example = r"Example:\n\n```bash\n\1\n```"
     text = re.sub(r"^\[dim\]Example:\[/dim\] (.*)$", example, text, flags=re.MULTILINE)
-    return re.sub(r"^\$ ", "", text, flags=re.MULTILINE)
+    text = re.sub(
+        r"^\$ (.*)$", lambda found: re.sub(r"[{}]", "", found[1]), text, flags=re.MULTILINE
+    )
+    return _with_whole_sentences(text)
+
+
+def _with_whole_sentences(text: str) -> str:
+    """Replace what typer shortens in its list of commands by the first sentence of each."""
+    first = dict(re.findall(r"^## `fretwear (\w+)`\n\n(.*?[.])(?:\s|$)", text, re.MULTILINE))
+    return re.sub(
+        r"^\* `(\w+)`: .*$",
+        lambda found: f"* `{found[1]}`: {first.get(found[1], '')}",
+        text,
+        flags=re.MULTILINE,
+    )
 
 
 def write_all(folder: Path) -> None:
