@@ -9,7 +9,9 @@ import xarray as xr
 import fretwear
 from fretwear import simulation
 from fretwear.checkpoints import Checkpoint
+from fretwear.data import provenance
 from fretwear.data.checkpoint import CheckpointError, read_checkpoint, write_checkpoint
+from fretwear.data.seal import seal
 from fretwear.journal import Journal
 
 PARAMETERS = {
@@ -85,10 +87,42 @@ def test_a_checkpoint_of_another_run_is_refused_with_a_message(case, tmp_path, c
 def test_a_checkpoint_of_another_version_is_refused(case, tmp_path, monkeypatch):
     path = tmp_path / "case.checkpoint"
     interrupted(case, Checkpoint(path, case, print), 3)
-    monkeypatch.setattr(fretwear, "__version__", "0.0.1")
+    monkeypatch.setattr(provenance, "source", lambda: "fretwear 0.0.1")
     told = []
     assert Checkpoint(path, case, told.append).journal.last is None
     assert "version" in told[0]
+
+
+def test_a_sealed_file_that_is_no_checkpoint_is_refused(case, tmp_path):
+    path = tmp_path / "case.checkpoint"
+    for content in (b"", b"PK", b"\x93NUMPY"):
+        path.write_bytes(content)
+        seal(path)
+        told = []
+        assert Checkpoint(path, case, told.append).journal.last is None
+        assert "no checkpoint" in told[0]
+
+
+def test_a_checkpoint_of_other_fields_is_refused(case, tmp_path):
+    path = tmp_path / "case.checkpoint"
+    checkpoint = Checkpoint(path, case, print)
+    simulation.run(case, [], journal=checkpoint.journal)
+    arrays, numbers = checkpoint.journal.packed()
+    arrays.pop("state0.wear")
+    write_checkpoint(path, arrays, numbers, checkpoint._identity())
+    told = []
+    assert Checkpoint(path, case, told.append).journal.last is None
+    assert "another content" in told[0]
+
+
+def test_a_checkpoint_that_cannot_be_removed_spoils_nothing(case, tmp_path):
+    path = tmp_path / "case.checkpoint"
+    path.mkdir()
+    told = []
+    with Checkpoint(path, case, told.append):
+        pass
+    assert "not a file" in told[0]
+    assert "not removed" in told[1]
 
 
 def test_damage_anywhere_in_a_checkpoint_is_noticed(case, tmp_path):

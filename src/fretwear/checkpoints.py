@@ -8,7 +8,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
-import fretwear
+from fretwear.data import provenance
 from fretwear.data.checkpoint import CheckpointError, read_checkpoint, write_checkpoint
 from fretwear.data.errors import DataFileError
 from fretwear.journal import Journal, Step
@@ -73,7 +73,7 @@ class Checkpoint:
         traceback: TracebackType | None,
     ) -> None:
         if kind is None:
-            self.path.unlink(missing_ok=True)
+            self._remove()
             return
         if len(self.journal.history) > self._saved_steps:
             try:
@@ -106,9 +106,17 @@ class Checkpoint:
         self._saved = self._clock()
         self._saved_steps = len(self.journal.history)
 
+    def _remove(self) -> None:
+        try:
+            self.path.unlink(missing_ok=True)
+        except OSError as error:
+            # The result is stored; what is left over is used by no later run without a check.
+            self._tell(f"{self.path}: not removed: {error.strerror}")
+
     def _identity(self) -> dict[str, Any]:
         return {
-            "version": fretwear.__version__,
+            # Files of a checkout that were changed may as well be those of a study.
+            "version": provenance.source().replace("-dirty", ""),
             "parameters": self._case.canonical_parameters(),
             "output cycles": list(self._case.output_cycles),
         }
@@ -121,7 +129,13 @@ class Checkpoint:
             return Journal()
         if stored is None:
             return Journal()
-        journal = Journal.unpacked(*stored, last_cycle=self._case.cycles)
+        try:
+            journal = Journal.unpacked(*stored, last_cycle=self._case.cycles)
+        except (KeyError, IndexError, TypeError, ValueError):
+            self._tell(
+                f"{self.path}: this checkpoint has another content. The run starts at cycle 0"
+            )
+            return Journal()
         self._saved_steps = len(journal.history)
         assert journal.last is not None
         self._tell(f"{self.path}: going on after cycle {journal.last.cycle:.6g}")

@@ -6,6 +6,7 @@ import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,10 +70,14 @@ def read_checkpoint(
     # The container has checksums of its own, but none of its headers.
     if problem := damage(path, "checkpoint"):
         raise CheckpointError(path, f"this checkpoint is damaged ({problem})", _START_ANEW)
-    with np.load(path, allow_pickle=False) as stored:
-        arrays = {name: stored[name] for name in stored.files}
-    content = json.loads(arrays.pop(_NUMBERS).tobytes())
-    found, numbers = content["identity"], content["numbers"]
+    try:
+        with np.load(path, allow_pickle=False) as stored:
+            arrays = {name: stored[name] for name in stored.files}
+        content = json.loads(arrays.pop(_NUMBERS).tobytes())
+        found, numbers = content["identity"], content["numbers"]
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, BadZipFile) as cause:
+        problem = "this is no checkpoint, or one of another version"
+        raise CheckpointError(path, problem, _START_ANEW) from cause
     expected = json.loads(json.dumps(identity))
     if found != expected:
         keys = sorted(key for key in {*found, *expected} if found.get(key) != expected.get(key))

@@ -12,6 +12,7 @@ from pathlib import Path
 import xarray as xr
 
 from fretwear.data.atomic import write_text
+from fretwear.data.errors import DataFileError
 from fretwear.data.store import open_case
 from fretwear.figures.chosen import ChosenCases, choose_cases
 from fretwear.figures.grouping import (
@@ -111,9 +112,19 @@ def write_study_figures(summary: xr.Dataset, cases: Path, folder: Path) -> list[
 
 
 def read_figure_index(folder: Path) -> list[FigureEntry]:
-    """Return what `write_study_figures` has written to a folder, in the same order."""
-    text = (folder / INDEX_NAME).read_text(encoding="utf-8")
-    return [FigureEntry(**entry) for entry in json.loads(text)]
+    """Return what `write_study_figures` has written to a folder, in the same order.
+
+    Raises
+    ------
+    fretwear.data.errors.DataFileError
+        When the index is not there or is none.
+    """
+    index = folder / INDEX_NAME
+    try:
+        return [FigureEntry(**entry) for entry in json.loads(index.read_text(encoding="utf-8"))]
+    except (OSError, ValueError, TypeError) as cause:
+        problem = "there is no such file" if not index.exists() else "it is no list of figures"
+        raise DataFileError(index, problem, "Draw the figures again") from cause
 
 
 def _history_caption(summary: xr.Dataset, kind: HistoryKind) -> str:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from fretwear.data.errors import DataFileError
 from fretwear.figures.study import FigureEntry, read_figure_index
 
 _LARGE = 1_000_000
@@ -37,6 +38,11 @@ def figure_groups(folder: Path) -> list[FigureGroup]:
     ----------
     folder : pathlib.Path
         As written by `fretwear.figures.study.write_study_figures`.
+
+    Raises
+    ------
+    fretwear.data.errors.DataFileError
+        When the index or a figure is missing or damaged.
     """
     entries = read_figure_index(folder)
     categories = dict.fromkeys(entry.category for entry in entries)
@@ -56,8 +62,18 @@ def _embedded(
 def _lighter(folder: Path, name: str) -> Path:
     """Return the vector file, or the bitmap where the vector one is large and heavier."""
     vector, bitmap = folder / f"{name}.svg", folder / f"{name}.png"
-    size = vector.stat().st_size
-    return bitmap if size > _LARGE and bitmap.stat().st_size < size else vector
+    size = _size(vector)
+    return bitmap if size > _LARGE and _size(bitmap) < size else vector
+
+
+def _size(path: Path) -> int:
+    try:
+        size = path.stat().st_size
+    except OSError:
+        size = 0
+    if not size:
+        raise DataFileError(path, "this figure is missing or empty", "Draw the figures again")
+    return size
 
 
 def _data_uri(path: Path) -> str:
