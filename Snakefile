@@ -33,7 +33,9 @@ wildcard_constraints:
     batch=r"[0-9a-f]+-[0-9]+",
 
 
-# What follows the simulation takes seconds, less than a cluster takes to start a job.
+# What follows the simulation takes seconds, less than a cluster takes to start a job. What these
+# rules leave is marked as local: where the jobs of a cluster have only the folder of the results in
+# common, and Snakemake passes the rest through a store, it is found there nevertheless.
 localrules:
     all,
     merge,
@@ -57,7 +59,7 @@ onerror:
 rule all:
     default_target: True
     input:
-        f"{RESULTS}/report.html",
+        local(f"{RESULTS}/report.html"),
         BATCHES_DONE,
     message:
         "Done: {input[0]}"
@@ -93,8 +95,8 @@ rule merge:
     input:
         BATCHES_DONE,
     output:
-        summary=f"{RESULTS}/summary.nc",
-        points=f"{RESULTS}/points.csv",
+        summary=local(f"{RESULTS}/summary.nc"),
+        points=local(f"{RESULTS}/points.csv"),
     log:
         f"{RESULTS}/logs/merge.log",
     benchmark:
@@ -110,10 +112,10 @@ rule merge:
 
 rule figures:
     input:
-        f"{RESULTS}/summary.nc",
+        local(f"{RESULTS}/summary.nc"),
     output:
         report(
-            directory(f"{RESULTS}/figures"),
+            local(directory(f"{RESULTS}/figures")),
             patterns=["{figure}.svg"],
             caption=Path(f"{RESULTS}/figures/captions.rst").absolute(),
             category=lambda wildcards: JOBS.figure_category(wildcards.figure),
@@ -133,10 +135,10 @@ rule figures:
 
 rule report:
     input:
-        f"{RESULTS}/summary.nc",
-        f"{RESULTS}/figures",
+        local(f"{RESULTS}/summary.nc"),
+        local(f"{RESULTS}/figures"),
     output:
-        report(f"{RESULTS}/report.html", category="Report"),
+        report(local(f"{RESULTS}/report.html"), category="Report"),
     log:
         f"{RESULTS}/logs/report.log",
     benchmark:

@@ -31,6 +31,9 @@ _FAILURES_LISTED = 20
 _MEMORY_MARGIN = 2.0
 _TIME_MARGIN = 5.0
 _MINUTES_TO_START = 5
+# In a job on a cluster Snakemake runs twice beside the simulation, and reads the study each time.
+_SNAKEMAKE_MB = 300
+_SNAKEMAKE_MB_PER_POINT = 0.008
 
 
 def study_file(name: str) -> Path:
@@ -120,7 +123,9 @@ class StudyJobs:
 
     def memory_mb(self, target: str) -> int:
         """Memory in MB that a scheduler should reserve for a batch."""
-        return math.ceil(_MEMORY_MARGIN * self.batch(target).memory_bytes / 1e6)
+        simulation = _MEMORY_MARGIN * self.batch(target).memory_bytes / 1e6
+        snakemake = _SNAKEMAKE_MB + _SNAKEMAKE_MB_PER_POINT * self.study.size
+        return math.ceil(simulation + snakemake)
 
     def minutes(self, target: str) -> int:
         """Time in min that a scheduler should reserve for a batch."""
