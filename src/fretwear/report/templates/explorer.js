@@ -145,6 +145,7 @@
     write(shown, now);
     if (!shown.length) return;
     const titles = shown.map((one) => `case ${one.key.toUpperCase()}: ${one.point.title}`).join("; ");
+    get("shown-cases").textContent = `After ${cycleNumber(now)} cycles; ${titles}.`;
     picture("profile-plot", (width) => profiles(shown, study.units, ownScale.checked, width),
       `Pressure, shear traction, gap and wear depth along x after ${cycleNumber(now)} cycles; ${titles}`);
     picture("history-plot", (width) => histories(shown, study.units, now, width),

@@ -40,6 +40,8 @@
     };
   }
 
+  const title = (text) => ({ text, standoff: 6, font: { size: 12 } });
+
   function axis(colors, more) {
     return {
       color: colors.ink,
@@ -159,7 +161,7 @@
       hoversubplots: "axis",
       height: 720 + 20 * shown.length,
       xaxis: axis(colors, {
-        title: { text: `x (${units.x})`, standoff: 6 },
+        title: title(`x (${units.x})`),
         range: [0, right],
         anchor: "y4",
         hoverformat: ".4~g",
@@ -169,6 +171,7 @@
         range: [-0.5, shown.length - 0.5],
         tickvals: shown.map((_, place) => shown.length - 1 - place),
         ticktext: shown.map((one) => one.key.toUpperCase()),
+        ticklabelstandoff: 5,
         fixedrange: true,
         showgrid: false,
         zeroline: false,
@@ -181,7 +184,7 @@
       const top = HEADROOM * (tops[name] || 1);
       layout["yaxis" + (place ? place + 1 : "")] = axis(colors, {
         domain: panels[place],
-        title: { text: `${label} (${units[name]})`, standoff: 6, font: { size: 12 } },
+        title: title(`${label} (${units[name]})`),
         range: name === "wear" ? [top, 0] : [0, top],
         nticks: 5,
       });
@@ -214,7 +217,7 @@
     );
     const at = reached.position(cycle);
     const xaxis = axis(colors, {
-      title: { text: "Cycle", standoff: 6 },
+      title: title("Cycle"),
       range: reached.range,
       anchor: "y2",
       ...reached.ticks,
@@ -227,13 +230,13 @@
       yaxis: axis(colors, {
         domain: [0.54, 1],
         rangemode: "tozero",
-        title: { text: `Half-width (${units.contact})`, standoff: 4 },
+        title: title(`Half-width (${units.contact})`),
         nticks: 6,
       }),
       yaxis2: axis(colors, {
         domain: [0, 0.46],
         rangemode: "tozero",
-        title: { text: `Wear volume (${units.volume})`, standoff: 4 },
+        title: title(`Wear volume (${units.volume})`),
         nticks: 6,
       }),
       shapes: [
