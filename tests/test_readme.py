@@ -74,6 +74,7 @@ def test_the_study_file_can_be_run(tmp_path, monkeypatch):
 
 def test_the_commands_of_the_readme_exist():
     lines = [line for block in blocks("bash")[2:] for line in block.splitlines()]
+    assert blocks("bash")[-1].strip().endswith("sphinx-build -W --keep-going docs site")
     words = [shlex.split(line, comments=True) for line in lines]
     commands = {line[1] for line in words if line[0] == "fretwear"}
     assert commands == {"plan", "run", "show", "plot"}

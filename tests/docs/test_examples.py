@@ -11,7 +11,11 @@ from examples import ExampleError, Session, agrees, blocks, check, written
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 DOCS = REPOSITORY / "docs"
-PAGES = [DOCS / "tutorial.md", *sorted((DOCS / "how-to").glob("*.md"))]
+PAGES = [
+    DOCS / "tutorial.md",
+    *sorted((DOCS / "how-to").glob("*.md")),
+    REPOSITORY / "CONTRIBUTING.md",
+]
 RUNNING = [page for page in PAGES if any(block.is_run for block in blocks(page.read_text()))]
 
 

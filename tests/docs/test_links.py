@@ -52,3 +52,31 @@ def test_pages_link_to_nothing_outside():
     for page in PAGES:
         found = set(re.findall(r"https?://[^\s)>]+", page.read_text(encoding="utf-8")))
         assert found <= outside, page.name
+
+
+def test_files_that_contributors_are_sent_to_exist():
+    text = (REPOSITORY / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    named = set(re.findall(r"`([\w./-]+(?:\.py|\.md|/))`", text))
+    assert len(named) > 20
+    for name in named:
+        places = (REPOSITORY / name, REPOSITORY / "src/fretwear" / name)
+        assert any(place.exists() for place in places), name
+
+
+@pytest.mark.parametrize(
+    ("file", "names"),
+    [
+        ("mechanics/slip.py", ["SlipModel"]),
+        ("mechanics/layers.py", ["WearLayer", "exponent_at", "tangent"]),
+        ("mechanics/stages.py", ["StageSolver", "solve"]),
+        ("mechanics/wear.py", ["_stages", "_exponent"]),
+        ("simulation.py", ["_surface", "_slip_model", "_fields"]),
+        ("figures/style.py", ["JournalFigure", "styled"]),
+    ],
+)
+def test_names_that_contributors_are_sent_to_exist(file, names):
+    text = (REPOSITORY / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    source = (REPOSITORY / "src/fretwear" / file).read_text(encoding="utf-8")
+    for name in names:
+        assert name in text
+        assert re.search(rf"^ *(def|class) {name}\b", source, re.MULTILINE), f"{file}: {name}"
