@@ -35,8 +35,8 @@ def measure(cells: int, cells_on_radius: float) -> tuple[list[Row], dict[str, An
         for kind in ("limit", "longer"):
             run = entry[kind]
             print(
-                f"  {entry['name']:<26}{run['seconds']:9.0f} s, {run['steps']:6.0f} steps ({kind}), "
-                f"residual {entry['residual']:.0e}: {run['ratio']:.0f} ×"
+                f"  {entry['name']:<26}{run['seconds']:9.0f} s, {run['steps']:6.0f} steps "
+                f"({kind}), residual {entry['residual']:.0e}: {run['ratio']:.0f} ×"
             )
     rows.append(loop_row(loop))
     return rows, found

@@ -46,8 +46,8 @@ def loop_row(found: dict[str, Any]) -> Row:
     name, job, asked, aim = LOOP
     note = (
         f"{found['own']['cpu']:.2f} s, {found['own']['steps']} steps against {fastest['name']}: "
-        f"{loop['seconds']:.0f} s, {loop['steps']:.0f} steps; {favored:.0f} × where the loop may be "
-        "a hundred times less exact and steps get longer late in the run"
+        f"{loop['seconds']:.0f} s, {loop['steps']:.0f} steps; {favored:.0f} × where the loop may "
+        "be a hundred times less exact and steps get longer late in the run"
     )
     job = job.format(cells=found["cells_on_radius"])
     return Row(name, job, loop["ratio"], "×", asked, aim, at_least=True, note=note)

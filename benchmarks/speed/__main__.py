@@ -4,63 +4,21 @@ import argparse
 import json
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
-from benchmarks.speed import contacts, resources, runs
-from benchmarks.speed.rows import Row, document, falling_short, header, line
+from benchmarks.peers import rows as peers
+from benchmarks.speed.rows import Row, document, falling_short
+from benchmarks.speed.table import groups, measure
 
 DEFAULT = Path("benchmarks/results/speed.json")
-
-Group = Callable[[], Iterator[Row]]
-
-
-def groups(full: bool, coarser: float, repeats: int) -> dict[str, Group]:
-    """What can be measured, by name; ``coarser`` makes grids coarser, to try the command out."""
-
-    def contact() -> Iterator[Row]:
-        cells = max(16, round(256 / coarser))
-        yield contacts.cold_contact(rough=False, cells=cells, repeats=repeats)
-        yield contacts.cold_contact(rough=True, cells=cells, repeats=repeats)
-
-    def memory() -> Iterator[Row]:
-        yield resources.peak_memory(256 / coarser)
-
-    return {
-        "contact": contact,
-        "smooth": partial(runs.smooth_rows, 128 / coarser),
-        "rough": partial(runs.rough_rows, coarser, halved=full),
-        "peers": partial(_peers, full, coarser),
-        "memory": memory,
-        "start": partial(resources.start_times, 2 * repeats - 1),
-    }
-
-
-def _peers(full: bool, coarser: float) -> Iterator[Row]:
-    from benchmarks.peers.rows import rows, unmeasured
-
-    if full:
-        yield from rows(coarser)
-    else:
-        yield from unmeasured("with --full and the extra bench")
-
-
-def measure(wanted: dict[str, Group]) -> list[Row]:
-    """Measure some groups and print each line as it comes."""
-    table = []
-    print(header())
-    for group in wanted.values():
-        for row in group():
-            table.append(row)
-            print(line(row), flush=True)
-    return table
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Print the table and write the JSON file; 1 where a row falls short of what is asked."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.speed", description=__doc__)
-    names = list(groups(full=False, coarser=1.0, repeats=5))
+    names = [*groups(), "peers"]
     parser.add_argument("group", nargs="*", help=f"what to measure, of {', '.join(names)}")
     parser.add_argument("--full", action="store_true", help="half the spacing and peers too")
     parser.add_argument("--repeats", type=int, default=5, help="repetitions of the short jobs")
@@ -71,16 +29,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     if unknown := sorted(set(options.group) - set(names)):
         parser.error(f"no such group: {', '.join(unknown)}; there are {', '.join(names)}")
-    wanted = groups(options.full, options.coarser, options.repeats)
-    wanted = {name: wanted[name] for name in options.group or names}
+    known = groups(full=options.full, coarser=options.coarser, repeats=options.repeats)
+    known["peers"] = partial(_peers, options.full, options.coarser)
     started = time.perf_counter()
-    table = measure(wanted)
+    table = measure(known[name] for name in options.group or names)
     seconds = round(time.perf_counter() - started, 1)
     result = document(table, seconds=seconds, coarser=options.coarser)
     options.output.parent.mkdir(parents=True, exist_ok=True)
     options.output.write_text(json.dumps(result, indent=1, ensure_ascii=False) + "\n", "utf-8")
     print(f"{seconds:.0f} s; written to {options.output}")
     return 1 if falling_short(table) else 0
+
+
+def _peers(full: bool, coarser: float) -> Iterator[Row]:
+    if full:
+        return peers.rows(coarser)
+    return peers.unmeasured("with --full and the extra bench")
 
 
 if __name__ == "__main__":

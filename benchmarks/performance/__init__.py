@@ -1,0 +1,1 @@
+"""The page docs/performance.md: everything that is measured of the simulator's speed."""

@@ -1,0 +1,41 @@
+"""The jobs of the table of speeds, by what they take on any machine."""
+
+from collections import deque
+
+import pytest
+from benchmarks.speed.cases import first_contact, rough_case, smooth_case
+
+from fretwear import simulation
+from fretwear.mechanics.contact import solve_contact
+from fretwear.mechanics.wear import evolve
+
+from . import counts
+
+
+def last_state(case):
+    problem = simulation.wear_problem(case)
+    return deque(evolve(problem, [float(case.cycles)], case.tolerance), maxlen=1)[0]
+
+
+@pytest.mark.parametrize(
+    ("rough", "expected"),
+    [(False, counts.COLD_SMOOTH), (True, counts.COLD_ROUGH_CAPPED)],
+    ids=["smooth", "rough, capped"],
+)
+def test_a_cold_contact_takes_few_convolutions(rough, expected):
+    contact = solve_contact(first_contact(256, rough=rough), tolerance=1e-6)
+    assert contact.residual <= 1e-6
+    assert expected.hold(0, contact.convolutions), contact.convolutions
+
+
+def test_a_smooth_run_of_30000_cycles_takes_few_steps():
+    state = last_state(smooth_case(128))
+    assert counts.SMOOTH_RUN.hold(state.step, state.convolutions), (state.step, state.convolutions)
+
+
+def test_a_rough_capped_run_takes_few_steps_on_a_coarse_grid():
+    state = last_state(rough_case(2.0, cycles=438))
+    assert counts.ROUGH_RUN_COARSE.hold(state.step, state.convolutions), (
+        state.step,
+        state.convolutions,
+    )

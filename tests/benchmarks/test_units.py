@@ -1,0 +1,51 @@
+import numpy as np
+import pytest
+import scipy.fft
+from benchmarks.scale.growth import exponent
+from benchmarks.speed.cases import smooth_case
+from benchmarks.speed.runs import timed_run
+from benchmarks.speed.units import Transforms, Unit, bare_convolution
+
+from fretwear.mechanics.halfspace import half_space, influence_coefficients
+from fretwear.mechanics.window import Window
+
+
+def test_the_unit_is_the_convolution_of_the_solver():
+    window = Window((12, 20), (1e-6, 2e-6))
+    kernel = influence_coefficients((25, 41), window.spacing, 1e11)
+    spectrum = scipy.fft.dctn(kernel, type=1)[:-1, :-1]
+    pressure = np.random.default_rng(2).random(window.shape)
+    expected = half_space(window, 1e11).displacement(pressure)
+    np.testing.assert_allclose(bare_convolution(pressure, spectrum), expected, rtol=1e-12)
+
+
+def test_transforms_are_counted_wherever_the_solver_calls_them():
+    bodies = half_space(Window((8, 8), (1e-6, 1e-6)), 1e11)
+    transforms = Transforms()
+    with transforms.counted():
+        bodies.displacement(np.ones((8, 8)))
+    counted = transforms.calls
+    assert counted >= 2
+    bodies.displacement(np.ones((8, 8)))
+    assert transforms.calls == counted
+
+
+def test_a_unit_is_no_transform_of_the_job():
+    transforms, unit = Transforms(), Unit((8, 8))
+    with transforms.counted():
+        unit.sample(3)
+    assert transforms.calls == 0
+    assert unit.samples == 3
+
+
+def test_a_run_on_more_than_one_window_is_counted_in_the_unit_of_each():
+    run = timed_run(smooth_case(12))
+    assert run.state.cycle == 30000
+    assert 0 < run.share < 1
+    assert run.units.cpu > 0
+
+
+def test_an_exponent_is_that_of_the_largest_sizes():
+    sizes = [1.0, 10.0, 100.0, 1000.0]
+    assert exponent(sizes, [5.0, 5.0, 50.0, 500.0], last=3) == pytest.approx(1.0)
+    assert exponent(sizes, [s**1.5 for s in sizes]) == pytest.approx(1.5)
