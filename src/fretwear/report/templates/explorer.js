@@ -13,7 +13,7 @@
     ["stick", "Stick half-width"],
     ["peak", "Highest pressure"],
     ["central", "Central pressure"],
-    ["deepest", "Deepest wear on the line"],
+    ["deepest", "Deepest wear"],
     ["volume", "Wear volume"],
     ["energy", "Energy per cycle"],
   ];
