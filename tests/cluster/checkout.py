@@ -81,6 +81,12 @@ class Checkout:
         for part in ("profiles", "studies"):
             shutil.copytree(REPOSITORY / part, folder / part)
 
+    def change_study(self, name, **sections):
+        """Change sections of a study."""
+        file = self.folder / f"studies/{name}.yaml"
+        content = yaml.safe_load(file.read_text(encoding="utf-8")) | sections
+        file.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
+
     def write_one_case(self, name, **base):
         """Write a study of one case that differs from the default one in some parameters."""
         content = yaml.safe_load((self.folder / "studies/demo.yaml").read_text(encoding="utf-8"))

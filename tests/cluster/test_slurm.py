@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 import xarray as xr
@@ -22,7 +23,9 @@ pytestmark = [
 ]
 
 COMMAND = "snakemake --profile profiles/slurm"
-DEMO_SECONDS = 600
+BATCH = 6  # cases of a job: starting a job takes as long as some of the cases
+# For a machine that has much else to do; alone it takes a tenth of this.
+LONG = 1800
 
 
 def slurm(*command):
@@ -30,18 +33,33 @@ def slurm(*command):
     return done.stdout.strip()
 
 
-def jobs_of(run):
+def jobs_of(run, state=""):
     """What SLURM knows of the jobs that a run has submitted, by their ids."""
     known = {}
     for line in slurm("scontrol", "show", "job", "--oneliner").splitlines():
         job = dict(part.partition("=")[::2] for part in line.split() if "=" in part)
-        if f"SLURM run ID: {job.get('JobName')}" in run.output:
+        is_own = f"SLURM run ID: {job.get('JobName')}" in run.output
+        if is_own and state in ("", job["JobState"]):
             known[job["JobId"]] = job
     return known
 
 
 def megabytes(text):
     return float(text[:-1]) * {"M": 1, "G": 1024, "T": 1024**2}[text[-1]]
+
+
+def resident_megabytes(job):
+    """Memory of all processes of a job, what they share counted for each of them."""
+    mark = f"\0SLURM_JOB_ID={job}\0".encode()
+    sizes = []
+    for process in Path("/proc").glob("[0-9]*"):
+        try:
+            if mark in (process / "environ").read_bytes():
+                sizes.append(int((process / "statm").read_text().split()[1]))
+        except OSError:
+            continue
+    assert len(sizes) > 2
+    return sum(sizes) * os.sysconf("SC_PAGE_SIZE") / 2**20
 
 
 def data_of(path, group=None):
@@ -61,8 +79,9 @@ def assert_same_data(path, reference):
 def demo(checkout):
     """The default study, run by the command of the documentation."""
     assert COMMAND in documented_commands()
+    checkout.change_study("demo", batch=BATCH)
     run = checkout.start(COMMAND)
-    assert run.end(DEMO_SECONDS) == 0, run.output
+    assert run.end(LONG) == 0, run.output
     return run
 
 
@@ -93,7 +112,7 @@ def test_slurm_gets_what_the_plan_says_a_job_takes(demo, monkeypatch):
     monkeypatch.chdir(demo.folder)
     planned = StudyJobs.of("demo")
     submitted = jobs_of(demo)
-    assert submitted
+    assert len(submitted) == 24 / BATCH
     for job in submitted.values():
         rule, _, wildcard = job["Comment"].partition("_wildcards_")
         assert rule == "rule_simulate"
@@ -110,7 +129,7 @@ def test_a_failed_job_is_reported_with_the_reason(checkout):
     soft = {"wear_coefficient": "1 / Pa", "roughness": "none", "cell": "10 um", "cycles": 50}
     checkout.write_one_case("soft", load="20 N", friction=0.3, plastic_limit="none", **soft)
     run = checkout.start(f"{COMMAND} --config study=soft")
-    assert run.end(120) != 0
+    assert run.end(LONG) != 0
     (job,) = jobs_of(run).values()
     assert job["JobState"] == "FAILED"
     assert f"SLURM-job '{job['JobId']}' failed" in run.output
@@ -130,31 +149,33 @@ def test_a_study_goes_on_after_its_time_limit_and_after_ctrl_c(demo, checkout):
     def logs():
         return "".join(log.read_text() for log in results.glob("logs/**/*.log"))
 
-    def start_and_halt(progress):
-        """Start the study and halt the simulation where it is, however fast it is."""
-        run = checkout.start(f"{COMMAND} --config study=stopped")
-        eventually(lambda: progress in logs(), 60, f"the simulation says {progress!r}")
+    def halt(run, progress):
+        """Halt the simulation where it says something, however fast it is; return its job."""
+        eventually(lambda: progress in logs(), LONG, f"the simulation says {progress!r}")
         (simulation,) = checkout.simulations()
         os.kill(simulation, signal.SIGSTOP)
-        (job,) = jobs_of(run)
-        return run, job
+        ((job, told),) = jobs_of(run, "RUNNING").items()
+        assert resident_megabytes(job) < megabytes(told["MinMemoryNode"])
+        return job
 
-    run, job = start_and_halt("step 1")
+    command = f"{COMMAND} --config study=stopped"
+    run = checkout.start(f"{command} --retries 1")
+    job = halt(run, "step 1")
     # Limits are whole minutes; the end can be any second, and is looked at every half a minute.
     slurm("scontrol", "update", f"JobId={job}", "EndTime=now+1")
-    assert run.end(150) != 0
-    assert f"SLURM-job '{job}' failed, SLURM status is: 'TIMEOUT'" in run.output
-    assert checkpoint.is_file()
+    eventually(lambda: job in jobs_of(run, "TIMEOUT"), LONG, "SLURM ends the job")
+    eventually(checkpoint.is_file, LONG, "the simulation leaves a checkpoint")
+    job = halt(run, "going on after cycle")
+    assert "SLURM status is: 'TIMEOUT'" in run.output
 
-    run, job = start_and_halt("going on after cycle")
     run.press_ctrl_c()
-    assert run.end(60) != 0
-    eventually(lambda: jobs_of(run)[job]["JobState"] == "CANCELLED", 30, "SLURM cancels the job")
-    eventually(lambda: not checkout.simulations(), 30, "the simulation ends")
+    assert run.end(LONG) != 0
+    eventually(lambda: job in jobs_of(run, "CANCELLED"), LONG, "SLURM cancels the job")
+    eventually(lambda: not checkout.simulations(), LONG, "the simulation ends")
     assert checkpoint.is_file()
 
-    run = checkout.start(f"{COMMAND} --config study=stopped")
-    assert run.end(180) == 0, run.output
+    run = checkout.start(command)
+    assert run.end(LONG) == 0, run.output
     assert "going on after cycle" in logs()
     assert_same_data(
         results / f"cases/{case_id}.nc", demo.folder / f"results/demo/cases/{case_id}.nc"
