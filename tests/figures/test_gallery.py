@@ -6,12 +6,15 @@ from pathlib import Path
 import pytest
 from matplotlib.figure import Figure
 
+from fretwear import figures
 from fretwear.data.merge import merge_study
 from fretwear.data.store import write_case
 from fretwear.simulation import run
 from fretwear.study.file import load_study
 
 GALLERY = Path(__file__).parents[2] / "docs" / "gallery"
+pytestmark = pytest.mark.slow
+
 SCRIPTS = sorted(GALLERY.glob("*.py"))
 MOST_LINES = 20
 
@@ -42,3 +45,15 @@ def test_a_script_says_what_it_shows_and_makes_a_figure(
     names: dict[str, object] = {}
     exec(compile(source, script, "exec"), names)
     assert isinstance(names["figure"], Figure)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        name
+        for name in figures.__all__
+        if name.islower() and name not in ("save_as", "save_figure", "style_context")
+    ],
+)
+def test_every_public_figure_is_in_the_gallery(name: str) -> None:
+    assert any(f"figures.{name}(" in script.read_text(encoding="utf-8") for script in SCRIPTS)

@@ -11,6 +11,7 @@ import fretwear
 from fretwear.cli.animate import animate
 from fretwear.cli.batch import batch
 from fretwear.cli.commands import Command, Commands
+from fretwear.cli.compare import compare
 from fretwear.cli.look import plot, show
 from fretwear.cli.plan import plan, schema
 from fretwear.cli.run import run
@@ -43,6 +44,7 @@ _add(run, "fretwear run studies/demo.yaml --case ID --set 'load=30 N'")
 _add(plan, "fretwear plan studies/demo.yaml")
 _add(show, "fretwear show results/demo/cases/ID.nc")
 _add(plot, "fretwear plot results/demo/cases/ID.nc -o overview.svg")
+_add(compare, "fretwear compare A.nc B.nc -o comparison.png")
 _add(animate, "fretwear animate results/demo/cases/ID.nc -o wear.gif")
 _add(schema, "fretwear schema > study.schema.json")
 _add(batch, "fretwear batch studies/demo.yaml --points 1-12", _WORKFLOW)

@@ -4,41 +4,14 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 
 import xarray as xr
 
+from fretwear.cli.tables import aligned, name_of, quantity_text, text_of
 from fretwear.mechanics.theory import CattaneoMindlin, HertzContact
 from fretwear.study.case import Case
-from fretwear.study.quantities import (
-    ANGLE,
-    COMPLIANCE,
-    FORCE,
-    LENGTH,
-    NUMBER,
-    PRESSURE,
-    Dimension,
-    format_quantity,
-)
 
-_AREA = Dimension("an area", "m2", "1 um2", ((1e-12, "um2"), (1e-6, "mm2")))
-_VOLUME = Dimension("a volume", "m3", "1 um3", ((1e-18, "um3"), (1e-9, "mm3")))
-_ENERGY = Dimension("an energy", "J", "1 uJ", ((1e-9, "nJ"), (1e-6, "uJ"), (1e-3, "mJ")))
-_DIMENSIONS = {
-    dimension.si_unit: dimension
-    for dimension in (
-        LENGTH,
-        FORCE,
-        PRESSURE,
-        COMPLIANCE,
-        ANGLE,
-        NUMBER,
-        _AREA,
-        _VOLUME,
-        _ENERGY,
-    )
-}
-_DIGITS = 4
 _RESULTS = (
     "contact_half_width_x",
     "contact_half_width_y",
@@ -74,10 +47,10 @@ def summary_lines(case: xr.Dataset, history: xr.Dataset) -> Iterator[str]:
     )
     yield ""
     yield "Parameters"
-    yield from _aligned([(_name(value), _text(value)) for value in _parameters(case)])
+    yield from aligned([(name_of(value), text_of(value)) for value in _parameters(case)])
     yield ""
     yield "Results"
-    yield from _aligned(list(_results(case)))
+    yield from aligned(list(_results(case)))
     yield ""
     yield (
         "Unworn: closed forms of a smooth elastic sphere with these parameters "
@@ -96,9 +69,9 @@ def _results(case: xr.Dataset) -> Iterator[tuple[str, ...]]:
     yield ("", *heads, "unworn")
     deepest = last["wear_depth"].max(keep_attrs=True)
     for name in _RESULTS:
-        row = (_text(first[name]), _text(last[name]), _reference(case[name], unworn))
-        yield (_name(case[name]), *row)
-    yield (f"deepest {_name(deepest)}", "", _text(deepest), "")
+        row = (text_of(first[name]), text_of(last[name]), _reference(case[name], unworn))
+        yield (name_of(case[name]), *row)
+    yield (f"deepest {name_of(deepest)}", "", text_of(deepest), "")
 
 
 def _unworn(case: Case) -> Mapping[str, float]:
@@ -121,24 +94,4 @@ def _unworn(case: Case) -> Mapping[str, float]:
 
 def _reference(result: xr.DataArray, unworn: Mapping[str, float]) -> str:
     name = str(result.name)
-    return _quantity(unworn[name], result.attrs["units"]) if name in unworn else ""
-
-
-def _name(value: xr.DataArray) -> str:
-    return str(value.attrs["long_name"])
-
-
-def _text(value: xr.DataArray) -> str:
-    content = value.item()
-    return content if isinstance(content, str) else _quantity(content, value.attrs["units"])
-
-
-def _quantity(value: float, units: str) -> str:
-    return format_quantity(value, _DIMENSIONS[units], _DIGITS)
-
-
-def _aligned(rows: Sequence[tuple[str, ...]]) -> Iterator[str]:
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    for first, *others in rows:
-        cells = [text.rjust(width) for text, width in zip(others, widths[1:], strict=True)]
-        yield "  ".join([f"  {first.ljust(widths[0])}", *cells]).rstrip()
+    return quantity_text(unworn[name], result.attrs["units"]) if name in unworn else ""

@@ -6,6 +6,7 @@
 """
 
 from fretwear.figures.animation import CaseAnimation, animation
+from fretwear.figures.comparison import compare_cases
 from fretwear.figures.history import (
     contact_half_width,
     dissipated_energy,
@@ -29,6 +30,7 @@ __all__ = [
     "STYLE_SHEET",
     "CaseAnimation",
     "animation",
+    "compare_cases",
     "compare_profiles",
     "compare_wear_maps",
     "contact_half_width",

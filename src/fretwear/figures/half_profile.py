@@ -101,7 +101,7 @@ def half_profiles(
 
 def with_cycles(dataset: xr.Dataset) -> xr.Dataset:
     """Give a dataset from which one snapshot was selected its dimension ``cycle`` back."""
-    if "cycle" in dataset.coords and "cycle" not in dataset.dims:
+    if "cycle" in dataset.coords and dataset["cycle"].ndim == 0:
         return dataset.expand_dims("cycle")
     return dataset
 
@@ -117,11 +117,15 @@ def available_cycles(dataset: xr.Dataset) -> tuple[int, ...]:
 
 
 def representative_cycles(available: Collection[int], most: int = 6) -> tuple[int, ...]:
-    """Choose at most `most` cycles, evenly spread in log(1 + cycle), first and last included."""
+    """Choose at most `most` cycles, first and last included, that look different.
+
+    They are evenly spread in the fourth root of the cycle: in the logarithm too many early ones
+    would be among them, whose profiles coincide.
+    """
     ordered = sorted(available)
     if len(ordered) <= most:
         return tuple(ordered)
-    position = np.log1p(np.asarray(ordered, dtype=np.float64))
+    position = np.asarray(ordered, dtype=np.float64) ** 0.25
     wanted = np.linspace(position[0], position[-1], most)
     nearest = {int(np.abs(position - level).argmin()) for level in wanted}
     return tuple(ordered[index] for index in sorted(nearest | {0, len(ordered) - 1}))

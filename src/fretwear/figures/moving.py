@@ -156,7 +156,7 @@ class _Profile:
         if not self._kind.downward:
             axes.plot(x, unit.of(self._values[0]), color=MUTED, lw=_FIRST_WIDTH, label="_first")
         self._fill = axes.fill_between(x, 0.0, 0.0, color="#d9d9d9", lw=0)
-        (self._line,) = axes.plot(x, np.zeros_like(x), color=INK)
+        (self._line,) = axes.plot(x, np.zeros_like(x), color=INK, label=self._kind.label)
         reach = float(MICROMETRE.of(self.reach))
         half = 0.5 * float(x[1] - x[0])
         self._strip = axes.imshow(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ _METADATA: dict[str, dict[str, Any]] = {
 
 
 def save_figure(
-    figure: Figure, stem: Path, formats: tuple[str, ...] = ("svg", "png")
+    figure: Figure, stem: str | PathLike[str], formats: tuple[str, ...] = ("svg", "png")
 ) -> list[Path]:
     """Write a figure once per format; each file appears only when it is whole.
 
@@ -36,10 +37,10 @@ def save_figure(
     list of pathlib.Path
         The files written. They carry no date, and their inner names follow from the content.
     """
-    return [save_as(figure, stem.with_name(f"{stem.name}.{ending}")) for ending in formats]
+    return [save_as(figure, f"{fspath(stem)}.{ending}") for ending in formats]
 
 
-def save_as(figure: Figure, path: Path) -> Path:
+def save_as(figure: Figure, path: str | PathLike[str]) -> Path:
     """Write a figure to one file whose ending tells the format; see `save_figure`.
 
     Raises
@@ -47,6 +48,7 @@ def save_as(figure: Figure, path: Path) -> Path:
     ValueError
         When matplotlib cannot write such a format.
     """
+    path = Path(path)
     ending = path.suffix.lower()
     known = figure.canvas.get_supported_filetypes()
     if ending.removeprefix(".") not in known:

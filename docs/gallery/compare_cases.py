@@ -1,0 +1,18 @@
+"""Two cases laid over each other.
+
+What `fretwear compare A.nc B.nc -o comparison.png` draws.
+"""
+
+import xarray as xr
+
+import fretwear
+
+summary = xr.open_dataset("results/gallery/summary.nc").sel(load=40, plastic_limit=4.5e9)
+cases = {
+    title: f"results/gallery/cases/{summary['case_id'].sel(roughness_amplitude=value).item()}.nc"
+    for title, value in {"smooth": 0, "rough": 2e-7}.items()
+}
+figure = fretwear.figures.compare_cases(
+    {title: fretwear.open_case(file) for title, file in cases.items()},
+    {title: fretwear.open_history(file) for title, file in cases.items()},
+)

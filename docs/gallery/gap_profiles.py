@@ -1,0 +1,13 @@
+"""Gap around the edge of the contact.
+
+What the surfaces leave between them. The contact grows outwards as its slip zone wears.
+"""
+
+import xarray as xr
+
+import fretwear
+
+summary = xr.open_dataset("results/gallery/summary.nc")
+point = summary.sel(load=40, roughness_amplitude=0, plastic_limit=float("inf"))
+case = fretwear.open_case(f"results/gallery/cases/{point['case_id'].item()}.nc")
+figure = fretwear.figures.gap_profiles(case)

@@ -1,0 +1,18 @@
+"""Panels in a figure of your own.
+
+Every figure of one panel can be drawn into axes that are already there, and saved as matplotlib
+saves figures.
+"""
+
+import matplotlib.pyplot as plt
+import xarray as xr
+
+import fretwear
+
+summary = xr.open_dataset("results/gallery/summary.nc")
+point = summary.sel(load=40, roughness_amplitude=0, plastic_limit=4.5e9)
+case = fretwear.open_case(f"results/gallery/cases/{point['case_id'].item()}.nc")
+with fretwear.figures.style_context():
+    figure, (left, right) = plt.subplots(1, 2, figsize=(7.5, 2.8), layout="constrained")
+fretwear.figures.pressure_profiles(case, cycles=[0, 1000, 7000], axes=left)
+fretwear.figures.wear_volume(summary.sel(roughness_amplitude=0, plastic_limit=4.5e9), axes=right)

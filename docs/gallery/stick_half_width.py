@@ -1,0 +1,12 @@
+"""Width of the stick zone.
+
+It shrinks where its edge yields, and stays to the last bit where nothing does. Here a part of the
+study, over one column of a journal.
+"""
+
+import xarray as xr
+
+import fretwear
+
+summary = xr.open_dataset("results/gallery/summary.nc")
+figure = fretwear.figures.stick_half_width(summary.sel(load=40), columns=1)
