@@ -4,12 +4,16 @@ Nothing here or in the built pages asks the network for anything: equations beco
 pages are built, the search is a local index, fonts are those of the reader's system.
 """
 
+import logging
 import sys
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent / "extensions"))
 
 import fretwear
+
+# Fonts that are put into the pictures tell how; nobody wants to know.
+logging.getLogger("fontTools").setLevel(logging.WARNING)
 
 project = "fretwear"
 author = "The fretwear developers"

@@ -1,13 +1,16 @@
 """Sphinx extension: the gallery, from the scripts that draw its figures.
 
 Each script in ``docs/gallery/`` begins with a docstring, of which the first line becomes the title,
-and leaves its figure under the name ``figure``. The study that they read is run first.
+and leaves its figure under the name ``figure``, or saves a moving one as a GIF. The study that they
+read is run first.
 """
 
 from __future__ import annotations
 
 import ast
 import os
+import re
+import shutil
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -34,16 +37,26 @@ def run_study(file: Path, results: Path) -> None:
     merge_study(study, results / "cases", results / "summary.nc")
 
 
-def draw(script: Path, place: Path, picture: Path) -> None:
-    """Run a script in a folder with the results of its study, and save its figure."""
+def moving_picture(source: str) -> str:
+    """File that a script saves its moving picture to; empty where it has none."""
+    found = re.search(r"""save\("([^"]+\.gif)"\)""", source)
+    return found[1] if found else ""
+
+
+def draw(script: Path, place: Path, folder: Path) -> None:
+    """Run a script in a folder with the results of its study, and keep its picture."""
+    source = script.read_text(encoding="utf-8")
     before = Path.cwd()
     os.chdir(place)
     try:
         names: dict[str, Any] = {}
-        exec(compile(script.read_text(encoding="utf-8"), script, "exec"), names)
+        exec(compile(source, script, "exec"), names)
     finally:
         os.chdir(before)
-    save_as(names["figure"], picture)
+    if moving := moving_picture(source):
+        shutil.copy(place / moving, folder / f"{script.stem}.gif")
+    else:
+        save_as(names["figure"], folder / f"{script.stem}.svg")
     plt.close("all")
 
 
@@ -53,9 +66,10 @@ def section(script: Path) -> str:
     docstring = ast.get_docstring(ast.parse(source)) or script.stem
     title, _, text = docstring.partition("\n\n")
     code = source.split('"""\n', 2)[-1].strip()
+    ending = "gif" if moving_picture(source) else "svg"
     return (
         f"## {title.rstrip('.')}\n\n{text}\n\n"
-        f"![{title}](../generated/gallery/{script.stem}.svg)\n\n```python\n{code}\n```\n"
+        f"![{title}](../generated/gallery/{script.stem}.{ending})\n\n```python\n{code}\n```\n"
     )
 
 
@@ -72,7 +86,7 @@ def write_all(source: Path, *, with_pictures: bool) -> None:
         run_study(source / "gallery" / "gallery.yaml", Path(place, "results", "gallery"))
         for script in scripts:
             logger.info("drawing %s", script.name)
-            draw(script, Path(place), folder / f"{script.stem}.svg")
+            draw(script, Path(place), folder)
 
 
 def setup(app: Sphinx) -> dict[str, Any]:

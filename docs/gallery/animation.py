@@ -1,7 +1,6 @@
 """A case as it moves.
 
-Pressure, wear depth and contact zones, one picture for each snapshot that the case has kept. The
-file is a GIF; here is its last picture.
+Pressure, wear depth and contact zones, one picture for each snapshot that the case has kept.
 """
 
 import xarray as xr
