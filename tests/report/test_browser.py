@@ -189,17 +189,19 @@ def test_play_walks_through_the_cycles_to_the_last(opened: Browser) -> None:
 def test_the_table_sorts_by_any_column(opened: Browser) -> None:
     numbers = "#case-table tbody th"
     assert opened.texts(numbers) == [str(n) for n in range(1, 17)]
-    half_width = opened.find("#case-table thead tr:nth-child(2) button")
-    half_width.click()
-    values = opened.ask(
+    script = (
         "return [...document.querySelectorAll('#case-table tbody tr')]"
-        ".map((row) => row.cells[5].dataset.value).filter(Boolean).map(Number)"
+        ".map((row) => row.cells[6].dataset.value).filter(Boolean).map(Number)"
     )
-    assert values == sorted(values)
-    assert len(values) == 11
-    assert opened.texts("#case-table tbody tr:last-child td:nth-child(6)") == ["–"]
+    before = opened.ask(script)
+    half_width = opened.find("#case-table thead tr:nth-child(2) th:nth-child(2) button")
     half_width.click()
-    assert opened.find("[aria-sort=descending]").text.startswith("first")
+    values = opened.ask(script)
+    assert values == sorted(before) != before
+    assert len(values) == 11
+    assert opened.texts("#case-table tbody tr:last-child td:nth-child(7)") == ["–"]
+    half_width.click()
+    assert opened.find("[aria-sort=descending]").text.startswith("last")
     assert opened.texts(numbers) != [str(n) for n in range(1, 17)]
 
 
