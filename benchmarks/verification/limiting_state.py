@@ -132,7 +132,7 @@ a²/R, volumes over a⁴/R, widths over a.
 At X = {NARROW} the worn annulus reaches from 0.928 a to 1.040 a, 12 cells of a/110. The stick zone
 is a staircase of whole cells, and what the wear does at its edge depends on where the edge of the
 true disc falls within a cell. The figure moves it through one cell, by changing the spacing by less
-than 2 %; the pressure at the center and the half-width do not notice, depth and volume do:
+than 2 %; the pressure at the centre and the half-width do not notice, depth and volume do:
 
 {scatter}
 

@@ -51,7 +51,7 @@ that of the four finest spacings:
 {{figure:peak}}
 
 After 30000 cycles the peak pressure of an elastic run is a property of the grid. Compare the
-pressure at the center, depths, volumes and radii instead; with a plastic limit the peak is the
+pressure at the centre, depths, volumes and radii instead; with a plastic limit the peak is the
 limit.
 """
 

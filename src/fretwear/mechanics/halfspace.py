@@ -24,7 +24,7 @@ def influence_coefficients(
     """Normal displacement of cell (i, j) per unit pressure on cell (0, 0).
 
     Love, "The stress produced in a semi-infinite solid by pressure on part of the boundary",
-    Phil. Trans. R. Soc. A 228 (1929), for a rectangle; the four corner terms of neighboring
+    Phil. Trans. R. Soc. A 228 (1929), for a rectangle; the four corner terms of neighbouring
     cells coincide, so the logarithms are taken once per corner.
 
     Parameters

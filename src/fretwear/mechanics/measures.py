@@ -87,7 +87,7 @@ def half_width(window: Window, inside: Mask, gap: Array, axis: int) -> float:
     """Distance of the outermost edge of a zone from the origin along an axis, m.
 
     Beyond the edge of an elastic contact the gap grows with the power 3/2 of the distance; the
-    zero of that law through the first two cells outside is the edge, kept between the centers
+    zero of that law through the first two cells outside is the edge, kept between the centres
     of the last cell inside and the first one outside.
 
     Parameters

@@ -1,4 +1,4 @@
-"""Axisymmetric contact of an elastic half-space, discretized by rings of uniform pressure.
+"""Axisymmetric contact of an elastic half-space, discretised by rings of uniform pressure.
 
 Small dense systems solved directly: a reference to check faster solvers against.
 
@@ -144,7 +144,7 @@ def solve_contact(
     Parameters
     ----------
     rings : Rings
-        The discretization.
+        The discretisation.
     layer : callable
         Height of the undeformed gap and its derivative with respect to the pressure, as functions
         of the pressure; the derivative is not negative.

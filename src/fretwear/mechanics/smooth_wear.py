@@ -76,7 +76,7 @@ class SmoothWear:
     Parameters
     ----------
     rings : Rings
-        The discretization.
+        The discretisation.
     load_ratio : float
         X = Q / µP.
     limit_ratio : float
