@@ -65,3 +65,14 @@ def test_a_smooth_contact_looks_at_its_border_alone(problem):
     assert Outlook(smooth, state.window).touched(state.pressure, state.approach) == (False, False)
     full = np.ones(state.window.shape)
     assert Outlook(smooth, state.window).touched(full, state.approach) == (True, True)
+
+
+def test_a_window_grows_before_the_contact_is_at_its_border(problem):
+    state = first_loading(replace(problem, surface=Surface(problem.surface.radius)))
+    outlook = Outlook(problem, state.window)
+    reach = np.flatnonzero(state.pressure.any(axis=1))[-1] + 1
+    near, far = (np.zeros(state.window.shape) for _ in range(2))
+    near[: state.window.shape[0] - 1, 0] = 1.0
+    far[:reach, 0] = 1.0
+    assert outlook.approached(near) == (True, False)
+    assert outlook.approached(far) == (False, False)

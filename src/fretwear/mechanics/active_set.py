@@ -9,15 +9,20 @@ step, hence no set of cells repeats.
 
 from __future__ import annotations
 
+from math import sqrt
+
 import numpy as np
 
 from fretwear.mechanics.arrays import Array, Mask, inner
 from fretwear.mechanics.contact_problem import ContactProblem
+from fretwear.mechanics.preconditioner import Preconditioner
 
 _LARGEST_OUTER = 60
 _LARGEST_INNER = 40
-_FORCING = 0.3
-_STIFFENING = 3.0
+_UNSETTLED = 0.5
+_SETTLED = 0.1
+_FEW = 0.02
+_ENOUGH = 0.1
 
 
 class ActiveSet:
@@ -41,6 +46,12 @@ class ActiveSet:
         """Take a pressure as the current one, scaled to the load and cut to the bounds."""
         self._set(carrying(start, self.problem.limit, self.problem.total))
         self._refresh()
+        self._solved: Mask = np.zeros_like(self.free)
+        self._preconditioner = Preconditioner(self.problem.half_space, self._tangent(), self.free)
+
+    def _tangent(self) -> Array | None:
+        layer = self.problem.layer
+        return None if layer is None else layer.tangent(self.pressure)
 
     def solve(self, tolerance: float) -> bool:
         """Iterate until the residual is below the tolerance; whether it got there."""
@@ -77,11 +88,12 @@ class ActiveSet:
     def _refresh(self) -> None:
         """Recompute K p, which is otherwise carried along."""
         self.displacement = self.problem.half_space.displacement(self.pressure)
+        self.separation = self.problem.separation(self.pressure, self.displacement)
         self.convolutions += 1
         self.exact = True
 
     def _evaluate(self) -> None:
-        separation = self.problem.separation(self.pressure, self.displacement)
+        separation = self.separation
         if self.free.any():
             self.approach = float(separation[self.free].mean())
         else:
@@ -117,63 +129,50 @@ class ActiveSet:
         return False
 
     def _search(self, step: Array, displacement: Array) -> None:
-        """Go along a feasible segment, all the way or to its lowest energy."""
-        fraction = self._lowest(step, displacement)
-        self._set(self.pressure + fraction * step)
-        self.displacement = self.displacement + fraction * displacement
-        self.exact = False
-
-    def _lowest(self, step: Array, displacement: Array) -> float:
-        """Fraction of the segment at which the energy is lowest: 1 unless it overshoots."""
+        """Go along a feasible segment: all the way, or to its lowest energy if that overshoots."""
+        before = self.pressure, self.displacement
+        first = inner(step, self.gap)
 
         def slope(fraction: float) -> float:
-            pressure = self.pressure + fraction * step
-            moved = self.displacement + fraction * displacement
-            return inner(step, self.problem.separation(pressure, moved))
+            self.pressure = before[0] + fraction * step
+            self.displacement = before[1] + fraction * displacement
+            self.separation = self.problem.separation(self.pressure, self.displacement)
+            return inner(step, self.separation)
 
-        first, last = inner(step, self.gap), slope(1.0)
-        if last <= 0.1 * abs(first):
-            return 1.0
-        low, high = 0.0, 1.0
-        for _ in range(20):
-            fraction = low + (high - low) * max(0.05, min(0.95, first / (first - last)))
-            middle = slope(fraction)
-            if abs(middle) <= 0.1 * abs(inner(step, self.gap)):
-                break
-            if middle < 0:
-                low, first = fraction, middle
-            else:
-                high, last = fraction, middle
-        return fraction
+        self.exact = False
+        low, high, enough = 0.0, 1.0, 0.1 * abs(first)
+        last = slope(1.0)
+        if last > enough:
+            for _ in range(20):
+                fraction = low + (high - low) * max(0.05, min(0.95, first / (first - last)))
+                middle = slope(fraction)
+                if abs(middle) <= enough:
+                    break
+                if middle < 0:
+                    low, first = fraction, middle
+                else:
+                    high, last = fraction, middle
+        self._set(self.pressure)
 
     def _newton_step(self, tolerance: float) -> tuple[Array, Array]:
         """Step of the free cells and its displacement by preconditioned conjugate gradients.
 
         The load is kept by directions of zero sum: with z₁ = M 1, the preconditioned residual
-        z becomes z − z₁ (∑z/∑z₁). M inverts the half-space with a uniform layer; a scaling of
-        both its sides turns that into the layer's own tangent where this dominates.
+        z becomes z − z₁ (∑z/∑z₁). What is uniform in the residual drops out then, and what it is
+        on other cells never counts; there it tells how far the step moves the surface.
         """
-        half_space = self.problem.half_space
-        layer = self.problem.layer
-        free = self.free.astype(float)
-        tangent = None if layer is None else layer.tangent(self.pressure)
-        weight, uniform = free, 0.0
-        if tangent is not None:
-            own = half_space.self_influence
-            uniform = float(1.0 / np.mean(1.0 / (tangent[self.free] + own))) - own
-            weight = free * np.sqrt((_STIFFENING * own + uniform) / (_STIFFENING * own + tangent))
-        ones = half_space.precondition(weight, uniform)
-        ones *= weight
+        half_space, tangent = self.problem.half_space, self._tangent()
+        precondition = self._preconditioner.on(self.free)
+        inside = self.free.astype(np.float64)
+        ones = precondition(inside)
         ones_sum = float(ones.sum())
-        residual = -self.gap * free
-        step, moved, direction = (np.zeros_like(residual) for _ in range(3))
-        count = np.count_nonzero(self.free)
-        residual -= free * (residual.sum() / count)
-        target = max(_FORCING * _largest(residual), 0.3 * tolerance * self.scale)
+        residual = -self.gap
+        step, direction = np.zeros_like(residual), np.zeros_like(residual)
+        reduction = _SETTLED if self._settled() else _UNSETTLED
+        target = max(reduction * _deviation(residual, inside), _ENOUGH * tolerance * self.scale)
         energy = 0.0
         for _ in range(_LARGEST_INNER):
-            z = half_space.precondition(weight * residual, uniform)
-            z *= weight
+            z = precondition(residual)
             z -= ones * (float(z.sum()) / ones_sum)
             previous, energy = energy, inner(residual, z)
             if not energy > 0:
@@ -181,25 +180,36 @@ class ActiveSet:
             if previous > 0:
                 direction *= energy / previous
             direction += z
-            image = half_space.displacement(direction)
+            force = half_space.displacement(direction)
             self.convolutions += 1
             self.iterations += 1
-            force = image if tangent is None else image + tangent * direction
+            if tangent is not None:
+                force += tangent * direction
             length = energy / inner(direction, force)
             step += length * direction
-            moved += length * image
-            force *= free
             force *= length
             residual -= force
-            residual -= free * (residual.sum() / count)
-            if _largest(residual) <= target:
+            if _deviation(residual, inside) <= target:
                 break
+        residual += self.gap
+        moved = np.negative(residual, out=residual)
+        if tangent is not None:
+            moved -= tangent * step
         return step, moved
 
+    def _settled(self) -> bool:
+        """Whether the free cells are nearly those of the step before: then it pays to be exact."""
+        before, self._solved = self._solved, self.free.copy()
+        changed = np.count_nonzero(before != self.free)
+        return bool(changed <= _FEW * np.count_nonzero(self.free))
 
-def _largest(field: Array) -> float:
-    """Largest absolute value, without the copy that np.abs would make."""
-    return max(float(field.max()), -float(field.min()))
+
+def _deviation(field: Array, inside: Array) -> float:
+    """Standard deviation of a field over the cells inside."""
+    part = field * inside
+    count = float(inside.sum())
+    mean = float(part.sum()) / count
+    return sqrt(max(inner(part, part) / count - mean * mean, 0.0))
 
 
 def carrying(pressure: Array, limit: float, total: float) -> Array:

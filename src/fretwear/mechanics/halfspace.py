@@ -10,12 +10,17 @@ DCT-II of the data and DCT-I of the kernel, with the same result to rounding.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
+from functools import cached_property, partial
 
 import numpy as np
 import scipy.fft
 
 from fretwear.mechanics.arrays import Array
+from fretwear.mechanics.transforms import cosine, inverse_cosine
 from fretwear.mechanics.window import Window
+
+_PARTS = 4
 
 
 def influence_coefficients(
@@ -95,21 +100,41 @@ class HalfSpace(ABC):
     def displacement(self, pressure: Array) -> Array:
         """Normal surface displacement w, m, of a pressure, Pa; both of the window's shape."""
 
-    @abstractmethod
-    def precondition(self, displacement: Array, compliance: float) -> Array:
-        """Approximate inverse of `displacement` plus a uniform Winkler layer, m/Pa.
+    def inverse(self, compliance: float = 0.0) -> Callable[[Array], Array]:
+        """Approximate inverse of `displacement` plus a uniform Winkler layer.
 
-        Symmetric, positive definite, a quarter of the cost: the window is not padded.
+        Parameters
+        ----------
+        compliance
+            Of the layer, m/Pa, not negative.
+
+        Returns
+        -------
+        A function from a displacement, m, to a pressure, Pa, shape of the window: symmetric,
+        positive definite, a quarter of the cost of `displacement`, as the window is not padded.
+        It may put the result in the place of its argument.
         """
+        return partial(self._divided, self._unpadded_scale / (self._unpadded + compliance))
+
+    @property
+    @abstractmethod
+    def _unpadded_scale(self) -> float:
+        """What undoes the factor of the transforms of the window without padding."""
+
+    @abstractmethod
+    def _divided(self, inverse_spectrum: Array, displacement: Array) -> Array:
+        """Periodic convolution with the field of a spectrum, on the window without padding."""
 
     def part(self, shape: tuple[int, int]) -> HalfSpace:
         """The same bodies on a smaller window around the same origin."""
         if shape == self.window.shape:
             return self
         if shape not in self._parts:
-            # Only the last one is kept: a zone that changes its size seldom changes it back.
+            # A few are kept: zones that change their size seldom change it back.
             window = Window(shape, self.window.spacing, self.window.quarter)
-            self._parts = {shape: type(self)(window, self._modulus, self._workers)}
+            self._parts[shape] = type(self)(window, self._modulus, self._workers)
+            if len(self._parts) > _PARTS:
+                del self._parts[next(iter(self._parts))]
         return self._parts[shape]
 
 
@@ -128,24 +153,39 @@ class QuarterHalfSpace(HalfSpace):
     def _padded(self, spectrum: Array) -> Array:
         return spectrum[:-1, :-1]
 
+    @cached_property
+    def _work(self) -> Array:
+        nx, ny = self.window.shape
+        return np.empty((2 * nx, 2 * ny))
+
+    @cached_property
+    def _scaled_spectrum(self) -> Array:
+        """The spectrum with the factor that the two transforms leave."""
+        return self._spectrum / (4 * self._spectrum.size)
+
     def displacement(self, pressure: Array) -> Array:
         """Normal surface displacement w, m, of a pressure, Pa; both of the window's shape."""
         nx, ny = self.window.shape
-        rows = scipy.fft.dct(pressure, n=2 * ny, axis=1, workers=self._workers)
-        both = scipy.fft.dct(rows, n=2 * nx, axis=0, workers=self._workers)
-        both *= self._spectrum
-        rows = scipy.fft.idct(both, axis=0, overwrite_x=True, workers=self._workers)[:nx]
-        result: Array = scipy.fft.idct(rows, axis=1, overwrite_x=True, workers=self._workers)[
-            :, :ny
-        ]
-        return result
+        work, rows = self._work, self._work[:nx]
+        rows[:, :ny] = pressure
+        rows[:, ny:] = 0.0
+        work[nx:] = 0.0
+        cosine(rows, (1,), self._workers)
+        cosine(work, (0,), self._workers)
+        work *= self._scaled_spectrum
+        inverse_cosine(work, (0,), self._workers)
+        inverse_cosine(rows, (1,), self._workers)
+        return rows[:, :ny].copy()
 
-    def precondition(self, displacement: Array, compliance: float) -> Array:
-        """Approximate inverse of `displacement` plus a uniform Winkler layer, m/Pa."""
-        transformed = scipy.fft.dctn(displacement, workers=self._workers)
-        transformed /= self._unpadded + compliance
-        result: Array = scipy.fft.idctn(transformed, overwrite_x=True, workers=self._workers)
-        return result
+    @property
+    def _unpadded_scale(self) -> float:
+        return 0.25 / self._unpadded.size
+
+    def _divided(self, inverse_spectrum: Array, displacement: Array) -> Array:
+        cosine(displacement, (0, 1), self._workers)
+        displacement *= inverse_spectrum
+        inverse_cosine(displacement, (0, 1), self._workers)
+        return displacement
 
 
 class WholeHalfSpace(HalfSpace):
@@ -175,10 +215,13 @@ class WholeHalfSpace(HalfSpace):
         result: Array = scipy.fft.irfft(rows, n=2 * ny, axis=1, workers=self._workers)[:, :ny]
         return result
 
-    def precondition(self, displacement: Array, compliance: float) -> Array:
-        """Approximate inverse of `displacement` plus a uniform Winkler layer, m/Pa."""
+    @property
+    def _unpadded_scale(self) -> float:
+        return 1.0
+
+    def _divided(self, inverse_spectrum: Array, displacement: Array) -> Array:
         transformed = scipy.fft.rfft2(displacement, workers=self._workers)
-        transformed /= self._unpadded + compliance
+        transformed *= inverse_spectrum
         result: Array = scipy.fft.irfft2(
             transformed, s=self.window.shape, overwrite_x=True, workers=self._workers
         )

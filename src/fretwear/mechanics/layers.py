@@ -15,6 +15,8 @@ import numpy as np
 from fretwear.mechanics.arrays import Array
 
 _LARGEST_EXPONENT = 200.0
+_TINY = 1e-12
+_SMALL = 3e-5
 
 
 class Layer(Protocol):
@@ -92,7 +94,12 @@ class WearLayer:
         growth = np.expm1(x)
         worn = growth * self.reduced_gap
         if self.shift is not None:
-            worn += self.shift * (_phi(x, growth) - 1.0)
+            # φ − 1 = (eˣ − 1 − x)/x, and zero at zero.
+            growth -= x
+            np.maximum(x, _TINY, out=x)
+            growth /= x
+            growth *= self.shift
+            worn += growth
             np.maximum(worn, 0.0, out=worn)
         worn += self.wear
         return worn
@@ -100,10 +107,22 @@ class WearLayer:
     def tangent(self, pressure: Array) -> Array:
         """Derivative of the wear depth, m/Pa; not negative."""
         x = self.exponent_at(pressure)
-        growth = np.exp(x)
-        slope = growth * self.reduced_gap
-        if self.shift is not None:
-            slope += self.shift * _phi_derivative(x, growth)
+        if self.shift is None:
+            slope: Array = np.exp(x, out=x)
+            slope *= self.reduced_gap
+        else:
+            # φ' = (eˣ − φ)/x loses its digits near zero, where it is 1/2 + x/3.
+            small = x < _SMALL
+            near_zero = x[small] / 3.0 + 0.5
+            np.maximum(x, _SMALL, out=x)
+            growth = np.expm1(x)
+            slope = growth + 1.0
+            slope *= self.reduced_gap
+            growth -= (growth - x) / x
+            growth /= x
+            growth[small] = near_zero
+            growth *= self.shift
+            slope += growth
             np.maximum(slope, 0.0, out=slope)
         slope *= self.rate
         return slope
@@ -113,19 +132,3 @@ class WearLayer:
         x = self.rate * pressure
         x += self.exponent
         return np.minimum(x, _LARGEST_EXPONENT, out=x)
-
-
-def _phi(x: Array, growth: Array) -> Array:
-    """(eˣ − 1)/x from growth = eˣ − 1, exact near zero."""
-    small = x < 1e-7
-    result: Array = np.where(small, 1.0 + 0.5 * x, growth / np.where(small, 1.0, x))
-    return result
-
-
-def _phi_derivative(x: Array, exponential: Array) -> Array:
-    """Derivative of (eˣ − 1)/x from exponential = eˣ, exact near zero."""
-    small = x < 1e-3
-    safe = np.where(small, 1.0, x)
-    large: Array = (exponential * (safe - 1.0) + 1.0) / safe**2
-    result: Array = np.where(small, 0.5 + x / 3.0 + x**2 / 8.0, large)
-    return result

@@ -94,7 +94,15 @@ class StageSolver:
         self._bodies = problem.half_space(window)
         self._unworn = problem.surface.shape(window)
 
-    def solve(self, base: Stage, known: Array, rate: float, start: Array, guess: Array) -> Stage:
+    def solve(
+        self,
+        base: Stage,
+        known: Array,
+        rate: float,
+        start: Array,
+        guess: Array,
+        slack: float = 1.0,
+    ) -> Stage:
         """One implicit stage.
 
         Parameters
@@ -107,6 +115,8 @@ class StageSolver:
             First guess of the pressure, Pa.
         guess
             First guess of the change of G by plastic flow, m.
+        slack
+            Tolerance of the contact in units of that of a state.
 
         Raises
         ------
@@ -119,7 +129,7 @@ class StageSolver:
         relaxation, before = 1.0, inf
         for _ in range(_LARGEST_SWEEPS):
             layer = model.wear_layer(base.wear, base.reduced.gap, shift, known, rate)
-            contact = self._contact(base.plastic, layer, start)
+            contact = self._contact(base.plastic, layer, start, slack * CONTACT_TOLERANCE)
             start = contact.pressure
             wear = layer.displacement(start)
             overshoot = _overshoot(contact, wear - base.wear)
@@ -163,12 +173,12 @@ class StageSolver:
             )
         return stage
 
-    def _contact(self, plastic: Array, layer: Layer, start: Array) -> Contact:
+    def _contact(self, plastic: Array, layer: Layer, start: Array, tolerance: float) -> Contact:
         problem = ContactProblem(
             self._bodies, self._unworn + plastic, self.problem.load, self.problem.limit, layer
         )
         try:
-            contact = solve_contact(problem, start, CONTACT_TOLERANCE)
+            contact = solve_contact(problem, start, tolerance)
         except ContactError as error:
             self.convolutions += error.convolutions
             raise

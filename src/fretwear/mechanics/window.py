@@ -75,6 +75,10 @@ class Window:
         result[self._common(shape)[0]] = True
         return result
 
+    def part(self, shape: tuple[int, int]) -> tuple[slice, slice]:
+        """Where in this window the cells of one of a smaller shape lie."""
+        return self._common(shape)[1]
+
     def _centers(self, axis: int) -> Array:
         first = 0.5 if self.quarter else 0.5 * (1 - self.shape[axis])
         cells = np.arange(self.shape[axis], dtype=np.float64)
