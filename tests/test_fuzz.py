@@ -18,7 +18,7 @@ from fretwear.mechanics.wear import WearError
 from fretwear.study.cost import estimate
 from fretwear.study.spacing import LEAST_CELLS_PER_WAVELENGTH, coarsest_for_contact
 
-MOST_CELLS = 60_000
+MOST_CELLS = 40_000
 MOST_STEPS = 150
 # What the suite can afford out of the examples of the profile.
 SHARE = 10
@@ -34,8 +34,8 @@ def powers(low, high):
 
 @st.composite
 def waves(draw, contact_radius, radius):
-    """Roughness up to half the Hertz approach, of waves from half to five contact radii."""
-    amplitude = draw(powers(-3, -0.3)) * contact_radius**2 / radius
+    """Roughness up to three times the Hertz approach, of waves from half to five contact radii."""
+    amplitude = draw(powers(-3, 0.5)) * contact_radius**2 / radius
     slopes = [
         0.0
         if draw(st.integers(0, 5)) == 0
@@ -59,7 +59,7 @@ def cases(draw):
         "poisson_ratio": draw(st.one_of(ratio, st.tuples(ratio, ratio))),
         "tangential_ratio": draw(st.one_of(st.floats(0.07, 0.999), st.just(0.8))),
         "friction": draw(powers(-3, 1)),
-        "tolerance": draw(powers(-3.5, -1)),
+        "tolerance": draw(powers(-5, -1)),
         "slip_model": draw(st.sampled_from(["jaeger", "cattaneo_mindlin"])),
         "cycles": draw(powers(0, 6).map(round)),
     }
@@ -70,14 +70,14 @@ def cases(draw):
     pressure = 1.5 * load / (math.pi * contact_radius**2)
     parameters["load"] = load
     if draw(st.booleans()):
-        parameters["plastic_limit"] = draw(powers(-1.5, 0.5)) * pressure
+        parameters["plastic_limit"] = draw(powers(-2, 1)) * pressure
     if draw(st.booleans()):
         parameters["roughness"] = draw(waves(contact_radius, radius))
     parameters["output_cycles"] = draw(st.lists(st.integers(0, parameters["cycles"]), max_size=3))
     parameters["wear_coefficient"] = 1.0
     smooth = valid({**parameters, "roughness": None})
     # Wear over the whole run from nothing to where little more happens: N 4 K_w µκ p0.
-    largest = 1.5 if "plastic_limit" in parameters else 4.0
+    largest = 2.0 if "plastic_limit" in parameters else 5.0
     growth = draw(powers(-4, largest)) / (parameters["cycles"] * pressure)
     parameters["wear_coefficient"] = growth / (4.0 * parameters["friction"] * smooth.coupling)
     parameters["cell"] = cell(smooth, valid({**parameters, "cell": None}).roughness, draw)
@@ -102,13 +102,13 @@ def valid(parameters):
 
 
 def cell(smooth, roughness, draw):
-    """A spacing as coarse as the case allows, or up to three times finer."""
+    """A spacing as coarse as the case allows, or up to eight times finer."""
     coarsest = coarsest_for_contact(smooth)
     lengths = (
         (math.inf,) * 2 if roughness is None else (roughness.wavelength_x, roughness.wavelength_y)
     )
     return tuple(
-        draw(st.floats(0.35, 1.0)) * min(coarsest, length / LEAST_CELLS_PER_WAVELENGTH)
+        draw(st.floats(0.12, 1.0)) * min(coarsest, length / LEAST_CELLS_PER_WAVELENGTH)
         for length in lengths
     )
 
@@ -134,7 +134,10 @@ class Inspector:
         assert state.pressure.max() <= case.plastic_limit * (1.0 + 1e-9)
         carried = state.window.integral(state.pressure)
         assert abs(carried - case.load) <= LOAD_TOLERANCE * case.load, "lost load"
-        assert state.gap.min() >= -1e-5 * state.approach, "bodies overlap"
+        assert state.gap.min() >= -1e-5 * abs(state.approach), "bodies overlap"
+        assert step.measures.contact_area > 0.0
+        if case.slip_model == "jaeger":
+            assert 0.0 < step.measures.stick_area <= step.measures.contact_area
         assert state.reduced.gap.min() >= 0.0, "negative slip"
         self._compare(state)
         self.before = state

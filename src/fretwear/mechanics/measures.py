@@ -78,8 +78,12 @@ def measure(state: State, friction: Friction) -> Measures:
 
 
 def in_contact(state: State) -> Mask:
-    """Cells whose gap is closed: at most `CONTACT_GAP` of the approach."""
-    result: Mask = state.gap <= CONTACT_GAP * state.approach
+    """Cells under pressure, and those whose gap is at most `CONTACT_GAP` of the approach.
+
+    The approach counts from the smooth sphere: bodies that touch in deep valleys of roughness
+    only have a negative one.
+    """
+    result: Mask = (state.pressure > 0) | (state.gap <= CONTACT_GAP * abs(state.approach))
     return result
 
 
