@@ -1,9 +1,11 @@
 """One case to one file, whoever else works on it and whatever goes wrong."""
 
+import re
 import shutil
 import signal
 import subprocess
 import sys
+from dataclasses import dataclass
 
 import pytest
 import xarray as xr
@@ -14,6 +16,9 @@ from fretwear.data.errors import DataFileError
 from fretwear.data.lock import Lock
 from fretwear.data.store import open_case, open_history, write_case
 from fretwear.job import simulate_to_file
+from fretwear.mechanics.contact import ContactError
+from fretwear.mechanics.slip import JaegerSlip
+from fretwear.mechanics.wear import WearError
 
 STUDY = """
 base:
@@ -202,3 +207,30 @@ def test_a_job_whose_lock_another_has_taken_leaves_without_writing(case, path):
     job(case, path, told)
     assert "going on after cycle 200" in told[-1]
     assert names(path) == ["a.nc"]
+
+
+@dataclass(frozen=True)
+class ShallowSlip(JaegerSlip):
+    """The slip model, except that it fails where wear comes to be deeper than 30 nm."""
+
+    def wear_layer(self, wear, gap, shift, exponent, rate):
+        if wear.max() > 30e-9:
+            raise ContactError("the slip model does not go that far")
+        return super().wear_layer(wear, gap, shift, exponent, rate)
+
+
+def test_a_job_that_fails_on_its_way_keeps_the_checkpoint_to_go_on_from(path, monkeypatch):
+    case = fretwear.Case(**{**PARAMETERS, "cycles": 5000})
+    told = []
+    with monkeypatch.context() as patch:
+        patch.setattr(simulation, "_slip_model", lambda case, _: ShallowSlip(case.stick_load))
+        with pytest.raises(WearError, match=r"no step after cycle \d+.* a residual of"):
+            job(case, path, told)
+    assert names(path) == ["a.checkpoint"]
+    reached = re.search(r"goes on after cycle (\d+)", told[-1]).group(1)
+    assert 10 < int(reached) < 5000
+    job(case, path, told)
+    assert f"going on after cycle {reached}" in told[-1]
+    with open_case(path) as dataset:
+        undisturbed = simulation.simulate(case)
+        xr.testing.assert_equal(dataset["wear_depth"].load(), undisturbed["wear_depth"])

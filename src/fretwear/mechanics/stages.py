@@ -67,6 +67,12 @@ class Stage:
         )
 
     @property
+    def is_finite(self) -> bool:
+        """Whether every field is finite everywhere."""
+        fields = (self.pressure, self.gap, self.wear, self.plastic, self.reduced.gap)
+        return all(bool(np.isfinite(each).all()) for each in fields)
+
+    @property
     def source(self) -> Array:
         """G = g* − W, m: changes by plastic flow only."""
         result: Array = self.reduced.gap - self.wear
@@ -121,7 +127,7 @@ class StageSolver:
         Raises
         ------
         ContactError
-            If a contact does not converge, or flow and wear do not settle.
+            If a contact does not converge, flow and wear do not settle, or a value is not finite.
         """
         model, window = self.problem.slip_model, self.window
         reduced = base.reduced
@@ -171,6 +177,8 @@ class StageSolver:
             raise ContactError(
                 f"plastic flow and wear of a stage did not settle in {_LARGEST_SWEEPS} sweeps"
             )
+        if not stage.is_finite:
+            raise ContactError("wear of a stage leads to values that are not finite")
         return stage
 
     def _contact(self, plastic: Array, layer: Layer, start: Array, tolerance: float) -> Contact:

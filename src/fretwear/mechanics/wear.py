@@ -115,20 +115,20 @@ class _Stepper:
         approached = self._outlook.approached(self.state.pressure)
         if any(approached):
             self._move_to(next_window(self.state.window, approached))
-        wanted = self.state.next_step
+        wanted, trouble = self.state.next_step, "wear asks for shorter ones"
         while True:
             left = stop - self.state.cycle
             step = left if wanted >= left else min(wanted, max(0.5 * left, 0.5 * wanted))
             if step < _SMALLEST_STEP:
                 raise WearError(
                     f"no step after cycle {self.state.cycle:.6g} is accurate, down to "
-                    f"{step:.1e} cycles; the contact there has a residual of "
-                    f"{self.state.residual:.1e}"
+                    f"{step:.1e} cycles: {trouble}; the contact at cycle "
+                    f"{self.state.cycle:.6g} has a residual of {self.state.residual:.1e}"
                 )
             try:
                 first, second = self._stages(step)
-            except ContactError:
-                wanted = 0.5 * step
+            except ContactError as error:
+                wanted, trouble = 0.5 * step, str(error)
                 continue
             if any(self._outlook.touched(second.pressure, second.approach)):
                 fitting = larger_window(
@@ -139,6 +139,10 @@ class _Stepper:
             judgement = self._judge(step, first, second)
             if not judgement.accepted:
                 wanted = step * judgement.factor
+                trouble = (
+                    f"the error is estimated as {judgement.error * self.tolerance:.1e} instead "
+                    f"of {self.tolerance:.1e}"
+                )
                 continue
             following = step * judgement.factor
             if step < wanted and judgement.factor >= 1.0:
