@@ -9,11 +9,11 @@ import sys
 from pathlib import Path
 
 from fretwear.study.problems import StudyError
-from fretwear.workflow import BATCHES, StudyJobs
+from fretwear.workflow import BATCHES, StudyJobs, chosen_study
 from fretwear.writable import why_not_writable
 
 try:
-    JOBS = StudyJobs.of(str(config.get("study", "demo")))
+    JOBS = StudyJobs.of(chosen_study(config))
 except StudyError as error:
     print(f"fretwear: error: {error}", file=sys.stderr)
     sys.exit(2)

@@ -22,7 +22,7 @@ _ITERATIONS = 20_000
 
 @dataclass(frozen=True)
 class Pressed:
-    """What a peer finds: pressure, Pa, and displacement, m, both of the window's shape."""
+    """What a peer finds: pressure, Pa, and displacement, m but for a constant, on the window."""
 
     pressure: Array
     displacement: Array

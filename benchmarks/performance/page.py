@@ -35,9 +35,9 @@ made on; a window grows with the contact, so units of the last window would give
 which is noted too. All CE are ratios of medians of processor times, which other work on the machine
 disturbs less than the clock; what the clock says is noted. Rows of the transforms' share count the
 processor time inside the calls of transforms, of whichever library. Start times are the shortest of
-nine on the clock: what else the machine does can only add. scipy's convolution is slow where the
-cells along an axis are a power of two, as in the cold solves: columns then share the same few
-places of the cache.
+nine on the clock: what else the machine does can only add. scipy's convolution is dearer per cell
+where the cells along an axis are a power of two, as in the cold solves: their numbers in CE are
+smaller for it.
 """
 
 

@@ -163,8 +163,8 @@ def _cells_text(data: Data) -> str:
     ]
     return f"""\
 Smooth elastic, 30000 cycles, one thread, each run in a process of its own; memory is the most that
-the process held above what a started interpreter holds (about
-{data["points"][0]["start_bytes"] / 1e6:.0f} MB). Between the {cells.LARGEST} largest, time grows
+the process held above what it holds with everything imported, about
+{data["points"][0]["start_bytes"] / 1e6:.0f} MB. Between the {cells.LARGEST} largest, time grows
 like cells^{data["time_exponent"]:.2f} and memory like cells^{data["memory_exponent"]:.2f}.
 
 {table(header, rows)}
@@ -196,8 +196,8 @@ def _cases_text(data: Data) -> str:
     return f"""\
 Studies of tiny cases (100 cycles on 10 µm cells, a fraction of a second each) through the whole
 workflow, `snakemake --cores {data["cores"]}`: simulations, merged study, figures, report. From ten
-cases on, time grows like cases^{data["time_exponent"]:.2f}; memory is that of the largest process
-so far.
+cases on, the time by the clock grows like cases^{data["time_exponent"]:.2f}. Memory is that of the
+largest process so far.
 
 {table(header, rows)}
 

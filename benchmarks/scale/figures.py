@@ -2,9 +2,11 @@
 
 from typing import Any
 
+from benchmarks.scale.cells import LARGEST
 from benchmarks.verification.plots import points
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 
 from fretwear.figures.style import MUTED, JournalFigure, styled
 
@@ -41,13 +43,17 @@ def cases_figure(data: dict[str, Any]) -> Figure:
 def _log(axes: Axes, x: str, y: str) -> None:
     axes.set_xscale("log")
     axes.set_yscale("log")
+    # Labels at the powers of ten alone; markers on the border are whole.
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_minor_formatter(NullFormatter())
+    axes.margins(0.06)
     axes.set_xlabel(x)
     axes.set_ylabel(y)
 
 
 def _power(axes: Axes, x: list[float], y: list[float], power: float) -> None:
     """Say the exponent of the largest sizes beside a line of that slope."""
-    first = max(0, len(x) - 3)
+    first = max(0, len(x) - LARGEST)
     ends = [1.35 * y[-1] * (x[first] / x[-1]) ** power, 1.35 * y[-1]]
     axes.plot([x[first], x[-1]], ends, color=MUTED, lw=0.7, ls=(0, (4, 2)))
     axes.annotate(

@@ -19,6 +19,7 @@ from fretwear.finished import FileTrace, case_files, is_finished
 from fretwear.study.batches import Batch
 from fretwear.study.file import Study, load_study
 from fretwear.study.plan import plan_study
+from fretwear.study.problems import Problem, StudyError, shown
 
 STUDIES = Path("studies")
 RESULTS = Path("results")
@@ -34,6 +35,27 @@ _MINUTES_TO_START = 5
 # In a job on a cluster Snakemake runs twice beside the simulation, and reads the study each time.
 _SNAKEMAKE_MB = 300
 _SNAKEMAKE_MB_PER_POINT = 0.008
+
+
+def chosen_study(config: Mapping[str, object]) -> str:
+    """Return the study that ``--config study=NAME`` chooses, the default one without it.
+
+    Raises
+    ------
+    StudyError
+        When the configuration says something else: a misspelt key must not run the default.
+    """
+    problems = [
+        Problem(key, shown(value), "is not known", "choose a study by --config study=NAME")
+        for key, value in config.items()
+        if key != "study"
+    ]
+    name = config.get("study", "demo")
+    if name is None:
+        problems.append(Problem("study", "", "has no value", "such as --config study=demo"))
+    if problems:
+        raise StudyError(Path("--config"), problems)
+    return str(name)
 
 
 def study_file(name: str) -> Path:

@@ -4,7 +4,6 @@ import json
 import math
 
 import pytest
-from benchmarks.scale.__main__ import main as scale
 from benchmarks.speed.__main__ import main as speed
 from benchmarks.speed.rows import Row, from_json, missing
 
@@ -29,14 +28,6 @@ def test_an_unknown_group_is_refused(capsys):
     with pytest.raises(SystemExit):
         speed(["contacts"])
     assert "there are contact, smooth" in capsys.readouterr().err
-
-
-def test_the_scale_of_cells_is_measured_in_processes_of_their_own(tmp_path):
-    output = tmp_path / "scale.json"
-    scale(["--cells", "16", "--cases", "--output", str(output)])
-    (point,) = json.loads(output.read_text("utf-8"))["cells"]["points"]
-    assert point["peak_bytes"] >= point["start_bytes"] > 0
-    assert point["cells"] >= 16**2
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from benchmarks.peers import cold
-from benchmarks.peers.solvers import PEERS, residual, unfolded
+from benchmarks.peers.solvers import PEERS, Pressed, residual, unfolded
 from benchmarks.peers.wear_loop import CYCLES, estimated_step, own_loop, whole_run
 from benchmarks.speed.cases import smooth_case
 
@@ -20,11 +20,13 @@ def test_a_peer_solves_from_nothing_and_from_a_start(kind):
     modulus = simulation.wear_problem(smooth_case(16)).composite_modulus
     peer = kind(bodies.window, modulus, 1e-8)
     first = peer.solve(problem.shape, problem.load)
-    again = peer.solve(problem.shape, problem.load, first.pressure)
-    for found in (first, again):
+    warm = peer.solve(problem.shape, problem.load, first.pressure)
+    for found in (first, warm):
         assert residual(problem, found.pressure) < 1e-6
+        # tamaas leaves the displacement shifted by the approach: gaps are what can be compared.
+        own = Pressed(found.pressure, bodies.displacement(found.pressure))
         np.testing.assert_allclose(
-            found.displacement, bodies.displacement(found.pressure), rtol=1e-6
+            found.gap(problem.shape), own.gap(problem.shape), atol=1e-6 * problem.shape.max()
         )
 
 

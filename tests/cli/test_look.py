@@ -1,8 +1,11 @@
+import json
 import shutil
 import struct
 
 import pytest
 
+import fretwear
+from fretwear.study.file import load_study
 from fretwear.study.selection import select_case
 
 
@@ -19,7 +22,7 @@ def test_show_tells_parameters_and_results_beside_the_closed_forms(desk, case_fi
     assert hertz == pytest.approx(case.hertz_radius * 1e6, rel=1e-3)
     assert first == pytest.approx(hertz, rel=0.02)
     assert last > first
-    pressure = [cell.strip() for cell in rows["pressure in the middle of the contact"] if cell]
+    pressure = [cell.strip() for cell in rows["pressure in the middle"] if cell]
     assert pressure[-1] == f"{case.hertz_pressure * 1e-9:.4g} GPa"
 
 
@@ -29,6 +32,60 @@ def test_every_result_has_a_unit_for_people(desk, case_file):
     assert len(results) == 13
     for line in results:
         assert line.split()[-1] in ("um", "nm", "um2", "um3", "MPa", "GPa", "nJ", "uJ")
+
+
+def test_a_case_fits_on_a_line_of_80(desk, case_file):
+    *lines, explanation = desk.call("show", case_file).stdout.splitlines()
+    assert explanation.startswith("Unworn: ")
+    assert max(map(len, lines)) <= 80
+
+
+def test_a_script_gets_the_case_as_json_in_si_units(desk, case_file):
+    seen = json.loads(desk.call("show", case_file, "--json").stdout)
+    assert seen["parameters"]["load"] == {"value": 50.0, "units": "N"}
+    assert seen["parameters"]["plastic_limit"]["value"] is None
+    with fretwear.open_case(case_file) as case:
+        assert seen["case_id"] == case.attrs["case_id"]
+        assert seen["cycle"] == case["cycle"].values.tolist()
+        for name in ("contact_half_width_x", "peak_pressure", "wear_volume"):
+            assert seen["results"][name]["values"] == case[name].values.tolist()
+            assert seen["results"][name]["units"] == case[name].attrs["units"]
+        deepest = case["wear_depth"].isel(cycle=-1).values.max()
+        assert seen["results"]["greatest_wear_depth"]["values"][-1] == pytest.approx(deepest)
+        assert seen["unworn"]["contact_half_width_x"] == float(case["hertz_radius"])
+
+
+@pytest.fixture
+def merged(desk, content):
+    """A merged study of two loads and two lengths, of which one case is missing."""
+    content["vary"]["cycles"] = [100, 200]
+    desk.write(content)
+    assert desk.call("batch", "tiny.yaml", "--points", "1-3").exit_code == 0
+    assert desk.call("merge", "tiny.yaml").exit_code == 0
+    return "results/tiny/summary.nc"
+
+
+def test_show_lists_the_points_of_a_merged_study(desk, merged):
+    lines = desk.call("show", merged).stdout.splitlines()
+    assert lines[2] == "4 points: 3 done, 1 failed, 0 invalid"
+    header, *rows = lines[lines.index("") + 2 :]
+    assert header.split()[:3] == ["id", "load", "cycles"]
+    assert [row.split()[0] for row in rows] == list(load_study("tiny.yaml").cases())
+    assert "failed" in rows[-1]
+    volumes = [float(row.split()[-2]) for row in rows[:-1]]
+    assert all(volume > 0 for volume in volumes)
+    assert volumes[0] < volumes[1]
+
+
+def test_a_script_gets_the_points_with_the_values_after_the_last_cycle_of_each(desk, merged):
+    seen = json.loads(desk.call("show", merged, "--json").stdout)
+    *done, missing = seen["points"]
+    assert [point["status"] for point in seen["points"]] == ["done", "done", "done", "failed"]
+    assert missing["wear_volume"] is None
+    for point in done:
+        with fretwear.open_case(f"results/tiny/cases/{point['case_id']}.nc") as case:
+            assert point["load"] == float(case["load"])
+            assert point["wear_volume"] == float(case["wear_volume"][-1])
 
 
 @pytest.mark.parametrize(("name", "begins"), [("a.png", b"\x89PNG"), ("a.svg", b"<?xml")])

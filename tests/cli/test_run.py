@@ -118,3 +118,9 @@ def test_a_stopped_run_says_so_and_leaves_no_case_file(desk, name, status):
     assert "fretwear: stopped: by " in message
     assert "Traceback" not in message
     assert not any(".nc" in file for file in desk.files())
+
+
+def test_the_beginning_of_an_id_chooses_the_case_where_there_is_only_one(desk):
+    assert desk.call("run", "tiny.yaml", "--case", "P25N", "-o", "one.nc").exit_code == 0
+    with fretwear.open_case("one.nc") as case:
+        assert float(case["load"]) == 25.0

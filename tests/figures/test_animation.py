@@ -103,16 +103,17 @@ def test_where_ffmpeg_is_missing_a_gif_is_offered(
 
 
 @pytest.mark.skipif(shutil.which("ffprobe") is None, reason="needs Debian's ffmpeg")
-def test_an_mp4_lasts_as_long_as_its_pictures(smooth: xr.Dataset, tmp_path: Path) -> None:
+def test_an_mp4_lasts_as_long_as_its_pictures_and_plays_everywhere(
+    smooth: xr.Dataset, tmp_path: Path
+) -> None:
     animation = figures.animation(smooth, cycles=[0, 10, 1000])
-    path = animation.save(tmp_path / "wear.mp4", dots_per_inch=50)
-    told = subprocess.run(
-        ["ffprobe", "-v", "error", "-show_entries", "format=duration", "-of", "csv=p=0", path],
-        check=True,
-        capture_output=True,
-        text=True,
-    )
-    assert float(told.stdout) == pytest.approx(sum(animation.seconds), abs=0.2)
+    path = animation.save(tmp_path / "wear.mp4", dots_per_inch=51)
+    entries = "stream=codec_name,pix_fmt,duration"
+    command = ["ffprobe", "-v", "error", "-show_entries", entries, "-of", "csv=p=0", path]
+    told = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    codec, pixels, seconds = told.strip().split(",")
+    assert (codec, pixels) == ("h264", "yuv420p")
+    assert float(seconds) == pytest.approx(sum(animation.seconds), abs=0.2)
 
 
 def test_cycles_for_a_smooth_animation_are_whole_increasing_and_go_to_the_end() -> None:

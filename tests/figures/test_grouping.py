@@ -125,3 +125,21 @@ def test_case_ids_and_point_numbers_are_no_parameters() -> None:
 def test_a_missing_quantity_is_named() -> None:
     with pytest.raises(ValueError, match="'stick_area'"):
         study_lines(_grid(DEMO), "stick_area")
+
+
+def test_points_drawn_at_random_are_told_by_panels_and_one_colour_bar() -> None:
+    loads, ratios = np.linspace(20.0, 60.0, 30), np.linspace(0.9, 0.5, 30)
+    sampled = xr.Dataset(
+        {"wear_volume": (("point", "cycle"), np.ones((30, 3)))},
+        {
+            "load": ("point", loads),
+            "tangential_ratio": ("point", ratios),
+            "plastic_limit": ("point", [np.inf, 4.5e9] * 15),
+            "cycle": [0.0, 10.0, 100.0],
+        },
+    )
+    lines = study_lines(sampled, "wear_volume")
+    layout = choose_layout(lines)
+    assert (layout.across, layout.color, layout.style) == (("plastic_limit",), "load", None)
+    assert layout.followers == ("tangential_ratio",)
+    assert len(shown_lines(lines, layout)) == 30

@@ -99,3 +99,29 @@ def test_energy_over_decades_is_on_a_logarithmic_axis(smooth: xr.Dataset) -> Non
     assert axes.get_yscale() == "log"
     low, high = axes.get_ylim()
     assert high / low < 1e7
+
+
+def test_wear_over_decades_is_on_logarithmic_axes_without_cycle_zero(smooth: xr.Dataset) -> None:
+    (axes,) = figures.wear_volume(smooth).axes
+    assert axes.get_yscale() == "log"
+    low, _ = axes.get_xlim()
+    assert 0.5 < low <= 1.0
+    volumes = smooth["wear_volume"].values[1:] * 1e18
+    bottom, top = axes.get_ylim()
+    assert bottom < volumes.min() < volumes.max() < top
+
+
+def test_a_width_that_stays_is_shown_from_zero(smooth: xr.Dataset) -> None:
+    (axes,) = figures.stick_half_width(smooth).axes
+    assert axes.get_ylim()[0] == 0.0
+    (axes,) = figures.contact_half_width(smooth).axes
+    assert axes.get_ylim()[0] > 0.0
+
+
+def test_a_few_lines_are_labelled_beside_themselves(
+    small_study, check_texts: Callable[[Figure], list[str]]
+) -> None:
+    part = small_study.summary.isel(friction=0, roughness_amplitude=0, plastic_limit=0)
+    figure = figures.contact_half_width(part, columns=1)
+    assert not figure.legends
+    assert {"$P$ = 30 N", "$P$ = 40 N"} <= set(check_texts(figure))

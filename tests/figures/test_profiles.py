@@ -137,3 +137,19 @@ def test_panels_have_one_case_each_and_one_key_to_the_cycles(
 def test_no_case_is_no_figure() -> None:
     with pytest.raises(ValueError, match="no case"):
         figures.compare_profiles({}, PRESSURE)
+
+
+def _marks_above(axes: Axes) -> int:
+    return sum(line.get_label() == "_above" for line in axes.get_lines())
+
+
+def test_the_endless_peak_of_elastic_bodies_is_cut_and_marked(smooth: xr.Dataset) -> None:
+    steep = smooth.copy(deep=True)
+    steep["pressure"][-1, 20] = 30.0 * float(smooth["pressure"][0].max())
+    for case, marked in ((steep, 1), (steep.assign_coords(plastic_limit=1e12), 0)):
+        axes = figures.pressure_profiles(case).axes[0]
+        highest = float(case["pressure"].isel(y=0).max()) / 1e6
+        assert _marks_above(axes) == marked
+        assert (axes.get_ylim()[1] < highest) == bool(marked)
+    alone = figures.pressure_profiles(steep, cycles=[1000]).axes[0]
+    assert _marks_above(alone) == 0

@@ -92,3 +92,20 @@ def test_a_file_that_cannot_be_written_leaves_nothing(smooth: xr.Dataset, tmp_pa
 def test_a_notebook_shows_a_figure_without_pyplot(smooth: xr.Dataset) -> None:
     picture = figures.pressure_profiles(smooth)._repr_png_()
     assert picture.startswith(b"\x89PNG")
+
+
+def test_a_pdf_brings_its_fonts_along_as_truetype(smooth: xr.Dataset, tmp_path: Path) -> None:
+    with matplotlib.rc_context({"pdf.fonttype": 3}):
+        figures.pressure_profiles(smooth).savefig(tmp_path / "p.pdf")
+    content = (tmp_path / "p.pdf").read_bytes()
+    assert b"/FontFile2" in content
+    assert b"/Type3" not in content
+
+
+def test_matplotlibs_own_way_to_save_gives_journal_quality(
+    smooth: xr.Dataset, tmp_path: Path
+) -> None:
+    with matplotlib.rc_context({"savefig.dpi": 50, "savefig.bbox": "tight"}):
+        figures.pressure_profiles(smooth, columns=2).savefig(tmp_path / "p.png")
+    width = int.from_bytes((tmp_path / "p.png").read_bytes()[16:20], "big")
+    assert width == pytest.approx(190.0 / 25.4 * 300.0, abs=1.0)

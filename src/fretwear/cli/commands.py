@@ -15,6 +15,7 @@ from fretwear.cli.log import Log, LogFormat, chosen_log
 from fretwear.cli.log.choose import format_in_call
 from fretwear.cli.signals import Stopped
 from fretwear.cli.status import CommandError, Status
+from fretwear.cli.wrong_call import what_is_wrong
 
 
 class Call:
@@ -22,19 +23,21 @@ class Call:
 
     Attributes
     ----------
+    arguments : sequence of str
+        What was typed after ``fretwear``.
     log : Log
         Takes all messages; until a command opens its own, one that suits the arguments as they are.
     """
 
     def __init__(self, arguments: Sequence[str]) -> None:
-        self._arguments = arguments
+        self.arguments = arguments
         self._log: Log | None = None
 
     @property
     def log(self) -> Log:
         """The log that the command has opened, or one for errors only."""
         if self._log is None:
-            log_format = format_in_call(self._arguments, os.environ)
+            log_format = format_in_call(self.arguments, os.environ)
             self._log = chosen_log(log_format, quiet=False)
         return self._log
 
@@ -106,7 +109,7 @@ def _status(run: Any, call: Call) -> int:
         call.log.error(error.message, error.status)
         return error.status
     except typer.TyperException as error:
-        if message := _wrong_call(error):
+        if message := what_is_wrong(error, call.arguments):
             call.log.error(message, Status.WRONG_INPUT)
         return Status.WRONG_INPUT
     except Stopped as stopped:
@@ -116,32 +119,6 @@ def _status(run: Any, call: Call) -> int:
         call.log.defect(error)
         return Status.FAILED
     return status if isinstance(status, int) else Status.DONE
-
-
-def _wrong_call(error: typer.TyperException) -> str:
-    """Say what is wrong with a call and where to read how it should be."""
-    if type(error).__name__ == "NoArgsIsHelpError":
-        return ""  # the help was printed
-    message = error.format_message().rstrip(".").replace("Value error, ", "")
-    context = getattr(error, "ctx", None)
-    hint = (
-        f"'{'fretwear' if context is None else context.command_path} --help' tells how to call it"
-    )
-    if option := getattr(error, "option_name", None):
-        hint = _where_it_belongs(option, context) or hint
-    if near := getattr(error, "possibilities", None):
-        message = f"{error.message.rstrip('.')}; did you mean {' or '.join(sorted(near))}?"
-    return f"{message[:1].lower()}{message[1:]}\n    {hint}"
-
-
-def _where_it_belongs(option: str, context: Any) -> str:
-    """Say after which command an option goes that stands before all of them; or nothing."""
-    if context is None or not isinstance(context.command, TyperGroup):
-        return ""
-    for name, command in context.command.commands.items():
-        if any(option in param.opts for param in command.params):
-            return f"options follow the command: fretwear {name} {option} ..."
-    return ""
 
 
 def _without_types_of_flags(params: list[Any]) -> list[Any]:

@@ -7,9 +7,7 @@ two candidates or none.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
-from itertools import islice
 from pathlib import Path
 
 import typer
@@ -17,9 +15,8 @@ import typer
 _STUDY_FILES = (".yaml", ".yml")
 _CASE_FILES = (".nc",)
 _STUDIES = "studies"
-# A study this large takes seconds to read: too long for a key that seems to do nothing.
-_MOST_POINTS = 10_000
-_MOST_IDS = 500
+# All ids of a large study take seconds, too long for a key that seems to do nothing.
+_MOST_POINTS = 2000
 _ONLY_BY_NAME = ("output.cycles", "title")
 
 
@@ -43,7 +40,6 @@ def case_files(incomplete: str) -> list[str]:
 
 def case_ids(context: typer.Context, incomplete: str) -> list[str]:
     """Offer the ids of the cases of the study that was typed before."""
-    from fretwear.study.document import read_document
     from fretwear.study.file import load_study
     from fretwear.study.problems import StudyError
 
@@ -52,14 +48,12 @@ def case_ids(context: typer.Context, incomplete: str) -> list[str]:
     if file is None:
         return []
     try:
-        if _number_of_points(read_document(Path(file)).data) > _MOST_POINTS:
-            return []
         study = load_study(file)
     except StudyError:
         return []
-    ids = (point.id for point in study.points() if point.case is not None)
-    matching = (case_id for case_id in ids if case_id.startswith(incomplete))
-    return list(dict.fromkeys(islice(matching, _MOST_IDS)))
+    points = study.points(1, min(study.size, _MOST_POINTS))
+    ids = (point.id for point in points if point.case is not None)
+    return list(dict.fromkeys(case_id for case_id in ids if case_id.startswith(incomplete)))
 
 
 def assignments(incomplete: str) -> list[str]:
@@ -74,12 +68,6 @@ def assignments(incomplete: str) -> list[str]:
     # A space would have to be quoted; "30N" means the same as "30 N".
     example = (example_of(name) or "...").replace(" ", "")
     return [f"{name}=", f"{name}={example}"]
-
-
-def _number_of_points(content: object) -> int:
-    vary = content.get("vary") if isinstance(content, dict) else None
-    lists = vary.values() if isinstance(vary, dict) else ()
-    return math.prod(len(values) for values in lists if isinstance(values, list))
 
 
 def _paths(incomplete: str, endings: Sequence[str]) -> list[str]:

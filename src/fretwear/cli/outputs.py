@@ -23,7 +23,7 @@ def check_file(path: Path, *endings: str) -> Path:
     if path.suffix.lower() not in endings:
         *others, last = endings
         expected = f"{', '.join(others)} or {last}" if others else last
-        raise refuse(f"{path}: is to end in {expected}")
+        raise refuse(f"{path}: is to end in {expected}, such as {path.with_suffix(endings[0])}")
     check_folder(path.parent)
     return path
 

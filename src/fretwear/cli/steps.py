@@ -11,7 +11,7 @@ from fretwear.cli.arguments import Format, Quiet, Results, StudyFile, results_of
 from fretwear.cli.commands import open_log
 from fretwear.cli.log import LogFormat
 from fretwear.cli.outputs import check_folder
-from fretwear.cli.status import Status, failing_as
+from fretwear.cli.status import CommandError, Status, failing_as
 
 if TYPE_CHECKING:
     from fretwear.study.file import Study
@@ -88,13 +88,18 @@ def report(
     from fretwear.data.atomic import write_text
     from fretwear.data.errors import DataFileError
     from fretwear.data.merge import open_summary
+    from fretwear.figures.study import INDEX_NAME
     from fretwear.report import build_report
     from fretwear.study.plan import plan_study
 
     with (
-        failing_as(Status.FAILED, DataFileError, FileNotFoundError),
+        failing_as(Status.FAILED, DataFileError),
         open_summary(folder / "summary.nc") as summary,
     ):
+        index = folder / "figures" / INDEX_NAME
+        if not index.is_file():
+            rule = "there is no such file: draw the figures before the report, by"
+            raise CommandError(f"{index}: {rule}\n    fretwear figures {file}", Status.FAILED)
         page = build_report(plan_study(study), summary, folder)
         write_text(folder / "report.html", page)
     log.result(folder / "report.html", f"{len(page) / 1e6:.1f} MB")

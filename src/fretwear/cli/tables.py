@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import xarray as xr
 
@@ -51,6 +53,11 @@ def text_of(value: xr.DataArray) -> str:
 def quantity_text(value: float, units: str) -> str:
     """Return a value in the SI unit `units` with a unit for people."""
     return format_quantity(value, _DIMENSIONS[units], _DIGITS)
+
+
+def plain(value: Any) -> Any:
+    """Return a value for JSON, which knows no number that is not finite."""
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def aligned(rows: Sequence[tuple[str, ...]]) -> Iterator[str]:

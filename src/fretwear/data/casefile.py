@@ -30,6 +30,7 @@ _RUN_AGAIN = "Remove the file and run the case again"
 # What is no netCDF-4 file may be precious, a study file for example: nothing is to be removed.
 _CHECK_FIRST = "Check the name; if it is what is left of a case file, run the case again"
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
+_NOT_NETCDF = "it is no netCDF-4 file, which case files are"
 
 
 @dataclass(frozen=True)
@@ -79,7 +80,8 @@ def opened_case(path: str | PathLike[str]) -> Iterator[CaseFile]:
     """
     path = Path(path)
     if problem := damage(path, "case file"):
-        raise CaseFileError(path, problem, _remedy(path))
+        remedy = _remedy(path)
+        raise CaseFileError(path, _NOT_NETCDF if remedy == _CHECK_FIRST else problem, remedy)
     try:
         file = netCDF4.Dataset(path, "r")
     except (OSError, RuntimeError) as cause:

@@ -123,9 +123,9 @@ def _write_mp4(pictures: Iterable[Picture], path: Path) -> None:
     from matplotlib.animation import FFMpegWriter
 
     # The writer takes figures; what it draws here is a picture that fills one.
-    writer = FFMpegWriter(
-        fps=_FRAMES_PER_SECOND, codec="libx264", extra_args=["-f", "mp4", "-crf", "20"]
-    )
+    # Many players know H.264 with halved colours only.
+    arguments = ["-pix_fmt", "yuv420p", "-crf", "20", "-f", "mp4"]
+    writer = FFMpegWriter(fps=_FRAMES_PER_SECOND, codec="libx264", extra_args=arguments)
     figure: Figure | None = None
     for picture in pictures:
         height, width = picture.pixels.shape[:2]

@@ -12,6 +12,7 @@ from pydantic_core import PydanticCustomError
 from fretwear.study import identity
 from fretwear.study.checks import findings
 from fretwear.study.fields import PerBody, Quantity, Spacing, WholeNumber, means_none
+from fretwear.study.problems import suggestion
 from fretwear.study.quantities import COMPLIANCE, FORCE, LENGTH, NUMBER, PRESSURE
 from fretwear.study.roughness import WavyRoughness
 from fretwear.study.spacing import default_spacing
@@ -139,6 +140,19 @@ class Case(BaseModel):
         description="Cycles at which the fields are kept.",
         validate_default=True,
     )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _only_known_names(cls, values: Any) -> Any:
+        unknown = [name for name in values if name not in cls.model_fields]
+        if unknown:
+            known = list(cls.model_fields)
+            told = (
+                f"{name!r} is no parameter of a case; {suggestion(name, known)}" for name in unknown
+            )
+            text = ". ".join(each.rstrip("; ") for each in told)
+            raise PydanticCustomError("fretwear_case", "{text}", {"text": text})
+        return values
 
     @field_validator("roughness")
     @classmethod

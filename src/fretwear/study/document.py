@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-import difflib
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import yaml
 
+from fretwear.study.missing import instead_of, listed, studies_in
 from fretwear.study.problems import Problem, StudyError, shown
+from fretwear.study.yaml_errors import not_yaml
 
 MAX_BYTES = 1_000_000
 MAX_DEPTH = 12
 MAX_NODES = 300_000
+
+_NETCDF = b"\x89HDF"
 
 _Loader: type[Any] = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
@@ -53,7 +56,7 @@ def read_document(file: Path) -> Document:
         finally:
             loader.dispose()
     except yaml.YAMLError as error:
-        raise StudyError(file, [_not_yaml(error)]) from error
+        raise StudyError(file, [not_yaml(error, text)]) from error
     except _TooMuchError as error:
         raise StudyError(file, [Problem("", "", str(error))]) from error
 
@@ -93,9 +96,11 @@ def _read_text(file: Path) -> str:
         raise refused("is not a usable file name")
     try:
         if file.is_dir():
-            raise refused("is a folder, not a study file", _files_in(file))
+            present = studies_in(file)
+            hint = listed("give one of its files:", present) if present else ""
+            raise refused("is a folder, not a study file", hint)
         if not file.exists():
-            raise refused("there is no such file", _similar(file))
+            raise refused("there is no such file", instead_of(file))
         if not file.is_file():
             raise refused("is not a regular file")
         with file.open("rb") as stream:
@@ -104,6 +109,8 @@ def _read_text(file: Path) -> str:
         raise refused(f"cannot be read: {error.strerror}") from error
     if len(content) > MAX_BYTES:
         raise refused(f"is larger than {MAX_BYTES // 1000} kB, the limit for study files")
+    if content.startswith(_NETCDF):
+        raise refused("is a netCDF file, not a study file", f"fretwear show {file} tells of it")
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -111,23 +118,6 @@ def _read_text(file: Path) -> str:
         raise refused(
             f"is not UTF-8 text (line {line}, byte {error.start})", "save it as UTF-8"
         ) from error
-
-
-def _similar(file: Path) -> str:
-    try:
-        names = sorted(path.name for path in file.parent.iterdir())
-    except OSError:
-        return f"the folder {file.parent} does not exist or cannot be read"
-    near = difflib.get_close_matches(file.name, names, n=1, cutoff=0.6)
-    return f"did you mean {str(file.with_name(near[0]))!r}?" if near else ""
-
-
-def _files_in(folder: Path) -> str:
-    try:
-        names = sorted(path.name for path in folder.glob("*.y*ml"))[:5]
-    except OSError:
-        return ""
-    return f"it holds {', '.join(names)}" if names else ""
 
 
 def _refuse_depth(text: str) -> None:
@@ -140,13 +130,6 @@ def _refuse_depth(text: str) -> None:
                 raise _TooMuchError(f"is nested more than {MAX_DEPTH} levels deep")
         elif isinstance(event, yaml.CollectionEndEvent):
             depth -= 1
-
-
-def _not_yaml(error: yaml.YAMLError) -> Problem:
-    mark = getattr(error, "problem_mark", None)
-    reason = getattr(error, "problem", None) or getattr(error, "reason", None) or "unreadable"
-    line = mark.line + 1 if mark is not None else None
-    return Problem("", "", f"is not YAML: {reason}", line=line)
 
 
 class _Builder:

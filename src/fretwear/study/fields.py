@@ -266,7 +266,7 @@ def _read_pair(
     each: Quantity, values: Any, units_required: bool, meaning: str
 ) -> tuple[float, float]:
     if len(values) != 2:
-        raise QuantityError(f"must be {meaning}, but has {len(values)} values")
+        raise QuantityError(f"must be {meaning}, but is a list of {len(values)}")
     read = []
     for position, value in enumerate(values, start=1):
         try:

@@ -46,6 +46,7 @@ ksi = 1000 * psi
 
 NUMBER_PATTERN = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,4})?"
 _QUANTITY = re.compile(rf"\s*(?P<number>[+-]?{NUMBER_PATTERN})(?P<unit>.*)", re.DOTALL)
+_DECIMAL_COMMA = re.compile(r"\s*[+-]?\d+,\d")
 _UNIT = re.compile(r"[^\W\d_][\w\s*/^().·⋅%°-]*|(?:°|1?\s*/)[\w\s*/^().·⋅-]*")
 _LONG_OR_STACKED_POWER = re.compile(r"[0-9]{2}|(?:\^|\*\*)\s*-?\w+\s*(?:\^|\*\*)")
 _MAX_LENGTH = 60
@@ -156,12 +157,12 @@ def _unit(text: str) -> tuple[Decimal, Dimension | None]:
         units = _registry().parse_units(_expression(text))
         in_si = _registry().Quantity(Decimal(1), units).to_root_units()
     except Exception as error:  # pint lets tokenizer, arithmetic and attribute errors through
-        raise QuantityError(f"has an unknown unit {text!r}", _spelling(text)) from error
+        raise QuantityError(f"has an unknown unit {text!r}") from error
     return Decimal(in_si.magnitude), _dimensionalities().get(units.dimensionality)
 
 
-def _spelling(unit: str) -> str:
-    known = ["m", "mm", "um", "nm", "N", "mN", "kN", "Pa", "kPa", "MPa", "GPa", "deg", "rad"]
+def _spelling(unit: str, dimension: Dimension) -> str:
+    known = [_SI_TEXT[dimension.si_unit], *(symbol for _, symbol in dimension.scales)]
     by_fold = {name.casefold(): name for name in known}
     near = difflib.get_close_matches(unit.casefold(), by_fold, n=1, cutoff=0.5)
     return f"did you mean {by_fold[near[0]]!r}?" if near else ""
@@ -197,6 +198,8 @@ def parse_quantity(value: object, dimension: Dimension, *, units_required: bool 
         return number
     if not isinstance(value, str) or len(value) > _MAX_LENGTH:
         raise QuantityError(dimension.expectation)
+    if _DECIMAL_COMMA.match(value):
+        raise QuantityError(dimension.expectation, "write a decimal point, not a comma")
     match = _QUANTITY.fullmatch(value)
     if match is None:
         raise QuantityError(dimension.expectation)
@@ -211,7 +214,7 @@ def parse_quantity(value: object, dimension: Dimension, *, units_required: bool 
         factor, found = _unit(unit)
     except QuantityError as error:
         rule = f"{dimension.expectation}, but {error.rule}"
-        raise QuantityError(rule, error.hint) from error
+        raise QuantityError(rule, _spelling(unit, dimension)) from error
     if found is None or found.si_unit != dimension.si_unit:
         kind = "another quantity" if found is None else found.name
         raise QuantityError(f"{dimension.expectation}, but {unit!r} is {kind}")
