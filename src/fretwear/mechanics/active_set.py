@@ -46,7 +46,7 @@ class ActiveSet:
         """Take a pressure as the current one, scaled to the load and cut to the bounds."""
         self._set(carrying(start, self.problem.limit, self.problem.total))
         self._refresh()
-        self._solved: Mask = np.zeros_like(self.free)
+        self._solved: Mask = ~self.free
         self._preconditioner = Preconditioner(self.problem.half_space, self._tangent(), self.free)
 
     def _tangent(self) -> Array | None:
@@ -162,13 +162,12 @@ class ActiveSet:
         on other cells never counts; there it tells how far the step moves the surface.
         """
         half_space, tangent = self.problem.half_space, self._tangent()
-        precondition = self._preconditioner.on(self.free)
-        inside = self.free.astype(np.float64)
-        ones = precondition(inside)
+        settled = self._prepare()
+        precondition, inside, ones = self._inverse
         ones_sum = float(ones.sum())
         residual = -self.gap
         step, direction = np.zeros_like(residual), np.zeros_like(residual)
-        reduction = _SETTLED if self._settled() else _UNSETTLED
+        reduction = _SETTLED if settled else _UNSETTLED
         target = max(reduction * _deviation(residual, inside), _ENOUGH * tolerance * self.scale)
         energy = 0.0
         for _ in range(_LARGEST_INNER):
@@ -197,10 +196,17 @@ class ActiveSet:
             moved -= tangent * step
         return step, moved
 
-    def _settled(self) -> bool:
-        """Whether the free cells are nearly those of the step before: then it pays to be exact."""
+    def _prepare(self) -> bool:
+        """Invert on the free cells; whether they are nearly those of the step before.
+
+        While many cells still change sides it does not pay to solve for them exactly.
+        """
         before, self._solved = self._solved, self.free.copy()
         changed = np.count_nonzero(before != self.free)
+        if changed:
+            precondition = self._preconditioner.on(self.free)
+            inside = self.free.astype(np.float64)
+            self._inverse = precondition, inside, precondition(inside)
         return bool(changed <= _FEW * np.count_nonzero(self.free))
 
 

@@ -22,7 +22,7 @@ from fretwear.mechanics.halfspace import HalfSpace
 
 _SOFT = 0.3
 _STIFFENING = 3.0
-_HARD = 0.7
+_TURN = 2.0
 _MARGIN = 4
 
 
@@ -90,8 +90,8 @@ def _parts(half_space: HalfSpace, tangent: Array | None, free: Mask) -> tuple[_P
         uniform = float(1.0 / np.mean(1.0 / (tangents + own))) - own
         weight = np.sqrt((_STIFFENING * own + uniform) / (_STIFFENING * own + tangent))
         return _Part(everywhere, weight, half_space.inverse(uniform)), None
-    share = np.log1p(tangent / own)
-    share /= np.log1p(_HARD * mean / own)
+    share = tangent / (tangent + _TURN * own)
+    share *= (mean + _TURN * own) / mean
     np.minimum(share, 1.0, out=share)
     inner = half_space.part(half_space.window.holding(share < 1.0, _MARGIN))
     cells = half_space.window.part(inner.window.shape)
