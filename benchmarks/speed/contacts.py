@@ -1,5 +1,6 @@
 """Cold normal contacts in CE."""
 
+from dataclasses import replace
 from statistics import median
 
 from benchmarks.speed.cases import first_contact
@@ -43,6 +44,17 @@ def cold_contact(*, rough: bool, cells: int = 256, repeats: int = 5) -> Row:
         aim=aim,
         note=_note(contact, median(bare), median(ratio.wall for ratio in ratios), unit),
     )
+
+
+def beside_a_power_of_two(*, rough: bool, cells: int = 256, repeats: int = 5) -> Row:
+    """The cold solve on so many cells, with a note of the same on a few cells less.
+
+    Where the cells are a power of two the unit itself is dear, and the number small for that.
+    """
+    row = cold_contact(rough=rough, cells=cells, repeats=repeats)
+    fewer = round(cells * 250 / 256)
+    other = cold_contact(rough=rough, cells=fewer, repeats=repeats)
+    return replace(row, note=f"{row.note}; on {fewer}² cells {other.measured:.0f} CE")
 
 
 def _note(contact: Contact, bare: float, wall: float, unit: Unit) -> str:

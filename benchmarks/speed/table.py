@@ -23,9 +23,10 @@ def groups(*, full: bool = False, coarser: float = 1.0, repeats: int = 5) -> dic
     """
 
     def contact() -> Iterator[Row]:
-        cells = max(16, round(256 / coarser))
-        yield contacts.cold_contact(rough=False, cells=cells, repeats=repeats)
-        yield contacts.cold_contact(rough=True, cells=cells, repeats=repeats)
+        for rough in (False, True):
+            yield contacts.beside_a_power_of_two(
+                rough=rough, cells=max(16, round(256 / coarser)), repeats=repeats
+            )
 
     def memory() -> Iterator[Row]:
         yield resources.peak_memory(256 / coarser)
