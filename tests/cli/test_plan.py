@@ -6,8 +6,6 @@ import jsonschema
 import pytest
 import yaml
 
-import fretwear
-
 HEAVY = ("scipy.fft", "xarray", "netCDF4", "matplotlib")
 
 
@@ -68,14 +66,6 @@ def test_the_schema_accepts_the_studies_that_run(desk, content):
     jsonschema.validate(content, schema)
     with pytest.raises(jsonschema.ValidationError):
         jsonschema.validate({**content, "bse": {}}, schema)
-
-
-def test_version_and_help(desk):
-    assert desk.call("--version").stdout == f"fretwear {fretwear.__version__}\n"
-    text = desk.call("--help").stdout
-    for command in ("run", "plan", "show", "plot", "schema", "merge", "figures", "report"):
-        assert f" {command} " in text
-        assert "Example: fretwear" in desk.call(command, "--help").stdout
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,8 @@ import typer
 
 from fretwear.cli.arguments import CaseFile, Format, Quiet
 from fretwear.cli.commands import open_log
-from fretwear.cli.log import LogFormat
+from fretwear.cli.inputs import check_results
+from fretwear.cli.log import LogFormat, shows_a_bar
 from fretwear.cli.outputs import check_file
 from fretwear.cli.status import Status, failing_as
 
@@ -33,6 +34,7 @@ def animate(
         float,
         typer.Option(
             "--dpi",
+            metavar="NUMBER",
             min=30.0,
             max=600.0,
             help="Dots per inch; the pictures are 190 mm wide, at 120 dpi 897 pixels.",
@@ -48,6 +50,7 @@ def animate(
     'output: {cycles: [0, 1, 2, 3, 5, 8, 10, ...]}' in the study file.
     """
     log = open_log(context, log_format, quiet=quiet)
+    check_results(file)
     path = check_file(output or file.with_suffix(".gif"), ".gif", ".mp4")
 
     from fretwear.data.errors import DataFileError
@@ -83,7 +86,7 @@ def _bar(log_format: LogFormat, *, quiet: bool) -> Iterator[Callable[[int, int],
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
     console = Console(stderr=True)
-    hidden = quiet or log_format is not LogFormat.AUTO or not console.is_terminal
+    hidden = quiet or log_format is not LogFormat.AUTO or not shows_a_bar()
     columns = (TextColumn("picture"), MofNCompleteColumn(), BarColumn(bar_width=24))
     with Progress(*columns, console=console, transient=True, disable=hidden) as bar:
         task = bar.add_task("", total=None)

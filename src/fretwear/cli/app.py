@@ -25,8 +25,9 @@ app = typer.Typer(
     name="fretwear",
     cls=Commands,
     help=_SUMMARY,
-    epilog="Exit status: 0 done, 1 the simulation failed, 2 the input is wrong, "
-    "130 or 143 stopped by Ctrl-C or by SIGTERM.",
+    epilog="[dim]Example:[/dim] fretwear plan studies/demo.yaml\n\n"
+    "[dim]Whole studies:[/dim] snakemake --cores 2 --config study=demo\n\n"
+    "[dim]Exit status:[/dim] 0 done, 1 failed, 2 wrong input, 130 Ctrl-C, 143 SIGTERM",
     no_args_is_help=True,
     rich_markup_mode="rich",
     pretty_exceptions_enable=False,
@@ -40,8 +41,8 @@ def _add(function: Callable[..., Any], example: str, panel: str | None = None) -
     )
 
 
-_add(run, "fretwear run studies/demo.yaml --case ID --set 'load=30 N'")
 _add(plan, "fretwear plan studies/demo.yaml")
+_add(run, "fretwear run studies/demo.yaml --case ID --set 'load=30 N'")
 _add(show, "fretwear show results/demo/cases/ID.nc")
 _add(plot, "fretwear plot results/demo/cases/ID.nc -o overview.svg")
 _add(compare, "fretwear compare A.nc B.nc -o comparison.png")

@@ -55,7 +55,11 @@ def open_log(context: typer.Context, log_format: LogFormat, *, quiet: bool) -> L
 
 
 class Command(TyperCommand):
-    """A command whose flags are listed without a type."""
+    """A command whose flags are listed without a type, and its arguments without braces."""
+
+    def collect_usage_pieces(self, ctx: Any) -> list[str]:
+        """Return the words of the usage line; nobody is to type a brace."""
+        return [piece.strip("{}") for piece in super().collect_usage_pieces(ctx)]
 
     def get_params(self, ctx: Any) -> list[Any]:
         """Return all parameters, ``--help`` included."""

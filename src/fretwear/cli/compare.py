@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fretwear.cli import completion
+from fretwear.cli.inputs import check_results
 from fretwear.cli.outputs import check_file
 from fretwear.cli.status import Status, failing_as
 
@@ -50,6 +51,8 @@ def compare(
     ] = None,
 ) -> None:
     """Print the parameters in which two cases differ, and their key results with the ratios."""
+    for file in (first, second):
+        check_results(file)
     path = None if output is None else check_file(output, *_FORMATS)
 
     from fretwear.data.errors import DataFileError

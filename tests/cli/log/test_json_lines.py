@@ -90,6 +90,17 @@ def test_the_other_steps_of_a_study_are_told_the_same_way(desk):
     assert result.exit_code == told[-1]["exit_status"] == 1
 
 
+def test_the_reference_tells_of_every_event_and_every_field(desk, repository):
+    page = (repository / "docs/reference/logs.md").read_text(encoding="utf-8")
+    desk.call("run", "tiny.yaml", "--set", "load=50 N", "-o", "a.nc")
+    _, whole = run(desk, "--set", "load=50 N", "-o", "a.nc")
+    _, refused = run(desk)
+    for event in whole + refused:
+        assert f"| `{event['event']}` |" in page
+        for field in event:
+            assert f"`{field}`" in page
+
+
 def test_numbers_that_are_not_finite_are_null(capsys):
     JsonLog().result(Path("a.nc"), "", half=0.5, limit=math.inf, unknown=math.nan)
     (event,) = events(capsys.readouterr().err)
