@@ -35,7 +35,7 @@ class Residuals:
         relative to these.
     complementarity : float
         Largest product of pressure and gap in a cell, relative to the highest pressure times the
-        approach.
+        Hertz approach a²/R: that of rough bodies may be zero.
     """
 
     load: float
@@ -145,13 +145,14 @@ def residuals(case: xr.Dataset) -> Residuals:
     """
     copies = 1 if case.attrs["symmetry"] == "none" else 4
     area = copies * float(case["cell_x"]) * float(case["cell_y"])
+    approach = float(case["hertz_radius"]) ** 2 / float(case["radius"])
     worst = np.zeros(3)
     for cycle in range(case.sizes["cycle"]):
         now = case.isel(cycle=cycle)
         pressure, shear, gap = (
             now[name].values.astype(np.float64) for name in ("pressure", "shear_traction", "gap")
         )
-        scale = float(pressure.max()) * float(now["approach"])
+        scale = float(pressure.max()) * approach
         found = [
             abs(pressure.sum() * area / float(case["load"]) - 1.0),
             abs(shear.sum() * area / float(case["tangential_load"]) - 1.0),
@@ -184,7 +185,7 @@ def _numeric_facts(numerics: Sequence[CaseNumerics]) -> Iterator[Fact]:
     yield Fact("Residual of the tangential load", f"∬q dA is Q to within {tangential_load} of Q")
     yield Fact(
         "Residual of the contact conditions",
-        f"p·g is at most {complementarity} of the highest pressure times the approach",
+        f"p·g is at most {complementarity} of the highest pressure times the Hertz approach",
     )
     yield Fact("Accepted steps", _span([case.steps for case in numerics]))
     yield Fact("Convolutions", _span([case.convolutions for case in numerics]))
