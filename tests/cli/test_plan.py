@@ -6,6 +6,8 @@ import jsonschema
 import pytest
 import yaml
 
+from fretwear.study.file import load_study
+
 HEAVY = ("scipy.fft", "xarray", "netCDF4", "matplotlib")
 
 
@@ -17,7 +19,7 @@ def test_a_plan_lists_every_point_and_the_total(desk):
     assert [line.split()[0][:4] for line in points] == ["P25N", "P50N"]
     assert points[0].split()[1:3] == ["25", "N"]
     assert empty == ""
-    assert total.startswith("2 points, 2 cases: about ")
+    assert total.startswith("2 points, 2 cases in 2 jobs: about ")
     assert desk.files() == ["tiny.yaml"]
 
 
@@ -30,7 +32,7 @@ def test_a_plan_names_the_points_that_are_left_out(desk, content):
     assert result.exit_code == 0
     assert "(invalid)" in result.stdout
     assert "gross sliding" in result.stdout
-    assert "2 points, 1 case: " in result.stdout
+    assert "2 points, 1 case in 1 job: " in result.stdout
 
 
 def test_the_id_in_a_plan_chooses_the_case(desk):
@@ -59,6 +61,31 @@ def test_a_wide_plan_is_not_cut_where_no_terminal_shows_it(desk, content):
     lines = desk.call("plan", "tiny.yaml").stdout.splitlines()
     assert len(lines) == 1 + 32 + 2
     assert all(line.endswith("MB") for line in lines[1:-2])
+
+
+def test_a_huge_plan_shows_both_ends_and_the_total_unless_all_is_asked_for(desk, content):
+    content["vary"] = {"load": [f"{load} N" for load in range(20, 321)]}
+    desk.write(content)
+    header, *lines, empty, total = desk.call("plan", "tiny.yaml").stdout.splitlines()
+    ids = [point.id for point in load_study(desk.folder / "tiny.yaml").points()]
+    shown = [line.split()[0] for line in lines]
+    assert shown == [*ids[:20], "...", *ids[-20:]]
+    assert lines[20] == "... 261 more points, which --all prints ..."
+    assert (header.split()[0], empty) == ("id", "")
+    assert total.startswith("301 points, 301 cases in 16 jobs: ")
+    every = desk.call("plan", "tiny.yaml", "--all").stdout.splitlines()
+    assert [line.split()[0] for line in every[1:-2]] == ids
+
+
+def test_a_plan_warns_beside_the_table_of_what_will_go_wrong(desk, content):
+    del content["base"]["cell"]
+    content["base"]["plastic_limit"] = "4500 MPa"
+    content["base"]["tangential_ratio"] = 0.3
+    desk.write(content)
+    result = desk.call("plan", "tiny.yaml")
+    assert result.exit_code == 0
+    assert "fretwear: warning: 2 cases will yield in a ring" in result.stderr
+    assert "warning" not in result.stdout
 
 
 def test_the_schema_accepts_the_studies_that_run(desk, content):

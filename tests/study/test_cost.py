@@ -2,6 +2,7 @@ import math
 
 import pytest
 
+from fretwear.simulation import steps
 from fretwear.study.case import Case
 from fretwear.study.cost import estimate, greatest_contact_radius, limiting_radius_ratio
 
@@ -44,3 +45,51 @@ def test_more_snapshots_make_a_larger_file_and_no_longer_run():
     few, many = Case(**STEEL), Case(**STEEL, output_cycles=range(0, 1000, 100))
     assert estimate(many).file_bytes > 4 * estimate(few).file_bytes
     assert estimate(many).seconds == estimate(few).seconds
+
+
+YEARS = {"cycles": 30000, "plastic_limit": 4.5e9}
+
+
+def test_a_contact_that_yields_widens_without_end_where_slip_follows_the_worn_shape():
+    worn = Case(**{**STEEL, "cycles": 30000})
+    assert greatest_contact_radius(Case(**{**STEEL, **YEARS})) > 1.5 * greatest_contact_radius(worn)
+    held = Case(**{**STEEL, **YEARS}, slip_model="cattaneo_mindlin")
+    assert greatest_contact_radius(held) == greatest_contact_radius(worn)
+    assert estimate(held).convolutions < 0.2 * estimate(Case(**{**STEEL, **YEARS})).convolutions
+
+
+def test_a_short_run_does_not_come_to_the_limiting_state():
+    short = greatest_contact_radius(Case(**{**STEEL, "cycles": 10}))
+    long = greatest_contact_radius(Case(**{**STEEL, "cycles": 10**6}))
+    hertz = Case(**STEEL).hertz_radius
+    assert short == pytest.approx(hertz, rel=0.01)
+    assert long == pytest.approx(limiting_radius_ratio(0.8) * hertz, rel=1e-6)
+
+
+def test_more_cycles_and_a_tighter_tolerance_take_more_steps():
+    few, many = (estimate(Case(**{**STEEL, "cycles": cycles})) for cycles in (100, 100_000))
+    assert few.steps < many.steps < 10 * few.steps
+    tight = estimate(Case(**STEEL, tolerance=0.001))
+    assert tight.steps > 1.5 * estimate(Case(**STEEL)).steps
+    assert tight.seconds > estimate(Case(**STEEL)).seconds
+
+
+WAVES = {"amplitude": 2e-7, "slope_x": 0.035, "slope_y": 0.017}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"cycles": 7000},
+        {"cycles": 7000, "roughness": WAVES, "cell": 2e-6},
+        {"cycles": 1000, "roughness": WAVES, "plastic_limit": 4.5e9, "cell": 2e-6},
+        {"cycles": 7000, "plastic_limit": 4.5e9, "slip_model": "cattaneo_mindlin", "cell": 3e-6},
+    ],
+)
+def test_the_convolutions_of_a_run_are_those_expected_within_a_factor_of_two(changes):
+    case = Case(**{**STEEL, **changes})
+    *_, last = steps(case)
+    expected = estimate(case)
+    assert 0.5 < expected.convolutions / last.state.convolutions < 2.0
+    assert 0.5 < expected.cells / math.prod(last.state.window.shape) < 2.0

@@ -2,9 +2,11 @@ import csv
 import io
 import subprocess
 import sys
+from dataclasses import replace
 
 import pytest
 
+from fretwear.study.cost import SECONDS_TO_START
 from fretwear.study.plan import duration, plan_study, size, write_points
 
 
@@ -58,6 +60,33 @@ def test_totals_count_each_case_once(studies, content):
     double = plan_study(studies.load(content))
     assert len(double.points) == 2
     assert double.seconds == pytest.approx(single.seconds)
+
+
+def test_a_machine_twice_as_fast_takes_half_the_time_for_the_same_batches(studies, content):
+    plan = plan_study(studies.load(content))
+    fast = replace(plan, speed=2.0)
+    assert fast.seconds == pytest.approx(0.5 * plan.seconds)
+    assert fast.batches == plan.batches
+    assert fast.memory_bytes == plan.memory_bytes
+
+
+def test_cases_of_one_job_start_python_once(studies, content):
+    apart = plan_study(studies.load({**content, "batch": 1}))
+    together = plan_study(studies.load({**content, "batch": 2}))
+    assert apart.seconds - together.seconds == pytest.approx(SECONDS_TO_START)
+
+
+def test_a_part_of_the_rows_can_be_asked_for(studies, content):
+    content["vary"] = {"friction": [0.3, 0.4, 0.5, 0.6]}
+    plan = plan_study(studies.load(content))
+    assert list(plan.rows(1, 3)) == list(plan.rows())[1:3]
+
+
+def test_contacts_that_yield_in_an_unseen_ring_are_found_once_each(studies, content):
+    content["base"]["plastic_limit"] = "4500 MPa"
+    content["vary"] = {"tangential_ratio": [0.2, 0.9]}
+    (unseen,) = plan_study(studies.load(content)).unseen_rings
+    assert unseen.case.tangential_ratio == 0.2
 
 
 def test_the_table_is_written_to_a_file(studies, content, tmp_path):

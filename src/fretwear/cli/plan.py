@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -14,16 +15,34 @@ if TYPE_CHECKING:
     from fretwear.study.plan import Plan
 
 
-def plan(file: StudyFile, set_: Assignments = None) -> None:
-    """Print the points of a study with the time and memory each will take; run nothing."""
+_MOST_ROWS = 200
+_ROWS_AT_AN_END = 20
+
+
+def plan(
+    file: StudyFile,
+    set_: Assignments = None,
+    every: Annotated[
+        bool, typer.Option("--all", help=f"Print all points, also if they are over {_MOST_ROWS}.")
+    ] = False,
+) -> None:
+    """Print the points of a study with the time and memory each will take; run nothing.
+
+    Times are those of this machine, whose speed is measured in a moment.
+    """
+    from fretwear.advice import machine_warnings
     from fretwear.study.file import StudyError, load_study
     from fretwear.study.plan import plan_study
+    from fretwear.study.speed import machine_speed
 
     with failing_as(Status.WRONG_INPUT, StudyError):
         planned = plan_study(load_study(file, set_ or ()))
-    for line in _aligned([planned.header(), *planned.rows()]):
+    planned = replace(planned, speed=machine_speed(planned.estimates.values()))
+    for line in _table(planned, every):
         typer.echo(line)
     typer.echo(f"\n{_total(planned)}")
+    for warning in machine_warnings(planned):
+        typer.echo(f"\nfretwear: warning: {warning}", err=True)
 
 
 def schema() -> None:
@@ -43,13 +62,34 @@ def _aligned(rows: Sequence[tuple[str, ...]]) -> Iterable[str]:
         yield "  ".join(cells).rstrip()
 
 
+def _table(planned: Plan, every: bool) -> Iterator[str]:
+    count = len(planned.points)
+    if every or count <= _MOST_ROWS:
+        yield from _aligned([planned.header(), *planned.rows()])
+        return
+    first, last = planned.rows(0, _ROWS_AT_AN_END), planned.rows(count - _ROWS_AT_AN_END)
+    lines = list(_aligned([planned.header(), *first, *last]))
+    yield from lines[: 1 + _ROWS_AT_AN_END]
+    yield f"... {count - 2 * _ROWS_AT_AN_END} more points, which --all prints ..."
+    yield from lines[1 + _ROWS_AT_AN_END :]
+
+
 def _total(planned: Plan) -> str:
+    from fretwear.advice import cores
     from fretwear.study.plan import duration, size
 
-    points, cases = len(planned.points), len(planned.estimates)
+    at_once = min(cores(), len(planned.batches))
+    counts = (
+        _count(len(planned.points), "point"),
+        f"{_count(len(planned.estimates), 'case')} in {_count(len(planned.batches), 'job')}",
+    )
+    shared = f", {duration(planned.seconds / at_once)} on {at_once} cores" if at_once > 1 else ""
     return (
-        f"{points} point{'s' * (points != 1)}, {cases} case{'s' * (cases != 1)}: "
-        f"about {duration(planned.seconds)} on one core, "
-        f"up to {size(planned.memory_bytes)} of memory for a case, "
+        f"{', '.join(counts)}: about {duration(planned.seconds)} on one core{shared}, "
+        f"up to {size(planned.memory_bytes)} of memory for a job, "
         f"about {size(planned.file_bytes)} of files."
     )
+
+
+def _count(number: int, thing: str) -> str:
+    return f"{number} {thing}{'s' * (number != 1)}"

@@ -31,7 +31,7 @@ class Task:
     case_id : str
         Id of the case.
     seconds : float
-        How long it takes, as far as the study alone can tell.
+        How long it takes once its job has started, as far as the study alone can tell.
     memory_bytes : int
         Memory that it needs.
     """
@@ -71,7 +71,7 @@ class Batch:
 
     @property
     def seconds(self) -> float:
-        """Time for all cases on one core."""
+        """Time for all cases on one core, once the job has started."""
         return math.fsum(task.seconds for task in self.tasks)
 
     @property

@@ -8,18 +8,30 @@ from functools import lru_cache
 
 from fretwear.study.case import Case
 
-# Calibrated against the cases of studies/demo.yaml, each alone on one core.
-SECONDS_PER_CELL_AND_CONVOLUTION = 4.0e-8
+# Calibrated with `python -m benchmarks.cost`, which says how well they hold.
+SECONDS_TO_START = 1.5
+SECONDS_PER_CASE = 0.1
 SECONDS_PER_CONVOLUTION = 3.0e-4
-CONVOLUTIONS = 500.0
-CONVOLUTIONS_ROUGH = 1400.0
-CONVOLUTIONS_PER_YIELDING_STEP = 60.0
-CONVOLUTIONS_PER_YIELDING_STEP_ROUGH = 95.0
-SECONDS_TO_START = 2.0
+SECONDS_PER_CELL_AND_CONVOLUTION = 4.8e-8
+
+STEPS_TO_BEGIN = 2.0
+STEPS_PER_FOLD_OF_WEAR = 2.4
+STEPS_ROUGH = 1.6
+STEPS_PER_YIELDING_TIME = 0.7
+
+# Of a window of ten thousand cells; iterations grow slowly with their number.
+CONVOLUTIONS_PER_STEP = 30.0
+CONVOLUTIONS_PER_STEP_ROUGH = 44.0
+CONVOLUTIONS_PER_YIELDING_STEP = 70.0
+CONVOLUTIONS_PER_YIELDING_STEP_ROUGH = 85.0
+GROWTH_WITH_CELLS = 0.2
 
 WINDOW_MARGIN = 1.15
-MEMORY_TO_START = 150_000_000
-ARRAYS_OF_PADDED_WINDOW = 25
+FOLDS_TO_LIMITING_STATE = 8.0
+YIELDING_TIMES_TO_WIDEN = 50.0
+WIDENING = 0.36
+MEMORY_TO_START = 165_000_000
+ARRAYS_OF_PADDED_WINDOW = 20
 BYTES_PER_FIELD_CELL = 7 * 4 + 1
 COMPRESSION = 0.6
 
@@ -32,6 +44,8 @@ class Estimate:
     ----------
     cells_x, cells_y : int
         Cells of the quarter window at its largest, along x and y.
+    steps, convolutions : float
+        Steps over the cycles, and half-space convolutions of all of them.
     seconds : float
         Time on one core.
     memory_bytes : int
@@ -42,6 +56,8 @@ class Estimate:
 
     cells_x: int
     cells_y: int
+    steps: float
+    convolutions: float
     seconds: float
     memory_bytes: int
     file_bytes: int
@@ -55,52 +71,90 @@ class Estimate:
 def estimate(case: Case) -> Estimate:
     """Estimate what a case takes.
 
-    The window ends a little outside of the largest contact that the run can come to: that of
-    the limiting worn state (`limiting_radius_ratio`), or the one that carries the load at the
-    plastic limit, whichever is larger, plus the reach of the roughness.
+    The window ends a little outside of the largest contact that the run comes to: on its way to
+    the limiting worn state (`limiting_radius_ratio`), widened where the stick zone shrinks, or the
+    one that carries the load at the plastic limit, plus the reach of the roughness.
     """
     dx, dy = case.grid_spacing
     reach = WINDOW_MARGIN * greatest_contact_radius(case)
     cells_x, cells_y = math.ceil(reach / dx), math.ceil(reach / dy)
     cells = cells_x * cells_y
-    seconds_each = SECONDS_PER_CONVOLUTION + SECONDS_PER_CELL_AND_CONVOLUTION * cells
+    # The window grows with the contact, from about the unworn one.
+    first = min(cells, (WINDOW_MARGIN * case.hertz_radius) ** 2 / (dx * dy))
+    seconds_each = SECONDS_PER_CONVOLUTION + SECONDS_PER_CELL_AND_CONVOLUTION * 0.5 * (
+        first + cells
+    )
+    work = _work(case, cells)
     padded_bytes = 4 * cells * 8
     snapshots = len(case.output_cycles)
     return Estimate(
         cells_x=cells_x,
         cells_y=cells_y,
-        seconds=SECONDS_TO_START + seconds_each * _convolutions(case),
+        steps=work.steps,
+        convolutions=work.convolutions,
+        seconds=SECONDS_TO_START + SECONDS_PER_CASE + seconds_each * work.convolutions,
         memory_bytes=MEMORY_TO_START + ARRAYS_OF_PADDED_WINDOW * padded_bytes,
         file_bytes=int(COMPRESSION * BYTES_PER_FIELD_CELL * cells * snapshots) + 100_000,
     )
 
 
-def _convolutions(case: Case) -> float:
-    """Expected number of half-space convolutions of a run.
+@dataclass(frozen=True)
+class _Work:
+    steps: float
+    convolutions: float
 
-    An elastic run takes few steps whatever its length.  Where the bodies yield, a step lasts no
-    longer than wear takes to free a cell at the limit: 1/(β p_lim) cycles, β = 4 K_w µ κ, at the
-    default tolerance, and in proportion to the root of the tolerance otherwise.
+
+def _work(case: Case, cells: int) -> _Work:
+    """Expected steps over the cycles and half-space convolutions of all of them.
+
+    The steps of an elastic run grow with the wear: the pressure p0 wears a cell e-fold in
+    1/(β p0) cycles, β = 4 K_w µ κ, and from fold to fold the steps may be longer. Where the bodies
+    yield a step lasts no longer than wear takes to free a cell at the limit, 1/(β p_lim) cycles at
+    the default tolerance, unless slip does not follow the worn shape.
     """
     rough = case.roughness is not None
-    expected = CONVOLUTIONS_ROUGH if rough else CONVOLUTIONS
-    if math.isfinite(case.plastic_limit):
-        growth = 4.0 * case.wear_coefficient * case.friction * case.coupling
-        steps = case.cycles * growth * case.plastic_limit * math.sqrt(0.01 / case.tolerance)
-        each = CONVOLUTIONS_PER_YIELDING_STEP_ROUGH if rough else CONVOLUTIONS_PER_YIELDING_STEP
-        expected += each * steps
-    return expected
+    growth = _wear_growth(case)
+    folds = math.log2(1.0 + case.cycles * growth * case.hertz_pressure)
+    finer = 0.01 / case.tolerance
+    elastic = STEPS_TO_BEGIN + STEPS_PER_FOLD_OF_WEAR * folds * finer ** (1.0 / 3.0)
+    elastic *= STEPS_ROUGH if rough else 1.0
+    larger = (cells / 1e4) ** GROWTH_WITH_CELLS
+    each = CONVOLUTIONS_PER_STEP_ROUGH if rough else CONVOLUTIONS_PER_STEP
+    if not _stick_shrinks(case):
+        return _Work(elastic, each * larger * elastic)
+    yielding = STEPS_PER_YIELDING_TIME * case.cycles * growth * case.plastic_limit * finer**0.5
+    each_yielding = (
+        CONVOLUTIONS_PER_YIELDING_STEP_ROUGH if rough else CONVOLUTIONS_PER_YIELDING_STEP
+    )
+    # Longer steps are harder to solve, so that a looser tolerance saves less than its steps.
+    each_yielding *= finer**-0.35
+    return _Work(elastic + yielding, larger * each * elastic + each_yielding * yielding)
 
 
 def greatest_contact_radius(case: Case) -> float:
     """Return an upper estimate in m of the radius of contact at any time of a run."""
-    worn = case.hertz_radius * limiting_radius_ratio(round(case.load_ratio, 4))
+    limiting = limiting_radius_ratio(round(case.load_ratio, 4))
+    folds = case.cycles * _wear_growth(case) * case.hertz_pressure
+    worn = 1.0 + (limiting - 1.0) * -math.expm1(-folds / FOLDS_TO_LIMITING_STATE)
+    if _stick_shrinks(case):
+        yielding = case.cycles * _wear_growth(case) * case.plastic_limit
+        worn *= (1.0 + yielding / YIELDING_TIMES_TO_WIDEN) ** WIDENING
     full_plastic = math.sqrt(case.load / (math.pi * case.plastic_limit))
     rough = 0.0
     if case.roughness is not None:
         # Tips reach out to where the sphere has fallen back by the height of the waves.
         rough = 2.0 * case.radius * case.roughness.amplitude
-    return math.sqrt(max(worn, full_plastic) ** 2 + rough)
+    return math.sqrt(max(case.hertz_radius * worn, full_plastic) ** 2 + rough)
+
+
+def _wear_growth(case: Case) -> float:
+    """Return β = 4 K_w µ κ: a pressure p wears e-fold in 1/(β p) cycles."""
+    return 4.0 * case.wear_coefficient * case.friction * case.coupling
+
+
+def _stick_shrinks(case: Case) -> bool:
+    """Whether the edge of stick yields and slip follows: then the contact widens without end."""
+    return math.isfinite(case.plastic_limit) and case.slip_model == "jaeger"
 
 
 @lru_cache(maxsize=4096)

@@ -12,9 +12,10 @@ from typing import IO
 
 from fretwear.study.batches import Batch, Task, batches
 from fretwear.study.case import Case
-from fretwear.study.cost import Estimate, estimate
+from fretwear.study.cost import SECONDS_TO_START, Estimate, estimate
 from fretwear.study.file import Study
 from fretwear.study.points import Point
+from fretwear.study.yielding import is_ring_unseen
 
 
 @dataclass(frozen=True)
@@ -45,10 +46,14 @@ class Plan:
         The study planned.
     points : tuple of PlannedPoint
         One for each point, the last varied parameter fastest.
+    speed : float
+        How fast the machine is that times are told for, from `fretwear.study.speed`; the table
+        of points and the batches are the same for every machine.
     """
 
     study: Study
     points: tuple[PlannedPoint, ...]
+    speed: float = 1.0
 
     @cached_property
     def estimates(self) -> Mapping[str, Estimate]:
@@ -62,13 +67,25 @@ class Plan:
         for number, planned in enumerate(self.points, 1):
             found = planned.estimate
             if found is not None and planned.id not in tasks:
-                tasks[planned.id] = Task(number, planned.id, found.seconds, found.memory_bytes)
+                seconds = found.seconds - SECONDS_TO_START
+                tasks[planned.id] = Task(number, planned.id, seconds, found.memory_bytes)
         return batches(tasks.values(), self.study.batch)
 
     @property
     def seconds(self) -> float:
-        """Time for all cases on one core."""
-        return math.fsum(found.seconds for found in self.estimates.values())
+        """Time for all jobs on one core."""
+        working = math.fsum(batch.seconds for batch in self.batches)
+        return (working + SECONDS_TO_START * len(self.batches)) / self.speed
+
+    @property
+    def unseen_rings(self) -> tuple[PlannedPoint, ...]:
+        """Points whose smooth contact yields in a ring narrower than a cell, each case once."""
+        found = {
+            planned.id: planned
+            for planned in self.points
+            if planned.case is not None and is_ring_unseen(planned.case)
+        }
+        return tuple(found.values())
 
     @property
     def memory_bytes(self) -> int:
@@ -85,16 +102,23 @@ class Plan:
         names = (axis.name for axis in self.study.axes)
         return ("id", *names, "cells", "time", "memory")
 
-    def rows(self) -> Iterator[tuple[str, ...]]:
-        """Iterate over the points as text for people, varied values in the words of the file."""
-        for planned in self.points:
+    def rows(self, first: int = 0, last: int | None = None) -> Iterator[tuple[str, ...]]:
+        """Iterate over the points as text for people, varied values in the words of the file.
+
+        Parameters
+        ----------
+        first, last : int
+            Part of the points, as for a slice.
+        """
+        for planned in self.points[first:last]:
             labels = planned.point.labels.values()
             if planned.estimate is None:
                 yield ("(invalid)", *labels, "-", "-", planned.point.problem)
                 continue
             found = planned.estimate
             cells = f"{found.cells_x} x {found.cells_y}"
-            yield (planned.id, *labels, cells, duration(found.seconds), size(found.memory_bytes))
+            time = duration(found.seconds / self.speed)
+            yield (planned.id, *labels, cells, time, size(found.memory_bytes))
 
     def write_csv(self, stream: IO[str]) -> None:
         """Write the table of points: id, every parameter in SI units, cells, estimates.
