@@ -1,6 +1,7 @@
 """A case as it moves.
 
-Pressure, wear depth and contact zones, one picture for each snapshot that the case has kept.
+Pressure, wear depth and contact zones, one picture for each snapshot that the case has kept: what
+`fretwear animate` makes.
 """
 
 import xarray as xr

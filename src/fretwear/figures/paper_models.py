@@ -11,9 +11,11 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from fretwear.figures.half_profile import half_profiles
+from fretwear.figures.keys import outside_key
 from fretwear.figures.profile_kinds import PRESSURE, WEAR, ProfileKind
 from fretwear.figures.style import CATEGORICAL, INK, LINE_STYLES, MUTED, JournalFigure, styled
-from fretwear.figures.wording import MICROMETRE, Unit, readable_unit
+from fretwear.figures.value_axis import unit_of_axis
+from fretwear.figures.wording import MICROMETRE, Unit
 
 _PANEL_HEIGHT = 54.0
 _SLIP = ProfileKind("slip", "Slip amplitude", MICROMETRE)
@@ -52,19 +54,17 @@ def compare_slip_models(
         _draw_profiles(axes, cases[title], kind, cycle)
         axes.set_title(f"{title}, cycle {cycle}")
     models = [Line2D([], [], color=MUTED, linestyle=style) for style in LINE_STYLES[:2]]
-    figure.legend(
+    outside_key(
+        figure,
         [*models, *(Line2D([], [], color=color) for color in CATEGORICAL[: len(cases)])],
         ["slip of the worn shape", "slip of the unworn sphere", *cases],
-        loc="outside upper left",
-        ncols=2 + len(cases),
-        handlelength=2.4,
     )
     return figure
 
 
 def _draw_volumes(axes: Axes, histories: Mapping[str, Sequence[xr.Dataset]]) -> None:
     volumes = np.concatenate([h["wear_volume"].values for pair in histories.values() for h in pair])
-    unit = readable_unit(volumes, "m3")
+    unit = unit_of_axis(volumes, "m3", logarithmic=True)
     for pair, color in zip(histories.values(), CATEGORICAL, strict=False):
         for history, style in zip(pair, LINE_STYLES[:2], strict=True):
             axes.plot(

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from fretwear.figures.half_profile import HalfProfiles, half_profiles, wave_mean
+from fretwear.figures.keys import outside_key
 from fretwear.figures.profile_drawing import cycle_colors, cycle_key, draw_profiles
 from fretwear.figures.profile_frames import Frame, frame_of
 from fretwear.figures.profile_kinds import PRESSURE, SHEAR, ProfileKind
@@ -159,7 +160,7 @@ def pressure_of_lines(lines: Sequence[CaseLine]) -> Figure:
         ]
     ]
     texts = [f"{line.title}, cycle {cycle_number(line.cycle)}" for line in lines]
-    figure.legend(handles, texts, loc="outside upper left", ncols=len(lines), handlelength=2.4)
+    outside_key(figure, handles, texts)
     return figure
 
 

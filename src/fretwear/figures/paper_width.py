@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from fretwear.figures.cycle_axis import set_cycle_axis
+from fretwear.figures.keys import outside_key
 from fretwear.figures.style import CATEGORICAL, LINE_STYLES, JournalFigure, styled
 from fretwear.figures.wording import MICROMETRE
 
@@ -100,9 +101,7 @@ def _finish(figure: Figure, axes: Axes, looks: Mapping[str, Look]) -> None:
     axes.grid(axis="y")
     axes.set_ylabel("Half-width along x (µm)")
     handles = [Line2D([], [], color=look.color, linestyle=look.style) for look in looks.values()]
-    figure.legend(
-        handles, list(looks), loc="outside upper left", ncols=len(looks), handlelength=2.4
-    )
+    outside_key(figure, handles, list(looks))
 
 
 def _name_zones(axes: Axes, histories: list[xr.Dataset]) -> None:
