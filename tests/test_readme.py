@@ -46,8 +46,10 @@ def coarse_demo(tmp_path_factory):
 
 def test_continuous_integration_runs_the_two_commands_as_they_stand_here():
     first, second, *_ = (block.strip() for block in blocks("bash"))
-    assert first.endswith("pip install -c constraints.txt -e . && snakemake --cores 2")
-    assert second.endswith('pip install -c constraints.txt -e ".[test]" && pytest')
+    assert first.endswith('pip install -c constraints.txt -e ".[fast]" && snakemake --cores 2')
+    assert second.endswith(
+        'pip install -c constraints.txt -e ".[test]" && pytest -n logical --dist loadfile'
+    )
     script = (REPOSITORY / ".ci/run").read_text(encoding="utf-8")
     function = re.search(r"^readme_command\(\) \{.*?^\}$", script, re.MULTILINE | re.DOTALL)[0]
     for number, command in ((1, first), (2, second)):
