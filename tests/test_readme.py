@@ -52,10 +52,10 @@ def test_continuous_integration_runs_the_two_commands_as_they_stand_here():
     )
     script = (REPOSITORY / ".ci/run").read_text(encoding="utf-8")
     function = re.search(r"^readme_command\(\) \{.*?^\}$", script, re.MULTILINE | re.DOTALL)[0]
-    for number, command in ((1, first), (2, second)):
-        assert f"readme_command {number}" in script
+    for words, command in (("snakemake --cores 2", first), ("pytest", second)):
+        assert f'run_readme_command "{words}"' in script
         said = subprocess.run(
-            ["bash", "-c", f"{function}\nreadme_command {number}"],
+            ["bash", "-c", f"{function}\nreadme_command '{words}'"],
             cwd=REPOSITORY,
             capture_output=True,
             text=True,
