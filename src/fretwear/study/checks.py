@@ -24,6 +24,11 @@ GREATEST_CONTACT = 0.2
 in a half-space theory, is 1 % off the sphere, as much as the default tolerance allows."""
 
 
+LEAST_LOAD_RATIO = 1e-6
+"""Smallest Q/(µP): there the slip annulus is a 3 000 000th of the contact radius wide, and where
+the ratio vanishes against 1 it would have no width at all."""
+
+
 @dataclass(frozen=True)
 class Finding:
     """A rule that a case breaks.
@@ -83,7 +88,7 @@ def exactly_one_tangential(given: Iterable[str]) -> Finding | None:
 def _ratio_slides(case: Case) -> Finding | None:
     """Q ≥ µP slides as a whole: no stick zone, outside of the model."""
     if case.tangential_ratio is None or case.tangential_ratio < 1.0:
-        return None
+        return _sticks("tangential_ratio", case.tangential_ratio or 1.0)
     return Finding(
         "tangential_ratio",
         f"{case.tangential_ratio:.6g}",
@@ -95,13 +100,26 @@ def _ratio_slides(case: Case) -> Finding | None:
 def _load_slides(case: Case) -> Finding | None:
     """Q ≥ µP as in `_ratio_slides`, where Q itself is given."""
     if case.tangential_load is None or case.load_ratio < 1.0:
-        return None
+        return _sticks("tangential_load", 1.0 if case.tangential_load is None else case.load_ratio)
     return Finding(
         "tangential_load",
         format_quantity(case.tangential_load, FORCE),
         "is gross sliding: Q must be less than µP = "
         f"{format_quantity(case.friction * case.load, FORCE)}",
         "lower tangential_load, or raise load or friction",
+    )
+
+
+def _sticks(subject: str, load_ratio: float) -> Finding | None:
+    """Hardly any tangential load sticks as a whole: no slip, no wear."""
+    if load_ratio >= LEAST_LOAD_RATIO:
+        return None
+    return Finding(
+        subject,
+        "",
+        f"leaves no slip to compute: Q/(µP) is {load_ratio:.3g} and must be at least "
+        f"{LEAST_LOAD_RATIO:g}",
+        "partial slip needs a ratio between 0 and 1, such as 0.8",
     )
 
 

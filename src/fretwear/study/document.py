@@ -161,7 +161,15 @@ class _Builder:
             ]
         try:
             return self._loader.construct_object(node)
-        except (yaml.YAMLError, ValueError, OverflowError):
+        except (
+            yaml.YAMLError,
+            ArithmeticError,
+            AttributeError,
+            LookupError,
+            TypeError,
+            ValueError,
+        ):
+            # With a tag such as !!int on what is none, the library fails in many ways.
             self._refuse(key, node, "cannot be read", "put it in quotes if it is meant as text")
             return node.value
 

@@ -27,6 +27,9 @@ from fretwear.study.quantities import (
 STUDY_FILE: Mapping[str, bool] = {"units_required": True}
 """Validation context of study files: physical values need units, and `null` is no value."""
 
+# No physical value is beyond; powers and quotients of such numbers are still numbers.
+_SMALLEST, _LARGEST = 1e-30, 1e30
+
 _NUMBER_SCHEMA = rf"^\s*[+-]?{NUMBER_PATTERN}\s*$"
 _QUANTITY_SCHEMA = rf"^\s*[+]?{NUMBER_PATTERN}\s*[A-Za-zµμ°/].*$"
 
@@ -122,6 +125,8 @@ class Quantity(Reader):
             raise QuantityError(f"{error.rule}, or none", error.hint) from error
         if not self._contains(number):
             raise QuantityError(f"must be {self.range_text()}")
+        if number and not _SMALLEST <= abs(number) <= _LARGEST:
+            raise QuantityError(f"must lie between {_SMALLEST:g} and {_LARGEST:g} in SI units")
         return number
 
     def _contains(self, number: float) -> bool:

@@ -124,7 +124,7 @@ def _problem(details: Mapping[str, Any], raw: object, key: str) -> Problem:
         return Problem(key, shown(given), "is not known", hint)
     if kind == "literal_error":
         choices = [choice.strip("'") for choice in context["expected"].split(" or ")]
-        hint = suggestion(str(given), choices)
+        hint = suggestion(given, choices) if isinstance(given, str) else ""
         return Problem(key, shown(given), f"must be {' or '.join(choices)}", hint)
     if kind in ("model_type", "model_attributes_type", "dict_type"):
         return Problem(key, shown(given), "must be none or a roughness", such_as(ROUGHNESS))
