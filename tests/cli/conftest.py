@@ -49,6 +49,13 @@ class Desk:
         return sorted(str(path.relative_to(self.folder)) for path in self.folder.rglob("*"))
 
 
+@pytest.fixture(autouse=True)
+def _no_settings(monkeypatch):
+    """What the environment may say about colours and logs is not what is tested."""
+    for name in ("NO_COLOR", "FORCE_COLOR", "FRETWEAR_LOG_FORMAT"):
+        monkeypatch.delenv(name, raising=False)
+
+
 @pytest.fixture
 def desk(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

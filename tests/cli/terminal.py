@@ -44,7 +44,7 @@ def on_a_terminal(*command, columns=80, folder=".", **settings):
     """Run a command of fretwear on a terminal of its own; settings are environment variables."""
     master, slave = pty.openpty()
     fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
-    unwanted = ("NO_COLOR", "FORCE_COLOR", "COLUMNS", "LINES")
+    unwanted = ("NO_COLOR", "FORCE_COLOR", "FRETWEAR_LOG_FORMAT", "COLUMNS", "LINES")
     environment = {name: value for name, value in os.environ.items() if name not in unwanted}
     process = subprocess.Popen(
         [sys.executable, "-m", "fretwear", *map(str, command)],

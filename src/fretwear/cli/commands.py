@@ -61,6 +61,11 @@ class Command(TyperCommand):
         """Return the words of the usage line; nobody is to type a brace."""
         return [piece.strip("{}") for piece in super().collect_usage_pieces(ctx)]
 
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        """Print the help."""
+        _colour_terminals_only()
+        super().format_help(ctx, formatter)
+
     def get_params(self, ctx: Any) -> list[Any]:
         """Return all parameters, ``--help`` included."""
         return _without_types_of_flags(super().get_params(ctx))
@@ -72,6 +77,11 @@ class Commands(TyperGroup):
     def get_params(self, ctx: Any) -> list[Any]:
         """Return all parameters, ``--help`` included."""
         return _without_types_of_flags(super().get_params(ctx))
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        """Print the help."""
+        _colour_terminals_only()
+        super().format_help(ctx, formatter)
 
     def main(
         self,
@@ -123,6 +133,13 @@ def _status(run: Any, call: Call) -> int:
         call.log.defect(error)
         return Status.FAILED
     return status if isinstance(status, int) else Status.DONE
+
+
+def _colour_terminals_only() -> None:
+    """Keep typer from colouring what is no terminal, as it does where GitHub runs it."""
+    from typer import rich_utils
+
+    rich_utils.FORCE_TERMINAL = True if os.environ.get("FORCE_COLOR") else None
 
 
 def _without_types_of_flags(params: list[Any]) -> list[Any]:
