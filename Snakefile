@@ -10,7 +10,7 @@ from pathlib import Path
 
 from fretwear.study.problems import StudyError
 from fretwear.workflow import BATCHES, StudyJobs, chosen_study
-from fretwear.writable import why_not_writable
+from fretwear.writable import why_leading_out, why_not_writable
 
 try:
     JOBS = StudyJobs.of(chosen_study(config))
@@ -18,7 +18,7 @@ except StudyError as error:
     print(f"fretwear: error: {error}", file=sys.stderr)
     sys.exit(2)
 
-if problem := why_not_writable(Path(JOBS.folder)):
+if problem := why_leading_out(Path(JOBS.folder)) or why_not_writable(Path(JOBS.folder)):
     print(f"fretwear: error: {problem}", file=sys.stderr)
     sys.exit(2)
 

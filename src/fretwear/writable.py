@@ -1,4 +1,4 @@
-"""Whether a folder can be written to: found out before anything is computed."""
+"""Whether and where a folder can be written to: found out before anything is computed."""
 
 from __future__ import annotations
 
@@ -22,6 +22,32 @@ def why_not_writable(path: Path) -> str:
     except OSError as error:
         reason = os.strerror(error.errno or 0)
         return f"{path}: cannot be written to: {reason}; choose another place"
+
+
+def why_leading_out(folder: Path) -> str:
+    """Say why results would be written outside of the folder of all results; empty if they stay.
+
+    The folder of all results may be a link, to a larger disk for example: that is a choice for all
+    studies. A link in the place of one study, or of a folder in it, could come from anywhere.
+
+    Parameters
+    ----------
+    folder
+        Folder of one study's results, in the folder of all results.
+    """
+    root = folder.parent.resolve()
+    try:
+        inside = [Path(entry) for entry in os.scandir(folder) if entry.is_symlink()]
+    except OSError:
+        inside = []
+    for each in (folder, *sorted(inside)):
+        target = each.resolve()
+        if not target.is_relative_to(root):
+            return (
+                f"{each}: is a link that leads out of {folder.parent}, to {target}; remove it, "
+                f"make {folder.parent} itself the link, or name the folder by --results"
+            )
+    return ""
 
 
 def _nearest_existing(path: Path) -> Path:

@@ -5,6 +5,7 @@ import yaml
 from typer.testing import CliRunner
 
 from fretwear.cli import app
+from fretwear.study.file import load_study
 
 
 def tiny_study():
@@ -76,6 +77,20 @@ def case_file(tmp_path_factory):
     study, path = desk.write(tiny_study()), desk.folder / "case.nc"
     assert desk.call("run", study, "--set", "load=50 N", "-o", path).exit_code == 0
     return path
+
+
+@pytest.fixture(scope="session")
+def finished_desk(tmp_path_factory):
+    """A folder with a study, and with its cases, summary, figures and report in results/."""
+    desk = Desk(tmp_path_factory.mktemp("finished"))
+    study, results = desk.write(tiny_study()), desk.folder / "results"
+    for case_id in load_study(study).cases():
+        call = ("run", study, "--case", case_id, "-o", results / f"cases/{case_id}.nc")
+        assert desk.call(*call).exit_code == 0
+    for step in ("merge", "figures", "report"):
+        done = desk.call(step, study, "--results", results)
+        assert done.exit_code == 0, done.stderr
+    return desk
 
 
 @pytest.fixture(scope="session")

@@ -9,6 +9,8 @@ import typer
 
 from fretwear.cli import completion
 from fretwear.cli.log.choose import FORMAT_OPTION, FORMAT_VARIABLE, LogFormat
+from fretwear.cli.status import refuse
+from fretwear.writable import why_leading_out
 
 if TYPE_CHECKING:
     from fretwear.study.file import Study
@@ -75,5 +77,10 @@ Format = Annotated[
 
 
 def results_of(study: Study, results: Path | None) -> Path:
-    """Return the folder of a study's results."""
-    return Path("results", study.name) if results is None else results
+    """Return the folder of a study's results; leave with status 2 where it is a link elsewhere."""
+    if results is not None:
+        return results
+    folder = Path("results", study.name)
+    if problem := why_leading_out(folder):
+        raise refuse(problem)
+    return folder

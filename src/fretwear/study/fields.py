@@ -125,7 +125,7 @@ class Quantity(Reader):
             raise QuantityError(f"{error.rule}, or none", error.hint) from error
         if not self._contains(number):
             raise QuantityError(f"must be {self.range_text()}")
-        if number and not _SMALLEST <= abs(number) <= _LARGEST:
+        if number > _LARGEST or (0.0 in (self.above, self.at_least) and 0.0 < number < _SMALLEST):
             raise QuantityError(f"must lie between {_SMALLEST:g} and {_LARGEST:g} in SI units")
         return number
 

@@ -1,0 +1,206 @@
+"""Files and folders that fail a command: full, read-only, damaged, or somewhere else."""
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+FULL = "not written, because the disk (or the quota on it) is full"
+
+
+@pytest.fixture
+def copied(finished_desk, desk):
+    """The same in the folder that the commands are called from, to be spoilt."""
+    shutil.copytree(finished_desk.folder / "results", "results/tiny")
+    return desk
+
+
+@pytest.fixture
+def mounted(tmp_path):
+    """Mount a small file system, for whoever may, and take it away again."""
+    places = []
+
+    def mount(size="12m"):
+        place = tmp_path / "disk"
+        place.mkdir()
+        command = ["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", place]
+        try:
+            subprocess.run(command, check=True, capture_output=True)
+        except (OSError, subprocess.CalledProcessError):
+            pytest.skip("mounting a small file system takes rights that are not given here")
+        places.append(place)
+        return place
+
+    yield mount
+    for place in places:
+        # After a failure the netCDF library keeps its file open until the process ends.
+        subprocess.run(["umount", "-l", place], check=True)
+
+
+def fill(disk, leaving):
+    """Fill a disk but for so many bytes."""
+    free = shutil.disk_usage(disk).free
+    (disk / "filler").write_bytes(b"x" * (free - leaving))
+
+
+def everything(folder):
+    return {path.relative_to(folder): path.stat().st_size for path in folder.rglob("*")}
+
+
+def test_a_run_on_a_full_disk_says_so_and_goes_on_when_there_is_space(desk, mounted):
+    disk = mounted()
+    call = ("run", "tiny.yaml", "--set", "load=50 N", "-o", disk / "a.nc")
+    # Enough for the checkpoint of this small case, too little for its file.
+    fill(disk, leaving=100_000)
+    result = desk.call(*call)
+    assert result.exit_code == 1
+    assert f"{disk / 'a.nc'}: {FULL}" in result.stderr
+    assert not (disk / "a.nc").exists()
+    (disk / "filler").unlink()
+    again = desk.call(*call)
+    assert again.exit_code == 0
+    assert [path.name for path in disk.iterdir()] == ["a.nc"]
+
+
+@pytest.mark.parametrize(
+    ("step", "named"),
+    [("merge", "summary.nc"), ("figures", "figures/"), ("report", "report.html")],
+)
+def test_a_step_on_a_full_disk_says_so_and_spoils_nothing(
+    finished_desk, desk, mounted, step, named
+):
+    disk = mounted()
+    shutil.copytree(finished_desk.folder / "results", disk / "tiny")
+    fill(disk, leaving=8_000)
+    before = everything(disk)
+    result = desk.call(step, "tiny.yaml", "--results", disk / "tiny")
+    assert result.exit_code == 1
+    assert f"{disk}/tiny/{named}" in result.stderr
+    assert FULL in result.stderr
+    assert everything(disk) == before
+
+
+def test_a_folder_that_may_only_be_read_is_refused_before_anything_is_computed(
+    finished_desk, desk, mounted
+):
+    disk = mounted()
+    shutil.copytree(finished_desk.folder / "results", disk / "tiny")
+    subprocess.run(["mount", "-o", "remount,ro", disk], check=True)
+    calls = [
+        (step, "tiny.yaml", "--results", disk / "tiny") for step in ("merge", "figures", "report")
+    ]
+    for call in [*calls, ("run", "tiny.yaml", "--set", "load=50 N", "-o", disk / "new/a.nc")]:
+        result = desk.call(*call)
+        assert result.exit_code == 2
+        assert str(disk) in result.stderr
+        assert "Read-only file system; choose another place" in result.stderr
+        assert "cycle 0" not in result.stderr
+
+
+def cut(path):
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+
+
+def flip(path):
+    content = bytearray(path.read_bytes())
+    content[len(content) // 3] ^= 0x10
+    path.write_bytes(content)
+
+
+def empty(path):
+    path.write_bytes(b"")
+
+
+def remove(path):
+    path.unlink()
+
+
+DAMAGES = {cut: "cut short", flip: "its checksum does not fit"}
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_damaged_case_files_are_all_named_by_merge(copied, damage):
+    cases = sorted(Path("results/tiny/cases").iterdir())
+    for case in cases:
+        damage(case)
+    before = everything(Path("results"))
+    result = copied.call("merge", "tiny.yaml")
+    assert result.exit_code == 1
+    assert len(cases) == 2
+    for case in cases:
+        assert f"{case}: " in result.stderr
+    assert result.stderr.count(DAMAGES[damage]) == 2
+    assert "run the case again" in result.stderr
+    assert everything(Path("results")) == before, "the summary that was there is as it was"
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+@pytest.mark.parametrize("step", ["figures", "report"])
+def test_a_damaged_summary_is_named_by_what_reads_it(copied, damage, step):
+    damage(Path("results/tiny/summary.nc"))
+    result = copied.call(step, "tiny.yaml")
+    assert result.exit_code == 1
+    assert "results/tiny/summary.nc: " in result.stderr
+    assert DAMAGES[damage] in result.stderr
+    assert "Merge the study again" in result.stderr
+
+
+@pytest.mark.parametrize("damage", [empty, remove])
+@pytest.mark.parametrize("name", ["index.json", "contact_half_width.svg"])
+def test_damaged_figures_are_named_by_the_report(copied, damage, name):
+    damage(Path("results/tiny/figures") / name)
+    result = copied.call("report", "tiny.yaml")
+    assert result.exit_code == 1
+    assert f"results/tiny/figures/{name}: " in result.stderr
+    assert "raw the figures" in result.stderr
+    assert "Traceback" not in result.stderr
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_a_damaged_checkpoint_is_told_and_not_used(desk, damage):
+    call = ("run", "tiny.yaml", "--set", "load=50 N", "-o", "a.nc")
+    # A run that fails leaves its checkpoint; so does one of other parameters.
+    assert desk.call(*call, "--set", "wear_coefficient=1 / Pa").exit_code == 1
+    result = desk.call("run", "tiny.yaml", "--set", "load=49 N", "-o", "a.nc")
+    assert "a.checkpoint: this checkpoint is of another run (another parameters)" in result.stderr
+    assert result.exit_code == 0
+    assert desk.call(*call, "--set", "wear_coefficient=1 / Pa").exit_code == 1
+    damage(Path("a.checkpoint"))
+    result = desk.call(*call)
+    assert "a.checkpoint: this checkpoint is damaged" in result.stderr
+    assert "The run starts at cycle 0" in result.stderr
+    assert result.exit_code == 0
+
+
+@pytest.mark.parametrize("place", ["results/tiny", "results/tiny/figures"])
+def test_a_link_out_of_the_results_is_refused(copied, tmp_path, place):
+    elsewhere = tmp_path / "elsewhere"
+    shutil.move(place, elsewhere)
+    Path(place).symlink_to(elsewhere)
+    before = everything(elsewhere)
+    for step in ("merge", "figures", "report"):
+        result = copied.call(step, "tiny.yaml")
+        assert result.exit_code == 2
+        assert f"{place}: is a link that leads out of results, to {elsewhere}" in result.stderr
+    assert everything(elsewhere) == before
+
+
+def test_the_folder_of_all_results_may_be_a_link(copied, tmp_path):
+    shutil.move("results", tmp_path / "scratch")
+    Path("results").symlink_to(tmp_path / "scratch")
+    assert copied.call("merge", "tiny.yaml").exit_code == 0
+    Path("results/tiny").rename("results/other")
+    Path("results/tiny").symlink_to("other")
+    assert copied.call("merge", "tiny.yaml").exit_code == 0, "it stays among the results"
+
+
+def test_a_link_in_the_place_of_a_file_is_replaced_and_not_written_through(desk, tmp_path):
+    precious = tmp_path / "precious"
+    precious.write_text("mine")
+    for name in ("a.nc", "a.checkpoint"):
+        Path(name).symlink_to(precious)
+    result = desk.call("run", "tiny.yaml", "--set", "load=50 N", "-o", "a.nc")
+    assert result.exit_code == 0
+    assert precious.read_text() == "mine"
+    assert not Path("a.nc").is_symlink()
