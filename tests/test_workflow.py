@@ -14,7 +14,7 @@ from fretwear.data.failures import failures, record
 from fretwear.data.merge import open_summary
 from fretwear.finished import write_finished
 from fretwear.study.file import StudyError
-from fretwear.workflow import StudyJobs, study_file
+from fretwear.workflow import StudyJobs, chosen_study, study_file
 
 REPOSITORY = Path(__file__).parents[1]
 
@@ -381,3 +381,16 @@ def test_the_verdict_names_what_failed_but_not_what_other_studies_left(jobs):
 def test_an_unsound_study_has_no_jobs(jobs):
     with pytest.raises(StudyError, match="larger than 0"):
         jobs({**TINY, "vary": {"load": ["-1 N"]}})
+
+
+def test_a_study_is_chosen_by_its_key_alone():
+    assert chosen_study({}) == "demo"
+    assert chosen_study({"study": "paper"}) == "paper"
+
+
+@pytest.mark.parametrize(
+    "config", [{"stdy": "paper"}, {"study": "paper", "cores": 2}, {"study": None}]
+)
+def test_a_misspelt_key_does_not_run_the_default_study(config):
+    with pytest.raises(StudyError, match="--config study="):
+        chosen_study(config)

@@ -104,7 +104,8 @@ def test_times_for_people(seconds, text):
 
 
 def test_sizes_for_people():
-    assert (size(20_400_000), size(1_540_000_000)) == ("20 MB", "1.5 GB")
+    sizes = [size(200_000), size(20_400_000), size(1_540_000_000)]
+    assert sizes == ["200 kB", "20 MB", "1.5 GB"]
 
 
 def test_planning_imports_nothing_of_the_computation(studies, content):

@@ -127,7 +127,7 @@ def _status(run: Any, call: Call) -> int:
             call.log.error(message, Status.WRONG_INPUT)
         return Status.WRONG_INPUT
     except Stopped as stopped:
-        call.log.stopped(f"{stopped}; no unfinished file was left behind", stopped.exit_status)
+        call.log.stopped(f"{stopped}; the same command goes on from here", stopped.exit_status)
         return stopped.exit_status
     except Exception as error:
         call.log.defect(error)

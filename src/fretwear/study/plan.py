@@ -167,7 +167,9 @@ def duration(seconds: float) -> str:
 
 
 def size(number: int) -> str:
-    """Write a number of bytes for people: ``20 MB``, ``1.5 GB``."""
+    """Write a number of bytes for people: ``200 kB``, ``20 MB``, ``1.5 GB``."""
+    if number < 1e6:
+        return f"{number / 1e3:.0f} kB"
     return f"{number / 1e6:.0f} MB" if number < 1e9 else f"{number / 1e9:.1f} GB"
 
 
