@@ -41,7 +41,7 @@ def _make_all(app: Sphinx) -> None:
         return
     source = Path(app.srcdir)
     for page in sorted(source.rglob("*.md")):
-        if not pictures_of(page):
+        if page.is_relative_to(source / "generated") or not pictures_of(page):
             continue
         logger.info("running %s", page.relative_to(source))
         try:
