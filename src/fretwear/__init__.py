@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from fretwear import figures
+    from fretwear.data.stack import open_study
     from fretwear.data.store import open_case, open_history
     from fretwear.simulation import simulate
     from fretwear.study.case import Case, WavyRoughness
@@ -22,6 +23,7 @@ __all__ = [
     "load_study",
     "open_case",
     "open_history",
+    "open_study",
     "simulate",
 ]
 
@@ -31,6 +33,7 @@ _HOMES = {
     "load_study": "fretwear.study.file",
     "open_case": "fretwear.data.store",
     "open_history": "fretwear.data.store",
+    "open_study": "fretwear.data.stack",
     "simulate": "fretwear.simulation",
 }
 

@@ -1,11 +1,19 @@
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
 import dask
+import netCDF4
 import numpy as np
 import pytest
 
 from fretwear.data.errors import DataFileError
 from fretwear.data.merge import merge_study
+from fretwear.data.seal import seal
 from fretwear.data.stack import NOT_DONE, open_study
-from fretwear.data.store import open_case
+from fretwear.data.store import open_case, write_case
 from fretwear.data.variables import FIELDS
 
 LOADS = {"load": ["20 N", "50 N"], "plastic_limit": ["none", "4500 MPa"]}
@@ -105,3 +113,47 @@ def test_a_case_file_that_went_missing_is_named(make_study, merged):
     with pytest.raises(DataFileError, match="no such file") as error:
         open_study(folder)
     assert error.value.path == lost
+
+
+# Peak of the process after each of two reductions, in kB; the first one imports all there is to.
+MEMORY = """
+import re
+import sys
+from pathlib import Path
+import fretwear
+
+def peak():
+    return int(re.search(r"VmHWM:\\s*(\\d+)", Path("/proc/self/status").read_text())[1])
+
+with fretwear.open_study(sys.argv[1]) as stack:
+    stack.pressure.isel(load=slice(0, 2)).mean("load").max().compute()
+    print(peak())
+    stack.pressure.mean("load").max().compute()
+    print(peak(), stack.pressure.nbytes // 1000)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="only Linux tells the peak")
+def test_a_reduction_over_all_cases_never_holds_them_all(make_study, make_results, tmp_path):
+    loads = [f"{50 + 0.01 * number:.2f} N" for number in range(40)]
+    cycles = list(range(0, 1001, 100))
+    study = make_study({"load": loads}, output={"cycles": cycles})
+    (first, case), *others = study.cases().items()
+    fine = case.model_copy(update={"cell": (0.8e-6, 0.8e-6)})
+    dataset, history = make_results(fine, cycles=tuple(cycles))
+    source = tmp_path / "cases" / f"{first}.nc"
+    write_case(dataset.assign_attrs(case_id=first), history, source)
+    for name, _ in others:
+        copy = source.with_name(f"{name}.nc")
+        shutil.copyfile(source, copy)
+        os.truncate(copy, copy.stat().st_size - 25)  # without the checksum
+        with netCDF4.Dataset(copy, "a") as file:
+            file.setncattr("case_id", name)
+        seal(copy)
+    merge_study(study, tmp_path / "cases", tmp_path / "summary.nc")
+    command = [sys.executable, "-c", MEMORY, str(tmp_path)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    before, after, whole = map(int, done.stdout.split())
+    assert whole > 90_000
+    assert after - before < 0.3 * whole
