@@ -136,7 +136,7 @@ with fretwear.open_study(sys.argv[1]) as stack:
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="only Linux tells the peak")
 def test_a_reduction_over_all_cases_never_holds_them_all(make_study, make_results, tmp_path):
-    loads = [f"{50 + 0.01 * number:.2f} N" for number in range(40)]
+    loads = [f"{50 + 0.01 * number:.2f} N" for number in range(60)]
     cycles = list(range(0, 1001, 100))
     study = make_study({"load": loads}, output={"cycles": cycles})
     (first, case), *others = study.cases().items()
@@ -155,5 +155,5 @@ def test_a_reduction_over_all_cases_never_holds_them_all(make_study, make_result
     command = [sys.executable, "-c", MEMORY, str(tmp_path)]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     before, after, whole = map(int, done.stdout.split())
-    assert whole > 90_000
-    assert after - before < 0.3 * whole
+    assert whole > 140_000
+    assert after - before < 0.6 * whole

@@ -42,6 +42,19 @@ def test_numbers_in_the_table_read_back_to_the_last_bit(studies, content):
         assert float(row["cell_x"]) == point.case.grid_spacing[0]
 
 
+def test_what_is_varied_as_a_whole_has_a_column_in_the_words_of_the_file(studies, content):
+    waves = {"kind": "wavy", "amplitude": "0.2 um", "slope_x": "0.2 deg", "slope_y": "1 deg"}
+    content["vary"] = {"roughness": ["none", waves], "youngs_modulus": [["208 GPa", "70 GPa"]]}
+    smooth, rough = table(studies.load(content))
+    assert smooth["roughness"] == "none"
+    assert rough["roughness"] == (
+        "{kind: wavy, amplitude: 0.2 um, slope_x: 0.2 deg, slope_y: 1 deg}"
+    )
+    assert float(rough["roughness_amplitude"]) == 2e-7
+    assert rough["youngs_modulus"] == "[208 GPa, 70 GPa]"
+    assert float(rough["youngs_modulus_2"]) == 70e9
+
+
 def test_invalid_points_are_in_the_table_with_the_reason(studies, content):
     content["invalid"] = "skip"
     content["vary"] = {"tangential_ratio": [0.8, 1.5]}

@@ -174,10 +174,14 @@ def size(number: int) -> str:
 
 
 def _parameters(planned: PlannedPoint) -> dict[str, float | str]:
-    if planned.case is not None:
-        return {name: value for name, (value, _, _) in planned.case.scalar_coordinates().items()}
-    return {
-        name.replace(".", "_"): value
-        for name, value in planned.point.values.items()
-        if isinstance(value, float | int | str)
+    """Return parameters in SI units; varied ones that are no single number as the file has them."""
+    varied = {
+        name.replace(".", "_"): value if isinstance(value, float | int | str) else label
+        for (name, value), label in zip(
+            planned.point.values.items(), planned.point.labels.values(), strict=True
+        )
     }
+    if planned.case is None:
+        return varied
+    coordinates = planned.case.scalar_coordinates()
+    return {**varied, **{name: value for name, (value, _, _) in coordinates.items()}}
