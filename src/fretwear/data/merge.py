@@ -22,7 +22,7 @@ from fretwear.data.casefile import CaseFile, opened_case
 from fretwear.data.errors import CaseFileError, CaseFilesError, DataFileError
 from fretwear.data.layout import StudyLayout
 from fretwear.data.netcdf import open_lazily, plain_encoding
-from fretwear.data.profiles import PROFILES, Reach, read_profiles
+from fretwear.data.profiles import PROFILES, CaseProfiles, ProfileSpool, Reach
 from fretwear.data.schema import CONVENTIONS
 from fretwear.data.seal import damage, seal
 from fretwear.data.variables import CYCLE, SCALARS, X
@@ -102,14 +102,14 @@ def merge_study(
             f"not written, because no case of the study is done in {cases}",
             "Run the study; if it was run, its log says why every case failed",
         )
-    scalars, reach = _read_scalars(layout, cycles, found)
-    coords = {
-        CYCLE.name: xr.Variable((CYCLE.name,), cycles, CYCLE.attributes),
-        X.name: xr.Variable((X.name,), reach.positions(), X.attributes),
-    }
-    dataset = _without_profiles(layout, coords, status, scalars, command)
-    with atomic_path(Path(path)) as temporary:
-        _write_profiles(temporary, dataset, found)
+    with atomic_path(Path(path)) as temporary, ProfileSpool(temporary.parent) as spool:
+        scalars, reach = _read_cases(layout, cycles, found, spool)
+        coords = {
+            CYCLE.name: xr.Variable((CYCLE.name,), cycles, CYCLE.attributes),
+            X.name: xr.Variable((X.name,), reach.positions(), X.attributes),
+        }
+        dataset = _without_profiles(layout, coords, status, scalars, command)
+        _write_profiles(temporary, dataset, found, spool)
         dataset.to_netcdf(temporary, mode="a", engine="netcdf4", encoding=plain_encoding(dataset))
         seal(temporary)
     counts = [int((status == kind).sum()) for kind in Status]
@@ -152,8 +152,11 @@ class _Found:
         return np.searchsorted(stored, wanted)
 
 
-def _read_scalars(
-    layout: StudyLayout, cycles: NDArray[np.float64], found: Sequence[_Found]
+def _read_cases(
+    layout: StudyLayout,
+    cycles: NDArray[np.float64],
+    found: Sequence[_Found],
+    spool: ProfileSpool,
 ) -> tuple[dict[str, NDArray[np.float64]], Reach]:
     scalars = {variable.name: np.full((*layout.shape, cycles.size), np.nan) for variable in SCALARS}
     reaches: list[Reach] = []
@@ -165,28 +168,26 @@ def _read_scalars(
             for name, values in scalars.items():
                 values[point.position][columns] = case_file.read(name)[snapshots]
             is_whole = case_file.attribute("symmetry") == "none"
-            reaches.append(Reach.of_case(case_file.read(X.name), is_whole))
+            profiles = CaseProfiles.read(case_file, snapshots)
+        reaches.append(Reach.of_case(profiles.x, is_whole))
+        spool.add(profiles)
 
     _for_each(found, read)
     return scalars, reduce(Reach.joined, reaches)
 
 
-def _write_profiles(path: Path, dataset: xr.Dataset, found: Sequence[_Found]) -> None:
+def _write_profiles(
+    path: Path, dataset: xr.Dataset, found: Sequence[_Found], spool: ProfileSpool
+) -> None:
     with netCDF4.Dataset(path, "w") as file:
         variables = _profile_variables(file, dataset)
         cycles, positions = dataset[CYCLE.name].to_numpy(), dataset[X.name].to_numpy()
-
-        def write(point: _Found) -> None:
+        for point, profiles in zip(found, spool, strict=True):
             columns = np.searchsorted(cycles, point.case.output_cycles)
-            with opened_case(point.path) as case_file:
-                snapshots = point.snapshots(case_file)
-                profiles = read_profiles(case_file, positions)
-            for name, values in profiles.items():
+            for name, values in profiles.at(positions).items():
                 whole = np.full((cycles.size, positions.size), np.nan, dtype=np.float32)
-                whole[columns] = values[snapshots]
+                whole[columns] = values
                 variables[name][point.position] = whole
-
-        _for_each(found, write)
 
 
 def _profile_variables(file: netCDF4.Dataset, dataset: xr.Dataset) -> dict[str, Any]:

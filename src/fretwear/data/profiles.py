@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import math
+import tempfile
+from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -107,28 +111,68 @@ class Reach:
         return np.concatenate([-x[::-1], x]) if self.is_whole else x
 
 
-def read_profiles(
-    case_file: CaseFile, positions: NDArray[np.float64]
-) -> dict[str, NDArray[np.float32]]:
-    """Take the profiles of a case.
+@dataclass(frozen=True)
+class CaseProfiles:
+    """The profiles of a case in its own cells.
+
+    Attributes
+    ----------
+    x : numpy.ndarray, shape (n,)
+        Cell centres in m.
+    values : numpy.ndarray, shape (nprofiles, ncycles, n)
+        The profiles, float32, in the order of `PROFILES`.
+    """
+
+    x: NDArray[np.float64]
+    values: NDArray[np.float32]
+
+    @classmethod
+    def read(cls, case_file: CaseFile, snapshots: NDArray[np.intp]) -> CaseProfiles:
+        """Take the profiles of a case at some of its snapshots."""
+        row = int(np.abs(case_file.read(Y.name)).argmin())
+        fields = [case_file.read(each.field.name, np.s_[:, :, row])[snapshots] for each in PROFILES]
+        return cls(case_file.read(X.name), np.stack(fields))
+
+    def at(self, positions: NDArray[np.float64]) -> dict[str, NDArray[np.float32]]:
+        """Bring the profiles to positions in m; by name, shape (ncycles, npositions)."""
+        along_x = Resampling(self.x, positions)
+        profiles = {}
+        for profile, own in zip(PROFILES, self.values, strict=True):
+            values = along_x.linear(own, axis=1)
+            values[:, along_x.is_outside] = profile.field.outside
+            profiles[profile.name] = values
+        return profiles
+
+
+class ProfileSpool:
+    """Profiles of many cases, kept on disk until it is known which positions serve them all.
+
+    Used as a context: opening a case file once more would take longer than anything else.
 
     Parameters
     ----------
-    case_file : CaseFile
-        The case.
-    positions : numpy.ndarray, shape (n,)
-        Positions along x in m.
-
-    Returns
-    -------
-    dict of str to numpy.ndarray, shape (ncycles, n)
-        By name of the profile.
+    folder : path-like
+        Where the profiles are kept meanwhile, in a file without a name.
     """
-    along_x = Resampling(case_file.read(X.name), positions)
-    row = int(np.abs(case_file.read(Y.name)).argmin())
-    profiles = {}
-    for profile in PROFILES:
-        values = along_x.linear(case_file.read(profile.field.name, np.s_[:, :, row]), axis=1)
-        values[:, along_x.is_outside] = profile.field.outside
-        profiles[profile.name] = values
-    return profiles
+
+    def __init__(self, folder: Path) -> None:
+        self._file = tempfile.TemporaryFile(dir=folder)  # noqa: SIM115 -- closed by __exit__
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._file.close()
+
+    def add(self, profiles: CaseProfiles) -> None:
+        """Keep the profiles of one more case."""
+        np.save(self._file, profiles.x, allow_pickle=False)
+        np.save(self._file, profiles.values, allow_pickle=False)
+
+    def __iter__(self) -> Iterator[CaseProfiles]:
+        """Iterate over the profiles in the order in which they were added."""
+        end = self._file.tell()
+        self._file.seek(0)
+        while self._file.tell() < end:
+            x = np.load(self._file, allow_pickle=False)
+            yield CaseProfiles(x, np.load(self._file, allow_pickle=False))

@@ -9,10 +9,10 @@ from functools import lru_cache
 from fretwear.study.case import Case
 
 # Calibrated with `python -m benchmarks.cost`, which says how well they hold.
-SECONDS_TO_START = 1.5
+SECONDS_TO_START = 1.35
 SECONDS_PER_CASE = 0.1
-SECONDS_PER_CONVOLUTION = 3.0e-4
-SECONDS_PER_CELL_AND_CONVOLUTION = 4.8e-8
+SECONDS_PER_CONVOLUTION = 1.5e-4
+SECONDS_PER_CELL_AND_CONVOLUTION = 3.4e-8
 
 STEPS_TO_BEGIN = 2.0
 STEPS_PER_FOLD_OF_WEAR = 2.4
@@ -20,10 +20,10 @@ STEPS_ROUGH = 1.6
 STEPS_PER_YIELDING_TIME = 0.7
 
 # Of a window of ten thousand cells; iterations grow slowly with their number.
-CONVOLUTIONS_PER_STEP = 30.0
-CONVOLUTIONS_PER_STEP_ROUGH = 44.0
-CONVOLUTIONS_PER_YIELDING_STEP = 70.0
-CONVOLUTIONS_PER_YIELDING_STEP_ROUGH = 85.0
+CONVOLUTIONS_PER_STEP = 23.0
+CONVOLUTIONS_PER_STEP_ROUGH = 34.0
+CONVOLUTIONS_AS_YIELDING_BEGINS = 175.0
+CONVOLUTIONS_AS_YIELDING_BEGINS_ROUGH = 250.0
 GROWTH_WITH_CELLS = 0.2
 
 WINDOW_MARGIN = 1.15
@@ -122,13 +122,13 @@ def _work(case: Case, cells: int) -> _Work:
     each = CONVOLUTIONS_PER_STEP_ROUGH if rough else CONVOLUTIONS_PER_STEP
     if not _stick_shrinks(case):
         return _Work(elastic, each * larger * elastic)
-    yielding = STEPS_PER_YIELDING_TIME * case.cycles * growth * case.plastic_limit * finer**0.5
-    each_yielding = (
-        CONVOLUTIONS_PER_YIELDING_STEP_ROUGH if rough else CONVOLUTIONS_PER_YIELDING_STEP
-    )
-    # Longer steps are harder to solve, so that a looser tolerance saves less than its steps.
-    each_yielding *= finer**-0.35
-    return _Work(elastic + yielding, larger * each * elastic + each_yielding * yielding)
+    yielding = STEPS_PER_YIELDING_TIME * case.cycles * growth * case.plastic_limit
+    first = CONVOLUTIONS_AS_YIELDING_BEGINS_ROUGH
+    if not rough:
+        first = CONVOLUTIONS_AS_YIELDING_BEGINS
+    # The later a step, and the shorter, the less changes in it and the fewer iterations it takes.
+    flowing = first * yielding**0.7 * finer**0.2
+    return _Work(elastic + yielding * finer**0.5, larger * each * elastic + flowing)
 
 
 def greatest_contact_radius(case: Case) -> float:

@@ -13,7 +13,7 @@ from fretwear.study.cost import Estimate
 # Processor time of one transform there and back on the machine that the constants of
 # `fretwear.study.cost` were measured on: what `python -m benchmarks.cost --speed` prints.
 SECONDS_PER_TRANSFORM = 1.0e-5
-SECONDS_PER_CELL_AND_TRANSFORM = 4.1e-8
+SECONDS_PER_CELL_AND_TRANSFORM = 1.5e-8
 
 # Smaller windows fit into the fastest memory, which the rest of a run does not; larger ones would
 # take long to time, and no longer a cell.
@@ -21,6 +21,7 @@ _SIZES = (128, 192, 256, 384, 512)
 _SIZES_TIMED = 2
 _SECONDS_EACH = 0.03
 _LEAST_REPETITIONS = 3
+_FREED = 4_000_000
 
 
 def machine_speed(estimates: Iterable[Estimate]) -> float:
@@ -52,6 +53,9 @@ def transform_seconds(cells_x: int, cells_y: int) -> float:
     # numpy, which the library of units imports anyway: scipy's transforms start in 0.2 s more.
     import numpy as np
 
+    # The C library hands large arrays back to the system at once, whose price is not that of
+    # transforms, until an even larger one was freed.
+    np.empty(_FREED)
     window = np.zeros((cells_x, 2 * cells_y))
     window[: cells_x // 2] = 1.0
     taken: list[float] = []
