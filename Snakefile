@@ -90,7 +90,8 @@ rule simulate:
     # No shell stays in between: it would end as soon as the job is asked to stop, and a scheduler
     # kills what is then left of the job, before it has written its checkpoint.
     shell:
-        "exec {FRETWEAR} batch {STUDY:q} --points {params.points} --finished {output:q} >{log:q} 2>&1"
+        "exec {FRETWEAR} batch {STUDY:q} --points {params.points} --finished {output:q} --outlive "
+        ">{log:q} 2>&1"
 
 
 rule merge:

@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 from contextlib import chdir
+from pathlib import Path
 
 import netCDF4
 import pytest
@@ -16,6 +17,7 @@ import fretwear
 from fretwear.cli import app
 from fretwear.data.failures import ENDED, failures, record
 from fretwear.finished import case_files, is_finished
+from fretwear.study.file import load_study
 
 STUDY = {
     "title": "Tiny",
@@ -191,6 +193,51 @@ def test_a_batch_that_is_killed_goes_on_after_the_cases_that_are_done(bench):
     assert f"{len(done)} of 3 cases were done before" in again.stderr
     assert len(bench.cases()) == 3
     assert failures(bench.results) == {}
+
+
+def processes_of(parent):
+    children = Path(f"/proc/{parent}/task/{parent}/children")
+    return [int(pid) for pid in children.read_text().split()]
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="only Linux tells of children")
+def test_the_others_are_done_when_one_case_kills_its_process(bench):
+    base = {**STUDY["base"], "cell": "2 um", "cycles": 30000}
+    bench.write({**STUDY, "base": base})
+    first, *others = load_study(bench.folder / "tiny.yaml").cases()
+    process = subprocess.Popen(
+        bench.command("--outlive"), cwd=bench.folder, stderr=subprocess.PIPE, text=True
+    )
+    while first not in failures(bench.results):
+        assert process.poll() is None
+        time.sleep(0.02)
+    (child,) = processes_of(process.pid)
+    os.kill(child, signal.SIGKILL)
+    _, said = process.communicate()
+    assert process.returncode == 0, said
+    assert f"killed during {first}" in said
+    began = re.findall(r"^case \d of 3: (.*)$", said, re.MULTILINE)
+    assert began[-3:] == [*others, first]
+    assert len(bench.cases()) == 3
+    assert failures(bench.results) == {}
+
+
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGTERM, 143), (signal.SIGKILL, -9)])
+def test_a_batch_that_outlives_kills_can_be_stopped(bench, number, status):
+    base = {**STUDY["base"], "cell": "0.4 um", "cycles": 30000}
+    bench.write({**STUDY, "base": base, "vary": {"load": ["50 N"]}})
+    process = subprocess.Popen(
+        bench.command("--outlive"), cwd=bench.folder, stderr=subprocess.PIPE, text=True
+    )
+    while not failures(bench.results):
+        assert process.poll() is None
+        time.sleep(0.02)
+    os.kill(process.pid, number)
+    # The pipe ends when the last process of the batch does.
+    _, said = process.communicate(timeout=60)
+    assert process.returncode == status
+    assert "stopped: by SIGTERM" in said
+    assert not bench.cases()
 
 
 def test_a_case_whose_process_vanished_comes_last(bench, whole):

@@ -12,6 +12,7 @@ from fretwear.cli.arguments import Format, Quiet, Results, StudyFile, results_of
 from fretwear.cli.commands import open_log
 from fretwear.cli.log import LogFormat
 from fretwear.cli.log.lines import LinesLog
+from fretwear.cli.outlive import outlive_kills
 from fretwear.cli.outputs import check_folder
 from fretwear.cli.status import CommandError, Status, failing_as, refuse
 
@@ -44,6 +45,13 @@ def batch(
             show_default=False,
         ),
     ] = None,
+    outlive: Annotated[
+        bool,
+        typer.Option(
+            "--outlive",
+            help="Go on with the other cases if the process is killed, as it is without memory.",
+        ),
+    ] = False,
     quiet: Quiet = False,
     log_format: Format = LogFormat.AUTO,
 ) -> None:
@@ -59,6 +67,8 @@ def batch(
         study = load_study(file)
     first, last = _range(points, study)
     folder = check_folder(results_of(study, results))
+    if outlive:
+        outlive_kills({point.id for point in study.points(first, last)}, folder)
 
     from fretwear.batch import BatchRun
     from fretwear.data.errors import DataFileError
