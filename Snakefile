@@ -106,7 +106,8 @@ rule merge:
         f"{RESULTS}/benchmarks/merge.tsv"
     params:
         version=JOBS.version,
-        study=JOBS.content,
+        # A function, for what is in braces in a title is no wildcard.
+        study=lambda wildcards: JOBS.content,
     message:
         "Merging {JOBS.study.name}"
     shell:

@@ -148,5 +148,7 @@ class BatchRun:
 @contextmanager
 def _opened(path: Path) -> Iterator[TextIO]:
     path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open("w", encoding="utf-8", buffering=1) as stream:
+    path.write_bytes(b"")
+    # A process that was left over may still write to it: each line goes to the end.
+    with path.open("a", encoding="utf-8", buffering=1) as stream:
         yield stream

@@ -61,6 +61,7 @@ class Checkpoint:
         self._clock = clock
         self._saved = clock()
         self._saved_steps = 0
+        self._is_discarded = False
         self.journal = self._read()
 
     def __enter__(self) -> Self:
@@ -72,8 +73,10 @@ class Checkpoint:
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
+        if self._is_discarded:
+            return
         if kind is None:
-            self._remove()
+            self.discard()
             return
         if len(self.journal.history) > self._saved_steps:
             try:
@@ -106,11 +109,13 @@ class Checkpoint:
         self._saved = self._clock()
         self._saved_steps = len(self.journal.history)
 
-    def _remove(self) -> None:
+    def discard(self) -> None:
+        """Remove the file: the result is stored."""
+        self._is_discarded = True
         try:
             self.path.unlink(missing_ok=True)
         except OSError as error:
-            # The result is stored; what is left over is used by no later run without a check.
+            # What is left over is used by no later run without a check.
             self._tell(f"{self.path}: not removed: {error.strerror}")
 
     def _identity(self) -> dict[str, Any]:

@@ -17,6 +17,7 @@ from fretwear.data.casefile import is_finished_case
 from fretwear.data.errors import DataFileError
 from fretwear.data.lock import locked
 from fretwear.data.store import open_history, write_case
+from fretwear.data.uninterrupted import uninterrupted
 from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.wear import WearError
 from fretwear.memory import require_memory
@@ -98,7 +99,9 @@ def simulate_to_file(
                 case, [checkpoint, *observers], journal=checkpoint.journal, command=command
             )
             lock.ensure(tell)
-            write_case(result.dataset, result.history, path)
+            with uninterrupted():
+                write_case(result.dataset, result.history, path)
+                checkpoint.discard()
     return Outcome(result.history.sizes["step"] - 1, time.monotonic() - started)
 
 

@@ -15,7 +15,8 @@ from fretwear.mechanics.contact_problem import ContactProblem
 from fretwear.mechanics.halfspace import half_space
 from fretwear.mechanics.layers import WinklerLayer
 from fretwear.mechanics.measures import half_width
-from fretwear.mechanics.surfaces import Surface
+from fretwear.mechanics.surfaces import Surface, Waves
+from fretwear.mechanics.window import Window
 
 from . import oracles
 from .problems import (
@@ -283,3 +284,16 @@ def test_scaling_to_the_load_keeps_bounds_and_open_cells(seed, limit, share):
     assert result.min() >= 0
     assert result.max() <= limit
     assert not result[pressure == 0].any()
+
+
+def test_a_loose_tolerance_is_met_too_where_a_few_cells_stand_out():
+    # Very shallow waves on unequal cells: the mean residual was soon small, that of a few cells at
+    # the edge never.
+    radius, modulus, load = 1.0, 335760.8496047178, 222.95869899351814
+    amplitude, slopes = 2.2289025243327458e-05, (0.001225830655240451, 0.0011498574636143453)
+    numbers = [0.5 * np.pi * np.tan(slope) / amplitude for slope in slopes]
+    cells = Window((54, 40), (0.002977677213711879, 0.0042187451092492246), True)
+    shape = Surface(radius, Waves(amplitude, *numbers)).shape(cells)
+    problem = ContactProblem(half_space(cells, modulus), shape, load)
+    for tolerance in np.geomspace(1e-1, 1e-6, 26):
+        assert solve_contact(problem, tolerance=tolerance).residual <= tolerance

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import os
 import signal
+import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 from typing import NoReturn
 
 _WORDS = {signal.SIGINT: "by Ctrl-C", signal.SIGTERM: "by SIGTERM"}
+
+# A terminal and a workflow may both tell a process to stop: that is one wish. Later, it is another.
+_SAME_WISH_SECONDS = 1.0
+_LONGEST_CLEANING_SECONDS = 60.0
 
 
 class Stopped(BaseException):
@@ -46,7 +53,24 @@ def stopping() -> Iterator[None]:
 
 def _stop(number: int, frame: FrameType | None) -> NoReturn:
     del frame
-    # A second Ctrl-C must not interrupt the cleaning up of the first.
-    for each in _WORDS:
-        signal.signal(each, signal.SIG_IGN)
+    begun = time.monotonic()
+
+    def hurry(number: int, frame: FrameType | None) -> None:
+        del frame
+        if time.monotonic() - begun > _SAME_WISH_SECONDS:
+            _end(number)
+
+    # The scheduler's signal must not interrupt the cleaning up of the first; people who press
+    # Ctrl-C again mean it. Files are whole or not there, so nothing is spoilt.
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    signal.signal(signal.SIGINT, hurry)
+    # What was interrupted inside of a library may have left it unable to clean up.
+    watch = threading.Timer(_LONGEST_CLEANING_SECONDS, _end, [number])
+    watch.daemon = True
+    watch.start()
     raise Stopped(number)
+
+
+def _end(number: int) -> None:
+    os.write(2, b"fretwear: stopped: at once, without cleaning up\n")
+    os._exit(128 + number)

@@ -25,6 +25,7 @@ from fretwear.data.netcdf import open_lazily, plain_encoding
 from fretwear.data.profiles import PROFILES, CaseProfiles, ProfileSpool, Reach
 from fretwear.data.schema import CONVENTIONS
 from fretwear.data.seal import damage, seal
+from fretwear.data.uninterrupted import uninterrupted
 from fretwear.data.variables import CYCLE, SCALARS, X
 
 if TYPE_CHECKING:
@@ -110,7 +111,9 @@ def merge_study(
         }
         dataset = _without_profiles(layout, coords, status, scalars, command)
         _write_profiles(temporary, dataset, found, spool)
-        dataset.to_netcdf(temporary, mode="a", engine="netcdf4", encoding=plain_encoding(dataset))
+        encoding = plain_encoding(dataset)
+        with uninterrupted():
+            dataset.to_netcdf(temporary, mode="a", engine="netcdf4", encoding=encoding)
         seal(temporary)
     counts = [int((status == kind).sum()) for kind in Status]
     return Tally(*counts)

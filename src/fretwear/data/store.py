@@ -15,6 +15,7 @@ from fretwear.data.casefile import COMPLETE, HISTORY_GROUP, missing_variables, o
 from fretwear.data.errors import CaseFileError
 from fretwear.data.netcdf import open_lazily, plain_encoding
 from fretwear.data.seal import seal
+from fretwear.data.uninterrupted import uninterrupted
 from fretwear.data.variables import FIELDS, X, Y
 
 
@@ -47,7 +48,7 @@ def write_case(dataset: xr.Dataset, history: xr.Dataset, path: str | PathLike[st
     root = dataset.drop_encoding()
     root.attrs = {name: value for name, value in root.attrs.items() if name != COMPLETE}
     group = history.drop_encoding()
-    with atomic_path(Path(path)) as temporary:
+    with uninterrupted(), atomic_path(Path(path)) as temporary:
         root.to_netcdf(temporary, mode="w", engine="netcdf4", encoding=_encoding(root))
         group.to_netcdf(
             temporary, mode="a", group=HISTORY_GROUP, engine="netcdf4", encoding=_encoding(group)

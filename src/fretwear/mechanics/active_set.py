@@ -23,6 +23,9 @@ _UNSETTLED = 0.5
 _SETTLED = 0.1
 _FEW = 0.02
 _ENOUGH = 0.1
+# Where the worst cell does not come closer, the mean of the others has hidden it: solve better.
+_STALLED = 0.95
+_MORE_CARE = 0.1
 
 
 class ActiveSet:
@@ -46,6 +49,7 @@ class ActiveSet:
         """Take a pressure as the current one, scaled to the load and cut to the bounds."""
         self._set(carrying(start, self.problem.limit, self.problem.total))
         self._refresh()
+        self._care = 1.0
         self._solved: Mask = ~self.free
         self._preconditioner = Preconditioner(self.problem.half_space, self._tangent(), self.free)
 
@@ -55,11 +59,15 @@ class ActiveSet:
 
     def solve(self, tolerance: float) -> bool:
         """Iterate until the residual is below the tolerance; whether it got there."""
+        before = np.inf
         for _ in range(_LARGEST_OUTER):
             self._evaluate()
             error = self.residual()
             if not np.isfinite(error):
                 return False
+            if error > _STALLED * before and np.array_equal(self.free, self._solved):
+                self._care *= _MORE_CARE
+            before = error
             if error <= tolerance:
                 if self.exact:
                     return True
@@ -169,6 +177,7 @@ class ActiveSet:
         step, direction = np.zeros_like(residual), np.zeros_like(residual)
         reduction = _SETTLED if settled else _UNSETTLED
         target = max(reduction * _deviation(residual, inside), _ENOUGH * tolerance * self.scale)
+        target *= self._care
         energy = 0.0
         for _ in range(_LARGEST_INNER):
             z = precondition(residual)

@@ -190,7 +190,7 @@ def _cell_resolves_roughness(case: Case) -> Finding | None:
 
 def _cell_resolves_contact(case: Case) -> Finding | None:
     """Contact, stick zone and slip annulus must be wider than the cells they are seen with."""
-    if case.cell is None or case.load_ratio >= 1.0:
+    if case.cell is None or not LEAST_LOAD_RATIO <= case.load_ratio < 1.0:
         return None
     limit = coarsest_for_contact(case)
     if max(case.cell) <= limit * (1.0 + 1e-9):

@@ -1,0 +1,67 @@
+"""Processes that are asked to stop, once, twice, and in vain."""
+
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+SCRIPT = """
+import time
+from fretwear.cli import signals
+signals._SAME_WISH_SECONDS, signals._LONGEST_CLEANING_SECONDS = {patience}
+with signals.stopping():
+    try:
+        print("at work", flush=True)
+        time.sleep(60)
+    finally:
+        print("cleaning", flush=True)
+        for _ in range(600):
+            time.sleep(0.1)
+"""
+
+
+@pytest.fixture
+def cleaning():
+    """Start a process, ask it to stop, and leave it while it cleans up, which takes for ever."""
+    processes = []
+
+    def start(asked, patience):
+        process = subprocess.Popen(
+            [sys.executable, "-c", SCRIPT.format(patience=patience)],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        processes.append(process)
+        assert process.stdout.readline() == "at work\n"
+        process.send_signal(asked)
+        assert process.stdout.readline() == "cleaning\n"
+        return process
+
+    yield start
+    for process in processes:
+        process.kill()
+        process.communicate()
+
+
+def test_a_second_ctrl_c_ends_a_process_that_cleans_up_for_too_long(cleaning):
+    process = cleaning(signal.SIGINT, patience=(0.0, 60.0))
+    process.send_signal(signal.SIGINT)
+    assert "stopped: at once" in process.communicate(timeout=30)[1]
+    assert process.returncode == 130
+
+
+def test_a_wish_that_is_told_twice_is_one_wish(cleaning):
+    process = cleaning(signal.SIGINT, patience=(60.0, 60.0))
+    process.send_signal(signal.SIGINT)
+    process.send_signal(signal.SIGTERM)
+    time.sleep(0.3)
+    assert process.poll() is None
+
+
+def test_cleaning_up_that_never_ends_is_given_up(cleaning):
+    process = cleaning(signal.SIGTERM, patience=(60.0, 0.2))
+    assert "stopped: at once" in process.communicate(timeout=30)[1]
+    assert process.returncode == 143
