@@ -5,7 +5,7 @@ from copy import deepcopy
 
 import pytest
 import yaml
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from fretwear.study.file import Study, load_study
@@ -121,8 +121,20 @@ def test_odd_yaml_is_no_number(tmp_path, content, fragment):
     assert isinstance(error, StudyError)
 
 
+@pytest.mark.parametrize("section", TOP_LEVEL)
+@pytest.mark.parametrize("fragment", ["0x" + "F" * 5000, "[0x" + "F" * 5000 + "]"])
+def test_numbers_too_long_to_be_printed(tmp_path, content, section, fragment):
+    content[section] = "PLACE"
+    text = yaml.safe_dump(content, sort_keys=False).replace("PLACE", fragment)
+    assert isinstance(outcome(tmp_path / "study.yaml", text.encode()), StudyError)
+
+
 @of_files
 @given(numbers=st.dictionaries(st.sampled_from(NAMES), magnitudes, max_size=6))
+@example(numbers={"radius": 5e-324})
+@example(numbers={"tangential_ratio": 1e-17})
+@example(numbers={"tangential_ratio": 1e-16, "cell": 1.0})
+@example(numbers={"tangential_load": 1e-20})
 def test_numbers_of_any_magnitude(tmp_path, content, numbers):
     content = deepcopy(content)
     units = {"radius": "m", "load": "N", "youngs_modulus": "Pa", "wear_coefficient": "/ Pa"}
@@ -130,6 +142,8 @@ def test_numbers_of_any_magnitude(tmp_path, content, numbers):
     units |= {"roughness.amplitude": "m", "roughness.slope_x": "rad", "roughness.slope_y": "rad"}
     for name, number in numbers.items():
         content["base"][name] = f"{number!r} {units.get(name, '')}".strip()
+    if numbers.keys() & {"tangential_load"}:
+        content["base"].pop("tangential_ratio")
     found = outcome(tmp_path / "study.yaml", yaml.safe_dump(content).encode())
     if isinstance(found, Study):
         for case in found.cases().values():

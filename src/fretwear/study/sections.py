@@ -204,11 +204,9 @@ def _read_batch(batch: object, draft: Draft) -> None:
         draft.batch = batch
         return
     rule = f"must be auto, or a whole number of cases from 1 to {MAX_POINTS}"
-    hint = (
-        "auto gives a job a few minutes of work"
-        if batch is None
-        else suggestion(str(batch), ("auto",))
-    )
+    hint = "auto gives a job a few minutes of work"
+    if isinstance(batch, str):
+        hint = suggestion(batch, ("auto",))
     draft.problems.append(Problem("batch", shown(batch), rule, hint))
 
 
@@ -217,7 +215,7 @@ def _read_design(design: object, draft: Draft) -> None:
     key = "design.kind" if isinstance(design, Mapping) else "design"
     kind = given.get("kind", "grid")
     if kind not in KINDS:
-        hint = suggestion(str(kind), KINDS)
+        hint = suggestion(kind, KINDS) if isinstance(kind, str) else ""
         problem = Problem(key, shown(kind), f"must be one of {', '.join(KINDS)}", hint)
         draft.problems.append(problem)
         return
