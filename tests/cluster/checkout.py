@@ -110,7 +110,7 @@ class Checkout:
             run.stop()
 
     def simulations(self):
-        """Ids of the processes that simulate a case of this folder."""
+        """Ids of the processes that simulate cases of this folder."""
         return [int(each.name) for each in Path("/proc").glob("[0-9]*") if self._simulates(each)]
 
     def _simulates(self, process):

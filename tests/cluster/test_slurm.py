@@ -1,6 +1,7 @@
 """The workflow on SLURM: real daemons, real jobs."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -144,7 +145,7 @@ def test_a_failed_job_is_reported_with_the_reason(checkout):
 
 
 def test_a_study_goes_on_after_its_time_limit_and_after_ctrl_c(checkout, tmp_path):
-    wavy = {"kind": "wavy", "amplitude": "0.2 um", "slope_x": "3 deg", "slope_y": "1 deg"}
+    wavy = {"kind": "wavy", "amplitude": "0.1 um", "slope_x": "3 deg", "slope_y": "1 deg"}
     varied = {"load": "40 N", "friction": 0.6, "roughness": wavy, "plastic_limit": "4500 MPa"}
     checkout.write_one_case("stopped", **varied)
     results = checkout.folder / "results/stopped"
@@ -157,17 +158,22 @@ def test_a_study_goes_on_after_its_time_limit_and_after_ctrl_c(checkout, tmp_pat
         return "".join(log.read_text() for log in results.glob("logs/**/*.log"))
 
     def halt(run, progress):
-        """Halt the simulation where it says something, however fast it is; return its job."""
-        eventually(lambda: progress in logs(), LONG, f"the simulation says {progress!r}")
-        (simulation,) = checkout.simulations()
-        os.kill(simulation, signal.SIGSTOP)
+        """Halt the simulation soon after it says something; return its job."""
+
+        def has_said_it():
+            assert not file.exists(), "the case is too quick to be stopped: take a longer one"
+            return re.search(progress, logs())
+
+        eventually(has_said_it, LONG, f"the simulation says {progress!r}")
+        for process in checkout.simulations():
+            os.kill(process, signal.SIGSTOP)
         ((job, told),) = jobs_of(run, "RUNNING").items()
         assert resident_megabytes(job) < megabytes(told["MinMemoryNode"])
         return job
 
     command = f"{COMMAND} --retries 1 --config study=stopped -- results/stopped/summary.nc"
     run = checkout.start(command)
-    job = halt(run, "step 1")
+    job = halt(run, r"step [1-9]")
     # Limits are whole minutes; the end can be any second, and is looked at every half a minute.
     slurm("scontrol", "update", f"JobId={job}", "EndTime=now+1")
     eventually(lambda: job in jobs_of(run, "TIMEOUT"), LONG, "SLURM ends the job")
