@@ -8,8 +8,9 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from fretwear.data.variables import ContactState
+from fretwear.data.variables import FIELDS, ContactState
 from fretwear.journal import Journal, Step
 from fretwear.mechanics.arrays import Array
 from fretwear.mechanics.measures import in_contact, measure
@@ -114,7 +115,7 @@ def _result(case: Case, journal: Journal, quarter: bool, title: str, command: st
         window.x,
         window.y,
         [step.state.cycle for step in snapshots],
-        _stacked(_fields(problem, step.state, window) for step in snapshots),
+        _snapshot_fields(problem, snapshots, window),
         _stacked(asdict(step.measures) for step in snapshots),
         symmetry="even_xy" if quarter else "none",
         title=title,
@@ -163,6 +164,21 @@ def _slip_model(case: Case, hertz: HertzContact) -> SlipModel:
     if case.slip_model == "cattaneo_mindlin":
         return CattaneoMindlinSlip(hertz.with_load(case.stick_load))
     return JaegerSlip(case.stick_load)
+
+
+def _snapshot_fields(
+    problem: WearProblem, snapshots: Sequence[Step], window: Window
+) -> dict[str, NDArray[Any]]:
+    """The fields of a dataset over all snapshots, from the start as they are stored.
+
+    Many snapshots in double precision, listed and then stacked, took most of a run's memory.
+    """
+    shape = (len(snapshots), *window.shape)
+    fields = {field.name: np.empty(shape, dtype=field.dtype) for field in FIELDS}
+    for row, step in enumerate(snapshots):
+        for name, values in _fields(problem, step.state, window).items():
+            fields[name][row] = values
+    return fields
 
 
 def _fields(problem: WearProblem, state: State, window: Window) -> dict[str, Array]:

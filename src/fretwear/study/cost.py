@@ -32,6 +32,7 @@ YIELDING_TIMES_TO_WIDEN = 50.0
 WIDENING = 0.36
 MEMORY_TO_START = 165_000_000
 ARRAYS_OF_PADDED_WINDOW = 20
+MEMORY_PER_CELL_OF_SNAPSHOT = 110
 BYTES_PER_FIELD_CELL = 7 * 4 + 1
 COMPRESSION = 0.6
 
@@ -93,7 +94,9 @@ def estimate(case: Case) -> Estimate:
         steps=work.steps,
         convolutions=work.convolutions,
         seconds=SECONDS_TO_START + SECONDS_PER_CASE + seconds_each * work.convolutions,
-        memory_bytes=MEMORY_TO_START + ARRAYS_OF_PADDED_WINDOW * padded_bytes,
+        memory_bytes=MEMORY_TO_START
+        + ARRAYS_OF_PADDED_WINDOW * padded_bytes
+        + MEMORY_PER_CELL_OF_SNAPSHOT * cells * snapshots,
         file_bytes=int(COMPRESSION * BYTES_PER_FIELD_CELL * cells * snapshots) + 100_000,
     )
 
