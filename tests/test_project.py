@@ -1,5 +1,6 @@
 """What stands in several files of the project says the same everywhere."""
 
+import ast
 import re
 import tomllib
 from pathlib import Path
@@ -49,3 +50,34 @@ def test_the_license_is_the_same_everywhere():
     assert text.startswith("BSD 3-Clause License")
     assert citation["license"] == "BSD-3-Clause"
     assert PROJECT["license"] == {"text": "BSD-3-Clause"}
+
+
+DANGEROUS = {
+    "pickle",
+    "marshal",
+    "shelve",
+    "dill",
+    "eval",
+    "exec",
+    "unsafe_load",
+    "full_load",
+    "system",
+}
+
+
+def test_nothing_that_is_read_can_run():
+    sources = [*(REPOSITORY / "src").rglob("*.py")]
+    assert len(sources) > 100
+    for source in sources:
+        for node in ast.walk(ast.parse(source.read_text(encoding="utf-8"))):
+            names = {getattr(node, "id", ""), getattr(node, "attr", "")}
+            if isinstance(node, ast.Import):
+                names = {alias.name for alias in node.names}
+            elif isinstance(node, ast.ImportFrom):
+                names = {node.module or ""}
+            elif isinstance(node, ast.keyword):
+                if node.arg == "allow_pickle":
+                    assert isinstance(node.value, ast.Constant), source
+                    assert node.value.value is False, source
+                names = {"system"} if node.arg == "shell" else set()
+            assert not names & DANGEROUS, (source, names)
