@@ -23,6 +23,6 @@ class Counts:
 
 COLD_SMOOTH = Counts(0, 28)
 COLD_ROUGH_CAPPED = Counts(0, 51)
-SMOOTH_RUN = Counts(14, 388)
-ROUGH_RUN_COARSE = Counts(8, 963)
-"""On twice the spacing and for 438 cycles; the row itself took 61 steps, 5851 convolutions."""
+SMOOTH_RUN = Counts(14, 324)
+ROUGH_RUN_COARSE = Counts(8, 997)
+"""On twice the spacing and for 438 cycles; the row itself took 61 steps, 5758 convolutions."""
