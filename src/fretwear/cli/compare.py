@@ -10,13 +10,12 @@ import typer
 
 from fretwear.cli import completion
 from fretwear.cli.inputs import check_results
-from fretwear.cli.outputs import check_file
+from fretwear.cli.outputs import FIGURE_FORMATS, check_file
 from fretwear.cli.status import Status, failing_as
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_FORMATS = (".png", ".svg", ".pdf")
 _DIGITS = 3
 
 
@@ -53,7 +52,7 @@ def compare(
     """Print the parameters in which two cases differ, and their key results with the ratios."""
     for file in (first, second):
         check_results(file)
-    path = None if output is None else check_file(output, *_FORMATS)
+    path = None if output is None else check_file(output, *FIGURE_FORMATS)
 
     from fretwear.data.errors import DataFileError
     from fretwear.data.store import open_case, open_history

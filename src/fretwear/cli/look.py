@@ -11,10 +11,8 @@ import typer
 from fretwear.cli.arguments import CaseFile
 from fretwear.cli.completion import case_files
 from fretwear.cli.inputs import check_results
-from fretwear.cli.outputs import check_file
+from fretwear.cli.outputs import FIGURE_FORMATS, check_file
 from fretwear.cli.status import Status, failing_as
-
-_FORMATS = (".png", ".svg", ".pdf")
 
 
 def show(
@@ -63,7 +61,7 @@ def plot(
 ) -> None:
     """Draw pressure, shear, gap and wear along x, and a map of the scar."""
     check_results(file)
-    path = check_file(output or file.with_suffix(".png"), *_FORMATS)
+    path = check_file(output or file.with_suffix(".png"), *FIGURE_FORMATS)
 
     from fretwear.data.errors import DataFileError
     from fretwear.data.store import open_case, open_history

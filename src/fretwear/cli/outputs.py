@@ -7,6 +7,9 @@ from pathlib import Path
 from fretwear.cli.status import refuse
 from fretwear.writable import why_not_writable
 
+FIGURE_FORMATS = (".png", ".svg", ".pdf")
+"""Endings of the files into which figures are drawn."""
+
 
 def check_file(path: Path, *endings: str) -> Path:
     """Return a path to which a file can be written, or leave with a message and status 2.

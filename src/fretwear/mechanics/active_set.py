@@ -39,6 +39,8 @@ class ActiveSet:
         A first guess of the pressure, Pa, of any load.
     """
 
+    _known_tangent: Array | None
+
     def __init__(self, problem: ContactProblem, start: Array) -> None:
         self.problem = problem
         self.iterations = 0
@@ -54,8 +56,11 @@ class ActiveSet:
         self._preconditioner = Preconditioner(self.problem.half_space, self._tangent(), self.free)
 
     def _tangent(self) -> Array | None:
+        """Tangent of the layer at the pressure, which is asked for twice before the first step."""
         layer = self.problem.layer
-        return None if layer is None else layer.tangent(self.pressure)
+        if layer is not None and self._known_tangent is None:
+            self._known_tangent = layer.tangent(self.pressure)
+        return self._known_tangent
 
     def solve(self, tolerance: float) -> bool:
         """Iterate until the residual is below the tolerance; whether it got there."""
@@ -90,6 +95,7 @@ class ActiveSet:
 
     def _set(self, pressure: Array) -> None:
         self.pressure = pressure
+        self._known_tangent = None
         self.saturated: Mask = pressure >= self.problem.limit
         self.free: Mask = (pressure > 0) & ~self.saturated
 
@@ -172,11 +178,13 @@ class ActiveSet:
         half_space, tangent = self.problem.half_space, self._tangent()
         settled = self._prepare()
         precondition, inside, ones = self._inverse
+        count = float(inside.sum())
         ones_sum = float(ones.sum())
         residual = -self.gap
         step, direction = np.zeros_like(residual), np.zeros_like(residual)
         reduction = _SETTLED if settled else _UNSETTLED
-        target = max(reduction * _deviation(residual, inside), _ENOUGH * tolerance * self.scale)
+        spread = _deviation(residual, inside, count)
+        target = max(reduction * spread, _ENOUGH * tolerance * self.scale)
         target *= self._care
         energy = 0.0
         for _ in range(_LARGEST_INNER):
@@ -197,7 +205,7 @@ class ActiveSet:
             step += length * direction
             force *= length
             residual -= force
-            if _deviation(residual, inside) <= target:
+            if _deviation(residual, inside, count) <= target:
                 break
         residual += self.gap
         moved = np.negative(residual, out=residual)
@@ -219,10 +227,9 @@ class ActiveSet:
         return bool(changed <= _FEW * np.count_nonzero(self.free))
 
 
-def _deviation(field: Array, inside: Array) -> float:
-    """Standard deviation of a field over the cells inside."""
+def _deviation(field: Array, inside: Array, count: float) -> float:
+    """Standard deviation of a field over the cells inside, so many."""
     part = field * inside
-    count = float(inside.sum())
     mean = float(part.sum()) / count
     return sqrt(max(inner(part, part) / count - mean * mean, 0.0))
 

@@ -29,10 +29,7 @@ def cosine(field: Array, axes: tuple[int, ...], workers: int = 1) -> None:
     workers
         Threads.
     """
-    if ducc0 is None:
-        _by_scipy(field, 2, axes, workers)
-    else:
-        ducc0.fft.dct(field, axes=axes, type=2, out=field, nthreads=workers)
+    _transform(field, 2, axes, workers)
 
 
 def inverse_cosine(field: Array, axes: tuple[int, ...], workers: int = 1) -> None:
@@ -49,13 +46,13 @@ def inverse_cosine(field: Array, axes: tuple[int, ...], workers: int = 1) -> Non
     workers
         Threads.
     """
-    if ducc0 is None:
-        _by_scipy(field, 3, axes, workers)
-    else:
-        ducc0.fft.dct(field, axes=axes, type=3, out=field, nthreads=workers)
+    _transform(field, 3, axes, workers)
 
 
-def _by_scipy(field: Array, kind: int, axes: tuple[int, ...], workers: int) -> None:
+def _transform(field: Array, kind: int, axes: tuple[int, ...], workers: int) -> None:
+    if ducc0 is not None:
+        ducc0.fft.dct(field, axes=axes, type=kind, out=field, nthreads=workers)
+        return
     result = scipy.fft.dctn(field, type=kind, axes=axes, overwrite_x=True, workers=workers)
     if not np.may_share_memory(result, field):
         field[...] = result
