@@ -154,6 +154,14 @@ def test_part_is_the_half_space_of_a_smaller_window(quarter: bool):
     assert bodies.part((24, 20)) is bodies
 
 
+def test_a_half_space_in_use_is_not_made_again():
+    cells = Window((12, 10), SPACING, True)
+    bodies = half_space(cells, MODULUS)
+    assert half_space(Window((12, 10), SPACING, True), MODULUS) is bodies
+    assert half_space(cells, 2 * MODULUS) is not bodies
+    assert half_space(cells, MODULUS, workers=2) is not bodies
+
+
 @pytest.mark.parametrize("quarter", [True, False])
 def test_fields_given_are_left_as_they_are(quarter: bool):
     bodies = half_space(Window((12, 10), SPACING, quarter), MODULUS)

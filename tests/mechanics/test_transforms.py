@@ -1,53 +1,97 @@
-"""Cosine transforms against their definition, whichever library makes them."""
+"""Cosine and Fourier transforms against their definitions, whichever library makes them."""
 
 import numpy as np
 import pytest
 
 from fretwear.mechanics import transforms
-from fretwear.mechanics.transforms import cosine, inverse_cosine
+from fretwear.mechanics.transforms import dct2, dct3, dct4, fft, ifft, irfft, rfft
 
 SHAPE = (6, 10)
 
 
-@pytest.fixture(params=["as installed", "scipy"])
+@pytest.fixture(params=["as installed", "scipy"], autouse=True)
 def _library(request, monkeypatch):
     if request.param == "scipy":
         monkeypatch.setattr(transforms, "ducc0", None)
 
 
-def field() -> np.ndarray:
-    return np.random.default_rng(3).standard_normal(SHAPE)
+def field(shape: tuple[int, int] = SHAPE) -> np.ndarray:
+    return np.random.default_rng(3).standard_normal(shape)
 
 
-def definition(count: int) -> np.ndarray:
-    """DCT-II: 2 cos(πk(2n + 1)/2N)."""
-    k, n = np.ogrid[:count, :count]
-    return 2.0 * np.cos(np.pi * k * (2 * n + 1) / (2 * count))
+def type_2(count: int) -> np.ndarray:
+    k, j = np.ogrid[:count, :count]
+    return 2.0 * np.cos(np.pi * k * (2 * j + 1) / (2 * count))
 
 
-@pytest.mark.usefixtures("_library")
-def test_cosine_is_its_definition_along_the_axes_given():
-    both, rows = field(), field()
-    cosine(both, (0, 1))
-    cosine(rows, (1,))
-    np.testing.assert_allclose(rows, field() @ definition(10).T, atol=1e-13)
-    np.testing.assert_allclose(both, definition(6) @ field() @ definition(10).T, atol=1e-13)
+def type_3(count: int) -> np.ndarray:
+    result = type_2(count).T
+    result[:, 0] = 1.0
+    return result
 
 
-@pytest.mark.usefixtures("_library")
+def type_4(count: int) -> np.ndarray:
+    k, j = np.ogrid[:count, :count]
+    return 2.0 * np.cos(np.pi * (2 * k + 1) * (2 * j + 1) / (4 * count))
+
+
+COSINE = [(dct2, type_2), (dct3, type_3), (dct4, type_4)]
+
+
+@pytest.mark.parametrize(("transform", "matrix"), COSINE)
+def test_cosine_transforms_are_their_definitions_along_the_axes_given(transform, matrix):
+    both, rows, columns = field(), field(), field()
+    transform(both, (0, 1))
+    transform(rows, (1,))
+    transform(columns, (0,))
+    np.testing.assert_allclose(rows, field() @ matrix(10).T, atol=1e-13)
+    np.testing.assert_allclose(columns, matrix(6) @ field(), atol=1e-13)
+    np.testing.assert_allclose(both, matrix(6) @ field() @ matrix(10).T, atol=1e-13)
+
+
+@pytest.mark.parametrize(("transform", "matrix"), COSINE)
+def test_a_transform_into_another_field_leaves_its_own_as_it_was(transform, matrix):
+    source, target = field((9, 10)), np.full((9, 10), np.nan)
+    result = transform(source, (1,), into=target)
+    assert result is target
+    np.testing.assert_array_equal(source, field((9, 10)))
+    np.testing.assert_allclose(target, source @ matrix(10).T, atol=1e-13)
+
+
+@pytest.mark.parametrize(("transform", "inverse"), [(dct2, dct3), (dct4, dct4)])
 @pytest.mark.parametrize("axes", [(0,), (1,), (0, 1)])
-def test_inverse_undoes_it_but_for_the_factor(axes):
+def test_inverses_undo_them_but_for_the_factor(transform, inverse, axes):
     result = field()
-    cosine(result, axes)
-    inverse_cosine(result, axes)
+    transform(result, axes)
+    inverse(result, axes)
     factor = np.prod([2 * SHAPE[axis] for axis in axes])
     np.testing.assert_allclose(result / factor, field(), atol=1e-14)
 
 
-@pytest.mark.usefixtures("_library")
+@pytest.mark.parametrize("count", [9, 10])
+def test_even_and_odd_frequencies_of_padded_numbers_are_types_2_and_4(count):
+    padded = np.concatenate([field((3, count)), np.zeros((3, count))], axis=1)
+    dct2(padded, (1,))
+    even, odd = field((3, count)), field((3, count))
+    np.testing.assert_allclose(padded[:, ::2], dct2(even, (1,)), atol=1e-13)
+    np.testing.assert_allclose(padded[:, 1::2], dct4(odd, (1,)), atol=1e-13)
+
+
 def test_some_rows_of_a_larger_field_are_transformed_in_place():
     whole = np.zeros((9, 10))
     whole[:6] = field()
-    cosine(whole[:6], (1,))
-    np.testing.assert_allclose(whole[:6], field() @ definition(10).T, atol=1e-13)
+    dct2(whole[:6], (1,))
+    np.testing.assert_allclose(whole[:6], field() @ type_2(10).T, atol=1e-13)
     assert not whole[6:].any()
+
+
+@pytest.mark.parametrize("shape", [(6, 10), (5, 9)])
+def test_fourier_transforms_are_those_of_numpy_and_their_inverses_undo_them(shape):
+    rows = rfft(field(shape))
+    np.testing.assert_allclose(rows, np.fft.rfft(field(shape), axis=1), atol=1e-13)
+    columns = rows.copy()
+    fft(columns)
+    np.testing.assert_allclose(columns, np.fft.fft(rows, axis=0), atol=1e-13)
+    ifft(columns)
+    np.testing.assert_allclose(columns / shape[0], rows, atol=1e-13)
+    np.testing.assert_allclose(irfft(rows, shape[1]) / shape[1], field(shape), atol=1e-13)

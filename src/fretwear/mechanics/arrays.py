@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Spectrum = NDArray[np.complex128]
 Mask = NDArray[np.bool_]
 
 

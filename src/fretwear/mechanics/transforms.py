@@ -1,7 +1,9 @@
-"""Cosine transforms of fields that are even in both directions, in place.
+"""Discrete cosine and Fourier transforms along axes of a field.
 
 By ducc0 where it is installed, which is up to twice as fast here, else by scipy.fft. Both give
-the same to rounding.
+the same to rounding. None is normalized: a cosine transform and its inverse (III undoes II, IV
+undoes itself) together multiply by twice the number of cells along each of the axes, a Fourier
+transform and its inverse by the number of cells.
 """
 
 from __future__ import annotations
@@ -9,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 import scipy.fft
 
-from fretwear.mechanics.arrays import Array
+from fretwear.mechanics.arrays import Array, Spectrum
 
 try:
     import ducc0
@@ -17,8 +19,8 @@ except ImportError:
     ducc0 = None
 
 
-def cosine(field: Array, axes: tuple[int, ...], workers: int = 1) -> None:
-    """DCT-II of a field along some axes, in place, not normalized.
+def dct2(field: Array, axes: tuple[int, ...], workers: int = 1, into: Array | None = None) -> Array:
+    """DCT-II: 2 ∑ fⱼ cos(πk(2j + 1)/2n).
 
     Parameters
     ----------
@@ -28,31 +30,74 @@ def cosine(field: Array, axes: tuple[int, ...], workers: int = 1) -> None:
         Which to transform.
     workers
         Threads.
+    into
+        Where to put the result, of the field's shape; in the field's place if None.
+
+    Returns
+    -------
+    The result.
     """
-    _transform(field, 2, axes, workers)
+    return _transform(field, 2, axes, workers, into)
 
 
-def inverse_cosine(field: Array, axes: tuple[int, ...], workers: int = 1) -> None:
-    """DCT-III of a field along some axes, in place: `cosine` undone but for a factor.
-
-    The factor is twice the number of cells along each of the axes.
-
-    Parameters
-    ----------
-    field
-        Contiguous along its last axis.
-    axes
-        Which to transform.
-    workers
-        Threads.
-    """
-    _transform(field, 3, axes, workers)
+def dct3(field: Array, axes: tuple[int, ...], workers: int = 1, into: Array | None = None) -> Array:
+    """DCT-III: f₀ + 2 ∑ fₖ cos(πk(2j + 1)/2n), the sum over k > 0; parameters as of `dct2`."""
+    return _transform(field, 3, axes, workers, into)
 
 
-def _transform(field: Array, kind: int, axes: tuple[int, ...], workers: int) -> None:
+def dct4(field: Array, axes: tuple[int, ...], workers: int = 1, into: Array | None = None) -> Array:
+    """DCT-IV: 2 ∑ fⱼ cos(π(2k + 1)(2j + 1)/4n); parameters as of `dct2`."""
+    return _transform(field, 4, axes, workers, into)
+
+
+def rfft(rows: Array, workers: int = 1) -> Spectrum:
+    """Fourier transform of real rows: their non-negative frequencies."""
     if ducc0 is not None:
-        ducc0.fft.dct(field, axes=axes, type=kind, out=field, nthreads=workers)
+        result: Spectrum = ducc0.fft.r2c(rows, axes=(1,), nthreads=workers)
+        return result
+    result = scipy.fft.rfft(rows, axis=1, workers=workers)
+    return result
+
+
+def irfft(spectrum: Spectrum, count: int, workers: int = 1) -> Array:
+    """Real rows of so many cells from their non-negative frequencies: `rfft` undone."""
+    if ducc0 is not None:
+        result: Array = ducc0.fft.c2r(
+            spectrum, axes=(1,), lastsize=count, forward=False, nthreads=workers
+        )
+        return result
+    result = scipy.fft.irfft(spectrum, n=count, axis=1, norm="forward", workers=workers)
+    return result
+
+
+def fft(columns: Spectrum, workers: int = 1) -> None:
+    """Fourier transform of columns in place."""
+    _fourier(columns, workers, forward=True)
+
+
+def ifft(columns: Spectrum, workers: int = 1) -> None:
+    """Inverse Fourier transform of columns in place."""
+    _fourier(columns, workers, forward=False)
+
+
+def _fourier(columns: Spectrum, workers: int, *, forward: bool) -> None:
+    if ducc0 is not None:
+        ducc0.fft.c2c(columns, axes=(0,), forward=forward, out=columns, nthreads=workers)
         return
-    result = scipy.fft.dctn(field, type=kind, axes=axes, overwrite_x=True, workers=workers)
-    if not np.may_share_memory(result, field):
-        field[...] = result
+    transform = scipy.fft.fft if forward else scipy.fft.ifft
+    norm = "backward" if forward else "forward"
+    columns[...] = transform(columns, axis=0, norm=norm, overwrite_x=True, workers=workers)
+
+
+def _transform(
+    field: Array, kind: int, axes: tuple[int, ...], workers: int, into: Array | None
+) -> Array:
+    target = field if into is None else into
+    if ducc0 is not None:
+        ducc0.fft.dct(field, axes=axes, type=kind, out=target, nthreads=workers)
+        return target
+    in_place = into is None
+    result = scipy.fft.dctn(field, type=kind, axes=axes, overwrite_x=in_place, workers=workers)
+    if not np.may_share_memory(result, target):
+        target[...] = result
+    return target
