@@ -259,6 +259,17 @@ def test_a_cold_start_on_a_fine_grid_takes_few_convolutions(name: str, limit: fl
     assert found.residual <= 1e-6
 
 
+@pytest.mark.parametrize("limit", [np.inf, 1.5])
+def test_displacements_carried_along_are_those_of_the_last_convolution(limit: float):
+    problem = pressed(window((24, 24)), surface=ROUGH, limit=limit)
+    verified = solve_contact(problem, tolerance=1e-9)
+    carried = solve_contact(problem, tolerance=1e-9, verified=False)
+    assert carried.convolutions < verified.convolutions
+    np.testing.assert_array_equal(carried.pressure, verified.pressure)
+    np.testing.assert_allclose(carried.gap, verified.gap, atol=1e-13 * HERTZ.approach)
+    assert abs(carried.residual - verified.residual) <= 1e-13
+
+
 def test_a_warm_start_takes_fewer_convolutions():
     problem = pressed(window((128, 128)), surface=Surface(RADIUS))
     cold = solve_contact(problem)

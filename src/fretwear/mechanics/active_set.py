@@ -9,7 +9,7 @@ step, hence no set of cells repeats.
 
 from __future__ import annotations
 
-from math import sqrt
+from math import inf, isfinite, sqrt
 
 import numpy as np
 
@@ -19,13 +19,19 @@ from fretwear.mechanics.preconditioner import Preconditioner
 
 _LARGEST_OUTER = 60
 _LARGEST_INNER = 40
+# A step reduces the residual of the free cells by so much: the first one, and later ones while more
+# than a few cells changed sides, and when they are settled; but not below a part of the tolerance.
+_FIRST = 0.2
 _UNSETTLED = 0.5
 _SETTLED = 0.1
 _FEW = 0.02
 _ENOUGH = 0.1
+# Descent of a clipped step where the gap and the step of each cell are opposite, as a rule, is 1.
+_STEEP = 0.05
 # Where the worst cell does not come closer, the mean of the others has hidden it: solve better.
 _STALLED = 0.95
 _MORE_CARE = 0.1
+_NOTHING = 1e-12
 
 
 class ActiveSet:
@@ -62,19 +68,23 @@ class ActiveSet:
             self._known_tangent = layer.tangent(self.pressure)
         return self._known_tangent
 
-    def solve(self, tolerance: float) -> bool:
-        """Iterate until the residual is below the tolerance; whether it got there."""
-        before = np.inf
+    def solve(self, tolerance: float, *, verified: bool = True) -> bool:
+        """Iterate until the residual is below the tolerance; whether it got there.
+
+        ``verified`` asks for a last convolution, by which the residual owes nothing to what was
+        carried along.
+        """
+        before = inf
         for _ in range(_LARGEST_OUTER):
             self._evaluate()
-            error = self.residual()
-            if not np.isfinite(error):
+            error = self.residual
+            if not isfinite(error):
                 return False
             if error > _STALLED * before and np.array_equal(self.free, self._solved):
                 self._care *= _MORE_CARE
             before = error
             if error <= tolerance:
-                if self.exact:
+                if self.exact or not verified:
                     return True
                 self._refresh()
                 continue
@@ -82,16 +92,6 @@ class ActiveSet:
             if not self._advance(tolerance):
                 return False
         return False
-
-    def residual(self) -> float:
-        """Largest violation of the gap conditions relative to the largest displacement."""
-        free, saturated = self.gap[self.free], self.gap[self.saturated]
-        worst = max(
-            float(np.abs(free).max(initial=0.0)),
-            float(saturated.max(initial=0.0)),
-            -float(self.gap[~(self.free | self.saturated)].min(initial=0.0)),
-        )
-        return worst / self.scale
 
     def _set(self, pressure: Array) -> None:
         self.pressure = pressure
@@ -107,14 +107,26 @@ class ActiveSet:
         self.exact = True
 
     def _evaluate(self) -> None:
-        separation = self.separation
-        if self.free.any():
-            self.approach = float(separation[self.free].mean())
-        else:
-            # Every loaded cell is saturated: the approach lies between those and the open cells.
-            self.approach = float(separation[self.saturated].max())
+        """Approach, gap and the largest violation of the conditions on it."""
+        separation, free = self.separation, self.separation[self.free]
+        violations = [0.0]
+        if free.size:
+            self.approach = float(free.mean())
+            violations += [float(free.max()) - self.approach, self.approach - float(free.min())]
+        saturated = separation[self.saturated]
+        if saturated.size:
+            if not free.size:
+                # All loaded cells are saturated: the approach lies between those and the open ones.
+                self.approach = float(saturated.max())
+            violations.append(float(saturated.max()) - self.approach)
+        unloaded = separation[~(self.free | self.saturated)]
+        if unloaded.size:
+            violations.append(self.approach - float(unloaded.min()))
         self.gap = separation - self.approach
         self.scale = float(self.displacement.max())
+        # The largest of some numbers hides one that is not a number; their sum does not.
+        worst = max(violations) if isfinite(sum(violations)) else inf
+        self.residual = worst / self.scale
 
     def _exchange(self, tolerance: float) -> None:
         """Free the open cells that interpenetrate and the saturated ones that separate."""
@@ -135,10 +147,10 @@ class ActiveSet:
             step = carrying(target, self.problem.limit, self.problem.total) - self.pressure
             displacement = self.problem.half_space.displacement(step)
             self.convolutions += 1
-            if inner(self.gap, step) < 0:
+            if -inner(self.gap, step) > _STEEP * inner(np.abs(self.gap), np.abs(step)):
                 self._search(step, displacement)
                 return True
-            # Clipping turned the direction uphill: a shorter step clips less.
+            # Clipping turned the direction uphill, or nearly so: a shorter step clips less.
             target = 0.7 * self.pressure + 0.3 * target
         return False
 
@@ -171,52 +183,61 @@ class ActiveSet:
     def _newton_step(self, tolerance: float) -> tuple[Array, Array]:
         """Step of the free cells and its displacement by preconditioned conjugate gradients.
 
-        The load is kept by directions of zero sum: with z₁ = M 1, the preconditioned residual
-        z becomes z − z₁ (∑z/∑z₁). What is uniform in the residual drops out then, and what it is
-        on other cells never counts; there it tells how far the step moves the surface.
+        The load is kept by directions of zero sum: with z₁ = M 1, the residual loses the uniform
+        part α = ∑ z₁r / ∑ z₁ before M is applied. A uniform part of the gap is the approach's; the
+        residual on other cells never counts, but tells how far the step moves the surface.
         """
         half_space, tangent = self.problem.half_space, self._tangent()
-        settled = self._prepare()
+        reduction = self._prepare()
         precondition, inside, ones = self._inverse
-        count = float(inside.sum())
-        ones_sum = float(ones.sum())
+        count, ones_sum = float(inside.sum()), float(ones.sum())
         residual = -self.gap
-        step, direction = np.zeros_like(residual), np.zeros_like(residual)
-        reduction = _SETTLED if settled else _UNSETTLED
-        spread = _deviation(residual, inside, count)
-        target = max(reduction * spread, _ENOUGH * tolerance * self.scale)
-        target *= self._care
-        energy = 0.0
-        for _ in range(_LARGEST_INNER):
+        step, work = np.zeros_like(residual), np.empty_like(residual)
+        direction: Array | None = None
+
+        def root_mean_square() -> float:
+            np.multiply(residual, inside, out=work)
+            return sqrt(inner(work, residual) / count)
+
+        uniform = target = energy = 0.0
+        for iteration in range(_LARGEST_INNER):
+            shift = inner(ones, residual) / ones_sum
+            residual -= shift
+            uniform += shift
+            spread = root_mean_square()
+            if iteration == 0:
+                target = self._care * max(reduction * spread, _ENOUGH * tolerance * self.scale)
+            elif spread <= target:
+                break
             z = precondition(residual)
-            z -= ones * (float(z.sum()) / ones_sum)
             previous, energy = energy, inner(residual, z)
             if not energy > 0:
                 break
-            if previous > 0:
+            if direction is None:
+                direction = z
+            else:
                 direction *= energy / previous
-            direction += z
+                direction += z
             force = half_space.displacement(direction)
             self.convolutions += 1
             self.iterations += 1
             if tangent is not None:
-                force += tangent * direction
+                force += np.multiply(tangent, direction, out=work)
             length = energy / inner(direction, force)
-            step += length * direction
+            step += np.multiply(direction, length, out=work)
             force *= length
             residual -= force
-            if _deviation(residual, inside, count) <= target:
-                break
         residual += self.gap
-        moved = np.negative(residual, out=residual)
+        moved = np.subtract(-uniform, residual, out=residual)
         if tangent is not None:
-            moved -= tangent * step
+            moved -= np.multiply(tangent, step, out=work)
         return step, moved
 
-    def _prepare(self) -> bool:
-        """Invert on the free cells; whether they are nearly those of the step before.
+    def _prepare(self) -> float:
+        """Invert on the free cells; by what factor to reduce the residual there.
 
-        While many cells still change sides it does not pay to solve for them exactly.
+        While many cells still change sides it does not pay to solve for them exactly; what the
+        caller started from has most of them right.
         """
         before, self._solved = self._solved, self.free.copy()
         changed = np.count_nonzero(before != self.free)
@@ -224,14 +245,9 @@ class ActiveSet:
             precondition = self._preconditioner.on(self.free)
             inside = self.free.astype(np.float64)
             self._inverse = precondition, inside, precondition(inside)
-        return bool(changed <= _FEW * np.count_nonzero(self.free))
-
-
-def _deviation(field: Array, inside: Array, count: float) -> float:
-    """Standard deviation of a field over the cells inside, so many."""
-    part = field * inside
-    mean = float(part.sum()) / count
-    return sqrt(max(inner(part, part) / count - mean * mean, 0.0))
+        if self.iterations == 0:
+            return _FIRST
+        return _SETTLED if changed <= _FEW * np.count_nonzero(self.free) else _UNSETTLED
 
 
 def carrying(pressure: Array, limit: float, total: float) -> Array:
@@ -241,15 +257,21 @@ def carrying(pressure: Array, limit: float, total: float) -> Array:
     """
     result = np.clip(pressure, 0.0, limit)
     for _ in range(100):
-        free = (result > 0) & (result < limit)
-        missing = total - float(result.sum())
+        carried = float(result.sum())
+        missing = total - carried
         if abs(missing) <= 1e-14 * total:
             break
-        movable = free if (missing > 0 or result[free].sum() > -missing) else result > 0
-        if not movable.any():
+        saturated = result >= limit
+        count = np.count_nonzero(saturated)
+        movable = carried - limit * count if count else carried
+        if movable <= -missing:
+            # Saturated cells have to give way too.
+            result *= total / carried
+        elif movable <= _NOTHING * carried:
             # All loaded cells are at the limit and still do not carry the load.
-            result[result == 0] = 1e-3 * limit
-            continue
-        result[movable] *= 1.0 + missing / float(result[movable].sum())
-        np.minimum(result, limit, out=result)
+            np.maximum(result, 1e-3 * limit, out=result)
+        else:
+            result *= 1.0 + missing / movable
+            np.minimum(result, limit, out=result)
+            np.copyto(result, limit, where=saturated)
     return result

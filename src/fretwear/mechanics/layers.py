@@ -111,18 +111,21 @@ class WearLayer:
             slope: Array = np.exp(x, out=x)
             slope *= self.reduced_gap
         else:
-            # φ' = (eˣ − φ)/x loses its digits near zero, where it is 1/2 + x/3.
-            small = x < _SMALL
-            near_zero = x[small] / 3.0 + 0.5
+            # φ' = (eˣ − φ)/x loses its digits near zero, where it is a line of slope 1/3.
+            below = np.minimum(x, _SMALL)
+            below -= _SMALL
             np.maximum(x, _SMALL, out=x)
             growth = np.expm1(x)
             slope = growth + 1.0
             slope *= self.reduced_gap
-            growth -= (growth - x) / x
-            growth /= x
-            growth[small] = near_zero
-            growth *= self.shift
-            slope += growth
+            phi_slope = x - growth
+            phi_slope /= x
+            phi_slope += growth
+            phi_slope /= x
+            below /= 3.0
+            phi_slope += below
+            phi_slope *= self.shift
+            slope += phi_slope
             np.maximum(slope, 0.0, out=slope)
         slope *= self.rate
         return slope
