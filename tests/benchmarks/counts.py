@@ -23,6 +23,8 @@ class Counts:
 
 COLD_SMOOTH = Counts(0, 28)
 COLD_ROUGH_CAPPED = Counts(0, 51)
-SMOOTH_RUN = Counts(14, 324)
-ROUGH_RUN_COARSE = Counts(8, 997)
-"""On twice the spacing and for 438 cycles; the row itself took 61 steps, 5758 convolutions."""
+FIRST_LOADING = Counts(0, 106)
+"""Of the rough run, on its own grid."""
+SMOOTH_RUN = Counts(15, 315)
+ROUGH_RUN_COARSE = Counts(9, 836)
+"""On twice the spacing and for 438 cycles; the row itself took 61 steps, 4624 convolutions."""

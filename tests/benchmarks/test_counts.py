@@ -7,6 +7,7 @@ from benchmarks.speed.cases import first_contact, rough_case, smooth_case
 
 from fretwear import simulation
 from fretwear.mechanics.contact import solve_contact
+from fretwear.mechanics.loading import first_loading
 from fretwear.mechanics.wear import evolve
 
 from . import counts
@@ -26,6 +27,12 @@ def test_a_cold_contact_takes_few_convolutions(rough, expected):
     contact = solve_contact(first_contact(256, rough=rough), tolerance=1e-6)
     assert contact.residual <= 1e-6
     assert expected.hold(0, contact.convolutions), contact.convolutions
+
+
+def test_the_first_loading_of_the_rough_capped_run_takes_few_convolutions():
+    # A clipped step that hardly goes downhill once made this twice as long.
+    state = first_loading(simulation.wear_problem(rough_case()))
+    assert counts.FIRST_LOADING.hold(0, state.convolutions), state.convolutions
 
 
 def test_a_smooth_run_of_30000_cycles_takes_few_steps():

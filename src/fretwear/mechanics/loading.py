@@ -10,7 +10,7 @@ from fretwear.mechanics.outlook import larger_window
 from fretwear.mechanics.state import CONTACT_TOLERANCE, State, WearProblem
 from fretwear.mechanics.window import Window, fast_shape
 
-_FIRST_STEP = 0.2
+_FIRST_STEP = 0.09
 
 
 def first_loading(problem: WearProblem) -> State:

@@ -95,9 +95,12 @@ class SlipModel(Protocol):
         ...
 
     def reduced(
-        self, half_space: HalfSpace, shape: Array, start: Array | None = None
+        self, half_space: HalfSpace, shape: Array, start: Array | None = None, slack: float = 1.0
     ) -> ReducedContact:
-        """The reduced contact of a shape, m; ``start`` is a guess of its pressure, Pa."""
+        """The reduced contact of a shape, m.
+
+        ``start`` is a guess of its pressure, Pa, ``slack`` the tolerance in units of the usual one.
+        """
         ...
 
     def wear_layer(
@@ -125,7 +128,7 @@ class JaegerSlip:
     follows_shape: bool = True
 
     def reduced(
-        self, half_space: HalfSpace, shape: Array, start: Array | None = None
+        self, half_space: HalfSpace, shape: Array, start: Array | None = None, slack: float = 1.0
     ) -> ReducedContact:
         """Solve the normal contact of the shape at the reduced load.
 
@@ -133,18 +136,20 @@ class JaegerSlip:
         the start and a margin, and again on a larger one if the zone wants to leave it.
         """
         window = half_space.window
-        convolutions, tolerance = 0, _TOLERANCE
+        convolutions, tolerance = 0, slack * _TOLERANCE
         if start is None:
             # An elastic run solves this once and lives on it for ever.
             tolerance = _FIRST_TOLERANCE
-            coarse = solve_contact(ContactProblem(half_space, shape, self.load), None, _COARSE)
+            problem = ContactProblem(half_space, shape, self.load)
+            coarse = solve_contact(problem, None, _COARSE, verified=False)
             start, convolutions = coarse.pressure, coarse.convolutions
         held: Mask = start > 0
         while True:
             part = half_space.part(window.holding(held, _MARGIN))
             size = part.window.shape
             problem = ContactProblem(part, window.resized(shape, size), self.load)
-            contact = solve_contact(problem, window.resized(start, size), tolerance)
+            # The gap on the whole window comes from a convolution of its own.
+            contact = solve_contact(problem, window.resized(start, size), tolerance, verified=False)
             pressure = part.window.resized(contact.pressure, window.shape)
             gap = half_space.displacement(pressure) + shape - contact.approach
             convolutions += contact.convolutions + 1
@@ -188,6 +193,7 @@ class CattaneoMindlinSlip:
         half_space: HalfSpace,
         shape: Array,  # noqa: ARG002 - the model does not look at the shape
         start: Array | None = None,  # noqa: ARG002
+        slack: float = 1.0,  # noqa: ARG002
     ) -> ReducedContact:
         """Hertz pressure and gap of the disc of radius c."""
         window = half_space.window

@@ -23,6 +23,7 @@ from fretwear.mechanics.window import Window
 
 _LARGEST_SWEEPS = 12
 _SWEEP_TOLERANCE = 0.005
+_PASSING_SLACK = 10.0
 
 
 @dataclass(frozen=True)
@@ -108,6 +109,8 @@ class StageSolver:
         start: Array,
         guess: Array,
         slack: float = 1.0,
+        *,
+        seen: bool = True,
     ) -> Stage:
         """One implicit stage.
 
@@ -123,6 +126,9 @@ class StageSolver:
             First guess of the change of G by plastic flow, m.
         slack
             Tolerance of the contact in units of that of a state.
+        seen
+            Whether the stage ends at a requested cycle: only there the reduced contact is solved
+            to the last digit, and the residual is computed by a convolution of its own.
 
         Raises
         ------
@@ -135,7 +141,7 @@ class StageSolver:
         relaxation, before = 1.0, inf
         for _ in range(_LARGEST_SWEEPS):
             layer = model.wear_layer(base.wear, base.reduced.gap, shift, known, rate)
-            contact = self._contact(base.plastic, layer, start, slack * CONTACT_TOLERANCE)
+            contact = self._contact(base.plastic, layer, start, slack, verified=seen)
             start = contact.pressure
             wear = layer.displacement(start)
             overshoot = _overshoot(contact, wear - base.wear)
@@ -144,7 +150,10 @@ class StageSolver:
             yielded = model.follows_shape and bool(contact.penetration.any())
             if yielded:
                 reduced = model.reduced(
-                    self._bodies, self._unworn + wear + plastic, start=reduced.pressure
+                    self._bodies,
+                    self._unworn + wear + plastic,
+                    reduced.pressure,
+                    1.0 if seen else _PASSING_SLACK,
                 )
                 self.convolutions += reduced.convolutions
             else:
@@ -181,12 +190,14 @@ class StageSolver:
             raise ContactError("wear of a stage leads to values that are not finite")
         return stage
 
-    def _contact(self, plastic: Array, layer: Layer, start: Array, tolerance: float) -> Contact:
+    def _contact(
+        self, plastic: Array, layer: Layer, start: Array, slack: float, *, verified: bool
+    ) -> Contact:
         problem = ContactProblem(
             self._bodies, self._unworn + plastic, self.problem.load, self.problem.limit, layer
         )
         try:
-            contact = solve_contact(problem, start, tolerance)
+            contact = solve_contact(problem, start, slack * CONTACT_TOLERANCE, verified=verified)
         except ContactError as error:
             self.convolutions += error.convolutions
             raise

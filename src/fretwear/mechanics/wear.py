@@ -43,9 +43,9 @@ _FLOW_EXPONENT = 1.0
 # with far smaller steps show; a third of the difference is still on the safe side.
 _OVERESTIMATE = 3.0
 _DEFAULT_TOLERANCE = 0.01
-# The first stage is never seen: its pressure enters the exponent, a part in 10⁵ of which is far
-# below any error of the step.
-_FIRST_STAGE_SLACK = 10.0
+# The first stage is never seen: its pressure enters the exponent, some parts in 10⁵ of which are
+# far below any error of the step.
+_FIRST_STAGE_SLACK = 30.0
 
 
 class WearError(RuntimeError):
@@ -126,7 +126,7 @@ class _Stepper:
                     f"{self.state.cycle:.6g} has a residual of {self.state.residual:.1e}"
                 )
             try:
-                first, second = self._stages(step)
+                first, second = self._stages(step, seen=step == left)
             except ContactError as error:
                 wanted, trouble = 0.5 * step, str(error)
                 continue
@@ -171,8 +171,8 @@ class _Stepper:
             self._solver.convolutions = 0
             return self.state
 
-    def _stages(self, step: float) -> tuple[Stage, Stage]:
-        """Both stages of TR-BDF2 over a step of so many cycles."""
+    def _stages(self, step: float, *, seen: bool) -> tuple[Stage, Stage]:
+        """Both stages of TR-BDF2 over a step of so many cycles; whether its end was requested."""
         rate = self.problem.growth_rate * step
         own = rate * _DIAGONAL
         base = Stage.of(self.state)
@@ -184,6 +184,7 @@ class _Stepper:
             p0 + _GAMMA * step * self.state.pressure_rate,
             _GAMMA * step * self.state.source_rate,
             _FIRST_STAGE_SLACK,
+            seen=False,
         )
         p1 = first.pressure
         second = self._solver.solve(
@@ -192,6 +193,7 @@ class _Stepper:
             own,
             p1 + _BEYOND * (p1 - p0),
             _BEYOND * (first.source - base.source),
+            seen=seen,
         )
         return first, second
 
@@ -254,7 +256,7 @@ class _Stepper:
     def _move_to(self, window: Window) -> None:
         """Put the state on a larger window."""
         spent = self._solver.convolutions
-        self.state = self.state.on(self.problem, window)
         self._solver = StageSolver(self.problem, window, self.tolerance)
         self._solver.convolutions = spent
+        self.state = self.state.on(self.problem, window)
         self._outlook = Outlook(self.problem, window)
