@@ -1,5 +1,6 @@
 """One case to one file, whoever else works on it and whatever goes wrong."""
 
+import math
 import re
 import shutil
 import signal
@@ -211,19 +212,25 @@ def test_a_job_whose_lock_another_has_taken_leaves_without_writing(case, path):
 
 @dataclass(frozen=True)
 class ShallowSlip(JaegerSlip):
-    """The slip model, except that it fails where wear comes to be deeper than 30 nm."""
+    """The slip model, except that it fails in every step from a depth of wear on."""
+
+    deepest: float = math.inf
 
     def wear_layer(self, wear, gap, shift, exponent, rate):
-        if wear.max() > 30e-9:
+        if wear.max() >= self.deepest:
             raise ContactError("the slip model does not go that far")
         return super().wear_layer(wear, gap, shift, exponent, rate)
 
 
 def test_a_job_that_fails_on_its_way_keeps_the_checkpoint_to_go_on_from(path, monkeypatch):
     case = fretwear.Case(**{**PARAMETERS, "cycles": 5000})
+    # The depth that a step ends with: no step is cut because the depth is passed within it.
+    deepest = [float(step.state.wear.max()) for step in simulation.steps(case)][5]
     told = []
     with monkeypatch.context() as patch:
-        patch.setattr(simulation, "_slip_model", lambda case, _: ShallowSlip(case.stick_load))
+        patch.setattr(
+            simulation, "_slip_model", lambda case, _: ShallowSlip(case.stick_load, deepest=deepest)
+        )
         with pytest.raises(WearError, match=r"no step after cycle \d+.* a residual of"):
             job(case, path, told)
     assert names(path) == ["a.checkpoint"]
