@@ -12,8 +12,8 @@ from fretwear.study.cost import Estimate
 
 # Processor time of one transform there and back on the machine that the constants of
 # `fretwear.study.cost` were measured on: what `python -m benchmarks.cost --speed` prints.
-SECONDS_PER_TRANSFORM = 1.0e-5
-SECONDS_PER_CELL_AND_TRANSFORM = 1.5e-8
+SECONDS_PER_TRANSFORM = 2.0e-5
+SECONDS_PER_CELL_AND_TRANSFORM = 2.2e-8
 
 # Smaller windows fit into the fastest memory, which the rest of a run does not; larger ones would
 # take long to time, and no longer a cell.
