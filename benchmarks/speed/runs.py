@@ -126,8 +126,8 @@ def _share(name: str, job: str, case: Case, run: Run) -> Row:
     if transforms.ducc0 is not None:
         with _scipy_alone():
             plain = timed_run(case)
-        note = f"{100 * plain.share:.0f} % by scipy.fft alone, where the run takes"
-        note = f"{note} {plain.units.cpu:.0f} CE"
+        share, time = 100 * plain.share, plain.units.cpu
+        note = f"{share:.0f} % by scipy.fft alone, where the run takes {time:.0f} CE"
     return Row(name, job, 100 * run.share, "%", 60, 80, at_least=True, note=note)
 
 

@@ -31,6 +31,7 @@ _STEEP = 0.05
 # Where the worst cell does not come closer, the mean of the others has hidden it: solve better.
 _STALLED = 0.95
 _MORE_CARE = 0.1
+# Free cells that carry less of the load than this cannot be scaled to carry what is missing.
 _NOTHING = 1e-12
 
 

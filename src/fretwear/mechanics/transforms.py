@@ -8,8 +8,11 @@ transform and its inverse by the number of cells.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import scipy.fft
+from numpy.typing import NDArray
 
 from fretwear.mechanics.arrays import Array, Spectrum
 
@@ -86,7 +89,7 @@ def _fourier(columns: Spectrum, workers: int, *, forward: bool) -> None:
         return
     transform = scipy.fft.fft if forward else scipy.fft.ifft
     norm = "backward" if forward else "forward"
-    columns[...] = transform(columns, axis=0, norm=norm, overwrite_x=True, workers=workers)
+    _put(transform(columns, axis=0, norm=norm, overwrite_x=True, workers=workers), columns)
 
 
 def _transform(
@@ -98,6 +101,11 @@ def _transform(
         return target
     in_place = into is None
     result = scipy.fft.dctn(field, type=kind, axes=axes, overwrite_x=in_place, workers=workers)
+    _put(result, target)
+    return target
+
+
+def _put(result: NDArray[Any], target: NDArray[Any]) -> None:
+    """Copy a result to where it belongs, unless it was made there."""
     if not np.may_share_memory(result, target):
         target[...] = result
-    return target

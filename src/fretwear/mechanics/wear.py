@@ -256,6 +256,7 @@ class _Stepper:
     def _move_to(self, window: Window) -> None:
         """Put the state on a larger window."""
         spent = self._solver.convolutions
+        # First, so that the state finds the half-space in use and does not make it again.
         self._solver = StageSolver(self.problem, window, self.tolerance)
         self._solver.convolutions = spent
         self.state = self.state.on(self.problem, window)
