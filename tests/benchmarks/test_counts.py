@@ -2,10 +2,13 @@
 
 from collections import deque
 
+import numpy as np
 import pytest
-from benchmarks.speed.cases import first_contact, rough_case, smooth_case
+from benchmarks.speed.cases import WAVES, first_contact, rough_case, smooth_case, study_case
 
 from fretwear import simulation
+from fretwear.mechanics.active_set import ActiveSet
+from fretwear.mechanics.arrays import inner
 from fretwear.mechanics.contact import solve_contact
 from fretwear.mechanics.loading import first_loading
 from fretwear.mechanics.wear import evolve
@@ -30,9 +33,24 @@ def test_a_cold_contact_takes_few_convolutions(rough, expected):
 
 
 def test_the_first_loading_of_the_rough_capped_run_takes_few_convolutions():
-    # A clipped step that hardly goes downhill once made this twice as long.
     state = first_loading(simulation.wear_problem(rough_case()))
     assert counts.FIRST_LOADING.hold(0, state.convolutions), state.convolutions
+
+
+def test_no_step_of_the_solver_is_downhill_by_rounding_only(monkeypatch):
+    # Along such a step, left by clipping, the energy hardly falls, and the next is the same again.
+    search, descents = ActiveSet._search, []
+
+    def watched(method, step, displacement):
+        along = inner(np.abs(method.gap), np.abs(step))
+        descents.append(-inner(method.gap, step) / along)
+        search(method, step, displacement)
+
+    monkeypatch.setattr(ActiveSet, "_search", watched)
+    cell = (0.75e-6, 3e-6)
+    last_state(study_case(roughness=WAVES, plastic_limit="5500 MPa", cycles=438, cell=cell))
+    assert len(descents) > 100
+    assert min(descents) > 0.05
 
 
 def test_a_smooth_run_of_30000_cycles_takes_few_steps():

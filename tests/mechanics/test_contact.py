@@ -267,6 +267,7 @@ def test_displacements_carried_along_are_those_of_the_last_convolution(limit: fl
     assert carried.convolutions < verified.convolutions
     np.testing.assert_array_equal(carried.pressure, verified.pressure)
     np.testing.assert_allclose(carried.gap, verified.gap, atol=1e-13 * HERTZ.approach)
+    assert carried.approach == near(verified.approach, rel=1e-13)
     assert abs(carried.residual - verified.residual) <= 1e-13
 
 
