@@ -23,7 +23,8 @@ from fretwear.mechanics.window import Window
 
 _LARGEST_SWEEPS = 12
 _SWEEP_TOLERANCE = 0.005
-# Of the reduced contact between the requested cycles: its error moves wear by less than a part in 10⁷.
+# Of the reduced contact between the requested cycles: its error moves wear by less than a part
+# in 10⁷.
 _PASSING_SLACK = 10.0
 
 
