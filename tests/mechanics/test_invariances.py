@@ -129,6 +129,7 @@ def test_more_tangential_load_wears_more():
     assert all(np.diff(volumes) > 0)
 
 
+@pytest.mark.usefixtures("converged")
 @pytest.mark.parametrize("limit", [np.inf, 1.4])
 def test_roughness_alike_along_x_and_y_makes_fields_alike(limit: float):
     isotropic = Surface(RADIUS, replace(WAVES, wavenumber_y=WAVES.wavenumber_x))
@@ -139,6 +140,7 @@ def test_roughness_alike_along_x_and_y_makes_fields_alike(limit: float):
             np.testing.assert_allclose(values, values.T, atol=1e-9 * np.abs(values).max())
 
 
+@pytest.mark.usefixtures("converged")
 @pytest.mark.parametrize("limit", [np.inf, 1.4])
 @pytest.mark.parametrize("quarter", [True, False])
 def test_turning_roughness_and_grid_turns_the_fields(limit: float, quarter: bool):

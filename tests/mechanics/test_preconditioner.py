@@ -15,23 +15,23 @@ def matrix_of(apply, cells):
     """Columns of a linear map of fields that live on some cells."""
     columns = []
     for index in np.argwhere(cells):
-        unit = np.zeros(cells.shape)
+        unit = np.zeros(cells.shape, np.float32)
         unit[tuple(index)] = 1.0
         columns.append(apply(unit)[cells])
     return np.stack(columns, axis=1)
 
 
-def wear_like(window, bodies, softness):
+def wear_like(window, softness):
     """A disc in contact with holes, and a layer that grows from nothing in its middle."""
     r = np.hypot(*np.meshgrid(window.x, window.y, indexing="ij")) / window.extent[0]
     free = (r < 0.85) & (np.random.default_rng(5).random(window.shape) > 0.05)
-    tangent = softness * bodies.self_influence * np.clip(4.0 * (r - 0.45), 0.0, 1.0)
-    return free, tangent
+    tangent = softness * np.clip(4.0 * (r - 0.45), 0.0, 1.0)
+    return free, tangent.astype(np.float32)
 
 
 def spread(bodies, free, tangent, apply):
     """Ratio of the extreme eigenvalues of the problem under a preconditioner."""
-    system = matrix_of(lambda field: bodies.displacement(field) + tangent * field, free)
+    system = matrix_of(lambda field: bodies.single(field) + tangent * field, free)
     inverse = matrix_of(apply, free)
     values = np.linalg.eigvals(inverse @ system).real
     return values.max() / values.min()
@@ -42,18 +42,18 @@ def spread(bodies, free, tangent, apply):
 def test_it_is_symmetric_and_positive_on_the_free_cells(quarter, softness):
     window = Window((20, 10) if quarter else (24, 12), SPACING, quarter)
     bodies = half_space(window, MODULUS)
-    free, tangent = wear_like(window, bodies, softness)
+    free, tangent = wear_like(window, softness)
     inverse = matrix_of(Preconditioner(bodies, tangent, free).on(free), free)
-    np.testing.assert_allclose(inverse, inverse.T, atol=1e-12 * np.abs(inverse).max())
+    np.testing.assert_allclose(inverse, inverse.T, atol=1e-6 * np.abs(inverse).max())
     assert np.linalg.eigvalsh(inverse).min() > 0
 
 
 def test_other_cells_stay_without_pressure_and_do_not_count():
     window = Window((20, 10), SPACING)
     bodies = half_space(window, MODULUS)
-    free, tangent = wear_like(window, bodies, 30.0)
+    free, tangent = wear_like(window, 30.0)
     precondition = Preconditioner(bodies, tangent, free).on(free)
-    residual = np.random.default_rng(1).standard_normal(window.shape)
+    residual = np.random.default_rng(1).standard_normal(window.shape, np.float32)
     result = precondition(residual)
     assert not result[~free].any()
     residual[~free] = 1e9
@@ -64,9 +64,9 @@ def test_other_cells_stay_without_pressure_and_do_not_count():
 def test_two_layers_cope_better_with_wear_than_one(softness):
     window = Window((36, 18), SPACING)
     bodies = half_space(window, MODULUS)
-    free, tangent = wear_like(window, bodies, softness)
+    free, tangent = wear_like(window, softness)
     mean = float(tangent[free].mean())
-    one = bodies.inverse(mean)
+    one = bodies.single.inverse(mean)
     single = spread(bodies, free, tangent, lambda field: free * one(field.copy()))
     double = spread(bodies, free, tangent, Preconditioner(bodies, tangent, free).on(free))
     assert double < 0.8 * single

@@ -149,6 +149,7 @@ def test_going_on_from_the_last_state_yields_nothing_more(runs):
     assert list(evolve(problem, STOPS, start=states[-1])) == []
 
 
+@pytest.mark.usefixtures("converged")
 @pytest.mark.parametrize("name", RUNS)
 def test_quarter_and_whole_domain_wear_alike(name: str):
     one, four = (

@@ -96,7 +96,7 @@ def solve_contact(
         Largest violation of the conditions on the gap, relative to the largest displacement.
     verified
         Whether to compute the displacement of the result once more by a convolution. The one that
-        was carried along from step to step is the same to rounding.
+        was carried along from step to step is good to a tenth of the tolerance.
 
     Returns
     -------

@@ -14,7 +14,7 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
-from fretwear.mechanics.arrays import Array, Spectrum
+from fretwear.mechanics.arrays import Real, Spectrum
 
 try:
     import ducc0
@@ -22,7 +22,7 @@ except ImportError:
     ducc0 = None
 
 
-def dct2(field: Array, axes: tuple[int, ...], workers: int = 1, into: Array | None = None) -> Array:
+def dct2(field: Real, axes: tuple[int, ...], workers: int = 1, into: Real | None = None) -> Real:
     """DCT-II: 2 ∑ fⱼ cos(πk(2j + 1)/2n).
 
     Parameters
@@ -43,17 +43,17 @@ def dct2(field: Array, axes: tuple[int, ...], workers: int = 1, into: Array | No
     return _transform(field, 2, axes, workers, into)
 
 
-def dct3(field: Array, axes: tuple[int, ...], workers: int = 1, into: Array | None = None) -> Array:
+def dct3(field: Real, axes: tuple[int, ...], workers: int = 1, into: Real | None = None) -> Real:
     """DCT-III: f₀ + 2 ∑ fₖ cos(πk(2j + 1)/2n), the sum over k > 0; parameters as of `dct2`."""
     return _transform(field, 3, axes, workers, into)
 
 
-def dct4(field: Array, axes: tuple[int, ...], workers: int = 1, into: Array | None = None) -> Array:
+def dct4(field: Real, axes: tuple[int, ...], workers: int = 1, into: Real | None = None) -> Real:
     """DCT-IV: 2 ∑ fⱼ cos(π(2k + 1)(2j + 1)/4n); parameters as of `dct2`."""
     return _transform(field, 4, axes, workers, into)
 
 
-def rfft(rows: Array, workers: int = 1) -> Spectrum:
+def rfft(rows: Real, workers: int = 1) -> Spectrum:
     """Fourier transform of real rows: their non-negative frequencies."""
     if ducc0 is not None:
         result: Spectrum = ducc0.fft.r2c(rows, axes=(1,), nthreads=workers)
@@ -62,12 +62,10 @@ def rfft(rows: Array, workers: int = 1) -> Spectrum:
     return result
 
 
-def irfft(spectrum: Spectrum, count: int, workers: int = 1) -> Array:
+def irfft(spectrum: Spectrum, count: int, workers: int = 1) -> Any:
     """Real rows of so many cells from their non-negative frequencies: `rfft` undone."""
     if ducc0 is not None:
-        result: Array = ducc0.fft.c2r(
-            spectrum, axes=(1,), lastsize=count, forward=False, nthreads=workers
-        )
+        result = ducc0.fft.c2r(spectrum, axes=(1,), lastsize=count, forward=False, nthreads=workers)
         return result
     result = scipy.fft.irfft(spectrum, n=count, axis=1, norm="forward", workers=workers)
     return result
@@ -93,8 +91,8 @@ def _fourier(columns: Spectrum, workers: int, *, forward: bool) -> None:
 
 
 def _transform(
-    field: Array, kind: int, axes: tuple[int, ...], workers: int, into: Array | None
-) -> Array:
+    field: Real, kind: int, axes: tuple[int, ...], workers: int, into: Real | None
+) -> Real:
     target = field if into is None else into
     if ducc0 is not None:
         ducc0.fft.dct(field, axes=axes, type=kind, out=target, nthreads=workers)
