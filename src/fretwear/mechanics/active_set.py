@@ -162,7 +162,8 @@ class ActiveSet:
             return True
         for _ in range(8):
             step = carrying(target, self.problem.limit, self.problem.total) - self.pressure
-            displacement = self._displacement(step)
+            displacement = self.problem.half_space.displacement_in_single(step)
+            self.convolutions += 1
             if -inner(self.gap, step) > _STEEP * inner(np.abs(self.gap), np.abs(step)):
                 self._search(step, displacement)
                 return True
@@ -257,14 +258,6 @@ class ActiveSet:
         whole = step - astray * ones.astype(np.float64)
         whole *= unit / self.problem.half_space.self_influence
         return whole, np.multiply(moved - (uniform + astray), unit, dtype=np.float64)
-
-    def _displacement(self, step: Array) -> Array:
-        """K s of a step s, by a convolution in single precision."""
-        half_space = self.problem.half_space
-        unit = max(float(step.max()), -float(step.min())) or 1.0
-        moved = half_space.single((step / unit).astype(np.float32))
-        self.convolutions += 1
-        return np.multiply(moved, unit * half_space.self_influence, dtype=np.float64)
 
     def _prepare(self) -> float:
         """Invert on the free cells; by what factor to reduce the residual there.

@@ -90,6 +90,12 @@ class HalfSpace:
         """
         return self._convolution.in_single(self.self_influence)
 
+    def displacement_in_single(self, pressure: Array) -> Array:
+        """`displacement` to some parts in 10⁷, in less time."""
+        unit = max(float(pressure.max()), -float(pressure.min())) or 1.0
+        result = self.single((pressure / unit).astype(np.float32))
+        return np.multiply(result, unit * self.self_influence, dtype=np.float64)
+
     def part(self, shape: tuple[int, int]) -> HalfSpace:
         """The same bodies on a smaller window around the same origin."""
         if shape == self.window.shape:

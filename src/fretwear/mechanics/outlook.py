@@ -72,7 +72,7 @@ class Outlook:
         # Displacement only opens the gap: where the surface lies above the approach it stays open.
         if not ((self._unworn < approach) & ~inside).any():
             return False, False
-        gap = self._wide.displacement(self._window.resized(pressure, wide.shape))
+        gap = self._wide.displacement_in_single(self._window.resized(pressure, wide.shape))
         gap += self._unworn
         closed = (gap < approach) & ~inside
         beyond_x = abs(wide.x) > self._window.extent[0]

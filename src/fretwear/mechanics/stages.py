@@ -148,8 +148,9 @@ class StageSolver:
             wear = layer.displacement(start)
             overshoot = _overshoot(contact, wear - base.wear)
             wear -= overshoot
-            plastic = base.plastic + contact.penetration
-            yielded = model.follows_shape and bool(contact.penetration.any())
+            penetration = contact.penetration
+            plastic = base.plastic + penetration
+            yielded = model.follows_shape and bool(penetration.any())
             if yielded:
                 reduced = model.reduced(
                     self._bodies,
