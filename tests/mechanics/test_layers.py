@@ -116,11 +116,26 @@ def test_layers_leave_what_they_are_given():
     kept = [field.copy() for field in given_fields]
     stage = WearLayer(*given_fields, rate=0.7)
     pressure = np.full((4, 4), 1.3)
-    results = [stage.displacement(pressure), stage.tangent(pressure), stage.exponent_at(pressure)]
+    results = [stage.displacement(pressure), stage.tangent(pressure)]
     for field, before in zip(given_fields, kept, strict=True):
         np.testing.assert_array_equal(field, before)
         assert not any(np.shares_memory(field, result) for result in results)
     np.testing.assert_array_equal(pressure, np.full((4, 4), 1.3))
+
+
+@pytest.mark.parametrize("shift", [True, False])
+def test_large_fields_are_what_their_rows_are(shift: bool):
+    random = np.random.default_rng(2)
+    # More cells than are worked on at once, and rows longer than that.
+    for shape in ((300, 130), (2, 40_000)):
+        wear, gap, flow, known, pressure = random.random((5, *shape))
+        whole = WearLayer(wear, gap, flow if shift else None, known, 1.7)
+        for row in range(0, shape[0], 7):
+            k = slice(row, row + 1)
+            part = WearLayer(wear[k], gap[k], flow[k] if shift else None, known[k], 1.7)
+            for method in ("displacement", "tangent"):
+                result = getattr(whole, method)(pressure)[k]
+                np.testing.assert_allclose(result, getattr(part, method)(pressure[k]), rtol=1e-14)
 
 
 def test_a_contact_with_a_wear_layer_is_the_contact_of_the_worn_shape():

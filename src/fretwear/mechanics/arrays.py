@@ -22,3 +22,13 @@ def inner(a: Real, b: Real) -> float:
     and make the last bits depend on their number.
     """
     return float(np.einsum("ij,ij->", a, b))
+
+
+def blocks_of_rows(shape: tuple[int, ...], cells: int) -> list[slice]:
+    """The rows of a field in blocks of so many cells at most, but of one row at least.
+
+    What is done to a block, one operation after the other, stays in a core's cache.
+    """
+    count, length = shape
+    rows = max(1, cells // length)
+    return [slice(first, min(first + rows, count)) for first in range(0, count, rows)]

@@ -20,7 +20,7 @@ from typing import Any, Generic
 import numpy as np
 import scipy.fft
 
-from fretwear.mechanics.arrays import Array, Real, Single, Spectrum
+from fretwear.mechanics.arrays import Array, Real, Single, Spectrum, blocks_of_rows
 from fretwear.mechanics.transforms import dct2, dct3, dct4, fft, ifft, irfft, rfft
 
 _BLOCK_BYTES = 2**18
@@ -127,15 +127,12 @@ class CosineConvolution(Convolution[Real]):
         return np.empty(self._shape, self._precision)
 
     @cached_property
-    def _between(self) -> Real:
-        nx, ny = self._shape
-        rows = _BLOCK_BYTES // (ny * self._precision.itemsize)
-        return np.empty((min(nx, max(1, rows)), ny), self._precision)
+    def _blocks(self) -> list[slice]:
+        return blocks_of_rows(self._shape, _BLOCK_BYTES // self._precision.itemsize)
 
     @cached_property
-    def _blocks(self) -> list[slice]:
-        length = len(self._between)
-        return [slice(first, first + length) for first in range(0, self._shape[0], length)]
+    def _between(self) -> Real:
+        return np.empty((self._blocks[0].stop, self._shape[1]), self._precision)
 
     def _inverse_spectrum(self, added: float) -> Real:
         nx, ny = self._shape

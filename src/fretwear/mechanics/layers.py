@@ -12,11 +12,12 @@ from typing import Protocol
 
 import numpy as np
 
-from fretwear.mechanics.arrays import Array
+from fretwear.mechanics.arrays import Array, blocks_of_rows
 
 _LARGEST_EXPONENT = 200.0
 _TINY = 1e-12
 _SMALL = 3e-5
+_BLOCK = 2**14
 
 
 class Layer(Protocol):
@@ -90,48 +91,60 @@ class WearLayer:
 
     def displacement(self, pressure: Array) -> Array:
         """Wear depth, m, under a pressure, Pa; never less than at the start of the stage."""
-        x = self.exponent_at(pressure)
-        growth = np.expm1(x)
-        worn = growth * self.reduced_gap
+        result = np.empty_like(pressure)
+        for rows in blocks_of_rows(pressure.shape, _BLOCK):
+            self._displace(rows, pressure, result)
+        return result
+
+    def _displace(self, rows: slice, pressure: Array, result: Array) -> None:
+        """Put the wear depth into some rows of the result."""
+        x = self._exponent_at(rows, pressure)
+        growth, worn = np.expm1(x), result[rows]
+        np.multiply(growth, self.reduced_gap[rows], out=worn)
         if self.shift is not None:
             # φ − 1 = (eˣ − 1 − x)/x, and zero at zero.
             growth -= x
             np.maximum(x, _TINY, out=x)
             growth /= x
-            growth *= self.shift
+            growth *= self.shift[rows]
             worn += growth
             np.maximum(worn, 0.0, out=worn)
-        worn += self.wear
-        return worn
+        worn += self.wear[rows]
 
     def tangent(self, pressure: Array) -> Array:
         """Derivative of the wear depth, m/Pa; not negative."""
-        x = self.exponent_at(pressure)
+        result = np.empty_like(pressure)
+        for rows in blocks_of_rows(pressure.shape, _BLOCK):
+            self._differentiate(rows, pressure, result)
+        return result
+
+    def _differentiate(self, rows: slice, pressure: Array, result: Array) -> None:
+        """Put the tangent into some rows of the result."""
+        x, slope = self._exponent_at(rows, pressure), result[rows]
         if self.shift is None:
-            slope: Array = np.exp(x, out=x)
-            slope *= self.reduced_gap
+            np.exp(x, out=x)
+            np.multiply(x, self.reduced_gap[rows], out=slope)
         else:
             # φ' = (eˣ − φ)/x loses its digits near zero, where it is a line of slope 1/3.
             below = np.minimum(x, _SMALL)
             below -= _SMALL
             np.maximum(x, _SMALL, out=x)
             growth = np.expm1(x)
-            slope = growth + 1.0
-            slope *= self.reduced_gap
+            np.add(growth, 1.0, out=slope)
+            slope *= self.reduced_gap[rows]
             phi_slope = x - growth
             phi_slope /= x
             phi_slope += growth
             phi_slope /= x
             below /= 3.0
             phi_slope += below
-            phi_slope *= self.shift
+            phi_slope *= self.shift[rows]
             slope += phi_slope
             np.maximum(slope, 0.0, out=slope)
         slope *= self.rate
-        return slope
 
-    def exponent_at(self, pressure: Array) -> Array:
-        """Exponent x at a pressure, Pa."""
-        x = self.rate * pressure
-        x += self.exponent
+    def _exponent_at(self, rows: slice, pressure: Array) -> Array:
+        """Exponent x of some rows."""
+        x = self.rate * pressure[rows]
+        x += self.exponent[rows]
         return np.minimum(x, _LARGEST_EXPONENT, out=x)
