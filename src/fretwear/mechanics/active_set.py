@@ -23,9 +23,11 @@ from fretwear.mechanics.preconditioner import Preconditioner
 
 _LARGEST_OUTER = 60
 _LARGEST_INNER = 40
-# A step reduces the residual of the free cells by so much: the first one, and later ones while more
-# than a few cells changed sides, and when they are settled; but not below a part of the tolerance.
-_FIRST = 0.2
+# A step reduces the residual of the free cells by so much: the first one from near the solution,
+# later ones and one from afar while more than a few cells changed sides, and when they are settled;
+# but not below a part of the tolerance.
+_NEAR = 0.02
+_FIRST = 0.05
 _UNSETTLED = 0.5
 _SETTLED = 0.1
 _FEW = 0.02
@@ -272,7 +274,7 @@ class ActiveSet:
             inside = self.free.astype(np.float32)
             self._inverse = precondition, inside, precondition(inside)
         if self.iterations == 0:
-            return _FIRST
+            return _FIRST if self.residual < _NEAR else _UNSETTLED
         return _SETTLED if changed <= _FEW * np.count_nonzero(self.free) else _UNSETTLED
 
 
