@@ -98,7 +98,7 @@ class WearLayer:
 
     def _displace(self, rows: slice, pressure: Array, result: Array) -> None:
         """Put the wear depth into some rows of the result."""
-        x = self._exponent_at(rows, pressure)
+        x = self.exponent_at(pressure, rows)
         growth, worn = np.expm1(x), result[rows]
         np.multiply(growth, self.reduced_gap[rows], out=worn)
         if self.shift is not None:
@@ -120,7 +120,7 @@ class WearLayer:
 
     def _differentiate(self, rows: slice, pressure: Array, result: Array) -> None:
         """Put the tangent into some rows of the result."""
-        x, slope = self._exponent_at(rows, pressure), result[rows]
+        x, slope = self.exponent_at(pressure, rows), result[rows]
         if self.shift is None:
             np.exp(x, out=x)
             np.multiply(x, self.reduced_gap[rows], out=slope)
@@ -143,8 +143,8 @@ class WearLayer:
             np.maximum(slope, 0.0, out=slope)
         slope *= self.rate
 
-    def _exponent_at(self, rows: slice, pressure: Array) -> Array:
-        """Exponent x of some rows."""
+    def exponent_at(self, pressure: Array, rows: slice) -> Array:
+        """Exponent x at a pressure, Pa, on some rows."""
         x = self.rate * pressure[rows]
         x += self.exponent[rows]
         return np.minimum(x, _LARGEST_EXPONENT, out=x)
