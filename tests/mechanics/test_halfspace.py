@@ -131,6 +131,11 @@ def test_single_precision_is_good_to_some_parts_in_ten_million(quarter, shape):
     assert result.dtype == np.float32
     expected = bodies.displacement(pressure) / bodies.self_influence
     assert_equal_to_rounding(result, expected, SINGLE_ROUNDING)
+    for scale in (1e-30, 0.0, 3.0, 1e40):
+        result = bodies.displacement_in_single(scale * pressure)
+        expected = bodies.displacement(scale * pressure)
+        assert result.dtype == np.float64
+        assert_equal_to_rounding(result, expected, SINGLE_ROUNDING)
 
 
 @pytest.mark.parametrize("quarter", [True, False])

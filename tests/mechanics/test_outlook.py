@@ -59,6 +59,16 @@ def test_a_tip_beyond_the_window_is_noticed(problem):
     assert grown.shape[0] > columns[-1]
 
 
+def test_tips_that_the_displacement_keeps_open_are_not_touched(problem):
+    state = first_loading(problem)
+    wide = wider(state.window, 1.6)
+    outside = ~state.window.covered(wide.shape)
+    # Rigid bodies would touch there.
+    assert (problem.surface.shape(wide)[outside] < state.approach).any()
+    outlook = Outlook(problem, state.window)
+    assert outlook.touched(state.pressure, state.approach) == (False, False)
+
+
 def test_a_smooth_contact_looks_at_its_border_alone(problem):
     smooth = replace(problem, surface=Surface(problem.surface.radius))
     state = first_loading(smooth)
