@@ -13,16 +13,16 @@ sees. So the result is as good as asked for, at two thirds of the time; see High
 
 from __future__ import annotations
 
-from math import inf, isfinite, sqrt
+from math import inf, isfinite
 
 import numpy as np
 
 from fretwear.mechanics.arrays import Array, Mask, Single, inner
 from fretwear.mechanics.contact_problem import ContactProblem
+from fretwear.mechanics.free_cells import FreeCells
 from fretwear.mechanics.preconditioner import Preconditioner
 
 _LARGEST_OUTER = 60
-_LARGEST_INNER = 40
 # A step reduces the residual of the free cells by so much: the first one from near the solution,
 # later ones and one from afar while more than a few cells changed sides, and when they are settled;
 # but not below a part of the tolerance.
@@ -201,65 +201,25 @@ class ActiveSet:
         self._set(self.pressure)
 
     def _newton_step(self, tolerance: float) -> tuple[Array, Array]:
-        """Step of the free cells and its displacement by preconditioned conjugate gradients.
-
-        The load is kept by directions of zero sum: with z₁ = M 1, the residual loses the uniform
-        part α = ∑ z₁r / ∑ z₁ before M is applied. A uniform part of the gap is the approach's; the
-        residual on other cells never counts, but tells how far the step moves the surface.
-        """
-        bodies, tangent = self.problem.half_space.single, self._tangent()
-        reduction = self._prepare()
-        precondition, inside, ones = self._inverse
-        count, ones_sum = float(np.count_nonzero(self.free)), float(ones.sum(dtype=np.float64))
-        # Everything in units of the worst violation and of the influence of a cell on itself.
+        """Step of the free cells that keeps the load, Pa, and its displacement, m."""
+        reduction = self._care * self._prepare()
+        # In units of the worst violation and of the influence of a cell on itself.
         unit = self.residual * self.scale
-        start = (self.gap / -unit).astype(np.float32)
-        start *= inside
-        residual = start.copy()
-        step, work = np.zeros_like(residual), np.empty_like(residual)
-        direction: Single | None = None
-
-        def root_mean_square() -> float:
-            np.multiply(residual, inside, out=work)
-            return sqrt(inner(work, residual) / count)
-
-        uniform = target = energy = 0.0
-        for iteration in range(_LARGEST_INNER):
-            shift = inner(ones, residual) / ones_sum
-            residual -= shift
-            uniform += shift
-            spread = root_mean_square()
-            if iteration == 0:
-                enough = _ENOUGH * tolerance / self.residual
-                target = self._care * max(reduction * spread, enough)
-            elif spread <= target:
-                break
-            z = precondition(residual)
-            previous, energy = energy, inner(residual, z)
-            if not energy > 0:
-                break
-            if direction is None:
-                direction = z
-            else:
-                direction *= energy / previous
-                direction += z
-            force = bodies(direction)
-            self.convolutions += 1
-            self.iterations += 1
-            if tangent is not None:
-                force += np.multiply(tangent, direction, out=work)
-            length = energy / inner(direction, force)
-            step += np.multiply(direction, length, out=work)
-            force *= length
-            residual -= force
-        moved = np.subtract(start, residual, out=residual)
-        if tangent is not None:
-            moved -= np.multiply(tangent, step, out=work)
-        # To the last digit, the load is that of the current pressure.
-        astray = float(step.sum(dtype=np.float64)) / ones_sum
-        whole = step - astray * ones.astype(np.float64)
-        whole *= unit / self.problem.half_space.self_influence
-        return whole, np.multiply(moved - (uniform + astray), unit, dtype=np.float64)
+        enough = self._care * _ENOUGH * tolerance / self.residual
+        cells = self._cells
+        found = cells.solve(
+            (self.gap / -unit).astype(np.float32), self._tangent(), reduction, enough
+        )
+        self.iterations += found.iterations
+        self.convolutions += found.iterations
+        # In double precision, the load is kept to the last digit.
+        stray = found.missed / cells.uniform_sum
+        pressure_unit = unit / self.problem.half_space.self_influence
+        step = np.multiply(found.pressure, pressure_unit, dtype=np.float64)
+        step -= np.multiply(cells.uniform, stray * pressure_unit, dtype=np.float64)
+        displacement = np.multiply(found.displacement, unit, dtype=np.float64)
+        displacement -= stray * unit
+        return step, displacement
 
     def _prepare(self) -> float:
         """Invert on the free cells; by what factor to reduce the residual there.
@@ -270,9 +230,9 @@ class ActiveSet:
         before, self._solved = self._solved, self.free.copy()
         changed = np.count_nonzero(before != self.free)
         if changed:
-            precondition = self._preconditioner.on(self.free)
-            inside = self.free.astype(np.float32)
-            self._inverse = precondition, inside, precondition(inside)
+            self._cells = FreeCells(
+                self.problem.half_space.single, self._preconditioner.on(self.free), self.free
+            )
         if self.iterations == 0:
             return _FIRST if self.residual < _NEAR else _UNSETTLED
         return _SETTLED if changed <= _FEW * np.count_nonzero(self.free) else _UNSETTLED

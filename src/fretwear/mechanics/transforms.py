@@ -34,11 +34,11 @@ def dct2(field: Real, axes: tuple[int, ...], workers: int = 1, into: Real | None
     workers
         Threads.
     into
-        Where to put the result, of the field's shape; in the field's place if None.
+        Room for the result, of the field's shape, if it is not to take the field's place.
 
     Returns
     -------
-    The result.
+    The result. It lies in the field's place or in the room given; scipy.fft makes room of its own.
     """
     return _transform(field, 2, axes, workers, into)
 
@@ -93,14 +93,18 @@ def _fourier(columns: Spectrum, workers: int, *, forward: bool) -> None:
 def _transform(
     field: Real, kind: int, axes: tuple[int, ...], workers: int, into: Real | None
 ) -> Real:
-    target = field if into is None else into
     if ducc0 is not None:
+        target = field if into is None else into
         ducc0.fft.dct(field, axes=axes, type=kind, out=target, nthreads=workers)
         return target
     in_place = into is None
-    result = scipy.fft.dctn(field, type=kind, axes=axes, overwrite_x=in_place, workers=workers)
-    _put(result, target)
-    return target
+    result: Real = scipy.fft.dctn(
+        field, type=kind, axes=axes, overwrite_x=in_place, workers=workers
+    )
+    if not in_place:
+        return result
+    _put(result, field)
+    return field
 
 
 def _put(result: NDArray[Any], target: NDArray[Any]) -> None:
