@@ -6,7 +6,7 @@ import yaml
 from ..conftest import tiny_study
 from ..terminal import on_a_terminal
 
-RUN = ("run", "tiny.yaml", "--set", "load=50 N", "--set", "cell=2 um", "-o", "a.nc")
+RUN = ("run", "tiny.yaml", "--set", "load=50 N", "--set", "cell=0.7 um", "-o", "a.nc")
 COLOUR = re.compile(r"\x1b\[[0-9;]*[34][0-9]")
 
 
