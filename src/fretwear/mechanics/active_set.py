@@ -29,9 +29,9 @@ _LARGEST_OUTER = 60
 _NEAR = 0.02
 _FIRST = 0.05
 _UNSETTLED = 0.5
-_SETTLED = 0.1
+_SETTLED = 0.05
 _FEW = 0.02
-_ENOUGH = 0.1
+_ENOUGH = 0.07
 # Descent of a clipped step where the gap and the step of each cell are opposite, as a rule, is 1.
 _STEEP = 0.05
 # Where the worst cell does not come closer, the mean of the others has hidden it: solve better.
