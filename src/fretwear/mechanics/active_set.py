@@ -103,7 +103,7 @@ class ActiveSet:
                 self._care *= _MORE_CARE
             before = error
             if error <= tolerance:
-                if self.exact or not verified:
+                if not (verified and self._rounding):
                     return True
                 self._refresh()
                 continue
@@ -123,7 +123,7 @@ class ActiveSet:
         self.displacement = self.problem.half_space.displacement(self.pressure)
         self.separation = self.problem.separation(self.pressure, self.displacement)
         self.convolutions += 1
-        self.exact, self._rounding = True, 0.0
+        self._rounding = 0.0
 
     def _evaluate(self) -> None:
         """Approach, gap and the largest violation of the conditions on it."""
@@ -184,7 +184,6 @@ class ActiveSet:
             self.separation = self.problem.separation(self.pressure, self.displacement)
             return inner(step, self.separation)
 
-        self.exact = False
         self._rounding += _SINGLE * max(float(displacement.max()), -float(displacement.min()))
         low, high, enough = 0.0, 1.0, 0.1 * abs(first)
         last = slope(1.0)
