@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fretwear.mechanics.arrays import Array
+from fretwear.mechanics.arrays import Array, Mask
 from fretwear.mechanics.contact_problem import ContactProblem
 from fretwear.mechanics.halfspace import half_space
 from fretwear.mechanics.layers import Layer
@@ -82,6 +82,16 @@ def folded(field: Array) -> Array:
     """The quarter x > 0, y > 0 of a whole field."""
     nx, ny = field.shape
     return field[nx // 2 :, ny // 2 :]
+
+
+def matrix_of(apply, cells: Mask, precision: type = np.float64) -> Array:
+    """The dense matrix of a linear map of fields that live on some cells."""
+    columns = []
+    for index in np.argwhere(cells):
+        unit = np.zeros(cells.shape, precision)
+        unit[tuple(index)] = 1.0
+        columns.append(apply(unit)[cells])
+    return np.stack(columns, axis=1)
 
 
 def near(expected: float, rel: float = 1e-6) -> object:

@@ -7,18 +7,10 @@ from fretwear.mechanics.halfspace import half_space
 from fretwear.mechanics.preconditioner import Preconditioner
 from fretwear.mechanics.window import Window
 
+from .problems import matrix_of
+
 MODULUS = 1.1e11
 SPACING = (1e-6, 2e-6)
-
-
-def matrix_of(apply, cells):
-    """Columns of a linear map of fields that live on some cells."""
-    columns = []
-    for index in np.argwhere(cells):
-        unit = np.zeros(cells.shape, np.float32)
-        unit[tuple(index)] = 1.0
-        columns.append(apply(unit)[cells])
-    return np.stack(columns, axis=1)
 
 
 def wear_like(window, softness):
@@ -31,8 +23,8 @@ def wear_like(window, softness):
 
 def spread(bodies, free, tangent, apply):
     """Ratio of the extreme eigenvalues of the problem under a preconditioner."""
-    system = matrix_of(lambda field: bodies.single(field) + tangent * field, free)
-    inverse = matrix_of(apply, free)
+    system = matrix_of(lambda field: bodies.single(field) + tangent * field, free, np.float32)
+    inverse = matrix_of(apply, free, np.float32)
     values = np.linalg.eigvals(inverse @ system).real
     return values.max() / values.min()
 
@@ -43,7 +35,7 @@ def test_it_is_symmetric_and_positive_on_the_free_cells(quarter, softness):
     window = Window((20, 10) if quarter else (24, 12), SPACING, quarter)
     bodies = half_space(window, MODULUS)
     free, tangent = wear_like(window, softness)
-    inverse = matrix_of(Preconditioner(bodies, tangent, free).on(free), free)
+    inverse = matrix_of(Preconditioner(bodies, tangent, free).on(free), free, np.float32)
     np.testing.assert_allclose(inverse, inverse.T, atol=1e-6 * np.abs(inverse).max())
     assert np.linalg.eigvalsh(inverse).min() > 0
 

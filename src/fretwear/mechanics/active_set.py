@@ -17,7 +17,7 @@ from math import inf, isfinite
 
 import numpy as np
 
-from fretwear.mechanics.arrays import Array, Mask, Single, inner
+from fretwear.mechanics.arrays import Array, Mask, Single, inner, largest_magnitude
 from fretwear.mechanics.contact_problem import ContactProblem
 from fretwear.mechanics.free_cells import FreeCells
 from fretwear.mechanics.preconditioner import Preconditioner
@@ -184,7 +184,7 @@ class ActiveSet:
             self.separation = self.problem.separation(self.pressure, self.displacement)
             return inner(step, self.separation)
 
-        self._rounding += _SINGLE * max(float(displacement.max()), -float(displacement.min()))
+        self._rounding += _SINGLE * largest_magnitude(displacement)
         low, high, enough = 0.0, 1.0, 0.1 * abs(first)
         last = slope(1.0)
         if last > enough:

@@ -24,6 +24,11 @@ def inner(a: Real, b: Real) -> float:
     return float(np.einsum("ij,ij->", a, b))
 
 
+def largest_magnitude(field: Array) -> float:
+    """Largest absolute value of a field, without a field of them."""
+    return max(float(field.max()), -float(field.min()))
+
+
 def blocks_of_rows(shape: tuple[int, ...], cells: int) -> list[slice]:
     """The rows of a field in blocks of so many cells at most, but of one row at least.
 

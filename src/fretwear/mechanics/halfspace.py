@@ -11,7 +11,7 @@ from weakref import WeakValueDictionary
 
 import numpy as np
 
-from fretwear.mechanics.arrays import Array, Single
+from fretwear.mechanics.arrays import Array, Single, largest_magnitude
 from fretwear.mechanics.convolution import Convolution, CosineConvolution, FourierConvolution
 from fretwear.mechanics.window import Window
 
@@ -92,7 +92,7 @@ class HalfSpace:
 
     def displacement_in_single(self, pressure: Array) -> Array:
         """`displacement` to some parts in 10⁷, in less time."""
-        unit = max(float(pressure.max()), -float(pressure.min())) or 1.0
+        unit = largest_magnitude(pressure) or 1.0
         result = self.single((pressure / unit).astype(np.float32))
         return np.multiply(result, unit * self.self_influence, dtype=np.float64)
 
@@ -103,7 +103,7 @@ class HalfSpace:
         if shape not in self._parts:
             # A few are kept: zones that change their size seldom change it back.
             window = Window(shape, self.window.spacing, self.window.quarter)
-            self._parts[shape] = HalfSpace(window, self._modulus, self._workers)
+            self._parts[shape] = half_space(window, self._modulus, self._workers)
             if len(self._parts) > _PARTS:
                 del self._parts[next(iter(self._parts))]
         return self._parts[shape]

@@ -7,6 +7,7 @@ Every layer's displacement grows with pressure, so the contact problem stays con
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -91,10 +92,7 @@ class WearLayer:
 
     def displacement(self, pressure: Array) -> Array:
         """Wear depth, m, under a pressure, Pa; never less than at the start of the stage."""
-        result = np.empty_like(pressure)
-        for rows in blocks_of_rows(pressure.shape, _BLOCK):
-            self._displace(rows, pressure, result)
-        return result
+        return _by_rows(self._displace, pressure)
 
     def _displace(self, rows: slice, pressure: Array, result: Array) -> None:
         """Put the wear depth into some rows of the result."""
@@ -113,10 +111,7 @@ class WearLayer:
 
     def tangent(self, pressure: Array) -> Array:
         """Derivative of the wear depth, m/Pa; not negative."""
-        result = np.empty_like(pressure)
-        for rows in blocks_of_rows(pressure.shape, _BLOCK):
-            self._differentiate(rows, pressure, result)
-        return result
+        return _by_rows(self._differentiate, pressure)
 
     def _differentiate(self, rows: slice, pressure: Array, result: Array) -> None:
         """Put the tangent into some rows of the result."""
@@ -148,3 +143,11 @@ class WearLayer:
         x = self.rate * pressure[rows]
         x += self.exponent[rows]
         return np.minimum(x, _LARGEST_EXPONENT, out=x)
+
+
+def _by_rows(put: Callable[[slice, Array, Array], None], pressure: Array) -> Array:
+    """A field that a function of rows, pressure and the field puts together by blocks of rows."""
+    result = np.empty_like(pressure)
+    for rows in blocks_of_rows(pressure.shape, _BLOCK):
+        put(rows, pressure, result)
+    return result
