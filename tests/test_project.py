@@ -49,7 +49,7 @@ def test_the_license_is_the_same_everywhere():
     text = (REPOSITORY / "LICENSE").read_text(encoding="utf-8")
     assert text.startswith("BSD 3-Clause License")
     assert citation["license"] == "BSD-3-Clause"
-    assert PROJECT["license"] == {"text": "BSD-3-Clause"}
+    assert PROJECT["license"] == "BSD-3-Clause"
 
 
 DANGEROUS = {

@@ -10,6 +10,8 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+from fretwear.mechanics import passes
+
 ROOT = Path(__file__).resolve().parents[2]
 _PACKAGES = ("fretwear", "numpy", "scipy", "ducc0", "tamaas", "ContactMechanics", "muGrid")
 
@@ -106,7 +108,7 @@ def header() -> str:
 
 def surroundings() -> dict[str, Any]:
     """Machine, load, versions: what a reader needs to judge the numbers."""
-    versions = {"Python": platform.python_version()}
+    versions = {"Python": platform.python_version(), "passes": passes_by()}
     for package in _PACKAGES:
         try:
             versions[package] = version(package)
@@ -129,6 +131,11 @@ def document(rows: Iterable[Row], **more: Any) -> dict[str, Any]:
 def falling_short(rows: Sequence[Row]) -> list[Row]:
     """The rows that were measured and do not reach what was asked."""
     return [row for row in rows if row.verdict == "falls short"]
+
+
+def passes_by() -> str:
+    """What the arithmetic between the transforms is done by."""
+    return "compiled" if passes.COMPILED else "in NumPy"
 
 
 def _processor() -> str:

@@ -8,9 +8,9 @@ from benchmarks.speed.cases import WAVES, first_contact, rough_case, smooth_case
 
 from fretwear import simulation
 from fretwear.mechanics.active_set import ActiveSet
-from fretwear.mechanics.arrays import inner
 from fretwear.mechanics.contact import solve_contact
 from fretwear.mechanics.loading import first_loading
+from fretwear.mechanics.passes import inner
 from fretwear.mechanics.wear import evolve
 
 from . import counts
@@ -41,10 +41,11 @@ def test_no_step_of_the_solver_is_downhill_by_rounding_only(monkeypatch):
     # Along such a step, left by clipping, the energy hardly falls, and the next is the same again.
     search, descents = ActiveSet._search, []
 
-    def watched(method, step, displacement):
+    def watched(method, step, first, moved):
         along = inner(np.abs(method.gap), np.abs(step))
-        descents.append(-inner(method.gap, step) / along)
-        search(method, step, displacement)
+        assert first == pytest.approx(inner(method.gap, step), abs=1e-12 * along)
+        descents.append(-first / along)
+        search(method, step, first, moved)
 
     monkeypatch.setattr(ActiveSet, "_search", watched)
     cell = (0.75e-6, 3e-6)

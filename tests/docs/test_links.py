@@ -67,7 +67,7 @@ def test_files_that_contributors_are_sent_to_exist():
     ("file", "names"),
     [
         ("mechanics/slip.py", ["SlipModel"]),
-        ("mechanics/layers.py", ["WearLayer", "exponent_at", "tangent"]),
+        ("mechanics/layers.py", ["WearLayer", "add_displacement", "tangent_in"]),
         ("mechanics/stages.py", ["StageSolver", "solve"]),
         ("mechanics/wear.py", ["_stages", "_exponent"]),
         ("simulation.py", ["_surface", "_slip_model", "_fields"]),

@@ -14,6 +14,7 @@ from .problems import folded, matrix_of, unfolded
 MODULUS = 1.1e11
 SPACING = (1e-6, 2e-6)
 SHAPE = (12, 8)
+UNIT = -3e-9
 
 
 def dense(cells: Window) -> np.ndarray:
@@ -34,10 +35,10 @@ def test_a_step_solves_the_problem_and_carries_no_load(softness):
     bodies, random = half_space(cells, MODULUS), np.random.default_rng(4)
     free = random.random(SHAPE) < 0.6
     tangent = None if softness is None else softness * random.random(SHAPE, np.float32)
-    residual = random.standard_normal(SHAPE, np.float32)
+    residual = random.standard_normal(SHAPE)
     preconditioner = Preconditioner(bodies, tangent, free)
-    step = FreeCells(bodies.single, preconditioner.on(free), free).solve(
-        residual, tangent, 0.0, 1e-6
+    step = FreeCells(bodies.single, preconditioner, free).solve(
+        UNIT * residual, UNIT, tangent, 0.0, 1e-6
     )
     matrix, inside = dense(cells), free.ravel()
     count = np.count_nonzero(free)
@@ -55,17 +56,18 @@ def test_a_step_solves_the_problem_and_carries_no_load(softness):
     # What the step does to the surface is known on all cells, by no further convolution.
     moved = (matrix @ step.pressure.ravel()).reshape(SHAPE)
     np.testing.assert_allclose(step.displacement, moved, atol=1e-5 * np.abs(residual).max())
+    assert step.largest == np.abs(step.displacement).max()
 
 
 def test_a_step_goes_no_further_than_asked():
     cells = Window((40, 30), SPACING)
     bodies = half_space(cells, MODULUS)
     free = np.hypot(*np.meshgrid(cells.x, cells.y, indexing="ij")) < 35e-6
-    residual = np.random.default_rng(6).standard_normal(cells.shape, np.float32)
-    problem = FreeCells(bodies.single, Preconditioner(bodies, None, free).on(free), free)
+    residual = np.random.default_rng(6).standard_normal(cells.shape)
+    problem = FreeCells(bodies.single, Preconditioner(bodies, None, free), free)
     iterations = []
     for reduction in (0.5, 0.05, 1e-4):
-        step = problem.solve(residual, None, reduction, 0.0)
+        step = problem.solve(residual, 1.0, None, reduction, 0.0)
         left = (residual - step.displacement)[free]
         start = residual[free]
         ratio = left.std() / start.std()
@@ -73,4 +75,4 @@ def test_a_step_goes_no_further_than_asked():
         iterations.append(step.iterations)
     assert iterations[0] < iterations[1] < iterations[2]
     enough = 0.05 * float(residual[free].std())
-    assert problem.solve(residual, None, 0.0, enough).iterations == iterations[1]
+    assert problem.solve(residual, 1.0, None, 0.0, enough).iterations == iterations[1]

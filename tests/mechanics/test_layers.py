@@ -97,6 +97,18 @@ def test_short_stages_keep_their_accuracy():
     np.testing.assert_allclose(stage.tangent(exponents), derivative, rtol=1e-9)
 
 
+@pytest.mark.parametrize("shift", [True, False])
+def test_the_solver_is_told_the_same_wear_in_its_own_units(shift: bool):
+    wear, gap, flow, known, pressure = np.random.default_rng(3).random((5, 6, 7))
+    stage = WearLayer(wear, gap, flow if shift else None, known, 1.7)
+    above = np.full((6, 7), 0.25)
+    stage.add_displacement(pressure, above)
+    np.testing.assert_allclose(above, 0.25 + stage.displacement(pressure), rtol=1e-15)
+    relative = stage.tangent_in(3e-4, pressure)
+    assert relative.dtype == np.float32
+    np.testing.assert_allclose(relative, stage.tangent(pressure) / 3e-4, rtol=1e-7)
+
+
 def test_endless_stages_stay_finite():
     stage = layer(0.0, 1e-9, 1e-9, 0.0, 1.0)
     for value in (stage.displacement(np.array([[1e9]])), stage.tangent(np.array([[1e9]]))):
@@ -108,7 +120,10 @@ def test_winkler_layer_is_a_line():
     spring = WinklerLayer(compliance, offset)
     pressure = np.array([[3.0, 7.0]])
     np.testing.assert_allclose(spring.displacement(pressure), [[6.5, 0.1]])
-    np.testing.assert_allclose(spring.tangent(pressure), compliance)
+    above = np.ones_like(pressure)
+    spring.add_displacement(pressure, above)
+    np.testing.assert_allclose(above, [[7.5, 1.1]])
+    np.testing.assert_allclose(spring.tangent_in(0.5, pressure), 2.0 * compliance)
 
 
 def test_layers_leave_what_they_are_given():

@@ -13,13 +13,15 @@ sees. So the result is as good as asked for, at two thirds of the time; see High
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import inf, isfinite
 
 import numpy as np
 
-from fretwear.mechanics.arrays import Array, Mask, Single, inner, largest_magnitude
+from fretwear.mechanics import passes
+from fretwear.mechanics.arrays import Array, Mask, Single
 from fretwear.mechanics.contact_problem import ContactProblem
-from fretwear.mechanics.free_cells import FreeCells
+from fretwear.mechanics.free_cells import FreeCells, Step
 from fretwear.mechanics.preconditioner import Preconditioner
 
 _LARGEST_OUTER = 60
@@ -37,12 +39,20 @@ _STEEP = 0.05
 # Where the worst cell does not come closer, the mean of the others has hidden it: solve better.
 _STALLED = 0.95
 _MORE_CARE = 0.1
-# Free cells that carry less of the load than this cannot be scaled to carry what is missing.
-_NOTHING = 1e-12
 # Steps are made in single precision: the error of a displacement relative to its largest value,
 # and what part of the residual it may become until the displacement is computed anew.
 _SINGLE = 5e-7
 _TRUSTED = 0.1
+
+
+@dataclass(frozen=True)
+class _Moved:
+    """What a step moves: a field in some unit, m, plus an offset, m; its largest magnitude, m."""
+
+    field: Single
+    unit: float
+    offset: float
+    largest: float
 
 
 class ActiveSet:
@@ -66,11 +76,24 @@ class ActiveSet:
 
     def restart(self, start: Array) -> None:
         """Take a pressure as the current one, scaled to the load and cut to the bounds."""
-        self._set(carrying(start, self.problem.limit, self.problem.total))
+        self.pressure = passes.carrying(start, self.problem.limit, self.problem.total)
+        self._known_tangent = None
         self._refresh()
+        self.gap = np.empty_like(self.pressure)
+        self.free = self._between_bounds()
         self._care = 1.0
         self._solved: Mask = ~self.free
         self._preconditioner = Preconditioner(self.problem.half_space, self._tangent(), self.free)
+
+    @property
+    def saturated(self) -> Mask:
+        """Cells at the pressure limit."""
+        result: Mask = self.pressure >= self.problem.limit
+        return result
+
+    def _between_bounds(self) -> Mask:
+        result: Mask = (self.pressure > 0) & (self.pressure < self.problem.limit)
+        return result
 
     def _tangent(self) -> Single | None:
         """Tangent of the layer in units of the influence of a cell on itself.
@@ -79,8 +102,8 @@ class ActiveSet:
         """
         layer = self.problem.layer
         if layer is not None and self._known_tangent is None:
-            tangent = layer.tangent(self.pressure) / self.problem.half_space.self_influence
-            self._known_tangent = tangent.astype(np.float32)
+            unit = self.problem.half_space.self_influence
+            self._known_tangent = layer.tangent_in(unit, self.pressure)
         return self._known_tangent
 
     def solve(self, tolerance: float, *, verified: bool = True) -> bool:
@@ -99,7 +122,7 @@ class ActiveSet:
                 self._refresh()
                 before = inf
                 continue
-            if error > _STALLED * before and np.array_equal(self.free, self._solved):
+            if error > _STALLED * before and np.array_equal(self._between_bounds(), self._solved):
                 self._care *= _MORE_CARE
             before = error
             if error <= tolerance:
@@ -107,16 +130,12 @@ class ActiveSet:
                     return True
                 self._refresh()
                 continue
-            self._exchange(tolerance)
+            # Open cells that interpenetrate become free, and saturated ones that separate.
+            slack = 0.3 * tolerance * self.scale
+            self.free = passes.to_free(self.pressure, self.problem.limit, self.gap, slack)
             if not self._advance(tolerance):
                 return False
         return False
-
-    def _set(self, pressure: Array) -> None:
-        self.pressure = pressure
-        self._known_tangent = None
-        self.saturated: Mask = pressure >= self.problem.limit
-        self.free: Mask = (pressure > 0) & ~self.saturated
 
     def _refresh(self) -> None:
         """Recompute K p, which is otherwise carried along."""
@@ -127,64 +146,64 @@ class ActiveSet:
 
     def _evaluate(self) -> None:
         """Approach, gap and the largest violation of the conditions on it."""
-        separation, free = self.separation, self.separation[self.free]
-        violations = [0.0]
-        if free.size:
-            self.approach = float(free.mean())
-            violations += [float(free.max()) - self.approach, self.approach - float(free.min())]
-        saturated = separation[self.saturated]
-        if saturated.size:
-            if not free.size:
-                # All loaded cells are saturated: the approach lies between those and the open ones.
-                self.approach = float(saturated.max())
-            violations.append(float(saturated.max()) - self.approach)
-        unloaded = separation[~(self.free | self.saturated)]
-        if unloaded.size:
-            violations.append(self.approach - float(unloaded.min()))
-        self.gap = separation - self.approach
-        self.scale = float(self.displacement.max())
+        self.approach, worst, self.scale, gaps = passes.judge(
+            self.separation, self.displacement, self.pressure, self.problem.limit, self.gap
+        )
         # The largest of some numbers hides one that is not a number; their sum does not.
-        worst = max(violations) if isfinite(sum(violations)) else inf
-        self.residual = worst / self.scale
-
-    def _exchange(self, tolerance: float) -> None:
-        """Free the open cells that interpenetrate and the saturated ones that separate."""
-        slack = 0.3 * tolerance * self.scale
-        self.free |= ~(self.free | self.saturated) & (self.gap < -slack)
-        self.free |= self.saturated & (self.gap > slack)
-        self.saturated &= ~self.free
+        self.residual = (worst if isfinite(gaps) else inf) / self.scale
 
     def _advance(self, tolerance: float) -> bool:
         """One projected Newton step; False when no descent is left."""
-        step, displacement = self._newton_step(tolerance)
-        target = self.pressure + step
-        inside = target[self.free]
-        if inside.min(initial=0.0) >= 0 and inside.max(initial=0.0) <= self.problem.limit:
-            self._search(step, displacement)
+        found = self._newton_step(tolerance)
+        # In units of the worst violation and of the influence of a cell on itself.
+        unit = self._violation
+        pressure_unit = unit / self.problem.half_space.self_influence
+        # In double precision, the load is kept to the last digit.
+        stray = found.missed / self._cells.uniform_sum
+        step = np.empty_like(self.pressure)
+        lowest, highest, slope = passes.propose(
+            self.pressure,
+            self.gap,
+            found.pressure,
+            pressure_unit,
+            self._cells.uniform,
+            stray * pressure_unit,
+            step,
+        )
+        if lowest >= 0 and highest <= self.problem.limit:
+            largest = (found.largest + abs(stray)) * unit
+            moved = _Moved(found.displacement, unit, -stray * unit, largest)
+            self._search(step, slope, moved)
             return True
+        target = self.pressure + step
         for _ in range(8):
-            step = carrying(target, self.problem.limit, self.problem.total) - self.pressure
-            displacement = self.problem.half_space.displacement_in_single(step)
+            step = passes.carrying(target, self.problem.limit, self.problem.total)
+            step -= self.pressure
+            displacement, unit = self.problem.half_space.relative_displacement(step)
             self.convolutions += 1
-            if -inner(self.gap, step) > _STEEP * inner(np.abs(self.gap), np.abs(step)):
-                self._search(step, displacement)
+            slope, magnitudes = passes.descent(self.gap, step)
+            if -slope > _STEEP * magnitudes:
+                largest = float(np.abs(displacement).max()) * unit
+                self._search(step, slope, _Moved(displacement, unit, 0.0, largest))
                 return True
             # Clipping turned the direction uphill, or nearly so: a shorter step clips less.
             target = 0.7 * self.pressure + 0.3 * target
         return False
 
-    def _search(self, step: Array, displacement: Array) -> None:
-        """Go along a feasible segment: all the way, or to its lowest energy if that overshoots."""
-        before = self.pressure, self.displacement
-        first = inner(step, self.gap)
+    def _search(self, step: Array, first: float, moved: _Moved) -> None:
+        """Go along a feasible segment: all the way, or to its lowest energy if that overshoots.
+
+        ``first`` is the slope of the energy at the start.
+        """
+        reached = 0.0
 
         def slope(fraction: float) -> float:
-            self.pressure = before[0] + fraction * step
-            self.displacement = before[1] + fraction * displacement
-            self.separation = self.problem.separation(self.pressure, self.displacement)
-            return inner(step, self.separation)
+            nonlocal reached
+            self._move(fraction - reached, step, moved)
+            reached = fraction
+            return passes.inner(step, self.separation)
 
-        self._rounding += _SINGLE * largest_magnitude(displacement)
+        self._rounding += _SINGLE * moved.largest
         low, high, enough = 0.0, 1.0, 0.1 * abs(first)
         last = slope(1.0)
         if last > enough:
@@ -197,28 +216,39 @@ class ActiveSet:
                     low, first = fraction, middle
                 else:
                     high, last = fraction, middle
-        self._set(self.pressure)
+        self._known_tangent = None
 
-    def _newton_step(self, tolerance: float) -> tuple[Array, Array]:
-        """Step of the free cells that keeps the load, Pa, and its displacement, m."""
-        reduction = self._care * self._prepare()
-        # In units of the worst violation and of the influence of a cell on itself.
-        unit = self.residual * self.scale
-        enough = self._care * _ENOUGH * tolerance / self.residual
-        cells = self._cells
-        found = cells.solve(
-            (self.gap / -unit).astype(np.float32), self._tangent(), reduction, enough
+    def _move(self, fraction: float, step: Array, moved: _Moved) -> None:
+        """Go on by a fraction of a step."""
+        problem = self.problem
+        passes.move(
+            fraction,
+            step,
+            problem.limit,
+            moved.field,
+            moved.unit,
+            moved.offset,
+            problem.shape,
+            self.pressure,
+            self.displacement,
+            self.separation,
         )
+        if problem.layer is not None:
+            problem.layer.add_displacement(self.pressure, self.separation)
+
+    def _newton_step(self, tolerance: float) -> Step:
+        """A step of the free cells that keeps the load, but for rounding."""
+        reduction = self._care * self._prepare()
+        enough = self._care * _ENOUGH * tolerance / self.residual
+        found = self._cells.solve(self.gap, -self._violation, self._tangent(), reduction, enough)
         self.iterations += found.iterations
         self.convolutions += found.iterations
-        # In double precision, the load is kept to the last digit.
-        stray = found.missed / cells.uniform_sum
-        pressure_unit = unit / self.problem.half_space.self_influence
-        step = np.multiply(found.pressure, pressure_unit, dtype=np.float64)
-        step -= np.multiply(cells.uniform, stray * pressure_unit, dtype=np.float64)
-        displacement = np.multiply(found.displacement, unit, dtype=np.float64)
-        displacement -= stray * unit
-        return step, displacement
+        return found
+
+    @property
+    def _violation(self) -> float:
+        """The worst violation, m."""
+        return self.residual * self.scale
 
     def _prepare(self) -> float:
         """Invert on the free cells; by what factor to reduce the residual there.
@@ -229,36 +259,8 @@ class ActiveSet:
         before, self._solved = self._solved, self.free.copy()
         changed = np.count_nonzero(before != self.free)
         if changed:
-            self._cells = FreeCells(
-                self.problem.half_space.single, self._preconditioner.on(self.free), self.free
-            )
+            single = self.problem.half_space.single
+            self._cells = FreeCells(single, self._preconditioner, self.free)
         if self.iterations == 0:
             return _FIRST if self.residual < _NEAR else _UNSETTLED
         return _SETTLED if changed <= _FEW * np.count_nonzero(self.free) else _UNSETTLED
-
-
-def carrying(pressure: Array, limit: float, total: float) -> Array:
-    """The pressure cut to the bounds, its free cells scaled so that its sum is ``total``, Pa.
-
-    Scaling leaves open cells open and saturated cells saturated; a shift would free them.
-    """
-    result = np.clip(pressure, 0.0, limit)
-    for _ in range(100):
-        carried = float(result.sum())
-        missing = total - carried
-        if abs(missing) <= 1e-14 * total:
-            break
-        saturated = result >= limit
-        count = np.count_nonzero(saturated)
-        movable = carried - limit * count if count else carried
-        if movable <= -missing:
-            # Saturated cells have to give way too.
-            result *= total / carried
-        elif movable <= _NOTHING * carried:
-            # All loaded cells are at the limit and still do not carry the load.
-            np.maximum(result, 1e-3 * limit, out=result)
-        else:
-            result *= 1.0 + missing / movable
-            np.minimum(result, limit, out=result)
-            np.copyto(result, limit, where=saturated)
-    return result

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from typing import Any, TypeVar
 
 import numpy as np
@@ -15,18 +16,9 @@ Mask = NDArray[np.bool_]
 Real = TypeVar("Real", Array, Single)
 
 
-def inner(a: Real, b: Real) -> float:
-    """Sum of the products of two fields.
-
-    Not by BLAS: its threads gain nothing here, stand in the way of cases that run side by side,
-    and make the last bits depend on their number.
-    """
-    return float(np.einsum("ij,ij->", a, b))
-
-
-def largest_magnitude(field: Array) -> float:
-    """Largest absolute value of a field, without a field of them."""
-    return max(float(field.max()), -float(field.min()))
+def is_finite(field: Array) -> bool:
+    """Whether every value of a field is finite, and their sum."""
+    return isfinite(float(field.sum()))
 
 
 def blocks_of_rows(shape: tuple[int, ...], cells: int) -> list[slice]:

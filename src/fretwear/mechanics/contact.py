@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fretwear.mechanics.active_set import ActiveSet
-from fretwear.mechanics.arrays import Array, Mask
+from fretwear.mechanics.arrays import Array, Mask, is_finite
 from fretwear.mechanics.contact_problem import ContactProblem
 from fretwear.mechanics.gradient import projected_gradient
 
@@ -71,6 +71,11 @@ class Contact:
     convolutions: int
 
     @property
+    def yields(self) -> bool:
+        """Whether any cell yields."""
+        return bool(self.gap.min(where=self.saturated, initial=0.0) < 0)
+
+    @property
     def penetration(self) -> Array:
         """Depth by which saturated cells yield, m, zero elsewhere."""
         result: Array = np.where(self.saturated, np.maximum(-self.gap, 0.0), 0.0)
@@ -109,7 +114,7 @@ def solve_contact(
     ValueError
         If the shape or the start is not finite.
     """
-    if not np.isfinite(problem.shape).all() or not (start is None or np.isfinite(start).all()):
+    if not (is_finite(problem.shape) and (start is None or is_finite(start))):
         raise ValueError("the shape and the start of a contact problem must be finite everywhere")
     window = problem.half_space.window
     if not problem.limit * window.cell_area * window.copies * problem.shape.size > problem.load:

@@ -45,5 +45,5 @@ class ContactProblem:
         """K p + W(p) + h, m: the gap plus the approach."""
         result = displacement + self.shape
         if self.layer is not None:
-            result += self.layer.displacement(pressure)
+            self.layer.add_displacement(pressure, result)
         return result

@@ -10,14 +10,15 @@ cell on itself. What rounding leaves, the caller sees in the next residual.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from math import sqrt
 
 import numpy as np
 
-from fretwear.mechanics.arrays import Mask, Single, inner
+from fretwear.mechanics import passes
+from fretwear.mechanics.arrays import Array, Mask, Single
 from fretwear.mechanics.convolution import Convolution
+from fretwear.mechanics.preconditioner import Preconditioner
 
 _LARGEST_ITERATIONS = 40
 
@@ -30,6 +31,8 @@ class Step:
     ----------
     pressure, displacement
         s and K s, shape of the window.
+    largest
+        Largest magnitude of the displacement.
     missed
         Sum of s, zero but for rounding.
     iterations
@@ -38,6 +41,7 @@ class Step:
 
     pressure: Single
     displacement: Single
+    largest: float
     missed: float
     iterations: int
 
@@ -49,8 +53,8 @@ class FreeCells:
     ----------
     convolve
         K.
-    precondition
-        M, an approximate inverse of K + diag c on the free cells.
+    preconditioner
+        Of K + diag c: M, an approximate inverse on the free cells.
     free
         The set.
 
@@ -65,18 +69,17 @@ class FreeCells:
     def __init__(
         self,
         convolve: Convolution[Single],
-        precondition: Callable[[Single], Single],
+        preconditioner: Preconditioner,
         free: Mask,
     ) -> None:
         self._convolve = convolve
-        self._precondition = precondition
         self._inside = free.astype(np.float32)
+        self._precondition = preconditioner.on(self._inside)
         self._count = np.count_nonzero(free)
-        self.uniform = precondition(self._inside)
-        self.uniform_sum = float(self.uniform.sum(dtype=np.float64))
+        self.uniform, self.uniform_sum = self._precondition(self._inside)
 
     def solve(
-        self, residual: Single, tangent: Single | None, reduction: float, enough: float
+        self, residual: Array, unit: float, tangent: Single | None, reduction: float, enough: float
     ) -> Step:
         """Preconditioned conjugate gradients.
 
@@ -85,49 +88,39 @@ class FreeCells:
 
         Parameters
         ----------
-        residual
-            r; what it is on other cells does not count.
+        residual, unit
+            r, and in what unit; what it is on other cells does not count.
         tangent
             c, or None without a layer.
         reduction, enough
             The root mean square of the residual is to become so many times smaller, or so small.
         """
-        residual = residual * self._inside
-        start, work = residual.copy(), np.empty_like(residual)
-        pressure = np.zeros_like(residual)
+        start = passes.relative(residual, unit, self._inside)
+        left, pressure = start.copy(), np.zeros_like(start)
         direction: Single | None = None
         alpha = target = energy = 0.0
+        uniform = passes.inner(self.uniform, left)
         iterations = 0
         while True:
-            shift = inner(self.uniform, residual) / self.uniform_sum
-            residual -= shift
+            shift = uniform / self.uniform_sum
             alpha += shift
-            np.multiply(residual, self._inside, out=work)
-            spread = sqrt(inner(work, residual) / self._count)
+            spread = sqrt(passes.lower(shift, self._inside, left) / self._count)
             if iterations == 0:
                 target = max(reduction * spread, enough)
             elif spread <= target or iterations == _LARGEST_ITERATIONS:
                 break
-            z = self._precondition(residual)
-            previous, energy = energy, inner(residual, z)
+            previous = energy
+            z, energy = self._precondition(left)
             if not energy > 0:
                 break
             if direction is None:
                 direction = z
             else:
-                direction *= energy / previous
-                direction += z
+                passes.turn(energy / previous, z, direction)
             force = self._convolve(direction)
             iterations += 1
-            if tangent is not None:
-                force += np.multiply(tangent, direction, out=work)
-            length = energy / inner(direction, force)
-            pressure += np.multiply(direction, length, out=work)
-            force *= length
-            residual -= force
-        # The residual on other cells tells how far the step moves the surface there.
-        displacement = np.subtract(start, residual, out=residual)
-        displacement -= alpha
-        if tangent is not None:
-            displacement -= np.multiply(tangent, pressure, out=work)
-        return Step(pressure, displacement, float(pressure.sum(dtype=np.float64)), iterations)
+            length = energy / passes.respond(tangent, direction, force)
+            uniform = passes.follow(length, direction, force, self.uniform, pressure, left)
+        # What is left on other cells tells how far the step moves the surface there.
+        largest = passes.settle(start, tangent, pressure, alpha, left)
+        return Step(pressure, left, largest, passes.total(pressure), iterations)

@@ -12,8 +12,9 @@ from collections import deque
 
 import numpy as np
 
-from fretwear.mechanics.arrays import Array, inner
+from fretwear.mechanics.arrays import Array
 from fretwear.mechanics.contact_problem import ContactProblem
+from fretwear.mechanics.passes import inner
 
 _LARGEST_STEPS = 2000
 _MEMORY = 10

@@ -11,7 +11,8 @@ from weakref import WeakValueDictionary
 
 import numpy as np
 
-from fretwear.mechanics.arrays import Array, Single, largest_magnitude
+from fretwear.mechanics import passes
+from fretwear.mechanics.arrays import Array, Single
 from fretwear.mechanics.convolution import Convolution, CosineConvolution, FourierConvolution
 from fretwear.mechanics.window import Window
 
@@ -43,8 +44,14 @@ def influence_coefficients(
     dx, dy = spacing
     x = ((np.arange(shape[0] + 1) - 0.5) * dx)[:, None]
     y = ((np.arange(shape[1] + 1) - 0.5) * dy)[None, :]
-    corner = x * np.arcsinh(y / np.abs(x)) + y * np.arcsinh(x / np.abs(y))
-    coefficients: Array = np.diff(np.diff(corner, axis=0), axis=1) / (np.pi * composite_modulus)
+    # x arsinh(y/|x|) + y arsinh(x/|y|), in as little memory as can be.
+    corner, other = y / np.abs(x), x / np.abs(y)
+    for ratio, side in ((corner, x), (other, y)):
+        np.arcsinh(ratio, out=ratio)
+        ratio *= side
+    corner += other
+    coefficients: Array = np.diff(np.diff(corner, axis=0), axis=1)
+    coefficients /= np.pi * composite_modulus
     return coefficients
 
 
@@ -92,9 +99,13 @@ class HalfSpace:
 
     def displacement_in_single(self, pressure: Array) -> Array:
         """`displacement` to some parts in 10⁷, in less time."""
-        unit = largest_magnitude(pressure) or 1.0
-        result = self.single((pressure / unit).astype(np.float32))
-        return np.multiply(result, unit * self.self_influence, dtype=np.float64)
+        result, unit = self.relative_displacement(pressure)
+        return np.multiply(result, unit, dtype=np.float64)
+
+    def relative_displacement(self, pressure: Array) -> tuple[Single, float]:
+        """`displacement_in_single` in some unit, m, and the unit."""
+        field, unit = passes.scaled(pressure)
+        return self.single(field), unit * self.self_influence
 
     def part(self, shape: tuple[int, int]) -> HalfSpace:
         """The same bodies on a smaller window around the same origin."""

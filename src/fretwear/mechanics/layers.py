@@ -7,18 +7,13 @@ Every layer's displacement grows with pressure, so the contact problem stays con
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
-from fretwear.mechanics.arrays import Array, blocks_of_rows
-
-_LARGEST_EXPONENT = 200.0
-_TINY = 1e-12
-_SMALL = 3e-5
-_BLOCK = 2**14
+from fretwear.mechanics import passes
+from fretwear.mechanics.arrays import Array, Real, Single
 
 
 class Layer(Protocol):
@@ -28,8 +23,12 @@ class Layer(Protocol):
         """Displacement, m, under a pressure, Pa; both of the window's shape."""
         ...
 
-    def tangent(self, pressure: Array) -> Array:
-        """Derivative of the displacement, m/Pa; not negative."""
+    def add_displacement(self, pressure: Array, result: Array) -> None:
+        """Add the displacement under a pressure to a field."""
+        ...
+
+    def tangent_in(self, unit: float, pressure: Array) -> Single:
+        """Derivative of the displacement in some unit, m/Pa; not negative."""
         ...
 
 
@@ -52,9 +51,14 @@ class WinklerLayer:
         """Displacement, m, under a pressure, Pa."""
         return self.offset + self.compliance * pressure
 
-    def tangent(self, pressure: Array) -> Array:  # noqa: ARG002 - the tangent of a line
-        """Derivative of the displacement, m/Pa."""
-        return self.compliance
+    def add_displacement(self, pressure: Array, result: Array) -> None:
+        """Add the displacement, m, under a pressure, Pa, to a field."""
+        result += self.offset
+        result += self.compliance * pressure
+
+    def tangent_in(self, unit: float, pressure: Array) -> Single:  # noqa: ARG002 - a line's
+        """Derivative of the displacement in some unit, m/Pa."""
+        return (self.compliance / unit).astype(np.float32)
 
 
 @dataclass(frozen=True)
@@ -92,62 +96,31 @@ class WearLayer:
 
     def displacement(self, pressure: Array) -> Array:
         """Wear depth, m, under a pressure, Pa; never less than at the start of the stage."""
-        return _by_rows(self._displace, pressure)
+        result = np.zeros_like(pressure)
+        self.add_displacement(pressure, result)
+        return result
 
-    def _displace(self, rows: slice, pressure: Array, result: Array) -> None:
-        """Put the wear depth into some rows of the result."""
-        x = self.exponent_at(pressure, rows)
-        growth, worn = np.expm1(x), result[rows]
-        np.multiply(growth, self.reduced_gap[rows], out=worn)
-        if self.shift is not None:
-            # φ − 1 = (eˣ − 1 − x)/x, and zero at zero.
-            growth -= x
-            np.maximum(x, _TINY, out=x)
-            growth /= x
-            growth *= self.shift[rows]
-            worn += growth
-            np.maximum(worn, 0.0, out=worn)
-        worn += self.wear[rows]
+    def add_displacement(self, pressure: Array, result: Array) -> None:
+        """Add the wear depth, m, under a pressure, Pa, to a field."""
+        passes.wear(
+            pressure,
+            self.rate,
+            self.exponent,
+            self.wear,
+            self.reduced_gap,
+            self.shift,
+            result,
+        )
 
     def tangent(self, pressure: Array) -> Array:
         """Derivative of the wear depth, m/Pa; not negative."""
-        return _by_rows(self._differentiate, pressure)
+        return self._put_tangent(pressure, 1.0, np.empty_like(pressure))
 
-    def _differentiate(self, rows: slice, pressure: Array, result: Array) -> None:
-        """Put the tangent into some rows of the result."""
-        x, slope = self.exponent_at(pressure, rows), result[rows]
-        if self.shift is None:
-            np.exp(x, out=x)
-            np.multiply(x, self.reduced_gap[rows], out=slope)
-        else:
-            # φ' = (eˣ − φ)/x loses its digits near zero, where it is a line of slope 1/3.
-            below = np.minimum(x, _SMALL)
-            below -= _SMALL
-            np.maximum(x, _SMALL, out=x)
-            growth = np.expm1(x)
-            np.add(growth, 1.0, out=slope)
-            slope *= self.reduced_gap[rows]
-            phi_slope = x - growth
-            phi_slope /= x
-            phi_slope += growth
-            phi_slope /= x
-            below /= 3.0
-            phi_slope += below
-            phi_slope *= self.shift[rows]
-            slope += phi_slope
-            np.maximum(slope, 0.0, out=slope)
-        slope *= self.rate
+    def tangent_in(self, unit: float, pressure: Array) -> Single:
+        """Derivative of the wear depth in some unit, m/Pa; not negative."""
+        return self._put_tangent(pressure, unit, np.empty(pressure.shape, np.float32))
 
-    def exponent_at(self, pressure: Array, rows: slice) -> Array:
-        """Exponent x at a pressure, Pa, on some rows."""
-        x = self.rate * pressure[rows]
-        x += self.exponent[rows]
-        return np.minimum(x, _LARGEST_EXPONENT, out=x)
-
-
-def _by_rows(put: Callable[[slice, Array, Array], None], pressure: Array) -> Array:
-    """A field that a function of rows, pressure and the field puts together by blocks of rows."""
-    result = np.empty_like(pressure)
-    for rows in blocks_of_rows(pressure.shape, _BLOCK):
-        put(rows, pressure, result)
-    return result
+    def _put_tangent(self, pressure: Array, unit: float, result: Real) -> Real:
+        factor, gap = self.rate / unit, self.reduced_gap
+        passes.wear_slope(pressure, self.rate, self.exponent, gap, self.shift, factor, result)
+        return result

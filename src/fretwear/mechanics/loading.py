@@ -13,6 +13,12 @@ from fretwear.mechanics.window import Window, fast_shape
 _FIRST_STEP = 0.09
 
 
+def first_window(problem: WearProblem) -> Window:
+    """The window that the first loading begins with."""
+    shape = fast_shape(problem.extent, problem.spacing, quarter=problem.quarter)
+    return Window(shape, problem.spacing, problem.quarter)
+
+
 def first_loading(problem: WearProblem) -> State:
     """The state at cycle 0: loaded for the first time, yielded where it had to, unworn.
 
@@ -26,9 +32,7 @@ def first_loading(problem: WearProblem) -> State:
     fretwear.mechanics.contact.ContactError
         If the contact does not converge.
     """
-    shape = fast_shape(problem.extent, problem.spacing, quarter=problem.quarter)
-    window = Window(shape, problem.spacing, problem.quarter)
-    spent = 0
+    window, spent = first_window(problem), 0
     while True:
         bodies = problem.half_space(window)
         gap = problem.surface.shape(window)

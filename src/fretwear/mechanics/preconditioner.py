@@ -13,11 +13,11 @@ Decomposition", Cambridge University Press, 1996).
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fretwear.mechanics import passes
 from fretwear.mechanics.arrays import Mask, Single
 from fretwear.mechanics.halfspace import HalfSpace
 
@@ -29,20 +29,37 @@ _MARGIN = 4
 
 @dataclass(frozen=True)
 class _Part:
-    """The bodies with a uniform layer, the cells they are given on, and the share of each."""
+    """The bodies with a uniform layer, the first of the cells they are given on, their shares."""
 
-    cells: tuple[slice, slice]
+    corner: tuple[int, int]
     weight: Single
     invert: Callable[[Single], Single]
 
-    def on(self, free: Mask) -> _Part:
-        """The part without the cells that are not free."""
-        return _Part(self.cells, self.weight * free[self.cells], self.invert)
+    def on(self, inside: Single) -> _Part:
+        """The part without the cells where ``inside`` is 0."""
+        return replace(self, weight=passes.weighed(self.weight, self.corner, inside))
 
-    def __call__(self, residual: Single) -> Single:
-        pressure = self.invert(self.weight * residual[self.cells])
-        pressure *= self.weight
-        return pressure
+    def pressure(self, residual: Single) -> Single:
+        """What the bodies carry for a residual, before each cell takes its share."""
+        return self.invert(passes.weighed(self.weight, self.corner, residual))
+
+
+@dataclass(frozen=True)
+class Inverse:
+    """An approximate inverse of K + diag c: symmetric, positive definite on the free cells."""
+
+    whole: _Part
+    inner: _Part | None
+
+    def __call__(self, residual: Single) -> tuple[Single, float]:
+        """The pressure for a residual gap, zero on all other cells; their inner product."""
+        pressure, inner = self.whole.pressure(residual), self.inner
+        if inner is None:
+            return pressure, passes.blend(self.whole.weight, None, None, (0, 0), residual, pressure)
+        added, corner = inner.pressure(residual), inner.corner
+        return pressure, passes.blend(
+            self.whole.weight, inner.weight, added, corner, residual, pressure
+        )
 
 
 class Preconditioner:
@@ -61,41 +78,29 @@ class Preconditioner:
     def __init__(self, half_space: HalfSpace, tangent: Single | None, free: Mask) -> None:
         self._whole, self._inner = _parts(half_space, tangent, free)
 
-    def on(self, free: Mask) -> Callable[[Single], Single]:
-        """The inverse on some free cells: symmetric, positive definite there.
-
-        Returns
-        -------
-        A function from a residual gap to a pressure, zero on all other cells.
-        """
-        whole = self._whole.on(free)
-        return whole if self._inner is None else partial(_sum, whole, self._inner.on(free))
-
-
-def _sum(whole: _Part, inner: _Part, residual: Single) -> Single:
-    result = whole(residual)
-    result[inner.cells] += inner(residual)
-    return result
+    def on(self, inside: Single) -> Inverse:
+        """The inverse on the free cells, where ``inside`` is 1; elsewhere it is 0."""
+        return Inverse(self._whole.on(inside), self._inner and self._inner.on(inside))
 
 
 def _parts(half_space: HalfSpace, tangent: Single | None, free: Mask) -> tuple[_Part, _Part | None]:
     """A part on the whole window, and one on the inner cells if they differ much."""
-    invert, shape = half_space.single.inverse, half_space.window.shape
-    everywhere = (slice(None), slice(None))
-    if tangent is None or not free.any():
-        return _Part(everywhere, np.ones(shape, np.float32), invert()), None
-    tangents = tangent[free]
-    mean = float(tangents.mean(dtype=np.float64))
+    invert, inside = half_space.single.inverse, free.astype(np.float32)
+    count = int(np.count_nonzero(free))
+    if tangent is None or not count:
+        return _Part((0, 0), np.ones_like(inside), invert()), None
+    mean = passes.inner(tangent, inside) / count
     if mean < _SOFT:
         # Harder than the half-space nearly everywhere: one layer scaled to each cell's own.
-        uniform = 1.0 / float(np.mean(1.0 / (tangents + 1.0), dtype=np.float64)) - 1.0
+        uniform = count / passes.inner(1.0 / (tangent + 1.0), inside) - 1.0
         weight = np.sqrt((_STIFFENING + uniform) / (_STIFFENING + tangent))
-        return _Part(everywhere, weight, invert(max(uniform, 0.0))), None
+        return _Part((0, 0), weight, invert(max(uniform, 0.0))), None
     share = tangent / (tangent + _TURN)
     share *= (mean + _TURN) / mean
     np.minimum(share, 1.0, out=share)
     inner = half_space.part(half_space.window.holding(share < 1.0, _MARGIN))
-    cells = half_space.window.part(inner.window.shape)
-    hard = _Part(cells, np.sqrt(1.0 - share[cells]), inner.single.inverse())
+    rows, columns = half_space.window.part(inner.window.shape)
+    corner = (rows.start or 0, columns.start or 0)
+    hard = _Part(corner, np.sqrt(1.0 - share[rows, columns]), inner.single.inverse())
     share *= np.minimum((mean + 1.0) / (tangent + 1.0), 1.0)
-    return _Part(everywhere, np.sqrt(share, out=share), invert(mean)), hard
+    return _Part((0, 0), np.sqrt(share, out=share), invert(mean)), hard

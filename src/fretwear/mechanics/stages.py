@@ -13,7 +13,7 @@ from math import inf
 
 import numpy as np
 
-from fretwear.mechanics.arrays import Array
+from fretwear.mechanics.arrays import Array, is_finite
 from fretwear.mechanics.contact import Contact, ContactError, solve_contact
 from fretwear.mechanics.contact_problem import ContactProblem
 from fretwear.mechanics.layers import Layer
@@ -73,7 +73,7 @@ class Stage:
     def is_finite(self) -> bool:
         """Whether every field is finite everywhere."""
         fields = (self.pressure, self.gap, self.wear, self.plastic, self.reduced.gap)
-        return all(bool(np.isfinite(each).all()) for each in fields)
+        return all(is_finite(each) for each in fields)
 
     @property
     def source(self) -> Array:
@@ -146,11 +146,15 @@ class StageSolver:
             contact = self._contact(base.plastic, layer, start, slack, verified=seen)
             start = contact.pressure
             wear = layer.displacement(start)
+            gap = np.maximum(contact.gap, 0.0)
             overshoot = _overshoot(contact, wear - base.wear)
-            wear -= overshoot
-            penetration = contact.penetration
-            plastic = base.plastic + penetration
-            yielded = model.follows_shape and bool(penetration.any())
+            if overshoot is not None:
+                wear -= overshoot
+                gap -= overshoot
+            plastic, yielded = base.plastic, False
+            if contact.yields:
+                plastic = plastic + contact.penetration
+                yielded = model.follows_shape
             if yielded:
                 reduced = model.reduced(
                     self._bodies,
@@ -160,11 +164,11 @@ class StageSolver:
                 )
                 self.convolutions += reduced.convolutions
             else:
-                gap = model.gap_after(base.reduced.gap, wear - base.wear)
-                reduced = replace(base.reduced, gap=gap)
+                reduced_gap = model.gap_after(base.reduced.gap, wear - base.wear)
+                reduced = replace(base.reduced, gap=reduced_gap)
             stage = Stage(
                 pressure=start,
-                gap=np.maximum(contact.gap, 0.0) - overshoot,
+                gap=gap,
                 wear=wear,
                 plastic=plastic,
                 approach=contact.approach,
@@ -208,10 +212,13 @@ class StageSolver:
         return contact
 
 
-def _overshoot(contact: Contact, wear: Array) -> Array:
-    """What a long step removes, m, after a cell has lost its pressure.
+def _overshoot(contact: Contact, wear: Array) -> Array | None:
+    """What a long step removes, m, after a cell has lost its pressure; None if there is no such.
 
     Wear needs pressure, so it cannot open a gap: an open cell that wore in this stage touches.
     """
-    result: Array = np.where(contact.pressure > 0, 0.0, np.minimum(contact.gap, wear))
+    lost = (contact.pressure <= 0) & (wear > 0)
+    if not lost.any():
+        return None
+    result: Array = np.where(lost, np.minimum(contact.gap, wear), 0.0)
     return np.maximum(result, 0.0, out=result)

@@ -20,7 +20,7 @@ import numpy as np
 
 from fretwear.mechanics.arrays import Array
 from fretwear.mechanics.contact import ContactError
-from fretwear.mechanics.loading import first_loading
+from fretwear.mechanics.loading import first_loading, first_window
 from fretwear.mechanics.outlook import Outlook, larger_window, next_window
 from fretwear.mechanics.stages import Stage, StageSolver
 from fretwear.mechanics.state import State, WearProblem
@@ -83,9 +83,14 @@ def evolve(
         If the first loading does not converge.
     """
     if start is None:
+        # As long as it is held, the first step finds it and does not make it again.
+        bodies = problem.half_space(first_window(problem))
         start = first_loading(problem)
+        stepper = _Stepper(problem, tolerance, start)
+        del bodies
         yield start
-    stepper = _Stepper(problem, tolerance, start)
+    else:
+        stepper = _Stepper(problem, tolerance, start)
     for stop in stops:
         while stepper.state.cycle < stop:
             yield stepper.advance(stop)

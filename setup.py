@@ -1,0 +1,25 @@
+"""The compiled passes; what else there is to say about the package stands in pyproject.toml.
+
+Where there is no C++ compiler, the installation goes on without them.
+"""
+
+import sys
+
+from pybind11.setup_helpers import Pybind11Extension
+from setuptools import setup
+
+# Vector instructions for the loops that are marked for them. No option that takes values for
+# finite: sums are to show those that are not.
+FLAGS = ["-O3", "-fopenmp-simd", "-fno-math-errno", "-fno-trapping-math", "-fno-signed-zeros"]
+
+setup(
+    ext_modules=[
+        Pybind11Extension(
+            "fretwear.mechanics.passes.compiled",
+            ["src/fretwear/mechanics/passes/compiled.cpp"],
+            cxx_std=17,
+            extra_compile_args=[] if sys.platform == "win32" else FLAGS,
+            optional=True,
+        )
+    ]
+)

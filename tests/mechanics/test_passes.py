@@ -1,0 +1,264 @@
+"""The compiled passes against those in NumPy, and what both promise."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fretwear.mechanics import passes
+from fretwear.mechanics.contact import solve_contact
+from fretwear.mechanics.passes import in_numpy
+from fretwear.mechanics.wear import evolve
+
+from .problems import P0, ROUGH, fretting, pressed, window
+
+compiled = pytest.importorskip(
+    "fretwear.mechanics.passes.compiled", reason="the passes were not compiled here"
+)
+
+# Fewer cells than a vector has, a few vectors and a rest, more than a block of a sum.
+SHAPES = [(1, 1), (3, 5), (7, 13), (40, 67)]
+
+
+class Fields:
+    """Random fields of one shape."""
+
+    def __init__(self, shape: tuple[int, int], seed: int = 0) -> None:
+        self.shape, self._random = shape, np.random.default_rng(seed)
+
+    def double(self) -> np.ndarray:
+        return self._random.standard_normal(self.shape)
+
+    def positive(self) -> np.ndarray:
+        return self._random.random(self.shape)
+
+    def single(self) -> np.ndarray:
+        return self._random.standard_normal(self.shape, np.float32)
+
+    def inside(self) -> np.ndarray:
+        return (self._random.random(self.shape) < 0.6).astype(np.float32)
+
+    def pressure(self) -> np.ndarray:
+        """Open cells, free ones and ones at the limit of 1."""
+        return np.clip(self._random.normal(0.5, 0.8, self.shape), 0.0, 1.0)
+
+
+def arguments(name: str, f: Fields) -> tuple:
+    """What a pass is called with."""
+    nx, ny = f.shape
+    part = Fields((max(nx // 2, 1), max(ny // 3, 1)), 1)
+    corner = (nx - part.shape[0], (ny - part.shape[1]) // 2)
+    given = {
+        "inner": lambda: (f.single(), f.single()),
+        "inner of doubles": lambda: (f.double(), f.double()),
+        "total": lambda: (f.single(),),
+        "relative": lambda: (f.double(), -3e-9, f.inside()),
+        "scaled": lambda: (1e9 * f.double(),),
+        "scaled zeros": lambda: (np.zeros(f.shape),),
+        "lower": lambda: (0.3, f.inside(), f.single()),
+        "weighed": lambda: (part.single(), corner, f.single()),
+        "blend": lambda: (f.single(), part.single(), part.single(), corner, f.single(), f.single()),
+        "blend one": lambda: (f.single(), None, None, (0, 0), f.single(), f.single()),
+        "turn": lambda: (0.7, f.single(), f.single()),
+        "respond": lambda: (f.single(), f.single(), f.single()),
+        "respond without a layer": lambda: (None, f.single(), f.single()),
+        "follow": lambda: (0.7, *(f.single() for _ in range(5))),
+        "settle": lambda: (f.single(), f.single(), f.single(), 0.3, f.single()),
+        "settle without a layer": lambda: (f.single(), None, f.single(), 0.3, f.single()),
+        "judge": lambda: (f.double(), f.double(), f.pressure(), 1.0, f.double()),
+        "judge elastic": lambda: (f.double(), f.double(), f.pressure() + 0.1, np.inf, f.double()),
+        "judge saturated": lambda: (f.double(), f.double(), np.ones(f.shape), 1.0, f.double()),
+        "to_free": lambda: (f.pressure(), 1.0, f.double(), 0.2),
+        "to_free elastic": lambda: (f.pressure(), np.inf, f.double(), 0.2),
+        "propose": lambda: (
+            f.pressure(), f.double(), f.single(), 0.3, f.single(), 0.01, f.double(),
+        ),
+        "descent": lambda: (f.double(), f.double()),
+        "move": lambda: (
+            0.8, f.double(), 1.0, f.single(), 0.3, 0.1, f.double(), f.pressure(), f.double(),
+            f.double(),
+        ),
+        "carrying": lambda: (f.double() + 0.5, 2.0, 0.3 * nx * ny),
+        "carrying nearly all": lambda: (f.pressure() + 0.1, 1.0, 0.99 * nx * ny),
+        "carrying less than the saturated": lambda: (
+            np.where(f.pressure() > 0.5, 3.0, 0.0) + 1e-3, 1.0, 0.02 * nx * ny,
+        ),
+        "carrying elastic": lambda: (f.pressure() + 0.1, np.inf, 5.0 * nx * ny),
+        "wear": lambda: (*_stage(f), f.double(), f.double()),
+        "wear without flow": lambda: (*_stage(f), None, f.double()),
+        "wear_slope": lambda: (*_stage(f, start=False), f.double(), 1.7, f.double()),
+        "wear_slope without flow": lambda: (*_stage(f, start=False), None, 1.7, f.double()),
+        "wear_slope in single": lambda: (*_stage(f, start=False), f.double(), 1.7, f.single()),
+        "wear_slope in single without flow": lambda: (
+            *_stage(f, start=False), None, 1.7, f.single(),
+        ),
+    }  # fmt: skip
+    return given[name]()
+
+
+NAMES = {
+    "inner": ["", "of doubles"],
+    "total": [""],
+    "relative": [""],
+    "scaled": ["", "zeros"],
+    "lower": [""],
+    "weighed": [""],
+    "blend": ["", "one"],
+    "turn": [""],
+    "respond": ["", "without a layer"],
+    "follow": [""],
+    "settle": ["", "without a layer"],
+    "judge": ["", "elastic", "saturated"],
+    "to_free": ["", "elastic"],
+    "propose": [""],
+    "descent": [""],
+    "move": [""],
+    "carrying": ["", "nearly all", "less than the saturated", "elastic"],
+    "wear": ["", "without flow"],
+    "wear_slope": ["", "without flow", "in single", "in single without flow"],
+}
+VARIANTS = [f"{name} {variant}".strip() for name, variants in NAMES.items() for variant in variants]
+
+
+def _stage(f: Fields, *, start: bool = True) -> list:
+    """Pressure, rate, known exponent, wear, reduced gap; exponents of 0, tiny, common and huge."""
+    pressure, known = f.pressure(), 2.0 * f.positive()
+    for exponent in (0.0, 1e-15, 1e-9, 2e-5, 4e-5, 150.0, 1e4):
+        cell = tuple(f._random.integers(0, f.shape))
+        pressure[cell], known[cell] = 0.0, exponent
+    return [pressure, 1.7, known, *([f.positive()] if start else []), f.positive()]
+
+
+def as_tuple(result) -> tuple:
+    return result if isinstance(result, tuple) else (result,)
+
+
+def test_without_the_compiled_ones_numpy_makes_the_passes():
+    script = (
+        "import sys; sys.modules['fretwear.mechanics.passes.compiled'] = None\n"
+        "from fretwear.mechanics import passes\n"
+        "from fretwear.mechanics.passes import in_numpy\n"
+        "names = in_numpy.__all__\n"
+        "same = all(getattr(passes, name) is getattr(in_numpy, name) for name in names)\n"
+        "print(passes.COMPILED, same)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.split() == ["False", "True"]
+    assert passes.COMPILED
+
+
+def test_every_pass_is_compiled_and_compared():
+    offered = {name for name in vars(compiled) if not name.startswith("_")}
+    assert offered == set(in_numpy.__all__) == set(NAMES)
+    for name in offered:
+        assert getattr(passes, name) is getattr(compiled, name)
+
+
+@pytest.mark.parametrize("shape", SHAPES, ids=str)
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_a_compiled_pass_does_what_numpy_does(variant, shape):
+    name = variant.split()[0]
+    ours, theirs = (arguments(variant, Fields(shape)) for _ in range(2))
+    before = arguments(variant, Fields(shape))
+    found = as_tuple(getattr(compiled, name)(*ours))
+    expected = as_tuple(getattr(in_numpy, name)(*theirs))
+    assert len(found) == len(expected)
+    single = any(getattr(each, "dtype", None) == np.float32 for each in (*ours, *found))
+    rtol = 2e-6 if single else 2e-13
+    changed = 0
+    for one, other, was in zip(
+        (*found, *ours), (*expected, *theirs), (*[None] * len(found), *before), strict=True
+    ):
+        if other is None:
+            assert one is None
+            continue
+        # Sums of numbers of both signs cancel.
+        scale = np.abs(np.asarray(other, np.float64)).max(initial=0.0)
+        cells = shape[0] * shape[1] if np.ndim(other) == 0 else 1
+        np.testing.assert_allclose(one, other, rtol=rtol, atol=rtol * (scale + cells))
+        assert getattr(one, "dtype", None) == getattr(other, "dtype", None)
+        if isinstance(was, np.ndarray):
+            changed += not np.array_equal(one, was)
+    # Nothing but what a pass is to change has changed.
+    writes = {"blend": 1, "follow": 2, "move": 3, "inner": 0, "total": 0, "relative": 0}
+    writes |= dict.fromkeys(("scaled", "weighed", "to_free", "descent", "carrying"), 0)
+    assert changed <= writes.get(name, 1)
+
+
+@pytest.mark.parametrize("variant", ["lower", "judge", "propose", "wear", "blend"])
+def test_what_is_not_a_number_is_not_hidden(variant):
+    name = variant.split()[0]
+    for module in (in_numpy, compiled):
+        given = arguments(variant, Fields((7, 13)))
+        fields = [each for each in given if isinstance(each, np.ndarray)]
+        # A pressure that is none never comes as far as a step: it is the step's here.
+        fields[2 if name == "propose" else 0][3, 5] = np.nan
+        result = getattr(module, name)(*given)
+        outcome = given[-1] if result is None else np.array(result)
+        assert not np.isfinite(outcome).all(), module.__name__
+
+
+def test_fields_are_taken_as_they_are_or_not_at_all():
+    f = Fields((6, 9))
+    field, other = f.double(), f.double()
+    step = f.single()
+    compiled.turn(0.5, f.single(), step)
+    for wrong in (step.astype(np.float64), step[:, ::2], np.asfortranarray(step), step.ravel()):
+        kept = wrong.copy()
+        with pytest.raises(TypeError):
+            compiled.turn(0.5, f.single(), wrong)
+        np.testing.assert_array_equal(wrong, kept)
+    step.flags.writeable = False
+    with pytest.raises(TypeError):
+        compiled.turn(0.5, f.single(), step)
+    with pytest.raises(ValueError, match="one shape"):
+        compiled.inner(field, np.ascontiguousarray(other[:5]))
+    for corner in ((-1, 0), (0, -1), (4, 0), (0, 7)):
+        part = Fields((3, 3)).single()
+        with pytest.raises(ValueError, match="within"):
+            compiled.weighed(part, corner, f.single())
+        with pytest.raises(ValueError, match="within"):
+            compiled.blend(f.single(), part, part, corner, f.single(), f.single())
+
+
+@given(st.floats(-30.0, 200.0))
+def test_the_exponential_is_good_to_two_units_in_the_last_place(exponent):
+    one, nothing, known = np.ones((1, 1)), np.zeros((1, 1)), np.array([[exponent]])
+    result = np.zeros((1, 1))
+    compiled.wear(nothing, 1.0, known, nothing, one, None, result)
+    exact = np.expm1(np.longdouble(exponent))
+    assert abs(result[0, 0] - exact) <= 2.5 * np.spacing(abs(np.float64(exact)))
+
+
+@pytest.fixture
+def in_numpy_alone(monkeypatch):
+    for name in in_numpy.__all__:
+        monkeypatch.setattr(passes, name, getattr(in_numpy, name))
+
+
+def test_a_contact_is_the_same_without_the_compiled_passes(request):
+    problem = pressed(window((40, 30)), surface=ROUGH, limit=0.9)
+    by_compiled = solve_contact(problem, tolerance=1e-11)
+    request.getfixturevalue("in_numpy_alone")
+    by_numpy = solve_contact(problem, tolerance=1e-11)
+    np.testing.assert_allclose(by_compiled.pressure, by_numpy.pressure, atol=1e-8 * P0)
+    np.testing.assert_array_equal(by_compiled.saturated, by_numpy.saturated)
+    assert by_compiled.approach == pytest.approx(by_numpy.approach, rel=1e-10)
+
+
+@pytest.mark.usefixtures("converged")
+@pytest.mark.parametrize("limit", [np.inf, 0.7])
+def test_a_run_is_the_same_without_the_compiled_passes(request, limit):
+    problem = fretting(16, surface=ROUGH, limit=limit)
+    *_, by_compiled = evolve(problem, [300])
+    request.getfixturevalue("in_numpy_alone")
+    *_, by_numpy = evolve(problem, [300])
+    assert by_compiled.step == by_numpy.step
+    scale = by_numpy.wear.max()
+    np.testing.assert_allclose(by_compiled.wear, by_numpy.wear, atol=1e-7 * scale)
+    np.testing.assert_allclose(by_compiled.plastic, by_numpy.plastic, atol=1e-6 * scale)
