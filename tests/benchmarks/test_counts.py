@@ -41,11 +41,11 @@ def test_no_step_of_the_solver_is_downhill_by_rounding_only(monkeypatch):
     # Along such a step, left by clipping, the energy hardly falls, and the next is the same again.
     search, descents = ActiveSet._search, []
 
-    def watched(method, step, first, moved):
-        along = inner(np.abs(method.gap), np.abs(step))
-        assert first == pytest.approx(inner(method.gap, step), abs=1e-12 * along)
-        descents.append(-first / along)
-        search(method, step, first, moved)
+    def watched(method, segment):
+        along = inner(np.abs(method.gap), np.abs(segment.step))
+        assert segment.slope == pytest.approx(inner(method.gap, segment.step), abs=1e-12 * along)
+        descents.append(-segment.slope / along)
+        search(method, segment)
 
     monkeypatch.setattr(ActiveSet, "_search", watched)
     cell = (0.75e-6, 3e-6)

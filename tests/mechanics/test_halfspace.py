@@ -1,5 +1,7 @@
 """Elastic half-space against Love's formula, quadrature, dense matrices and its own symmetries."""
 
+from weakref import ref
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -163,6 +165,22 @@ def test_part_is_the_half_space_of_a_smaller_window(quarter: bool):
     pressure = noise((12, 10))
     np.testing.assert_array_equal(part.displacement(pressure), fresh.displacement(pressure))
     assert bodies.part((24, 20)) is bodies
+
+
+def test_parts_outlive_the_window_that_they_were_made_on():
+    small, large = (HalfSpace(Window(shape, SPACING), MODULUS) for shape in ((24, 20), (30, 24)))
+    parts = [small.part((size, 8)) for size in (8, 9, 10, 12)]
+    large.take_parts(small)
+    del small
+    assert [large.part(part.window.shape) for part in parts] == parts
+    # Of a fifth, the one longest out of use makes room.
+    first, second = parts[:2]
+    assert large.part(first.window.shape) is first
+    large.part((15, 8))
+    kept = ref(second)
+    del parts, second
+    assert kept() is None
+    assert large.part(first.window.shape) is first
 
 
 def test_a_half_space_in_use_is_not_made_again():

@@ -60,6 +60,7 @@ def arguments(name: str, f: Fields) -> tuple:
         "scaled zeros": lambda: (np.zeros(f.shape),),
         "lower": lambda: (0.3, f.inside(), f.single()),
         "weighed": lambda: (part.single(), corner, f.single()),
+        "shares": lambda: (3.0 * f.inside() * f.positive().astype(np.float32), 0.7, 2.0),
         "blend": lambda: (f.single(), part.single(), part.single(), corner, f.single(), f.single()),
         "blend one": lambda: (f.single(), None, None, (0, 0), f.single(), f.single()),
         "turn": lambda: (0.7, f.single(), f.single()),
@@ -106,6 +107,7 @@ NAMES = {
     "scaled": ["", "zeros"],
     "lower": [""],
     "weighed": [""],
+    "shares": [""],
     "blend": ["", "one"],
     "turn": [""],
     "respond": ["", "without a layer"],
@@ -186,7 +188,7 @@ def test_a_compiled_pass_does_what_numpy_does(variant, shape):
             changed += not np.array_equal(one, was)
     # Nothing but what a pass is to change has changed.
     writes = {"blend": 1, "follow": 2, "move": 3, "inner": 0, "total": 0, "relative": 0}
-    writes |= dict.fromkeys(("scaled", "weighed", "to_free", "descent", "carrying"), 0)
+    writes |= dict.fromkeys(("scaled", "weighed", "shares", "to_free", "descent", "carrying"), 0)
     assert changed <= writes.get(name, 1)
 
 

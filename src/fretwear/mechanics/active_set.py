@@ -21,7 +21,7 @@ import numpy as np
 from fretwear.mechanics import passes
 from fretwear.mechanics.arrays import Array, Mask, Single
 from fretwear.mechanics.contact_problem import ContactProblem
-from fretwear.mechanics.free_cells import FreeCells, Step
+from fretwear.mechanics.free_cells import FreeCells
 from fretwear.mechanics.preconditioner import Preconditioner
 
 _LARGEST_OUTER = 60
@@ -46,10 +46,15 @@ _TRUSTED = 0.1
 
 
 @dataclass(frozen=True)
-class _Moved:
-    """What a step moves: a field in some unit, m, plus an offset, m; its largest magnitude, m."""
+class _Segment:
+    """A step of the pressure, Pa, the slope of the energy at its start, and what it moves.
 
-    field: Single
+    That is ``moved`` in some unit, m, plus an offset, m; at most ``largest``, m.
+    """
+
+    step: Array
+    slope: float
+    moved: Single
     unit: float
     offset: float
     largest: float
@@ -154,57 +159,69 @@ class ActiveSet:
 
     def _advance(self, tolerance: float) -> bool:
         """One projected Newton step; False when no descent is left."""
-        found = self._newton_step(tolerance)
+        newton, feasible = self._newton_step(tolerance)
+        if feasible:
+            self._search(newton)
+            return True
+        target = self.pressure + newton.step
+        for _ in range(8):
+            clipped, steep = self._clipped_step(target)
+            if steep:
+                self._search(clipped)
+                return True
+            # Clipping turned the direction uphill, or nearly so: a shorter step clips less.
+            target = 0.7 * self.pressure + 0.3 * target
+        return False
+
+    def _newton_step(self, tolerance: float) -> tuple[_Segment, bool]:
+        """The step of the free cells that keeps the load; whether it stays within the bounds."""
+        reduction = self._care * self._prepare()
+        enough = self._care * _ENOUGH * tolerance / self.residual
         # In units of the worst violation and of the influence of a cell on itself.
-        unit = self._violation
+        unit, cells = self.residual * self.scale, self._cells
         pressure_unit = unit / self.problem.half_space.self_influence
+        found = cells.solve(self.gap, -unit, self._tangent(), reduction, enough)
+        self.iterations += found.iterations
+        self.convolutions += found.iterations
         # In double precision, the load is kept to the last digit.
-        stray = found.missed / self._cells.uniform_sum
+        stray = found.missed / cells.uniform_sum
         step = np.empty_like(self.pressure)
         lowest, highest, slope = passes.propose(
             self.pressure,
             self.gap,
             found.pressure,
             pressure_unit,
-            self._cells.uniform,
+            cells.uniform,
             stray * pressure_unit,
             step,
         )
-        if lowest >= 0 and highest <= self.problem.limit:
-            largest = (found.largest + abs(stray)) * unit
-            moved = _Moved(found.displacement, unit, -stray * unit, largest)
-            self._search(step, slope, moved)
-            return True
-        target = self.pressure + step
-        for _ in range(8):
-            step = passes.carrying(target, self.problem.limit, self.problem.total)
-            step -= self.pressure
-            displacement, unit = self.problem.half_space.relative_displacement(step)
-            self.convolutions += 1
-            slope, magnitudes = passes.descent(self.gap, step)
-            if -slope > _STEEP * magnitudes:
-                largest = float(np.abs(displacement).max()) * unit
-                self._search(step, slope, _Moved(displacement, unit, 0.0, largest))
-                return True
-            # Clipping turned the direction uphill, or nearly so: a shorter step clips less.
-            target = 0.7 * self.pressure + 0.3 * target
-        return False
+        largest = (found.largest + abs(stray)) * unit
+        segment = _Segment(step, slope, found.displacement, unit, -stray * unit, largest)
+        return segment, lowest >= 0 and highest <= self.problem.limit
 
-    def _search(self, step: Array, first: float, moved: _Moved) -> None:
-        """Go along a feasible segment: all the way, or to its lowest energy if that overshoots.
+    def _clipped_step(self, target: Array) -> tuple[_Segment, bool]:
+        """The step to a pressure cut to bounds and load; whether it leads downhill."""
+        step = passes.carrying(target, self.problem.limit, self.problem.total)
+        step -= self.pressure
+        moved, unit = self.problem.half_space.relative_displacement(step)
+        self.convolutions += 1
+        slope, magnitudes = passes.descent(self.gap, step)
+        largest = float(np.abs(moved).max()) * unit
+        return _Segment(step, slope, moved, unit, 0.0, largest), -slope > _STEEP * magnitudes
 
-        ``first`` is the slope of the energy at the start.
-        """
+    def _search(self, segment: _Segment) -> None:
+        """Go along a feasible segment: all the way, or to its lowest energy if that overshoots."""
         reached = 0.0
 
         def slope(fraction: float) -> float:
             nonlocal reached
-            self._move(fraction - reached, step, moved)
+            self._move(segment, fraction - reached)
             reached = fraction
-            return passes.inner(step, self.separation)
+            return passes.inner(segment.step, self.separation)
 
-        self._rounding += _SINGLE * moved.largest
-        low, high, enough = 0.0, 1.0, 0.1 * abs(first)
+        self._rounding += _SINGLE * segment.largest
+        low, high, first = 0.0, 1.0, segment.slope
+        enough = 0.1 * abs(first)
         last = slope(1.0)
         if last > enough:
             for _ in range(20):
@@ -218,16 +235,16 @@ class ActiveSet:
                     high, last = fraction, middle
         self._known_tangent = None
 
-    def _move(self, fraction: float, step: Array, moved: _Moved) -> None:
-        """Go on by a fraction of a step."""
+    def _move(self, segment: _Segment, fraction: float) -> None:
+        """Go on by a fraction of a segment."""
         problem = self.problem
         passes.move(
             fraction,
-            step,
+            segment.step,
             problem.limit,
-            moved.field,
-            moved.unit,
-            moved.offset,
+            segment.moved,
+            segment.unit,
+            segment.offset,
             problem.shape,
             self.pressure,
             self.displacement,
@@ -236,27 +253,13 @@ class ActiveSet:
         if problem.layer is not None:
             problem.layer.add_displacement(self.pressure, self.separation)
 
-    def _newton_step(self, tolerance: float) -> Step:
-        """A step of the free cells that keeps the load, but for rounding."""
-        reduction = self._care * self._prepare()
-        enough = self._care * _ENOUGH * tolerance / self.residual
-        found = self._cells.solve(self.gap, -self._violation, self._tangent(), reduction, enough)
-        self.iterations += found.iterations
-        self.convolutions += found.iterations
-        return found
-
-    @property
-    def _violation(self) -> float:
-        """The worst violation, m."""
-        return self.residual * self.scale
-
     def _prepare(self) -> float:
         """Invert on the free cells; by what factor to reduce the residual there.
 
         While many cells still change sides it does not pay to solve for them exactly; what the
         caller started from has most of them right.
         """
-        before, self._solved = self._solved, self.free.copy()
+        before, self._solved = self._solved, self.free
         changed = np.count_nonzero(before != self.free)
         if changed:
             single = self.problem.half_space.single

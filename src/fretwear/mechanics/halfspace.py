@@ -111,13 +111,19 @@ class HalfSpace:
         """The same bodies on a smaller window around the same origin."""
         if shape == self.window.shape:
             return self
-        if shape not in self._parts:
-            # A few are kept: zones that change their size seldom change it back.
+        part = self._parts.pop(shape, None)
+        if part is None:
             window = Window(shape, self.window.spacing, self.window.quarter)
-            self._parts[shape] = half_space(window, self._modulus, self._workers)
-            if len(self._parts) > _PARTS:
+            part = half_space(window, self._modulus, self._workers)
+            if len(self._parts) == _PARTS:
+                # Zones that change their size seldom change it back: the one longest out of use.
                 del self._parts[next(iter(self._parts))]
-        return self._parts[shape]
+        self._parts[shape] = part
+        return part
+
+    def take_parts(self, other: HalfSpace) -> None:
+        """Keep the parts of the same bodies on a smaller window, so that none is made again."""
+        self._parts.update(other._parts)
 
 
 _in_use: WeakValueDictionary[tuple[Window, float, int], HalfSpace] = WeakValueDictionary()

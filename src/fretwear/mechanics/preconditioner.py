@@ -95,12 +95,9 @@ def _parts(half_space: HalfSpace, tangent: Single | None, free: Mask) -> tuple[_
         uniform = count / passes.inner(1.0 / (tangent + 1.0), inside) - 1.0
         weight = np.sqrt((_STIFFENING + uniform) / (_STIFFENING + tangent))
         return _Part((0, 0), weight, invert(max(uniform, 0.0))), None
-    share = tangent / (tangent + _TURN)
-    share *= (mean + _TURN) / mean
-    np.minimum(share, 1.0, out=share)
-    inner = half_space.part(half_space.window.holding(share < 1.0, _MARGIN))
+    soft, hard = passes.shares(tangent, mean, _TURN)
+    inner = half_space.part(half_space.window.holding(hard > 0, _MARGIN))
     rows, columns = half_space.window.part(inner.window.shape)
+    hard = np.ascontiguousarray(hard[rows, columns])
     corner = (rows.start or 0, columns.start or 0)
-    hard = _Part(corner, np.sqrt(1.0 - share[rows, columns]), inner.single.inverse())
-    share *= np.minimum((mean + 1.0) / (tangent + 1.0), 1.0)
-    return _Part((0, 0), np.sqrt(share, out=share), invert(mean)), hard
+    return _Part((0, 0), soft, invert(mean)), _Part(corner, hard, inner.single.inverse())

@@ -93,6 +93,13 @@ class StageSolver:
         Where.
     tolerance
         Of the wear of a step, relative to the wear volume.
+
+    Attributes
+    ----------
+    bodies
+        The half-space of the window.
+    convolutions
+        Spent so far.
     """
 
     def __init__(self, problem: WearProblem, window: Window, tolerance: float) -> None:
@@ -100,7 +107,7 @@ class StageSolver:
         self.window = window
         self.tolerance = tolerance
         self.convolutions = 0
-        self._bodies = problem.half_space(window)
+        self.bodies = problem.half_space(window)
         self._unworn = problem.surface.shape(window)
 
     def solve(
@@ -145,26 +152,26 @@ class StageSolver:
             layer = model.wear_layer(base.wear, base.reduced.gap, shift, known, rate)
             contact = self._contact(base.plastic, layer, start, slack, verified=seen)
             start = contact.pressure
-            wear = layer.displacement(start)
-            gap = np.maximum(contact.gap, 0.0)
-            overshoot = _overshoot(contact, wear - base.wear)
+            wear, gap = layer.displacement(start), np.maximum(contact.gap, 0.0)
+            worn = wear - base.wear
+            overshoot = _overshoot(contact, worn)
             if overshoot is not None:
-                wear -= overshoot
-                gap -= overshoot
+                for field in (wear, worn, gap):
+                    field -= overshoot
             plastic, yielded = base.plastic, False
             if contact.yields:
                 plastic = plastic + contact.penetration
                 yielded = model.follows_shape
             if yielded:
                 reduced = model.reduced(
-                    self._bodies,
+                    self.bodies,
                     self._unworn + wear + plastic,
                     reduced.pressure,
                     1.0 if seen else _PASSING_SLACK,
                 )
                 self.convolutions += reduced.convolutions
             else:
-                reduced_gap = model.gap_after(base.reduced.gap, wear - base.wear)
+                reduced_gap = model.gap_after(base.reduced.gap, worn)
                 reduced = replace(base.reduced, gap=reduced_gap)
             stage = Stage(
                 pressure=start,
@@ -201,7 +208,7 @@ class StageSolver:
         self, plastic: Array, layer: Layer, start: Array, slack: float, *, verified: bool
     ) -> Contact:
         problem = ContactProblem(
-            self._bodies, self._unworn + plastic, self.problem.load, self.problem.limit, layer
+            self.bodies, self._unworn + plastic, self.problem.load, self.problem.limit, layer
         )
         try:
             contact = solve_contact(problem, start, slack * CONTACT_TOLERANCE, verified=verified)

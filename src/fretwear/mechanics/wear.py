@@ -243,11 +243,11 @@ class _Stepper:
         self, step: float, first: Stage, second: Stage, weights: Sequence[float]
     ) -> Array:
         """Exponent x = β∫p dN over a step by weights of its three pressures."""
-        pressures = (self.state.pressure, first.pressure, second.pressure)
-        mean = np.zeros_like(self.state.pressure)
-        for weight, pressure in zip(weights, pressures, strict=True):
-            mean += weight * pressure
-        return self.problem.growth_rate * step * mean
+        start, middle, end = (self.problem.growth_rate * step * weight for weight in weights)
+        exponent: Array = start * self.state.pressure
+        exponent += middle * first.pressure
+        exponent += end * second.pressure
+        return exponent
 
     def _longest_while_yielding(self) -> float:
         """Longest step, cycles, in which plastic flow is resolved.
@@ -260,9 +260,10 @@ class _Stepper:
 
     def _move_to(self, window: Window) -> None:
         """Put the state on a larger window."""
-        spent = self._solver.convolutions
         # First, so that the state finds the half-space in use and does not make it again.
-        self._solver = StageSolver(self.problem, window, self.tolerance)
-        self._solver.convolutions = spent
+        solver = StageSolver(self.problem, window, self.tolerance)
+        solver.bodies.take_parts(self._solver.bodies)
+        solver.convolutions = self._solver.convolutions
+        self._solver = solver
         self.state = self.state.on(self.problem, window)
         self._outlook = Outlook(self.problem, window)

@@ -157,6 +157,18 @@ VECTORIZED static double lower(Index n, float shift, const float *RESTRICT insid
     return result;
 }
 
+VECTORIZED static void shares(Index n, const float *RESTRICT tangent, float turn, float factor,
+                              float mean, float *RESTRICT soft, float *RESTRICT hard) {
+#pragma omp simd
+    for (Index i = 0; i < n; i++) {
+        float share = tangent[i] / (tangent[i] + turn) * factor;
+        share = share > 1 ? 1 : share;
+        const float above = (mean + 1) / (tangent[i] + 1);
+        hard[i] = std::sqrt(1 - share);
+        soft[i] = std::sqrt(share * (above > 1 ? 1 : above));
+    }
+}
+
 // Some cells of one row; the inner product with the residual.
 VECTORIZED static float weigh(Index n, const float *RESTRICT weight, const float *RESTRICT residual,
                               float *RESTRICT field) {
@@ -578,6 +590,14 @@ PYBIND11_MODULE(compiled, module) {
         return lower(n, shift, inside.data, residual.data);
     });
     module.def("weighed", &weighed);
+    module.def("shares", [](In32 tangent, double mean, double turn) {
+        py::array_t<float> soft({tangent.rows, tangent.columns});
+        py::array_t<float> hard({tangent.rows, tangent.columns});
+        shares(tangent.size(), tangent.data, static_cast<float>(turn),
+               static_cast<float>((mean + turn) / mean), static_cast<float>(mean),
+               soft.mutable_data(), hard.mutable_data());
+        return std::make_tuple(soft, hard);
+    });
     module.def("blend", &blend);
     module.def("turn", [](float factor, In32 field, Out32 direction) {
         turn(common_size({field.size(), direction.size()}), factor, field.data, direction.data);

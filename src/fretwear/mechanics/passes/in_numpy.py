@@ -26,6 +26,7 @@ __all__ = [
     "respond",
     "scaled",
     "settle",
+    "shares",
     "to_free",
     "total",
     "turn",
@@ -85,6 +86,20 @@ def weighed(weight: Single, corner: tuple[int, int], field: Single) -> Single:
     (x, y), (nx, ny) = corner, weight.shape
     result: Single = weight * field[x : x + nx, y : y + ny]
     return result
+
+
+def shares(tangent: Single, mean: float, turn: float) -> tuple[Single, Single]:
+    """Weights of a mean layer and of none where the tangent of the layer is given.
+
+    The square of the layer's grows with the tangent from none to all at the mean, the sooner the
+    smaller ``turn`` is, and falls again above; the other one is what lacks to one, none above.
+    """
+    share = tangent / (tangent + np.float32(turn))
+    share *= np.float32((mean + turn) / mean)
+    np.minimum(share, 1.0, out=share)
+    hard = np.sqrt(1.0 - share)
+    share *= np.minimum(np.float32(mean + 1.0) / (tangent + 1.0), 1.0)
+    return np.sqrt(share, out=share), hard
 
 
 def blend(
