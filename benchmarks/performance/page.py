@@ -35,10 +35,10 @@ made on; a window grows with the contact, so units of the last window would give
 which is noted too. All CE are ratios of medians of processor times, which other work on the machine
 disturbs less than the clock; what the clock says is noted. Rows of the transforms' share count the
 processor time inside the calls of transforms, of whichever library, as medians of some runs. Start
-times are the shortest of nine on the clock, and the time per cell at half the spacing is a ratio of
-shortest runs: what else the machine does can only add. scipy's convolution is dearer per cell where
-the cells along an axis are a power of two, as in the cold solves: their numbers in CE are smaller
-for it. What the same solves take on 250² cells is noted beside.
+times are the shortest of nine on the clock: what else the machine does can only add. The time per
+cell at half the spacing is a ratio of means of runs that take turns. scipy's convolution is dearer
+per cell where the cells along an axis are a power of two, as in the cold solves: their numbers in
+CE are smaller for it. What the same solves take on 250² cells is noted beside.
 """
 
 

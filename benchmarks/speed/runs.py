@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from statistics import median
+from statistics import mean, median
 
 from benchmarks.speed.cases import rough_case, smooth_case
 from benchmarks.speed.rows import Row
@@ -18,6 +18,7 @@ from fretwear.mechanics.theory import HertzContact, LimitingState
 from fretwear.mechanics.wear import evolve
 
 _LEAST_SAMPLES = 9
+_COARSE_AT_ONCE = 4
 
 
 @dataclass(frozen=True)
@@ -107,24 +108,35 @@ def rough_rows(coarser: float = 1.0, *, halved: bool = False) -> Iterator[Row]:
     yield Row("rough_run", job, run.units.cpu, "CE", 3000, 1500, note=run.note())
     yield _share("rough_share", job, case, 3)
     if halved:
-        # What else the machine does only ever adds time, by a third and more on the finer grid,
-        # which needs the memory that all share: the shortest of runs that take turns.
-        coarse, fine = [run], []
-        for _ in range(2):
-            fine.append(timed_run(rough_case(0.5 * spacing, cycles)))
-            coarse.append(timed_run(case))
-        best, best_fine = (min(runs, key=lambda each: each.time.cpu) for runs in (coarse, fine))
-        slowest = max(each.time.cpu for each in fine)
-        yield Row(
-            "half_spacing",
-            f"{job}: time per cell at half the spacing",
-            best_fine.time.cpu / best_fine.cells / (best.time.cpu / best.cells),
-            "×",
-            1.3,
-            1.1,
-            note=f"shortest of {len(fine)} runs (the longest took {slowest:.1f} s) and of "
-            f"{len(coarse)}; {best_fine.units.cpu:.0f} CE; {best_fine.note()}",
-        )
+        yield _half_spacing(f"{job}: time per cell at half the spacing", case, spacing, cycles)
+
+
+def _half_spacing(job: str, case: Case, spacing: float, cycles: int) -> Row:
+    """Time per cell at half the spacing, relative to that of the case.
+
+    Other work on the machine slows the finer grid most, which needs the memory that all share, and
+    it comes and goes within a minute: the runs on the coarser grid take as long in all and lie
+    before, between and after those on the finer one.
+    """
+    coarse = [timed_run(case) for _ in range(_COARSE_AT_ONCE)]
+    fine = []
+    for _ in range(2):
+        fine.append(timed_run(rough_case(0.5 * spacing, cycles)))
+        coarse += [timed_run(case) for _ in range(_COARSE_AT_ONCE)]
+    per_cell, per_coarse_cell = (
+        mean(run.time.cpu for run in runs) / runs[0].cells for runs in (fine, coarse)
+    )
+    last = fine[-1]
+    note = (
+        f"means of {len(fine)} runs, {_range(fine)} s, and of {len(coarse)} between, "
+        f"{_range(coarse)} s; {last.units.cpu:.0f} CE; {last.note()}"
+    )
+    return Row("half_spacing", job, per_cell / per_coarse_cell, "×", 1.3, 1.1, note=note)
+
+
+def _range(runs: list[Run]) -> str:
+    times = sorted(run.time.cpu for run in runs)
+    return f"{times[0]:.1f} to {times[-1]:.1f}"
 
 
 def _share(name: str, job: str, case: Case, repeats: int) -> Row:

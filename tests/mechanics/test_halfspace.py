@@ -167,20 +167,22 @@ def test_part_is_the_half_space_of_a_smaller_window(quarter: bool):
     assert bodies.part((24, 20)) is bodies
 
 
-def test_parts_outlive_the_window_that_they_were_made_on():
-    small, large = (HalfSpace(Window(shape, SPACING), MODULUS) for shape in ((24, 20), (30, 24)))
-    parts = [small.part((size, 8)) for size in (8, 9, 10, 12)]
+def test_a_few_parts_are_kept():
+    bodies = half_space(Window((24, 20), SPACING), MODULUS)
+    parts = [ref(bodies.part((size, 8))) for size in (8, 9, 10, 12)]
+    assert bodies.part((8, 8)) is parts[0]()
+    # Of a fifth, the one longest out of use makes room.
+    bodies.part((15, 8))
+    assert [part() is None for part in parts] == [False, True, False, False]
+
+
+def test_the_latest_parts_outlive_their_window():
+    small, large = (half_space(Window(shape, SPACING), MODULUS) for shape in ((24, 20), (30, 24)))
+    parts = [ref(small.part((size, 8))) for size in (8, 9, 10, 12)]
     large.take_parts(small)
     del small
-    assert [large.part(part.window.shape) for part in parts] == parts
-    # Of a fifth, the one longest out of use makes room.
-    first, second = parts[:2]
-    assert large.part(first.window.shape) is first
-    large.part((15, 8))
-    kept = ref(second)
-    del parts, second
-    assert kept() is None
-    assert large.part(first.window.shape) is first
+    assert [part() is None for part in parts] == [True, True, False, False]
+    assert large.part((12, 8)) is parts[-1]()
 
 
 def test_a_half_space_in_use_is_not_made_again():

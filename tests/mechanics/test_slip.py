@@ -125,6 +125,20 @@ def test_reduced_contact_does_not_depend_on_the_window_it_was_solved_on(surface,
     assert found.approach == near(expected.approach, rel=2e-8)
 
 
+@pytest.mark.parametrize("quarter", [True, False])
+def test_a_passing_reduced_contact_is_good_to_its_own_tolerance(quarter):
+    cells = window((48, 48) if quarter else (64, 64), quarter=quarter)
+    bodies, shape = half_space(cells, MODULUS), ROUGH.shape(cells)
+    model = JaegerSlip(0.3 * LOAD)
+    exact = model.reduced(bodies, shape)
+    passing = model.reduced(bodies, shape + 0.0, exact.pressure, 10.0)
+    # 1e-6 of the largest displacement, which the approach is near to.
+    assert passing.approach == near(exact.approach, rel=2e-6)
+    np.testing.assert_allclose(passing.gap, exact.gap, atol=2e-6 * exact.approach)
+    np.testing.assert_allclose(passing.pressure, exact.pressure, atol=1e-3 * P0)
+    np.testing.assert_array_equal(passing.gap == 0, passing.pressure > 0)
+
+
 def test_solving_the_reduced_contact_leaves_its_arguments_as_they_are():
     cells = window((24, 24))
     shape, start = ROUGH.shape(cells), np.ones(cells.shape)

@@ -16,7 +16,9 @@ from fretwear.mechanics.arrays import Array, Single
 from fretwear.mechanics.convolution import Convolution, CosineConvolution, FourierConvolution
 from fretwear.mechanics.window import Window
 
+# How many parts are kept of one window, and of the one before it.
 _PARTS = 4
+_LATEST = 2
 
 
 def influence_coefficients(
@@ -122,8 +124,8 @@ class HalfSpace:
         return part
 
     def take_parts(self, other: HalfSpace) -> None:
-        """Keep the parts of the same bodies on a smaller window, so that none is made again."""
-        self._parts.update(other._parts)
+        """Keep the latest parts of the same bodies on a smaller window: they will be asked for."""
+        self._parts.update(list(other._parts.items())[-_LATEST:])
 
 
 _in_use: WeakValueDictionary[tuple[Window, float, int], HalfSpace] = WeakValueDictionary()
