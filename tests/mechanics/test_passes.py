@@ -205,7 +205,22 @@ def test_what_is_not_a_number_is_not_hidden(variant):
         assert not np.isfinite(outcome).all(), module.__name__
 
 
-def test_fields_are_taken_as_they_are_or_not_at_all():
+def test_fields_to_be_read_may_lie_as_they_like():
+    f = Fields((6, 9))
+    field, other = f.double(), f.double()
+    expected = in_numpy.inner(field, other)
+    wide = np.zeros((6, 18))
+    wide[:, ::2] = field
+    for same in (np.asfortranarray(field), wide[:, ::2], np.broadcast_to(field, (6, 9))):
+        assert compiled.inner(same, other) == pytest.approx(expected, rel=1e-14)
+    whole = f.single().round()
+    assert compiled.descent(field, whole) == pytest.approx(in_numpy.descent(field, whole))
+    for wrong in (f.double(), "field", None, np.zeros(3, np.float32)):
+        with pytest.raises(TypeError):
+            compiled.total(wrong)
+
+
+def test_fields_to_be_written_are_taken_as_they_are_or_not_at_all():
     f = Fields((6, 9))
     field, other = f.double(), f.double()
     step = f.single()

@@ -41,11 +41,13 @@ using Index = py::ssize_t;
 constexpr Index BLOCK = 1024;
 constexpr double INFINITE = std::numeric_limits<double>::infinity();
 
-// What a pass is given: a contiguous field of one type, taken as it is and never copied.
+// What a pass is given: a contiguous field of one type. One to be written is taken as it is or not at
+// all, one that is only read is copied where it must be.
 template <class T>
 struct Field {
     T *data = nullptr;
     Index rows = 0, columns = 0;
+    py::object kept;
     Index size() const { return rows * columns; }
 };
 
@@ -53,15 +55,16 @@ namespace pybind11::detail {
 template <class T>
 struct type_caster<Field<T>> {
     PYBIND11_TYPE_CASTER(Field<T>, const_name("field"));
-    bool load(handle source, bool) {
-        using Bare = std::remove_const_t<T>;
-        if (!array_t<Bare, array::c_style>::check_(source)) return false;
-        auto field = reinterpret_borrow<array>(source);
-        if (field.ndim() != 2) return false;
-        if (!std::is_const_v<T> && !field.writeable()) return false;
+    bool load(handle source, bool convert) {
+        using Taken = array_t<std::remove_const_t<T>, array::c_style>;
+        const bool fits = Taken::check_(source), read_only = std::is_const_v<T>;
+        if (!fits && !(read_only && convert)) return false;
+        const auto field = fits ? reinterpret_borrow<Taken>(source) : Taken::ensure(source);
+        if (!field || field.ndim() != 2 || !(read_only || field.writeable())) return false;
         value.data = const_cast<T *>(static_cast<const T *>(field.data()));
         value.rows = field.shape(0);
         value.columns = field.shape(1);
+        value.kept = field;
         return true;
     }
 };
