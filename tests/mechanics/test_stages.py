@@ -58,6 +58,8 @@ def test_cells_that_lose_their_pressure_stop_wearing_when_they_touch(name: str):
     emptied = (stage.pressure == 0) & (stage.wear > base.wear)
     assert emptied.any()
     assert np.abs(gap[emptied]).max() <= 2e-6 * HERTZ.approach
+    # What is not worn off adds nothing to g* either.
+    np.testing.assert_allclose(stage.source, base.source, atol=1e-12 * HERTZ.approach)
     np.testing.assert_allclose(stage.gap, gap, atol=2e-6 * HERTZ.approach)
     overshot = np.expm1(exponent_of(base, stage, 10.0)) * base.reduced.gap
     assert (overshot - (stage.wear - base.wear))[emptied].max() > 1e-3 * HERTZ.approach
