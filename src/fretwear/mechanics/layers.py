@@ -53,8 +53,7 @@ class WinklerLayer:
 
     def add_displacement(self, pressure: Array, result: Array) -> None:
         """Add the displacement, m, under a pressure, Pa, to a field."""
-        result += self.offset
-        result += self.compliance * pressure
+        result += self.displacement(pressure)
 
     def tangent_in(self, unit: float, pressure: Array) -> Single:  # noqa: ARG002 - a line's
         """Derivative of the displacement in some unit, m/Pa."""

@@ -152,11 +152,11 @@ class JaegerSlip:
             pressure = part.window.resized(contact.pressure, window.shape)
             # The gap on the whole window comes from a convolution of its own; one in single
             # precision is good enough beyond the part if the contact itself need not be better.
-            if slack > 1.0:
-                gap = half_space.displacement_in_single(pressure) + shape - contact.approach
+            passing = slack > 1.0
+            displace = half_space.displacement_in_single if passing else half_space.displacement
+            gap = displace(pressure) + shape - contact.approach
+            if passing:
                 gap[window.part(size)] = contact.gap
-            else:
-                gap = half_space.displacement(pressure) + shape - contact.approach
             convolutions += contact.convolutions + 1
             missed = (gap < 0) & ~part.window.covered(window.shape)
             if not missed.any():

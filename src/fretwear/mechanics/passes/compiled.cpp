@@ -93,11 +93,12 @@ static Index size_or(const std::optional<Field<const T>> &field, Index otherwise
 
 // Conjugate gradients.
 
-VECTORIZED static double inner32(Index n, const float *RESTRICT a, const float *RESTRICT b) {
+template <class T>
+INLINED static double inner_product(Index n, const T *RESTRICT a, const T *RESTRICT b) {
     double result = 0;
     for (Index first = 0; first < n; first += BLOCK) {
         const Index end = std::min(first + BLOCK, n);
-        float sum = 0;
+        T sum = 0;
 #pragma omp simd reduction(+ : sum)
         for (Index i = first; i < end; i++) sum += a[i] * b[i];
         result += sum;
@@ -105,16 +106,12 @@ VECTORIZED static double inner32(Index n, const float *RESTRICT a, const float *
     return result;
 }
 
-VECTORIZED static double inner64(Index n, const double *RESTRICT a, const double *RESTRICT b) {
-    double result = 0;
-    for (Index first = 0; first < n; first += BLOCK) {
-        const Index end = std::min(first + BLOCK, n);
-        double sum = 0;
-#pragma omp simd reduction(+ : sum)
-        for (Index i = first; i < end; i++) sum += a[i] * b[i];
-        result += sum;
-    }
-    return result;
+VECTORIZED static double inner32(Index n, const float *a, const float *b) {
+    return inner_product(n, a, b);
+}
+
+VECTORIZED static double inner64(Index n, const double *a, const double *b) {
+    return inner_product(n, a, b);
 }
 
 VECTORIZED static double total(Index n, const float *field) {
