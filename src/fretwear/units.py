@@ -1,0 +1,416 @@
+"""Physical values as people write and read them, and SI floats, as the computation needs them.
+
+Text becomes a number in decimal arithmetic and is rounded to a float once, so that the same value
+in two spellings (``50 N``, ``0.05 kN``) gives the same float.  Units come from a small pint
+registry of our own: it starts in a few milliseconds, where pint's full one takes a tenth of a
+second, and it knows angles as a dimension, so that a bare number is never taken for an angle.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from decimal import Decimal
+from functools import lru_cache
+from numbers import Real
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import pint
+
+_DEFINITIONS = """
+nano- = 1e-9 = n-
+micro- = 1e-6 = µ- = μ- = u-
+milli- = 1e-3 = m-
+centi- = 1e-2 = c-
+kilo- = 1e3 = k-
+mega- = 1e6 = M-
+giga- = 1e9 = G-
+meter = [length] = m = metre
+kilogram = [mass] = kg
+second = [time] = s
+radian = [angle] = rad
+degree = 0.0174532925199432957692369076849 * radian = deg = °
+newton = kilogram * meter / second ** 2 = N
+pascal = newton / meter ** 2 = Pa
+joule = newton * meter = J
+bar = 1e5 * pascal
+inch = 0.0254 * meter
+kilogram_force = 9.80665 * newton = kgf
+pound_force = 4.4482216152605 * newton = lbf
+psi = pound_force / inch ** 2
+ksi = 1000 * psi
+"""
+
+NUMBER_PATTERN = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,4})?"
+_QUANTITY = re.compile(rf"\s*(?P<number>[+-]?{NUMBER_PATTERN})(?P<unit>.*)", re.DOTALL)
+_DECIMAL_COMMA = re.compile(r"\s*[+-]?\d+,\d")
+_UNIT = re.compile(r"[^\W\d_][\w\s*/^().·⋅%°-]*|(?:°|1?\s*/)[\w\s*/^().·⋅-]*")
+_LONG_OR_STACKED_POWER = re.compile(r"[0-9]{2}|(?:\^|\*\*)\s*-?\w+\s*(?:\^|\*\*)")
+_MAX_LENGTH = 60
+
+
+class QuantityError(ValueError):
+    """A value that is not the quantity it should be.
+
+    Attributes
+    ----------
+    rule : str
+        What the value must be, as a sentence without its subject ("must be a force, ...").
+    hint : str
+        The likely correction, or an empty string.
+    """
+
+    def __init__(self, rule: str, hint: str = "") -> None:
+        self.rule = rule
+        self.hint = hint
+        super().__init__(rule, hint)
+
+    def __str__(self) -> str:
+        return f"{self.rule}; {self.hint}" if self.hint else self.rule
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit in which values are shown.
+
+    Attributes
+    ----------
+    name : str
+        As printed: ``µm``, ``10³ µm³``; empty for plain numbers.
+    size : float
+        Its value in SI units.
+    typed : str
+        As typed in a study file where that differs from the name: ``um``.
+    """
+
+    name: str
+    size: float = 1.0
+    typed: str = ""
+
+    @property
+    def is_power(self) -> bool:
+        """Whether the name begins with a power of ten, by which numbers are multiplied."""
+        return self.name.startswith("10")
+
+    def of(self, values: Any) -> Any:
+        """Return SI values, a number or an array, in this unit."""
+        return values / self.size
+
+
+NO_UNIT = Unit("")
+NANOMETRE = Unit("nm", 1e-9)
+MICROMETRE = Unit("µm", 1e-6, "um")
+MILLIMETRE = Unit("mm", 1e-3)
+NEWTON = Unit("N")
+MEGAPASCAL = Unit("MPa", 1e6)
+GIGAPASCAL = Unit("GPa", 1e9)
+PER_PASCAL = Unit("Pa⁻¹", 1.0, "/ Pa")
+DEGREE = Unit("°", math.pi / 180.0, "deg")
+
+
+@dataclass(frozen=True)
+class Dimension:
+    """A kind of physical quantity.
+
+    Attributes
+    ----------
+    name : str
+        With its article, as it stands in messages: "a force".
+    si_unit : str
+        SI unit in the notation of dataset attributes (UDUNITS), "1" for plain numbers.
+    typed : str
+        The SI unit as typed in a study file.
+    example : str
+        A value as a study file would have it.
+    units : tuple of Unit
+        Units for people, ascending.
+    """
+
+    name: str
+    si_unit: str
+    typed: str
+    example: str
+    units: tuple[Unit, ...] = ()
+
+    @property
+    def expectation(self) -> str:
+        """What a value must be, with an example: "must be a force such as 50 N"."""
+        return f"must be {self.name} such as {self.example}"
+
+    @property
+    def is_plain_number(self) -> bool:
+        """Whether values have no unit at all."""
+        return self.si_unit == "1"
+
+    def like(self, example: str) -> Dimension:
+        """Return the same kind of quantity with another example."""
+        return replace(self, example=example)
+
+
+LENGTH = Dimension(
+    "a length", "m", "m", "0.2 um", (NANOMETRE, MICROMETRE, MILLIMETRE, Unit("m"))
+)
+FORCE = Dimension("a force", "N", "N", "50 N", (Unit("mN", 1e-3), NEWTON, Unit("kN", 1e3)))
+PRESSURE = Dimension(
+    "a pressure",
+    "Pa",
+    "Pa",
+    "208 GPa",
+    (Unit("Pa"), Unit("kPa", 1e3), MEGAPASCAL, GIGAPASCAL),
+)
+COMPLIANCE = Dimension("an inverse pressure", "Pa-1", "/ Pa", "7e-13 / Pa", (PER_PASCAL,))
+ANGLE = Dimension("an angle", "rad", "rad", "5.7 deg", (DEGREE,))
+NUMBER = Dimension("a plain number", "1", "", "0.3")
+
+DIMENSIONS = (LENGTH, FORCE, PRESSURE, COMPLIANCE, ANGLE)
+"""Every kind of quantity that a parameter may be, plain numbers aside."""
+
+_READABLE = {
+    "m": (Unit("pm", 1e-12), NANOMETRE, MICROMETRE, MILLIMETRE),
+    "m2": (Unit("µm²", 1e-12), Unit("10³ µm²", 1e-9), Unit("mm²", 1e-6)),
+    "m3": (
+        Unit("µm³", 1e-18),
+        Unit("10³ µm³", 1e-15),
+        Unit("10⁶ µm³", 1e-12),
+        Unit("mm³", 1e-9),
+    ),
+    "J": (
+        Unit("pJ", 1e-12),
+        Unit("nJ", 1e-9),
+        Unit("µJ", 1e-6),
+        Unit("mJ", 1e-3),
+        Unit("J"),
+    ),
+    "N": FORCE.units,
+    "Pa": PRESSURE.units,
+}
+
+
+@lru_cache(maxsize=1)
+def _registry() -> pint.UnitRegistry[Any]:
+    # pint costs a fifth of a second to import: only those who give units pay for it.
+    import pint
+
+    registry: pint.UnitRegistry[Any] = pint.UnitRegistry(
+        None, cache_folder=None, non_int_type=Decimal
+    )
+    registry.load_definitions(_DEFINITIONS.strip().splitlines())
+    return registry
+
+
+@lru_cache(maxsize=1)
+def _dimensionalities() -> dict[Any, Dimension]:
+    parse = _registry().parse_units
+    return {
+        parse(_expression(dimension.typed)).dimensionality: dimension for dimension in DIMENSIONS
+    }
+
+
+def _expression(unit: str) -> str:
+    return f"1{unit}" if unit.startswith("/") else unit
+
+
+@lru_cache(maxsize=1024)
+def _unit(text: str) -> tuple[Decimal, Dimension | None]:
+    """Return the SI value of a unit and its kind (None: a kind that no parameter has)."""
+    readable = _UNIT.fullmatch(text) and not _LONG_OR_STACKED_POWER.search(text)
+    if not readable or len(text) > _MAX_LENGTH:
+        raise QuantityError(f"has a unit that cannot be read: {text!r}")
+    try:
+        units = _registry().parse_units(_expression(text))
+        in_si = _registry().Quantity(Decimal(1), units).to_root_units()
+    except Exception as error:  # pint lets tokenizer, arithmetic and attribute errors through
+        raise QuantityError(f"has an unknown unit {text!r}") from error
+    return Decimal(in_si.magnitude), _dimensionalities().get(units.dimensionality)
+
+
+def _spelling(unit: str, dimension: Dimension) -> str:
+    known = [dimension.typed, *(each.typed or each.name for each in dimension.units)]
+    by_fold = {name.casefold(): name for name in known}
+    near = difflib.get_close_matches(unit.casefold(), by_fold, n=1, cutoff=0.5)
+    return f"did you mean {by_fold[near[0]]!r}?" if near else ""
+
+
+def parse_quantity(value: object, dimension: Dimension, *, units_required: bool = False) -> float:
+    """Turn a value as written into an SI number.
+
+    Parameters
+    ----------
+    value : str or number
+        Text with a unit (``"0.2 um"``), or a number, which counts as SI.
+    dimension : Dimension
+        What the value must be.  For `NUMBER` text without a unit is accepted as well, because
+        YAML reads ``1e-3`` as text.
+    units_required : bool
+        Refuse numbers without a unit (study files do, for everything but `NUMBER`).
+
+    Returns
+    -------
+    float
+        Finite, in the SI unit of the dimension.
+
+    Raises
+    ------
+    QuantityError
+        Not a number, not finite, no unit, an unknown unit or one of another dimension.
+    """
+    if isinstance(value, Real) and not isinstance(value, bool):
+        number = _finite(_as_float(value), dimension)
+        if units_required and not dimension.is_plain_number:
+            raise _no_unit(f"{number:.12g}", dimension)
+        return number
+    if not isinstance(value, str) or len(value) > _MAX_LENGTH:
+        raise QuantityError(dimension.expectation)
+    if _DECIMAL_COMMA.match(value):
+        raise QuantityError(dimension.expectation, "write a decimal point, not a comma")
+    match = _QUANTITY.fullmatch(value)
+    if match is None or not match["number"].isascii():
+        raise QuantityError(dimension.expectation)
+    unit = match["unit"].strip()
+    if not unit:
+        if not dimension.is_plain_number:
+            raise _no_unit(match["number"], dimension)
+        return _finite(float(match["number"]), dimension)
+    if dimension.is_plain_number:
+        raise QuantityError(f"{dimension.expectation}, without a unit")
+    try:
+        factor, found = _unit(unit)
+    except QuantityError as error:
+        rule = f"{dimension.expectation}, but {error.rule}"
+        raise QuantityError(rule, _spelling(unit, dimension)) from error
+    if found is None or found.si_unit != dimension.si_unit:
+        kind = "another quantity" if found is None else found.name
+        raise QuantityError(f"{dimension.expectation}, but {unit!r} is {kind}")
+    return _finite(float(Decimal(match["number"]) * factor), dimension)
+
+
+def _as_float(value: Real) -> float:
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf
+
+
+def _no_unit(number: str, dimension: Dimension) -> QuantityError:
+    unit = dimension.example.split(" ", 1)[1]
+    return QuantityError(
+        f"needs a unit: it is {dimension.name} such as {dimension.example}",
+        f"did you mean '{number} {unit}'?",
+    )
+
+
+def _finite(number: float, dimension: Dimension) -> float:
+    if not math.isfinite(number):
+        raise QuantityError(f"{dimension.expectation}, and finite")
+    # Minus zero is zero: two spellings of one value must not make two cases.
+    return number + 0.0
+
+
+def format_quantity(value: float, dimension: Dimension, digits: int = 6) -> str:
+    """Write an SI number as a study file would have it, in the unit that is easiest to read.
+
+    >>> format_quantity(2e-7, LENGTH), format_quantity(4.5e9, PRESSURE)
+    ('200 nm', '4.5 GPa')
+    """
+    if math.isinf(value) and value > 0.0:
+        return "none"
+    # Rounding first keeps 999.9999 nm from being written as 1000 nm.
+    rounded = float(f"{value:.{digits}g}")
+    chosen = NO_UNIT
+    for index, unit in enumerate(dimension.units):
+        if index == 0 or abs(rounded) >= unit.size * (1.0 - 1e-9):
+            chosen = unit
+    return f"{value / chosen.size:.{digits}g} {chosen.typed or chosen.name}".rstrip()
+
+
+def exact_text(value: float, dimension: Dimension) -> str:
+    """Write an SI number so that `parse_quantity` gives back the same float."""
+    return repr(value) if dimension.is_plain_number else f"{value!r} {dimension.typed}"
+
+
+def readable_unit(values: Any, si_unit: str) -> Unit:
+    """Return the unit in which the largest of some values is a number from 1 to 1000.
+
+    Parameters
+    ----------
+    values : number or array of any shape
+        In SI units; NaN and infinite ones do not count.
+    si_unit : str
+        Their SI unit: ``m``, ``m2``, ``m3``, ``J``, ``N`` or ``Pa``.
+    """
+    magnitudes = (abs(value) for value in _flat(values))
+    largest = max((value for value in magnitudes if math.isfinite(value)), default=0.0)
+    fitting = [unit for unit in _READABLE[si_unit] if unit.size <= largest]
+    return fitting[-1] if fitting else _READABLE[si_unit][0]
+
+
+def smallest_unit(si_unit: str) -> Unit:
+    """Return the smallest unit for people of an SI unit, see `readable_unit`."""
+    return _READABLE[si_unit][0]
+
+
+def _flat(values: Any) -> Iterable[float]:
+    if hasattr(values, "ravel"):
+        # Of a large array the extremes are enough, and NaN hides nothing in a comparison.
+        import numpy as np
+
+        finite = np.asarray(values, dtype=np.float64)
+        finite = finite[np.isfinite(finite)]
+        return (float(finite.min()), float(finite.max())) if finite.size else ()
+    return (float(values),) if isinstance(values, int | float) else (float(v) for v in values)
+
+
+def number_text(value: float, digits: int = 5) -> str:
+    """Return a number with up to so many significant digits, as people write it.
+
+    >>> number_text(1234567.0), number_text(-0.5)
+    ('1.2346·10⁶', '−0.5')
+    """
+    rounded = float(f"{value:.{digits}g}")
+    if value == 0.0 or 1e-4 <= abs(rounded) < 1e6:
+        return f"{rounded:.10g}".replace("-", "−")
+    text = f"{value:.{digits}g}"
+    if "e" not in text:
+        return text.replace("-", "−")
+    mantissa, exponent = text.split("e")
+    power = str(int(exponent)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+    return f"{mantissa}·10{power}".replace("-", "−")
+
+
+def fixed_digits(value: float, digits: int) -> str:
+    """Return a number with just so many significant digits, zeros at the end included."""
+    if value == 0.0:
+        return "0"
+    text = f"{value:#.{digits}g}".rstrip(".").replace("-", "−")
+    return number_text(float(f"{value:.{digits}g}")) if "e" in text else text
+
+
+def with_unit(text: str, unit: Unit) -> str:
+    """Return a number with its unit for running text: ``4.1 µm``, ``4.1 × 10³ µm³``, ``5.7°``."""
+    if unit.is_power:
+        return f"{text} × {unit.name}"
+    return f"{text}{unit.name}" if unit.name in ("", "°") else f"{text} {unit.name}"
+
+
+def cycle_text(cycle: float) -> str:
+    """Return a number of cycles with a thin space between thousands, from 10 000 on."""
+    rounded = round(float(cycle))
+    return f"{rounded:,}".replace(",", "\u2009") if rounded >= 10_000 else str(rounded)
+
+
+def duration_text(seconds: float) -> str:
+    """Write a time for people: ``12 s``, ``3 min``, ``2.5 h``."""
+    if seconds < 120.0:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 7200.0 else f"{seconds / 3600.0:.1f} h"
+
+
+def size_text(number: float) -> str:
+    """Write a number of bytes for people: ``200 kB``, ``20 MB``, ``1.5 GB``."""
+    if number < 1e6:
+        return f"{number / 1e3:.0f} kB"
+    return f"{number / 1e6:.0f} MB" if number < 1e9 else f"{number / 1e9:.1f} GB"

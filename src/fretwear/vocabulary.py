@@ -1,0 +1,270 @@
+"""Every result once: its name, unit, words and symbol, and how it is shown.
+
+Datasets, tables, figures, report and messages take the words of a quantity from here.  What is
+not here has no name.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any
+
+from fretwear.units import MEGAPASCAL, MICROMETRE, Unit
+
+CASE_DIMS = ("cycle", "x", "y")
+SYMMETRIES = ("even_xy", "none")
+
+
+class ContactState(IntEnum):
+    """What a cell of the surface does during a cycle."""
+
+    OPEN = 0
+    SLIP = 1
+    STICK = 2
+
+
+class PointStatus(IntEnum):
+    """What became of a point of a study."""
+
+    DONE = 0
+    FAILED = 1
+    INVALID = 2
+
+    @property
+    def word(self) -> str:
+        """The status in a word."""
+        return self.name.lower()
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One variable of a dataset.
+
+    Attributes
+    ----------
+    name : str
+        Name in the dataset.
+    si_unit : str
+        As UDUNITS reads it, ``"1"`` for a pure number, empty for flags and text.
+    words : str
+        What the values are: the long name, and the label of an axis.
+    symbol : str
+        In mathtext, empty where the field has none.
+    comment : str
+        What a reader has to know beyond the words.
+    unit : Unit or None
+        Unit for people; None: the one that suits the size of the values.
+    dtype : str
+        Type in memory and in the file.
+    cf_axis : str
+        CF axis (``"X"`` or ``"Y"``), empty where there is none.
+    from_zero : bool
+        Whether a linear axis begins at zero.
+    may_be_logarithmic : bool
+        Whether a wide range of values is shown on a logarithmic axis.
+    is_headline : bool
+        Whether the value means something by itself: not where it is that of a single cell at a
+        singularity, as the peak pressure of an elastic contact is.
+    """
+
+    name: str
+    si_unit: str
+    words: str
+    symbol: str = ""
+    comment: str = ""
+    unit: Unit | None = None
+    dtype: str = "float64"
+    cf_axis: str = ""
+    from_zero: bool = True
+    may_be_logarithmic: bool = False
+    is_headline: bool = True
+
+    @property
+    def label(self) -> str:
+        """The words as the label of an axis, without the unit."""
+        return self.words[:1].upper() + self.words[1:]
+
+    @property
+    def attributes(self) -> dict[str, Any]:
+        """CF attributes of the variable; empty entries are left out."""
+        named = {
+            "long_name": self.words,
+            "units": self.si_unit,
+            "axis": self.cf_axis,
+            "comment": self.comment,
+        }
+        return {key: value for key, value in named.items() if value}
+
+
+@dataclass(frozen=True)
+class Field(Variable):
+    """A variable on the surface, dimensions ``(cycle, x, y)``.
+
+    Attributes
+    ----------
+    outside : float
+        Value outside the window of a case, where the surfaces do not touch; NaN when that does
+        not tell it.
+    flags : tuple of ContactState
+        The values that can occur, for a field of flags; empty for a physical quantity.
+    """
+
+    dtype: str = "float32"
+    outside: float = 0.0
+    flags: tuple[ContactState, ...] = ()
+
+    @property
+    def attributes(self) -> dict[str, Any]:
+        """CF attributes of the variable, flags included; empty entries are left out."""
+        if not self.flags:
+            return super().attributes
+        # Numbers of the file's type, for which only those pay who write it.
+        import numpy as np
+
+        return {
+            **super().attributes,
+            "flag_values": np.array(self.flags, dtype=self.dtype),
+            "flag_meanings": " ".join(flag.name.lower() for flag in self.flags),
+        }
+
+
+X = Variable("x", "m", "position along the slip direction", "$x$", "cell centres", cf_axis="X")
+Y = Variable("y", "m", "position across the slip direction", "$y$", "cell centres", cf_axis="Y")
+CYCLE = Variable("cycle", "1", "number of load cycles", "$N$")
+STEP = Variable("step", "1", "accepted step of the wear integration", dtype="int32")
+POINT = Variable("point", "1", "point of the study", dtype="int32")
+CASE_ID = Variable("case_id", "", "id of the case and name of its file")
+STATUS = Variable("status", "", "what became of the point", dtype="int8")
+
+FIELDS: tuple[Field, ...] = (
+    Field("pressure", "Pa", "pressure", "$p$", "normal pressure at the load P", MEGAPASCAL),
+    Field(
+        "shear_traction",
+        "Pa",
+        "shear traction",
+        "$q$",
+        "along x at the tangential load +Q; at -Q it has the opposite sign",
+        MEGAPASCAL,
+    ),
+    Field(
+        "slip",
+        "m",
+        "slip amplitude",
+        "$s$",
+        "from zero tangential load to +Q; the path of a whole cycle is four times this",
+    ),
+    Field(
+        "wear_depth", "m", "wear depth", "$w$", "of both bodies together since cycle 0", MICROMETRE
+    ),
+    Field("wear_rate", "m", "wear depth per cycle", comment="in the cycle that begins here"),
+    Field("plastic_depth", "m", "plastic depth", comment="permanent sinking since cycle 0"),
+    Field("gap", "m", "gap", "$g$", "between the surfaces at the load P", MICROMETRE, outside=math.nan),
+    Field("contact_state", "", "state of the contact", dtype="int8", flags=tuple(ContactState)),
+)
+
+_ON_X = "outermost edge on the line of cells nearest y = 0"
+_ON_Y = "outermost edge on the line of cells nearest x = 0"
+
+SCALARS: tuple[Variable, ...] = (
+    Variable("approach", "m", "approach", "$δ$", "of the bodies", MICROMETRE),
+    Variable(
+        "tangential_displacement",
+        "m",
+        "tangential displacement",
+        "$δ_x$",
+        "of distant points at +Q",
+    ),
+    Variable(
+        "contact_half_width_x",
+        "m",
+        "contact half-width along x",
+        "$a_x$",
+        _ON_X,
+        MICROMETRE,
+        from_zero=False,
+    ),
+    Variable(
+        "contact_half_width_y",
+        "m",
+        "contact half-width along y",
+        "$a_y$",
+        _ON_Y,
+        MICROMETRE,
+        from_zero=False,
+    ),
+    Variable(
+        "stick_half_width_x",
+        "m",
+        "stick half-width along x",
+        "$c_x$",
+        _ON_X,
+        MICROMETRE,
+        from_zero=False,
+    ),
+    Variable(
+        "stick_half_width_y",
+        "m",
+        "stick half-width along y",
+        "$c_y$",
+        _ON_Y,
+        MICROMETRE,
+        from_zero=False,
+    ),
+    Variable("contact_area", "m2", "contact area"),
+    Variable("stick_area", "m2", "stick area"),
+    Variable(
+        "peak_pressure",
+        "Pa",
+        "peak pressure",
+        r"$p_\mathrm{max}$",
+        "of a single cell",
+        MEGAPASCAL,
+        is_headline=False,
+    ),
+    Variable(
+        "central_pressure",
+        "Pa",
+        "central pressure",
+        "$p(0)$",
+        "of the cell nearest the origin",
+        MEGAPASCAL,
+        is_headline=False,
+    ),
+    Variable(
+        "wear_volume",
+        "m3",
+        "wear volume",
+        "$V$",
+        "of both bodies since cycle 0",
+        may_be_logarithmic=True,
+    ),
+    Variable("plastic_volume", "m3", "plastic volume", comment="displaced since cycle 0"),
+    Variable(
+        "dissipated_energy",
+        "J",
+        "dissipated energy per cycle",
+        r"$E_\mathrm{d}$",
+        may_be_logarithmic=True,
+    ),
+)
+
+MAXIMUM_WEAR_DEPTH = Variable(
+    "maximum_wear_depth",
+    "m",
+    "maximum wear depth",
+    r"$w_\mathrm{max}$",
+    "of both bodies together since cycle 0",
+)
+"""Read off the wear depth; no variable of the dataset."""
+
+ERROR_ESTIMATE = Variable("error_estimate", "1", "estimated relative error of the step")
+CONVOLUTIONS = Variable(
+    "convolutions", "1", "convolutions spent on the step", dtype="int32"
+)
+
+RESULTS: dict[str, Variable] = {
+    variable.name: variable for variable in (*FIELDS, *SCALARS, MAXIMUM_WEAR_DEPTH)
+}
+"""Every field and scalar by name."""
