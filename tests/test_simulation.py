@@ -11,10 +11,10 @@ import fretwear
 from fretwear.data.variables import ContactState
 from fretwear.journal import Journal, Step
 from fretwear.mechanics.surfaces import Surface
-from fretwear.mechanics.theory import CattaneoMindlin, HertzContact
 from fretwear.mechanics.window import Window
 from fretwear.simulation import run, simulate, wear_problem
 from fretwear.study.case import Case
+from fretwear.theory import CattaneoMindlin, HertzContact
 
 ROUGH = {"amplitude": "0.2 um", "slope_x": "0.4 deg", "slope_y": "0.3 deg"}
 

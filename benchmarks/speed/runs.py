@@ -14,8 +14,8 @@ from fretwear import Case, simulation
 from fretwear.mechanics import passes, transforms
 from fretwear.mechanics.passes import in_numpy
 from fretwear.mechanics.state import State
-from fretwear.mechanics.theory import HertzContact, LimitingState
 from fretwear.mechanics.wear import evolve
+from fretwear.theory import HertzContact, LimitingState
 
 _LEAST_SAMPLES = 9
 _COARSE_AT_ONCE = 4

@@ -10,7 +10,7 @@ from tests.mechanics.problems import COUPLING, FRICTION, HERTZ, LOAD, P0, A, fre
 from fretwear.figures.style import JournalFigure, styled
 from fretwear.mechanics.loading import first_loading
 from fretwear.mechanics.measures import measure
-from fretwear.mechanics.theory import CattaneoMindlin
+from fretwear.theory import CattaneoMindlin
 
 CELLS = (32, 45, 64, 91, 110, 128, 156, 181, 220)
 REQUIRED_AT = 110

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from tests.mechanics.problems import HERTZ, P0, A, fretting
 
 from fretwear.figures.style import JournalFigure, styled
-from fretwear.mechanics.theory import LimitingState
+from fretwear.theory import LimitingState
 
 CYCLES = 30000.0
 CELLS, RATIOS = 110, (0.2, 0.5, 0.9)

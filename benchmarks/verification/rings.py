@@ -19,7 +19,7 @@ from tests.mechanics import reference
 from tests.mechanics.problems import HERTZ, P0, A, fretting
 
 from fretwear.figures.style import JournalFigure, styled
-from fretwear.mechanics.theory import LimitingState
+from fretwear.theory import LimitingState
 
 TIMES = (0.5, 1.0, 2.0, 3.0, 5.0, 10.0, 20.0)
 REQUIRED = 0.005

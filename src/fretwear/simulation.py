@@ -17,9 +17,9 @@ from fretwear.mechanics.measures import in_contact, measure
 from fretwear.mechanics.slip import CattaneoMindlinSlip, Friction, JaegerSlip, SlipModel
 from fretwear.mechanics.state import State, WearProblem
 from fretwear.mechanics.surfaces import Surface, Waves
-from fretwear.mechanics.theory import HertzContact
 from fretwear.mechanics.wear import evolve
 from fretwear.mechanics.window import Window
+from fretwear.theory import HertzContact
 
 if TYPE_CHECKING:
     import xarray as xr

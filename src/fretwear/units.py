@@ -151,9 +151,7 @@ class Dimension:
         return replace(self, example=example)
 
 
-LENGTH = Dimension(
-    "a length", "m", "m", "0.2 um", (NANOMETRE, MICROMETRE, MILLIMETRE, Unit("m"))
-)
+LENGTH = Dimension("a length", "m", "m", "0.2 um", (NANOMETRE, MICROMETRE, MILLIMETRE, Unit("m")))
 FORCE = Dimension("a force", "N", "N", "50 N", (Unit("mN", 1e-3), NEWTON, Unit("kN", 1e3)))
 PRESSURE = Dimension(
     "a pressure",

@@ -160,7 +160,9 @@ FIELDS: tuple[Field, ...] = (
     ),
     Field("wear_rate", "m", "wear depth per cycle", comment="in the cycle that begins here"),
     Field("plastic_depth", "m", "plastic depth", comment="permanent sinking since cycle 0"),
-    Field("gap", "m", "gap", "$g$", "between the surfaces at the load P", MICROMETRE, outside=math.nan),
+    Field(
+        "gap", "m", "gap", "$g$", "between the surfaces at the load P", MICROMETRE, outside=math.nan
+    ),
     Field("contact_state", "", "state of the contact", dtype="int8", flags=tuple(ContactState)),
 )
 
@@ -260,9 +262,7 @@ MAXIMUM_WEAR_DEPTH = Variable(
 """Read off the wear depth; no variable of the dataset."""
 
 ERROR_ESTIMATE = Variable("error_estimate", "1", "estimated relative error of the step")
-CONVOLUTIONS = Variable(
-    "convolutions", "1", "convolutions spent on the step", dtype="int32"
-)
+CONVOLUTIONS = Variable("convolutions", "1", "convolutions spent on the step", dtype="int32")
 
 RESULTS: dict[str, Variable] = {
     variable.name: variable for variable in (*FIELDS, *SCALARS, MAXIMUM_WEAR_DEPTH)

@@ -12,9 +12,9 @@ import yaml
 
 from fretwear.data.schema import case_dataset, history_dataset
 from fretwear.data.store import write_case
-from fretwear.mechanics.theory import CattaneoMindlin, HertzContact
 from fretwear.study.case import Case
 from fretwear.study.file import Study, load_study
+from fretwear.theory import CattaneoMindlin, HertzContact
 
 
 class Results(NamedTuple):

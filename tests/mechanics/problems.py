@@ -12,8 +12,8 @@ from fretwear.mechanics.layers import Layer
 from fretwear.mechanics.slip import Friction, JaegerSlip
 from fretwear.mechanics.state import WearProblem
 from fretwear.mechanics.surfaces import Surface, Waves
-from fretwear.mechanics.theory import HertzContact, composite_modulus, coupling_ratio
 from fretwear.mechanics.window import Window
+from fretwear.theory import HertzContact, composite_modulus, coupling_ratio
 
 STEEL = (208e9, 0.3)
 MODULUS = composite_modulus(*STEEL, *STEEL)

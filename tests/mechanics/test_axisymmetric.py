@@ -16,7 +16,7 @@ from fretwear.mechanics.axisymmetric import (
     wear_history,
 )
 from fretwear.mechanics.rings import Rings, graded_rings, solve_contact
-from fretwear.mechanics.theory import CattaneoMindlin, HertzContact, LimitingState
+from fretwear.theory import CattaneoMindlin, HertzContact, LimitingState
 
 P0 = UNIT_HERTZ.peak_pressure
 LIMIT = 4.162242

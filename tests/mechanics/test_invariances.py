@@ -11,8 +11,8 @@ from fretwear.mechanics.contact import solve_contact
 from fretwear.mechanics.slip import Friction, JaegerSlip
 from fretwear.mechanics.state import State, WearProblem
 from fretwear.mechanics.surfaces import Surface, Waves
-from fretwear.mechanics.theory import HertzContact
 from fretwear.mechanics.wear import evolve
+from fretwear.theory import HertzContact
 
 from .problems import (
     COUPLING,

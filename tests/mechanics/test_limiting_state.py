@@ -8,8 +8,8 @@ import pytest
 from fretwear.mechanics.arrays import Array
 from fretwear.mechanics.measures import Measures, measure
 from fretwear.mechanics.state import State, WearProblem
-from fretwear.mechanics.theory import LimitingState
 from fretwear.mechanics.wear import evolve
+from fretwear.theory import LimitingState
 
 from .oracles import violations
 from .problems import HERTZ, A, fretting, near

@@ -11,9 +11,9 @@ from fretwear.mechanics.loading import first_loading
 from fretwear.mechanics.measures import CONTACT_GAP, Measures, half_width, in_contact, measure
 from fretwear.mechanics.slip import Friction
 from fretwear.mechanics.state import State
-from fretwear.mechanics.theory import CattaneoMindlin
 from fretwear.mechanics.wear import evolve
 from fretwear.mechanics.window import Window
+from fretwear.theory import CattaneoMindlin
 
 from .problems import COUPLING, FRICTION, HERTZ, LOAD, P0, ROUGH, A, fretting, near
 

@@ -14,7 +14,7 @@ from fretwear.mechanics.rings import (
     graded_rings,
     solve_contact,
 )
-from fretwear.mechanics.theory import HertzContact
+from fretwear.theory import HertzContact
 
 HERTZ = HertzContact(radius=1.0, load=4.0 / 3.0, composite_modulus=1.0)
 

@@ -11,7 +11,7 @@ from fretwear.mechanics.loading import first_loading
 from fretwear.mechanics.measures import measure
 from fretwear.mechanics.slip import CattaneoMindlinSlip, Friction, JaegerSlip
 from fretwear.mechanics.state import State
-from fretwear.mechanics.theory import CattaneoMindlin
+from fretwear.theory import CattaneoMindlin
 
 from .problems import (
     COUPLING,

@@ -5,8 +5,8 @@ import pytest
 
 import fretwear
 from fretwear.data.variables import ContactState
-from fretwear.mechanics.theory import HertzContact
 from fretwear.simulation import simulate
+from fretwear.theory import HertzContact
 
 WAVES = {"kind": "wavy", "amplitude": "0.2 um", "slope_x": "2.9 deg", "slope_y": "1 deg"}
 

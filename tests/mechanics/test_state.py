@@ -11,9 +11,9 @@ from fretwear.mechanics.loading import first_loading
 from fretwear.mechanics.outlook import grown_extent, touched_sides
 from fretwear.mechanics.slip import JaegerSlip
 from fretwear.mechanics.state import State
-from fretwear.mechanics.theory import HertzContact
 from fretwear.mechanics.wear import evolve
 from fretwear.mechanics.window import Window, fast_shape
+from fretwear.theory import HertzContact
 
 from .oracles import violations
 from .problems import FRICTION, HERTZ, LOAD, MODULUS, P0, RADIUS, ROUGH, SMOOTH, A, fretting, near

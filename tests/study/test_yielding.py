@@ -2,10 +2,9 @@ import math
 
 import pytest
 
-from fretwear.mechanics.hertz import HertzContact
-from fretwear.mechanics.limiting_state import LimitingState
 from fretwear.study.case import Case
 from fretwear.study.yielding import is_ring_unseen, yielding_ring_width
+from fretwear.theory import HertzContact, LimitingState
 
 STEEL = {
     "radius": 0.01,

@@ -11,8 +11,8 @@ from typing import Any
 import xarray as xr
 
 from fretwear.cli.tables import aligned, name_of, plain, quantity_text, text_of
-from fretwear.mechanics.theory import CattaneoMindlin, HertzContact
 from fretwear.study.case import Case
+from fretwear.theory import CattaneoMindlin, HertzContact
 
 # In words that leave room for three columns of numbers on a line of 80.
 _RESULTS = {

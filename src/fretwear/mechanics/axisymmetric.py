@@ -22,10 +22,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fretwear.mechanics.materials import require_positive
 from fretwear.mechanics.rings import graded_rings
 from fretwear.mechanics.smooth_wear import UNIT_HERTZ, SmoothWear, WearState
-from fretwear.mechanics.theory import CattaneoMindlin
+from fretwear.theory import CattaneoMindlin, require_positive
 
 __all__ = [
     "UNIT_HERTZ",

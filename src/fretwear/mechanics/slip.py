@@ -18,8 +18,8 @@ from fretwear.mechanics.contact import solve_contact
 from fretwear.mechanics.contact_problem import ContactProblem
 from fretwear.mechanics.halfspace import HalfSpace
 from fretwear.mechanics.layers import Layer, WearLayer, WinklerLayer
-from fretwear.mechanics.theory import HertzContact
 from fretwear.mechanics.window import Window
+from fretwear.theory import HertzContact
 
 _FIRST_TOLERANCE = 1e-8
 _TOLERANCE = 1e-7

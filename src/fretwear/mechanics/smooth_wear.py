@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fretwear.mechanics.hertz import HertzContact
 from fretwear.mechanics.rings import RingContact, Rings, solve_contact
+from fretwear.theory import HertzContact
 
 __all__ = ["UNIT_HERTZ", "SmoothWear", "WearState"]
 

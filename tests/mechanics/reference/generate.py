@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from fretwear.mechanics.axisymmetric import UNIT_HERTZ, Resolution, dimensionless_history
-from fretwear.mechanics.theory import HertzContact, composite_modulus, coupling_ratio
+from fretwear.theory import HertzContact, composite_modulus, coupling_ratio
 
 STEEL = (208e9, 0.3)
 HERTZ = HertzContact(10e-3, 50.0, composite_modulus(*STEEL, *STEEL))

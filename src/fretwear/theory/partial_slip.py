@@ -1,8 +1,4 @@
-"""Closed forms of a smooth sphere in partial slip, gathered in one place.
-
-The unworn contact is here; `HertzContact`, `LimitingState` and the composite moduli come from
-modules of their own. Everything is axisymmetric about the axis of the sphere, in SI units; ``r`` is
-the distance from that axis. Arrays of any shape are accepted for ``r`` and returned in that shape.
+"""Closed forms of an unworn smooth sphere in partial slip.
 
 References
 ----------
@@ -19,23 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fretwear.mechanics.hertz import HertzContact
-from fretwear.mechanics.limiting_state import LimitingState
-from fretwear.mechanics.materials import (
-    composite_modulus,
-    composite_shear_modulus,
-    coupling_ratio,
-    require_positive,
-)
-
-__all__ = [
-    "CattaneoMindlin",
-    "HertzContact",
-    "LimitingState",
-    "composite_modulus",
-    "composite_shear_modulus",
-    "coupling_ratio",
-]
+from fretwear.theory.hertz import HertzContact
+from fretwear.theory.materials import require_positive
 
 FloatArray = NDArray[np.float64]
 

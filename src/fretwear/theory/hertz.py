@@ -12,9 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fretwear.mechanics.materials import require_positive
-
-__all__ = ["HertzContact"]
+from fretwear.theory.materials import require_positive
 
 FloatArray = NDArray[np.float64]
 

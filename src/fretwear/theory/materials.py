@@ -10,14 +10,6 @@ K. L. Johnson (1985), Contact Mechanics, Cambridge University Press, chapters 4 
 
 import math
 
-__all__ = [
-    "composite_modulus",
-    "composite_shear_modulus",
-    "coupling_ratio",
-    "require_positive",
-    "shear_modulus",
-]
-
 
 def require_positive(**values: float) -> None:
     """Raise a ValueError naming the first value that is not a positive, finite number."""

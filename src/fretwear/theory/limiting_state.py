@@ -8,16 +8,14 @@ Springer.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import brentq
 
-from fretwear.mechanics.hertz import HertzContact
-
-__all__ = ["LimitingState"]
+from fretwear.theory.hertz import HertzContact
 
 FloatArray = NDArray[np.float64]
 
@@ -132,10 +130,7 @@ class LimitingState:
         outside = 2.0 * self.stick_radius
         while self._height_above_sphere(outside) > 0.0:
             outside *= 2.0
-        root = brentq(
-            self._height_above_sphere, self._deepest_radius, outside, xtol=1e-15 * outside
-        )
-        return float(root)
+        return _root(lambda r: float(self._height_above_sphere(r)), self._deepest_radius, outside)
 
     @property
     def deepest_wear(self) -> float:
@@ -181,4 +176,28 @@ class LimitingState:
         outside = c
         while slope(outside) > 0.0:
             outside *= 2.0
-        return c + float(brentq(slope, 0.0, outside, xtol=1e-15 * c))
+        return c + _root(slope, 0.0, outside)
+
+
+def _root(falling: Callable[[float], float], low: float, high: float) -> float:
+    """Zero of a function, positive at ``low`` and negative at ``high``, to rounding.
+
+    The Illinois variant of regula falsi: Dowell and Jarratt (1971), BIT 11, 168-174.
+    """
+    above, below, last = falling(low), falling(high), 0
+    for _ in range(200):
+        middle = (low * below - high * above) / (below - above)
+        if not low < middle < high:
+            middle = 0.5 * (low + high)
+        value = falling(middle)
+        if value == 0.0 or not low < middle < high:
+            return middle
+        if value > 0.0:
+            low, above = middle, value
+            below *= 0.5 if last > 0 else 1.0
+            last = 1
+        else:
+            high, below = middle, value
+            above *= 0.5 if last < 0 else 1.0
+            last = -1
+    return 0.5 * (low + high)

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import ellipk
 
-from fretwear.mechanics import theory
+from fretwear import theory
 
 STEEL = (208e9, 0.3)
 RADIUS, LOAD, FRICTION = 10e-3, 50.0, 0.5
