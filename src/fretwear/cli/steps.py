@@ -64,12 +64,16 @@ def figures(
     from fretwear.data.merge import open_summary
     from fretwear.figures.study import write_study_figures
     from fretwear.report.captions import CAPTIONS_NAME, caption_template
+    from fretwear.source_study import source_figures
 
     with (
         failing_as(Status.FAILED, DataFileError),
         open_summary(folder / "summary.nc") as summary,
     ):
-        entries = write_study_figures(summary, folder / "cases", folder / "figures")
+        cases = folder / "cases"
+        entries = write_study_figures(
+            summary, cases, folder / "figures", extra=source_figures(summary, cases)
+        )
         write_text(folder / "figures" / CAPTIONS_NAME, caption_template(entries))
     log.result(folder / "figures", f"{len(entries)} figures", figures=len(entries))
 
@@ -90,6 +94,7 @@ def report(
     from fretwear.data.merge import open_summary
     from fretwear.figures.study import INDEX_NAME
     from fretwear.report import build_report
+    from fretwear.source_study import source_sections
     from fretwear.study.plan import plan_study
 
     with (
@@ -100,7 +105,8 @@ def report(
         if not index.is_file():
             rule = "there is no such file: draw the figures before the report, by"
             raise CommandError(f"{index}: {rule}\n    fretwear figures {file}", Status.FAILED)
-        page = build_report(plan_study(study), summary, folder)
+        sections = source_sections(summary, folder / "cases")
+        page = build_report(plan_study(study), summary, folder, sections=sections)
         write_text(folder / "report.html", page)
     log.result(folder / "report.html", f"{len(page) / 1e6:.1f} MB")
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass
+from itertools import chain
 from pathlib import Path
 
 import xarray as xr
@@ -27,7 +28,6 @@ from fretwear.figures.history import history
 from fretwear.figures.history_kinds import HISTORY_KINDS, HistoryKind
 from fretwear.figures.maps import compare_wear_maps, depth_scale, is_stretched
 from fretwear.figures.named import StudyFigure
-from fretwear.figures.paper import paper_figures
 from fretwear.figures.profile_kinds import PROFILE_KINDS, ProfileKind
 from fretwear.figures.profiles import compare_profiles
 from fretwear.figures.saving import save_figure
@@ -62,8 +62,7 @@ def study_figures(summary: xr.Dataset, cases: Path) -> Iterator[StudyFigure]:
     ------
     StudyFigure
         First the quantities of all cases over the cycles, then profiles and wear maps of a few
-        chosen cases, then those of the source study if its cases are there. A study of which
-        no point is done has no figures.
+        chosen cases. A study of which no point is done has no figures.
     """
     if not study_lines(summary, "wear_volume"):
         return
@@ -84,10 +83,11 @@ def study_figures(summary: xr.Dataset, cases: Path) -> Iterator[StudyFigure]:
             yield StudyFigure(f"{name}{suffix}", caption, PROFILE_CATEGORY, figure)
         caption = _map_caption(chosen, opened)
         yield StudyFigure(f"wear_map{suffix}", caption, MAP_CATEGORY, compare_wear_maps(opened))
-    yield from paper_figures(summary, cases)
 
 
-def write_study_figures(summary: xr.Dataset, cases: Path, folder: Path) -> list[FigureEntry]:
+def write_study_figures(
+    summary: xr.Dataset, cases: Path, folder: Path, extra: Iterable[StudyFigure] = ()
+) -> list[FigureEntry]:
     """Write every figure of a study as SVG and PNG, and an index of their captions.
 
     Parameters
@@ -96,6 +96,8 @@ def write_study_figures(summary: xr.Dataset, cases: Path, folder: Path) -> list[
         As for `study_figures`.
     folder : pathlib.Path
         Where the files go; it is made if need be.
+    extra : iterable of StudyFigure
+        More figures, placed after those of `study_figures`; each is drawn when its turn comes.
 
     Returns
     -------
@@ -103,7 +105,7 @@ def write_study_figures(summary: xr.Dataset, cases: Path, folder: Path) -> list[
         The figures written; ``index.json`` holds the same and appears last.
     """
     entries = []
-    for name, caption, category, figure in study_figures(summary, cases):
+    for name, caption, category, figure in chain(study_figures(summary, cases), extra):
         save_figure(figure, folder / name)
         entries.append(FigureEntry(name, caption, category))
     text = json.dumps([asdict(entry) for entry in entries], indent=1, ensure_ascii=False)

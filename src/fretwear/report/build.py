@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,7 +11,6 @@ import xarray as xr
 import fretwear
 from fretwear.data.failures import log_end, reasons
 from fretwear.figures.wording import Unit, cycle_number, parameter
-from fretwear.report.claims import claim_sections
 from fretwear.report.computation import computation_facts, study_text, time_facts
 from fretwear.report.embed import figure_groups
 from fretwear.report.explorer import build_explorer
@@ -62,7 +61,7 @@ def build_report(
     summary: xr.Dataset,
     folder: Path,
     *,
-    sections: Sequence[Section] = (),
+    sections: Iterable[Section] = (),
 ) -> str:
     """Build the report of a study as one self-contained HTML page.
 
@@ -76,9 +75,8 @@ def build_report(
         Folder of the study's results: the case files in ``cases``; the figures with their index,
         from `fretwear.figures.study.write_study_figures`, in ``figures``; and, where they are
         there, ``logs`` and ``benchmarks``.
-    sections : sequence of Section
-        More sections, placed after the figures and, where the study holds the cases of the
-        source study, after its claims.
+    sections : iterable of Section
+        More sections, placed after the figures.
 
     Returns
     -------
@@ -127,7 +125,7 @@ def build_report(
             facts=[*computation_facts(plan, results, cases), *time_facts(folder)],
             study_text=study_text(study),
             study_file=study.file.name,
-            sections=[*claim_sections(summary, cases), *sections],
+            sections=list(sections),
         )
     )
 

@@ -27,10 +27,10 @@ class Section:
     body: Markup
 
 
-def environment() -> Environment:
-    """Return the environment in which templates of the report are rendered."""
+def environment(package: str = "fretwear.report") -> Environment:
+    """Return the environment that renders the ``templates`` of a package for the report."""
     rendering = Environment(
-        loader=PackageLoader("fretwear.report", "templates"),
+        loader=PackageLoader(package, "templates"),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,

@@ -6,8 +6,8 @@ import xarray as xr
 
 from fretwear.data.merge import merge_study
 from fretwear.data.store import write_case
-from fretwear.figures.paper import paper_figures
 from fretwear.simulation import run
+from fretwear.source_study.figures import source_figures
 from fretwear.study.file import load_study
 
 STUDY = """
@@ -49,7 +49,7 @@ def source(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def figures(source):
-    return {figure.name: figure for figure in paper_figures(*source)}
+    return {figure.name: figure for figure in source_figures(*source)}
 
 
 def found(figures, number):
@@ -64,12 +64,12 @@ def test_every_figure_of_the_source_study_is_there_under_its_number(figures):
 
 def test_another_study_has_none_of_them(source):
     summary, cases = source
-    assert list(paper_figures(summary.assign_coords(load=40.0), cases)) == []
+    assert list(source_figures(summary.assign_coords(load=40.0), cases)) == []
 
 
 def test_without_the_simpler_model_it_is_not_compared(source):
     summary, cases = source
-    names = [figure.name for figure in paper_figures(summary.isel(slip_model=[0]), cases)]
+    names = [figure.name for figure in source_figures(summary.isel(slip_model=[0]), cases)]
     assert len(names) == len(NUMBERS)
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from fretwear.claims.evolution import Array, Evolution
-from fretwear.claims.quartet import Quartet
-from fretwear.claims.verdict import (
+from fretwear.source_study.evolution import Array, Evolution
+from fretwear.source_study.quartet import Quartet
+from fretwear.source_study.verdict import (
     Answer,
     Finding,
     Judgement,

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from fretwear.claims.evolution import Evolution
-from fretwear.claims.quartet import Pair, Quartet
-from fretwear.claims.verdict import Answer, Finding, Judgement, Measurement, percent
+from fretwear.source_study.evolution import Evolution
+from fretwear.source_study.quartet import Pair, Quartet
+from fretwear.source_study.verdict import Answer, Finding, Judgement, Measurement, percent
 
 _EARLY = (100.0, 1000.0)
 _SAME_LEVEL = 0.05

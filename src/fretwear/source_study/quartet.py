@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from fretwear.claims.evolution import Evolution
+from fretwear.source_study.evolution import Evolution
 
 
 @dataclass(frozen=True)

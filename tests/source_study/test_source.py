@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fretwear.claims.source import reference_cases, simpler_cases, source_cases
+from fretwear.source_study.source import reference_cases, simpler_cases, source_cases
 
 
 def test_both_slip_models_are_found_with_all_four_cases(finished):

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from fretwear.claims.evolution import Array, Evolution, Mask, rings
-from fretwear.claims.quartet import Pair, Quartet
-from fretwear.claims.verdict import Answer, Finding, Judgement, Measurement, percent
 from fretwear.data.resampling import Resampling
+from fretwear.source_study.evolution import Array, Evolution, Mask, rings
+from fretwear.source_study.quartet import Pair, Quartet
+from fretwear.source_study.verdict import Answer, Finding, Judgement, Measurement, percent
 
 RUN_IN = 7000
 """The cycle after which, the study says, rough and smooth are alike."""

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fretwear.claims.evolution import Evolution
-from fretwear.claims.quartet import Quartet
+from fretwear.source_study.evolution import Evolution
+from fretwear.source_study.quartet import Quartet
 
 _NOTHING = 1e-3
 

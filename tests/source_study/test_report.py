@@ -6,13 +6,13 @@ import re
 import pytest
 import xarray as xr
 
-from fretwear.claims import CLAIMS, judge
-from fretwear.report.claims import claim_sections
+from fretwear.source_study.judge import CLAIMS, judge
+from fretwear.source_study.section import source_sections
 
 
 @pytest.fixture(scope="module")
 def sections(finished):
-    return {section.id: section for section in claim_sections(finished.summary, finished.cases)}
+    return {section.id: section for section in source_sections(finished.summary, finished.cases)}
 
 
 def words(section):
@@ -52,14 +52,14 @@ def test_section_is_whole_html(sections):
 
 
 def test_another_study_has_no_such_sections(finished):
-    assert claim_sections(finished.summary.assign_coords(load=40.0), finished.cases) == []
+    assert list(source_sections(finished.summary.assign_coords(load=40.0), finished.cases)) == []
 
 
 def test_radii_are_compared_where_a_study_has_several(finished):
     one_model = finished.summary.isel(slip_model=[0])
     radii = [one_model.assign_coords(radius=radius) for radius in (0.01, 0.04)]
     summary = xr.concat(radii, "radius", data_vars="all", coords="minimal")
-    (section,) = claim_sections(summary, finished.cases)
+    (section,) = source_sections(summary, finished.cases)
     text = words(section)
     assert "R = 40 mm, jaeger" in text
     # Both radii stand for the same files here.

@@ -9,11 +9,11 @@ from pathlib import Path
 import xarray as xr
 from matplotlib.figure import Figure
 
-from fretwear.claims.quartet import Quartet
-from fretwear.claims.source import SourceCases, reference_cases, simpler_cases
 from fretwear.figures.named import StudyFigure
-from fretwear.figures.paper_models import compare_slip_models
-from fretwear.figures.paper_profiles import (
+from fretwear.figures.profile_kinds import GAP, PRESSURE, SHEAR, WEAR_RATE, ProfileKind
+from fretwear.figures.wording import Unit
+from fretwear.source_study.half_widths import Look, edge_of_contact, half_widths
+from fretwear.source_study.profiles import (
     MEAN_WORDS,
     CaseLine,
     contact_edge,
@@ -23,9 +23,9 @@ from fretwear.figures.paper_profiles import (
     smooth_profiles,
     stick_edge,
 )
-from fretwear.figures.paper_width import Look, edge_of_contact, half_widths
-from fretwear.figures.profile_kinds import GAP, PRESSURE, SHEAR, WEAR_RATE, ProfileKind
-from fretwear.figures.wording import Unit
+from fretwear.source_study.quartet import Quartet
+from fretwear.source_study.slip_models import compare_slip_models
+from fretwear.source_study.source import SourceCases, reference_cases, simpler_cases
 
 CATEGORY = "Figures of the source study"
 SHOWN_CYCLES = (0, 100, 1000, 7000, 30000)
@@ -47,7 +47,7 @@ _LOOKS = {
 }
 
 
-def paper_figures(summary: xr.Dataset, cases: Path) -> Iterator[StudyFigure]:
+def source_figures(summary: xr.Dataset, cases: Path) -> Iterator[StudyFigure]:
     """Yield the figures of the source study, numbered as there.
 
     Parameters

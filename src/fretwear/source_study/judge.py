@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from fretwear.claims.quartet import Quartet
-from fretwear.claims.roughness import asperities, rough_becomes_smooth
-from fretwear.claims.stick import stick_zone
-from fretwear.claims.tractions import (
+from fretwear.source_study.quartet import Quartet
+from fretwear.source_study.roughness import asperities, rough_becomes_smooth
+from fretwear.source_study.stick import stick_zone
+from fretwear.source_study.tractions import (
     peak_at_stick_edge,
     pressure_moves_inward,
     shear_behaves_like_pressure,
 )
-from fretwear.claims.verdict import Judgement
-from fretwear.claims.wear import deepest_in_the_middle, even_wear
-from fretwear.claims.width import width_grows_faster_when_rough
+from fretwear.source_study.verdict import Judgement
+from fretwear.source_study.wear import deepest_in_the_middle, even_wear
+from fretwear.source_study.width import width_grows_faster_when_rough
 
 CLAIMS: tuple[Callable[[Quartet], Judgement], ...] = (
     pressure_moves_inward,

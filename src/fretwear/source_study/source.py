@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from fretwear.claims.evolution import Evolution
-from fretwear.claims.quartet import Quartet
 from fretwear.data.merge import Status
 from fretwear.data.store import open_case, open_history
+from fretwear.source_study.evolution import Evolution
+from fretwear.source_study.quartet import Quartet
 
 SOURCE_RADIUS = 0.01
 """Sphere radius, m, that stands for the study's own, which it does not give."""

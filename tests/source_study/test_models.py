@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from fretwear.claims.models import QUANTITIES, Cost, costs, excess_shear
-from fretwear.claims.source import simpler_cases
+from fretwear.source_study.models import QUANTITIES, Cost, costs, excess_shear
+from fretwear.source_study.source import simpler_cases
 
 
 @pytest.fixture(scope="module")

@@ -9,12 +9,17 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fretwear.claims import Evolution, Quartet
-from fretwear.claims.source import reference_cases
 from fretwear.data.merge import merge_study
 from fretwear.data.store import write_case
 from fretwear.simulation import run
+from fretwear.source_study.evolution import Evolution
+from fretwear.source_study.quartet import Quartet
+from fretwear.source_study.source import reference_cases
 from fretwear.study.file import Study, load_study
+
+from ..figures.conftest import check_texts, drawn_texts
+
+__all__ = ["check_texts", "drawn_texts"]
 
 STUDY = """
 title: The source study, coarse and short

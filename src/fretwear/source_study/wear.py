@@ -6,9 +6,17 @@ import math
 
 import numpy as np
 
-from fretwear.claims.evolution import Evolution, rings
-from fretwear.claims.quartet import Quartet
-from fretwear.claims.verdict import Answer, Finding, Judgement, Measurement, joined, percent, short
+from fretwear.source_study.evolution import Evolution, rings
+from fretwear.source_study.quartet import Quartet
+from fretwear.source_study.verdict import (
+    Answer,
+    Finding,
+    Judgement,
+    Measurement,
+    joined,
+    percent,
+    short,
+)
 
 _MIDDLE = (1.0 / 3.0, 2.0 / 3.0)
 _MIDDLE_HALF = (0.25, 0.75)

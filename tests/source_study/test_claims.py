@@ -5,17 +5,24 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fretwear.claims import Answer, Evolution, Quartet, Verdict
-from fretwear.claims.roughness import amplitude_left, asperities, rough_becomes_smooth
-from fretwear.claims.stick import stick_zone
-from fretwear.claims.tractions import (
+from fretwear.data.variables import ContactState
+from fretwear.source_study.evolution import Evolution
+from fretwear.source_study.quartet import Quartet
+from fretwear.source_study.roughness import amplitude_left, asperities, rough_becomes_smooth
+from fretwear.source_study.stick import stick_zone
+from fretwear.source_study.tractions import (
     peak_at_stick_edge,
     pressure_moves_inward,
     shear_behaves_like_pressure,
 )
-from fretwear.claims.wear import deepest_in_the_middle, even_wear, place_of_deepest, unevenness
-from fretwear.claims.width import growth, late_growth, width_grows_faster_when_rough
-from fretwear.data.variables import ContactState
+from fretwear.source_study.verdict import Answer, Verdict
+from fretwear.source_study.wear import (
+    deepest_in_the_middle,
+    even_wear,
+    place_of_deepest,
+    unevenness,
+)
+from fretwear.source_study.width import growth, late_growth, width_grows_faster_when_rough
 
 
 def everywhere(case: Evolution) -> Quartet:

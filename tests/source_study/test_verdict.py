@@ -4,8 +4,16 @@ import math
 
 import pytest
 
-from fretwear.claims import Answer, Finding, Judgement, Measurement, Verdict
-from fretwear.claims.verdict import joined, percent, short
+from fretwear.source_study.verdict import (
+    Answer,
+    Finding,
+    Judgement,
+    Measurement,
+    Verdict,
+    joined,
+    percent,
+    short,
+)
 
 YES, PARTLY, NO = Answer.YES, Answer.PARTLY, Answer.NO
 

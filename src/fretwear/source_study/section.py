@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import xarray as xr
 from markupsafe import Markup
 
-from fretwear.claims.judge import judge
-from fretwear.claims.models import QUANTITIES, Cost, costs, excess_shear
-from fretwear.claims.quartet import Quartet
-from fretwear.claims.source import SourceCases, reference_cases, source_cases
-from fretwear.claims.verdict import Judgement, joined, percent, short
 from fretwear.figures.wording import cycle_number, value_text
 from fretwear.report.section import Section, environment
+from fretwear.source_study.judge import judge
+from fretwear.source_study.models import QUANTITIES, Cost, costs, excess_shear
+from fretwear.source_study.quartet import Quartet
+from fretwear.source_study.source import SourceCases, reference_cases, source_cases
+from fretwear.source_study.verdict import Judgement, joined, percent, short
 
 _RUN_IN = 7000
 
@@ -43,8 +43,8 @@ class CostRow:
     ratios: tuple[str, ...]
 
 
-def claim_sections(summary: xr.Dataset, cases: Path) -> list[Section]:
-    """Build the sections on the source study.
+def source_sections(summary: xr.Dataset, cases: Path) -> Iterator[Section]:
+    """Yield the sections on the source study.
 
     Parameters
     ----------
@@ -53,27 +53,27 @@ def claim_sections(summary: xr.Dataset, cases: Path) -> list[Section]:
     cases : pathlib.Path
         Folder of its case files.
 
-    Returns
-    -------
-    list of Section
-        Empty when the study does not hold the four cases of the source study.
+    Yields
+    ------
+    Section
+        None when the study does not hold the four cases of the source study.
     """
     reference = reference_cases(summary)
     if reference is None:
-        return []
+        return
     judged = []
     for group in source_cases(summary):
         quartet = group.load(cases)
         judged.append(Judged(group, quartet, judge(quartet)))
     main = next(one for one in judged if one.cases == reference)
-    sections = [_claims(main, judged)]
+    yield _claims(main, judged)
     simple = [one for one in judged if _differs_in_model(one.cases, reference)]
-    return [*sections, *(_slip_models(main, one) for one in simple[:1])]
+    yield from (_slip_models(main, one) for one in simple[:1])
 
 
 def _claims(main: Judged, judged: Sequence[Judged]) -> Section:
     body = (
-        environment()
+        environment("fretwear.source_study")
         .get_template("claims.html.j2")
         .render(
             radius=value_text("radius", main.cases.radius),
@@ -116,7 +116,7 @@ def _slip_models(main: Judged, simple: Judged) -> Section:
     }
     last = cycles[-1]
     body = (
-        environment()
+        environment("fretwear.source_study")
         .get_template("slip_models.html.j2")
         .render(subjects=subjects, tables=tables, excess=_excess(simple.quartet, last))
     )
