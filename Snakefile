@@ -10,7 +10,7 @@ from pathlib import Path
 
 from fretwear.study.problems import StudyError
 from fretwear.workflow import BATCHES, StudyJobs, chosen_study
-from fretwear.writable import why_leading_out, why_not_writable
+from fretwear.data.safe import why_leading_out, why_not_writable
 
 try:
     JOBS = StudyJobs.of(chosen_study(config))

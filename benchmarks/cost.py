@@ -29,7 +29,7 @@ from typing import Any
 
 import yaml
 
-from fretwear.data.store import open_case, open_history
+from fretwear.data.files import open_case, open_history
 from fretwear.study.case import Case
 from fretwear.study.cost import Estimate, estimate
 from fretwear.study.speed import machine_speed, transform_seconds

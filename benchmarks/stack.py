@@ -21,7 +21,7 @@ import netCDF4
 import numpy as np
 import yaml
 
-from fretwear.data.seal import seal
+from fretwear.data.files import add_checksum
 from fretwear.job import simulate_to_file
 from fretwear.study.file import Study, load_study
 
@@ -82,7 +82,7 @@ def copied(first: Path, path: Path, case_id: str) -> None:
     os.truncate(path, path.stat().st_size - _SEAL_BYTES)
     with netCDF4.Dataset(path, "a") as file:
         file.setncattr("case_id", case_id)
-    seal(path)
+    add_checksum(path)
 
 
 def measure(title: str, program: str, folder: Path) -> None:

@@ -7,11 +7,11 @@ import pytest
 import xarray as xr
 
 import fretwear
+import fretwear.checkpoints
 from fretwear import simulation
 from fretwear.checkpoints import Checkpoint
-from fretwear.data import provenance
 from fretwear.data.checkpoint import CheckpointError, read_checkpoint, write_checkpoint
-from fretwear.data.seal import seal
+from fretwear.data.files import add_checksum
 from fretwear.journal import Journal
 
 PARAMETERS = {
@@ -87,7 +87,7 @@ def test_a_checkpoint_of_another_run_is_refused_with_a_message(case, tmp_path, c
 def test_a_checkpoint_of_another_version_is_refused(case, tmp_path, monkeypatch):
     path = tmp_path / "case.checkpoint"
     interrupted(case, Checkpoint(path, case, print), 3)
-    monkeypatch.setattr(provenance, "source", lambda: "fretwear 0.0.1")
+    monkeypatch.setattr(fretwear.checkpoints, "source", lambda: "fretwear 0.0.1")
     told = []
     assert Checkpoint(path, case, told.append).journal.last is None
     assert "version" in told[0]
@@ -97,7 +97,7 @@ def test_a_sealed_file_that_is_no_checkpoint_is_refused(case, tmp_path):
     path = tmp_path / "case.checkpoint"
     for content in (b"", b"PK", b"\x93NUMPY"):
         path.write_bytes(content)
-        seal(path)
+        add_checksum(path)
         told = []
         assert Checkpoint(path, case, told.append).journal.last is None
         assert "no checkpoint" in told[0]

@@ -13,9 +13,8 @@ import xarray as xr
 
 import fretwear
 from fretwear import simulation
-from fretwear.data.errors import DataFileError
-from fretwear.data.lock import Lock
-from fretwear.data.store import open_case, open_history, write_case
+from fretwear.data.files import open_case, open_history, write_case
+from fretwear.data.safe import DataFileError, Lock
 from fretwear.job import simulate_to_file
 from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.slip import JaegerSlip

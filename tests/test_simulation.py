@@ -8,13 +8,13 @@ import pytest
 import xarray as xr
 
 import fretwear
-from fretwear.data.variables import ContactState
 from fretwear.journal import Journal, Step
 from fretwear.mechanics.surfaces import Surface
 from fretwear.mechanics.window import Window
 from fretwear.simulation import run, simulate, wear_problem
 from fretwear.study.case import Case
 from fretwear.theory import CattaneoMindlin, HertzContact
+from fretwear.vocabulary import ContactState
 
 ROUGH = {"amplitude": "0.2 um", "slope_x": "0.4 deg", "slope_y": "0.3 deg"}
 

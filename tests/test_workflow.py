@@ -11,7 +11,7 @@ import yaml
 
 import fretwear
 from fretwear.data.failures import failures, record
-from fretwear.data.merge import open_summary
+from fretwear.data.files import open_summary
 from fretwear.finished import write_finished
 from fretwear.study.file import StudyError
 from fretwear.workflow import StudyJobs, chosen_study, study_file

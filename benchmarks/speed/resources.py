@@ -19,7 +19,7 @@ import json, sys, time
 from pathlib import Path
 import fretwear, netCDF4, scipy.fft
 from fretwear import simulation
-from fretwear.data import schema
+from fretwear.data import dataset as schema
 
 def held(what):
     lines = Path("/proc/self/status").read_text().splitlines()

@@ -19,8 +19,8 @@ import matplotlib.pyplot as plt
 from sphinx.application import Sphinx
 from sphinx.util import logging
 
+from fretwear.data.files import write_case
 from fretwear.data.merge import merge_study
-from fretwear.data.store import write_case
 from fretwear.figures import save_as
 from fretwear.simulation import run
 from fretwear.study.file import load_study

@@ -15,8 +15,13 @@ from typing import Any
 
 from sphinx.application import Sphinx
 
-from fretwear.data.profiles import PROFILES
-from fretwear.data.variables import (
+from fretwear.data.merge import PROFILES
+from fretwear.study.case import OPTIONAL_IN_FILES, Case
+from fretwear.study.checks import TANGENTIAL
+from fretwear.study.fields import PerBody, Quantity, Reader, Spacing, WholeNumber
+from fretwear.study.parameters import ROUGHNESS, ROUGHNESS_EXAMPLE, parameter_fields
+from fretwear.study.schema import study_schema
+from fretwear.vocabulary import (
     CONVOLUTIONS,
     CYCLE,
     ERROR_ESTIMATE,
@@ -27,11 +32,6 @@ from fretwear.data.variables import (
     X,
     Y,
 )
-from fretwear.study.case import OPTIONAL_IN_FILES, Case
-from fretwear.study.checks import TANGENTIAL
-from fretwear.study.fields import PerBody, Quantity, Reader, Spacing, WholeNumber
-from fretwear.study.parameters import ROUGHNESS, ROUGHNESS_EXAMPLE, parameter_fields
-from fretwear.study.schema import study_schema
 
 
 def table(titles: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -132,7 +132,7 @@ def _kinds(part: Mapping[str, Any]) -> str:
 def variables(chosen: Iterable[Variable]) -> str:
     """Write a table of variables."""
     rows = [
-        (f"`{one.name}`", one.units or "–", one.dtype, _meaning(one.long_name, one.comment))
+        (f"`{one.name}`", one.si_unit or "–", one.dtype, _meaning(one.words, one.comment))
         for one in chosen
     ]
     return table(("variable", "units", "type", "meaning"), rows)
@@ -141,7 +141,7 @@ def variables(chosen: Iterable[Variable]) -> str:
 def profiles() -> str:
     """Write the table of the profiles of a merged study."""
     rows = [
-        (f"`{one.name}`", f"`{one.field.name}`", one.field.units, one.field.long_name)
+        (f"`{one.name}`", f"`{one.field.name}`", one.field.si_unit, one.field.words)
         for one in PROFILES
     ]
     return table(("variable", "of the field", "units", "meaning"), rows)

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from fretwear import figures
-    from fretwear.data.stack import open_study
-    from fretwear.data.store import open_case, open_history
+    from fretwear.data.files import open_case, open_history
+    from fretwear.data.merge import open_study
     from fretwear.simulation import simulate
     from fretwear.study.case import Case, WavyRoughness
     from fretwear.study.file import load_study
@@ -31,9 +31,9 @@ _HOMES = {
     "Case": "fretwear.study.case",
     "WavyRoughness": "fretwear.study.case",
     "load_study": "fretwear.study.file",
-    "open_case": "fretwear.data.store",
-    "open_history": "fretwear.data.store",
-    "open_study": "fretwear.data.stack",
+    "open_case": "fretwear.data.files",
+    "open_history": "fretwear.data.files",
+    "open_study": "fretwear.data.merge",
     "simulate": "fretwear.simulation",
 }
 

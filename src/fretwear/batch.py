@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, TextIO
 
-from fretwear.data.casefile import is_finished_case
 from fretwear.data.failures import failures, forget, log_file, record
+from fretwear.data.files import is_finished_case
 from fretwear.job import JOB_ERRORS, simulate_to_file
 
 if TYPE_CHECKING:

@@ -8,9 +8,9 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
-from fretwear.data import provenance
 from fretwear.data.checkpoint import CheckpointError, read_checkpoint, write_checkpoint
-from fretwear.data.errors import DataFileError
+from fretwear.data.dataset import source
+from fretwear.data.safe import DataFileError
 from fretwear.journal import Journal, Step
 
 if TYPE_CHECKING:
@@ -101,7 +101,7 @@ class Checkpoint:
 
         Raises
         ------
-        fretwear.data.errors.DataFileError
+        fretwear.data.safe.DataFileError
             When it cannot be written.
         """
         arrays, numbers = self.journal.packed()
@@ -121,7 +121,7 @@ class Checkpoint:
     def _identity(self) -> dict[str, Any]:
         return {
             # Files of a checkout that were changed may as well be those of a study.
-            "version": provenance.source().replace("-dirty", ""),
+            "version": source().replace("-dirty", ""),
             "parameters": self._case.canonical_parameters(),
             "output cycles": list(self._case.output_cycles),
         }

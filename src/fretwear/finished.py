@@ -12,7 +12,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from fretwear.data.atomic import write_text
+from fretwear.data.safe import write_text
 
 # File systems differ in how finely they keep the time of a file, and clients of a network one too.
 _SECONDS_OF_DOUBT = 2.0

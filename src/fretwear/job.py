@@ -13,11 +13,8 @@ from typing import TYPE_CHECKING
 
 from fretwear import simulation
 from fretwear.checkpoints import SECONDS_BETWEEN, Checkpoint
-from fretwear.data.casefile import is_finished_case
-from fretwear.data.errors import DataFileError
-from fretwear.data.lock import locked
-from fretwear.data.store import open_history, write_case
-from fretwear.data.uninterrupted import uninterrupted
+from fretwear.data.files import is_finished_case, open_history, write_case
+from fretwear.data.safe import DataFileError, locked, uninterrupted
 from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.wear import WearError
 from fretwear.memory import require_memory
@@ -83,7 +80,7 @@ def simulate_to_file(
     ------
     fretwear.mechanics.contact.ContactError, fretwear.mechanics.wear.WearError
         When the solution does not converge. The checkpoint is kept.
-    fretwear.data.errors.DataFileError
+    fretwear.data.safe.DataFileError
         When the file cannot be written, or another process has come to compute it meanwhile.
     MemoryError
         When the case does not fit in the memory; it tells so before it starts where that is

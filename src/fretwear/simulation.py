@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fretwear.data.variables import FIELDS, ContactState
 from fretwear.journal import Journal, Step
 from fretwear.mechanics.arrays import Array
 from fretwear.mechanics.measures import in_contact, measure
@@ -20,6 +19,7 @@ from fretwear.mechanics.surfaces import Surface, Waves
 from fretwear.mechanics.wear import evolve
 from fretwear.mechanics.window import Window
 from fretwear.theory import HertzContact
+from fretwear.vocabulary import FIELDS, ContactState
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -105,7 +105,7 @@ def steps(case: Case, *, start: State | None = None, quarter: bool = True) -> It
 
 
 def _result(case: Case, journal: Journal, quarter: bool, title: str, command: str) -> Result:
-    from fretwear.data.schema import case_dataset, history_dataset
+    from fretwear.data.dataset import case_dataset, history_dataset
 
     problem = wear_problem(case, quarter=quarter)
     snapshots, history = journal.snapshots, journal.history

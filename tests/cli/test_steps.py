@@ -4,7 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fretwear.data.merge import open_summary
+from fretwear.data.files import open_summary
 from fretwear.study.file import load_study
 
 

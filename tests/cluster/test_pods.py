@@ -10,7 +10,7 @@ import subprocess
 
 import pytest
 
-from fretwear.data.merge import open_summary
+from fretwear.data.files import open_summary
 
 for plugin in ("snakemake_executor_plugin_cluster_generic", "snakemake_storage_plugin_fs"):
     pytest.importorskip(plugin, reason="needs the extra pods")

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 import xarray as xr
 
-from fretwear.data.merge import open_summary
+from fretwear.data.files import open_summary
 from fretwear.study.file import load_study
 from fretwear.workflow import StudyJobs
 

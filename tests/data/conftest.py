@@ -10,8 +10,8 @@ import pytest
 import xarray as xr
 import yaml
 
-from fretwear.data.schema import case_dataset, history_dataset
-from fretwear.data.store import write_case
+from fretwear.data.dataset import case_dataset, history_dataset
+from fretwear.data.files import write_case
 from fretwear.study.case import Case
 from fretwear.study.file import Study, load_study
 from fretwear.theory import CattaneoMindlin, HertzContact

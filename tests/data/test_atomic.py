@@ -7,8 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from fretwear.data.atomic import atomic_path, remove_stale_temporaries, write_text
-from fretwear.data.errors import DataFileError
+from fretwear.data.safe import DataFileError, atomic_path, remove_stale_temporaries, write_text
 
 
 def test_the_name_appears_on_a_clean_exit_only(tmp_path):
@@ -73,7 +72,7 @@ def test_what_a_killed_writer_left_is_removed_by_the_next(tmp_path):
     code = (
         "import sys, time\n"
         "from pathlib import Path\n"
-        "from fretwear.data.atomic import atomic_path\n"
+        "from fretwear.data.safe import atomic_path\n"
         "with atomic_path(Path(sys.argv[1])) as temporary:\n"
         "    temporary.write_text('half')\n"
         "    print('writing', flush=True)\n"

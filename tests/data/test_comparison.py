@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fretwear.data.comparison import (
+from fretwear.data.dataset import (
     KEY_RESULTS,
     compared_cycles,
     compared_results,
@@ -49,14 +49,14 @@ def test_parameters_differ_beyond_rounding_or_where_one_is_missing() -> None:
 
 def test_results_have_their_ratio_and_the_deepest_wear_is_one_of_them() -> None:
     first, second = _case([0, 10]), _case([0, 5, 10])
-    results = {result.name: result for result in compared_results(first, second)}
+    results = {result.variable.name: result for result in compared_results(first, second)}
     assert results["wear_volume"].ratio == pytest.approx(1.5)
-    assert (results["wear_depth"].first, results["wear_depth"].second) == (6.0, 9.0)
+    assert (results["maximum_wear_depth"].first, results["maximum_wear_depth"].second) == (6.0, 9.0)
 
 
 def test_nothing_has_no_ratio() -> None:
     first = _case([0, 10])
     first["plastic_volume"] = 0.0 * first["plastic_volume"].assign_attrs(units="m3")
     first["plastic_volume"].attrs.update(long_name="plastic volume", units="m3")
-    results = {result.name: result for result in compared_results(first, _case([0, 10]))}
+    results = {result.variable.name: result for result in compared_results(first, _case([0, 10]))}
     assert math.isnan(results["plastic_volume"].ratio)

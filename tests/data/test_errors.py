@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from fretwear.data.errors import CaseFileError, CaseFilesError, write_error
+from fretwear.data.safe import CaseFileError, CaseFilesError, write_error
 
 
 def test_an_error_names_the_file_the_problem_and_the_remedy():

@@ -7,13 +7,12 @@ import sys
 
 import pytest
 
-from fretwear.data.errors import DataFileError
-from fretwear.data.lock import Lock, locked
+from fretwear.data.safe import DataFileError, Lock, locked
 
 HOLDER = """
 import sys, time
 from pathlib import Path
-from fretwear.data.lock import locked
+from fretwear.data.safe import locked
 
 with locked(Path(sys.argv[1]), lambda line: print(line, flush=True)):
     print("held", flush=True)
@@ -22,7 +21,7 @@ with locked(Path(sys.argv[1]), lambda line: print(line, flush=True)):
 COUNTER = """
 import sys
 from pathlib import Path
-from fretwear.data.lock import locked
+from fretwear.data.safe import locked
 
 path = Path(sys.argv[1])
 for _ in range(30):

@@ -4,11 +4,10 @@ import math
 import numpy as np
 import pytest
 
-from fretwear.data.errors import CaseFilesError, DataFileError
-from fretwear.data.merge import Status, Tally, merge_study, open_summary
-from fretwear.data.profiles import PROFILES
-from fretwear.data.store import open_case, open_history, write_case
-from fretwear.data.variables import SCALARS
+from fretwear.data.files import open_case, open_history, open_summary, write_case
+from fretwear.data.merge import PROFILES, Tally, merge_study
+from fretwear.data.safe import CaseFilesError, DataFileError
+from fretwear.vocabulary import SCALARS, PointStatus
 
 LOADS = {"load": ["20 N", "50 N", "40 N"], "plastic_limit": ["none", "4500 MPa"]}
 
@@ -28,7 +27,7 @@ def test_dimensions_are_the_varied_names_in_the_order_of_the_study(make_study, m
     assert tally == Tally(done=6, failed=0, invalid=0)
     for variable in SCALARS:
         assert summary[variable.name].dims == ("load", "plastic_limit", "cycle")
-        assert summary[variable.name].attrs["units"] == variable.units
+        assert summary[variable.name].attrs["units"] == variable.si_unit
     for profile in PROFILES:
         assert summary[profile.name].dims == ("load", "plastic_limit", "cycle", "x")
         assert summary[profile.name].dtype == np.float32
@@ -140,7 +139,7 @@ def test_a_study_that_varies_nothing_has_no_dimension_of_its_own(make_study, mer
     summary, tally = merge(make_study({}))
     assert summary.wear_volume.dims == ("cycle",)
     assert summary.pressure_profile.dims == ("cycle", "x")
-    assert summary.status == Status.DONE
+    assert summary.status == PointStatus.DONE
     assert tally == Tally(1, 0, 0)
 
 
@@ -155,10 +154,10 @@ def test_what_is_not_done_is_nan_and_says_why(make_study, run_study, tmp_path):
     assert tally == Tally(done=2, failed=1, invalid=1)
     with open_summary(tmp_path / "summary.nc") as summary:
         assert summary.status.dtype == np.int8
-        assert summary.status.sel(load=50.0, tangential_load=8.0) == Status.FAILED
-        assert summary.status.sel(load=20.0, tangential_load=16.0) == Status.INVALID
+        assert summary.status.sel(load=50.0, tangential_load=8.0) == PointStatus.FAILED
+        assert summary.status.sel(load=20.0, tangential_load=16.0) == PointStatus.INVALID
         assert summary.status.attrs["flag_meanings"] == "done failed invalid"
-        done = summary.status == Status.DONE
+        done = summary.status == PointStatus.DONE
         for name in (*(variable.name for variable in SCALARS), "pressure_profile"):
             whole = (
                 summary[name].notnull().all([d for d in summary[name].dims if d not in done.dims])

@@ -3,7 +3,7 @@ import subprocess
 from datetime import UTC, datetime
 
 import fretwear
-from fretwear.data import provenance
+from fretwear.data import dataset as provenance
 
 
 def test_source_names_the_version_and_the_commit_of_a_checkout():

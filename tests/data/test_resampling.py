@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from fretwear.data.resampling import Resampling
+from fretwear.data.merge import Resampling
 
 NODES = (np.arange(6) + 0.5) * 3.0
 

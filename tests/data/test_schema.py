@@ -4,9 +4,9 @@ import math
 import numpy as np
 import pytest
 
-from fretwear.data.schema import case_dataset, history_dataset
-from fretwear.data.variables import FIELDS, SCALARS
+from fretwear.data.dataset import case_dataset, history_dataset
 from fretwear.study.case import Case
+from fretwear.vocabulary import FIELDS, SCALARS
 
 CONTRACT_UNITS = {
     "pressure": "Pa",

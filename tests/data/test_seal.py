@@ -2,7 +2,7 @@ import netCDF4
 import numpy as np
 import pytest
 
-from fretwear.data.seal import Seal, check_seal, seal
+from fretwear.data.files import Seal, add_checksum, check_seal
 
 
 @pytest.mark.parametrize("size", [0, 1, 1 << 20, (1 << 20) + 7])
@@ -11,7 +11,7 @@ def test_a_sealed_file_is_intact_whatever_its_size(tmp_path, size):
     content = np.random.default_rng(1).bytes(size)
     path.write_bytes(content)
     assert check_seal(path) is Seal.MISSING
-    seal(path)
+    add_checksum(path)
     assert check_seal(path) is Seal.INTACT
     assert path.read_bytes()[:size] == content
 
@@ -19,7 +19,7 @@ def test_a_sealed_file_is_intact_whatever_its_size(tmp_path, size):
 def test_every_bit_of_a_small_file_is_guarded(tmp_path):
     path = tmp_path / "file"
     path.write_bytes(b"content")
-    seal(path)
+    add_checksum(path)
     whole = path.read_bytes()
     for bit in range(8 * len(whole)):
         changed = bytearray(whole)
@@ -33,7 +33,7 @@ def test_the_netcdf_library_reads_a_sealed_file_and_writing_to_it_shows(tmp_path
     with netCDF4.Dataset(path, "w") as file:
         file.createDimension("x", 3)
         file.createVariable("x", "f8", ("x",))[:] = [1.0, 2.0, 3.0]
-    seal(path)
+    add_checksum(path)
     with netCDF4.Dataset(path) as file:
         assert file["x"][:].tolist() == [1.0, 2.0, 3.0]
     assert check_seal(path) is Seal.INTACT

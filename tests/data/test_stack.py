@@ -9,12 +9,10 @@ import netCDF4
 import numpy as np
 import pytest
 
-from fretwear.data.errors import DataFileError
-from fretwear.data.merge import merge_study
-from fretwear.data.seal import seal
-from fretwear.data.stack import NOT_DONE, open_study
-from fretwear.data.store import open_case, write_case
-from fretwear.data.variables import FIELDS
+from fretwear.data.files import add_checksum, open_case, write_case
+from fretwear.data.merge import NOT_DONE, merge_study, open_study
+from fretwear.data.safe import DataFileError
+from fretwear.vocabulary import FIELDS
 
 LOADS = {"load": ["20 N", "50 N"], "plastic_limit": ["none", "4500 MPa"]}
 
@@ -150,7 +148,7 @@ def test_a_reduction_over_all_cases_never_holds_them_all(make_study, make_result
         os.truncate(copy, copy.stat().st_size - 25)  # without the checksum
         with netCDF4.Dataset(copy, "a") as file:
             file.setncattr("case_id", name)
-        seal(copy)
+        add_checksum(copy)
     merge_study(study, tmp_path / "cases", tmp_path / "summary.nc")
     command = [sys.executable, "-c", MEMORY, str(tmp_path)]
     done = subprocess.run(command, capture_output=True, text=True, check=True)

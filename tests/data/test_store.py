@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fretwear.data.errors import CaseFileError
-from fretwear.data.seal import seal
-from fretwear.data.store import (
+from fretwear.data.dataset import mirrored
+from fretwear.data.files import (
+    add_checksum,
     is_complete,
-    mirrored,
     open_case,
     open_history,
     write_case,
 )
-from fretwear.data.variables import FIELDS
+from fretwear.data.safe import CaseFileError
 from fretwear.simulation import run
+from fretwear.vocabulary import FIELDS
 
 
 def test_a_case_comes_back_as_it_was_written(case_path, results):
@@ -199,7 +199,7 @@ def test_nobody_is_told_to_remove_a_file_of_another_kind(tmp_path, results):
     assert "Remove" not in str(error.value)
     merged = tmp_path / "summary.nc"
     results.dataset[["wear_volume"]].drop_attrs().to_netcdf(merged)
-    seal(merged)
+    add_checksum(merged)
     with pytest.raises(CaseFileError, match="not the file of one case") as error:
         open_case(merged)
     assert "Remove" not in str(error.value)
@@ -210,7 +210,7 @@ def test_an_unfinished_file_is_not_opened(tmp_path, results):
     results.dataset.to_netcdf(path)
     with pytest.raises(CaseFileError, match="unfinished"):
         open_case(path)
-    seal(path)
+    add_checksum(path)
     with pytest.raises(CaseFileError, match="did not finish"):
         open_case(path)
 
@@ -218,7 +218,7 @@ def test_an_unfinished_file_is_not_opened(tmp_path, results):
 def test_a_file_without_a_variable_is_not_opened(tmp_path, results):
     path = tmp_path / "case.nc"
     results.dataset.drop_vars("gap").assign_attrs(complete=1).to_netcdf(path)
-    seal(path)
+    add_checksum(path)
     with pytest.raises(CaseFileError, match="lacks gap, history"):
         open_case(path)
 
@@ -254,8 +254,8 @@ def test_every_flipped_bit_is_found(case_path):
 WRITE_A_LARGE_CASE = """
 import sys
 import numpy as np
-from fretwear.data import store
-from fretwear.data.errors import DataFileError
+from fretwear.data import files as store
+from fretwear.data.safe import DataFileError
 with store.open_case(sys.argv[1]) as dataset, store.open_history(sys.argv[1]) as history:
     many = range(int(sys.argv[3]))
     large = dataset.load().isel(cycle=[0] * len(many)).assign_coords(cycle=many)

@@ -4,7 +4,7 @@ import threading
 
 import pytest
 
-from fretwear.data.uninterrupted import uninterrupted
+from fretwear.data.safe import uninterrupted
 
 
 class AskedError(Exception):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import fretwear
-from fretwear.data.store import write_case
+from fretwear.data.files import write_case
 from fretwear.simulation import run
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs/how-to/reading.md").read_text(encoding="utf-8")

@@ -12,8 +12,8 @@ from matplotlib.backends.backend_agg import RendererAgg
 from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
+from fretwear.data.files import write_case
 from fretwear.data.merge import merge_study
-from fretwear.data.store import write_case
 from fretwear.simulation import Result, run
 from fretwear.study.case import Case
 from fretwear.study.file import Study, load_study

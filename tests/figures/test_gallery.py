@@ -7,8 +7,8 @@ import pytest
 from matplotlib.figure import Figure
 
 from fretwear import figures
+from fretwear.data.files import write_case
 from fretwear.data.merge import merge_study
-from fretwear.data.store import write_case
 from fretwear.simulation import run
 from fretwear.study.file import load_study
 

@@ -9,7 +9,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from fretwear import figures
-from fretwear.data.store import open_case, write_case
+from fretwear.data.files import open_case, write_case
 from fretwear.figures.maps import take_wear_map
 from fretwear.simulation import Result
 

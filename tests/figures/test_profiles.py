@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fretwear import figures
-from fretwear.data.store import open_case, write_case
+from fretwear.data.files import open_case, write_case
 from fretwear.figures.profile_kinds import PRESSURE, WEAR
 from fretwear.simulation import Result
 

@@ -12,7 +12,7 @@ import pytest
 import xarray as xr
 
 from fretwear import figures
-from fretwear.data.errors import DataFileError
+from fretwear.data.safe import DataFileError
 
 SCRIPT = """
 import sys, xarray as xr

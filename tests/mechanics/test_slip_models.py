@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import fretwear
-from fretwear.data.variables import ContactState
 from fretwear.simulation import simulate
 from fretwear.theory import HertzContact
+from fretwear.vocabulary import ContactState
 
 WAVES = {"kind": "wavy", "amplitude": "0.2 um", "slope_x": "2.9 deg", "slope_y": "1 deg"}
 

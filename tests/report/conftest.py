@@ -9,8 +9,8 @@ import xarray as xr
 import yaml
 
 from fretwear.data.failures import log_file, record
+from fretwear.data.files import write_case
 from fretwear.data.merge import merge_study
-from fretwear.data.store import write_case
 from fretwear.figures.study import INDEX_NAME, write_study_figures
 from fretwear.report import build_report
 from fretwear.simulation import run

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from selenium.webdriver.common.keys import Keys
 
-from fretwear.data.store import open_case
+from fretwear.data.files import open_case
 
 from .browser import CONTRASTS, DESKTOP, MISSING, PHONE, Browser
 

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 from markupsafe import Markup
 
-from fretwear.data.errors import DataFileError
-from fretwear.data.store import open_case
+from fretwear.data.files import open_case
+from fretwear.data.safe import DataFileError
 from fretwear.report import Section, build_report
 from fretwear.report.computation import residuals
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fretwear.data.store import open_case, open_history
+from fretwear.data.files import open_case, open_history
 from fretwear.report.explorer import build_explorer
 from fretwear.report.explorer.chosen import chosen_points, evenly, thinned_levels
 from fretwear.report.explorer.packing import MISSING, Packer
@@ -149,7 +149,7 @@ def test_the_same_numbers_give_the_same_text_without_markup(finished) -> None:
 
 
 def test_a_case_without_a_file_is_named(finished, tmp_path: Path) -> None:
-    from fretwear.data.errors import CaseFileError
+    from fretwear.data.safe import CaseFileError
 
     results = point_results(finished.plan, finished.summary, {})
     with pytest.raises(CaseFileError, match=next(iter(finished.plan.study.cases()))):

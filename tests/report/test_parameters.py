@@ -6,7 +6,7 @@ from pathlib import Path
 import xarray as xr
 import yaml
 
-from fretwear.data.store import open_case, open_history
+from fretwear.data.files import open_case, open_history
 from fretwear.report.computation import computation_facts, study_text
 from fretwear.report.parameters import derived_rows, parameter_rows
 from fretwear.report.results import point_results

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from fretwear.data.files import write_case
 from fretwear.data.merge import merge_study
-from fretwear.data.store import write_case
 from fretwear.simulation import run
 from fretwear.source_study.evolution import Evolution
 from fretwear.source_study.quartet import Quartet

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fretwear.data.variables import ContactState
 from fretwear.source_study.evolution import Evolution
 from fretwear.source_study.quartet import Quartet
 from fretwear.source_study.roughness import amplitude_left, asperities, rough_becomes_smooth
@@ -23,6 +22,7 @@ from fretwear.source_study.wear import (
     unevenness,
 )
 from fretwear.source_study.width import growth, late_growth, width_grows_faster_when_rough
+from fretwear.vocabulary import ContactState
 
 
 def everywhere(case: Evolution) -> Quartet:

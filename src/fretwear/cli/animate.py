@@ -53,8 +53,8 @@ def animate(
     check_results(file)
     path = check_file(output or file.with_suffix(".gif"), ".gif", ".mp4")
 
-    from fretwear.data.errors import DataFileError
-    from fretwear.data.store import open_case, open_history
+    from fretwear.data.files import open_case, open_history
+    from fretwear.data.safe import DataFileError
     from fretwear.figures.film import FfmpegMissingError, check_format
 
     with (

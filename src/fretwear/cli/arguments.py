@@ -10,7 +10,7 @@ import typer
 from fretwear.cli import completion
 from fretwear.cli.log.choose import FORMAT_OPTION, FORMAT_VARIABLE, LogFormat
 from fretwear.cli.status import refuse
-from fretwear.writable import why_leading_out
+from fretwear.data.safe import why_leading_out
 
 if TYPE_CHECKING:
     from fretwear.study.file import Study

@@ -71,7 +71,7 @@ def batch(
         outlive_kills({point.id for point in study.points(first, last)}, folder)
 
     from fretwear.batch import BatchRun
-    from fretwear.data.errors import DataFileError
+    from fretwear.data.safe import DataFileError
     from fretwear.finished import write_finished
 
     with failing_as(Status.FAILED, DataFileError):

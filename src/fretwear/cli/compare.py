@@ -54,8 +54,8 @@ def compare(
         check_results(file)
     path = None if output is None else check_file(output, *FIGURE_FORMATS)
 
-    from fretwear.data.errors import DataFileError
-    from fretwear.data.store import open_case, open_history
+    from fretwear.data.files import open_case, open_history
+    from fretwear.data.safe import DataFileError
 
     with (
         failing_as(Status.WRONG_INPUT, DataFileError),
@@ -90,7 +90,7 @@ def comparison_lines(
         What they are called.
     """
     from fretwear.cli.tables import aligned
-    from fretwear.data.comparison import different_parameters
+    from fretwear.data.dataset import different_parameters
 
     yield f"A  {first}"
     yield f"B  {second}"
@@ -116,11 +116,13 @@ def _parameter(a: xr.Dataset, b: xr.Dataset, name: str) -> tuple[str, str, str]:
 
 def _results(a: xr.Dataset, b: xr.Dataset) -> Iterator[tuple[str, ...]]:
     from fretwear.cli.tables import quantity_text
-    from fretwear.data.comparison import compared_cycles, compared_results
+    from fretwear.data.dataset import compared_cycles, compared_results
 
     at = [f"cycle {cycle}" for cycle in compared_cycles(a, b)]
     yield ("", f"A, {at[0]}", f"B, {at[1]}", "B/A")
     for result in compared_results(a, b):
-        values = (quantity_text(value, result.units) for value in (result.first, result.second))
+        values = (
+            quantity_text(value, result.variable.si_unit) for value in (result.first, result.second)
+        )
         ratio = f"{result.ratio:.{_DIGITS}g}" if result.first else "-"
-        yield (result.long_name, *values, ratio)
+        yield (result.variable.words, *values, ratio)

@@ -11,9 +11,7 @@ import netCDF4
 
 from fretwear.cli.study_summary import StudySummary
 from fretwear.cli.summary import CaseSummary
-from fretwear.data.merge import open_summary
-from fretwear.data.seal import damage
-from fretwear.data.store import open_case, open_history
+from fretwear.data.files import damage, open_case, open_history, open_summary
 
 
 class Glance(Protocol):
@@ -32,7 +30,7 @@ def glance_at(file: Path) -> Iterator[Glance]:
 
     Raises
     ------
-    fretwear.data.errors.DataFileError
+    fretwear.data.safe.DataFileError
         When it is neither a case file nor a merged study, or not whole.
     """
     if _is_merged_study(file):

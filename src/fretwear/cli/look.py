@@ -36,7 +36,7 @@ def show(
     check_results(file)
 
     from fretwear.cli.glance import glance_at
-    from fretwear.data.errors import DataFileError
+    from fretwear.data.safe import DataFileError
 
     with failing_as(Status.WRONG_INPUT, DataFileError), glance_at(file) as seen:
         if as_json:
@@ -63,8 +63,8 @@ def plot(
     check_results(file)
     path = check_file(output or file.with_suffix(".png"), *FIGURE_FORMATS)
 
-    from fretwear.data.errors import DataFileError
-    from fretwear.data.store import open_case, open_history
+    from fretwear.data.files import open_case, open_history
+    from fretwear.data.safe import DataFileError
 
     with (
         failing_as(Status.WRONG_INPUT, DataFileError),

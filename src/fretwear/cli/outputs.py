@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from fretwear.cli.status import refuse
-from fretwear.writable import why_not_writable
+from fretwear.data.safe import why_not_writable
 
 FIGURE_FORMATS = (".png", ".svg", ".pdf")
 """Endings of the files into which figures are drawn."""

@@ -28,9 +28,8 @@ def merge(
     log = open_log(context, log_format, quiet=quiet)
     study, folder = _study_and_folder(file, results)
 
-    from fretwear.data.atomic import atomic_path
-    from fretwear.data.errors import DataFileError
     from fretwear.data.merge import merge_study
+    from fretwear.data.safe import DataFileError, atomic_path
     from fretwear.study.plan import write_points
 
     with failing_as(Status.FAILED, DataFileError):
@@ -59,9 +58,8 @@ def figures(
     log = open_log(context, log_format, quiet=quiet)
     _, folder = _study_and_folder(file, results)
 
-    from fretwear.data.atomic import write_text
-    from fretwear.data.errors import DataFileError
-    from fretwear.data.merge import open_summary
+    from fretwear.data.files import open_summary
+    from fretwear.data.safe import DataFileError, write_text
     from fretwear.figures.study import write_study_figures
     from fretwear.report.captions import CAPTIONS_NAME, caption_template
     from fretwear.source_study import source_figures
@@ -89,9 +87,8 @@ def report(
     log = open_log(context, log_format, quiet=quiet)
     study, folder = _study_and_folder(file, results)
 
-    from fretwear.data.atomic import write_text
-    from fretwear.data.errors import DataFileError
-    from fretwear.data.merge import open_summary
+    from fretwear.data.files import open_summary
+    from fretwear.data.safe import DataFileError, write_text
     from fretwear.figures.study import INDEX_NAME
     from fretwear.report import build_report
     from fretwear.source_study import source_sections

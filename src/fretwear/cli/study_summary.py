@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from fretwear.cli.tables import aligned, plain, quantity_text
-from fretwear.data.merge import Status
+from fretwear.vocabulary import PointStatus
 
 _RESULTS = {
     "contact_half_width_x": "half-width x",
@@ -18,7 +18,7 @@ _RESULTS = {
     "peak_pressure": "peak pressure",
     "wear_volume": "wear volume",
 }
-_WORDS = {Status.DONE: "done", Status.FAILED: "failed", Status.INVALID: "invalid"}
+_WORDS = {PointStatus.DONE: "done", PointStatus.FAILED: "failed", PointStatus.INVALID: "invalid"}
 _LISTED = 100
 
 
@@ -29,7 +29,7 @@ class StudySummary:
     Attributes
     ----------
     summary : xarray.Dataset
-        From `fretwear.data.merge.open_summary`.
+        From `fretwear.data.files.open_summary`.
     """
 
     summary: xr.Dataset
@@ -98,7 +98,7 @@ class StudySummary:
         return [
             _Point(
                 str(ids[index]),
-                Status(int(states[index])),
+                PointStatus(int(states[index])),
                 {name: values[index].item() for name, values in varied.items()},
                 {name: values[index].item() for name, values in results.items()},
             )
@@ -108,7 +108,7 @@ class StudySummary:
     def _row(self, point: _Point) -> tuple[str, ...]:
         units = self._units()
         parameters = (_text(value, units[name]) for name, value in point.parameters.items())
-        if point.status is not Status.DONE:
+        if point.status is not PointStatus.DONE:
             blank = ("",) * (len(_RESULTS) - 1)
             return (point.case_id, *parameters, _WORDS[point.status], *blank)
         results = (_text(value, units[name]) for name, value in point.results.items())
@@ -118,7 +118,7 @@ class StudySummary:
 @dataclass(frozen=True)
 class _Point:
     case_id: str
-    status: Status
+    status: PointStatus
     parameters: Mapping[str, Any]
     results: Mapping[str, float]
 

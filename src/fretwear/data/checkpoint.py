@@ -11,9 +11,8 @@ from zipfile import BadZipFile
 import numpy as np
 from numpy.typing import NDArray
 
-from fretwear.data.atomic import atomic_path
-from fretwear.data.errors import DataFileError
-from fretwear.data.seal import damage, seal
+from fretwear.data.files import add_checksum, damage
+from fretwear.data.safe import DataFileError, atomic_path
 
 _NUMBERS = "numbers"
 _START_ANEW = "The run starts at cycle 0"
@@ -52,7 +51,7 @@ def write_checkpoint(
     with atomic_path(path) as temporary:
         with temporary.open("wb") as stream:
             np.savez(stream, allow_pickle=False, **{_NUMBERS: encoded}, **arrays)
-        seal(temporary)
+        add_checksum(temporary)
 
 
 def read_checkpoint(

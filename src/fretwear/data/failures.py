@@ -10,7 +10,7 @@ from datetime import UTC, datetime
 from os import PathLike
 from pathlib import Path
 
-from fretwear.data.errors import write_error
+from fretwear.data.safe import write_error
 
 LOGS = Path("logs", "simulate")
 ENDED = "the process that ran it ended before it did: it was killed, or ran out of memory or time"

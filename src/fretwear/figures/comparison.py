@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from fretwear.data.comparison import (
+from fretwear.data.dataset import (
     Compared,
     compared_cycles,
     compared_results,
@@ -39,7 +39,7 @@ _SHORT = {
     "dissipated_energy": "energy per cycle",
     "wear_volume": "wear volume",
     "plastic_volume": "plastic volume",
-    "wear_depth": "deepest wear",
+    "maximum_wear_depth": "deepest wear",
 }
 # These follow from others, or say little without them.
 _FOLLOWING = {
@@ -86,7 +86,7 @@ def compare_cases(
     -------
     matplotlib.figure.Figure
         Six panels over two journal columns. Profiles and ratios are those of the last snapshot
-        that both cases have (`fretwear.data.comparison.compared_cycles`).
+        that both cases have (`fretwear.data.dataset.compared_cycles`).
 
     Raises
     ------
@@ -249,7 +249,7 @@ def _draw_ratios(axes: Axes, results: list[Compared], sides: tuple[_Side, _Side]
     axes.set_xscale("log")
     axes.set_xlim(low / _MARGIN, high * _MARGIN)
     axes.set_ylim(-0.6, len(shown) - 0.4)
-    axes.set_yticks(rows, [_SHORT[result.name] for result in shown])
+    axes.set_yticks(rows, [_SHORT[result.variable.name] for result in shown])
     for row, ratio in zip(rows, ratios, strict=True):
         axes.annotate(
             f"×{number(float(f'{ratio:.3g}'))}",

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from PIL import Image
 
-from fretwear.data.atomic import atomic_path
+from fretwear.data.safe import atomic_path
 
 FORMATS = (".gif", ".mp4")
 

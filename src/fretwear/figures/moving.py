@@ -16,8 +16,7 @@ from matplotlib.patches import Patch
 from matplotlib.text import Text
 from numpy.typing import NDArray
 
-from fretwear.data.store import mirrored
-from fretwear.data.variables import ContactState
+from fretwear.data.dataset import mirrored
 from fretwear.figures.direct_labels import label_curves
 from fretwear.figures.half_profile import half_profiles
 from fretwear.figures.keys import outside_key
@@ -27,6 +26,7 @@ from fretwear.figures.profile_kinds import PRESSURE, WEAR, ProfileKind
 from fretwear.figures.style import INK, MUTED, JournalFigure
 from fretwear.figures.wording import MICROMETRE, Unit, cycle_number
 from fretwear.figures.zone_widths import draw_zone_widths, zone_curves
+from fretwear.vocabulary import ContactState
 
 Array = NDArray[np.float64]
 

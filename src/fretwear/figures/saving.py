@@ -8,7 +8,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from fretwear.data.atomic import atomic_path
+from fretwear.data.safe import atomic_path
 from fretwear.figures.style import style_context
 
 _METADATA: dict[str, dict[str, Any]] = {

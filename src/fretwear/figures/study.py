@@ -12,9 +12,8 @@ from pathlib import Path
 
 import xarray as xr
 
-from fretwear.data.atomic import write_text
-from fretwear.data.errors import DataFileError
-from fretwear.data.store import open_case
+from fretwear.data.files import open_case
+from fretwear.data.safe import DataFileError, write_text
 from fretwear.figures.chosen import ChosenCases, choose_cases
 from fretwear.figures.grouping import (
     MOST_KEYED_COLORS,
@@ -118,7 +117,7 @@ def read_figure_index(folder: Path) -> list[FigureEntry]:
 
     Raises
     ------
-    fretwear.data.errors.DataFileError
+    fretwear.data.safe.DataFileError
         When the index is not there or is none.
     """
     index = folder / INDEX_NAME

@@ -14,7 +14,7 @@ import xarray as xr
 import yaml
 
 from fretwear.data.benchmarks import spent_on_simulations
-from fretwear.data.store import open_case, open_history
+from fretwear.data.files import open_case, open_history
 from fretwear.figures.wording import MICROMETRE, number
 from fretwear.report.results import PointResult
 from fretwear.study.file import Study

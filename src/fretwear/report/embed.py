@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from fretwear.data.errors import DataFileError
+from fretwear.data.safe import DataFileError
 from fretwear.figures.study import FigureEntry, read_figure_index
 from fretwear.figures.style import COLUMN_WIDTH
 
@@ -56,7 +56,7 @@ def figure_groups(folder: Path) -> list[FigureGroup]:
 
     Raises
     ------
-    fretwear.data.errors.DataFileError
+    fretwear.data.safe.DataFileError
         When the index or a figure is missing or damaged.
     """
     entries = read_figure_index(folder)

@@ -11,8 +11,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from fretwear.data.errors import DataFileError
-from fretwear.data.layout import StudyLayout
+from fretwear.data.merge import StudyLayout
+from fretwear.data.safe import DataFileError
 from fretwear.figures.wording import (
     MEGAPASCAL,
     MICROMETRE,

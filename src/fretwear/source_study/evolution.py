@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from fretwear.data.variables import ContactState
+from fretwear.vocabulary import ContactState
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fretwear.data.resampling import Resampling
+from fretwear.data.merge import Resampling
 from fretwear.source_study.evolution import Array, Evolution, Mask, rings
 from fretwear.source_study.quartet import Pair, Quartet
 from fretwear.source_study.verdict import Answer, Finding, Judgement, Measurement, percent

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from fretwear.data.merge import Status
-from fretwear.data.store import open_case, open_history
+from fretwear.data.files import open_case, open_history
 from fretwear.source_study.evolution import Evolution
 from fretwear.source_study.quartet import Quartet
+from fretwear.vocabulary import PointStatus
 
 SOURCE_RADIUS = 0.01
 """Sphere radius, m, that stands for the study's own, which it does not give."""
@@ -139,7 +139,7 @@ def _points(summary: xr.Dataset) -> Iterator[dict[str, Any]]:
         return
     status = summary["status"]
     columns = {name: summary[name].broadcast_like(status).values.ravel() for name in names}
-    for index in np.flatnonzero(status.values.ravel() == Status.DONE):
+    for index in np.flatnonzero(status.values.ravel() == PointStatus.DONE):
         yield {name: column[index] for name, column in columns.items()}
 
 

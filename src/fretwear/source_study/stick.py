@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from fretwear.data.variables import ContactState
 from fretwear.source_study.evolution import Evolution
 from fretwear.source_study.quartet import Quartet
 from fretwear.source_study.verdict import Answer, Finding, Judgement, Measurement, percent
+from fretwear.vocabulary import ContactState
 
 _GROWTH = 0.01
 _SHRUNK = 0.9

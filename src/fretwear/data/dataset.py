@@ -1,22 +1,31 @@
-"""Labelled datasets from plain arrays: the one place that knows how a case file is laid out."""
+"""Labelled datasets of one case: made from plain arrays, mirrored, compared."""
 
 from __future__ import annotations
 
 import json
+import math
+import os
+import subprocess
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from functools import cache
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from fretwear.data import provenance
-from fretwear.data.variables import (
+import fretwear
+from fretwear.vocabulary import (
+    CASE_DIMS,
     CONVOLUTIONS,
     CYCLE,
-    DOMAIN_DIMS,
     ERROR_ESTIMATE,
     FIELDS,
+    MAXIMUM_WEAR_DEPTH,
+    RESULTS,
     SCALARS,
     STEP,
     SYMMETRIES,
@@ -28,6 +37,7 @@ from fretwear.data.variables import (
 
 if TYPE_CHECKING:
     from fretwear.study.case import Case
+
 
 CONVENTIONS = "CF-1.11"
 
@@ -57,9 +67,9 @@ def case_dataset(
     cycles : array_like, shape (ncycles,)
         Cycle number of each snapshot, increasing from 0.
     fields : mapping of str to array_like, shape (ncycles, nx, ny)
-        Every variable of `fretwear.data.variables.FIELDS`, SI units.
+        Every variable of `fretwear.vocabulary.FIELDS`, SI units.
     scalars : mapping of str to array_like, shape (ncycles,)
-        Every variable of `fretwear.data.variables.SCALARS`, SI units, for the whole contact.
+        Every variable of `fretwear.vocabulary.SCALARS`, SI units, for the whole contact.
     symmetry : {"even_xy", "none"}
         ``"even_xy"`` when the arrays are the quarter x > 0, y > 0 of a contact even in both.
     title : str
@@ -86,7 +96,7 @@ def case_dataset(
     }
     sizes = {name: values.size for name, values in coords.items()}
     arrays = {name: np.asarray(values) for name, values in {**fields, **scalars}.items()}
-    field_shape = tuple(sizes[dim] for dim in DOMAIN_DIMS)
+    field_shape = tuple(sizes[dim] for dim in CASE_DIMS)
     _raise_all(
         [
             *_coordinate_problems(coords, symmetry),
@@ -96,15 +106,15 @@ def case_dataset(
             *_array_problems(SCALARS, arrays, field_shape[:1]),
         ]
     )
-    variables = {field.name: _labelled(field, DOMAIN_DIMS, arrays[field.name]) for field in FIELDS}
+    variables = {field.name: _labelled(field, CASE_DIMS, arrays[field.name]) for field in FIELDS}
     variables |= {
-        scalar.name: _labelled(scalar, DOMAIN_DIMS[:1], arrays[scalar.name]) for scalar in SCALARS
+        scalar.name: _labelled(scalar, CASE_DIMS[:1], arrays[scalar.name]) for scalar in SCALARS
     }
     attributes = {
         "title": title or f"Fretting wear of case {case.case_id}",
         "Conventions": CONVENTIONS,
-        "source": provenance.source(),
-        "history": provenance.history_line(command),
+        "source": source(),
+        "history": history_line(command),
         "parameters": json.dumps(case.canonical_parameters(), sort_keys=True, allow_nan=False),
         "case_id": case.case_id,
         "symmetry": symmetry,
@@ -125,7 +135,7 @@ def history_dataset(
     cycles : array_like, shape (nsteps,)
         Cycle number reached by each step, increasing; fractions occur.
     scalars : mapping of str to array_like, shape (nsteps,)
-        Every variable of `fretwear.data.variables.SCALARS`, SI units, for the whole contact.
+        Every variable of `fretwear.vocabulary.SCALARS`, SI units, for the whole contact.
     error_estimate : array_like, shape (nsteps,)
         Estimated relative error of each step.
     convolutions : array_like of int, shape (nsteps,)
@@ -229,3 +239,155 @@ def _array_problems(
                 yield f"{variable.name} holds other values than {meanings}"
         elif not np.isfinite(values).all():
             yield f"{variable.name} holds values that are not finite"
+
+
+def mirrored(dataset: xr.Dataset) -> xr.Dataset:
+    """Mirror the quarter of a contact that is even in x and y to the whole contact.
+
+    Lazily opened data stay lazy; a dataset of the whole contact is returned as it is.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        nx × ny cells with x > 0 and y > 0, attribute ``symmetry``.
+
+    Returns
+    -------
+    xarray.Dataset
+        2 nx × 2 ny cells, ``symmetry = "none"``.
+    """
+    if dataset.attrs["symmetry"] == "none":
+        return dataset
+    inward_then_outward = {
+        name: np.r_[np.arange(dataset.sizes[name])[::-1], np.arange(dataset.sizes[name])]
+        for name in (X.name, Y.name)
+    }
+    positions = {
+        name: xr.Variable(
+            (name,), np.r_[-dataset[name].values[::-1], dataset[name].values], dataset[name].attrs
+        )
+        for name in (X.name, Y.name)
+    }
+    whole = dataset.isel(inward_then_outward).assign_coords(positions)
+    whole = whole.assign_attrs(symmetry="none")
+    # A derived dataset does not close the file that it reads from.
+    whole.set_close(dataset.close)
+    return whole
+
+
+@cache
+def source() -> str:
+    """Package name and version, with the commit when the package runs from a checkout."""
+    version = f"fretwear {fretwear.__version__}"
+    commit = _commit(Path(fretwear.__file__).resolve().parents[2])
+    return f"{version} (commit {commit})" if commit else version
+
+
+def history_line(command: str) -> str:
+    """One line of the CF ``history`` attribute: time in UTC, then the command."""
+    return f"{datetime.now(UTC).isoformat(timespec='seconds')} {command}"
+
+
+def _commit(root: Path) -> str | None:
+    # An installed package may lie inside a checkout of something else (a virtual environment in
+    # a user's project), so only a repository with our own sources at its root counts.
+    if not (root / ".git").exists() or not (root / "src" / "fretwear").is_dir():
+        return None
+    try:
+        answer = subprocess.run(
+            [
+                "git",
+                "-C",
+                str(root),
+                "describe",
+                "--always",
+                "--dirty",
+                "--abbrev=12",
+                "--exclude=*",
+            ],
+            capture_output=True,
+            text=True,
+            timeout=5,
+            check=True,
+            env={**os.environ, "GIT_OPTIONAL_LOCKS": "0"},
+        )
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return answer.stdout.strip() or None
+
+
+KEY_RESULTS = (
+    "contact_half_width_x",
+    "stick_half_width_x",
+    "central_pressure",
+    "peak_pressure",
+    "dissipated_energy",
+    "wear_volume",
+    "plastic_volume",
+)
+"""Quantities over the cycles that tell two cases apart; the maximum wear depth is added to them."""
+
+_SAME = 1e-12
+
+
+@dataclass(frozen=True)
+class Compared:
+    """One result of two cases.
+
+    Attributes
+    ----------
+    variable : Variable
+        The result.
+    first, second : float
+        Its values in its SI unit.
+    """
+
+    variable: Variable
+    first: float
+    second: float
+
+    @property
+    def ratio(self) -> float:
+        """Second to first; NaN where the first is zero."""
+        return self.second / self.first if self.first else math.nan
+
+
+def compared_cycles(first: xr.Dataset, second: xr.Dataset) -> tuple[int, int]:
+    """Return the cycles at which two cases are compared.
+
+    That is the last snapshot that both have; where they share none but cycle 0, the last one of
+    each.
+    """
+    mine, other = ({int(cycle) for cycle in case["cycle"].values} for case in (first, second))
+    common = max(mine & other, default=0)
+    return (common, common) if common else (max(mine), max(other))
+
+
+def different_parameters(first: xr.Dataset, second: xr.Dataset) -> list[str]:
+    """Return the parameters of two cases that differ, in the order of the first."""
+    names = [
+        str(name) for name, value in first.coords.items() if not value.dims and name != "cycle"
+    ]
+    names += [str(n) for n, v in second.coords.items() if not v.dims and n not in {*names, "cycle"}]
+    return [name for name in names if not _agree(first.coords.get(name), second.coords.get(name))]
+
+
+def compared_results(first: xr.Dataset, second: xr.Dataset) -> list[Compared]:
+    """Return the key results of two cases at `compared_cycles`."""
+    cycles = compared_cycles(first, second)
+    states = [case.sel(cycle=cycle) for case, cycle in zip((first, second), cycles, strict=True)]
+    results = []
+    for name in KEY_RESULTS:
+        values = (float(state[name]) for state in states)
+        results.append(Compared(RESULTS[name], *values))
+    depths = (float(state["wear_depth"].max()) for state in states)
+    return [*results, Compared(MAXIMUM_WEAR_DEPTH, *depths)]
+
+
+def _agree(first: xr.DataArray | None, second: xr.DataArray | None) -> bool:
+    if first is None or second is None:
+        return False
+    mine, other = first.item(), second.item()
+    if isinstance(mine, str) or isinstance(other, str):
+        return bool(mine == other)
+    return mine == other or math.isclose(mine, other, rel_tol=_SAME)

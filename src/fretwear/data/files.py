@@ -1,0 +1,385 @@
+"""Files of datasets: written whole, checked when they are opened."""
+
+from __future__ import annotations
+
+import os
+import zlib
+from collections.abc import Hashable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from enum import Enum
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, BinaryIO
+
+import netCDF4
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+import fretwear
+from fretwear.data.dataset import mirrored
+from fretwear.data.safe import CaseFileError, DataFileError, atomic_path, uninterrupted
+from fretwear.vocabulary import CASE_DIMS, CYCLE, FIELDS, SCALARS, X, Y
+
+if TYPE_CHECKING:
+    from fretwear.study.case import Case
+
+
+_MARK = b"\nfretwear crc32 "
+_LENGTH = len(_MARK) + 8 + 1
+_BLOCK_BYTES = 1 << 20
+
+
+class Seal(Enum):
+    """State of the seal of a file."""
+
+    INTACT = "intact"
+    MISSING = "missing"
+    BROKEN = "broken"
+
+
+def add_checksum(path: Path) -> None:
+    """Put the checksum behind the content of a file; nothing may be written to it afterwards."""
+    with path.open("r+b") as stream:
+        line = _line(stream, path.stat().st_size)
+        stream.seek(0, os.SEEK_END)
+        stream.write(line)
+
+
+def check_seal(path: Path) -> Seal:
+    """Read a file and compare it with its checksum.
+
+    Returns
+    -------
+    Seal
+        ``MISSING`` when there is no checksum: the file was not finished, was cut short, or was
+        written to by another program. ``BROKEN`` when it does not fit: a bit has changed.
+    """
+    with path.open("rb") as stream:
+        content = path.stat().st_size - _LENGTH
+        stream.seek(max(content, 0))
+        found = stream.read()
+        if not found.startswith(_MARK):
+            return Seal.MISSING
+        stream.seek(0)
+        return Seal.INTACT if found == _line(stream, content) else Seal.BROKEN
+
+
+def damage(path: Path, kind: str) -> str:
+    """Say what is wrong with a file that should have a seal; an empty string when nothing is.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        The file.
+    kind : str
+        What it should be, such as ``"case file"``.
+    """
+    if not path.exists():
+        return "there is no such file"
+    if not path.is_file():
+        return "it is not a file"
+    try:
+        state = check_seal(path)
+    except OSError as cause:
+        return f"it cannot be read ({cause.strerror or cause})"
+    if state is Seal.MISSING:
+        return f"it is no whole {kind}: unfinished, cut short or changed by another program"
+    return "it is damaged: its checksum does not fit" if state is Seal.BROKEN else ""
+
+
+def _line(stream: BinaryIO, content: int) -> bytes:
+    checksum = 0
+    while content > 0 and (block := stream.read(min(content, _BLOCK_BYTES))):
+        checksum = zlib.crc32(block, checksum)
+        content -= len(block)
+    return _MARK + f"{checksum:08x}\n".encode()
+
+
+def plain_encoding(dataset: xr.Dataset) -> dict[str, dict[str, Any]]:
+    """Encode numbers as they are, without a fill value, and text as arrays of characters.
+
+    The netCDF library crashes when a file with strings of variable length is open twice and one
+    of the two is closed, so text has a fixed length.
+    """
+    encoding: dict[str, dict[str, Any]] = {}
+    for name, variable in dataset.variables.items():
+        encoding[str(name)] = {"_FillValue": None}
+        if variable.dtype.kind in "OU":
+            encoding[str(name)] = {"dtype": "S1", "char_dim_name": f"{name}_length"}
+    return encoding
+
+
+def open_lazily(path: str | PathLike[str], group: str | None = None) -> xr.Dataset:
+    """Open a netCDF file or one group of it; fields are read when they are used, text at once."""
+    dataset = xr.open_dataset(
+        path, engine="netcdf4", group=group, decode_times=False, decode_timedelta=False
+    )
+    for name, coordinate in dataset.coords.items():
+        if coordinate.dtype.kind == "O":
+            dataset[name] = coordinate.astype(str)
+    return dataset
+
+
+HISTORY_GROUP = "history"
+COMPLETE = "complete"
+
+_CHECK_NAME = "Check the name, or run the case"
+_CHECK_KIND = "Check the name: the files of the cases lie in the folder cases/ of a study's results"
+_RUN_AGAIN = "Remove the file and run the case again"
+# What is no netCDF-4 file may be precious, a study file for example: nothing is to be removed.
+_CHECK_FIRST = "Check the name; if it is what is left of a case file, run the case again"
+_SIGNATURE = b"\x89HDF\r\n\x1a\n"
+_NOT_NETCDF = "it is no netCDF-4 file, which case files are"
+
+
+@dataclass(frozen=True)
+class CaseFile:
+    """A case file that is whole, and open.
+
+    Attributes
+    ----------
+    path : pathlib.Path
+        The file.
+    file : netCDF4.Dataset
+        The open file.
+    """
+
+    path: Path
+    file: netCDF4.Dataset
+
+    def attribute(self, name: str) -> str:
+        """A global attribute."""
+        return str(self.file.getncattr(name))
+
+    def read(self, name: str, index: Any = np.s_[...]) -> NDArray[Any]:
+        """Read a variable or a part of it.
+
+        Parameters
+        ----------
+        name : str
+            Name of the variable.
+        index : slice, int or tuple of these
+            The part, along the dimensions of the variable.
+        """
+        return np.asarray(self.file[name][index])
+
+    def unusable(self, problem: str) -> CaseFileError:
+        """Return the error that says why the file cannot be used."""
+        return CaseFileError(self.path, problem, _RUN_AGAIN)
+
+
+@contextmanager
+def opened_case(path: str | PathLike[str]) -> Iterator[CaseFile]:
+    """Open a case file after checking that it is whole, which reads it once.
+
+    Raises
+    ------
+    CaseFileError
+        When the file is missing, unfinished, cut short, damaged or no case file.
+    """
+    path = Path(path)
+    if problem := damage(path, "case file"):
+        remedy = _remedy(path)
+        raise CaseFileError(path, _NOT_NETCDF if remedy == _CHECK_FIRST else problem, remedy)
+    try:
+        file = netCDF4.Dataset(path, "r")
+    except (OSError, RuntimeError) as cause:
+        raise CaseFileError(path, f"it is no netCDF file ({cause})", _RUN_AGAIN) from cause
+    with file:
+        file.set_auto_mask(False)
+        case_file = CaseFile(path, file)
+        if "case_id" not in file.ncattrs():
+            raise CaseFileError(path, "it is not the file of one case", _CHECK_KIND)
+        if COMPLETE not in file.ncattrs() or file.getncattr(COMPLETE) != 1:
+            raise case_file.unusable("the run that wrote it did not finish")
+        lacking = missing_variables({name: v.dimensions for name, v in file.variables.items()})
+        lacking += [HISTORY_GROUP] if HISTORY_GROUP not in file.groups else []
+        if lacking:
+            raise case_file.unusable(f"it lacks {', '.join(lacking)}")
+        yield case_file
+
+
+def is_finished_case(path: str | PathLike[str], case: Case) -> bool:
+    """Say whether a file is there that a run of this case by this version would write again.
+
+    The file is read once to compare it with its checksum.
+    """
+    if not Path(path).exists():
+        return False
+    try:
+        with opened_case(path) as file:
+            version = file.attribute("source").split(" (")[0]
+            same = file.attribute("case_id") == case.case_id
+            cycles = file.read(CYCLE.name)
+    except CaseFileError:
+        return False
+    is_of_version = version == f"fretwear {fretwear.__version__}"
+    return same and is_of_version and np.array_equal(cycles, case.output_cycles)
+
+
+def _remedy(path: Path) -> str:
+    if not path.is_file():
+        return _CHECK_NAME
+    try:
+        with path.open("rb") as stream:
+            begins = stream.read(len(_SIGNATURE))
+    except OSError:
+        return _CHECK_NAME
+    return _RUN_AGAIN if begins == _SIGNATURE else _CHECK_FIRST
+
+
+def missing_variables(dims: Mapping[Hashable, tuple[Hashable, ...]]) -> list[str]:
+    """Name the variables of a case that are not there with the right dimensions.
+
+    Parameters
+    ----------
+    dims : mapping
+        Name and dimensions of the variables that are there.
+    """
+    expected: dict[str, tuple[str, ...]] = {
+        **{coordinate.name: (coordinate.name,) for coordinate in (CYCLE, X, Y)},
+        **{scalar.name: CASE_DIMS[:1] for scalar in SCALARS},
+        **{field.name: CASE_DIMS for field in FIELDS},
+    }
+    return [name for name, there in expected.items() if dims.get(name) != there]
+
+
+def write_case(dataset: xr.Dataset, history: xr.Dataset, path: str | PathLike[str]) -> None:
+    """Write a case file; it appears under its name only when it is whole.
+
+    Fields are compressed by zlib (level 1, shuffled), one cycle to a chunk, each chunk with the
+    checksum of the netCDF library for those who read the file without fretwear. The attribute
+    ``complete`` is set after everything else, a checksum of the whole file ends it, and the file
+    is read back before it gets its name.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        From `fretwear.data.dataset.case_dataset`.
+    history : xarray.Dataset
+        From `fretwear.data.dataset.history_dataset`; becomes the group ``history``.
+    path : str or path-like
+        The file; its folder is made if need be, a file of that name is replaced.
+
+    Raises
+    ------
+    ValueError
+        When the dataset lacks variables of a case.
+    DataFileError
+        When the disk is full or the folder cannot be written to.
+    """
+    if lacking := missing_variables({name: v.dims for name, v in dataset.variables.items()}):
+        raise ValueError(f"{path} would not be whole: the dataset lacks {', '.join(lacking)}.")
+    root = dataset.drop_encoding()
+    root.attrs = {name: value for name, value in root.attrs.items() if name != COMPLETE}
+    group = history.drop_encoding()
+    with uninterrupted(), atomic_path(Path(path)) as temporary:
+        root.to_netcdf(temporary, mode="w", engine="netcdf4", encoding=_encoding(root))
+        group.to_netcdf(
+            temporary, mode="a", group=HISTORY_GROUP, engine="netcdf4", encoding=_encoding(group)
+        )
+        with netCDF4.Dataset(temporary, "a") as file:
+            file.setncattr(COMPLETE, np.int32(1))
+        add_checksum(temporary)
+        _read_back(temporary)
+
+
+def open_case(path: str | PathLike[str], full: bool = False) -> xr.Dataset:
+    """Open a case file lazily: values are read when they are used.
+
+    The file is read once to compare it with its checksum, at a few GB/s.
+    Close the dataset, or use it in a ``with`` statement, to release the file.
+
+    Parameters
+    ----------
+    path : str or path-like
+        The file.
+    full : bool
+        Mirror a stored quarter to the whole contact, x and y from −L to L. Every field is even
+        in x and y; the scalars are those of the whole contact in either form.
+
+    Returns
+    -------
+    xarray.Dataset
+        The dataset of one case. ``symmetry`` is ``"none"`` when the whole contact is there.
+
+    Raises
+    ------
+    CaseFileError
+        When the file is missing, unfinished, cut short or damaged.
+    """
+    with opened_case(path):
+        pass
+    dataset = open_lazily(path)
+    return mirrored(dataset) if full else dataset
+
+
+def open_history(path: str | PathLike[str]) -> xr.Dataset:
+    """Open the dense history of a case file: the scalars at every accepted step.
+
+    Parameters
+    ----------
+    path : str or path-like
+        The case file.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimension ``step``, with the coordinate ``cycle`` along it.
+
+    Raises
+    ------
+    CaseFileError
+        When the file is missing, unfinished, cut short or damaged.
+    """
+    with opened_case(path):
+        pass
+    return open_lazily(path, group=HISTORY_GROUP)
+
+
+def is_complete(path: str | PathLike[str]) -> bool:
+    """Tell whether a case file is there, whole and fit to be opened."""
+    try:
+        with opened_case(path):
+            return True
+    except CaseFileError:
+        return False
+
+
+def _read_back(path: Path) -> None:
+    try:
+        with opened_case(path):
+            return
+    except CaseFileError as cause:
+        raise RuntimeError("what was written reads back otherwise") from cause
+
+
+def _encoding(dataset: xr.Dataset) -> dict[str, dict[str, Any]]:
+    encoding = plain_encoding(dataset)
+    for name in (field.name for field in FIELDS if field.name in dataset.variables):
+        encoding[name] = {
+            "zlib": True,
+            "complevel": 1,
+            "shuffle": True,
+            "fletcher32": True,
+            "chunksizes": (1, *dataset[name].shape[1:]),
+        }
+    return encoding
+
+
+def open_summary(path: str | PathLike[str]) -> xr.Dataset:
+    """Open a merged study lazily.
+
+    The file is read once to compare it with its checksum. Close the dataset, or use it in a
+    ``with`` statement, to release the file.
+
+    Raises
+    ------
+    DataFileError
+        When the file is missing, unfinished, cut short or damaged.
+    """
+    if problem := damage(Path(path), "merged study"):
+        raise DataFileError(Path(path), problem, "Merge the study again")
+    return open_lazily(path)
