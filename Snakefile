@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 from fretwear.study.problems import StudyError
-from fretwear.workflow import BATCHES, StudyJobs, chosen_study
+from fretwear.running.workflow import BATCHES, StudyJobs, chosen_study
 from fretwear.data.safe import why_leading_out, why_not_writable
 
 try:

@@ -8,8 +8,8 @@ Runs a spread of cases, each in a process of its own on one thread, and prints e
 measured numbers of steps, convolutions, processor seconds and memory. The constants at the top of
 `fretwear.study.cost` are to be changed until no ratio of seconds leaves the range from 0.5 to 2;
 with ``--measured`` the numbers of an earlier call are compared with what is expected now. What
-``--speed`` prints belongs at the top of `fretwear.study.speed`: the time of bare transforms on the
-machine of the other constants.
+``--speed`` prints belongs at the top of `fretwear.running.resources`: the time of bare transforms
+on the machine of the other constants.
 """
 
 from __future__ import annotations
@@ -30,9 +30,9 @@ from typing import Any
 import yaml
 
 from fretwear.data.files import open_case, open_history
+from fretwear.running.resources import machine_speed, transform_seconds
 from fretwear.study.case import Case
 from fretwear.study.cost import Estimate, estimate
-from fretwear.study.speed import machine_speed, transform_seconds
 
 BASE: dict[str, Any] = {
     "radius": "10 mm",
@@ -165,7 +165,7 @@ def line(name: str, expected: Numbers, measured: Numbers) -> str:
 
 
 def print_speed() -> None:
-    """Print the time of bare transforms: the constants of `fretwear.study.speed`."""
+    """Print the time of bare transforms: the constants of `fretwear.running.resources`."""
     small, large = (40, 40), (384, 384)
     times = {shape: min(transform_seconds(*shape) for _ in range(5)) for shape in (small, large)}
     cells = {shape: shape[0] * shape[1] for shape in times}

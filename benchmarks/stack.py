@@ -22,7 +22,7 @@ import numpy as np
 import yaml
 
 from fretwear.data.files import add_checksum
-from fretwear.job import simulate_to_file
+from fretwear.running.batch import simulate_to_file
 from fretwear.study.file import Study, load_study
 
 _SEAL_BYTES = 25

@@ -9,12 +9,12 @@ from benchmarks.peers.solvers import PEERS, Peer, residual, unfolded
 from benchmarks.speed.cases import MARGIN, study_case
 from benchmarks.speed.units import Spent, Stopwatch, middle
 
-from fretwear import simulation
 from fretwear.mechanics.arrays import Array
 from fretwear.mechanics.contact import solve_contact
 from fretwear.mechanics.contact_problem import ContactProblem
 from fretwear.mechanics.halfspace import half_space
 from fretwear.mechanics.window import Window
+from fretwear.running import simulate
 
 RESIDUAL = 1e-6
 TUNING_CELLS = 128
@@ -43,7 +43,7 @@ class Contestant:
 def sphere(cells: int, *, quarter: bool = False, workers: int = 1) -> ContactProblem:
     """The smooth first loading on so many whole cells along x and y."""
     case = study_case()
-    problem = simulation.wear_problem(case)
+    problem = simulate.wear_problem(case)
     width = MARGIN * case.hertz_radius
     count = cells // 2 if quarter else cells
     window = Window((count, count), (2 * width / cells, 2 * width / cells), quarter)
@@ -66,7 +66,7 @@ def own(cells: int, *, quarter: bool, workers: int) -> Contestant:
 def other(kind: type[Peer], cells: int, tolerance: float) -> Contestant:
     """A peer on the whole window."""
     problem = sphere(cells)
-    modulus = simulation.wear_problem(study_case()).composite_modulus
+    modulus = simulate.wear_problem(study_case()).composite_modulus
 
     def solve() -> Array:
         peer = kind(problem.half_space.window, modulus, tolerance)

@@ -19,7 +19,6 @@ from benchmarks.peers.solvers import PEERS, Peer, Pressed, unfolded
 from benchmarks.speed.cases import smooth_case
 from benchmarks.speed.units import Stopwatch, middle
 
-from fretwear import simulation
 from fretwear.mechanics.arrays import Array
 from fretwear.mechanics.contact import ContactError, solve_contact
 from fretwear.mechanics.contact_problem import ContactProblem
@@ -27,6 +26,7 @@ from fretwear.mechanics.measures import in_contact
 from fretwear.mechanics.state import State, WearProblem
 from fretwear.mechanics.wear import evolve
 from fretwear.mechanics.window import Window
+from fretwear.running import simulate
 
 TUNING_CELLS = 128
 _SOFTEST = 0.58
@@ -193,14 +193,14 @@ def compare(
 ) -> dict[str, Any]:
     """This simulator's whole run beside the extrapolated runs of the peers, one thread each."""
     case = smooth_case(cells_on_radius)
-    problem = simulation.wear_problem(case)
+    problem = simulate.wear_problem(case)
     own = []
     for _ in range(3):
         watch = Stopwatch()
         state = deque(evolve(problem, [float(case.cycles)], case.tolerance), maxlen=1)[0]
         own.append(watch.read())
     states = sampled(problem, case.tolerance)
-    trial = simulation.wear_problem(smooth_case(min(cells_on_radius, _TRIAL_CELLS)))
+    trial = simulate.wear_problem(smooth_case(min(cells_on_radius, _TRIAL_CELLS)))
     # The estimate goes with the spacing; how far beyond it a loop can go is found on fewer cells.
     factors = [
         longest_step(trial, coarse) / estimated_step(trial, coarse)

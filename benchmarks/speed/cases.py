@@ -3,10 +3,11 @@
 import math
 from typing import Any
 
-from fretwear import Case, simulation
+from fretwear import Case
 from fretwear.mechanics.contact_problem import ContactProblem
 from fretwear.mechanics.halfspace import half_space
 from fretwear.mechanics.window import Window
+from fretwear.running import simulate
 
 STUDY: dict[str, Any] = {
     "radius": "10 mm",
@@ -43,7 +44,7 @@ def rough_case(coarser: float = 1.0, cycles: int = 7000) -> Case:
 def first_contact(cells: int, *, rough: bool) -> ContactProblem:
     """The first loading on so many quarter cells along x and y: smooth elastic or rough capped."""
     case = study_case(**({"roughness": WAVES, "plastic_limit": LIMIT} if rough else {}))
-    problem = simulation.wear_problem(case)
+    problem = simulate.wear_problem(case)
     size = MARGIN * case.hertz_radius / cells
     window = Window((cells, cells), (size, size))
     bodies = half_space(window, problem.composite_modulus)

@@ -18,7 +18,7 @@ _RUN = """
 import json, sys, time
 from pathlib import Path
 import fretwear, netCDF4, scipy.fft
-from fretwear import simulation
+from fretwear.running import simulate
 from fretwear.data import dataset as schema
 
 def held(what):
@@ -33,12 +33,12 @@ def keep(step):
 
 cases = [fretwear.Case(**case) for case in json.loads(sys.argv[1])]
 # The first, tiny, leads the process through everything that it does once.
-simulation.run(cases[0])
+simulate.run(cases[0])
 # From here on the high-water mark counts anew: what imports held for a moment is not the run's.
 Path("/proc/self/clear_refs").write_text("5")
 before = held("VmRSS")
 started, wall = time.process_time(), time.perf_counter()
-simulation.run(cases[1], [keep])
+simulate.run(cases[1], [keep])
 print(json.dumps({
     "cpu": time.process_time() - started,
     "wall": time.perf_counter() - wall,
@@ -54,9 +54,9 @@ print(json.dumps({
 def run_alone(cells_on_radius: float, cycles: int) -> dict:
     """Run the smooth case in a process of its own: its times, peak memory, steps and window.
 
-    The run is the whole of `fretwear.simulation.run`, with the snapshots that it keeps and the
-    dataset that it makes; the memory that the process holds before it is given apart. Linux only:
-    it resets the high-water mark of the process.
+    The run is the whole of `fretwear.running.simulate.run`, with the snapshots that it keeps and
+    the dataset that it makes; the memory that the process holds before it is given apart. Linux
+    only: it resets the high-water mark of the process.
     """
     from benchmarks.speed.cases import study_case
 

@@ -10,11 +10,12 @@ from benchmarks.speed.cases import rough_case, smooth_case
 from benchmarks.speed.rows import Row
 from benchmarks.speed.units import Spent, Stopwatch, Transforms, Units
 
-from fretwear import Case, simulation
+from fretwear import Case
 from fretwear.mechanics import passes, transforms
 from fretwear.mechanics.passes import in_numpy
 from fretwear.mechanics.state import State
 from fretwear.mechanics.wear import evolve
+from fretwear.running import simulate
 from fretwear.theory import HertzContact, LimitingState
 
 _LEAST_SAMPLES = 9
@@ -65,7 +66,7 @@ def timed_run(case: Case) -> Run:
     steps: list[tuple[tuple[int, int], Spent]] = []
     with inside.counted():
         watch = Stopwatch()
-        problem = simulation.wear_problem(case)
+        problem = simulate.wear_problem(case)
         for state in evolve(problem, [float(case.cycles)], case.tolerance):
             shape = state.window.shape
             steps.append((shape, watch.read()))

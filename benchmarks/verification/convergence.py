@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from fretwear.figures.style import JournalFigure, styled
 from fretwear.mechanics.state import WearProblem
-from fretwear.simulation import wear_problem
+from fretwear.running.simulate import wear_problem
 
 CYCLES = (1000.0, 3000.0, 7000.0)
 TOLERANCE = 0.01

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from fretwear import figures
     from fretwear.data.files import open_case, open_history
     from fretwear.data.merge import open_study
-    from fretwear.simulation import simulate
+    from fretwear.running.simulate import simulate
     from fretwear.study.case import Case, WavyRoughness
     from fretwear.study.file import load_study
 
@@ -34,7 +34,7 @@ _HOMES = {
     "open_case": "fretwear.data.files",
     "open_history": "fretwear.data.files",
     "open_study": "fretwear.data.merge",
-    "simulate": "fretwear.simulation",
+    "simulate": "fretwear.running.simulate",
 }
 
 

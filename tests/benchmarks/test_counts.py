@@ -6,18 +6,18 @@ import numpy as np
 import pytest
 from benchmarks.speed.cases import WAVES, first_contact, rough_case, smooth_case, study_case
 
-from fretwear import simulation
 from fretwear.mechanics.active_set import ActiveSet
 from fretwear.mechanics.contact import solve_contact
 from fretwear.mechanics.loading import first_loading
 from fretwear.mechanics.passes import inner
 from fretwear.mechanics.wear import evolve
+from fretwear.running import simulate
 
 from . import counts
 
 
 def last_state(case):
-    problem = simulation.wear_problem(case)
+    problem = simulate.wear_problem(case)
     return deque(evolve(problem, [float(case.cycles)], case.tolerance), maxlen=1)[0]
 
 
@@ -33,7 +33,7 @@ def test_a_cold_contact_takes_few_convolutions(rough, expected):
 
 
 def test_the_first_loading_of_the_rough_capped_run_takes_few_convolutions():
-    state = first_loading(simulation.wear_problem(rough_case()))
+    state = first_loading(simulate.wear_problem(rough_case()))
     assert counts.FIRST_LOADING.hold(0, state.convolutions), state.convolutions
 
 

@@ -7,9 +7,9 @@ from benchmarks.peers.solvers import PEERS, Pressed, residual, unfolded
 from benchmarks.peers.wear_loop import CYCLES, estimated_step, own_loop, whole_run
 from benchmarks.speed.cases import smooth_case
 
-from fretwear import simulation
 from fretwear.mechanics.contact import solve_contact
 from fretwear.mechanics.wear import evolve
+from fretwear.running import simulate
 
 
 @pytest.mark.parametrize("kind", PEERS, ids=[kind.name for kind in PEERS])
@@ -17,7 +17,7 @@ def test_a_peer_solves_from_nothing_and_from_a_start(kind):
     pytest.importorskip(kind.name, reason=f"{kind.name} is not installed (extra: bench)")
     problem = cold.sphere(64)
     bodies = problem.half_space
-    modulus = simulation.wear_problem(smooth_case(16)).composite_modulus
+    modulus = simulate.wear_problem(smooth_case(16)).composite_modulus
     peer = kind(bodies.window, modulus, 1e-8)
     first = peer.solve(problem.shape, problem.load)
     warm = peer.solve(problem.shape, problem.load, first.pressure)
@@ -44,7 +44,7 @@ def test_the_quarter_unfolds_to_the_whole_contact():
 
 
 def test_the_explicit_loop_wears_as_the_run_does():
-    problem = simulation.wear_problem(smooth_case(12))
+    problem = simulate.wear_problem(smooth_case(12))
     start, *_, end = evolve(problem, [600.0])
     loop = own_loop(problem, start.on(problem, end.window))
     step = 0.25 * estimated_step(problem, start)

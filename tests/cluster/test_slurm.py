@@ -11,8 +11,8 @@ import pytest
 import xarray as xr
 
 from fretwear.data.files import open_summary
+from fretwear.running.workflow import StudyJobs
 from fretwear.study.file import load_study
-from fretwear.workflow import StudyJobs
 
 from .checkout import documented_commands, eventually
 

@@ -17,7 +17,7 @@ from fretwear.data.files import (
     write_case,
 )
 from fretwear.data.safe import CaseFileError
-from fretwear.simulation import run
+from fretwear.running.simulate import run
 from fretwear.vocabulary import FIELDS
 
 

@@ -70,7 +70,7 @@ def test_files_that_contributors_are_sent_to_exist():
         ("mechanics/layers.py", ["WearLayer", "add_displacement", "tangent_in"]),
         ("mechanics/stages.py", ["StageSolver", "solve"]),
         ("mechanics/wear.py", ["_stages", "_exponent"]),
-        ("simulation.py", ["_surface", "_slip_model", "_fields"]),
+        ("running/simulate.py", ["_surface", "_slip_model", "_fields"]),
         ("figures/style.py", ["JournalFigure", "styled"]),
     ],
 )

@@ -9,7 +9,7 @@ import pytest
 
 import fretwear
 from fretwear.data.files import write_case
-from fretwear.simulation import run
+from fretwear.running.simulate import run
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs/how-to/reading.md").read_text(encoding="utf-8")
 

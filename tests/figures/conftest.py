@@ -14,7 +14,7 @@ from matplotlib.transforms import Bbox
 
 from fretwear.data.files import write_case
 from fretwear.data.merge import merge_study
-from fretwear.simulation import Result, run
+from fretwear.running.simulate import Result, run
 from fretwear.study.case import Case
 from fretwear.study.file import Study, load_study
 

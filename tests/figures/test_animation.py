@@ -14,7 +14,7 @@ from PIL import Image
 from fretwear import figures
 from fretwear.figures.animation import pace, well_spaced_cycles
 from fretwear.figures.film import FfmpegMissingError
-from fretwear.simulation import Result
+from fretwear.running.simulate import Result
 
 CYCLES = (0, 1, 10, 100, 1000)
 

@@ -7,7 +7,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from fretwear import figures
-from fretwear.simulation import Result
+from fretwear.running.simulate import Result
 
 PROFILES = [figures.pressure_profiles, figures.wear_profiles]
 OF_A_CASE = [*PROFILES, figures.wear_map, figures.overview, figures.animation]

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from fretwear import figures
 from fretwear.data.files import write_case
 from fretwear.data.merge import merge_study
-from fretwear.simulation import run
+from fretwear.running.simulate import run
 from fretwear.study.file import load_study
 
 GALLERY = Path(__file__).parents[2] / "docs" / "gallery"

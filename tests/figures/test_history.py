@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fretwear import figures
-from fretwear.simulation import Result
+from fretwear.running.simulate import Result
 
 LABELS = {
     "contact_half_width": ("contact_half_width_x", "Contact half-width along x (µm)"),

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from fretwear import figures
 from fretwear.data.files import open_case, write_case
 from fretwear.figures.maps import take_wear_map
-from fretwear.simulation import Result
+from fretwear.running.simulate import Result
 
 
 def test_the_map_is_the_last_scar_mirrored_in_both_directions(smooth: xr.Dataset) -> None:

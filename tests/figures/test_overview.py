@@ -6,7 +6,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from fretwear import figures
-from fretwear.simulation import Result
+from fretwear.running.simulate import Result
 
 
 @pytest.mark.parametrize("dense", [False, True])

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from fretwear import figures
 from fretwear.data.files import open_case, write_case
 from fretwear.figures.profile_kinds import PRESSURE, WEAR
-from fretwear.simulation import Result
+from fretwear.running.simulate import Result
 
 KINDS = {
     "pressure_profiles": ("pressure", "Pressure (MPa)"),

@@ -11,7 +11,7 @@ from fretwear.mechanics.outlook import Outlook, larger_window
 from fretwear.mechanics.surfaces import Surface
 from fretwear.mechanics.wear import evolve
 from fretwear.mechanics.window import Window
-from fretwear.simulation import wear_problem
+from fretwear.running.simulate import wear_problem
 
 CONTACT_GAP = 1e-5
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fretwear
-from fretwear.simulation import simulate
+from fretwear.running.simulate import simulate
 from fretwear.theory import HertzContact
 from fretwear.vocabulary import ContactState
 

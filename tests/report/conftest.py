@@ -8,12 +8,12 @@ import pytest
 import xarray as xr
 import yaml
 
-from fretwear.data.failures import log_file, record
 from fretwear.data.files import write_case
 from fretwear.data.merge import merge_study
 from fretwear.figures.study import INDEX_NAME, write_study_figures
 from fretwear.report import build_report
-from fretwear.simulation import run
+from fretwear.running.records import log_file, record
+from fretwear.running.simulate import run
 from fretwear.study.file import load_study
 from fretwear.study.plan import Plan, plan_study
 

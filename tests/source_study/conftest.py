@@ -11,7 +11,7 @@ import xarray as xr
 
 from fretwear.data.files import write_case
 from fretwear.data.merge import merge_study
-from fretwear.simulation import run
+from fretwear.running.simulate import run
 from fretwear.source_study.evolution import Evolution
 from fretwear.source_study.quartet import Quartet
 from fretwear.source_study.source import reference_cases

@@ -6,7 +6,7 @@ import xarray as xr
 
 from fretwear.data.files import write_case
 from fretwear.data.merge import merge_study
-from fretwear.simulation import run
+from fretwear.running.simulate import run
 from fretwear.source_study.figures import source_figures
 from fretwear.study.file import load_study
 

@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from fretwear.simulation import steps
+from fretwear.running.simulate import steps
 from fretwear.study.case import Case
 from fretwear.study.cost import estimate, greatest_contact_radius, limiting_radius_ratio
 

@@ -19,7 +19,7 @@ from fretwear.cli.status import CommandError, Status, failing_as, refuse
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from fretwear.batch import BatchOutcome
+    from fretwear.running.batch import BatchOutcome
     from fretwear.study.file import Study
 
 
@@ -70,9 +70,9 @@ def batch(
     if outlive:
         outlive_kills({point.id for point in study.points(first, last)}, folder)
 
-    from fretwear.batch import BatchRun
     from fretwear.data.safe import DataFileError
-    from fretwear.finished import write_finished
+    from fretwear.running.batch import BatchRun
+    from fretwear.running.workflow import write_finished
 
     with failing_as(Status.FAILED, DataFileError):
         outcome = BatchRun(study, folder, log, _CaseLog).run(first, last)

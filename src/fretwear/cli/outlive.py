@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from fretwear.cli.signals import Stopped
-from fretwear.data.failures import ENDED, failures
+from fretwear.running.records import ENDED, failures
 
 _PARENT_DEATH_SIGNAL = 1  # of prctl, Linux
 

@@ -30,10 +30,9 @@ def plan(
 
     Times are those of this machine, whose speed is measured in a moment.
     """
-    from fretwear.advice import machine_warnings
+    from fretwear.running.resources import machine_speed, machine_warnings
     from fretwear.study.file import StudyError, load_study
     from fretwear.study.plan import plan_study
-    from fretwear.study.speed import machine_speed
 
     with failing_as(Status.WRONG_INPUT, StudyError):
         planned = plan_study(load_study(file, set_ or ()))
@@ -75,7 +74,7 @@ def _table(planned: Plan, every: bool) -> Iterator[str]:
 
 
 def _total(planned: Plan) -> str:
-    from fretwear.advice import cores
+    from fretwear.running.resources import cores
     from fretwear.study.plan import duration, size
 
     at_once = min(cores(), len(planned.batches))

@@ -53,7 +53,7 @@ def run(
         chosen = select_case(file, case_id, set_ or ())
     path = check_file(output or Path(f"{chosen.case_id}.nc"), ".nc")
 
-    from fretwear.job import JOB_ERRORS, simulate_to_file
+    from fretwear.running.batch import JOB_ERRORS, simulate_to_file
 
     with (
         failing_as(Status.FAILED, *JOB_ERRORS),

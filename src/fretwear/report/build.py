@@ -9,7 +9,6 @@ from pathlib import Path
 import xarray as xr
 
 import fretwear
-from fretwear.data.failures import log_end, reasons
 from fretwear.figures.wording import Unit, cycle_number, parameter
 from fretwear.report.computation import computation_facts, study_text, time_facts
 from fretwear.report.embed import figure_groups
@@ -34,6 +33,7 @@ from fretwear.report.results import (
 )
 from fretwear.report.scripts import page_scripts
 from fretwear.report.section import Section, environment
+from fretwear.running.records import log_end, reasons
 from fretwear.study.plan import Plan
 
 _MOST_ROWS = 2000

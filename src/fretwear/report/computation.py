@@ -13,10 +13,10 @@ import numpy as np
 import xarray as xr
 import yaml
 
-from fretwear.data.benchmarks import spent_on_simulations
 from fretwear.data.files import open_case, open_history
 from fretwear.figures.wording import MICROMETRE, number
 from fretwear.report.results import PointResult
+from fretwear.running.records import spent_on_simulations
 from fretwear.study.file import Study
 from fretwear.study.plan import Plan, duration, size
 

@@ -47,8 +47,8 @@ class Plan:
     points : tuple of PlannedPoint
         One for each point, the last varied parameter fastest.
     speed : float
-        How fast the machine is that times are told for, from `fretwear.study.speed`; the table
-        of points and the batches are the same for every machine.
+        How fast the machine is that times are told for, from `machine_speed` of
+        `fretwear.running.resources`; the table of points and the batches are the same everywhere.
     """
 
     study: Study

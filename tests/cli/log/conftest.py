@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import pytest
 
-from fretwear.simulation import steps
+from fretwear.running.simulate import steps
 from fretwear.study.selection import select_case
 
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from rich.live import Live
 
     from fretwear.cli.log.pace import BatchPace, CasePace
-    from fretwear.journal import Step
+    from fretwear.running.simulate import Step
     from fretwear.study.case import Case
 
 _WIDEST = 100

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from fretwear.journal import Step
+    from fretwear.running.simulate import Step
     from fretwear.study.case import Case
 
 Observer = Callable[["Step"], None]

@@ -23,7 +23,7 @@ from fretwear.cli.log.base import Log, Observer, describe_defect
 
 if TYPE_CHECKING:
     from fretwear.cli.log.pace import BatchPace
-    from fretwear.journal import Step
+    from fretwear.running.simulate import Step
     from fretwear.study.case import Case
 
 _STATUS = {0: "done", 1: "failed", 2: "wrong_input"}

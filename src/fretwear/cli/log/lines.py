@@ -13,7 +13,7 @@ from fretwear.cli.log.text import TextLog
 
 if TYPE_CHECKING:
     from fretwear.cli.log.pace import BatchPace, Clock
-    from fretwear.journal import Step
+    from fretwear.running.simulate import Step
     from fretwear.study.case import Case
 
 

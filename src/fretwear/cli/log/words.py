@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from fretwear.cli.log.pace import BatchPace, clock_time
 
 if TYPE_CHECKING:
-    from fretwear.journal import Step
+    from fretwear.running.simulate import Step
     from fretwear.study.case import Case
 
 

@@ -5,7 +5,7 @@ import re
 import pytest
 
 import fretwear
-from fretwear.memory import available_memory, require_memory, why_too_large
+from fretwear.running.resources import available_memory, require_memory, why_too_large
 from fretwear.study.cost import estimate
 
 GB = 10**9

@@ -15,8 +15,8 @@ from typer.testing import CliRunner
 
 import fretwear
 from fretwear.cli import app
-from fretwear.data.failures import ENDED, failures, record
-from fretwear.finished import case_files, is_finished
+from fretwear.running.records import ENDED, failures, record
+from fretwear.running.workflow import case_files, is_finished
 from fretwear.study.file import load_study
 
 STUDY = {

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 import fretwear
-from fretwear import simulation
 from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.wear import WearError
+from fretwear.running import simulate
 from fretwear.study.cost import estimate
 from fretwear.study.spacing import LEAST_CELLS_PER_WAVELENGTH, coarsest_for_contact
 
@@ -122,7 +122,7 @@ class Inspector:
 
     def __init__(self, case):
         self.case = case
-        self.problem = simulation.wear_problem(case)
+        self.problem = simulate.wear_problem(case)
         self.before = None
 
     def __call__(self, step):
@@ -178,7 +178,7 @@ def check_dataset(dataset, case):
 def test_no_valid_case_pulls_or_drops_the_load_or_heals(case):
     inspect = Inspector(case)
     try:
-        dataset = simulation.simulate(case, [inspect])
+        dataset = simulate.simulate(case, [inspect])
     except (ContactError, WearError) as error:
         # A run may end with a message where a solution is not found; it never goes on without.
         event(f"ended: {type(error).__name__}")

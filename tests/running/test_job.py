@@ -12,13 +12,13 @@ import pytest
 import xarray as xr
 
 import fretwear
-from fretwear import simulation
 from fretwear.data.files import open_case, open_history, write_case
 from fretwear.data.safe import DataFileError, Lock
-from fretwear.job import simulate_to_file
 from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.slip import JaegerSlip
 from fretwear.mechanics.wear import WearError
+from fretwear.running import simulate
+from fretwear.running.batch import simulate_to_file
 
 STUDY = """
 base:
@@ -151,7 +151,7 @@ def holding(path, then):
 
 
 def written(path, **changes):
-    result = simulation.run(fretwear.Case(**{**PARAMETERS, **changes}))
+    result = simulate.run(fretwear.Case(**{**PARAMETERS, **changes}))
     write_case(result.dataset, result.history, path)
 
 
@@ -175,7 +175,7 @@ def test_after_waiting_a_damaged_file_is_not_taken(case, path):
 
     outcome = simulate_to_file(case, path, tell=holding(path, damaged), command="test")
     assert not outcome.is_taken_over
-    with open_case(path) as dataset, simulation.simulate(case) as expected:
+    with open_case(path) as dataset, simulate.simulate(case) as expected:
         xr.testing.assert_equal(dataset["pressure"].load(), expected["pressure"])
 
 
@@ -224,11 +224,11 @@ class ShallowSlip(JaegerSlip):
 def test_a_job_that_fails_on_its_way_keeps_the_checkpoint_to_go_on_from(path, monkeypatch):
     case = fretwear.Case(**{**PARAMETERS, "cycles": 5000})
     # The depth that a step ends with: no step is cut because the depth is passed within it.
-    deepest = [float(step.state.wear.max()) for step in simulation.steps(case)][5]
+    deepest = [float(step.state.wear.max()) for step in simulate.steps(case)][5]
     told = []
     with monkeypatch.context() as patch:
         patch.setattr(
-            simulation, "_slip_model", lambda case, _: ShallowSlip(case.stick_load, deepest=deepest)
+            simulate, "_slip_model", lambda case, _: ShallowSlip(case.stick_load, deepest=deepest)
         )
         with pytest.raises(WearError, match=r"no step after cycle \d+.* a residual of"):
             job(case, path, told)
@@ -238,5 +238,5 @@ def test_a_job_that_fails_on_its_way_keeps_the_checkpoint_to_go_on_from(path, mo
     job(case, path, told)
     assert f"going on after cycle {reached}" in told[-1]
     with open_case(path) as dataset:
-        undisturbed = simulation.simulate(case)
+        undisturbed = simulate.simulate(case)
         xr.testing.assert_equal(dataset["wear_depth"].load(), undisturbed["wear_depth"])

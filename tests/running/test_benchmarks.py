@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from fretwear.data.benchmarks import spent_on_simulations
+from fretwear.running.records import spent_on_simulations
 
 HEAD = "s\th:m:s\tmax_rss\tcpu_time\n"
 

@@ -1,6 +1,6 @@
 import json
 
-from fretwear.data.failures import ENDED, failures, forget, log_end, log_file, reasons, record
+from fretwear.running.records import ENDED, failures, forget, log_end, log_file, reasons, record
 
 
 def test_a_failed_case_is_told_with_its_reason_and_its_log(tmp_path):

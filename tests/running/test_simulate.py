@@ -8,10 +8,9 @@ import pytest
 import xarray as xr
 
 import fretwear
-from fretwear.journal import Journal, Step
 from fretwear.mechanics.surfaces import Surface
 from fretwear.mechanics.window import Window
-from fretwear.simulation import run, simulate, wear_problem
+from fretwear.running.simulate import RunRecord, Step, run, simulate, wear_problem
 from fretwear.study.case import Case
 from fretwear.theory import CattaneoMindlin, HertzContact
 from fretwear.vocabulary import ContactState
@@ -196,7 +195,7 @@ def test_history_holds_every_step_and_observers_see_each():
 
 def test_a_run_goes_on_from_its_journal_with_the_same_bits(datasets):
     case = make(**KINDS["rough capped"])
-    journal = Journal()
+    record = RunRecord()
 
     class PulledPlugError(Exception):
         pass
@@ -206,10 +205,10 @@ def test_a_run_goes_on_from_its_journal_with_the_same_bits(datasets):
             raise PulledPlugError
 
     with pytest.raises(PulledPlugError):
-        run(case, [pull_the_plug], journal=journal)
-    assert 100 <= journal.last.cycle < 1000
-    again = Journal.unpacked(*journal.packed(), case.cycles)
-    resumed = run(case, journal=again).dataset
+        run(case, [pull_the_plug], record=record)
+    assert 100 <= record.last.cycle < 1000
+    again = RunRecord.unpacked(*record.packed(), case.cycles)
+    resumed = run(case, record=again).dataset
     xr.testing.assert_equal(resumed, datasets["rough capped"])
 
 

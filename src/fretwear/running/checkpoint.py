@@ -2,26 +2,102 @@
 
 from __future__ import annotations
 
+import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
+from zipfile import BadZipFile
 
-from fretwear.data.checkpoint import CheckpointError, read_checkpoint, write_checkpoint
+import numpy as np
+from numpy.typing import NDArray
+
 from fretwear.data.dataset import source
-from fretwear.data.safe import DataFileError
-from fretwear.journal import Journal, Step
+from fretwear.data.files import add_checksum, damage
+from fretwear.data.safe import DataFileError, atomic_path
+from fretwear.running.simulate import RunRecord, Step
 
 if TYPE_CHECKING:
     from fretwear.study.case import Case
+
+_NUMBERS = "numbers"
+_START_ANEW = "The run starts at cycle 0"
+
+
+class CheckpointError(DataFileError):
+    """A checkpoint that cannot be used: damaged, or of another run."""
+
+
+def write_checkpoint(
+    path: Path,
+    arrays: Mapping[str, NDArray[Any]],
+    numbers: Mapping[str, Any],
+    identity: Mapping[str, Any],
+) -> None:
+    """Write a checkpoint; it appears under its name only when it is whole.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        The file.
+    arrays : mapping of str to numpy.ndarray
+        Numeric arrays of any shape.
+    numbers : mapping
+        Anything that JSON can hold.
+    identity : mapping
+        What the run is (version, parameters): must be equal when it is read.
+
+    Raises
+    ------
+    DataFileError
+        When it cannot be written.
+    """
+    text = json.dumps({"identity": identity, "numbers": numbers}, sort_keys=True)
+    encoded = np.frombuffer(text.encode(), dtype=np.uint8)
+    with atomic_path(path) as temporary:
+        with temporary.open("wb") as stream:
+            np.savez(stream, allow_pickle=False, **{_NUMBERS: encoded}, **arrays)
+        add_checksum(temporary)
+
+
+def read_checkpoint(
+    path: Path, identity: Mapping[str, Any]
+) -> tuple[dict[str, NDArray[Any]], dict[str, Any]] | None:
+    """Read what `write_checkpoint` wrote; None where there is no such file.
+
+    Raises
+    ------
+    CheckpointError
+        When the file is damaged, or when its identity is another one.
+    """
+    if not path.exists():
+        return None
+    # The container has checksums of its own, but none of its headers.
+    if problem := damage(path, "checkpoint"):
+        raise CheckpointError(path, f"this checkpoint is damaged ({problem})", _START_ANEW)
+    try:
+        with np.load(path, allow_pickle=False) as stored:
+            arrays = {name: stored[name] for name in stored.files}
+        content = json.loads(arrays.pop(_NUMBERS).tobytes())
+        found, numbers = content["identity"], content["numbers"]
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, BadZipFile) as cause:
+        problem = "this is no checkpoint, or one of another version"
+        raise CheckpointError(path, problem, _START_ANEW) from cause
+    expected = json.loads(json.dumps(identity))
+    if found != expected:
+        keys = sorted(key for key in {*found, *expected} if found.get(key) != expected.get(key))
+        problem = f"this checkpoint is of another run (another {', '.join(keys)})"
+        raise CheckpointError(path, problem, _START_ANEW)
+    return arrays, numbers
+
 
 SECONDS_BETWEEN = 30.0
 _SNAPSHOT_SHARE = 0.2
 
 
 class Checkpoint:
-    """The checkpoint of a run: an observer that keeps the journal on disk.
+    """The checkpoint of a run: an observer that keeps the record on disk.
 
     Used as a context: what interrupts the run leaves a checkpoint of the last accepted step, and
     a run that comes to its end removes it once the caller has stored the result.
@@ -42,8 +118,8 @@ class Checkpoint:
 
     Attributes
     ----------
-    journal
-        To be given to `fretwear.simulation.run`.
+    record
+        To be given to `fretwear.running.simulate.run`.
     """
 
     def __init__(
@@ -62,7 +138,7 @@ class Checkpoint:
         self._saved = clock()
         self._saved_steps = 0
         self._is_discarded = False
-        self.journal = self._read()
+        self.record = self._read()
 
     def __enter__(self) -> Self:
         return self
@@ -78,7 +154,7 @@ class Checkpoint:
         if kind is None:
             self.discard()
             return
-        if len(self.journal.history) > self._saved_steps:
+        if len(self.record.history) > self._saved_steps:
             try:
                 self.save()
             except DataFileError as failure:
@@ -86,7 +162,7 @@ class Checkpoint:
                 if str(failure) != str(error):
                     self._tell(str(failure))
         if self._saved_steps and self.path.exists():
-            cycle = self.journal.history[self._saved_steps - 1].cycle
+            cycle = self.record.history[self._saved_steps - 1].cycle
             self._tell(f"{self.path}: kept; the same command goes on after cycle {cycle:.6g}")
 
     def __call__(self, step: Step) -> None:
@@ -97,17 +173,17 @@ class Checkpoint:
             self.save()
 
     def save(self) -> None:
-        """Write the journal to the file.
+        """Write the record to the file.
 
         Raises
         ------
         fretwear.data.safe.DataFileError
             When it cannot be written.
         """
-        arrays, numbers = self.journal.packed()
+        arrays, numbers = self.record.packed()
         write_checkpoint(self.path, arrays, numbers, self._identity())
         self._saved = self._clock()
-        self._saved_steps = len(self.journal.history)
+        self._saved_steps = len(self.record.history)
 
     def discard(self) -> None:
         """Remove the file: the result is stored."""
@@ -126,22 +202,22 @@ class Checkpoint:
             "output cycles": list(self._case.output_cycles),
         }
 
-    def _read(self) -> Journal:
+    def _read(self) -> RunRecord:
         try:
             stored = read_checkpoint(self.path, self._identity())
         except CheckpointError as error:
             self._tell(str(error))
-            return Journal()
+            return RunRecord()
         if stored is None:
-            return Journal()
+            return RunRecord()
         try:
-            journal = Journal.unpacked(*stored, last_cycle=self._case.cycles)
+            record = RunRecord.unpacked(*stored, last_cycle=self._case.cycles)
         except (KeyError, IndexError, TypeError, ValueError):
             self._tell(
                 f"{self.path}: this checkpoint has another content. The run starts at cycle 0"
             )
-            return Journal()
-        self._saved_steps = len(journal.history)
-        assert journal.last is not None
-        self._tell(f"{self.path}: going on after cycle {journal.last.cycle:.6g}")
-        return journal
+            return RunRecord()
+        self._saved_steps = len(record.history)
+        assert record.last is not None
+        self._tell(f"{self.path}: going on after cycle {record.last.cycle:.6g}")
+        return record

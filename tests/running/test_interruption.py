@@ -12,10 +12,10 @@ import pytest
 import yaml
 
 import fretwear
+from fretwear.running.workflow import StudyJobs
 from fretwear.study.file import StudyError, load_study
-from fretwear.workflow import StudyJobs
 
-REPOSITORY = Path(__file__).parents[1]
+REPOSITORY = Path(__file__).parents[2]
 BASE = {
     "radius": "10 mm",
     "youngs_modulus": "208 GPa",

@@ -7,12 +7,16 @@ import pytest
 import xarray as xr
 
 import fretwear
-import fretwear.checkpoints
-from fretwear import simulation
-from fretwear.checkpoints import Checkpoint
-from fretwear.data.checkpoint import CheckpointError, read_checkpoint, write_checkpoint
+import fretwear.running.checkpoint
 from fretwear.data.files import add_checksum
-from fretwear.journal import Journal
+from fretwear.running import simulate
+from fretwear.running.checkpoint import (
+    Checkpoint,
+    CheckpointError,
+    read_checkpoint,
+    write_checkpoint,
+)
+from fretwear.running.simulate import RunRecord
 
 PARAMETERS = {
     "radius": "10 mm",
@@ -39,22 +43,22 @@ class InterruptionError(Exception):
 
 
 def interrupted(case: fretwear.Case, checkpoint: Checkpoint, after: int) -> None:
-    def stop(step: simulation.Step) -> None:
+    def stop(step: simulate.Step) -> None:
         if step.state.step >= after:
             raise InterruptionError
 
     with pytest.raises(InterruptionError), checkpoint:
-        simulation.run(case, [checkpoint, stop], journal=checkpoint.journal)
+        simulate.run(case, [checkpoint, stop], record=checkpoint.record)
 
 
 @pytest.mark.parametrize("after", [0, 1, 5, 15])
 def test_an_interrupted_run_goes_on_to_the_same_bits(case, tmp_path, after):
-    undisturbed = simulation.run(case)
+    undisturbed = simulate.run(case)
     path = tmp_path / "case.checkpoint"
     interrupted(case, Checkpoint(path, case, print), after)
     with Checkpoint(path, case, print) as checkpoint:
-        assert checkpoint.journal.last.step == after
-        rerun = simulation.run(case, [checkpoint], journal=checkpoint.journal)
+        assert checkpoint.record.last.step == after
+        rerun = simulate.run(case, [checkpoint], record=checkpoint.record)
     xr.testing.assert_equal(rerun.dataset, undisturbed.dataset)
     xr.testing.assert_equal(rerun.history, undisturbed.history)
     assert not path.exists()
@@ -63,10 +67,10 @@ def test_an_interrupted_run_goes_on_to_the_same_bits(case, tmp_path, after):
 def test_a_run_that_was_over_is_not_run_again(case, tmp_path):
     path = tmp_path / "case.checkpoint"
     checkpoint = Checkpoint(path, case, print)
-    undisturbed = simulation.run(case, [checkpoint], journal=checkpoint.journal)
+    undisturbed = simulate.run(case, [checkpoint], record=checkpoint.record)
     checkpoint.save()
     seen = []
-    again = simulation.run(case, [seen.append], journal=Checkpoint(path, case, print).journal)
+    again = simulate.run(case, [seen.append], record=Checkpoint(path, case, print).record)
     assert seen == []
     xr.testing.assert_equal(again.dataset, undisturbed.dataset)
 
@@ -79,7 +83,7 @@ def test_a_checkpoint_of_another_run_is_refused_with_a_message(case, tmp_path, c
     interrupted(case, Checkpoint(path, case, print), 3)
     told = []
     other = Checkpoint(path, fretwear.Case(**{**PARAMETERS, **change}), told.append)
-    assert other.journal.last is None
+    assert other.record.last is None
     assert named in told[0]
     assert str(path) in told[0]
 
@@ -87,9 +91,9 @@ def test_a_checkpoint_of_another_run_is_refused_with_a_message(case, tmp_path, c
 def test_a_checkpoint_of_another_version_is_refused(case, tmp_path, monkeypatch):
     path = tmp_path / "case.checkpoint"
     interrupted(case, Checkpoint(path, case, print), 3)
-    monkeypatch.setattr(fretwear.checkpoints, "source", lambda: "fretwear 0.0.1")
+    monkeypatch.setattr(fretwear.running.checkpoint, "source", lambda: "fretwear 0.0.1")
     told = []
-    assert Checkpoint(path, case, told.append).journal.last is None
+    assert Checkpoint(path, case, told.append).record.last is None
     assert "version" in told[0]
 
 
@@ -99,19 +103,19 @@ def test_a_sealed_file_that_is_no_checkpoint_is_refused(case, tmp_path):
         path.write_bytes(content)
         add_checksum(path)
         told = []
-        assert Checkpoint(path, case, told.append).journal.last is None
+        assert Checkpoint(path, case, told.append).record.last is None
         assert "no checkpoint" in told[0]
 
 
 def test_a_checkpoint_of_other_fields_is_refused(case, tmp_path):
     path = tmp_path / "case.checkpoint"
     checkpoint = Checkpoint(path, case, print)
-    simulation.run(case, [], journal=checkpoint.journal)
-    arrays, numbers = checkpoint.journal.packed()
+    simulate.run(case, [], record=checkpoint.record)
+    arrays, numbers = checkpoint.record.packed()
     arrays.pop("state0.wear")
     write_checkpoint(path, arrays, numbers, checkpoint._identity())
     told = []
-    assert Checkpoint(path, case, told.append).journal.last is None
+    assert Checkpoint(path, case, told.append).record.last is None
     assert "another content" in told[0]
 
 
@@ -152,13 +156,13 @@ def test_arrays_that_need_pickle_are_not_written(tmp_path):
 
 
 def test_a_journal_survives_packing(case):
-    journal = Journal()
-    simulation.run(case, journal=journal)
-    arrays, numbers = journal.packed()
-    again = Journal.unpacked(arrays, numbers, case.cycles)
-    assert again.history == journal.history
+    record = RunRecord()
+    simulate.run(case, record=record)
+    arrays, numbers = record.packed()
+    again = RunRecord.unpacked(arrays, numbers, case.cycles)
+    assert again.history == record.history
     assert [step.state.cycle for step in again.snapshots] == [0, 10, 1000, 3000]
-    assert np.array_equal(again.last.wear, journal.last.wear)
+    assert np.array_equal(again.last.wear, record.last.wear)
 
 
 class Watch:
@@ -180,11 +184,11 @@ def test_a_kill_at_any_moment_costs_at_most_half_a_minute_and_a_step(case, tmp_p
     def pass_time(step):
         nonlocal written
         costs.append(clock.now - written)
-        if path.exists() and Checkpoint(path, case, [].append).journal.last.step == step.state.step:
+        if path.exists() and Checkpoint(path, case, [].append).record.last.step == step.state.step:
             written = clock.now
         clock.now += generator.choice([0.5, 5.0, 29.0])
 
-    simulation.run(case, [checkpoint, pass_time], journal=checkpoint.journal)
+    simulate.run(case, [checkpoint, pass_time], record=checkpoint.record)
     assert written > 0
     assert max(costs) <= 30.0 + 29.0
 
@@ -196,9 +200,9 @@ def test_snapshots_are_on_the_disk_soon(case, tmp_path):
 
     def pass_time(step):
         if step.state.cycle in case.output_cycles[1:]:
-            stored = Checkpoint(path, case, [].append).journal
+            stored = Checkpoint(path, case, [].append).record
             assert stored.last.cycle == step.state.cycle
-            assert len(stored.snapshots) == len(checkpoint.journal.snapshots)
+            assert len(stored.snapshots) == len(checkpoint.record.snapshots)
         clock.now += 7.0
 
-    simulation.run(case, [checkpoint, pass_time], journal=checkpoint.journal)
+    simulate.run(case, [checkpoint, pass_time], record=checkpoint.record)

@@ -10,7 +10,7 @@ import xarray as xr
 import fretwear
 from fretwear.data.files import open_case, open_history
 from fretwear.data.safe import Lock
-from fretwear.job import simulate_to_file
+from fretwear.running.batch import simulate_to_file
 
 KILLS = 20
 
@@ -33,7 +33,7 @@ CASE = fretwear.Case(
 def start():
     """Start a job in a process of its own and wait until it is at work."""
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["fretwear.job", "fretwear.data.dataset"])
+    context.set_forkserver_preload(["fretwear.running.batch", "fretwear.data.dataset"])
 
     def begin(path):
         settings = {"tell": print, "command": "test", "interval": 0.05}

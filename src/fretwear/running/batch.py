@@ -1,23 +1,112 @@
-"""A batch: several cases of a study in one process, each to a file of its own."""
+"""One case to one file, and a batch of cases each to a file of its own."""
 
 from __future__ import annotations
 
 import shlex
+import time
 import traceback
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, TextIO
 
-from fretwear.data.failures import failures, forget, log_file, record
-from fretwear.data.files import is_finished_case
-from fretwear.job import JOB_ERRORS, simulate_to_file
+from fretwear.data.files import is_finished_case, open_history, write_case
+from fretwear.data.safe import DataFileError, locked, uninterrupted
+from fretwear.mechanics.contact import ContactError
+from fretwear.mechanics.wear import WearError
+from fretwear.running import simulate
+from fretwear.running.checkpoint import SECONDS_BETWEEN, Checkpoint
+from fretwear.running.records import failures, forget, log_file, record
+from fretwear.running.resources import require_memory
 
 if TYPE_CHECKING:
-    from fretwear.simulation import Observer
+    from fretwear.running.simulate import Observer
     from fretwear.study.case import Case
     from fretwear.study.file import Study
+
+# What a job may fail of without a defect of this package; each has a message for people.
+JOB_ERRORS = (ContactError, WearError, DataFileError, MemoryError)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a job did.
+
+    Attributes
+    ----------
+    steps : int
+        Accepted steps of the whole run, those before an interruption included.
+    seconds : float
+        Time that this job took, s.
+    is_taken_over : bool
+        Whether another process wrote the file while this one waited for it.
+    """
+
+    steps: int
+    seconds: float
+    is_taken_over: bool = False
+
+
+def simulate_to_file(
+    case: Case,
+    path: Path,
+    *,
+    observers: Sequence[Observer] = (),
+    tell: Callable[[str], None],
+    command: str,
+    interval: float = SECONDS_BETWEEN,
+) -> Outcome:
+    """Simulate a case and write its file; go on from the checkpoint beside it if there is one.
+
+    Two jobs with one file do not work at once: the later one waits, and takes the file as it is
+    if it then is that of the same case, with the same snapshots, by the same version.
+
+    Parameters
+    ----------
+    case
+        What to run.
+    path
+        The case file; it appears under this name only when it is whole.
+    observers
+        Called with each accepted step of this job.
+    tell
+        Takes a line for people: where the run goes on, why a checkpoint was not used, for whom
+        the job waits.
+    command
+        The call that leads to the same results, for the dataset.
+    interval
+        Longest time between two checkpoints, s, but for a single step that takes longer.
+
+    Raises
+    ------
+    fretwear.mechanics.contact.ContactError, fretwear.mechanics.wear.WearError
+        When the solution does not converge. The checkpoint is kept.
+    fretwear.data.safe.DataFileError
+        When the file cannot be written, or another process has come to compute it meanwhile.
+    MemoryError
+        When the case does not fit in the memory; it tells so before it starts where that is
+        certain.
+    """
+    started = time.monotonic()
+    require_memory(case)
+    with locked(path, tell) as lock:
+        if lock.waited and is_finished_case(path, case):
+            return Outcome(_steps_of(path), time.monotonic() - started, is_taken_over=True)
+        with Checkpoint(path.with_suffix(".checkpoint"), case, tell, interval) as checkpoint:
+            result = simulate.run(
+                case, [checkpoint, *observers], record=checkpoint.record, command=command
+            )
+            lock.ensure(tell)
+            with uninterrupted():
+                write_case(result.dataset, result.history, path)
+                checkpoint.discard()
+    return Outcome(result.history.sizes["step"] - 1, time.monotonic() - started)
+
+
+def _steps_of(path: Path) -> int:
+    with open_history(path) as history:
+        return history.sizes["step"] - 1
 
 
 class Listener(Protocol):
@@ -66,7 +155,7 @@ class BatchRun:
         Hears of the batch as a whole.
     listener_to : callable
         Takes an open file; gives one who writes there what a single case says, see
-        `fretwear.data.failures.log_file`.
+        `fretwear.running.records.log_file`.
     """
 
     study: Study

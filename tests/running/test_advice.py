@@ -1,6 +1,6 @@
 import pytest
 
-from fretwear.advice import cores, machine_warnings, warnings
+from fretwear.running.resources import cores, machine_warnings, warnings
 from fretwear.study.file import load_study
 from fretwear.study.plan import plan_study
 

@@ -10,13 +10,12 @@ import pytest
 import yaml
 
 import fretwear
-from fretwear.data.failures import failures, record
 from fretwear.data.files import open_summary
-from fretwear.finished import write_finished
+from fretwear.running.records import failures, record
+from fretwear.running.workflow import StudyJobs, chosen_study, study_file, write_finished
 from fretwear.study.file import StudyError
-from fretwear.workflow import StudyJobs, chosen_study, study_file
 
-REPOSITORY = Path(__file__).parents[1]
+REPOSITORY = Path(__file__).parents[2]
 
 TINY = {
     "title": "Tiny",

@@ -1,6 +1,6 @@
+from fretwear.running.resources import machine_speed, transform_seconds
 from fretwear.study.case import Case
 from fretwear.study.cost import estimate
-from fretwear.study.speed import machine_speed, transform_seconds
 
 CASE = {
     "radius": 0.01,

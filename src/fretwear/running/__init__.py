@@ -1,0 +1,1 @@
+"""From a case to its file: runs, checkpoints, batches, the workflow and what they take."""
