@@ -84,14 +84,13 @@ def test_the_slider_shows_the_profiles_of_its_cycle(opened: Browser, finished) -
     case_id = elastic_id(finished)
     title = opened.ask("return document.getElementById('profile-plot').layout.yaxis4.title.text")
     length = {"Wear depth (µm)": 1e-6, "Wear depth (nm)": 1e-9}[title]
-    fields = {"pressure": 1e6, "shear": 1e6, "gap": length, "wear": length}
-    names = {"shear": "shear_traction", "wear": "wear_depth"}
+    fields = {"pressure": 1e6, "shear_traction": 1e6, "gap": length, "wear_depth": length}
     for place, cycle in enumerate([0, 1, 10, 100, 1000]):
         opened.move(place)
         assert opened.find("#cycle-shown").text == str(cycle)
         for name, size in fields.items():
             shown = opened.curve(f"a {name}")
-            expected = stored(finished, case_id, names.get(name, name), cycle, size)[: shown.size]
+            expected = stored(finished, case_id, name, cycle, size)[: shown.size]
             assert shown == pytest.approx(expected, abs=1e-4 * float(np.ptp(expected)))
 
 
@@ -119,8 +118,10 @@ def test_the_histories_mark_the_cycle_shown(opened: Browser) -> None:
         opened.move(place)
         places.append(opened.ask(line))
     assert places == sorted(set(places))
-    assert {"a contact", "a stick", "a volume"} <= opened.curves("history-plot")
-    assert np.all(np.diff(opened.curve("a volume", "history-plot")) >= 0.0)
+    assert {"a contact_half_width_x", "a stick_half_width_x", "a wear_volume"} <= opened.curves(
+        "history-plot"
+    )
+    assert np.all(np.diff(opened.curve("a wear_volume", "history-plot")) >= 0.0)
 
 
 def test_another_case_has_other_curves_and_numbers(opened: Browser) -> None:
@@ -137,13 +138,17 @@ def test_two_cases_are_laid_over_each_other(opened: Browser) -> None:
     assert not any(name.startswith("b ") for name in opened.curves())
     opened.find("#compare").click()
     assert {"a pressure", "b pressure", "b stick", "b slip"} <= opened.curves()
-    assert {"b contact", "b stick", "b volume"} <= opened.curves("history-plot")
+    assert {"b contact_half_width_x", "b stick_half_width_x", "b wear_volume"} <= opened.curves(
+        "history-plot"
+    )
     assert opened.texts(".readout thead th") == ["A", "B", "B to A"]
     opened.choose("b", **CASE)
-    assert opened.curve("b wear") == pytest.approx(opened.curve("a wear"))
+    assert opened.curve("b wear_depth") == pytest.approx(opened.curve("a wear_depth"))
     assert set(opened.texts(".readout td:last-child")) <= {"", "× 1.00", "–"}
     opened.choose("b", roughness_amplitude="smooth")
-    assert not np.allclose(opened.curve("b wear")[:40], opened.curve("a wear")[:40], rtol=0.1)
+    assert not np.allclose(
+        opened.curve("b wear_depth")[:40], opened.curve("a wear_depth")[:40], rtol=0.1
+    )
     opened.find("#compare").click()
     assert "b pressure" not in opened.curves()
 

@@ -13,6 +13,7 @@ from fretwear.data.files import open_case
 from fretwear.data.safe import DataFileError
 from fretwear.report import Section, build_report
 from fretwear.report.computation import residuals
+from fretwear.units import fixed_digits
 
 VOID = {"meta", "link", "br", "img", "input", "hr", "mspace"}
 
@@ -130,6 +131,23 @@ def test_numbers_of_the_table_are_those_of_the_cases(page: str, finished) -> Non
     assert values == pytest.approx([float(value) for value in expected], rel=1e-5)
 
 
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (1.7, "1.70"),
+        (15.82, "15.8"),
+        (0.8291, "0.829"),
+        (100.2, "100"),
+        (38384.0, "38400"),
+        (-0.5, "−0.500"),
+        (0.0, "0"),
+        (2.5e-7, "2.5·10⁻⁷"),
+    ],
+)
+def test_numbers_of_a_column_have_the_same_digits(value: float, text: str) -> None:
+    assert fixed_digits(value, 3) == text
+
+
 def test_sort_keys_are_numbers_that_a_script_reads(page: str) -> None:
     keys = re.findall(r'data-value="([^"]+)"', page)
     assert "Infinity" in keys
@@ -210,7 +228,7 @@ def test_one_case_alone_has_a_report(finished, tmp_path: Path) -> None:
     parsed = Page(one.report())
     assert "1 case" in parsed.text
     assert "case simulated" in parsed.text
-    assert "What each parameter does" not in parsed.text
+    assert "Effect of each parameter" not in parsed.text
 
 
 def test_a_study_without_results_has_a_report_without_explorer(finished, tmp_path: Path) -> None:

@@ -10,10 +10,16 @@ import numpy as np
 import pytest
 
 from fretwear.data.files import open_case, open_history
-from fretwear.report.explorer import build_explorer
-from fretwear.report.explorer.chosen import chosen_points, evenly, thinned_levels
-from fretwear.report.explorer.packing import MISSING, Packer
-from fretwear.report.explorer.series import runs
+from fretwear.report.explorer import (
+    MISSING,
+    PROFILES,
+    Packer,
+    build_explorer,
+    evenly,
+    run_lengths,
+    select_points,
+    thinned_levels,
+)
 from fretwear.report.results import point_results
 
 
@@ -48,16 +54,15 @@ def unpacked(finished) -> Unpacked:
 
 def test_profiles_are_those_of_the_files_to_a_32767th(finished, unpacked: Unpacked) -> None:
     assert len(unpacked.header["cases"]) == 11
-    fields = {"pressure": "pressure", "shear": "shear_traction", "gap": "gap", "wear": "wear_depth"}
     for case in unpacked.header["cases"]:
         with open_case(finished.cases / f"{case['id']}.nc") as stored:
             first, spacing, count = case["x"]
             x = stored["x"].values[:count]
             assert first + spacing * np.arange(count) == pytest.approx(1e6 * x, rel=1e-9)
             assert x[-1] > 1.1 * float(stored["contact_half_width_x"].max())
-            for name, field in fields.items():
-                size = {"MPa": 1e6, "µm": 1e-6, "nm": 1e-9}[unpacked.header["units"][name]]
-                expected = stored[field].values[:, :count, 0] / size
+            for name in PROFILES:
+                size = {"MPa": 1e6, "µm": 1e-6, "nm": 1e-9}[unpacked.header["words"][name]["unit"]]
+                expected = stored[name].values[:, :count, 0] / size
                 error = np.abs(unpacked.profile(case, name) - expected)
                 assert (error <= 0.51 / 32767 * np.abs(expected).max(axis=1, keepdims=True)).all()
 
@@ -76,7 +81,7 @@ def test_histories_hold_every_step(finished, unpacked: Unpacked) -> None:
     with open_history(finished.cases / f"{case['id']}.nc") as history:
         assert unpacked.steps(case, "cycle") == pytest.approx(history["cycle"].values, rel=1e-6)
         width = 1e6 * history["contact_half_width_x"].values
-        assert unpacked.steps(case, "contact") == pytest.approx(width, rel=1e-6)
+        assert unpacked.steps(case, "contact_half_width_x") == pytest.approx(width, rel=1e-6)
 
 
 def test_points_without_results_keep_their_reasons(finished, unpacked: Unpacked) -> None:
@@ -89,7 +94,7 @@ def test_points_without_results_keep_their_reasons(finished, unpacked: Unpacked)
 
 def test_the_case_that_has_worn_most_comes_first(unpacked: Unpacked) -> None:
     start = unpacked.header["points"][unpacked.header["start"]]
-    volumes = [case["scalars"]["volume"][-1] for case in unpacked.header["cases"]]
+    volumes = [case["scalars"]["wear_volume"][-1] for case in unpacked.header["cases"]]
     assert start["case"] == int(np.argmax(volumes))
 
 
@@ -98,7 +103,7 @@ def test_of_many_points_a_grid_of_fewer_levels_is_held(finished) -> None:
     explorer = build_explorer(finished.plan, results, finished.cases, most=9)
     assert explorer is not None
     header = Unpacked(explorer.data).header
-    assert explorer.note.startswith("Of the 16 points of the study this page holds 8,")
+    assert explorer.note.startswith("This page holds 8 of the 16 points of the study,")
     assert [len(axis["levels"]) for axis in header["axes"]] == [1, 2, 2, 2]
     assert [point["number"] for point in header["points"]] == list(range(1, 9))
 
@@ -115,8 +120,8 @@ def test_levels_are_thinned_where_there_are_most_and_keep_their_ends() -> None:
 
 def test_if_no_chosen_point_is_done_those_that_are_done_are_held(finished) -> None:
     done = {5, 6, 9}
-    assert chosen_points(finished.plan, done, 2) == [5, 9]
-    assert set(chosen_points(finished.plan, {0}, 2)) & {0}
+    assert select_points(finished.plan, done, 2) == [5, 9]
+    assert set(select_points(finished.plan, {0}, 2)) & {0}
 
 
 def test_one_place_of_many_is_the_first() -> None:
@@ -125,8 +130,8 @@ def test_one_place_of_many_is_the_first() -> None:
 
 
 def test_runs_tell_states_and_how_long_they_last() -> None:
-    assert runs(np.array([2, 2, 1, 0, 0, 0], dtype=np.int8)) == [2, 2, 1, 1, 0, 3]
-    assert runs(np.array([1], dtype=np.int8)) == [1, 1]
+    assert run_lengths(np.array([2, 2, 1, 0, 0, 0], dtype=np.int8)) == [2, 2, 1, 1, 0, 3]
+    assert run_lengths(np.array([1], dtype=np.int8)) == [1, 1]
 
 
 def test_missing_values_and_rows_of_zeros_are_packed() -> None:

@@ -5,7 +5,8 @@ import math
 import pytest
 
 from fretwear.report.findings import effects, key_numbers, summary_sentences
-from fretwear.report.results import INVALID, PointResult, point_results
+from fretwear.report.results import FIRST, LAST, PointResult, point_results
+from fretwear.vocabulary import PointStatus
 
 
 @pytest.fixture(scope="module")
@@ -13,65 +14,75 @@ def results(finished) -> list[PointResult]:
     return point_results(finished.plan, finished.summary, {})
 
 
-def _point(number: int, **values: float) -> PointResult:
-    given = {
-        "half_width_first": 100e-6,
-        "half_width": 120e-6,
-        "stick_first": 50e-6,
-        "stick": 50e-6,
-        "central_first": 1e9,
-        "central": 1.5e9,
-        "peak": 3e9,
-        "depth": 1e-6,
-        "volume": 2e-15,
-        "energy_first": 4e-6,
-        "energy": 1e-6,
+def _point(number: int, **last: float) -> PointResult:
+    first = {
+        "contact_half_width_x": 100e-6,
+        "stick_half_width_x": 50e-6,
+        "central_pressure": 1e9,
+        "dissipated_energy": 4e-6,
     }
-    title = f"load {number} N"
+    given = {
+        "contact_half_width_x": 120e-6,
+        "stick_half_width_x": 50e-6,
+        "central_pressure": 1.5e9,
+        "peak_pressure": 3e9,
+        "maximum_wear_depth": 1e-6,
+        "wear_volume": 2e-15,
+        "dissipated_energy": 1e-6,
+    } | last
     return PointResult(
-        number, f"case-{number}", "done", "", {"load": f"{number} N"}, title, given | values,
+        number,
+        f"case-{number}",
+        PointStatus.DONE,
+        "",
+        {"load": f"{number} N"},
+        f"load {number} N",
+        {(name, FIRST): value for name, value in first.items()}
+        | {(name, LAST): value for name, value in given.items()},
         smooth=True,
-    )  # fmt: skip
+    )
+
+
+def _told(*points: PointResult) -> str:
+    return " ".join(summary_sentences(points)).replace("\u00a0", " ")
 
 
 def test_extremes_are_named_with_their_points() -> None:
-    points = [_point(1), _point(2, volume=8e-15, depth=3e-6), _point(3, volume=4e-15)]
-    wear = next(summary_sentences(points))
-    assert "between 2 × 10³ µm³ (load 1 N) and 8 × 10³ µm³ (load 2 N)" in wear
-    assert "3 µm, is that of load 2 N" in wear
+    deeper = _point(2, wear_volume=8e-15, maximum_wear_depth=3e-6)
+    text = _told(_point(1), deeper, _point(3, wear_volume=4e-15))
+    assert "between 2 × 10³ µm³ (load 1 N) and 8 × 10³ µm³ (load 2 N)" in text
+    assert "the maximum wear depth reaches 3 µm (load 2 N)" in text
 
 
 def test_growth_and_shrinking_are_told_apart() -> None:
-    text = " ".join(summary_sentences([_point(1), _point(2, half_width=150e-6, stick=40e-6)]))
+    text = _told(_point(1), _point(2, contact_half_width_x=150e-6, stick_half_width_x=40e-6))
     assert "grows by 20.0 to 50.0 %, to 120 to 150 µm" in text
-    assert "without a plastic limit the stick half-width shrinks by 0.0 to 20.0 %" in text
-    mixed = " ".join(summary_sentences([_point(1), _point(2, half_width=90e-6)]))
-    assert "changes by −10.0 to +20.0 %" in mixed
+    assert "without a plastic limit the stick half-width along x shrinks by 0.0 to 20.0 %" in text
+    assert "changes by −10.0 to +20.0 %" in _told(_point(1), _point(2, contact_half_width_x=90e-6))
 
 
 def test_a_constant_stick_zone_is_called_so() -> None:
-    text = " ".join(summary_sentences([_point(1), _point(2)]))
-    assert "In the 2 cases without a plastic limit the stick zone keeps its half-width." in text
-    nearly = " ".join(summary_sentences([_point(1, stick=50.1e-6)]))
-    assert "keeps its half-width within 0.2 %" in nearly
+    told = "the stick half-width along x does not change"
+    assert f"In the 2 cases without a plastic limit {told}." in _told(_point(1), _point(2))
+    assert f"{told}, within 0.2 %" in _told(_point(1, stick_half_width_x=50.1e-6))
 
 
 def test_energy_that_has_vanished_is_said_to_and_makes_no_factors() -> None:
-    text = " ".join(summary_sentences([_point(1), _point(2, energy=4e-20)]))
-    assert "becomes 0.250 times that; in 1 case it vanishes, wear has come to its end." in text
-    gone = " ".join(summary_sentences([_point(1, energy=0.0)]))
-    assert "vanishes: wear has come to its end." in gone
+    text = _told(_point(1), _point(2, dissipated_energy=4e-20))
+    assert "finally 0.250 times that; in 1 case it vanishes, as wear has ceased." in text
+    assert "finally vanishes: wear has ceased." in _told(_point(1, dissipated_energy=0.0))
 
 
 def test_without_results_that_is_said() -> None:
-    nothing = [PointResult(1, "", INVALID, "Q is too large", {}, "the case")]
+    nothing = [PointResult(1, "", PointStatus.INVALID, "Q is too large", {}, "the case")]
     assert list(summary_sentences(nothing)) == ["No point of this study has results."]
-    assert key_numbers(nothing, "1000") == []
+    assert key_numbers(nothing, "1000") == {}
 
 
 def test_key_numbers_span_all_cases() -> None:
-    numbers = key_numbers([_point(1), _point(2, volume=8e-15)], "30 000")
-    assert [item.value for item in numbers] == ["2", "30 000", "(2 to 8) × 10³ µm³", "+20.0 %"]
+    numbers = key_numbers([_point(1), _point(2, wear_volume=8e-15)], "30 000")
+    expected = ["2", "30 000", "(2 to 8) × 10³ µm³", "+20.0\u00a0%"]
+    assert list(numbers.values()) == expected
 
 
 def test_an_effect_is_the_geometric_mean_over_pairs_that_differ_in_one_name(
@@ -88,7 +99,7 @@ def test_an_effect_is_the_geometric_mean_over_pairs_that_differ_in_one_name(
         for index in by_index
         if index[3] == 0 and by_index[index].done and by_index[(*index[:3], 1)].done
     ]
-    logs = [math.log(b.values["volume"] / a.values["volume"]) for a, b in pairs]
+    logs = [math.log(b.last("wear_volume") / a.last("wear_volume")) for a, b in pairs]
     effect = found["plastic_limit"]
     assert effect.change == "elastic → 3000 MPa"
     assert effect.pairs == len(pairs) == 5
@@ -100,7 +111,7 @@ def test_results_follow_the_order_of_the_study(finished, results: list[PointResu
     assert [result.number for result in results] == list(range(1, 17))
     assert [result.id for result in results] == [point.id for point in finished.plan.points]
     assert results[0].title.startswith("load 20 N, friction 0.2, smooth, elastic")
-    assert results[0].status == INVALID
+    assert results[0].status == PointStatus.INVALID
     assert "less than" in results[0].reason
     failed = next(result for result in results if result.id == finished.failed)
     assert not failed.done

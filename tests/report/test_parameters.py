@@ -7,8 +7,8 @@ import xarray as xr
 import yaml
 
 from fretwear.data.files import open_case, open_history
+from fretwear.report.build import parameter_rows
 from fretwear.report.computation import computation_facts, study_text
-from fretwear.report.parameters import derived_rows, parameter_rows
 from fretwear.report.results import point_results
 from fretwear.study.file import load_study
 from fretwear.study.plan import plan_study
@@ -31,7 +31,7 @@ def test_varied_parameters_come_first_in_units_for_people(finished) -> None:
 
 
 def test_every_parameter_of_a_case_is_in_a_table_or_among_the_numerics(finished) -> None:
-    names = {row.name for row in (*parameter_rows(finished.plan), *derived_rows(finished.plan))}
+    names = {row.name for row in parameter_rows(finished.plan)}
     case = next(iter(finished.plan.study.cases().values()))
     assert set(case.scalar_coordinates()) - names == {"cell_x", "cell_y", "tolerance", "slip_model"}
 
@@ -54,7 +54,7 @@ def test_values_drawn_at_random_are_shown_as_a_range(finished, tmp_path: Path) -
 
 def test_numerics_are_read_from_the_files(finished) -> None:
     results = point_results(finished.plan, finished.summary, {})
-    facts = {f.name: f.value for f in computation_facts(finished.plan, results, finished.cases)}
+    facts = computation_facts(finished.plan, results, finished.folder)
     ids = [result.id for result in results if result.done]
     steps, sources = [], set()
     for case_id in ids:

@@ -1,6 +1,6 @@
 """The report of a study: one HTML file that needs nothing else."""
 
 from fretwear.report.build import build_report
-from fretwear.report.section import Section
+from fretwear.report.page import Section, environment
 
-__all__ = ["Section", "build_report"]
+__all__ = ["Section", "build_report", "environment"]

@@ -10,7 +10,7 @@ import xarray as xr
 from markupsafe import Markup
 
 from fretwear.figures.wording import cycle_number, value_text
-from fretwear.report.section import Section, environment
+from fretwear.report import Section, environment
 from fretwear.source_study.judge import judge
 from fretwear.source_study.models import QUANTITIES, Cost, costs, excess_shear
 from fretwear.source_study.quartet import Quartet

@@ -1,22 +1,14 @@
 "use strict";
-/* The explorer: what is chosen, which cycle, and the pictures and numbers that follow. */
+/* The explorer of a report: data packed by fretwear.report.explorer, drawn by plotly. What it says
+   of results, their labels and units, comes with the data. */
 (async function () {
-  const status = document.getElementById("explorer-status");
-  if (!status) return;
-  const { number, cycleNumber, profiles, histories } = window.fretwear;
-  const get = (id) => document.getElementById(id);
-  const [slider, play, compare, ownScale] = ["cycle", "play", "compare", "own-scale"].map(get);
-  const CONFIG = { displayModeBar: false, responsive: true, doubleClick: "reset" };
+  const MISSING = -32768;
   const PAUSE = 900;
-  const READOUT = [
-    ["contact", "Contact half-width"],
-    ["stick", "Stick half-width"],
-    ["peak", "Highest pressure"],
-    ["central", "Central pressure"],
-    ["deepest", "Deepest wear"],
-    ["volume", "Wear volume"],
-    ["energy", "Energy per cycle"],
-  ];
+  const CONFIG = { displayModeBar: false, responsive: true, doubleClick: "reset" };
+  const get = (id) => document.getElementById(id);
+  const [status, slider, play, compare, ownScale] = [
+    "explorer-status", "cycle", "play", "compare", "own-scale",
+  ].map(get);
 
   let study;
   status.textContent = "Unpacking the explorer …";
@@ -24,111 +16,444 @@
     if (typeof DecompressionStream === "undefined") {
       throw new Error("this browser cannot unpack compressed data; one of 2023 or later can");
     }
-    study = await window.fretwear.study();
-    await window.fretwear.plotly();
+    study = await unpackedStudy();
+    await startPlotly();
   } catch (error) {
     status.textContent = `The explorer cannot start: ${error.message}. The figures below show the same quantities.`;
     return;
   }
+  const { words } = study;
+
+  /* ---- Data ---- */
+
+  async function unpacked(id) {
+    const text = atob(get(id).textContent.trim());
+    const bytes = Uint8Array.from(text, (letter) => letter.charCodeAt(0));
+    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
+    return new Response(stream).arrayBuffer();
+  }
+
+  async function startPlotly() {
+    const script = document.createElement("script");
+    script.textContent = new TextDecoder().decode(await unpacked("plotly-source"));
+    document.head.append(script);
+    if (typeof Plotly === "undefined") throw new Error("plotly did not start");
+  }
+
+  async function unpackedStudy() {
+    const buffer = await unpacked("explorer-data");
+    const start = 8 + new DataView(buffer).getUint32(0, true);
+    const header = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 8, start - 8)));
+    const cases = header.cases.map((packed) => unpackedCase(packed, buffer, start));
+    const points = header.points.map((point) => ({ ...point, data: cases[point.case] }));
+    return { ...header, points };
+  }
+
+  /* One case: profiles over x and histories over the cycles, in the units of the header. */
+  function unpackedCase(packed, buffer, start) {
+    const { number, ...steps } = packed.steps;
+    const [first, spacing, count] = packed.x;
+    const history = Object.entries(steps).map(([name, at]) => [
+      name, Array.from(new Float32Array(buffer, start + at, number)),
+    ]);
+    return {
+      ...packed,
+      x: Array.from({ length: count }, (_, place) => first + place * spacing),
+      history: Object.fromEntries(history),
+      profile(name, snapshot) {
+        const { at, scales } = packed.profiles[name];
+        const row = new Int16Array(buffer, start + at + 2 * snapshot * count, count);
+        return Array.from(row, (value) => (value === MISSING ? null : value * scales[snapshot]));
+      },
+      /* Stretches of x in one state: pairs of where they begin and end. */
+      zones(state, snapshot) {
+        const runs = packed.states[snapshot];
+        const found = [];
+        let edge = first - 0.5 * spacing;
+        for (let place = 0; place < runs.length; place += 2) {
+          const end = edge + runs[place + 1] * spacing;
+          if (runs[place] === state) found.push([edge, end]);
+          edge = end;
+        }
+        return found;
+      },
+    };
+  }
+
+  /* ---- Numbers, and an axis of cycles that is logarithmic and still shows 0 ---- */
+
+  function superscript(power) {
+    const digits = String(Math.abs(power)).replace(/\d/g, (digit) => "⁰¹²³⁴⁵⁶⁷⁸⁹"[digit]);
+    return (power < 0 ? "⁻" : "") + digits;
+  }
+
+  function number(value, digits = 4) {
+    if (value === 0) return "0";
+    const size = Math.abs(value);
+    if (size < 1e-3 || size >= 1e7) {
+      const [mantissa, power] = value.toExponential(digits - 1).split("e");
+      return `${mantissa}·10${superscript(Number(power))}`;
+    }
+    const text = size >= 10 ** digits ? String(Math.round(value)) : value.toPrecision(digits);
+    return text.replace("-", "−");
+  }
+
+  function cycleText(value) {
+    const text = String(Math.round(value));
+    return value >= 10000 ? text.replace(/\B(?=(\d{3})+$)/g, "\u2009") : text;
+  }
+
+  /* Maps cycles to positions; has the ticks, the range to show and the place of the break. */
+  function cycleAxis(cycles) {
+    const widthOfZero = 0.7;
+    const last = Math.max(...cycles);
+    const first = Math.max(1, Math.min(...cycles.filter((cycle) => cycle > 0)));
+    if (!(last >= 10 * first)) {
+      const margin = 0.04 * (last || 1);
+      return { position: (cycle) => cycle, range: [-margin, last + margin], ticks: {} };
+    }
+    const zero = Math.log10(first) - widthOfZero;
+    const lowest = Math.ceil(Math.log10(first));
+    const powers = Array.from(
+      { length: Math.floor(Math.log10(last)) - lowest + 1 }, (_, place) => lowest + place
+    );
+    return {
+      position: (cycle) =>
+        cycle >= first ? Math.log10(cycle) : zero + (widthOfZero * cycle) / first,
+      range: [zero - 0.08, Math.log10(last) + 0.1],
+      ticks: {
+        tickvals: [zero, ...powers],
+        ticktext: [0, ...powers.map((power) => (power < 4 ? 10 ** power : `10${superscript(power)}`))],
+      },
+      gap: zero + 0.5 * widthOfZero,
+    };
+  }
+
+  /* ---- Figures: what plotly is given to draw ---- */
+
+  const DASH = { a: "solid", b: "6px,3px" };
+  const axisId = (place) => (place ? `y${place + 1}` : "y");
+  const axisKey = (place) => (place ? `yaxis${place + 1}` : "yaxis");
+  const largest = (values) => values.reduce((most, one) => (one > most ? one : most), 0);
+
+  function palette() {
+    const style = getComputedStyle(document.documentElement);
+    const names = { a: "series-a", b: "series-b", ground: "ground", ink: "ink", muted: "muted", line: "line" };
+    for (const key in names) names[key] = style.getPropertyValue(`--${names[key]}`).trim();
+    return names;
+  }
+
+  function baseLayout(colors, width) {
+    const family = getComputedStyle(document.body).fontFamily;
+    return {
+      paper_bgcolor: "rgba(0,0,0,0)",
+      plot_bgcolor: "rgba(0,0,0,0)",
+      font: { family, size: width < 480 ? 12 : 13, color: colors.ink },
+      showlegend: false,
+      separators: ".\u2009",
+      hoverlabel: { bgcolor: colors.ground, bordercolor: colors.muted, font: { color: colors.ink } },
+      dragmode: matchMedia("(pointer: coarse)").matches ? false : "zoom",
+      margin: { l: 66, r: 12, t: 6, b: 44 },
+    };
+  }
+
+  function axis(colors, text, more) {
+    return {
+      title: { text, standoff: 6, font: { size: 12 } },
+      color: colors.ink,
+      gridcolor: colors.line,
+      linecolor: colors.muted,
+      showline: true,
+      zeroline: false,
+      ticks: "outside",
+      ticklen: 4,
+      tickcolor: colors.muted,
+      separatethousands: false,
+      exponentformat: "none",
+      ...more,
+    };
+  }
+
+  /* Panels of profiles, the wear depth downwards, below a strip that shows stick and slip. */
+  function profileFigure(shown, colors, width) {
+    const count = study.profiles.length;
+    const [strip, between] = [0.03 * shown.length, 0.03];
+    const height = (1 - strip - count * between) / count;
+    const right = 1.12 * largest(shown.flatMap(({ data }) => data.scalars.contact_half_width_x));
+    const rows = shown.map((_, place) => shown.length - 1 - place);
+    const data = shown.flatMap((one, place) => zoneTraces(one, rows[place], axisId(count), colors));
+    const layout = {
+      ...baseLayout(colors, width),
+      barmode: "overlay",
+      hovermode: "x",
+      hoversubplots: "axis",
+      height: 720 + 20 * shown.length,
+      xaxis: axis(colors, words.x.label, {
+        range: [0, right],
+        anchor: axisId(count - 1),
+        hoverformat: ".4~g",
+      }),
+      [axisKey(count)]: {
+        domain: [1 - strip, 1],
+        range: [-0.5, shown.length - 0.5],
+        tickvals: rows,
+        ticktext: shown.map((one) => one.key.toUpperCase()),
+        ticklabelstandoff: 5,
+        fixedrange: true,
+        showgrid: false,
+        zeroline: false,
+        color: colors.ink,
+      },
+      shapes: shown.flatMap((one) => edges(one, 1 - strip - between, colors)),
+    };
+    study.profiles.forEach((name, place) => {
+      const top = 1 - strip - between - place * (height + between);
+      const scale = 1.06 * (highest(shown, name, right) || 1);
+      layout[axisKey(place)] = axis(colors, words[name].label, {
+        domain: [Math.max(0, top - height), top],
+        range: name === "wear_depth" ? [scale, 0] : [0, scale],
+        nticks: 5,
+      });
+      for (const one of shown) {
+        const line = (title, values, style, more) =>
+          data.push({ type: "scatter", mode: "lines", name: `${one.key} ${title}`, x: one.data.x,
+            y: values, xaxis: "x", yaxis: axisId(place), line: style, ...more });
+        const profile = one.data.profile(name, one.snapshot);
+        if (shown.length === 1) {
+          /* For one case alone: its first profile, and the limit of friction on the traction. */
+          const quiet = { hoverinfo: "skip" };
+          const dotted = { color: colors.muted, width: 1, dash: "1px,2.5px" };
+          line(`${name} first`, one.data.profile(name, 0), dotted, quiet);
+          if (name === "shear_traction") {
+            const limit = one.data.profile("pressure", one.snapshot).map((p) => p * one.data.friction);
+            line("limit", limit, { color: colors.muted, width: 1 }, quiet);
+          }
+        }
+        line(name, profile, { color: colors[one.key], width: 1.8, dash: DASH[one.key] }, {
+          hovertemplate: `${one.key.toUpperCase()} %{y:.4~g} ${words[name].unit}<extra></extra>`,
+        });
+      }
+    });
+    return { data, layout };
+  }
+
+  /* The highest value of a profile within the scale of x, of all snapshots or of the one shown.
+     A gap grows without bound away from the contact: that of the last snapshot scales it. */
+  function highest(shown, name, right) {
+    const all = shown.flatMap(({ data, snapshot }) => {
+      const last = data.cycles.length - 1;
+      const places = ownScale.checked ? [snapshot] : name === "gap" ? [last] : data.cycles.keys();
+      return Array.from(places).flatMap((place) =>
+        data.profile(name, place).filter((_, index) => data.x[index] <= right)
+      );
+    });
+    return largest(all);
+  }
+
+  function zoneTraces(one, row, yaxis, colors) {
+    const color = colors[one.key];
+    const hatched = { shape: "/", fgcolor: color, bgcolor: colors.ground, size: 5, solidity: 0.3 };
+    const markers = {
+      stick: { color, line: { width: 0 } },
+      slip: { color: colors.ground, line: { color, width: 0.75 }, pattern: hatched },
+    };
+    return Object.entries(markers).map(([state, marker]) => {
+      const zones = one.data.zones(study.states[state], one.snapshot);
+      return {
+        type: "bar",
+        orientation: "h",
+        width: 0.72,
+        xaxis: "x",
+        yaxis,
+        name: `${one.key} ${state}`,
+        base: zones.map(([from]) => from),
+        x: zones.map(([from, to]) => to - from),
+        y: zones.map(() => row),
+        marker,
+        hovertemplate: zones.map(
+          ([from, to]) => `${state} from ${number(from)} to ${number(to)} ${words.x.unit}<extra></extra>`
+        ),
+      };
+    });
+  }
+
+  /* The edges of stick zone and contact, through all panels. */
+  function edges(one, y1, colors) {
+    const color = colors[one.key];
+    const at = (name) => one.data.scalars[name][one.snapshot];
+    const [stick, contact] = [at("stick_half_width_x"), at("contact_half_width_x")];
+    const tall = { yref: "paper", y0: 0, y1, layer: "below" };
+    return [
+      { type: "rect", x0: 0, x1: stick, fillcolor: color, opacity: 0.1, line: { width: 0 }, ...tall },
+      { type: "line", x0: contact, x1: contact, line: { color, width: 1, dash: "dot" }, ...tall },
+    ];
+  }
+
+  /* Panels of results over the cycles: every step as a line, snapshots as dots. */
+  function historyFigure(shown, cycle, colors, width) {
+    const cycles = shown.flatMap(({ data }) => [...data.history.cycle, ...data.cycles]);
+    const reached = cycleAxis(cycles);
+    const at = reached.position(cycle);
+    const last = study.histories.length - 1;
+    const height = (1 - 0.08 * last) / (last + 1);
+    const xaxis = axis(colors, words.cycle.label, {
+      range: reached.range, anchor: axisId(last), ...reached.ticks,
+    });
+    const upright = { type: "line", x0: at, x1: at, yref: "paper", y0: 0, y1: 1 };
+    const layout = {
+      ...baseLayout(colors, width),
+      hovermode: "closest",
+      height: 420,
+      xaxis,
+      shapes: [{ ...upright, line: { color: colors.ink, width: 1.2 } }],
+      annotations: [],
+    };
+    if (reached.gap !== undefined) {
+      layout.annotations.push({
+        x: reached.gap, xref: "x", y: 0, yref: "paper", yanchor: "middle", text: "//",
+        bgcolor: colors.ground, borderpad: 0, showarrow: false, font: { color: colors.muted, size: 12 },
+      });
+    }
+    const data = study.histories.flatMap(({ label, curves }, place) => {
+      const bottom = (last - place) * (height + 0.08);
+      layout[axisKey(place)] = axis(colors, label, {
+        domain: [bottom, bottom + height], rangemode: "tozero", nticks: 6,
+      });
+      if (curves.length > 1) layout.annotations.push(...curveNames(shown[0], curves, reached, colors));
+      return curves.flatMap(({ name }, thin) =>
+        shown.flatMap((one) => curve(one, name, axisId(place), thin ? 1.2 : 2.2, reached, colors))
+      );
+    });
+    return { data, layout };
+  }
+
+  function curve(one, name, yaxis, width, reached, colors) {
+    const color = colors[one.key];
+    const { history, cycles, scalars } = one.data;
+    const shownOr = (is, other) => cycles.map((_, place) => (place === one.snapshot ? is : other));
+    const extra = `<extra>${one.key.toUpperCase()}, ${words[name].words}</extra>`;
+    const text = (cycle) => `cycle ${cycleText(cycle)}: %{y:.4~g} ${words[name].unit}${extra}`;
+    const common = { type: "scatter", xaxis: "x", yaxis };
+    return [
+      {
+        ...common,
+        mode: "lines",
+        name: `${one.key} ${name}`,
+        x: history.cycle.map(reached.position),
+        y: history[name],
+        line: { color, width, dash: DASH[one.key] },
+        hovertemplate: history.cycle.map(text),
+      },
+      {
+        ...common,
+        mode: "markers",
+        name: `${one.key} ${name} snapshots`,
+        x: cycles.map(reached.position),
+        y: scalars[name],
+        customdata: cycles,
+        marker: {
+          color: shownOr(color, colors.ground),
+          size: shownOr(11, 6),
+          line: { color, width: 1.5 },
+          opacity: 1,
+        },
+        hovertemplate: cycles.map(text),
+      },
+    ];
+  }
+
+  /* Names at the curves of a panel, of the first case: the upper one above, the lower one below
+     its curve, unless it lies close to the axis. */
+  function curveNames(one, curves, reached, colors) {
+    const { history } = one.data;
+    const [upper] = curves.map(({ name }) => history[name][0]);
+    return curves.map(({ name, text }, lower) => {
+      const below = lower && history[name][0] > 0.5 * upper;
+      return {
+        x: reached.position(history.cycle[0]), y: history[name][0], xref: "x", yref: "y", text,
+        xanchor: "left", yanchor: below ? "top" : "bottom", xshift: 8, yshift: below ? -2 : 2,
+        showarrow: false, font: { color: colors.ink, size: 12 },
+      };
+    });
+  }
+
+  /* ---- Selecting cases: a control for each varied parameter of a grid, else one for all points ---- */
+
   const byIndex = new Map(study.points.map((point, place) => [point.index.join(), place]));
-  const chosen = { a: study.start, b: null };
+  const selected = { a: study.start, b: null };
   const selects = { a: [], b: [] };
   let cycles = [];
   let cycle = Infinity;
   let timer = null;
 
-  /* Choosing cases: one control for each varied parameter of a grid, one for all points else. */
-
-  function select(label, options, place, change) {
-    const wrapper = document.createElement("label");
-    const control = document.createElement("select");
-    for (const [value, text] of options) control.append(new Option(text, value));
-    control.addEventListener("change", change);
-    wrapper.append(label, control);
-    place.append(wrapper);
-    return control;
-  }
-
   function makeControls(key) {
     const place = document.querySelector(`#case-${key} .choices`);
-    const varied = study.axes.filter((axis) => axis.levels.length > 1);
-    if (study.axes.length) {
-      selects[key] = study.axes.map((axis) =>
-        varied.includes(axis) ? select(axis.words, axis.levels, place, () => pick(key)) : null
-      );
-      if (!varied.length) place.append(study.points[0].title);
-    } else if (study.points.length > 1) {
-      const options = study.points.map((point, at) => [at, `${point.number}: ${point.title}`]);
-      selects[key] = [select("point", options, place, () => pick(key))];
-    } else {
-      place.append(study.points[0].title);
-    }
+    const points = study.points.map((point, at) => [at, `${point.number}: ${point.title}`]);
+    const controls = study.axes.length ? study.axes : [{ words: "point", levels: points }];
+    selects[key] = controls.map(({ words: label, levels }) => {
+      if (levels.length < 2) return null;
+      const wrapper = document.createElement("label");
+      const control = document.createElement("select");
+      for (const [value, text] of levels) control.append(new Option(text, value));
+      control.addEventListener("change", () => pick(key));
+      wrapper.append(label, control);
+      place.append(wrapper);
+      return control;
+    });
+    if (!place.childElementCount) place.append(study.points[0].title);
   }
 
   function pick(key) {
-    if (!study.axes.length) {
-      chosen[key] = Number(selects[key][0].value);
-    } else {
-      const index = selects[key].map((control, axis) =>
-        control ? control.value : study.axes[axis].levels[0][0]
-      );
-      chosen[key] = byIndex.get(index.join()) ?? -1;
-    }
+    const values = selects[key].map((control, axis) => control?.value ?? study.axes[axis].levels[0][0]);
+    selected[key] = study.axes.length ? byIndex.get(values.join()) ?? -1 : Number(values[0]);
     update();
   }
 
-  function show(key, place) {
-    chosen[key] = place;
-    const { index } = study.points[place];
-    if (study.axes.length) {
-      selects[key].forEach((control, axis) => {
-        if (control) control.value = index[axis];
-      });
-    } else if (selects[key].length) {
-      selects[key][0].value = place;
-    }
+  function select(key, place) {
+    selected[key] = place;
+    const values = study.axes.length ? study.points[place].index : [place];
+    selects[key].forEach((control, axis) => {
+      if (control) control.value = values[axis];
+    });
   }
 
   /* A second case that differs from a point in one parameter, the last that can be changed. */
   function neighbor(place) {
     const { index } = study.points[place];
-    const isDone = (other) => other !== undefined && other !== place && study.points[other].data;
+    const isDone = (other) => other !== place && study.points[other]?.data;
     for (let axis = study.axes.length - 1; axis >= 0; axis -= 1) {
       for (const [level] of study.axes[axis].levels) {
         const other = byIndex.get(index.with(axis, level).join());
         if (isDone(other)) return other;
       }
     }
-    const others = study.points.map((_, other) => other);
+    const others = [...study.points.keys()];
     return others.find((other) => other > place && isDone(other)) ?? others.find(isDone) ?? place;
   }
 
-  /* Which cases are shown, and what is to be said of those that cannot be. */
+  /* Which cases are shown, and why others cannot be. */
   function selection() {
     const shown = [];
     const problems = [];
     for (const key of compare.checked ? ["a", "b"] : ["a"]) {
-      const point = study.points[chosen[key]];
-      const name = key.toUpperCase();
-      if (!point) problems.push(`Case ${name} is not held by this page.`);
-      else if (!point.data) {
-        problems.push(`Case ${name}, point ${point.number}, is ${point.status}: ${point.reason}`);
-      } else shown.push({ key, point, data: point.data });
+      const point = study.points[selected[key]];
+      const name = `Case ${key.toUpperCase()}`;
+      if (!point) problems.push(`${name} is not in this page.`);
+      else if (!point.data) problems.push(`${name}, point ${point.number}, is ${point.status}: ${point.reason}`);
+      else shown.push({ key, point, data: point.data });
     }
     return { shown, problems };
   }
 
-  /* Drawing. */
+  /* ---- Drawing ---- */
 
   function update() {
     const { shown, problems } = selection();
     status.textContent = problems.join(" ");
     status.hidden = !problems.length;
-    const known = shown.flatMap((one) => one.data.cycles);
-    cycles = [...new Set(known)].sort((one, other) => one - other);
+    cycles = [...new Set(shown.flatMap(({ data }) => data.cycles))].sort((one, other) => one - other);
     slider.max = Math.max(0, cycles.length - 1);
-    const near = cycles.findLastIndex((one) => one <= cycle);
-    slider.value = Math.max(0, near);
+    slider.value = Math.max(0, cycles.findLastIndex((one) => one <= cycle));
     for (const control of [slider, play]) control.disabled = cycles.length < 2;
     get("case-b").hidden = !compare.checked;
     get("extras").hidden = shown.length !== 1;
@@ -139,64 +464,59 @@
     const { shown } = selection();
     for (const id of ["profile-plot", "history-plot"]) get(id).hidden = !shown.length;
     const now = cycles[Number(slider.value)] ?? 0;
-    get("cycle-shown").textContent = cycleNumber(now);
-    slider.setAttribute("aria-valuetext", `cycle ${cycleNumber(now)}`);
-    for (const one of shown) one.snapshot = one.data.snapshot(now);
-    write(shown, now);
+    get("cycle-shown").textContent = cycleText(now);
+    slider.setAttribute("aria-valuetext", `cycle ${cycleText(now)}`);
+    for (const one of shown) one.snapshot = Math.max(0, one.data.cycles.findLastIndex((known) => known <= now));
+    writeReadout(shown, now);
     if (!shown.length) return;
-    const titles = shown.map((one) => `case ${one.key.toUpperCase()}: ${one.point.title}`).join("; ");
-    get("shown-cases").textContent = `After ${cycleNumber(now)} cycles; ${titles}.`;
-    picture("profile-plot", (width) => profiles(shown, study.units, ownScale.checked, width),
-      `Pressure, shear traction, gap and wear depth along x after ${cycleNumber(now)} cycles; ${titles}`);
-    picture("history-plot", (width) => histories(shown, study.units, now, width),
-      `Half-widths of contact and stick zone, and wear volume, over the cycles; ${titles}`);
+    const colors = palette();
+    const titles = shown.map(({ key, point }) => `case ${key.toUpperCase()}: ${point.title}`).join("; ");
+    const told = (names) => names.map((name) => words[name].words).join(", ");
+    const curves = study.histories.flatMap((panel) => panel.curves.map(({ name }) => name));
+    get("shown-cases").textContent = `After ${cycleText(now)} cycles; ${titles}.`;
+    picture("profile-plot", (width) => profileFigure(shown, colors, width),
+      `Along x after ${cycleText(now)} cycles: ${told(study.profiles)}; ${titles}`);
+    picture("history-plot", (width) => historyFigure(shown, now, colors, width),
+      `Over the cycles: ${told(curves)}; ${titles}`);
   }
 
-  function picture(id, make, words) {
+  function picture(id, make, label) {
     const place = get(id);
     const { data, layout } = make(place.clientWidth);
     Plotly.react(place, data, layout, CONFIG);
-    place.setAttribute("aria-label", words);
+    place.setAttribute("aria-label", label);
   }
 
-  function row(parent, header, texts) {
-    const line = parent.insertRow();
-    const first = document.createElement("th");
-    first.scope = "row";
-    first.textContent = header;
-    line.append(first);
-    for (const text of texts) line.insertCell().textContent = text;
+  function writeReadout(shown, now) {
+    const [head, body] = ["thead", "tbody"].map((part) => document.querySelector(`.readout ${part}`));
+    get("readout-caption").textContent = `After ${cycleText(now)} cycles`;
+    const rows = study.readout.map((name) => {
+      const values = shown.map((one) => one.data.scalars[name][one.snapshot]);
+      const texts = values.map((value) => number(value));
+      if (values.length === 2) texts.push(values[0] > 0 ? `× ${number(values[1] / values[0], 3)}` : "–");
+      return [words[name].label, ...texts];
+    });
+    const reached = shown.map(({ data, snapshot }) => data.cycles[snapshot]);
+    if (reached.some((one) => one !== now)) rows.unshift(["Last snapshot until then", ...reached.map(cycleText)]);
+    const columns = shown.map((one) => one.key.toUpperCase());
+    if (shown.length === 2) columns.push("B to A");
+    head.replaceChildren(row(["", ...columns], () => "col"));
+    body.replaceChildren(...rows.map((texts) => row(texts, (place) => place === 0 && "row")));
+  }
+
+  /* A row of a table; `scope` tells for a place whether its cell heads a row or a column. */
+  function row(texts, scope) {
+    const line = document.createElement("tr");
+    texts.forEach((text, place) => {
+      const cell = document.createElement(text && scope(place) ? "th" : "td");
+      if (cell.tagName === "TH") cell.scope = scope(place);
+      cell.textContent = text;
+      line.append(cell);
+    });
     return line;
   }
 
-  function write(shown, now) {
-    const table = document.querySelector(".readout");
-    get("readout-caption").textContent = `After ${cycleNumber(now)} cycles`;
-    const [head] = [table.tHead];
-    head.replaceChildren();
-    table.tBodies[0].replaceChildren();
-    const columns = shown.map((one) => one.key.toUpperCase());
-    if (shown.length === 2) columns.push("B to A");
-    const heading = head.insertRow();
-    for (const text of ["", ...columns]) {
-      const cell = document.createElement(text ? "th" : "td");
-      if (text) cell.scope = "col";
-      cell.textContent = text;
-      heading.append(cell);
-    }
-    if (shown.some((one) => one.data.cycles[one.snapshot] !== now)) {
-      const reached = shown.map((one) => cycleNumber(one.data.cycles[one.snapshot]));
-      row(table.tBodies[0], "Last snapshot until then", reached);
-    }
-    for (const [name, words] of READOUT) {
-      const values = shown.map((one) => one.data.scalars[name][one.snapshot]);
-      const texts = values.map((value) => number(value));
-      if (values.length === 2) texts.push(values[0] > 0 ? "× " + number(values[1] / values[0], 3) : "–");
-      row(table.tBodies[0], `${words} (${study.units[name]})`, texts);
-    }
-  }
-
-  /* Moving through the cycles. */
+  /* ---- Moving through the cycles ---- */
 
   function go(place) {
     slider.value = place;
@@ -207,17 +527,17 @@
   function stop() {
     clearInterval(timer);
     timer = null;
-    playing(false);
+    showPlaying(false);
   }
 
-  function playing(yes) {
+  function showPlaying(yes) {
     play.querySelector(".words").textContent = yes ? "Pause" : "Play";
     play.firstElementChild.textContent = yes ? "❚❚" : "▶";
   }
 
   function start() {
     if (Number(slider.value) === Number(slider.max)) go(0);
-    playing(true);
+    showPlaying(true);
     timer = setInterval(() => {
       go(Math.min(Number(slider.value) + 1, Number(slider.max)));
       if (Number(slider.value) === Number(slider.max)) stop();
@@ -231,48 +551,46 @@
   play.addEventListener("click", () => (timer ? stop() : start()));
   ownScale.addEventListener("change", draw);
   compare.addEventListener("change", () => {
-    if (chosen.b === null) show("b", neighbor(Math.max(0, chosen.a)));
+    if (selected.b === null) select("b", neighbor(Math.max(0, selected.a)));
     update();
   });
 
-  /* Rows of the table of cases lead here. */
+  /* ---- The page around it ---- */
+
   function linkTable() {
     const places = new Map(study.points.map((point, place) => [String(point.number), place]));
     for (const cell of document.querySelectorAll("#case-table tbody th")) {
       const place = places.get(cell.dataset.value);
-      if (place === undefined || !study.points[place].data) continue;
+      if (!study.points[place]?.data) continue;
       const link = document.createElement("a");
       link.href = "#explorer";
       link.textContent = cell.textContent;
       link.setAttribute("aria-label", `Show case ${cell.textContent} in the explorer`);
       link.addEventListener("click", () => {
-        show("a", place);
+        select("a", place);
         update();
       });
       cell.replaceChildren(link);
     }
   }
 
-  function follow() {
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
-    const printing = (yes) => () => {
-      document.documentElement.classList.toggle("printing", yes);
-      draw();
-    };
-    addEventListener("beforeprint", printing(true));
-    addEventListener("afterprint", printing(false));
-    get("history-plot").on("plotly_click", ({ points }) => {
-      const place = cycles.indexOf(points[0].customdata);
-      if (place >= 0) go(place);
-    });
+  function print(yes) {
+    document.documentElement.classList.toggle("printing", yes);
+    draw();
   }
 
   for (const key of ["a", "b"]) makeControls(key);
   get("explorer-body").hidden = false;
-  get("compare").parentElement.hidden = study.points.length < 2;
-  show("a", study.start);
+  compare.parentElement.hidden = study.points.length < 2;
+  select("a", study.start);
   update();
-  follow();
   linkTable();
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
+  addEventListener("beforeprint", () => print(true));
+  addEventListener("afterprint", () => print(false));
+  get("history-plot").on("plotly_click", ({ points }) => {
+    const place = cycles.indexOf(points[0].customdata);
+    if (place >= 0) go(place);
+  });
   document.documentElement.dataset.explorer = "ready";
 })();

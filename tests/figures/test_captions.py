@@ -6,8 +6,8 @@ from pathlib import Path
 from docutils.core import publish_parts
 from jinja2 import Environment
 
+from fretwear.figures.captions import caption_template, figure_category, figure_labels
 from fretwear.figures.study import INDEX_NAME, FigureEntry
-from fretwear.report.captions import caption_template, figure_category, figure_labels
 
 ODD = (
     'Load *P* at 50 %, {{ 1 }} and {% raw %}, a_b_ `c` |d| <i>"e"</i> \\ of µ = 0.3. Colour: load.'

@@ -1,0 +1,187 @@
+"""What a self-contained page is made of: sections, images, scripts, and the policy on scripts."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import hashlib
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from itertools import chain
+from pathlib import Path
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from fretwear.data.safe import DataFileError
+from fretwear.figures.study import FigureEntry
+from fretwear.figures.style import COLUMN_WIDTH
+
+_LARGE = 1_000_000
+_HEAD = 2000
+_MM_PER_POINT = 25.4 / 72.0
+_MIME = {".svg": "image/svg+xml", ".png": "image/png"}
+_NOTHING_ELSE = (
+    "default-src 'none'; base-uri 'none'; form-action 'none'; img-src data:; "
+    "style-src 'unsafe-inline'; script-src "
+)
+
+
+@dataclass(frozen=True)
+class Section:
+    """A section of a report.
+
+    Attributes
+    ----------
+    id : str
+        Anchor of the section, unique in the page.
+    title : str
+        Its heading.
+    body : markupsafe.Markup
+        Its content; what comes from outside must have been escaped.
+    entry : str
+        Its entry in the contents; empty: the title.
+    """
+
+    id: str
+    title: str
+    body: Markup
+    entry: str = ""
+
+
+def environment(package: str = "fretwear.report") -> Environment:
+    """Return the environment that renders the templates of a package, from its ``templates``."""
+    rendering = Environment(
+        loader=PackageLoader(package, "templates"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    rendering.filters["script_number"] = _script_number
+    return rendering
+
+
+def _script_number(value: float) -> str:
+    """Return a number in the spelling of JavaScript, which does not know ``inf``."""
+    return repr(float(value)).replace("inf", "Infinity").replace("nan", "NaN")
+
+
+@dataclass(frozen=True)
+class Image:
+    """A figure inside the page.
+
+    Attributes
+    ----------
+    name, caption, category : str
+        As in the index of the figures.
+    uri : str
+        The image itself, as a data URI.
+    share : float
+        Its width as a share of a journal page's, so that text has the same size in every figure.
+    """
+
+    name: str
+    caption: str
+    category: str
+    uri: str
+    share: float
+
+
+def embedded(folder: Path, entries: Iterable[FigureEntry]) -> list[Image]:
+    """Return figures as parts of the page, those of a category together.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        Holds each figure as SVG and PNG. A vector file of more than 1 MB gives way to its bitmap
+        if that is smaller.
+    entries : iterable of FigureEntry
+        The figures.
+
+    Raises
+    ------
+    fretwear.data.safe.DataFileError
+        When a figure is missing or empty.
+    """
+    by_category: dict[str, list[FigureEntry]] = {}
+    for entry in entries:
+        by_category.setdefault(entry.category, []).append(entry)
+    images = []
+    for entry in chain.from_iterable(by_category.values()):
+        vector, bitmap = (folder / f"{entry.name}{suffix}" for suffix in _MIME)
+        size = _size(vector)
+        file = bitmap if size > _LARGE and _size(bitmap) < size else vector
+        # An image of its own, not inline SVG: the ids inside two inlined SVGs would collide.
+        text = base64.b64encode(file.read_bytes()).decode("ascii")
+        uri = f"data:{_MIME[file.suffix]};base64,{text}"
+        images.append(Image(entry.name, entry.caption, entry.category, uri, _share(vector)))
+    return images
+
+
+def _size(path: Path) -> int:
+    try:
+        size = path.stat().st_size
+    except OSError:
+        size = 0
+    if not size:
+        raise DataFileError(path, "this figure is missing or empty", "Draw the figures again")
+    return size
+
+
+def _share(vector: Path) -> float:
+    with vector.open(encoding="utf-8") as lines:
+        head = lines.read(_HEAD)
+    found = re.search(r'<svg[^>]*\swidth="([\d.]+)pt"', head)
+    millimetres = float(found[1]) * _MM_PER_POINT if found else COLUMN_WIDTH[2]
+    return round(min(1.0, millimetres / COLUMN_WIDTH[2]), 3)
+
+
+@dataclass(frozen=True)
+class Scripts:
+    """What runs in a page.
+
+    Attributes
+    ----------
+    texts : tuple of markupsafe.Markup
+        The scripts, in the order in which they run.
+    plotly : str
+        The library that the explorer draws with, as `compressed` returns it; empty if it is not
+        needed.
+    policy : markupsafe.Markup
+        Content security policy: only these scripts run, and nothing is loaded from anywhere.
+    """
+
+    texts: tuple[Markup, ...]
+    plotly: str
+    policy: Markup
+
+
+def page_scripts(*, with_explorer: bool) -> Scripts:
+    """Return the scripts of a report with or without an explorer."""
+    names = ("table.js", "explorer.js") if with_explorer else ("table.js",)
+    folder = files("fretwear.report") / "templates"
+    texts = tuple(Markup((folder / name).read_text(encoding="utf-8")) for name in names)
+    plotly, plotly_hash = _plotly() if with_explorer else ("", "")
+    allowed = [*(_hash(text.encode("utf-8")) for text in texts), plotly_hash]
+    return Scripts(texts, plotly, Markup(_NOTHING_ELSE + " ".join(allowed).rstrip()))
+
+
+@cache
+def _plotly() -> tuple[str, str]:
+    """Return the library, compressed, and its name in the policy."""
+    script = (files("plotly") / "package_data" / "plotly.min.js").read_bytes()
+    return compressed(script), _hash(script)
+
+
+def _hash(script: bytes) -> str:
+    digest = base64.b64encode(hashlib.sha256(script).digest()).decode("ascii")
+    return f"'sha256-{digest}'"
+
+
+def compressed(content: bytes) -> str:
+    """Return bytes as base64 of a gzip stream without a date: the same bytes, the same text."""
+    return base64.b64encode(gzip.compress(content, 9, mtime=0)).decode("ascii")
