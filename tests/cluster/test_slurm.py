@@ -178,7 +178,7 @@ def test_a_study_goes_on_after_its_time_limit_and_after_ctrl_c(checkout, tmp_pat
     slurm("scontrol", "update", f"JobId={job}", "EndTime=now+1")
     eventually(lambda: job in jobs_of(run, "TIMEOUT"), LONG, "SLURM ends the job")
     eventually(checkpoint.is_file, 60, "the simulation leaves a checkpoint")
-    job = halt(run, "going on after cycle")
+    job = halt(run, "resuming after cycle")
     assert "SLURM status is: 'TIMEOUT'" in run.output
 
     run.press_ctrl_c()
@@ -189,5 +189,5 @@ def test_a_study_goes_on_after_its_time_limit_and_after_ctrl_c(checkout, tmp_pat
 
     run = checkout.start(command)
     assert run.end(LONG) == 0, run.output
-    assert "going on after cycle" in logs()
+    assert "resuming after cycle" in logs()
     assert_same_data(file, simulate_here(study, case_id, tmp_path))

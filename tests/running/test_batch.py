@@ -257,8 +257,10 @@ def test_a_batch_is_finished_as_long_as_its_files_are_as_it_left_them(whole, tmp
     assert is_finished(left, ids[:1], present)
     assert not is_finished(left, [*ids, "another"], present)
     assert not is_finished(left, ids, {name: present[name] for name in ids[1:]})
-    newer = type(present[ids[0]])(present[ids[0]].size, present[ids[0]].modified + 60)
-    assert not is_finished(left, ids, {**present, ids[0]: newer})
+    size, modified = present[ids[0]]
+    for other in ((size, modified + 60), (size + 1, modified)):
+        assert not is_finished(left, ids, {**present, ids[0]: other})
+    assert is_finished(left, ids, {**present, ids[0]: (size, modified + 1)})
     cut = tmp_path / "cut.json"
     cut.write_text(left.read_text()[:-10])
     assert not is_finished(cut, ids, present)

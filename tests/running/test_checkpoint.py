@@ -1,6 +1,8 @@
 """A run that dies loses little, and its rerun gives the same bits."""
 
+import json
 import random
+from dataclasses import dataclass, fields, is_dataclass
 
 import numpy as np
 import pytest
@@ -13,7 +15,10 @@ from fretwear.running import simulate
 from fretwear.running.checkpoint import (
     Checkpoint,
     CheckpointError,
+    identity_of,
+    pack,
     read_checkpoint,
+    unpack,
     write_checkpoint,
 )
 from fretwear.running.simulate import RunRecord
@@ -111,9 +116,12 @@ def test_a_checkpoint_of_other_fields_is_refused(case, tmp_path):
     path = tmp_path / "case.checkpoint"
     checkpoint = Checkpoint(path, case, print)
     simulate.run(case, [], record=checkpoint.record)
-    arrays, numbers = checkpoint.record.packed()
-    arrays.pop("state0.wear")
-    write_checkpoint(path, arrays, numbers, checkpoint._identity())
+
+    @dataclass
+    class Other(RunRecord):
+        debris: float = 0.0
+
+    write_checkpoint(path, Other(**vars(checkpoint.record)), identity_of(case))
     told = []
     assert Checkpoint(path, case, told.append).record.last is None
     assert "another content" in told[0]
@@ -133,7 +141,7 @@ def test_damage_anywhere_in_a_checkpoint_is_noticed(case, tmp_path):
     path = tmp_path / "case.checkpoint"
     interrupted(case, Checkpoint(path, case, print), 3)
     whole = path.read_bytes()
-    identity = Checkpoint(path, case, print)._identity()
+    identity = identity_of(case)
     assert read_checkpoint(path, identity) is not None
     generator = random.Random(1)
     # Headers of the container lie at its end, seldom hit by chance.
@@ -152,17 +160,71 @@ def test_damage_anywhere_in_a_checkpoint_is_noticed(case, tmp_path):
 
 def test_arrays_that_need_pickle_are_not_written(tmp_path):
     with pytest.raises(ValueError, match=r"[Oo]bject"):
-        write_checkpoint(tmp_path / "x", {"a": np.array([object()])}, {}, {})
+        write_checkpoint(tmp_path / "x", RunRecord(last=np.array([object()])), {})
 
 
-def test_a_journal_survives_packing(case):
+def assert_same(one, other):
+    """Compare all fields of two values, whatever fields there are, with their types."""
+    assert type(one) is type(other)
+    if is_dataclass(one):
+        for each in fields(one):
+            assert_same(getattr(one, each.name), getattr(other, each.name))
+    elif isinstance(one, list | tuple):
+        for pair in zip(one, other, strict=True):
+            assert_same(*pair)
+    elif isinstance(one, np.ndarray):
+        assert one.dtype == other.dtype
+        np.testing.assert_array_equal(one, other)
+    else:
+        assert one == other
+
+
+def test_every_field_of_a_run_record_comes_back_from_the_file(case, tmp_path):
     record = RunRecord()
     simulate.run(case, record=record)
-    arrays, numbers = record.packed()
-    again = RunRecord.unpacked(arrays, numbers, case.cycles)
-    assert again.history == record.history
-    assert [step.state.cycle for step in again.snapshots] == [0, 10, 1000, 3000]
-    assert np.array_equal(again.last.wear, record.last.wear)
+    assert [state.cycle for state in record.snapshots] == [0, 10, 1000, 3000]
+    write_checkpoint(tmp_path / "x", record, {})
+    assert_same(read_checkpoint(tmp_path / "x", {}), record)
+
+
+@dataclass(frozen=True)
+class Rings:
+    radii: np.ndarray
+    graded: bool
+
+
+@dataclass(frozen=True)
+class Grid:
+    shape: tuple[int, int]
+    levels: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Future:
+    """A state with fields that nobody has named to the checkpoint."""
+
+    debris: np.ndarray
+    of_both: list[np.ndarray]
+    geometry: Rings | Grid | None
+    others: list[Rings | Grid]
+    cycle: float
+    regime: str
+
+
+@pytest.mark.parametrize(
+    "geometry", [Rings(np.array([1e-3, 2.0]), True), Grid((3, 4), (0.1, 1e-300)), None]
+)
+def test_a_new_field_of_a_state_is_packed_by_itself(geometry):
+    depth = np.array([[0.1, np.inf], [np.nan, -0.0]])
+    others = [Grid((1, 2), ()), Rings(depth, False)]
+    value = Future(depth, [depth, depth[0]], geometry, others, 1 / 3, "gross slip")
+    arrays = {}
+    packed = json.loads(json.dumps(pack(value, "last", arrays)))
+    assert_same(unpack(Future, packed, arrays), value)
+    assert sum(array is depth for array in arrays.values()) == 1
+    packed["regimes"] = packed.pop("regime")
+    with pytest.raises(TypeError, match=r"has no fields .*regimes"):
+        unpack(Future, packed, arrays)
 
 
 class Watch:

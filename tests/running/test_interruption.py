@@ -73,7 +73,7 @@ def test_stopping_the_workflow_keeps_a_checkpoint_of_every_case_that_runs(checko
     assert {path.suffix for path in cases.iterdir()} == {".checkpoint"}
     assert len(list(cases.iterdir())) == 2
     for log in logs.glob("*.log"):
-        assert "kept; the same command goes on after cycle" in log.read_text()
+        assert "kept; the same command resumes after cycle" in log.read_text()
 
 
 @pytest.mark.slow

@@ -202,10 +202,10 @@ def test_a_job_whose_lock_another_has_taken_leaves_without_writing(case, path):
     with pytest.raises(DataFileError, match="was removed from outside"):
         job(case, path, told, [take])
     assert names(path) == [".a.nc.lock", "a.checkpoint"]
-    assert "kept; the same command goes on after cycle 200" in told[-1]
+    assert "kept; the same command resumes after cycle 200" in told[-1]
     rivals[0].release()
     job(case, path, told)
-    assert "going on after cycle 200" in told[-1]
+    assert "resuming after cycle 200" in told[-1]
     assert names(path) == ["a.nc"]
 
 
@@ -233,10 +233,10 @@ def test_a_job_that_fails_on_its_way_keeps_the_checkpoint_to_go_on_from(path, mo
         with pytest.raises(WearError, match=r"no step after cycle \d+.* a residual of"):
             job(case, path, told)
     assert names(path) == ["a.checkpoint"]
-    reached = re.search(r"goes on after cycle (\d+)", told[-1]).group(1)
+    reached = re.search(r"resumes after cycle (\d+)", told[-1]).group(1)
     assert 10 < int(reached) < 5000
     job(case, path, told)
-    assert f"going on after cycle {reached}" in told[-1]
+    assert f"resuming after cycle {reached}" in told[-1]
     with open_case(path) as dataset:
         undisturbed = simulate.simulate(case)
         xr.testing.assert_equal(dataset["wear_depth"].load(), undisturbed["wear_depth"])

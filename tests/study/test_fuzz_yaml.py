@@ -8,6 +8,7 @@ import yaml
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
+from fretwear.running.resources import batches, core_seconds
 from fretwear.study.file import Study, load_study
 from fretwear.study.parameters import parameter_fields
 from fretwear.study.plan import plan_study
@@ -86,7 +87,7 @@ def outcome(file, content, assignments=()):
         assert str(found).encode()
     else:
         planned = plan_study(found)
-        assert planned.seconds >= 0.0
+        assert core_seconds(batches(planned)) >= 0.0
         for row in planned.rows():
             assert "\n".join(row).encode()
     return found

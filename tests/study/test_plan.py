@@ -2,11 +2,9 @@ import csv
 import io
 import subprocess
 import sys
-from dataclasses import replace
 
 import pytest
 
-from fretwear.study.cost import SECONDS_TO_START
 from fretwear.study.plan import duration, plan_study, size, write_points
 
 
@@ -63,30 +61,6 @@ def test_invalid_points_are_in_the_table_with_the_reason(studies, content):
     assert "gross sliding" in bad["problem"]
     assert good["id"]
     assert list(plan_study(studies.load(content)).rows())[1][0] == "(invalid)"
-
-
-def test_totals_count_each_case_once(studies, content):
-    waves = {"amplitude": "0 um", "slope_x": "5 deg", "slope_y": "1 deg"}
-    content["base"]["roughness"] = waves
-    single = plan_study(studies.load({**content, "vary": {"load": ["50 N"]}}))
-    content["vary"] = {"roughness.slope_x": ["5 deg", "6 deg"]}
-    double = plan_study(studies.load(content))
-    assert len(double.points) == 2
-    assert double.seconds == pytest.approx(single.seconds)
-
-
-def test_a_machine_twice_as_fast_takes_half_the_time_for_the_same_batches(studies, content):
-    plan = plan_study(studies.load(content))
-    fast = replace(plan, speed=2.0)
-    assert fast.seconds == pytest.approx(0.5 * plan.seconds)
-    assert fast.batches == plan.batches
-    assert fast.memory_bytes == plan.memory_bytes
-
-
-def test_cases_of_one_job_start_python_once(studies, content):
-    apart = plan_study(studies.load({**content, "batch": 1}))
-    together = plan_study(studies.load({**content, "batch": 2}))
-    assert apart.seconds - together.seconds == pytest.approx(SECONDS_TO_START)
 
 
 def test_a_part_of_the_rows_can_be_asked_for(studies, content):

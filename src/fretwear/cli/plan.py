@@ -74,17 +74,18 @@ def _table(planned: Plan, every: bool) -> Iterator[str]:
 
 
 def _total(planned: Plan) -> str:
-    from fretwear.running.resources import cores
+    from fretwear.running.resources import batches, core_seconds, cores
     from fretwear.study.plan import duration, size
 
-    at_once = min(cores(), len(planned.batches))
+    jobs = batches(planned)
+    seconds, at_once = core_seconds(jobs, planned.speed), min(cores(), len(jobs))
     counts = (
         _count(len(planned.points), "point"),
-        f"{_count(len(planned.estimates), 'case')} in {_count(len(planned.batches), 'job')}",
+        f"{_count(len(planned.estimates), 'case')} in {_count(len(jobs), 'job')}",
     )
-    shared = f", {duration(planned.seconds / at_once)} on {at_once} cores" if at_once > 1 else ""
+    shared = f", {duration(seconds / at_once)} on {at_once} cores" if at_once > 1 else ""
     return (
-        f"{', '.join(counts)}: about {duration(planned.seconds)} on one core{shared}, "
+        f"{', '.join(counts)}: about {duration(seconds)} on one core{shared}, "
         f"up to {size(planned.memory_bytes)} of memory for a job, "
         f"about {size(planned.file_bytes)} of files."
     )

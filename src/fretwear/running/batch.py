@@ -15,10 +15,10 @@ from fretwear.data.files import is_finished_case, open_history, write_case
 from fretwear.data.safe import DataFileError, locked, uninterrupted
 from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.wear import WearError
-from fretwear.running import simulate
 from fretwear.running.checkpoint import SECONDS_BETWEEN, Checkpoint
 from fretwear.running.records import failures, forget, log_file, record
 from fretwear.running.resources import require_memory
+from fretwear.running.simulate import run
 
 if TYPE_CHECKING:
     from fretwear.running.simulate import Observer
@@ -57,7 +57,7 @@ def simulate_to_file(
     command: str,
     interval: float = SECONDS_BETWEEN,
 ) -> Outcome:
-    """Simulate a case and write its file; go on from the checkpoint beside it if there is one.
+    """Simulate a case and write its file; resume from the checkpoint beside it if any.
 
     Two jobs with one file do not work at once: the later one waits, and takes the file as it is
     if it then is that of the same case, with the same snapshots, by the same version.
@@ -71,7 +71,7 @@ def simulate_to_file(
     observers
         Called with each accepted step of this job.
     tell
-        Takes a line for people: where the run goes on, why a checkpoint was not used, for whom
+        Takes a line for people: where the run resumes, why a checkpoint was not used, for whom
         the job waits.
     command
         The call that leads to the same results, for the dataset.
@@ -94,9 +94,7 @@ def simulate_to_file(
         if lock.waited and is_finished_case(path, case):
             return Outcome(_steps_of(path), time.monotonic() - started, is_taken_over=True)
         with Checkpoint(path.with_suffix(".checkpoint"), case, tell, interval) as checkpoint:
-            result = simulate.run(
-                case, [checkpoint, *observers], record=checkpoint.record, command=command
-            )
+            result = run(case, [checkpoint, *observers], record=checkpoint.record, command=command)
             lock.ensure(tell)
             with uninterrupted():
                 write_case(result.dataset, result.history, path)
@@ -188,7 +186,7 @@ class BatchRun:
         failed: dict[str, str] = {}
         with self.listener.batch(to_do):
             for case_id in ordered:
-                if reason := self._run_recorded(to_do[case_id]):
+                if reason := self._run(to_do[case_id]):
                     failed[case_id] = reason
                     log = log_file(self.results, case_id)
                     self.listener.note(f"{case_id} failed: {reason} (log: {log})")
@@ -197,20 +195,30 @@ class BatchRun:
     def _file(self, case_id: str) -> Path:
         return self.results / "cases" / f"{case_id}.nc"
 
-    def _run_recorded(self, case: Case) -> str:
+    def _run(self, case: Case) -> str:
         """Run a case; return why it failed, or an empty text."""
         # Recorded from the beginning, because nobody else can do so when the process is killed.
         record(self.results, case.case_id)
+        command = ["fretwear", "run", str(self.study.file), "--case", case.case_id]
+        file = self._file(case.case_id)
         with _opened(log_file(self.results, case.case_id)) as stream:
+            own = self.listener_to(stream)
             try:
-                self._run(case, self.listener_to(stream))
+                with self.listener.case(case, file) as observe, own.case(case, file) as observe_own:
+                    simulate_to_file(
+                        case,
+                        file,
+                        observers=[observe, observe_own],
+                        tell=own.note,
+                        command=shlex.join(command),
+                    )
             except JOB_ERRORS as error:
                 reason = str(error) or type(error).__name__
             except Exception as error:
                 traceback.print_exc(file=stream)
                 reason = f"this is a defect of fretwear: {type(error).__name__}: {error}"
             except BaseException:
-                # Stopped from outside is no failure: the next run goes on from the checkpoint.
+                # Stopped from outside is no failure: the next run resumes from the checkpoint.
                 forget(self.results, case.case_id)
                 raise
             else:
@@ -219,19 +227,6 @@ class BatchRun:
             print(f"fretwear: error: {reason}", file=stream)
         record(self.results, case.case_id, reason)
         return reason
-
-    def _run(self, case: Case, own: Listener) -> None:
-        file = self._file(case.case_id)
-        with self.listener.case(case, file) as observe, own.case(case, file) as observe_own:
-            simulate_to_file(
-                case,
-                file,
-                observers=[observe, observe_own],
-                tell=own.note,
-                command=shlex.join(
-                    ["fretwear", "run", str(self.study.file), "--case", case.case_id]
-                ),
-            )
 
 
 @contextmanager

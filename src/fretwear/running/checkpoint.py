@@ -1,13 +1,17 @@
-"""Runs that lose no more than a minute when their process dies."""
+"""Checkpoints: a run that dies loses at most a minute, and resumes with the same bits.
+
+A checkpoint is the run record as it is: its arrays in numpy's container, which is read without
+pickle, everything else as JSON beside them, and a checksum behind both.
+"""
 
 from __future__ import annotations
 
 import json
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import fields, is_dataclass
 from pathlib import Path
-from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Self, cast, get_args, get_origin, get_type_hints
 from zipfile import BadZipFile
 
 import numpy as np
@@ -21,7 +25,9 @@ from fretwear.running.simulate import RunRecord, Step
 if TYPE_CHECKING:
     from fretwear.study.case import Case
 
-_NUMBERS = "numbers"
+SECONDS_BETWEEN = 30.0
+_SNAPSHOT_SHARE = 0.2
+_CONTENT, _ARRAY = "content", "array"
 _START_ANEW = "The run starts at cycle 0"
 
 
@@ -29,75 +35,8 @@ class CheckpointError(DataFileError):
     """A checkpoint that cannot be used: damaged, or of another run."""
 
 
-def write_checkpoint(
-    path: Path,
-    arrays: Mapping[str, NDArray[Any]],
-    numbers: Mapping[str, Any],
-    identity: Mapping[str, Any],
-) -> None:
-    """Write a checkpoint; it appears under its name only when it is whole.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-        The file.
-    arrays : mapping of str to numpy.ndarray
-        Numeric arrays of any shape.
-    numbers : mapping
-        Anything that JSON can hold.
-    identity : mapping
-        What the run is (version, parameters): must be equal when it is read.
-
-    Raises
-    ------
-    DataFileError
-        When it cannot be written.
-    """
-    text = json.dumps({"identity": identity, "numbers": numbers}, sort_keys=True)
-    encoded = np.frombuffer(text.encode(), dtype=np.uint8)
-    with atomic_path(path) as temporary:
-        with temporary.open("wb") as stream:
-            np.savez(stream, allow_pickle=False, **{_NUMBERS: encoded}, **arrays)
-        add_checksum(temporary)
-
-
-def read_checkpoint(
-    path: Path, identity: Mapping[str, Any]
-) -> tuple[dict[str, NDArray[Any]], dict[str, Any]] | None:
-    """Read what `write_checkpoint` wrote; None where there is no such file.
-
-    Raises
-    ------
-    CheckpointError
-        When the file is damaged, or when its identity is another one.
-    """
-    if not path.exists():
-        return None
-    # The container has checksums of its own, but none of its headers.
-    if problem := damage(path, "checkpoint"):
-        raise CheckpointError(path, f"this checkpoint is damaged ({problem})", _START_ANEW)
-    try:
-        with np.load(path, allow_pickle=False) as stored:
-            arrays = {name: stored[name] for name in stored.files}
-        content = json.loads(arrays.pop(_NUMBERS).tobytes())
-        found, numbers = content["identity"], content["numbers"]
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, BadZipFile) as cause:
-        problem = "this is no checkpoint, or one of another version"
-        raise CheckpointError(path, problem, _START_ANEW) from cause
-    expected = json.loads(json.dumps(identity))
-    if found != expected:
-        keys = sorted(key for key in {*found, *expected} if found.get(key) != expected.get(key))
-        problem = f"this checkpoint is of another run (another {', '.join(keys)})"
-        raise CheckpointError(path, problem, _START_ANEW)
-    return arrays, numbers
-
-
-SECONDS_BETWEEN = 30.0
-_SNAPSHOT_SHARE = 0.2
-
-
 class Checkpoint:
-    """The checkpoint of a run: an observer that keeps the record on disk.
+    """The checkpoint of a run: an observer that keeps the run record on disk.
 
     Used as a context: what interrupts the run leaves a checkpoint of the last accepted step, and
     a run that comes to its end removes it once the caller has stored the result.
@@ -109,7 +48,7 @@ class Checkpoint:
     case
         What is run.
     tell
-        Takes a line for people: why a checkpoint was not used, or where the run goes on.
+        Takes a line for people: why a checkpoint was not used, or where the run resumes.
     interval
         Longest time between two writings of the file, s, but for a single step that takes longer;
         snapshots are written sooner.
@@ -136,19 +75,21 @@ class Checkpoint:
         self._tell = tell
         self._clock = clock
         self._saved = clock()
-        self._saved_steps = 0
         self._is_discarded = False
-        self.record = self._read()
+        try:
+            stored = read_checkpoint(path, identity_of(case))
+        except CheckpointError as error:
+            tell(str(error))
+            stored = None
+        self.record = stored or RunRecord()
+        self._saved_steps = len(self.record.history)
+        if self._saved_steps:
+            tell(f"{path}: resuming after cycle {self._saved_cycle:.6g}")
 
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, kind: object, error: object, traceback: object) -> None:
         if self._is_discarded:
             return
         if kind is None:
@@ -162,8 +103,9 @@ class Checkpoint:
                 if str(failure) != str(error):
                     self._tell(str(failure))
         if self._saved_steps and self.path.exists():
-            cycle = self.record.history[self._saved_steps - 1].cycle
-            self._tell(f"{self.path}: kept; the same command goes on after cycle {cycle:.6g}")
+            self._tell(
+                f"{self.path}: kept; the same command resumes after cycle {self._saved_cycle:.6g}"
+            )
 
     def __call__(self, step: Step) -> None:
         """Observe a step: save it where it is time to."""
@@ -173,15 +115,14 @@ class Checkpoint:
             self.save()
 
     def save(self) -> None:
-        """Write the record to the file.
+        """Write the run record to the file.
 
         Raises
         ------
         fretwear.data.safe.DataFileError
             When it cannot be written.
         """
-        arrays, numbers = self.record.packed()
-        write_checkpoint(self.path, arrays, numbers, self._identity())
+        write_checkpoint(self.path, self.record, identity_of(self._case))
         self._saved = self._clock()
         self._saved_steps = len(self.record.history)
 
@@ -194,30 +135,111 @@ class Checkpoint:
             # What is left over is used by no later run without a check.
             self._tell(f"{self.path}: not removed: {error.strerror}")
 
-    def _identity(self) -> dict[str, Any]:
-        return {
-            # Files of a checkout that were changed may as well be those of a study.
-            "version": source().replace("-dirty", ""),
-            "parameters": self._case.canonical_parameters(),
-            "output cycles": list(self._case.output_cycles),
-        }
+    @property
+    def _saved_cycle(self) -> float:
+        return self.record.history[self._saved_steps - 1]["cycle"]
 
-    def _read(self) -> RunRecord:
-        try:
-            stored = read_checkpoint(self.path, self._identity())
-        except CheckpointError as error:
-            self._tell(str(error))
-            return RunRecord()
-        if stored is None:
-            return RunRecord()
-        try:
-            record = RunRecord.unpacked(*stored, last_cycle=self._case.cycles)
-        except (KeyError, IndexError, TypeError, ValueError):
-            self._tell(
-                f"{self.path}: this checkpoint has another content. The run starts at cycle 0"
-            )
-            return RunRecord()
-        self._saved_steps = len(record.history)
-        assert record.last is not None
-        self._tell(f"{self.path}: going on after cycle {record.last.cycle:.6g}")
-        return record
+
+def identity_of(case: Case) -> dict[str, Any]:
+    """What a run must have in common with the one that wrote a checkpoint, to resume from it."""
+    return {
+        # Files of a checkout that were changed may as well be those of a study.
+        "version": source().replace("-dirty", ""),
+        "parameters": case.canonical_parameters(),
+        "output cycles": list(case.output_cycles),
+    }
+
+
+def write_checkpoint(path: Path, record: RunRecord, identity: Mapping[str, Any]) -> None:
+    """Write a run record; the file appears under its name only when it is whole.
+
+    Raises
+    ------
+    fretwear.data.safe.DataFileError
+        When it cannot be written.
+    """
+    arrays: dict[str, NDArray[Any]] = {}
+    packed = {"identity": identity, "record": pack(record, "record", arrays)}
+    content = np.frombuffer(json.dumps(packed, sort_keys=True).encode(), dtype=np.uint8)
+    with atomic_path(path) as temporary:
+        with temporary.open("wb") as stream:
+            np.savez(stream, allow_pickle=False, **{_CONTENT: content}, **arrays)
+        add_checksum(temporary)
+
+
+def read_checkpoint(path: Path, identity: Mapping[str, Any]) -> RunRecord | None:
+    """Read what `write_checkpoint` wrote; None where there is no such file.
+
+    Raises
+    ------
+    CheckpointError
+        When the file is damaged, or when its identity or its content is another one.
+    """
+    if not path.exists():
+        return None
+    # The container has checksums of its own, but none of its headers.
+    if problem := damage(path, "checkpoint"):
+        raise CheckpointError(path, f"this checkpoint is damaged ({problem})", _START_ANEW)
+    try:
+        with np.load(path, allow_pickle=False) as stored:
+            arrays = {name: stored[name] for name in stored.files}
+        content = json.loads(arrays.pop(_CONTENT).tobytes())
+        found, packed = content["identity"], content["record"]
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, BadZipFile) as cause:
+        problem = "this is no checkpoint, or one of another version"
+        raise CheckpointError(path, problem, _START_ANEW) from cause
+    expected = json.loads(json.dumps(identity))
+    if found != expected:
+        keys = sorted(key for key in {*found, *expected} if found.get(key) != expected.get(key))
+        problem = f"this checkpoint is of another run (another {', '.join(keys)})"
+        raise CheckpointError(path, problem, _START_ANEW)
+    try:
+        record: RunRecord = unpack(RunRecord, packed, arrays)
+    except (KeyError, IndexError, TypeError, ValueError) as cause:
+        raise CheckpointError(path, "this checkpoint has another content", _START_ANEW) from cause
+    return record
+
+
+def pack(value: Any, name: str, arrays: dict[str, NDArray[Any]]) -> Any:
+    """Turn a dataclass into what JSON can hold, and its arrays into ``arrays`` by their names.
+
+    All fields are taken, those of dataclasses in it and in its lists and tuples too. An array
+    that occurs several times is kept once.
+    """
+    if isinstance(value, np.ndarray):
+        kept = next((known for known, array in arrays.items() if array is value), name)
+        arrays[kept] = value
+        return {_ARRAY: kept}
+    if is_dataclass(value):
+        names = [each.name for each in fields(value)]
+        return {each: pack(getattr(value, each), f"{name}.{each}", arrays) for each in names}
+    if isinstance(value, list | tuple):
+        return [pack(item, f"{name}.{index}", arrays) for index, item in enumerate(value)]
+    return value
+
+
+def unpack(kind: Any, packed: Any, arrays: Mapping[str, NDArray[Any]]) -> Any:
+    """Turn back what `pack` has made of a value of a type, given as it is annotated.
+
+    Of a union of dataclasses that one is taken whose fields are those that were packed.
+
+    Raises
+    ------
+    KeyError, TypeError, ValueError
+        When something else was packed.
+    """
+    parts = tuple(part for part in get_args(kind) if part is not ...)
+    if isinstance(packed, list):
+        kinds = parts if len(parts) == len(packed) else parts[:1] * len(packed)
+        items = (unpack(*each, arrays) for each in zip(kinds, packed, strict=True))
+        return list(items) if get_origin(kind) is list else tuple(items)
+    if not isinstance(packed, dict) or get_origin(kind) is dict:
+        return packed
+    if packed.keys() == {_ARRAY}:
+        return arrays[packed[_ARRAY]]
+    for each in (kind, *parts):
+        if is_dataclass(each) and {own.name for own in fields(each)} == packed.keys():
+            types = get_type_hints(each)
+            values = {name: unpack(types[name], packed[name], arrays) for name in packed}
+            return cast("type[Any]", each)(**values)
+    raise TypeError(f"{kind} has no fields {', '.join(packed)}")

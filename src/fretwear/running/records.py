@@ -6,7 +6,7 @@ import csv
 import json
 import math
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from os import PathLike
@@ -186,32 +186,33 @@ def spent_on_simulations(results: str | PathLike[str]) -> Spent | None:
     Spent or None
         None where nothing was measured.
     """
-    rows = list(_rows(Path(results) / BENCHMARKS))
+    rows = [_last_row(file) for file in sorted((Path(results) / BENCHMARKS).glob("*/**/*.tsv"))]
+    rows = [row for row in rows if math.isfinite(row[0])]
     if not rows:
         return None
-    memory = [row[2] for row in rows if math.isfinite(row[2])]
+    seconds, processor, memory = (
+        list(filter(math.isfinite, each)) for each in zip(*rows, strict=True)
+    )
     return Spent(
         jobs=len(rows),
-        seconds=math.fsum(row[0] for row in rows),
-        processor_seconds=math.fsum(row[1] for row in rows if math.isfinite(row[1])),
+        seconds=math.fsum(seconds),
+        processor_seconds=math.fsum(processor),
         memory_bytes=max(memory, default=math.nan) * _MEBIBYTE,
     )
 
 
-def _rows(folder: Path) -> Iterator[tuple[float, float, float]]:
-    for file in sorted(folder.glob("*/**/*.tsv")):
-        try:
-            table = list(
-                csv.DictReader(file.read_text(encoding="utf-8").splitlines(), dialect="excel-tab")
-            )
-        except (OSError, UnicodeDecodeError):
-            continue
-        if table and math.isfinite(seconds := _number(table[-1].get("s"))):
-            yield seconds, _number(table[-1].get("cpu_time")), _number(table[-1].get("max_rss"))
+def _last_row(file: Path) -> tuple[float, float, float]:
+    """Read time, processor time and memory; NaN for what was not or could not be measured."""
+    try:
+        lines = file.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError):
+        lines = []
+    rows = list(csv.DictReader(lines, dialect="excel-tab"))
+    last = rows[-1] if rows else {}
+    return _number(last.get("s")), _number(last.get("cpu_time")), _number(last.get("max_rss"))
 
 
 def _number(text: str | None) -> float:
-    """Return a number; NaN for what Snakemake could not measure of a short job."""
     try:
         return float(text or "nan")
     except ValueError:

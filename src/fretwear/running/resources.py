@@ -1,146 +1,51 @@
-"""What a study takes of the machine that it runs on: memory, cores and time."""
+"""What a study takes of the machine: memory, cores, time, and the jobs that it is divided into.
+
+No numpy here until a time is measured: `fretwear plan` asks this of every case.
+"""
 
 from __future__ import annotations
 
 import math
 import os
 import statistics
+import sys
 import time
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from itertools import accumulate, groupby
 from pathlib import Path
 
 from fretwear.study.case import Case
-from fretwear.study.cost import Estimate, estimate
-from fretwear.study.plan import Plan, PlannedPoint, size
-from fretwear.study.quantities import LENGTH, format_quantity
+from fretwear.study.cost import SECONDS_TO_START, Estimate, estimate
+from fretwear.study.plan import Plan, PlannedPoint
 from fretwear.study.yielding import yielding_ring_width
+from fretwear.units import LENGTH, format_quantity, size_text
 
 # Estimates are above what runs take, by up to a quarter: below that a case might still fit.
 _CERTAIN = 1.25
 _ADVISED = 0.8
-_PROC = Path("/proc")
-_CONTROL_GROUPS = Path("/sys/fs/cgroup")
 
+# Where versions of Linux control groups keep their folders, and in these the limit of the memory,
+# what is used, and what of that is given back on demand.
+_CONTROL_GROUPS_1 = (
+    "memory", "memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file",
+)  # fmt: skip
+_CONTROL_GROUPS_2 = ("", "memory.max", "memory.current", "inactive_file")
 
-@dataclass(frozen=True)
-class _Controller:
-    """Where a version of Linux control groups keeps limit and use of memory, in bytes."""
+SECONDS_PER_JOB = 180.0
+"""What a job is to take: starting it, or queueing it on a cluster, costs seconds."""
 
-    folder: str
-    limit: str
-    used: str
-    reclaimable: str
+LEAST_JOBS = 16
+"""Into so many jobs a study falls, however little there is to do: they keep the cores busy."""
 
+JOBS_FOR_MANY_CORES = 64
+SECONDS_WORTH_A_JOB = 10.0
+"""Up to so many jobs are made of a small study, where each has more to do than to start."""
 
-_VERSION_1 = _Controller(
-    "memory", "memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file"
-)
-_VERSION_2 = _Controller("", "memory.max", "memory.current", "inactive_file")
-
-
-def why_too_large(expected: Estimate, available: int | None) -> str:
-    """Say why a case certainly does not fit in the memory; empty where it may.
-
-    Parameters
-    ----------
-    expected
-        What the case is expected to take.
-    available
-        Memory in bytes, from `available_memory`; None where nobody knows.
-    """
-    if available is None or expected.memory_bytes <= _CERTAIN * available:
-        return ""
-    return (
-        f"needs about {size(expected.memory_bytes)} of memory for {expected.cells_x} x "
-        f"{expected.cells_y} cells, but {size(available)} are available"
-    )
-
-
-def require_memory(case: Case) -> None:
-    """Let a case pass that may fit in the memory available now.
-
-    Raises
-    ------
-    MemoryError
-        When it certainly does not, with the estimate, what is available, and a cell that fits.
-    """
-    available, expected = available_memory(), estimate(case)
-    if problem := why_too_large(expected, available):
-        assert available is not None
-        finer = math.sqrt(expected.memory_bytes / (_ADVISED * available))
-        dx, dy = (_rounded_up(1e6 * finer * spacing) for spacing in case.grid_spacing)
-        raise MemoryError(
-            f"case {case.case_id}: {problem}. Choose a coarser grid, such as "
-            f"cell: [{dx:g} um, {dy:g} um], or run the case where there is more memory"
-        )
-
-
-def available_memory(proc: Path = _PROC, control_groups: Path = _CONTROL_GROUPS) -> int | None:
-    """Return the memory in bytes that this process can still get; None where nobody knows.
-
-    On Linux the least of what the machine has available, swap space included, and what every
-    control group that the process is in (of a container, of a cluster's job) has left. Elsewhere
-    the memory that the machine has.
-
-    Parameters
-    ----------
-    proc, control_groups
-        Where Linux tells of processes and control groups.
-    """
-    amounts = [*_of_machine(proc), *_of_control_groups(proc, control_groups)]
-    if not amounts:
-        with suppress(OSError, ValueError, AttributeError):
-            amounts.append(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
-    return max(0, min(amounts)) if amounts else None
-
-
-def _of_machine(proc: Path) -> Iterator[int]:
-    numbers = _numbers(proc / "meminfo")
-    if "MemAvailable" in numbers:
-        yield 1024 * (numbers["MemAvailable"] + numbers.get("SwapFree", 0))
-
-
-def _of_control_groups(proc: Path, control_groups: Path) -> Iterator[int]:
-    for line in _text(proc / "self/cgroup").splitlines():
-        _, controllers, own = line.split(":", 2)
-        if controllers and "memory" not in controllers.split(","):
-            continue
-        controller = _VERSION_1 if controllers else _VERSION_2
-        root = control_groups / controller.folder
-        # Limits of the groups around the own one hold as well; inside of a container none but
-        # the outermost folder may be seen, which then is the own group.
-        inner = root / own.lstrip("/")
-        for group in (inner, *inner.parents[: len(inner.parts) - len(root.parts)]):
-            yield from _left(group, controller)
-
-
-def _left(group: Path, controller: _Controller) -> Iterator[int]:
-    # Version 2 says "max" where there is no limit, version 1 gives a number beyond any memory.
-    with suppress(ValueError):
-        limit, used = (int(_text(group / name)) for name in (controller.limit, controller.used))
-        yield limit - used + _numbers(group / "memory.stat").get(controller.reclaimable, 0)
-
-
-def _numbers(path: Path) -> dict[str, int]:
-    """Read lines of a name and a number."""
-    fields = (line.replace(":", " ").split() for line in _text(path).splitlines())
-    return {each[0]: int(each[1]) for each in fields if len(each) > 1 and each[1].isdigit()}
-
-
-def _text(path: Path) -> str:
-    with suppress(OSError):
-        return path.read_text(encoding="utf-8")
-    return ""
-
-
-def _rounded_up(value: float) -> float:
-    """Round up to two digits."""
-    unit = 10.0 ** (math.floor(math.log10(value)) - 1)
-    return math.ceil(value / unit) * unit
-
+MOST_JOBS = 2000
+"""A workflow of so many jobs is planned in seconds; beyond, the jobs take longer instead."""
 
 # Processor time of one transform there and back on the machine that the constants of
 # `fretwear.study.cost` were measured on: what `python -m benchmarks.cost --speed` prints.
@@ -154,6 +59,207 @@ _SIZES_TIMED = 2
 _SECONDS_EACH = 0.03
 _LEAST_REPETITIONS = 3
 _FREED = 4_000_000
+
+_LISTED = 3
+
+
+def available_memory(
+    proc: Path = Path("/proc"), control_groups: Path = Path("/sys/fs/cgroup")
+) -> int:
+    """Return the memory in bytes that this process can still get.
+
+    The least of what the machine has available, swap space included, and what every Linux control
+    group that the process is in (of a container, of a cluster's job) has left.
+
+    Parameters
+    ----------
+    proc, control_groups
+        Where Linux tells of processes and control groups.
+    """
+    import psutil
+
+    machine = sys.maxsize
+    # Where nobody knows, the memory counts as large enough.
+    with suppress(OSError):
+        machine = psutil.virtual_memory().available + psutil.swap_memory().free
+    return max(0, min([machine, *_left_to_control_groups(proc, control_groups)]))
+
+
+def _left_to_control_groups(proc: Path, control_groups: Path) -> Iterator[int]:
+    for line in _text(proc / "self/cgroup").splitlines():
+        _, controllers, own = line.split(":", 2)
+        if controllers and "memory" not in controllers.split(","):
+            continue
+        folder, limit, used, given_back = _CONTROL_GROUPS_1 if controllers else _CONTROL_GROUPS_2
+        root = control_groups / folder
+        # Limits of the groups around the own one hold as well; inside of a container none but
+        # the outermost folder may be seen, which then is the own group.
+        inner = root / own.lstrip("/")
+        for group in (inner, *inner.parents[: len(inner.parts) - len(root.parts)]):
+            # Version 2 says "max" where there is no limit, version 1 a number beyond any memory.
+            with suppress(ValueError):
+                left = int(_text(group / limit)) - int(_text(group / used))
+                rows = (row.split() for row in _text(group / "memory.stat").splitlines())
+                yield left + sum(int(row[1]) for row in rows if row[0] == given_back)
+
+
+def _text(path: Path) -> str:
+    with suppress(OSError):
+        return path.read_text(encoding="utf-8")
+    return ""
+
+
+def why_too_large(expected: Estimate, available: int) -> str:
+    """Say why a case certainly does not fit in the memory; empty where it may.
+
+    Parameters
+    ----------
+    expected
+        What the case is expected to take.
+    available
+        Memory in bytes, from `available_memory`.
+    """
+    if expected.memory_bytes <= _CERTAIN * available:
+        return ""
+    return (
+        f"needs about {size_text(expected.memory_bytes)} of memory for {expected.cells_x} x "
+        f"{expected.cells_y} cells, but {size_text(available)} are available"
+    )
+
+
+def require_memory(case: Case) -> None:
+    """Let a case pass that may fit in the memory available now.
+
+    Raises
+    ------
+    MemoryError
+        When it certainly does not, with the estimate, what is available, and a cell that fits.
+    """
+    available, expected = available_memory(), estimate(case)
+    if problem := why_too_large(expected, available):
+        coarser = math.sqrt(expected.memory_bytes / (_ADVISED * available))
+        dx, dy = (_rounded_up(1e6 * coarser * spacing) for spacing in case.grid_spacing)
+        raise MemoryError(
+            f"case {case.case_id}: {problem}. Choose a coarser grid, such as "
+            f"cell: [{dx:g} um, {dy:g} um], or run the case where there is more memory"
+        )
+
+
+def _rounded_up(value: float) -> float:
+    """Round up to two digits."""
+    unit = 10.0 ** (math.floor(math.log10(value)) - 1)
+    return math.ceil(value / unit) * unit
+
+
+def cores() -> int:
+    """Return how many cores this process may use."""
+    try:
+        return len(os.sched_getaffinity(0))
+    except AttributeError:  # not on Linux
+        return os.cpu_count() or 1
+
+
+@dataclass(frozen=True)
+class Task:
+    """A case to run, at the first point that comes to it.
+
+    Attributes
+    ----------
+    point : int
+        Number of the point, counted from 1.
+    case_id : str
+        Id of the case.
+    seconds : float
+        How long it takes once its job has started, as far as the study alone can tell.
+    memory_bytes : int
+        Memory that it needs.
+    """
+
+    point: int
+    case_id: str
+    seconds: float
+    memory_bytes: int
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Cases of neighbouring points that one job runs one after the other.
+
+    Attributes
+    ----------
+    first, last : int
+        Numbers of its first and last point; some between them may belong to cases of others.
+    case_ids : tuple of str
+        Its cases, in the order of the points.
+    seconds : float
+        Time for all cases on one core, once the job has started.
+    memory_bytes : int
+        Memory of the largest case.
+    """
+
+    first: int
+    last: int
+    case_ids: tuple[str, ...]
+    seconds: float
+    memory_bytes: int
+
+    @classmethod
+    def of(cls, tasks: Sequence[Task]) -> Batch:
+        """The batch of some tasks."""
+        return cls(
+            first=tasks[0].point,
+            last=tasks[-1].point,
+            case_ids=tuple(task.case_id for task in tasks),
+            seconds=math.fsum(task.seconds for task in tasks),
+            memory_bytes=max(task.memory_bytes for task in tasks),
+        )
+
+
+def batches(plan: Plan) -> tuple[Batch, ...]:
+    """Divide the cases of a study into batches: what each job of the workflow runs."""
+    tasks: dict[str, Task] = {}
+    for number, planned in enumerate(plan.points, 1):
+        expected = planned.estimate
+        if expected is not None and planned.id not in tasks:
+            seconds = expected.seconds - SECONDS_TO_START
+            tasks[planned.id] = Task(number, planned.id, seconds, expected.memory_bytes)
+    return divided(list(tasks.values()), plan.study.batch)
+
+
+def divided(tasks: Sequence[Task], cases_each: int | None = None) -> tuple[Batch, ...]:
+    """Divide tasks into batches, in their order.
+
+    The same study falls into the same batches on every machine: what a cluster node reads is
+    what the machine that sent the job has read.
+
+    Parameters
+    ----------
+    tasks : sequence of Task
+        Every case once.
+    cases_each : int or None
+        Cases of a batch; None: as many as take about `SECONDS_PER_JOB`, but never so many that
+        most cores would have nothing to do.
+    """
+    if cases_each is None:
+        total = math.fsum(task.seconds for task in tasks)
+        least = min(len(tasks), LEAST_JOBS)
+        spread = min(len(tasks), JOBS_FOR_MANY_CORES, int(total / SECONDS_WORTH_A_JOB))
+        jobs = min(max(least, spread, math.ceil(total / SECONDS_PER_JOB)), MOST_JOBS)
+        # Where the middle of a case falls decides, so that no batch is the one with the rest.
+        before = accumulate((task.seconds for task in tasks), initial=0.0)
+        numbers = [
+            int((earlier + 0.5 * task.seconds) / (total / jobs))
+            for earlier, task in zip(before, tasks, strict=False)
+        ]
+    else:
+        numbers = [place // cases_each for place in range(len(tasks))]
+    numbered = groupby(zip(numbers, tasks, strict=True), key=lambda each: each[0])
+    return tuple(Batch.of([task for _, task in part]) for _, part in numbered)
+
+
+def core_seconds(jobs: Sequence[Batch], speed: float = 1.0) -> float:
+    """Return the time in s that all jobs take on one core of a machine of a certain speed."""
+    return (math.fsum(job.seconds for job in jobs) + SECONDS_TO_START * len(jobs)) / speed
 
 
 def machine_speed(estimates: Iterable[Estimate]) -> float:
@@ -199,37 +305,18 @@ def transform_seconds(cells_x: int, cells_y: int) -> float:
     return statistics.median(taken)
 
 
-_LISTED = 3
-
-
-def cores() -> int:
-    """Return how many cores this process may use."""
-    try:
-        return len(os.sched_getaffinity(0))
-    except AttributeError:  # not on Linux
-        return os.cpu_count() or 1
-
-
-def warnings(plan: Plan, available: int | None) -> Iterator[str]:
-    """Iterate over what is likely to go wrong with a study, each with what to do.
+def machine_warnings(plan: Plan, available: int | None = None) -> Iterator[str]:
+    """Iterate over what is likely to go wrong with a study on this machine, with what to do.
 
     Parameters
     ----------
     plan : Plan
         The study.
     available : int or None
-        Memory of the machine in bytes; None where nobody knows.
+        Memory in bytes; None for what this machine has available now.
     """
-    yield from _of_memory(plan, available)
-    yield from _of_rings(plan)
-
-
-def machine_warnings(plan: Plan) -> Iterator[str]:
-    """Iterate over the warnings for the machine as it is now."""
-    return warnings(plan, available_memory())
-
-
-def _of_memory(plan: Plan, available: int | None) -> Iterator[str]:
+    available = available_memory() if available is None else available
+    at_once = min(cores(), len(batches(plan)))
     too_large = [
         f"{case_id} {problem}"
         for case_id, expected in plan.estimates.items()
@@ -240,17 +327,14 @@ def _of_memory(plan: Plan, available: int | None) -> Iterator[str]:
             f"{_cases(len(too_large))} will not fit in the memory of this machine:"
             f"{_listed(too_large)}\n    choose a coarser cell, or run the study where there is more"
         )
-    elif available is not None and plan.memory_bytes * min(cores(), len(plan.batches)) > available:
+    elif plan.memory_bytes * at_once > available:
         yield (
-            f"jobs of up to {size(plan.memory_bytes)} may not fit in the {size(available)} of "
-            f"memory that are available, {cores()} at once\n    run snakemake with "
-            f"--resources mem_mb={available // 1_000_000}, which lets fewer run at once"
+            f"jobs of up to {size_text(plan.memory_bytes)} may not fit in the "
+            f"{size_text(available)} of memory that are available, {cores()} at once\n    run "
+            f"snakemake with --resources mem_mb={available // 1_000_000}, which lets fewer run at "
+            "once"
         )
-
-
-def _of_rings(plan: Plan) -> Iterator[str]:
-    unseen = plan.unseen_rings
-    if unseen:
+    if unseen := plan.unseen_rings:
         yield (
             f"{_cases(len(unseen))} will yield in a ring around the stick zone that is narrower "
             f"than a cell of the grid, which therefore gets its wear wrong:"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from typing import TYPE_CHECKING, Any
 
@@ -16,13 +16,11 @@ from fretwear.mechanics.slip import (
     CattaneoMindlinSlip,
     Friction,
     JaegerSlip,
-    ReducedContact,
     SlipModel,
 )
 from fretwear.mechanics.state import State, WearProblem
 from fretwear.mechanics.surfaces import Surface, Waves
 from fretwear.mechanics.wear import evolve
-from fretwear.mechanics.window import Window
 from fretwear.theory import HertzContact
 from fretwear.vocabulary import FIELDS, ContactState
 
@@ -34,6 +32,9 @@ if TYPE_CHECKING:
 _STATE_ARRAYS = ("pressure", "gap", "wear", "plastic", "pressure_rate", "source_rate")
 _REDUCED_ARRAYS = ("pressure", "gap")
 _MEASURES = tuple(each.name for each in fields(Measures))
+
+
+_MARGIN = 1.15
 
 
 @dataclass(frozen=True)
@@ -55,125 +56,41 @@ class Step:
     last_cycle: int
 
 
-@dataclass(frozen=True)
-class Record:
-    """What the history keeps of a step: everything but the fields."""
-
-    cycle: float
-    measures: Measures
-    error_estimate: float
-    convolutions: int
-
-    @classmethod
-    def of(cls, step: Step) -> Record:
-        """The record of a step."""
-        state = step.state
-        return cls(state.cycle, step.measures, state.error_estimate, state.convolutions)
+Observer = Callable[[Step], None]
 
 
 @dataclass
 class RunRecord:
-    """Snapshots and history of a run so far.
+    """What a run has to remember: for its dataset, and to resume where it stopped.
 
     Attributes
     ----------
     snapshots
-        Steps whose fields are kept.
+        States whose fields the dataset will hold.
     history
-        Every step without its fields.
+        A row for every step: ``cycle``, ``error_estimate``, ``convolutions`` spent so far, and
+        every scalar of `Measures`.
     last
         The state that the run has reached; None before the first loading.
     """
 
-    snapshots: list[Step] = field(default_factory=list)
-    history: list[Record] = field(default_factory=list)
+    snapshots: list[State] = field(default_factory=list)
+    history: list[dict[str, float]] = field(default_factory=list)
     last: State | None = None
 
-    def note(self, step: Step, *, keep_fields: bool) -> None:
+    def add(self, step: Step, *, keep_fields: bool) -> None:
         """Add a step."""
-        self.last = step.state
-        self.history.append(Record.of(step))
+        self.last = state = step.state
+        self.history.append(
+            {
+                "cycle": state.cycle,
+                "error_estimate": state.error_estimate,
+                "convolutions": state.convolutions,
+                **asdict(step.measures),
+            }
+        )
         if keep_fields:
-            self.snapshots.append(step)
-
-    def packed(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
-        """The record as named arrays and a mapping for JSON, both without any loss."""
-        arrays: dict[str, NDArray[Any]] = {}
-        states = [step.state for step in self.snapshots]
-        states += [] if self.last is None else [self.last]
-        numbers = [_pack_state(state, f"state{i}.", arrays) for i, state in enumerate(states)]
-        arrays["history.cycle"] = np.array([record.cycle for record in self.history])
-        arrays["history.error"] = np.array([record.error_estimate for record in self.history])
-        arrays["history.convolutions"] = np.array([record.convolutions for record in self.history])
-        arrays["history.measures"] = np.array(
-            [[getattr(record.measures, name) for name in _MEASURES] for record in self.history]
-        )
-        measures = [asdict(step.measures) for step in self.snapshots]
-        return arrays, {"states": numbers, "measures": measures}
-
-    @classmethod
-    def unpacked(
-        cls, arrays: Mapping[str, NDArray[Any]], numbers: Mapping[str, Any], last_cycle: int
-    ) -> RunRecord:
-        """The record that `packed` made these of."""
-        states = [
-            _unpack_state(state, f"state{i}.", arrays) for i, state in enumerate(numbers["states"])
-        ]
-        rows = zip(
-            arrays["history.cycle"].tolist(),
-            arrays["history.measures"].tolist(),
-            arrays["history.error"].tolist(),
-            arrays["history.convolutions"].tolist(),
-            strict=True,
-        )
-        return cls(
-            snapshots=[
-                Step(state, Measures(**measures), last_cycle)
-                for state, measures in zip(states[:-1], numbers["measures"], strict=True)
-            ],
-            history=[
-                Record(cycle, Measures(*measures), error, convolutions)
-                for cycle, measures, error, convolutions in rows
-            ],
-            last=states[-1],
-        )
-
-
-def _pack_state(state: State, prefix: str, arrays: dict[str, NDArray[Any]]) -> dict[str, Any]:
-    arrays |= {prefix + name: getattr(state, name) for name in _STATE_ARRAYS}
-    arrays |= {f"{prefix}reduced.{name}": getattr(state.reduced, name) for name in _REDUCED_ARRAYS}
-    numbers = {
-        each.name: getattr(state, each.name)
-        for each in fields(State)
-        if each.name not in (*_STATE_ARRAYS, "window", "reduced")
-    }
-    return {
-        "numbers": numbers,
-        "window": asdict(state.window),
-        "reduced": {
-            "approach": state.reduced.approach,
-            "convolutions": state.reduced.convolutions,
-        },
-    }
-
-
-def _unpack_state(
-    packed: Mapping[str, Any], prefix: str, arrays: Mapping[str, NDArray[Any]]
-) -> State:
-    window = packed["window"]
-    own: dict[str, Any] = {name: arrays[prefix + name] for name in _STATE_ARRAYS}
-    inner: dict[str, Any] = {name: arrays[f"{prefix}reduced.{name}"] for name in _REDUCED_ARRAYS}
-    return State(
-        **own,
-        **packed["numbers"],
-        window=Window(tuple(window["shape"]), tuple(window["spacing"]), window["quarter"]),
-        reduced=ReducedContact(**inner, **packed["reduced"]),
-    )
-
-
-_MARGIN = 1.15
-
-Observer = Callable[[Step], None]
+            self.snapshots.append(state)
 
 
 @dataclass(frozen=True)
@@ -212,7 +129,7 @@ def simulate(case: Case, observers: Sequence[Observer] = (), *, quarter: bool = 
 
 def run(
     case: Case,
-    observers: Iterable[Observer] = (),
+    observers: Sequence[Observer] = (),
     *,
     record: RunRecord | None = None,
     quarter: bool = True,
@@ -226,16 +143,14 @@ def run(
     case, observers, quarter
         As for `simulate`.
     record
-        Takes every step; one that an earlier run has left makes this one go on from there, with
-        the same result to the last bit.
+        Takes every step; one that an earlier run has left makes this one resume there, with the
+        same result to the last bit.
     title, command
         For the attributes of the dataset.
     """
     record = RunRecord() if record is None else record
-    observers = list(observers)
-    wanted = set(case.output_cycles)
     for step in steps(case, start=record.last, quarter=quarter):
-        record.note(step, keep_fields=step.state.cycle in wanted)
+        record.add(step, keep_fields=step.state.cycle in case.output_cycles)
         for observer in observers:
             observer(step)
     return _result(case, record, quarter, title, command)
@@ -252,29 +167,25 @@ def steps(case: Case, *, start: State | None = None, quarter: bool = True) -> It
 def _result(case: Case, record: RunRecord, quarter: bool, title: str, command: str) -> Result:
     from fretwear.data.dataset import case_dataset, history_dataset
 
-    problem = wear_problem(case, quarter=quarter)
-    snapshots, history = record.snapshots, record.history
-    window = snapshots[-1].state.window
+    columns = {name: np.array([row[name] for row in record.history]) for name in record.history[0]}
+    steps_at = columns.pop("cycle")
+    errors, convolutions = columns.pop("error_estimate"), columns.pop("convolutions")
+    cycles = [state.cycle for state in record.snapshots]
+    kept = np.isin(steps_at, cycles)
+    window = record.snapshots[-1].window
     dataset = case_dataset(
         case,
         window.x,
         window.y,
-        [step.state.cycle for step in snapshots],
-        _snapshot_fields(problem, snapshots, window),
-        _stacked(asdict(step.measures) for step in snapshots),
+        cycles,
+        _snapshot_fields(wear_problem(case, quarter=quarter), record.snapshots),
+        {name: values[kept] for name, values in columns.items()},
         symmetry="even_xy" if quarter else "none",
         title=title,
         command=command,
     )
-    return Result(
-        dataset,
-        history_dataset(
-            [record.cycle for record in history],
-            _stacked(asdict(record.measures) for record in history),
-            [record.error_estimate for record in history],
-            np.diff([record.convolutions for record in history], prepend=0),
-        ),
-    )
+    history = history_dataset(steps_at, columns, errors, np.diff(convolutions, prepend=0))
+    return Result(dataset, history)
 
 
 def wear_problem(case: Case, *, quarter: bool = True) -> WearProblem:
@@ -311,24 +222,22 @@ def _slip_model(case: Case, hertz: HertzContact) -> SlipModel:
     return JaegerSlip(case.stick_load)
 
 
-def _snapshot_fields(
-    problem: WearProblem, snapshots: Sequence[Step], window: Window
-) -> dict[str, NDArray[Any]]:
-    """The fields of a dataset over all snapshots, from the start as they are stored.
+def _snapshot_fields(problem: WearProblem, snapshots: Sequence[State]) -> dict[str, NDArray[Any]]:
+    """The fields of a dataset over all snapshots on the last window, from the start as stored.
 
     Many snapshots in double precision, listed and then stacked, took most of a run's memory.
     """
+    window = snapshots[-1].window
     shape = (len(snapshots), *window.shape)
     fields = {field.name: np.empty(shape, dtype=field.dtype) for field in FIELDS}
-    for row, step in enumerate(snapshots):
-        for name, values in _fields(problem, step.state, window).items():
+    for row, state in enumerate(snapshots):
+        for name, values in _fields(problem, state.on(problem, window)).items():
             fields[name][row] = values
     return fields
 
 
-def _fields(problem: WearProblem, state: State, window: Window) -> dict[str, Array]:
-    """The fields of a dataset on a window that contains the state's own."""
-    state = state.on(problem, window)
+def _fields(problem: WearProblem, state: State) -> dict[str, Array]:
+    """The fields of a dataset of one state."""
     friction, reduced = problem.friction, state.reduced
     slip = friction.slip(reduced)
     closed = in_contact(state)
@@ -344,9 +253,3 @@ def _fields(problem: WearProblem, state: State, window: Window) -> dict[str, Arr
         "gap": state.gap,
         "contact_state": contact_state,
     }
-
-
-def _stacked(records: Iterable[dict[str, Any]]) -> dict[str, Any]:
-    """Records with the same names, one array a name with the records along the first axis."""
-    listed = list(records)
-    return {name: np.stack([record[name] for record in listed]) for name in listed[0]}

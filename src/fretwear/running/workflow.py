@@ -15,93 +15,19 @@ from functools import cached_property
 from pathlib import Path
 
 import fretwear
-from fretwear.data.safe import write_text
+from fretwear.data.safe import DataFileError, write_text
 from fretwear.running.records import Failure, failures
-from fretwear.study.batches import Batch
+from fretwear.running.resources import Batch, batches
 from fretwear.study.file import Study, load_study
 from fretwear.study.plan import plan_study
 from fretwear.study.problems import Problem, StudyError, shown
-
-# File systems differ in how finely they keep the time of a file, and clients of a network one too.
-_SECONDS_OF_DOUBT = 2.0
-
-
-@dataclass(frozen=True)
-class FileTrace:
-    """What tells a file from one that was written later, without reading it."""
-
-    size: int
-    modified: float
-
-    @classmethod
-    def of(cls, status: os.stat_result) -> FileTrace:
-        """The trace of a file."""
-        return cls(status.st_size, round(status.st_mtime, 3))
-
-    def agrees(self, other: FileTrace) -> bool:
-        """Whether both may be of one file."""
-        near = abs(self.modified - other.modified) <= _SECONDS_OF_DOUBT
-        return self.size == other.size and near
-
-
-def case_files(folder: Path) -> dict[str, FileTrace]:
-    """Return the traces of the case files in a folder, by case id; the files are not opened."""
-    try:
-        with os.scandir(folder) as entries:
-            files = [entry for entry in entries if entry.name.endswith(".nc")]
-            return {entry.name[:-3]: FileTrace.of(entry.stat()) for entry in files}
-    except OSError:
-        return {}
-
-
-def write_finished(path: Path, cases: Path, case_ids: Iterable[str]) -> None:
-    """Write that the cases of a batch are finished.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-        File to write.
-    cases : pathlib.Path
-        Folder of the case files.
-    case_ids : iterable of str
-        The cases, whose files have been checked.
-
-    Raises
-    ------
-    OSError, DataFileError
-        When a case file is gone, or the file cannot be written.
-    """
-    listed = {}
-    for case_id in case_ids:
-        trace = FileTrace.of((cases / f"{case_id}.nc").stat())
-        listed[case_id] = [trace.size, trace.modified]
-    write_text(path, json.dumps({"cases": listed}, indent=0) + "\n")
-
-
-def is_finished(path: Path, case_ids: Iterable[str], present: Mapping[str, FileTrace]) -> bool:
-    """Say whether all cases of a batch are still as the batch left them.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-        What the batch has left.
-    case_ids : iterable of str
-        Its cases.
-    present : mapping of str to FileTrace
-        The case files that are there, from `case_files`.
-    """
-    try:
-        listed = json.loads(path.read_text(encoding="utf-8"))["cases"]
-        left = {case_id: FileTrace(*listed[case_id]) for case_id in case_ids}
-    except (OSError, ValueError, KeyError, TypeError):
-        return False
-    return all(case_id in present and present[case_id].agrees(left[case_id]) for case_id in left)
-
 
 STUDIES = Path("studies")
 RESULTS = Path("results")
 BATCHES = "batches"
 
+# File systems differ in how finely they keep the time of a file, and clients of a network one too.
+_SECONDS_OF_DOUBT = 2.0
 _HASH_DIGITS = 12
 _FAILURES_LISTED = 20
 
@@ -186,7 +112,7 @@ class StudyJobs:
     @cached_property
     def batches(self) -> Mapping[str, Batch]:
         """The batches by name: a hash of all that their files hold, wherever the points stand."""
-        return {self._name(batch): batch for batch in plan_study(self.study).batches}
+        return {self._name(batch): batch for batch in batches(plan_study(self.study))}
 
     @cached_property
     def targets(self) -> tuple[str, ...]:
@@ -199,7 +125,7 @@ class StudyJobs:
         folder = Path(self.folder)
         present = case_files(folder / "cases")
         return tuple(
-            f"{name}-{self._round(folder / BATCHES, name, batch, present)}"
+            f"{name}-{_round(folder / BATCHES / name, batch, present)}"
             for name, batch in self.batches.items()
         )
 
@@ -279,11 +205,83 @@ class StudyJobs:
 
         return figure_labels(Path(self.folder) / "figures", figure)
 
-    @staticmethod
-    def _round(folder: Path, name: str, batch: Batch, present: Mapping[str, FileTrace]) -> int:
-        number = 0
-        while (left := folder / f"{name}-{number}.json").exists():
-            if is_finished(left, batch.case_ids, present):
-                break
-            number += 1
-        return number
+
+def _round(path: Path, batch: Batch, present: Mapping[str, FileTrace]) -> int:
+    number = 0
+    while (left := Path(f"{path}-{number}.json")).exists():
+        if is_finished(left, batch.case_ids, present):
+            break
+        number += 1
+    return number
+
+
+# The workflow of a large study cannot read every case file each time it starts. A batch writes what
+# it has found when it checked each one, together with the size and the time of each; as long as
+# these stay, so does the answer.
+
+FileTrace = tuple[int, float]
+"""Size in bytes and time of the last change, s: tell a file from one that was written later."""
+
+
+def case_files(folder: Path) -> dict[str, FileTrace]:
+    """Return the traces of the case files in a folder, by case id; the files are not opened."""
+    try:
+        with os.scandir(folder) as entries:
+            files = [entry for entry in entries if entry.name.endswith(".nc")]
+            return {entry.name[:-3]: _trace(entry.stat()) for entry in files}
+    except OSError:
+        return {}
+
+
+def write_finished(path: Path, cases: Path, case_ids: Iterable[str]) -> None:
+    """Write that the cases of a batch are finished.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        File to write.
+    cases : pathlib.Path
+        Folder of the case files.
+    case_ids : iterable of str
+        The cases, whose files `fretwear.data.files.is_finished_case` has found whole.
+
+    Raises
+    ------
+    DataFileError
+        When a case file is gone, or the file cannot be written.
+    """
+    present = case_files(cases)
+    listed = {}
+    for case_id in case_ids:
+        if case_id not in present:
+            problem = "was removed while the other cases of its batch ran"
+            raise DataFileError(cases / f"{case_id}.nc", problem, "Run the same command again")
+        listed[case_id] = present[case_id]
+    write_text(path, json.dumps({"cases": listed}, indent=0) + "\n")
+
+
+def is_finished(path: Path, case_ids: Iterable[str], present: Mapping[str, FileTrace]) -> bool:
+    """Say whether all cases of a batch are still as the batch left them.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        What the batch has left.
+    case_ids : iterable of str
+        Its cases.
+    present : mapping of str to FileTrace
+        The case files that are there, from `case_files`.
+    """
+    try:
+        left = json.loads(path.read_text(encoding="utf-8"))["cases"]
+        return all(_agree(left[case_id], present[case_id]) for case_id in case_ids)
+    except (OSError, ValueError, KeyError, TypeError):
+        return False
+
+
+def _trace(status: os.stat_result) -> FileTrace:
+    return status.st_size, round(status.st_mtime, 3)
+
+
+def _agree(one: FileTrace, other: FileTrace) -> bool:
+    return one[0] == other[0] and abs(one[1] - other[1]) <= _SECONDS_OF_DOUBT

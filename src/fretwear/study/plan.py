@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import csv
-import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import IO
 
-from fretwear.study.batches import Batch, Task, batches
 from fretwear.study.case import Case
-from fretwear.study.cost import SECONDS_TO_START, Estimate, estimate
+from fretwear.study.cost import Estimate, estimate
 from fretwear.study.file import Study
 from fretwear.study.points import Point
 from fretwear.study.yielding import is_ring_unseen
@@ -59,23 +57,6 @@ class Plan:
     def estimates(self) -> Mapping[str, Estimate]:
         """Estimates by case id, each case once."""
         return {point.id: point.estimate for point in self.points if point.estimate is not None}
-
-    @cached_property
-    def batches(self) -> tuple[Batch, ...]:
-        """What each job of the workflow runs."""
-        tasks: dict[str, Task] = {}
-        for number, planned in enumerate(self.points, 1):
-            found = planned.estimate
-            if found is not None and planned.id not in tasks:
-                seconds = found.seconds - SECONDS_TO_START
-                tasks[planned.id] = Task(number, planned.id, seconds, found.memory_bytes)
-        return batches(tasks.values(), self.study.batch)
-
-    @property
-    def seconds(self) -> float:
-        """Time for all jobs on one core."""
-        working = math.fsum(batch.seconds for batch in self.batches)
-        return (working + SECONDS_TO_START * len(self.batches)) / self.speed
 
     @property
     def unseen_rings(self) -> tuple[PlannedPoint, ...]:

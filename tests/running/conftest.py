@@ -1,0 +1,177 @@
+"""Cases and studies that take a moment, and the workflow as a user has it."""
+
+import re
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import netCDF4
+import pytest
+import yaml
+
+import fretwear
+from fretwear.study.file import StudyError, load_study
+
+REPOSITORY = Path(__file__).parents[2]
+
+BASE = {
+    "radius": "10 mm",
+    "youngs_modulus": "208 GPa",
+    "poisson_ratio": 0.3,
+    "load": "50 N",
+    "tangential_ratio": 0.8,
+    "friction": 0.5,
+    "wear_coefficient": "7e-13 / Pa",
+    "plastic_limit": "none",
+    "roughness": "none",
+    "cycles": 100,
+    "cell": "10 um",
+}
+
+
+def make_case(**changes):
+    return fretwear.Case(**{**BASE, "plastic_limit": None, "roughness": None, **changes})
+
+
+def without(content, *keys):
+    return {key: value for key, value in content.items() if key not in keys}
+
+
+TINY = {
+    "title": "Tiny",
+    "base": {**without(BASE, "load", "tangential_ratio"), "tangential_load": "9 N"},
+    "vary": {"load": ["25 N", "50 N"]},
+    "output": {"cycles": [0, 20]},
+}
+
+# Matter this soft is gone before the shortest step ends, so its case really fails.
+HOPELESS = {
+    **TINY,
+    "base": {**TINY["base"], "load": "50 N"},
+    "vary": {"wear_coefficient": ["1 / Pa", "7e-13 / Pa"]},
+}
+
+
+def write_study(file, content):
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
+    return file
+
+
+class Studies:
+    """Writes study files and loads them."""
+
+    def __init__(self, folder):
+        self.folder = folder
+
+    def load(self, content):
+        return load_study(write_study(self.folder / "study.yaml", content))
+
+    def error(self, content):
+        with pytest.raises(StudyError) as caught:
+            self.load(content)
+        return caught.value
+
+
+@pytest.fixture
+def studies(tmp_path):
+    return Studies(tmp_path)
+
+
+class Checkout:
+    """A folder with workflow, profiles and studies, as a user has it."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        self.results = folder / "results/demo"
+
+    @classmethod
+    def make(cls, folder):
+        shutil.copy(REPOSITORY / "Snakefile", folder)
+        shutil.copytree(REPOSITORY / "profiles", folder / "profiles")
+        checkout = cls(folder)
+        checkout.write(TINY)
+        return checkout
+
+    def write(self, content, name="demo"):
+        write_study(self.folder / f"studies/{name}.yaml", content)
+
+    def snakemake(self, *arguments):
+        command = [sys.executable, "-m", "snakemake", "--cores", "2", *arguments]
+        return subprocess.run(command, cwd=self.folder, capture_output=True, text=True, check=False)
+
+    def jobs(self, *arguments):
+        """What a run would do: slugs of the cases to simulate one by one, and the other rules."""
+        done = self.snakemake("--dry-run", *arguments)
+        assert done.returncode == 0, done.stderr
+        messages = re.findall(r"^Job \d+: (.*)$", done.stdout + done.stderr, re.MULTILINE)
+        cases = {
+            line.split()[1].split("-mu")[0] for line in messages if line.startswith("Simulating")
+        }
+        return cases, {line.split()[0] for line in messages} - {"Simulating"}
+
+
+@pytest.fixture
+def checkout(tmp_path):
+    return Checkout.make(tmp_path)
+
+
+@pytest.fixture
+def start(tmp_path):
+    """Start a command of fretwear or another module in a folder, killed when the test ends."""
+    started = []
+
+    def begin(*arguments, folder=tmp_path, module="fretwear", **options):
+        process = subprocess.Popen(
+            [sys.executable, "-m", module, *arguments],
+            cwd=folder,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            **options,
+        )
+        started.append(process)
+        return process
+
+    yield begin
+    for process in started:
+        process.kill()
+        process.communicate()
+
+
+def wait_for(condition, process):
+    while not condition():
+        assert process.poll() is None
+        time.sleep(0.02)
+
+
+def read_until(process, words):
+    said = ""
+    while words not in said:
+        line = process.stderr.readline()
+        assert line, said
+        said += line
+    return said
+
+
+def damage_file(path):
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes(content)
+
+
+def contents(path):
+    """Everything in a case file but the line that says when it was written."""
+    with netCDF4.Dataset(path) as file:
+        file.set_auto_mask(False)
+        groups = [file, *file.groups.values()]
+        arrays = {
+            (group.name, name): variable[...].tobytes() if variable.dtype != str else variable[...]
+            for group in groups
+            for name, variable in group.variables.items()
+        }
+        attributes = {name: str(file.getncattr(name)) for name in file.ncattrs()}
+    attributes["history"] = attributes["history"].partition(" ")[2]
+    return arrays, attributes

@@ -1,0 +1,268 @@
+"""Memory, cores and time of a study, the jobs that it falls into, and what it is warned of."""
+
+import re
+from dataclasses import replace
+
+import pytest
+
+from fretwear.running.resources import (
+    JOBS_FOR_MANY_CORES,
+    LEAST_JOBS,
+    MOST_JOBS,
+    SECONDS_PER_JOB,
+    Task,
+    available_memory,
+    batches,
+    core_seconds,
+    cores,
+    divided,
+    machine_speed,
+    machine_warnings,
+    require_memory,
+    transform_seconds,
+    why_too_large,
+)
+from fretwear.study.cost import SECONDS_TO_START, estimate
+from fretwear.study.plan import plan_study
+
+from .conftest import BASE, make_case, without
+
+GB = 10**9
+STUDY = {"base": without(BASE, "load"), "vary": {"load": ["25 N", "50 N"]}}
+
+
+@pytest.fixture
+def groups(tmp_path):
+    """What is available on a machine whose control groups have these files."""
+
+    def write(files):
+        for name, text in files.items():
+            path = tmp_path / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(f"{text}\n")
+        return available_memory(tmp_path / "proc", tmp_path / "cgroup")
+
+    return write
+
+
+CONTROL_GROUPS = {
+    "limit of the job's own, where cached files are given back on demand": (
+        2_000,
+        {
+            "proc/self/cgroup": "0::/slurm/job_7",
+            "cgroup/slurm/job_7/memory.max": 4_000,
+            "cgroup/slurm/job_7/memory.current": 3_000,
+            "cgroup/slurm/job_7/memory.stat": "anon 5\ninactive_file 1000",
+        },
+    ),
+    "limit of a group around the own": (
+        3_000,
+        {
+            "proc/self/cgroup": "0::/slurm/job_7/step_0",
+            "cgroup/slurm/job_7/step_0/memory.max": "max",
+            "cgroup/slurm/job_7/step_0/memory.current": 1_000,
+            "cgroup/slurm/memory.max": 5_000,
+            "cgroup/slurm/memory.current": 2_000,
+        },
+    ),
+    "container that sees its limit at the root": (
+        2_000,
+        {
+            "proc/self/cgroup": "0::/docker/0123",
+            "cgroup/memory.max": 2_000,
+            "cgroup/memory.current": 0,
+        },
+    ),
+    "version one": (
+        1_500,
+        {
+            "proc/self/cgroup": "9:name=systemd:/\n4:cpu,memory:/job\n0::/",
+            "cgroup/memory/job/memory.limit_in_bytes": 6_000,
+            "cgroup/memory/job/memory.usage_in_bytes": 5_000,
+            "cgroup/memory/job/memory.stat": "inactive_file 9000\ntotal_inactive_file 500",
+            "cgroup/memory/memory.limit_in_bytes": 9223372036854771712,
+            "cgroup/memory/memory.usage_in_bytes": 0,
+        },
+    ),
+    "beyond its limit": (
+        0,
+        {
+            "proc/self/cgroup": "0::/job",
+            "cgroup/job/memory.max": 5,
+            "cgroup/job/memory.current": 7,
+        },
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", CONTROL_GROUPS)
+def test_the_limit_of_a_control_group_counts(groups, kind):
+    left, files = CONTROL_GROUPS[kind]
+    assert groups(files) == left
+
+
+def test_without_control_groups_the_machine_says_what_is_available(groups, monkeypatch):
+    assert groups({}) > GB / 10
+    assert available_memory() > GB / 10
+    memory, swap = (type("", (), {"available": 16_000, "free": free})() for free in (0, 500))
+    monkeypatch.setattr("psutil.virtual_memory", lambda: memory)
+    monkeypatch.setattr("psutil.swap_memory", lambda: swap)
+    assert groups({}) == 16_500
+
+
+def test_a_case_is_too_large_only_where_that_is_certain():
+    expected = estimate(make_case())
+    assert why_too_large(expected, expected.memory_bytes) == ""
+    assert "MB of memory for" in why_too_large(expected, expected.memory_bytes // 2)
+
+
+def test_a_case_that_does_not_fit_is_told_a_cell_that_does(monkeypatch):
+    require_memory(make_case())
+    with pytest.raises(MemoryError, match=r"needs about .* GB of memory") as error:
+        require_memory(make_case(cell="1 nm"))
+    dx, dy = re.search(r"cell: \[(.*), (.*)\]", str(error.value)).groups()
+    require_memory(make_case(cell=(dx, dy)))
+
+    def no_answer():
+        raise FileNotFoundError("/proc/meminfo")
+
+    monkeypatch.setattr("psutil.virtual_memory", no_answer)
+    monkeypatch.setattr("fretwear.running.resources._left_to_control_groups", lambda *_: ())
+    require_memory(make_case(cell="1 nm"))
+
+
+def tasks(seconds):
+    return [Task(number, f"case{number}", each, 1000) for number, each in enumerate(seconds, 1)]
+
+
+def ids(jobs):
+    return [case_id for job in jobs for case_id in job.case_ids]
+
+
+@pytest.mark.parametrize("each", [1, 2, 7, 100])
+def test_a_number_of_cases_is_taken_by_its_word(each):
+    listed = tasks([1.0] * 20)
+    jobs = divided(listed, each)
+    assert ids(jobs) == [task.case_id for task in listed]
+    assert all(len(job.case_ids) == each for job in jobs[:-1])
+
+
+def test_a_job_gets_a_few_minutes_of_work():
+    jobs = divided(tasks([2.0] * 10_000))
+    assert len(ids(jobs)) == 10_000
+    times = [job.seconds for job in jobs]
+    assert max(times) <= SECONDS_PER_JOB + 2.0
+    assert min(times) >= SECONDS_PER_JOB - 4.0
+
+
+def test_a_small_study_keeps_the_cores_busy():
+    assert len(divided(tasks([0.1] * 5))) == 5
+    assert len(divided(tasks([0.1] * 1000))) == LEAST_JOBS
+    assert len(divided(tasks([10.0] * 500))) == JOBS_FOR_MANY_CORES
+
+
+def test_a_long_case_is_a_job_of_its_own():
+    jobs = divided(tasks([1.0] * 300 + [3600.0] + [1.0] * 300))
+    (long,) = (job for job in jobs if "case301" in job.case_ids)
+    assert long.seconds < 3600.0 + SECONDS_PER_JOB
+
+
+def test_a_huge_study_gets_longer_jobs_rather_than_more():
+    jobs = divided(tasks([60.0] * 100_000))
+    assert 0.9 * MOST_JOBS < len(jobs) <= MOST_JOBS
+    assert len(set(ids(jobs))) == 100_000
+
+
+def test_a_batch_knows_its_points_its_time_and_its_memory():
+    (job,) = divided([Task(3, "a", 1.0, 500), Task(5, "b", 2.0, 900)], 2)
+    assert (job.first, job.last, job.case_ids) == (3, 5, ("a", "b"))
+    assert (job.seconds, job.memory_bytes) == (3.0, 900)
+    assert core_seconds([job, job], speed=2.0) == 3.0 + SECONDS_TO_START
+
+
+def test_a_study_says_how_it_is_divided(studies):
+    content = {**STUDY, "vary": {"load": ["25 N", "30 N", "35 N", "40 N", "50 N"]}}
+    for said, sizes in (({}, [1] * 5), ({"batch": 2}, [2, 2, 1]), ({"batch": "auto"}, [1] * 5)):
+        jobs = batches(plan_study(studies.load({**content, **said})))
+        assert [len(job.case_ids) for job in jobs] == sizes
+    assert studies.load({**content, "batch": "auto"}).batch is None
+
+
+@pytest.mark.parametrize("wrong", [0, -3, 1.5, True, None, "many", [2], 10**9])
+def test_other_batches_are_refused(studies, wrong):
+    (problem,) = studies.error({**STUDY, "batch": wrong}).problems
+    assert problem.key == "batch"
+    assert "must be auto, or a whole number of cases" in problem.rule
+
+
+def test_points_that_come_to_one_case_are_run_and_counted_once(studies):
+    waves = {"amplitude": "0 um", "slope_x": "5 deg", "slope_y": "1 deg"}
+    base = {**STUDY["base"], "roughness": waves, "cell": ["10 um", "10 um"]}
+    single = batches(plan_study(studies.load({**STUDY, "base": base})))
+    slopes = {"roughness.slope_x": ["5 deg", "6 deg"], **STUDY["vary"]}
+    study = studies.load({"base": base, "vary": slopes})
+    double = batches(plan_study(study))
+    assert study.size == 4
+    assert ids(double) == ids(single) == list(study.cases())
+    assert core_seconds(double) == pytest.approx(core_seconds(single))
+
+
+def test_cases_of_one_job_start_python_once(studies):
+    apart, together = (batches(plan_study(studies.load({**STUDY, "batch": n}))) for n in (1, 2))
+    assert core_seconds(apart) - core_seconds(together) == pytest.approx(SECONDS_TO_START)
+
+
+def test_a_machine_twice_as_fast_has_the_same_batches(studies):
+    plan = plan_study(studies.load(STUDY))
+    assert batches(replace(plan, speed=2.0)) == batches(plan)
+
+
+def test_a_larger_window_takes_longer_to_transform():
+    assert 0.0 < transform_seconds(32, 32) < transform_seconds(512, 512)
+
+
+def test_a_speed_is_measured_for_small_and_for_huge_windows():
+    # What no machine can compute is timed at a size that it can.
+    for cell in ("10 um", "0.01 um"):
+        assert 1e-3 < machine_speed([estimate(make_case(cell=cell))]) < 1e3
+    assert machine_speed([]) == 1.0, "nothing to run takes no measurement"
+
+
+@pytest.fixture
+def plan(studies):
+    def make(base=(), **vary):
+        base = without({**BASE, **dict(base)}, *vary)
+        return plan_study(studies.load({"base": base, **({"vary": vary} if vary else {})}))
+
+    return make
+
+
+def test_a_study_that_fits_and_sees_what_it_computes_has_no_warning(plan):
+    assert not list(machine_warnings(plan()))
+
+
+def test_cases_larger_than_the_memory_are_named_with_what_they_need(plan):
+    planned = plan(cell=["5 um", "0.002 um", "0.001 um"])
+    (warning,) = machine_warnings(planned)
+    assert warning.startswith("2 cases will not fit in the memory of this machine:\n")
+    for large in planned.points[1:]:
+        assert f"{large.id} needs about " in warning
+    assert planned.points[0].id not in warning
+
+
+def test_jobs_that_fit_alone_but_not_together_are_told_how_to_share(plan):
+    planned = plan(load=["50 N", "60 N", "70 N"])
+    at_once = min(cores(), 3)
+    (warning,) = machine_warnings(planned, int(0.9 * at_once * planned.memory_bytes))
+    assert "--resources mem_mb=" in warning
+    assert not list(machine_warnings(planned, at_once * planned.memory_bytes))
+
+
+def test_contacts_that_yield_in_an_unseen_ring_are_named_with_both_widths(plan):
+    fine = {"plastic_limit": "4500 MPa", "cell": "1.1 um", "cycles": 1000}
+    planned = plan(fine, tangential_ratio=[0.2, 0.3, 0.4, 0.5, 0.95])
+    (warning,) = machine_warnings(planned)
+    assert warning.startswith("4 cases will yield in a ring")
+    assert f"{planned.points[0].id}: ring " in warning
+    assert "cell 1.1 um" in warning
+    assert "and 1 more" in warning
