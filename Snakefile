@@ -90,7 +90,7 @@ rule simulate:
     # No shell stays in between: it would end as soon as the job is asked to stop, and a scheduler
     # kills what is then left of the job, before it has written its checkpoint.
     shell:
-        "exec {FRETWEAR} batch {STUDY:q} --points {params.points} --finished {output:q} --outlive "
+        "exec {FRETWEAR} batch {STUDY:q} --points {params.points} --finished {output:q} --supervise "
         ">{log:q} 2>&1"
 
 

@@ -26,7 +26,7 @@ def test_programs_are_told_what_was_written(desk, case_file):
 @pytest.mark.parametrize(
     ("arguments", "reason"),
     [
-        (["case.nc", "-o", "a.avi"], "is to end in .gif or .mp4"),
+        (["case.nc", "-o", "a.avi"], "must end in .gif or .mp4"),
         (["case.nc", "-o", "a.mp4"], "a.gif instead"),
         (["missing.nc"], "missing.nc: "),
         (["tiny.yaml"], "tiny.yaml: "),

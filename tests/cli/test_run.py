@@ -36,7 +36,7 @@ def test_the_dataset_tells_the_call_that_made_it(desk):
     changes = ("--set", "load=30 N", "--set", "cycles=50")
     assert desk.call("run", "tiny.yaml", *changes, "-o", "my case.nc").exit_code == 0
     with fretwear.open_case("my case.nc") as case:
-        command = "fretwear run tiny.yaml --set 'load=30 N' --set cycles=50 --output 'my case.nc'"
+        command = "fretwear run tiny.yaml --set 'load=30 N' --set cycles=50 -o 'my case.nc'"
         assert case.attrs["history"].endswith(command)
 
 
@@ -80,7 +80,7 @@ def test_a_run_that_no_step_can_satisfy_fails_with_a_message_and_no_case_file(de
         ("tiny.yaml/out.nc", "tiny.yaml is not a folder"),
         ("tiny.yaml/deep/out.nc", "tiny.yaml is not a folder"),
         (".", "is a folder"),
-        ("results/", "is to end in .nc"),
+        ("results/", "must end in .nc"),
         ("/proc/nowhere/out.nc", "cannot be written to"),
     ],
 )

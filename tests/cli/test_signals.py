@@ -9,7 +9,7 @@ import pytest
 
 SCRIPT = """
 import time
-from fretwear.cli import signals
+from fretwear.cli import supervise as signals
 signals._SAME_WISH_SECONDS, signals._LONGEST_CLEANING_SECONDS = {patience}
 with signals.stopping():
     try:

@@ -206,7 +206,7 @@ def test_the_others_are_done_when_one_case_kills_its_process(bench):
     bench.write({**STUDY, "base": base})
     first, *others = load_study(bench.folder / "tiny.yaml").cases()
     process = subprocess.Popen(
-        bench.command("--outlive"), cwd=bench.folder, stderr=subprocess.PIPE, text=True
+        bench.command("--supervise"), cwd=bench.folder, stderr=subprocess.PIPE, text=True
     )
     while first not in failures(bench.results):
         assert process.poll() is None
@@ -223,11 +223,11 @@ def test_the_others_are_done_when_one_case_kills_its_process(bench):
 
 
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGTERM, 143), (signal.SIGKILL, -9)])
-def test_a_batch_that_outlives_kills_can_be_stopped(bench, number, status):
+def test_a_supervised_batch_can_be_stopped(bench, number, status):
     base = {**STUDY["base"], "cell": "0.4 um", "cycles": 30000}
     bench.write({**STUDY, "base": base, "vary": {"load": ["50 N"]}})
     process = subprocess.Popen(
-        bench.command("--outlive"), cwd=bench.folder, stderr=subprocess.PIPE, text=True
+        bench.command("--supervise"), cwd=bench.folder, stderr=subprocess.PIPE, text=True
     )
     while not failures(bench.results):
         assert process.poll() is None

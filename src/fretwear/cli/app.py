@@ -1,30 +1,159 @@
-"""The command ``fretwear`` and what it consists of."""
+"""The command ``fretwear``: its commands, its help, and how errors become messages and statuses."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Annotated, Any
+import os
+import sys
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from typer.core import TyperCommand, TyperGroup
 
 import fretwear
-from fretwear.cli.animate import animate
-from fretwear.cli.batch import batch
-from fretwear.cli.commands import Command, Commands
-from fretwear.cli.compare import compare
-from fretwear.cli.look import plot, show
-from fretwear.cli.plan import plan, schema
-from fretwear.cli.run import run
-from fretwear.cli.signals import stopping
-from fretwear.cli.steps import figures, merge, report
+from fretwear.cli.common import (
+    LOG_FORMAT_OPTION,
+    LOG_FORMAT_VARIABLE,
+    Call,
+    CommandError,
+    LogFormat,
+    Status,
+)
+from fretwear.cli.plot import animate, plot
+from fretwear.cli.run import batch, run
+from fretwear.cli.show import compare, show
+from fretwear.cli.study import figures, merge, plan, report, schema
+from fretwear.cli.supervise import Stopped, stopping
 
-_SUMMARY = "Simulate fretting wear of rough, yielding bodies in partial slip."
+if TYPE_CHECKING:
+    _Base = TyperCommand
+else:
+    _Base = object
+
 _WORKFLOW = "Steps of the workflow"
+_TOO_MANY = "Got unexpected extra argument(s)"
+
+
+class _Help(_Base):
+    """Help that shows no types of flags, no braces, and colours on terminals only."""
+
+    def collect_usage_pieces(self, ctx: Any) -> list[str]:
+        """Return the words of the usage line; nobody should type a brace."""
+        return [piece.strip("{}") for piece in super().collect_usage_pieces(ctx)]
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        """Print the help; typer would colour it wherever GitHub runs it."""
+        from typer import rich_utils
+
+        rich_utils.FORCE_TERMINAL = True if os.environ.get("FORCE_COLOR") else None
+        super().format_help(ctx, formatter)
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """Return all parameters, ``--help`` included."""
+        params = super().get_params(ctx)
+        for param in params:
+            if getattr(param, "is_flag", False):
+                param.metavar = ""
+        return params
+
+
+class _Command(_Help, TyperCommand):
+    pass
+
+
+class _Commands(_Help, TyperGroup):
+    """All commands; whatever ends one of them with an error becomes a message and a status."""
+
+    def main(self, *args: Any, **extra: Any) -> Any:
+        """Run a command; leave with its exit status, except where that is not wanted."""
+        typed = args[0] if args else extra.pop("args", None)
+        call = Call(sys.argv[1:] if typed is None else typed)
+        is_program = extra.pop("standalone_mode", True)
+
+        def work() -> Any:
+            return super(_Commands, self).main(typed, standalone_mode=False, obj=call, **extra)
+
+        if not is_program:
+            return work()
+        # A log may take the warnings of this call, and of no later one.
+        with warnings.catch_warnings():
+            try:
+                status = work()
+                status = status if isinstance(status, int) else Status.DONE
+            except BaseException as error:
+                status = _tell(error, call)
+            if call.log is not None:
+                call.log.end(status)
+        sys.exit(status)
+
+
+def _tell(error: BaseException, call: Call) -> int:
+    """Say what has ended a command; return its exit status."""
+    if type(error).__name__ == "NoArgsIsHelpError":  # the help was printed
+        return Status.WRONG_INPUT
+    if not isinstance(error, Exception | Stopped):
+        raise error
+    from fretwear.cli.progress import Log
+
+    log = call.log or Log(format_in_call(call.arguments, os.environ))
+    if isinstance(error, Stopped):
+        log.stopped(f"{error}; run the same command again to resume", error.exit_status)
+        return error.exit_status
+    if isinstance(error, CommandError):
+        log.error(error.message, error.status)
+        return error.status
+    if isinstance(error, typer.TyperException):
+        log.error(what_is_wrong(error, call.arguments), Status.WRONG_INPUT)
+        return Status.WRONG_INPUT
+    cause = f"{type(error).__name__}: {error}".rstrip(": ")
+    message = f"this is a defect of fretwear, please report it: {cause}"
+    log.error(message, Status.FAILED, defect=error)
+    return Status.FAILED
+
+
+def format_in_call(arguments: Sequence[str], environment: Mapping[str, str]) -> LogFormat:
+    """Tell in which format a call wants its errors that may be too wrong to be parsed."""
+    words = [word for argument in arguments for word in argument.split("=", 1)]
+    named = [value for name, value in pairwise(words) if name == LOG_FORMAT_OPTION]
+    wanted = named[-1] if named else environment.get(LOG_FORMAT_VARIABLE)
+    return LogFormat.JSON if wanted == LogFormat.JSON else LogFormat.LINES
+
+
+def what_is_wrong(error: typer.TyperException, arguments: Sequence[str]) -> str:
+    """Say what is wrong with a call that cannot be parsed, and where to read how it should be.
+
+    Parameters
+    ----------
+    error
+        What typer has raised.
+    arguments
+        The call, without the name of the program.
+    """
+    context = getattr(error, "ctx", None)
+    option = getattr(error, "option_name", None)
+    message = error.format_message().rstrip(".").replace("Value error, ", "")
+    command = next((word for word in arguments if not word.startswith("-")), "")
+    path = f"fretwear {command}".rstrip() if context is None else context.command_path
+    hints = [f"'{path} --help' tells how to call it"]
+    if near := getattr(error, "possibilities", None):
+        message = f"{error.message}; did you mean {near[0]}?"
+    if message.startswith(_TOO_MANY):
+        message = f"unexpected: {message.removeprefix(_TOO_MANY).strip(' ()')}"
+        if "--set" in arguments:
+            hints.insert(0, "put a value with a space in quotes, such as --set 'load=30 N'")
+    if context is not None and isinstance(context.command, TyperGroup):
+        for name, each in context.command.commands.items():
+            if any(option in param.opts for param in each.params):
+                hints = [f"options follow the command: fretwear {name} {option} ..."]
+                break
+    return "\n    ".join([f"{message[:1].lower()}{message[1:]}", *hints])
+
 
 app = typer.Typer(
     name="fretwear",
-    cls=Commands,
-    help=_SUMMARY,
+    cls=_Commands,
     epilog="[dim]Example:[/dim] fretwear plan studies/demo.yaml\n\n"
     "[dim]Whole studies:[/dim] snakemake --cores 2 --config study=demo\n\n"
     "[dim]Exit status:[/dim] 0 done, 1 failed, 2 wrong input, 130 Ctrl-C, 143 SIGTERM",
@@ -35,10 +164,9 @@ app = typer.Typer(
 )
 
 
-def _add(function: Callable[..., Any], example: str, panel: str | None = None) -> None:
-    app.command(cls=Command, rich_help_panel=panel, epilog=f"[dim]Example:[/dim] {example}")(
-        function
-    )
+def _add(function: Callable[..., None], example: str, panel: str | None = None) -> None:
+    epilog = f"[dim]Example:[/dim] {example}"
+    app.command(cls=_Command, rich_help_panel=panel, epilog=epilog)(function)
 
 
 _add(plan, "fretwear plan studies/demo.yaml")

@@ -1,20 +1,31 @@
-"""``fretwear run``: one case of a study to one file."""
+"""``fretwear run`` and ``fretwear batch``: cases of a study, each to one file."""
 
 from __future__ import annotations
 
-import shlex
-from collections.abc import Sequence
+import re
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fretwear.cli.arguments import Assignments, Format, Quiet, StudyFile
-from fretwear.cli.commands import open_log
+from fretwear.cli.common import (
+    Assignments,
+    CommandError,
+    Format,
+    LogFormat,
+    Quiet,
+    Results,
+    Status,
+    StudyFile,
+    begin,
+    check_output,
+    failing_as,
+    study_and_results,
+)
 from fretwear.cli.completion import case_ids
-from fretwear.cli.log import LogFormat
-from fretwear.cli.outputs import check_file
-from fretwear.cli.status import Status, failing_as
+
+if TYPE_CHECKING:
+    from fretwear.study.file import Study
 
 
 def run(
@@ -25,7 +36,8 @@ def run(
         typer.Option(
             "--case",
             metavar="ID",
-            help="Which case, by its id in `fretwear plan`; needless where there is only one.",
+            help="Which case, by its id in `fretwear plan` or the beginning of it; "
+            "not needed where there is only one.",
             show_default=False,
             autocompletion=case_ids,
         ),
@@ -42,41 +54,99 @@ def run(
 ) -> None:
     """Simulate one case of a study and write it to one file.
 
-    A run that was interrupted goes on from its checkpoint, which lies beside the file.
+    A run that was interrupted resumes from its checkpoint, which lies beside the file.
     """
-    log = open_log(context, log_format, quiet=quiet)
+    log = begin(context, log_format, quiet=quiet)
 
     from fretwear.study.file import StudyError
     from fretwear.study.selection import select_case
 
     with failing_as(Status.WRONG_INPUT, StudyError):
-        chosen = select_case(file, case_id, set_ or ())
-    path = check_file(output or Path(f"{chosen.case_id}.nc"), ".nc")
+        case = select_case(file, case_id, set_ or ())
+    path = check_output(output or Path(f"{case.case_id}.nc"), ".nc")
 
     from fretwear.running.batch import JOB_ERRORS, simulate_to_file
 
-    with (
-        failing_as(Status.FAILED, *JOB_ERRORS),
-        log.case(chosen, path) as observe,
-    ):
+    with failing_as(Status.FAILED, *JOB_ERRORS), log.case(case, path) as observe:
         outcome = simulate_to_file(
-            chosen,
-            path,
-            observers=[observe],
-            tell=log.note,
-            command=_command(file, case_id, set_ or (), output),
+            case, path, observers=[observe], tell=log.note, command=context.obj.line
         )
     ending = ", by another process" if outcome.is_taken_over else ""
-    log.result(
-        path, f"{outcome.steps} steps in {outcome.seconds:.1f} s{ending}", steps=outcome.steps
-    )
+    message = f"{outcome.steps} steps in {outcome.seconds:.1f} s{ending}"
+    log.result(path, message, steps=outcome.steps)
 
 
-def _command(
-    file: Path, case_id: str | None, assignments: Sequence[str], output: Path | None
-) -> str:
-    """Return the call that leads to the same results, for the dataset."""
-    choice = () if case_id is None else ("--case", case_id)
-    changes = (word for assignment in assignments for word in ("--set", assignment))
-    target = () if output is None else ("--output", str(output))
-    return shlex.join(["fretwear", "run", str(file), *choice, *changes, *target])
+def batch(
+    context: typer.Context,
+    file: StudyFile,
+    points: Annotated[
+        str | None,
+        typer.Option(
+            "--points",
+            metavar="FIRST-LAST",
+            help="Numbers of the points, counted from 1 as in the report.",
+            show_default="all",
+        ),
+    ] = None,
+    results: Results = None,
+    finished: Annotated[
+        Path | None,
+        typer.Option(
+            "--finished",
+            metavar="OUT.json",
+            help="File to write when all of the cases are done, for the workflow.",
+            show_default=False,
+        ),
+    ] = None,
+    supervised: Annotated[
+        bool,
+        typer.Option(
+            "--supervise",
+            help="Run the other cases if the process is killed, as it is without memory.",
+        ),
+    ] = False,
+    quiet: Quiet = False,
+    log_format: Format = LogFormat.AUTO,
+) -> None:
+    """Simulate several points of a study, one after the other, each to its file in cases/.
+
+    Cases that are done already are kept, and one that fails does not stop the others.
+    """
+    log = begin(context, log_format, quiet=quiet)
+    study, folder = study_and_results(file, results)
+    first, last = _range(points, study)
+    if supervised:
+        from fretwear.cli.supervise import supervise
+
+        supervise({point.id for point in study.points(first, last)}, folder)
+
+    from fretwear.cli.progress import Log
+    from fretwear.data.safe import DataFileError
+    from fretwear.running.batch import BatchRun
+    from fretwear.running.workflow import write_finished
+
+    with failing_as(Status.FAILED, DataFileError):
+        outcome = BatchRun(study, folder, log, lambda stream: Log(stream=stream)).run(first, last)
+        count, found = len(outcome.case_ids), len(outcome.found)
+        if failed := outcome.failed:
+            listed = "".join(f"\n  {case_id}: {reason}" for case_id, reason in failed.items())
+            raise CommandError(f"{len(failed)} of {count} cases failed{listed}", Status.FAILED)
+        if finished is not None:
+            write_finished(finished, folder / "cases", outcome.case_ids)
+    log.result(folder / "cases", f"{count} cases done", cases_done=count, cases_found=found)
+
+
+def _range(points: str | None, study: Study) -> tuple[int, int]:
+    """Return the numbers of the first and the last point."""
+    count = study.size
+    if points is None:
+        return 1, count
+    match = re.fullmatch(r"(\d{1,9})-(\d{1,9})", points.strip())
+    if match is None:
+        raise CommandError(
+            f"--points {points}: must be the first and the last number, such as 1-12"
+        )
+    first, last = int(match[1]), int(match[2])
+    if not 1 <= first <= last <= count:
+        raise CommandError(f"--points {points}: the points of {study.file} are 1 to {count}")
+    return first, last

@@ -108,7 +108,7 @@ def _steps_of(path: Path) -> int:
 
 
 class Listener(Protocol):
-    """Who is told what a batch does, as `fretwear.cli.log.Log` is."""
+    """Who is told what a batch does, as `fretwear.cli.progress.Log` is."""
 
     def batch(self, cases: Mapping[str, Case]) -> AbstractContextManager[None]:
         """Hear of the cases that will run in the context."""

@@ -1,6 +1,7 @@
 import pytest
 
-from fretwear.cli.log.choose import LogFormat, format_in_call
+from fretwear.cli.app import format_in_call
+from fretwear.cli.common import LogFormat
 
 
 def test_quiet_prints_nothing_when_all_goes_well(desk):
@@ -23,9 +24,9 @@ def test_quiet_still_prints_errors(desk, log_format):
         (["run", "--log-format", "json"], {}, LogFormat.JSON),
         (["run", "--log-format=json"], {}, LogFormat.JSON),
         (["run"], {"FRETWEAR_LOG_FORMAT": "json"}, LogFormat.JSON),
-        (["run", "--log-format", "lines"], {"FRETWEAR_LOG_FORMAT": "json"}, LogFormat.AUTO),
-        (["run", "--log-format"], {}, LogFormat.AUTO),
-        (["run", "json"], {}, LogFormat.AUTO),
+        (["run", "--log-format", "lines"], {"FRETWEAR_LOG_FORMAT": "json"}, LogFormat.LINES),
+        (["run", "--log-format"], {}, LogFormat.LINES),
+        (["run", "json"], {}, LogFormat.LINES),
     ],
 )
 def test_the_wanted_format_is_known_before_a_call_is_parsed(arguments, environment, expected):

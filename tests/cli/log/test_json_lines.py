@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from fretwear.cli.log.json_lines import JsonLog
+from fretwear.cli.common import LogFormat
+from fretwear.cli.progress import Log
 
 
 def events(text):
@@ -102,18 +103,18 @@ def test_the_reference_tells_of_every_event_and_every_field(desk, repository):
 
 
 def test_numbers_that_are_not_finite_are_null(capsys):
-    JsonLog().result(Path("a.nc"), "", half=0.5, limit=math.inf, unknown=math.nan)
+    Log(LogFormat.JSON).result(Path("a.nc"), "", half=0.5, limit=math.inf, unknown=math.nan)
     (event,) = events(capsys.readouterr().err)
     assert (event["half"], event["limit"], event["unknown"]) == (0.5, None, None)
 
 
 def test_warnings_and_defects_leave_no_line_that_is_no_json(capsys):
-    log = JsonLog()
+    log = Log(LogFormat.JSON)
     with warnings.catch_warnings():
         warnings.simplefilter("always")
         log.begin("run")
         warnings.warn("mind the step", UserWarning, stacklevel=1)
-    log.defect(ZeroDivisionError("division by zero"))
+    log.error("a defect of fretwear", 1, ZeroDivisionError("division by zero"))
     _, warning, defect = events(capsys.readouterr().err)
     assert (warning["event"], warning["message"]) == ("warning", "mind the step")
     assert "defect of fretwear" in defect["message"]

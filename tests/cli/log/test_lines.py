@@ -2,18 +2,18 @@ from pathlib import Path
 
 import pytest
 
-from fretwear.cli.log.lines import LinesLog
-from fretwear.cli.log.words import where_it_is
+from fretwear.cli.progress import CaseTime, Log, step_text
 from fretwear.study.file import load_study
 
 
 @pytest.fixture
 def log(clock):
-    return LinesLog(clock)
+    return Log(clock=clock)
 
 
 def test_a_line_tells_cycle_step_error_half_width_and_time_left(at):
-    line = where_it_is(at(20, step=4, error_estimate=0.00123), 125.4)
+    timing = CaseTime(200, 125.4, lambda: 0.0)
+    line = step_text(at(20, step=4, error_estimate=0.00123), timing)
     assert line == "cycle 20 of 200, step 4, error 0.12 %, half-width 147.8 um, 2:06 left"
 
 

@@ -1,6 +1,6 @@
 import pytest
 
-from fretwear.cli.log.pace import BatchPace, CasePace, clock_time, planned_seconds
+from fretwear.cli.progress import BatchTime, CaseTime, clock_text, planned_seconds
 from fretwear.study.file import load_study
 
 
@@ -19,7 +19,7 @@ def growing_steps(factor, largest, last):
 def test_time_left_is_right_within_a_factor_of_four_all_along(clock, factor, largest, misjudged):
     # Every step takes 1 s, as real ones nearly do. The pace in cycles alone is a hundredfold off.
     cycles = growing_steps(factor, largest, 7000.0)
-    pace = CasePace(7000, misjudged * len(cycles), clock)
+    pace = CaseTime(7000, misjudged * len(cycles), clock)
     for number, cycle in enumerate(cycles[:-1], start=1):
         clock.now += 1.0
         pace.note(cycle)
@@ -28,7 +28,7 @@ def test_time_left_is_right_within_a_factor_of_four_all_along(clock, factor, lar
 
 
 def test_time_left_runs_down_between_steps_and_never_below_zero(clock):
-    pace = CasePace(100, 10.0, clock)
+    pace = CaseTime(100, 10.0, clock)
     pace.note(0.0)
     clock.now = 4.0
     assert pace.seconds_left == pytest.approx(6.0)
@@ -37,7 +37,7 @@ def test_time_left_runs_down_between_steps_and_never_below_zero(clock):
 
 
 def test_the_share_of_time_that_is_over_never_falls_and_ends_at_one(clock):
-    pace = CasePace(1000, 1.0, clock)
+    pace = CaseTime(1000, 1.0, clock)
     shares = []
     for cycle in (0.0, 1.0, 2.0, 500.0, 501.0, 502.0, 1000.0):
         clock.now += 1.0
@@ -48,7 +48,7 @@ def test_the_share_of_time_that_is_over_never_falls_and_ends_at_one(clock):
 
 
 def test_a_run_that_goes_on_from_a_checkpoint_has_less_to_do(clock):
-    whole, rest = CasePace(1000, 60.0, clock), CasePace(1000, 60.0, clock)
+    whole, rest = CaseTime(1000, 60.0, clock), CaseTime(1000, 60.0, clock)
     whole.note(0.0)
     rest.note(900.0)
     assert rest.seconds_left == pytest.approx(0.1 * whole.seconds_left)
@@ -58,19 +58,17 @@ def test_a_batch_learns_from_its_first_cases_how_fast_the_machine_is(desk, clock
     del desk
     cases = load_study("tiny.yaml").cases()
     first, second = cases.values()
-    batch = BatchPace(cases, clock)
+    batch = BatchTime(cases, clock)
     pace = batch.begin(first)
     assert batch.number == 1
-    assert batch.seconds_left(pace) == pytest.approx(
-        planned_seconds(first) + planned_seconds(second)
-    )
+    assert batch.seconds_left == pytest.approx(planned_seconds(first) + planned_seconds(second))
     clock.now = 3.0 * planned_seconds(first)
     pace.note(first.cycles)
     batch.end(first, pace)
-    assert batch.seconds_left(pace) == pytest.approx(3.0 * planned_seconds(second))
+    assert batch.seconds_left == pytest.approx(3.0 * planned_seconds(second))
     pace = batch.begin(second)
     assert (batch.number, batch.count) == (2, 2)
-    assert batch.seconds_left(pace) == pytest.approx(3.0 * planned_seconds(second))
+    assert batch.seconds_left == pytest.approx(3.0 * planned_seconds(second))
 
 
 @pytest.mark.parametrize(
@@ -78,4 +76,4 @@ def test_a_batch_learns_from_its_first_cases_how_fast_the_machine_is(desk, clock
     [(0.4, "0:00"), (59.6, "1:00"), (125.4, "2:05"), (7325, "2:02:05"), (90000, "1 d 1:00:00")],
 )
 def test_times_are_written_as_on_a_clock(seconds, text):
-    assert clock_time(seconds) == text
+    assert clock_text(seconds) == text

@@ -1,20 +1,57 @@
-"""``fretwear animate``: one case as it moves."""
+"""``fretwear plot`` and ``fretwear animate``: one case as a figure, and as it moves."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from fretwear.cli.arguments import CaseFile, Format, Quiet
-from fretwear.cli.commands import open_log
-from fretwear.cli.inputs import check_results
-from fretwear.cli.log import LogFormat, shows_a_bar
-from fretwear.cli.outputs import check_file
-from fretwear.cli.status import Status, failing_as
+from fretwear.cli.common import (
+    FIGURE_FORMATS,
+    CaseFile,
+    Format,
+    LogFormat,
+    Quiet,
+    Status,
+    begin,
+    check_output,
+    check_results,
+    failing_as,
+)
+
+
+def plot(
+    file: CaseFile,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="FIG.png",
+            help="File to write: .png, .svg or .pdf.",
+            show_default="OUT.png",
+        ),
+    ] = None,
+) -> None:
+    """Draw pressure, shear, gap and wear along x, and a map of the scar."""
+    check_results(file)
+    path = check_output(output or file.with_suffix(".png"), *FIGURE_FORMATS)
+
+    from fretwear.data.files import open_case, open_history
+    from fretwear.data.safe import DataFileError
+
+    with (
+        failing_as(Status.WRONG_INPUT, DataFileError),
+        open_case(file) as case,
+        open_history(file) as history,
+    ):
+        from fretwear.figures import overview, save_as
+
+        figure = overview(case, history)
+    with failing_as(Status.FAILED, DataFileError):
+        save_as(figure, path)
+    typer.echo(str(path))
 
 
 def animate(
@@ -45,13 +82,13 @@ def animate(
 ) -> None:
     """Animate pressure, wear depth and contact zones of a case over its cycles.
 
-    Only the snapshots that the case has kept are shown, longer where the next
-    one is further away on a logarithmic axis. Some thirty move smoothly:
+    Only the snapshots in the case file are shown, each the longer the further away
+    the next one is on a logarithmic axis. Some thirty move smoothly:
     'output: {cycles: [0, 1, 2, 3, 5, 8, 10, ...]}' in the study file.
     """
-    log = open_log(context, log_format, quiet=quiet)
+    log = begin(context, log_format, quiet=quiet)
     check_results(file)
-    path = check_file(output or file.with_suffix(".gif"), ".gif", ".mp4")
+    path = check_output(output or file.with_suffix(".gif"), ".gif", ".mp4")
 
     from fretwear.data.files import open_case, open_history
     from fretwear.data.safe import DataFileError
@@ -67,7 +104,7 @@ def animate(
         from fretwear.figures.animation import FEW_SNAPSHOTS, animation, well_spaced_cycles
 
         moving = animation(case, history)
-        with failing_as(Status.FAILED, DataFileError), _bar(log_format, quiet=quiet) as progress:
+        with failing_as(Status.FAILED, DataFileError), log.counting("picture") as progress:
             moving.save(path, dots_per_inch=dots, progress=progress)
     pictures, size = len(moving.cycles), path.stat().st_size
     log.result(path, f"{pictures} pictures, {size / 1e6:.2f} MB", pictures=pictures, bytes=size)
@@ -77,17 +114,3 @@ def animate(
             f"{file} has {pictures} snapshots. For a smoother animation let the study keep more, "
             f"for example output: {{cycles: [{cycles}]}}"
         )
-
-
-@contextmanager
-def _bar(log_format: LogFormat, *, quiet: bool) -> Iterator[Callable[[int, int], None]]:
-    """Give what shows on a terminal how many pictures are done; anywhere else it does nothing."""
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
-
-    console = Console(stderr=True)
-    hidden = quiet or log_format is not LogFormat.AUTO or not shows_a_bar()
-    columns = (TextColumn("picture"), MofNCompleteColumn(), BarColumn(bar_width=24))
-    with Progress(*columns, console=console, transient=True, disable=hidden) as bar:
-        task = bar.add_task("", total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)

@@ -1,0 +1,243 @@
+"""What commands share: exit statuses, errors, options, and checks of the files they are given."""
+
+from __future__ import annotations
+
+import difflib
+import shlex
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from enum import IntEnum, StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from fretwear.cli import completion
+
+if TYPE_CHECKING:
+    from fretwear.cli.progress import Log
+    from fretwear.study.file import Study
+
+FIGURE_FORMATS = (".png", ".svg", ".pdf")
+"""Endings of the files into which figures are drawn."""
+
+LOG_FORMAT_OPTION, LOG_FORMAT_VARIABLE = "--log-format", "FRETWEAR_LOG_FORMAT"
+
+_STUDY_FILES = (".yaml", ".yml")
+_LISTED = 5
+
+
+class Status(IntEnum):
+    """Exit status of a command that was not stopped from outside."""
+
+    DONE = 0
+    FAILED = 1
+    WRONG_INPUT = 2
+
+
+class CommandError(Exception):
+    """What ends a command with a message, which the group of commands prints.
+
+    Attributes
+    ----------
+    message : str
+        What was wrong and what to do.
+    status : Status
+        Exit status.
+    """
+
+    def __init__(self, message: str, status: Status = Status.WRONG_INPUT) -> None:
+        super().__init__(message)
+        self.message = message
+        self.status = status
+
+
+@contextmanager
+def failing_as(status: Status, *errors: type[Exception]) -> Iterator[None]:
+    """Turn errors of the given kinds into a message and an exit status."""
+    try:
+        yield
+    except errors as error:
+        raise CommandError(str(error) or type(error).__name__, status) from error
+
+
+class LogFormat(StrEnum):
+    """How progress and errors are written."""
+
+    AUTO = "auto"
+    LINES = "lines"
+    JSON = "json"
+
+
+@dataclass
+class Call:
+    """One call of the command line, the object of every context.
+
+    Attributes
+    ----------
+    arguments : sequence of str
+        What was typed after ``fretwear``.
+    log : Log or None
+        Takes all messages once the command has begun.
+    """
+
+    arguments: Sequence[str]
+    log: Log | None = None
+
+    @property
+    def line(self) -> str:
+        """The call as typed."""
+        return shlex.join(["fretwear", *self.arguments])
+
+
+def begin(context: typer.Context, log_format: LogFormat, *, quiet: bool) -> Log:
+    """Open the log of the command with this context."""
+    from fretwear.cli.progress import Log
+
+    call: Call = context.obj
+    call.log = Log(log_format, quiet=quiet)
+    call.log.begin(str(context.info_name))
+    return call.log
+
+
+def _file(metavar: str, help_: str, complete: Callable[[str], list[str]]) -> Any:
+    return typer.Argument(metavar=metavar, help=help_, show_default=False, autocompletion=complete)
+
+
+StudyFile = Annotated[Path, _file("FILE", "Study file (YAML).", completion.study_files)]
+CaseFile = Annotated[Path, _file("OUT.nc", "Case file (netCDF).", completion.case_files)]
+ShownFile = Annotated[
+    Path, _file("OUT.nc", "Case file, or summary.nc of a study.", completion.case_files)
+]
+FirstFile = Annotated[Path, _file("A.nc", "Case file (netCDF).", completion.case_files)]
+SecondFile = Annotated[Path, _file("B.nc", "Case file to compare it with.", completion.case_files)]
+Assignments = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="NAME=VALUE",
+        help="Change a parameter for this call, such as 'load=30 N'; may be repeated.",
+        autocompletion=completion.assignments,
+        show_default=False,
+    ),
+]
+Results = Annotated[
+    Path | None,
+    typer.Option(
+        "--results",
+        metavar="FOLDER",
+        help="Folder of the study's results, with its case files in cases/.",
+        show_default="results/ and the name of the study",
+    ),
+]
+Quiet = Annotated[
+    bool,
+    typer.Option("--quiet", "-q", help="Print errors only.", rich_help_panel="Messages"),
+]
+Format = Annotated[
+    LogFormat,
+    typer.Option(
+        LOG_FORMAT_OPTION,
+        help="auto: a bar on a terminal, lines elsewhere; json: one JSON object per line, "
+        "for programs.",
+        envvar=LOG_FORMAT_VARIABLE,
+        show_envvar=True,
+        rich_help_panel="Messages",
+    ),
+]
+
+
+def study_and_results(file: Path, results: Path | None) -> tuple[Study, Path]:
+    """Return a study and the folder of its results, which can be written to.
+
+    Raises
+    ------
+    CommandError
+        When the study is not sound, or the folder is a link elsewhere or cannot be written to.
+    """
+    from fretwear.data.safe import why_leading_out
+    from fretwear.study.file import StudyError, load_study
+
+    with failing_as(Status.WRONG_INPUT, StudyError):
+        study = load_study(file)
+    folder = results or Path("results", study.name)
+    if results is None and (problem := why_leading_out(folder)):
+        raise CommandError(problem)
+    _check_folder(folder)
+    return study, folder
+
+
+def check_output(path: Path, *endings: str) -> Path:
+    """Return a path to which a file can be written, found out before anything is computed.
+
+    Parameters
+    ----------
+    path
+        Where to write.
+    endings
+        What the name may end in, such as ``.nc``. A folder named by mistake ends in none.
+
+    Raises
+    ------
+    CommandError
+        When it is a folder, ends in something else, or cannot be written to.
+    """
+    if path.is_dir():
+        raise CommandError(f"{path}: is a folder; name a file in it, such as {path}/x{endings[0]}")
+    if path.suffix.lower() not in endings:
+        expected = " or ".join(filter(None, (", ".join(endings[:-1]), endings[-1])))
+        example = path.with_suffix(endings[0])
+        raise CommandError(f"{path}: must end in {expected}, such as {example}")
+    _check_folder(path.parent)
+    return path
+
+
+def check_results(file: Path) -> None:
+    """Refuse what cannot be a file of results, before anything heavy is imported.
+
+    Raises
+    ------
+    CommandError
+        When it is missing, a folder or a study file, with what was probably meant.
+    """
+    if file.is_dir():
+        found = sorted([*file.glob("*.nc"), *file.glob("cases/*.nc")])
+        more = f" and {len(found) - _LISTED} more" if len(found) > _LISTED else ""
+        names = "".join(f"\n    {name}" for name in found[:_LISTED])
+        hint = f"; name one of its files, such as{names}{more}" if found else " without results"
+        raise CommandError(f"{file}: is a folder{hint}")
+    if not file.exists():
+        present = file.parent.iterdir() if file.parent.is_dir() else ()
+        near = difflib.get_close_matches(file.name, [p.name for p in present], n=1, cutoff=0.7)
+        hint = "the cases of a study are in results/STUDY/cases/; fretwear run computes one"
+        if near:
+            hint = f"did you mean {str(file.with_name(near[0]))!r}?"
+        raise CommandError(f"{file}: there is no such file\n    {hint}")
+    if file.suffix in _STUDY_FILES:
+        raise CommandError(
+            f"{file}: is a study file, not a file of results\n"
+            f"    fretwear plan {file} lists its cases, fretwear run computes them"
+        )
+
+
+def _check_folder(path: Path) -> None:
+    from fretwear.data.safe import why_not_writable
+
+    if problem := why_not_writable(path):
+        raise CommandError(problem)
+
+
+def aligned(
+    rows: Sequence[Sequence[str]],
+    justify: Callable[[str, int], str] = str.rjust,
+    indent: str = "  ",
+) -> Iterator[str]:
+    """Yield rows as lines in columns: the first one to the left, the others as `justify` does.
+
+    Lines are as long as they have to be, for those who search or cut them.
+    """
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for first, *others in rows:
+        cells = [justify(text, width) for text, width in zip(others, widths[1:], strict=True)]
+        yield "  ".join([f"{indent}{first.ljust(widths[0])}", *cells]).rstrip()

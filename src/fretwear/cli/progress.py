@@ -1,0 +1,492 @@
+"""What a command says while it works: a bar on a terminal, lines of text, or JSON lines.
+
+A message is a record of `logging`: its text is for people, its fields are for programs. Every
+JSON line has ``event`` and ``time`` (UTC, ISO 8601). Lengths are in m and times in s; numbers that
+are not finite are null. Fields may be added, none changes its meaning.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+import math
+import os
+import sys
+import time
+import warnings
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TextIO
+
+import typer
+
+import fretwear
+from fretwear.cli.common import LogFormat
+from fretwear.units import LENGTH, format_quantity
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from fretwear.running.simulate import Step
+    from fretwear.study.case import Case
+
+Observer = Callable[["Step"], None]
+Clock = Callable[[], float]
+
+_END_STATUS = {0: "done", 1: "failed", 2: "wrong_input"}
+_MEASURES = (
+    "contact_half_width_x",
+    "contact_half_width_y",
+    "stick_half_width_x",
+    "peak_pressure",
+    "wear_volume",
+)
+# Between two lines, s: a run of a minute gets some thirty lines, one of a day a thousand.
+_SHORTEST_INTERVAL = 2.0
+_LONGEST_INTERVAL = 60.0
+_INTERVAL_SHARE = 0.02
+
+_RECENT_STEPS = 6
+_FASTEST_GROWTH = 2.0
+# The plan's estimate still weighs a half when a tenth of the cycles is done.
+_TRUST_IN_STEPS = 0.3
+_SMALLEST_SHARE = 0.1
+
+
+class Log:
+    """All that a command says: errors and progress to standard error, results to standard output.
+
+    Parameters
+    ----------
+    log_format : LogFormat
+        How messages are written.
+    quiet : bool
+        Whether only errors are.
+    stream : text stream, optional
+        Where text is written to instead of the standard error stream, without colours.
+    clock : callable
+        Seconds, increasing.
+    """
+
+    def __init__(
+        self,
+        log_format: LogFormat = LogFormat.LINES,
+        *,
+        quiet: bool = False,
+        stream: TextIO | None = None,
+        clock: Clock = time.monotonic,
+    ) -> None:
+        self._is_json = log_format is LogFormat.JSON
+        self._has_bar = log_format is LogFormat.AUTO and not quiet and _can_redraw(sys.stderr)
+        self._clock = clock
+        self._batch: BatchTime | None = None
+        self._command: tuple[str, float] | None = None
+        self._file: str | None = None
+        # A bar shows every step; lines would only repeat it.
+        level = logging.INFO if self._has_bar else logging.DEBUG
+        self._logger = logging.Logger("fretwear", logging.ERROR if quiet else level)
+        self._console: Console | None = None
+        if self._is_json:
+            self._logger.addHandler(_JsonHandler())
+        else:
+            self._console = _console(stream)
+            self._logger.addHandler(_TextHandler(self._console))
+
+    def begin(self, command: str) -> None:
+        """Tell programs that a command begins; from here on warnings are events for them too."""
+        self._command = command, self._clock()
+        if self._is_json:
+            warnings.showwarning = self._warn
+        self._say("start", {"command": command, "version": fretwear.__version__})
+
+    def end(self, exit_status: int) -> None:
+        """Tell programs that the command ends."""
+        if self._command is not None:
+            command, started = self._command
+            fields = {
+                "command": command,
+                "status": _END_STATUS.get(exit_status, "stopped"),
+                "exit_status": exit_status,
+                "seconds": self._clock() - started,
+                "file": self._file,
+            }
+            self._say("end", fields)
+
+    def error(self, message: str, exit_status: int, defect: Exception | None = None) -> None:
+        """Say what went wrong and what to do, with the traceback of what never should happen."""
+        fields = {"message": message, "exit_status": exit_status}
+        self._say("error", fields, message, logging.ERROR, defect)
+
+    def stopped(self, message: str, exit_status: int) -> None:
+        """Say that the command was stopped from outside, and by what."""
+        fields = {"message": message, "exit_status": exit_status}
+        self._say("stopped", fields, message, logging.ERROR)
+
+    def note(self, message: str) -> None:
+        """Say something worth knowing that is neither an error nor a result."""
+        self._say("note", {"message": message}, message)
+
+    def result(self, file: Path, message: str, **numbers: float) -> None:
+        """Say which file or folder was written, with a message for people, numbers for programs."""
+        self._file = str(file)
+        self._say("result", {"file": str(file), "message": message, **numbers})
+        if not self._is_json and self._logger.isEnabledFor(logging.INFO):
+            typer.echo(f"{file}: {message}")
+
+    @contextmanager
+    def batch(self, cases: Mapping[str, Case]) -> Iterator[None]:
+        """Number the cases that run in the context one after the other, each by `case`."""
+        self._batch = BatchTime(cases, self._clock)
+        try:
+            yield
+        finally:
+            self._batch = None
+
+    @contextmanager
+    def case(self, case: Case, file: Path) -> Iterator[Observer]:
+        """Tell of a case that runs in the context; the observer is to be called at every step."""
+        batch = self._batch or BatchTime({case.case_id: case}, self._clock)
+        timing = batch.begin(case)
+        name = f"case {batch.number} of {batch.count}" if batch.count > 1 else ""
+        which: dict[str, Any] = {
+            "case_id": case.case_id,
+            "case_number": batch.number,
+            "case_count": batch.count,
+        }
+        title = f"{name}: {case.case_id}" if name else f"case {case.case_id}"
+        self._say("case_start", {**which, "cycles": case.cycles, "file": str(file)}, title)
+        last: Step | None = None
+        told: float | None = None
+
+        def observe(step: Step) -> None:
+            nonlocal last, told
+            last, now = step, timing.note(step.state.cycle)
+            show(step)
+            interval = min(_LONGEST_INTERVAL, max(_SHORTEST_INTERVAL, _INTERVAL_SHARE * now))
+            if step.state.cycle >= step.last_cycle or told is None or now - told >= interval:
+                told = now
+                times = {
+                    "seconds": now,
+                    "seconds_left": timing.seconds_left,
+                    "batch_seconds_left": batch.seconds_left,
+                }
+                text = step_text(step, timing)
+                self._say("step", {**which, **_numbers(step), **times}, text, logging.DEBUG)
+
+        status, text = "done", ""
+        try:
+            with self._bar(timing, batch) as show:
+                yield observe
+            batch.end(case, timing)
+            if name:
+                text = f"{name} done in {clock_text(timing.seconds)}, {left_text(batch)}"
+        except BaseException as error:
+            status = "failed" if isinstance(error, Exception) else "stopped"
+            text = step_text(last, timing) if last is not None else ""
+            raise
+        finally:
+            place = {} if last is None else {"cycle": last.state.cycle, "step": last.state.step}
+            which |= {"status": status, **place, "seconds": timing.seconds, "file": str(file)}
+            self._say("case_end", which, text)
+
+    @contextmanager
+    def counting(self, thing: str) -> Iterator[Callable[[int, int], None]]:
+        """Give what shows on a terminal how many things are done of how many."""
+        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+
+        columns = (TextColumn(thing), MofNCompleteColumn(), BarColumn(bar_width=24))
+        hidden = not self._has_bar
+        with Progress(*columns, console=self._console, transient=True, disable=hidden) as bar:
+            task = bar.add_task("", total=None)
+            yield lambda done, total: bar.update(task, completed=done, total=total)
+
+    @contextmanager
+    def _bar(self, timing: CaseTime, batch: BatchTime) -> Iterator[Observer]:
+        """Show on a terminal how far a case and its batch are, until the context ends."""
+        if not self._has_bar:
+            yield lambda _: None
+            return
+        from rich.console import Group
+        from rich.live import Live
+        from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn
+        from rich.table import Column
+        from rich.text import Text
+
+        class Left(ProgressColumn):
+            def render(self, task: Task) -> Text:
+                return Text(left_text(task.fields["timing"]))
+
+        bar = BarColumn(None, table_column=Column(ratio=1))
+        left = Left(Column(no_wrap=True, justify="right"))
+        bars = Progress(TextColumn("{task.description}"), bar, left, expand=True)
+        one = bars.add_task("first loading", total=1.0, timing=timing)
+        if batch.count > 1:
+            done = batch.number - 1
+            bars.add_task(
+                f"all {batch.count} cases", completed=done, total=batch.count, timing=batch
+            )
+        numbers = Text(no_wrap=True, overflow="ellipsis")
+
+        def show(step: Step) -> None:
+            # Always equally wide: what stands beside the number must not jump.
+            cycle = f"{step.state.cycle:{len(str(step.last_cycle))}.0f}"
+            place = f"cycle {cycle} of {step.last_cycle}"
+            bars.update(one, description=place, completed=timing.share)
+            numbers.plain = _numbers_text(step)
+
+        with Live(
+            Group(bars, numbers),
+            console=self._console,
+            refresh_per_second=5,
+            transient=True,
+            redirect_stdout=False,
+        ):
+            yield show
+
+    def _say(
+        self,
+        event: str,
+        fields: Mapping[str, Any],
+        text: str = "",
+        level: int = logging.INFO,
+        defect: Exception | None = None,
+    ) -> None:
+        self._logger.log(level, text, exc_info=defect, extra={"event": event, "fields": fields})
+
+    def _warn(
+        self,
+        message: Warning | str,
+        category: type[Warning],
+        filename: str,
+        lineno: int,
+        *_: Any,
+        **__: Any,
+    ) -> None:
+        fields = {
+            "message": str(message),
+            "category": category.__name__,
+            "where": f"{filename}:{lineno}",
+        }
+        self._say("warning", fields)
+
+
+class _TextHandler(logging.Handler):
+    """Prints the texts of messages, above a bar if there is one."""
+
+    def __init__(self, console: Console) -> None:
+        super().__init__()
+        self._console = console
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Print the text of a message; names of files are no markup, and lines stay whole."""
+        from rich.text import Text
+
+        if record.msg:
+            is_error = record.levelno >= logging.ERROR
+            label = f"fretwear: {vars(record)['event']}: " if is_error else ""
+            text = Text.assemble((label, "bold red"), self.format(record))
+            self._console.print(text, soft_wrap=True)
+
+
+class _JsonHandler(logging.StreamHandler[TextIO]):
+    """Writes the fields of messages to the standard error stream, one JSON object a line."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """Return the line of a message."""
+        now = datetime.fromtimestamp(record.created, UTC).isoformat(timespec="milliseconds")
+        event, fields = vars(record)["event"], vars(record)["fields"]
+        content = {"event": event, "time": now.replace("+00:00", "Z"), **fields}
+        if record.exc_info:
+            content["traceback"] = logging.Formatter().formatException(record.exc_info)
+        finite = {
+            name: None if isinstance(value, float) and not math.isfinite(value) else value
+            for name, value in content.items()
+        }
+        return json.dumps(finite, allow_nan=False)
+
+
+class CaseTime:
+    """The time that a case still takes, foretold from its plan and from its last steps.
+
+    Steps grow by orders of magnitude over a run, each takes about as long as the one before, and
+    where the bodies yield they stop growing. The speed of the last steps in cycles per second
+    therefore foretells far too much at first, and their growth, carried on, too little: their
+    geometric mean counts, and beside it the plan, the less of it the more cycles are done.
+
+    Parameters
+    ----------
+    cycles : int
+        Where the case ends.
+    planned_seconds : float
+        What it should take.
+    clock : callable
+        Seconds, increasing.
+
+    Attributes
+    ----------
+    share : float
+        Part of the time that is over, from 0 to 1; never falls.
+    """
+
+    def __init__(self, cycles: int, planned_seconds: float, clock: Clock = time.monotonic) -> None:
+        self._cycles = cycles
+        self._planned = self._left = max(planned_seconds, 1e-3)
+        self._clock = clock
+        self._started = self._noted = clock()
+        self._first_cycle: float | None = None
+        self._recent: deque[tuple[float, float]] = deque(maxlen=_RECENT_STEPS)
+        self.share = 0.0
+
+    @property
+    def seconds(self) -> float:
+        """Time since the case began, s."""
+        return self._clock() - self._started
+
+    @property
+    def seconds_left(self) -> float:
+        """Time until the case ends, s: as foretold at the last step, less the time since."""
+        return max(0.0, self._left - (self._clock() - self._noted))
+
+    def note(self, cycle: float) -> float:
+        """Take note of a step that has come to a cycle; return the time since the case began."""
+        self._noted = self._clock()
+        taken = self._noted - self._started
+        self._recent.append((self._noted, cycle))
+        if self._first_cycle is None:
+            # A run that resumes from a checkpoint has less to do than its plan says.
+            self._first_cycle = cycle
+            self._planned *= (self._cycles - cycle) / self._cycles
+        self._left = self._foretold(self._cycles - cycle, taken)
+        if taken > 0.0 or self._left == 0.0:
+            self.share = max(self.share, taken / (taken + self._left) if self._left else 1.0)
+        return taken
+
+    def _foretold(self, to_do: float, taken: float) -> float:
+        """Return the time that so many cycles take after so many seconds."""
+        if to_do <= 0.0:
+            return 0.0
+        by_plan = max(self._planned - taken, _SMALLEST_SHARE * max(self._planned, taken))
+        times, cycles = zip(*self._recent, strict=True)
+        sizes = [after - before for before, after in pairwise(cycles)]
+        recent = times[-1] - times[0]
+        if not sizes or recent <= 0.0:
+            return by_plan
+        at_this_speed = recent * to_do / sum(sizes)
+        growth = min((sizes[-1] / sizes[0]) ** (1.0 / max(1, len(sizes) - 1)), _FASTEST_GROWTH)
+        size = max(sizes[-2:])
+        if growth < 1.001:
+            steps = to_do / size
+        else:  # the number of terms of a geometric series
+            steps = math.log1p(to_do * (growth - 1.0) / (size * growth)) / math.log(growth)
+        by_steps = math.sqrt(at_this_speed * steps * recent / len(sizes))
+        trust: float = (1.0 - to_do / self._cycles) ** _TRUST_IN_STEPS
+        return math.exp(trust * math.log(by_steps) + (1.0 - trust) * math.log(by_plan))
+
+
+class BatchTime:
+    """The time that the cases of a batch still take, which run one after the other.
+
+    Parameters
+    ----------
+    cases : mapping
+        The cases that will run, by id.
+    clock : callable
+        Seconds, increasing.
+    """
+
+    def __init__(self, cases: Mapping[str, Case], clock: Clock = time.monotonic) -> None:
+        self._clock = clock
+        self._ahead = {case_id: planned_seconds(case) for case_id, case in cases.items()}
+        self._planned = self._taken = 0.0
+        self._running: CaseTime | None = None
+        self.count = len(cases)
+
+    @property
+    def number(self) -> int:
+        """How many cases have begun."""
+        return self.count - len(self._ahead)
+
+    @property
+    def seconds_left(self) -> float:
+        """Time until the last case ends, s."""
+        running = 0.0 if self._running is None else self._running.seconds_left
+        return running + self._slowness * sum(self._ahead.values())
+
+    def begin(self, case: Case) -> CaseTime:
+        """Begin a case; what its plan says is corrected by how the cases before have fared."""
+        self._ahead.pop(case.case_id, None)
+        planned = self._slowness * planned_seconds(case)
+        self._running = CaseTime(case.cycles, planned, self._clock)
+        return self._running
+
+    def end(self, case: Case, timing: CaseTime) -> None:
+        """Take note of what the case that has come to its end has taken."""
+        self._planned += planned_seconds(case)
+        self._taken += timing.seconds
+        self._running = None
+
+    @property
+    def _slowness(self) -> float:
+        return self._taken / self._planned if self._planned else 1.0
+
+
+def planned_seconds(case: Case) -> float:
+    """Return what a case takes by its plan once Python has started, s."""
+    from fretwear.study.cost import SECONDS_TO_START, estimate
+
+    return estimate(case).seconds - SECONDS_TO_START
+
+
+def step_text(step: Step, timing: CaseTime) -> str:
+    """Say where a run is: cycle, step, error, contact half-width, time left."""
+    cycle = f"cycle {step.state.cycle:.6g} of {step.last_cycle}"
+    return f"{cycle}, {_numbers_text(step)}, {left_text(timing)}"
+
+
+def _numbers_text(step: Step) -> str:
+    half_width = format_quantity(step.measures.contact_half_width_x, LENGTH, 4)
+    error = f"{100.0 * step.state.error_estimate:.2g} %"
+    return f"step {step.state.step}, error {error}, half-width {half_width}"
+
+
+def _numbers(step: Step) -> dict[str, float]:
+    """The numbers of a step under the names that they have in the datasets."""
+    return {
+        "cycle": step.state.cycle,
+        "cycles": step.last_cycle,
+        "step": step.state.step,
+        "error_estimate": step.state.error_estimate,
+        **{name: getattr(step.measures, name) for name in _MEASURES},
+    }
+
+
+def left_text(timing: CaseTime | BatchTime) -> str:
+    """Write the time left; a task that is not over always takes a second."""
+    return f"{clock_text(math.ceil(timing.seconds_left))} left"
+
+
+def clock_text(seconds: float) -> str:
+    """Write a time as minutes and seconds, with hours or days where there are any."""
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    days, hours = divmod(hours, 24)
+    if days:
+        return f"{days} d {hours}:{minutes:02d}:{rest:02d}"
+    return f"{hours}:{minutes:02d}:{rest:02d}" if hours else f"{minutes}:{rest:02d}"
+
+
+def _can_redraw(stream: TextIO) -> bool:
+    # The colours that FORCE_COLOR wants in a log file do not make a terminal of it.
+    return stream.isatty() and os.environ.get("TERM", "").lower() not in ("dumb", "unknown")
+
+
+def _console(stream: TextIO | None) -> Console:
+    from rich.console import Console
+
+    if stream is None:
+        return Console(stderr=True, highlight=False)
+    return Console(file=stream, highlight=False, color_system=None)

@@ -1,0 +1,126 @@
+"""Processes that are stopped from outside, and those that are killed."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType
+from typing import NoReturn
+
+_WORDS = {signal.SIGINT: "by Ctrl-C", signal.SIGTERM: "by SIGTERM"}
+
+# A terminal and a workflow may both tell a process to stop: that is one wish. Later, it is another.
+_SAME_WISH_SECONDS = 1.0
+_LONGEST_CLEANING_SECONDS = 60.0
+_PARENT_DEATH_SIGNAL = 1  # of prctl, Linux
+
+
+class Stopped(BaseException):
+    """The process was asked to stop; no error, so that no handler of errors catches it.
+
+    Attributes
+    ----------
+    exit_status : int
+        What shells give to a process that the signal has ended.
+    """
+
+    def __init__(self, number: int) -> None:
+        super().__init__(_WORDS[signal.Signals(number)])
+        self.exit_status = 128 + number
+
+
+@contextmanager
+def stopping() -> Iterator[None]:
+    """Raise `Stopped` where the process is at when it is asked to stop, so that it cleans up."""
+    before = {number: signal.signal(number, _stop) for number in _WORDS}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _stop(number: int, _frame: FrameType | None) -> NoReturn:
+    begun = time.monotonic()
+
+    def hurry(number: int, _frame: FrameType | None) -> None:
+        if time.monotonic() - begun > _SAME_WISH_SECONDS:
+            _end(number)
+
+    # The scheduler's signal must not interrupt the cleaning up of the first; people who press
+    # Ctrl-C again mean it. Files are whole or not there, so nothing is spoilt.
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    signal.signal(signal.SIGINT, hurry)
+    # What was interrupted inside of a library may have left it unable to clean up.
+    watch = threading.Timer(_LONGEST_CLEANING_SECONDS, _end, [number])
+    watch.daemon = True
+    watch.start()
+    raise Stopped(number)
+
+
+def _end(number: int) -> NoReturn:
+    os.write(2, b"fretwear: stopped: at once, without cleaning up\n")
+    os._exit(128 + number)
+
+
+def supervise(case_ids: Collection[str], results: Path) -> None:
+    """Return in a child process; this one waits, and starts another child if that is killed.
+
+    The kernel kills what takes too much memory. The case during which a child vanished is
+    recorded, so that the next child leaves it to the end: there is another one as long as each
+    comes farther than the one before. Then this process ends as the last child did. A fork costs
+    neither another start of Python nor another reading of the study.
+
+    Parameters
+    ----------
+    case_ids : collection of str
+        The cases of the batch.
+    results : pathlib.Path
+        Folder of the study's results.
+    """
+    from fretwear.running.records import ENDED, failures
+
+    vanished: set[str] = set()
+    while hasattr(os, "fork"):
+        sys.stdout.flush()
+        sys.stderr.flush()
+        child = os.fork()
+        if child == 0:
+            _stop_with_parent()
+            return
+        status, before = _exit_status_of(child), vanished
+        reasons = {case_id: failure.reason for case_id, failure in failures(results).items()}
+        vanished = {case_id for case_id in case_ids if reasons.get(case_id) == ENDED}
+        if status != -signal.SIGKILL or vanished <= before:
+            # What there was to say the child has said.
+            os._exit(status if status >= 0 else 128 - status)
+        print(
+            f"killed during {', '.join(sorted(vanished - before))}: out of memory?\n"
+            "the other cases are run first, then this one is tried again",
+            file=sys.stderr,
+        )
+
+
+def _exit_status_of(child: int) -> int:
+    """Wait for a child; return its exit status, or the negative number of the signal it died of."""
+    try:
+        status = os.waitpid(child, 0)[1]
+    except Stopped:
+        # From now on signals are ignored here, and the child says what there is to say.
+        os.kill(child, signal.SIGTERM)
+        status = os.waitpid(child, 0)[1]
+    return os.waitstatus_to_exitcode(status)
+
+
+def _stop_with_parent() -> None:
+    """Have the kernel stop this process when its parent is killed, where it can."""
+    if sys.platform == "linux":
+        import ctypes
+
+        ctypes.CDLL(None).prctl(_PARENT_DEATH_SIGNAL, signal.SIGTERM, 0, 0, 0)
