@@ -8,7 +8,7 @@ from benchmarks.performance.parts import PARTS, Data, Part
 from benchmarks.speed.rows import surroundings
 from benchmarks.verification.store import rounded
 
-from fretwear.figures.saving import save_figure
+from fretwear.figures import save_figure
 
 IMAGES = Path("images") / "performance"
 

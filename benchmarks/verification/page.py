@@ -17,7 +17,7 @@ from benchmarks.verification.section import Section
 from benchmarks.verification.store import Store
 from benchmarks.verification.tables import bound, percent, table
 
-from fretwear.figures.saving import save_figure
+from fretwear.figures import save_figure
 
 PARTS = (closed_forms, limiting_state, rings, tangential, explicit, convergence, peak, peers)
 SECTIONS: tuple[Section, ...] = tuple(part.SECTION for part in PARTS)

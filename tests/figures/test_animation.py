@@ -12,8 +12,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from fretwear import figures
-from fretwear.figures.animation import pace, well_spaced_cycles
-from fretwear.figures.film import FfmpegMissingError
+from fretwear.figures.animation import FfmpegMissingError, durations, well_spaced_cycles
 from fretwear.running.simulate import Result
 
 CYCLES = (0, 1, 10, 100, 1000)
@@ -71,7 +70,7 @@ def test_a_gif_has_one_picture_a_snapshot_and_rests_at_the_end(
 
 
 def test_snapshots_far_apart_are_shown_longer() -> None:
-    seconds = pace([0, 10, 20, 1000])
+    seconds = durations([0, 10, 20, 1000])
     assert seconds[0] > seconds[1]
     assert seconds[2] > seconds[1]
     assert seconds[3] == max(seconds)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from matplotlib.axes import Axes
 
-from fretwear.figures.cycle_axis import set_cycle_axis
+from fretwear.figures.axes import set_cycle_axis
 from fretwear.figures.style import JournalFigure
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fretwear.figures.grouping import choose_layout, shown_lines, study_lines
+from fretwear.figures.lines import choose_layout, shown_lines, study_lines
 
 
 def _grid(levels: Mapping[str, Sequence[object]]) -> xr.Dataset:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fretwear.figures.half_profile import (
+from fretwear.figures.datasets import (
     half_profiles,
     peak_envelope,
     representative_cycles,

@@ -3,7 +3,7 @@
 import pytest
 from matplotlib.lines import Line2D
 
-from fretwear.figures.keys import outside_key
+from fretwear.figures.axes import outside_key
 from fretwear.figures.style import JournalFigure, style_context
 
 

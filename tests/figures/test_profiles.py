@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 
 from fretwear import figures
 from fretwear.data.files import open_case, write_case
-from fretwear.figures.profile_kinds import PRESSURE, WEAR
 from fretwear.running.simulate import Result
 
 KINDS = {
@@ -19,7 +18,7 @@ KINDS = {
     "shear_profiles": ("shear_traction", "Shear traction (MPa)"),
     "gap_profiles": ("gap", "Gap (µm)"),
     "wear_profiles": ("wear_depth", "Wear depth (µm)"),
-    "wear_rate_profiles": ("wear_rate", "Wear in one cycle (pm)"),
+    "wear_rate_profiles": ("wear_rate", "Wear depth per cycle (pm)"),
 }
 SIZE = {"MPa": 1e6, "µm": 1e-6, "pm": 1e-12}
 
@@ -127,7 +126,9 @@ def test_a_point_of_a_merged_study_has_profiles(small_study) -> None:
 def test_panels_have_one_case_each_and_one_key_to_the_cycles(
     smooth: xr.Dataset, rough: xr.Dataset, check_texts: Callable[[Figure], list[str]]
 ) -> None:
-    figure = figures.compare_profiles({"smooth": smooth, "rough": rough, "again": smooth}, WEAR)
+    figure = figures.compare_profiles(
+        {"smooth": smooth, "rough": rough, "again": smooth}, "wear_depth"
+    )
     assert [axes.get_title(loc="left") for axes in figure.axes] == ["smooth", "rough", "again"]
     words = check_texts(figure)
     assert words.count("cycle") == 1
@@ -136,7 +137,7 @@ def test_panels_have_one_case_each_and_one_key_to_the_cycles(
 
 def test_no_case_is_no_figure() -> None:
     with pytest.raises(ValueError, match="no case"):
-        figures.compare_profiles({}, PRESSURE)
+        figures.compare_profiles({}, "pressure")
 
 
 def _marks_above(axes: Axes) -> int:

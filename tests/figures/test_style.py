@@ -6,8 +6,7 @@ import matplotlib.colors
 import numpy as np
 import pytest
 
-from fretwear.figures.film import pixels_of
-from fretwear.figures.moving import ZONE_COLORS
+from fretwear.figures.animation import ZONE_COLORS
 from fretwear.figures.style import CATEGORICAL, JournalFigure, sequential_colours, text_colour
 
 
@@ -46,6 +45,7 @@ def test_both_widths_have_text_of_one_size() -> None:
     for columns in (1, 2):
         figure = JournalFigure(columns, 40.0)
         text = figure.text(0.5, 0.5, "Pressure", fontsize=7.5)
-        pixels_of(figure, 300)
+        figure.set_dpi(300)
+        figure.draw_without_rendering()
         heights.append(text.get_window_extent().height)
     assert heights[0] == heights[1]

@@ -2,19 +2,9 @@
 
 import math
 
-import numpy as np
 import pytest
 
-from fretwear.figures.wording import (
-    Unit,
-    cycle_number,
-    number,
-    readable_unit,
-    symbol_text,
-    value_text,
-    with_unit,
-    words_text,
-)
+from fretwear.figures.wording import symbol_text, value_text, words_text
 from fretwear.study.case import Case
 
 
@@ -67,46 +57,3 @@ def test_every_parameter_of_a_case_has_words_of_its_own() -> None:
         assert "_" not in text or isinstance(value, str)
         plain_number = units in ("", "1") or text in ("smooth", "elastic")
         assert plain_number or any(letter.isalpha() or letter == "°" for letter in text.split()[-1])
-
-
-@pytest.mark.parametrize(
-    ("value", "expected"),
-    [
-        (0.0, "0"),
-        (1234567.0, "1.2346·10⁶"),
-        (13871.3, "13871"),
-        (-0.5, "−0.5"),
-        (5.32e-6, "5.32·10⁻⁶"),
-        (1e20, "1·10²⁰"),
-    ],
-)
-def test_numbers_have_no_programmers_exponent(value: float, expected: str) -> None:
-    assert number(value) == expected
-
-
-@pytest.mark.parametrize(
-    ("largest", "base", "name"),
-    [
-        (8.4e-7, "m", "nm"),
-        (1.2e-6, "m", "µm"),
-        (3e-13, "m", "pm"),
-        (6.3e-15, "m3", "10³ µm³"),
-        (4e-6, "J", "µJ"),
-        (0.0, "J", "pJ"),
-    ],
-)
-def test_a_readable_unit_makes_the_largest_value_one_to_a_thousand(
-    largest: float, base: str, name: str
-) -> None:
-    unit = readable_unit([0.1 * largest, largest, np.nan, np.inf], base)
-    assert unit.name == name
-
-
-def test_powers_of_ten_in_a_unit_multiply_the_number_before() -> None:
-    assert with_unit("4.1", Unit("10³ µm³", 1e-15)) == "4.1 × 10³ µm³"
-    assert with_unit("4.1", Unit("µm", 1e-6)) == "4.1 µm"
-    assert with_unit("4.1", Unit("", 1.0)) == "4.1"
-
-
-def test_thousands_of_cycles_are_set_apart_from_ten_thousand_on() -> None:
-    assert [cycle_number(n) for n in (0, 7000, 30000.0)] == ["0", "7000", "30\u2009000"]

@@ -92,7 +92,7 @@ def animate(
 
     from fretwear.data.files import open_case, open_history
     from fretwear.data.safe import DataFileError
-    from fretwear.figures.film import FfmpegMissingError, check_format
+    from fretwear.figures.animation import FfmpegMissingError, check_format
 
     with (
         failing_as(Status.WRONG_INPUT, DataFileError, FfmpegMissingError),

@@ -6,7 +6,6 @@
 """
 
 from fretwear.figures.animation import CaseAnimation, animation
-from fretwear.figures.comparison import compare_cases
 from fretwear.figures.history import (
     contact_half_width,
     dissipated_energy,
@@ -14,7 +13,7 @@ from fretwear.figures.history import (
     wear_volume,
 )
 from fretwear.figures.maps import compare_wear_maps, wear_map
-from fretwear.figures.overview import overview
+from fretwear.figures.overview import compare_cases, overview
 from fretwear.figures.profiles import (
     compare_profiles,
     gap_profiles,
@@ -23,8 +22,7 @@ from fretwear.figures.profiles import (
     wear_profiles,
     wear_rate_profiles,
 )
-from fretwear.figures.saving import save_as, save_figure
-from fretwear.figures.style import STYLE_SHEET, style_context
+from fretwear.figures.style import STYLE_SHEET, save_as, save_figure, style_context
 
 __all__ = [
     "STYLE_SHEET",

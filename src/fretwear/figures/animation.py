@@ -1,28 +1,68 @@
-"""An animation of one case over its cycles."""
+"""An animation of one case over its cycles, written as GIF or MP4."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+import io
+import shutil
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
+from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, FuncAnimation
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from PIL import Image
 
-from fretwear.figures.datasets import check_dataset, missing_variable
-from fretwear.figures.film import Picture, check_format, pixels_of, write_film
-from fretwear.figures.half_profile import checked_cycles
-from fretwear.figures.moving import MovingFigure, take_snapshots
-from fretwear.figures.style import style_context
+from fretwear.data.dataset import mirrored
+from fretwear.data.safe import atomic_path
+from fretwear.figures.axes import label_curves, outside_key
+from fretwear.figures.datasets import (
+    HalfProfiles,
+    check_dataset,
+    checked_cycles,
+    half_profiles,
+    line_near_the_middle,
+    require,
+)
+from fretwear.figures.history import draw_zone_widths
+from fretwear.figures.maps import draw_map
+from fretwear.figures.overview import headline
+from fretwear.figures.profiles import frame_of
+from fretwear.figures.style import INK, MUTED, JournalFigure, style_context
+from fretwear.units import MICROMETRE, cycle_text
+from fretwear.vocabulary import ContactState
 
+FORMATS = (".gif", ".mp4")
 SCREEN_DPI = 120
 FEW_SNAPSHOTS = 12
+ZONE_COLORS = {
+    ContactState.OPEN: "#f4f4f4",
+    ContactState.SLIP: "#8cc5e3",
+    ContactState.STICK: "#084a8c",
+}
+"""Light to dark: they can be told apart in grey too."""
 
 _FIELDS = ("pressure", "wear_depth", "contact_state")
+_HEIGHT = 104.0
+_BEYOND_CONTACT = 1.1
+_STRIP = 0.04
+_FIRST_WIDTH = 0.7
+_MARK = 4.5
 _SECONDS_PER_DECADE = 1.2
 _SHORTEST, _LONGEST, _LAST = 0.25, 1.2, 2.5
+_COLORS = 128
+_FRAMES_PER_SECOND = 20
+
+
+class FfmpegMissingError(RuntimeError):
+    """An MP4 file was asked for where the program ffmpeg is not installed."""
 
 
 class CaseAnimation:
@@ -44,17 +84,103 @@ class CaseAnimation:
 
     def __init__(self, dataset: xr.Dataset, history: xr.Dataset, cycles: Sequence[int]) -> None:
         self.cycles = tuple(int(cycle) for cycle in cycles)
-        self.seconds = pace(self.cycles)
+        self.seconds = durations(self.cycles)
+        shown = dataset.sel(cycle=list(self.cycles))
+        whole = mirrored(shown[list(_FIELDS)])
+        self._updates: list[Callable[[int], None]] = []
         with style_context():
-            self._moving = MovingFigure(
-                dataset, history, take_snapshots(dataset, list(self.cycles))
-            )
-            self._moving.show(len(self.cycles) - 1)
+            self.figure: Figure = JournalFigure(2, _HEIGHT)
+            grid = self.figure.subplots(2, 2, width_ratios=(1.55, 1.0), height_ratios=(1.25, 1.0))
+            title = self.figure.suptitle("", fontsize=9, x=0.006, ha="left")
+            words = [f"Cycle {cycle_text(n)}    {headline(dataset)}" for n in self.cycles]
+            self._updates.append(lambda index: title.set_text(words[index]))
+            reach = _BEYOND_CONTACT * float(shown["contact_half_width_x"].max())
+            for axes, name in zip(grid[:, 0], ("pressure", "wear_depth"), strict=True):
+                self._add_profile(axes, half_profiles(shown, name, self.cycles), whole, reach)
+            grid[0, 0].tick_params(labelbottom=False)
+            grid[0, 0].set_xlabel("")
+            self._add_map(grid[0, 1], whole, reach)
+            self._add_widths(grid[1, 1], shown, history)
+            self._add_key()
+            self._draw(len(self.cycles) - 1)
+            _label_widths(grid[1, 1])
 
-    @property
-    def figure(self) -> Figure:
-        """The figure, as it is."""
-        return self._moving.figure
+    def _add_profile(self, axes: Axes, half: HalfProfiles, whole: xr.Dataset, reach: float) -> None:
+        """Draw a profile along the whole x axis over a strip that tells its zones."""
+        frame = replace(frame_of([half]), left=-reach, right=reach)
+        x = MICROMETRE.of(whole["x"].values)
+        curves, zones = (
+            line_near_the_middle(whole[name]).transpose("cycle", "x").values
+            for name in (half.field.name, "contact_state")
+        )
+        values = frame.unit.of(curves.astype(np.float64))
+        frame.apply(axes, half.field)
+        axes.set_xlabel("x (µm), direction of slip")
+        top = float(frame.unit.of(frame.top))
+        bottom = -_STRIP * top
+        is_downward = axes.yaxis_inverted()
+        if not is_downward:
+            axes.plot(x, values[0], color=MUTED, lw=_FIRST_WIDTH, label="_first")
+        fill = axes.fill_between(x, 0.0, 0.0, color="#d9d9d9", lw=0)
+        (line,) = axes.plot(x, values[0], color=INK, label=half.field.label)
+        edge = x[-1] + 0.5 * (x[1] - x[0])
+        strip = axes.imshow(
+            zones[:1],
+            extent=(-edge, edge, bottom, 0.0),
+            origin="lower",
+            aspect="auto",
+            **_zone_colours(),
+        )
+        axes.set_xlim(MICROMETRE.of(-reach), MICROMETRE.of(reach))
+        axes.set_ylim((top, bottom) if is_downward else (bottom, top))
+
+        def update(index: int) -> None:
+            line.set_ydata(values[index])
+            fill.set_data(x, 0.0, values[index])
+            strip.set_data(zones[index : index + 1])
+
+        self._updates.append(update)
+
+    def _add_map(self, axes: Axes, whole: xr.Dataset, reach: float) -> None:
+        zones = whole["contact_state"].transpose("cycle", "x", "y").values
+        x, y = (whole[name].values.astype(np.float64) for name in ("x", "y"))
+        image = draw_map(axes, x, y, zones[0], reach, **_zone_colours())
+        axes.set_facecolor(ZONE_COLORS[ContactState.OPEN])
+        self._updates.append(lambda index: image.set_data(zones[index].T))
+
+    def _add_widths(self, axes: Axes, shown: xr.Dataset, history: xr.Dataset) -> None:
+        """Draw the half-widths over the cycles, with a mark at the cycle that is shown."""
+        curves = draw_zone_widths(axes, history)
+        names = [f"{curve.get_label()}_half_width_x" for curve in curves]
+        widths = [MICROMETRE.of(shown[name].values) for name in names]
+        marks = [
+            axes.plot([], [], "o", ms=_MARK, color=curve.get_color(), label="_now")[0]
+            for curve in curves
+        ]
+
+        def update(index: int) -> None:
+            for mark, values in zip(marks, widths, strict=True):
+                mark.set_data([self.cycles[index]], [values[index]])
+
+        self._updates.append(update)
+
+    def _add_key(self) -> None:
+        zones = list(reversed(ContactState))
+        first = Line2D([], [], color=MUTED, lw=_FIRST_WIDTH)
+        outside_key(
+            self.figure,
+            [*(Patch(color=ZONE_COLORS[zone]) for zone in zones), first],
+            [
+                *(zone.name.lower() for zone in zones),
+                f"pressure at cycle {cycle_text(self.cycles[0])}",
+            ],
+            "outside lower left",
+            handlelength=1.2,
+        )
+
+    def _draw(self, index: int) -> None:
+        for update in self._updates:
+            update(index)
 
     def show(self, cycle: int) -> Figure:
         """Show the snapshot at a cycle, and return the figure.
@@ -66,8 +192,7 @@ class CaseAnimation:
         """
         if cycle not in self.cycles:
             raise ValueError(f"cycle = {cycle}: this animation shows {list(self.cycles)}.")
-        with style_context():
-            self._moving.show(self.cycles.index(cycle))
+        self._draw(self.cycles.index(cycle))
         return self.figure
 
     def save(
@@ -82,11 +207,11 @@ class CaseAnimation:
         Parameters
         ----------
         path : str or path-like
-            File to write; its ending tells the format.
+            File to write, which appears only when it is whole; its ending tells the format.
         dots_per_inch : float
-            The figure is 190 mm wide: 120 make it 898 pixels.
+            The figure is 190 mm wide: 120 make it 897 pixels.
         progress : callable
-            Called after each picture with the numbers of those done and of all.
+            Called with the number of each picture, from 1, and that of all.
 
         Raises
         ------
@@ -97,21 +222,21 @@ class CaseAnimation:
         DataFileError
             When the file cannot be written.
         """
-        check_format(Path(path))
-
-        def pictures() -> Iterator[Picture]:
-            for number, (cycle, seconds) in enumerate(
-                zip(self.cycles, self.seconds, strict=True), start=1
-            ):
-                yield Picture(self._pixels(cycle, dots_per_inch), seconds)
-                progress(number, len(self.cycles))
-
-        return write_film(pictures(), Path(path))
-
-    def _pixels(self, cycle: int, dots_per_inch: float) -> NDArray[np.uint8]:
-        figure = self.show(cycle)
-        with style_context():
-            return pixels_of(figure, dots_per_inch)
+        path = Path(path)
+        check_format(path)
+        moving = FuncAnimation(
+            self.figure, self._draw, frames=len(self.cycles), cache_frame_data=False
+        )
+        is_gif = path.suffix.lower() == ".gif"
+        writer = _GifWriter(self.seconds) if is_gif else _mp4_writer(self.seconds)
+        with style_context(), atomic_path(path) as temporary:
+            moving.save(
+                str(temporary),
+                writer,
+                dpi=dots_per_inch,
+                progress_callback=lambda index, total: progress(index + 1, total),
+            )
+        return path
 
 
 def animation(
@@ -143,15 +268,13 @@ def animation(
         When `dataset` has no fields or no such snapshot.
     """
     check_dataset(dataset)
-    for name in _FIELDS:
-        if name not in dataset:
-            raise missing_variable(dataset, name)
+    require(dataset, *_FIELDS)
     everything = [int(cycle) for cycle in np.atleast_1d(dataset["cycle"].values)]
     shown = checked_cycles(dataset, everything if cycles is None else cycles)
     return CaseAnimation(dataset, dataset if history is None else history, shown)
 
 
-def pace(cycles: Sequence[int]) -> tuple[float, ...]:
+def durations(cycles: Sequence[int]) -> tuple[float, ...]:
     """Return the seconds that each snapshot is shown."""
     position = np.log10(1.0 + np.asarray(cycles, dtype=np.float64))
     until_next = np.clip(_SECONDS_PER_DECADE * np.diff(position), _SHORTEST, _LONGEST)
@@ -166,3 +289,80 @@ def well_spaced_cycles(last: int, number: int = 30) -> list[int]:
     spread = np.geomspace(1.0, max(last, 2), number)
     rounded = {int(float(f"{cycle:.2g}")) for cycle in spread}
     return sorted({0, last, *(cycle for cycle in rounded if cycle < last)})
+
+
+def check_format(path: Path) -> None:
+    """Refuse a name whose ending tells no film, or one that cannot be written here.
+
+    Raises
+    ------
+    ValueError
+        When the name ends in something else.
+    FfmpegMissingError
+        For MP4 where there is no ffmpeg.
+    """
+    ending = path.suffix.lower()
+    if ending not in FORMATS:
+        raise ValueError(
+            f"{path.name}: {ending or 'no ending'} is no format for animations; "
+            "end the name in .gif or .mp4."
+        )
+    if ending == ".mp4" and shutil.which("ffmpeg") is None:
+        raise FfmpegMissingError(
+            f"{path.name}: .mp4 needs the program ffmpeg, which is not on the PATH. Install it, "
+            f"or write {path.with_suffix('.gif').name} instead, which needs nothing else."
+        )
+
+
+class _GifWriter(AbstractMovieWriter):
+    """Write pictures that are shown for unequal times; matplotlib's writer shows all alike."""
+
+    def __init__(self, seconds: Sequence[float]) -> None:
+        super().__init__()
+        self._milliseconds = [round(1000 * each) for each in seconds]
+        self._pictures: list[Image.Image] = []
+
+    def setup(self, fig: Figure, outfile: Any, dpi: float | None = None) -> None:
+        super().setup(fig, outfile, dpi)
+
+    def grab_frame(self, **savefig_kwargs: Any) -> None:
+        pixels = io.BytesIO()
+        self.fig.savefig(pixels, **{**savefig_kwargs, "format": "rgba", "dpi": self.dpi})
+        picture = Image.frombytes("RGBA", self.frame_size, pixels.getvalue()).convert("RGB")
+        self._pictures.append(picture.quantize(_COLORS, dither=Image.Dither.NONE))
+
+    def finish(self) -> None:
+        first, *others = self._pictures
+        times = self._milliseconds
+        first.save(self.outfile, "GIF", save_all=True, append_images=others, duration=times, loop=0)
+
+
+def _mp4_writer(seconds: Sequence[float]) -> FFMpegWriter:
+    """Return a writer that has ffmpeg repeat each picture for as long as it is shown."""
+    frames = [max(1, round(_FRAMES_PER_SECOND * each)) for each in seconds]
+    starts = "+".join(f"gte(N,{index})*{n}" for index, n in enumerate(frames[:-1], start=1))
+    filters = [
+        # Many players know H.264 of even sizes with halved colours only.
+        "crop=trunc(iw/2)*2:trunc(ih/2)*2",
+        f"setpts='{starts or 0}'",
+        f"fps={_FRAMES_PER_SECOND}",
+        f"tpad=stop_mode=clone:stop={frames[-1] - 1}",
+    ]
+    arguments = ["-vf", ",".join(filters), "-pix_fmt", "yuv420p", "-crf", "20", "-f", "mp4"]
+    return FFMpegWriter(fps=_FRAMES_PER_SECOND, codec="libx264", extra_args=arguments)
+
+
+def _label_widths(axes: Axes) -> None:
+    """Label the curves where no mark comes to lie on the label."""
+    curves = [line for line in axes.get_lines() if not str(line.get_label()).startswith("_")]
+    for curve in curves:
+        curve.set(marker="o", markersize=_MARK)
+    label_curves(axes, curves, [str(curve.get_label()) for curve in curves])
+    for curve in curves:
+        curve.set_marker("None")
+
+
+def _zone_colours() -> dict[str, Any]:
+    """Return how matplotlib's images show zones."""
+    colormap = ListedColormap([ZONE_COLORS[zone] for zone in ContactState])
+    return {"cmap": colormap, "vmin": min(ContactState), "vmax": max(ContactState)}

@@ -1,12 +1,267 @@
-"""What figures are given: found out at once, with words on what to give instead."""
+"""What figures take from datasets: a field along x > 0, snapshots, envelopes of rough profiles."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 from os import PathLike
 from typing import Any
 
+import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
+
+from fretwear.data.merge import PROFILES
+from fretwear.vocabulary import FIELDS, Field
+
+Array = NDArray[np.float64]
+Cycles = Sequence[int] | int | None
+"""Which snapshots a figure shows: these, or a few of those there are."""
+Envelope = Callable[[Array, Array, float], Array]
+"""Turns x, values and a wavelength into the values of a curve that can be read."""
+
+_CELLS_PER_WAVE = 4.0
+_PEAKS_MATTER = ("pressure", "shear_traction", "wear_rate")
+
+
+@dataclass(frozen=True)
+class HalfProfiles:
+    """One field along x > 0 at several cycles.
+
+    Parameters
+    ----------
+    field : Field
+        What the values are.
+    x : array of shape (n,)
+        Cell centres in m.
+    cycles : array of shape (k,)
+        The cycles.
+    values : array of shape (k, n)
+        The field in its SI unit.
+    contact_half_width, stick_half_width : array of shape (k,)
+        Half-widths along x in m.
+    wavelength : float
+        Wavelength of the roughness along x in m; 0 when smooth along x.
+    is_capped : bool
+        Whether the pressure has a plastic limit.
+    """
+
+    field: Field
+    x: Array
+    cycles: Array
+    values: Array
+    contact_half_width: Array
+    stick_half_width: Array
+    wavelength: float
+    is_capped: bool = False
+
+    @property
+    def is_wavy(self) -> bool:
+        """Whether waves crowd the profile, so that an envelope helps to read it."""
+        spacing = float(self.x[1] - self.x[0])
+        resolved = self.wavelength >= _CELLS_PER_WAVE * spacing
+        return resolved and self.wavelength < 0.5 * float(np.nanmax(self.contact_half_width))
+
+    def readable(self, envelope: Envelope | None = None) -> HalfProfiles:
+        """Return the profiles themselves or, where waves crowd them, their envelopes.
+
+        Parameters
+        ----------
+        envelope : callable, optional
+            `peak_envelope` or `wave_mean`; left out, the one that suits the field.
+        """
+        if not self.is_wavy:
+            return self
+        smooth = envelope or envelope_of(self.field)
+        curves = [smooth(self.x, values, self.wavelength) for values in self.values]
+        return replace(self, values=np.array(curves))
+
+
+def half_profiles(dataset: xr.Dataset, field: Field | str, cycles: Cycles = None) -> HalfProfiles:
+    """Take one field along x > 0 on the line nearest y = 0.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        One case, quarter or whole, or one point of a merged study.
+    field : Field or str
+        Field of a case, or its name, such as ``pressure``.
+    cycles : sequence of int, optional
+        Snapshots to take; if left out at most six of those that `dataset` has.
+
+    Raises
+    ------
+    TypeError
+        When `dataset` is no dataset.
+    ValueError
+        When `dataset` lacks the field, varies in more than cycle, x and y, or lacks a cycle.
+    """
+    check_dataset(dataset)
+    field = field_of(field)
+    dataset = with_cycles(dataset)
+    merged = [profile.name for profile in PROFILES if profile.field.name == field.name]
+    name = next((name for name in (field.name, *merged) if name in dataset), field.name)
+    require(dataset, name)
+    extra = set(dataset[name].dims) - {"cycle", "x", "y"}
+    if extra:
+        raise ValueError(
+            f"{name} varies along {sorted(map(str, extra))}: "
+            "select one point first, for example with dataset.isel(...)."
+        )
+    picked = dataset.sel(cycle=list(checked_cycles(dataset, cycles)))
+    line = line_near_the_middle(picked[name])
+    line = line.isel(x=np.flatnonzero(line["x"].values > 0.0)).transpose("cycle", "x")
+    return HalfProfiles(
+        field=field,
+        x=line["x"].values.astype(np.float64),
+        cycles=picked["cycle"].values.astype(np.float64),
+        values=line.values.astype(np.float64),
+        contact_half_width=picked["contact_half_width_x"].values.astype(np.float64),
+        stick_half_width=picked["stick_half_width_x"].values.astype(np.float64),
+        wavelength=roughness_wavelength(dataset),
+        is_capped=bool(np.isfinite(float(dataset.coords.get("plastic_limit", np.inf)))),
+    )
+
+
+def field_of(quantity: Field | str) -> Field:
+    """Return a field given by its name.
+
+    Raises
+    ------
+    ValueError
+        When there are no profiles of it; the error names those there are.
+    """
+    if isinstance(quantity, Field):
+        return quantity
+    fields = {field.name: field for field in FIELDS if not field.flags}
+    if quantity not in fields:
+        raise ValueError(
+            f"quantity = {quantity!r}: there are profiles of {', '.join(map(repr, fields))}."
+        )
+    return fields[quantity]
+
+
+def line_near_the_middle(values: xr.DataArray) -> xr.DataArray:
+    """Return the line of cells nearest y = 0 of a field, which may be that line already."""
+    if "y" not in values.dims:
+        return values
+    return values.isel(y=int(np.abs(values["y"].values).argmin()))
+
+
+def roughness_wavelength(dataset: xr.Dataset) -> float:
+    """Return the wavelength 4A/tan θ_x of the waves along x in m, 0 when there are none."""
+    if not {"roughness_amplitude", "roughness_slope_x"} <= set(dataset.coords):
+        return 0.0
+    slope = math.tan(float(dataset["roughness_slope_x"]))
+    amplitude = float(dataset["roughness_amplitude"])
+    return 4.0 * amplitude / slope if slope > 0.0 else 0.0
+
+
+def with_cycles(dataset: xr.Dataset) -> xr.Dataset:
+    """Give a dataset from which one snapshot was selected its dimension ``cycle`` back."""
+    if "cycle" in dataset.coords and dataset["cycle"].ndim == 0:
+        return dataset.expand_dims("cycle")
+    return dataset
+
+
+def available_cycles(dataset: xr.Dataset) -> list[int]:
+    """Return the cycles at which a case, or one point of a study, has snapshots."""
+    cycles = np.atleast_1d(dataset["cycle"].values)
+    width = dataset.get("contact_half_width_x")
+    if width is not None and width.dims == ("cycle",):
+        # Other points of a study may have snapshots where this one has none.
+        cycles = cycles[np.isfinite(width.values)]
+    return [int(cycle) for cycle in cycles]
+
+
+def representative_cycles(available: Collection[int], most: int = 6) -> tuple[int, ...]:
+    """Return at most `most` cycles, first and last included, that look different.
+
+    They are evenly spread in the fourth root of the cycle: in the logarithm too many early ones
+    would be among them, whose profiles coincide.
+    """
+    ordered = sorted(available)
+    if len(ordered) <= most:
+        return tuple(ordered)
+    position = np.asarray(ordered, dtype=np.float64) ** 0.25
+    wanted = np.linspace(position[0], position[-1], most)
+    nearest = {int(np.abs(position - level).argmin()) for level in wanted}
+    return tuple(ordered[index] for index in sorted(nearest | {0, len(ordered) - 1}))
+
+
+def checked_cycles(dataset: xr.Dataset, cycles: Cycles) -> Sequence[int]:
+    """Return the cycles asked for, or at most six; refuse those without a snapshot."""
+    available = available_cycles(dataset)
+    if not available:
+        raise ValueError("This point of the study is not done: it has no snapshot to draw.")
+    if cycles is None:
+        return representative_cycles(available)
+    wanted: list[int] = np.atleast_1d(cycles).tolist()
+    unknown = [cycle for cycle in wanted if cycle not in available]
+    if unknown or not wanted:
+        raise ValueError(
+            f"cycles = {wanted}: there is no snapshot at {unknown}; this dataset has {available}."
+            if wanted
+            else f"cycles = []: give some of the snapshots of this dataset, {available}."
+        )
+    return wanted
+
+
+def envelope_of(field: Field) -> Envelope:
+    """Return the envelope that suits a field: through its peaks where these carry the load."""
+    return peak_envelope if field.name in _PEAKS_MATTER else wave_mean
+
+
+def peak_envelope(x: Array, values: Array, wavelength: float) -> Array:
+    """Return the curve through the highest value of every wave.
+
+    Parameters
+    ----------
+    x : array of shape (n,)
+        Cell centres in m.
+    values : array of shape (n,)
+        A quantity that is nowhere negative, in any unit, of a surface even in x.
+    wavelength : float
+        Wavelength along x in m.
+
+    Returns
+    -------
+    array of shape (n,)
+        Shape-preserving cubics through the peaks: they overshoot none of them.
+    """
+    crest_in_the_middle = float(np.nansum(values * np.cos(2.0 * np.pi * x / wavelength))) >= 0.0
+    wave = np.floor(x / wavelength + (0.5 if crest_in_the_middle else 0.0)).astype(np.int64)
+    knots, heights = [], []
+    for index in np.unique(wave):
+        cells = np.flatnonzero((wave == index) & np.isfinite(values))
+        if cells.size:
+            highest = cells[np.argmax(values[cells])]
+            flat = values[highest] <= 0.0
+            knots.append(float(x[cells].mean() if flat else x[highest]))
+            heights.append(float(values[highest]))
+    if len(knots) < 2:
+        return values
+    curve = np.asarray(PchipInterpolator(knots, heights, extrapolate=False)(x))
+    curve = np.where(x < knots[0], heights[0], curve)
+    return np.where(x > knots[-1], np.where(np.isfinite(values), heights[-1], np.nan), curve)
+
+
+def wave_mean(x: Array, values: Array, wavelength: float) -> Array:
+    """Return the running mean over a wave, for quantities whose peaks say little.
+
+    Parameters and result are those of `peak_envelope`. At x = 0 the profile is continued evenly;
+    near its end, where the mean would need values beyond, the result is NaN. The mean of the mean
+    is taken: a single one leaves ripples where a wave is not a whole number of cells.
+    """
+    cells = max(1, round(wavelength / float(x[1] - x[0])))
+    window = np.convolve(np.full(cells, 1.0 / cells), np.full(cells, 1.0 / cells))
+    half = window.size // 2
+    if values.size <= half:
+        return values
+    continued = np.concatenate([values[:half][::-1], values, np.full(half, np.nan)])
+    return np.convolve(continued, window, mode="valid")
 
 
 def check_dataset(dataset: Any) -> None:
@@ -33,15 +288,15 @@ def check_dataset(dataset: Any) -> None:
     raise TypeError(f"A figure is drawn from an xarray.Dataset, not from a {given}; {remedy}.")
 
 
-def check_cases(cases: Any) -> None:
-    """Refuse what is no mapping of titles to datasets, or an empty one.
+def check_cases(cases: Any, *fields: str) -> None:
+    """Refuse what is no mapping of titles to datasets, an empty one, or one without the fields.
 
     Raises
     ------
     TypeError
         When it is something else.
     ValueError
-        When there is no case.
+        When there is no case, or one lacks a field.
     """
     if not isinstance(cases, Mapping) or isinstance(cases, xr.Dataset):
         raise TypeError(
@@ -52,10 +307,20 @@ def check_cases(cases: Any) -> None:
         raise ValueError("There is no case to draw.")
     for dataset in cases.values():
         check_dataset(dataset)
+        require(dataset, *fields)
 
 
-def missing_variable(dataset: xr.Dataset, variable: str) -> ValueError:
-    """Return the error that says what a dataset without a variable is, and what to give."""
+def require(dataset: xr.Dataset, *names: str) -> None:
+    """Refuse a dataset that lacks a variable.
+
+    Raises
+    ------
+    ValueError
+        With what the dataset is, and what to give instead.
+    """
+    missing = next((name for name in names if name not in dataset), None)
+    if missing is None:
+        return
     if "step" in dataset.dims:
         reason = "it is the history of a case, which has no fields; open_case opens the case"
     elif "status" in dataset:
@@ -64,4 +329,4 @@ def missing_variable(dataset: xr.Dataset, variable: str) -> ValueError:
         )
     else:
         reason = f"it has {', '.join(sorted(map(str, dataset.data_vars))) or 'none at all'}"
-    return ValueError(f"The dataset has no variable {variable!r}: {reason}.")
+    raise ValueError(f"The dataset has no variable {missing!r}: {reason}.")

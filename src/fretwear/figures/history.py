@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -14,10 +15,19 @@ from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from fretwear.figures.cycle_axis import set_cycle_axis
+from fretwear.figures.axes import (
+    is_wide,
+    label_curves,
+    label_outer,
+    make_panels,
+    outside_key,
+    set_cycle_axis,
+    set_linear_axis,
+    set_logarithmic_axis,
+    unit_of_axis,
+)
 from fretwear.figures.datasets import check_dataset
-from fretwear.figures.direct_labels import Curve, label_curves
-from fretwear.figures.grouping import (
+from fretwear.figures.lines import (
     MOST_KEYED_COLORS,
     Layout,
     Line,
@@ -25,17 +35,9 @@ from fretwear.figures.grouping import (
     shown_lines,
     study_lines,
 )
-from fretwear.figures.history_kinds import (
-    DISSIPATED_ENERGY,
-    HALF_WIDTH,
-    STICK_HALF_WIDTH,
-    WEAR_VOLUME,
-    HistoryKind,
-)
-from fretwear.figures.keys import outside_key
-from fretwear.figures.panels import label_outer, make_panels
 from fretwear.figures.style import (
     CATEGORICAL,
+    INK,
     LINE_STYLES,
     MARKERS,
     Columns,
@@ -45,13 +47,13 @@ from fretwear.figures.style import (
     sequential_colours,
     styled,
 )
-from fretwear.figures.value_axis import (
-    is_wide,
-    set_linear_axis,
-    set_logarithmic_axis,
-    unit_of_axis,
-)
-from fretwear.figures.wording import Unit, parameter, symbol_text
+from fretwear.figures.wording import parameter, symbol_text
+from fretwear.units import MICROMETRE, Unit
+from fretwear.vocabulary import RESULTS, Variable
+
+ZONES = {"contact": CATEGORICAL[0], "stick": INK}
+"""The zones and their colours."""
+HALF_WIDTH_LABEL = "Half-width along x (µm)"
 
 _MOST_MARKED_POINTS = 12
 _MOST_LABELLED_LINES = 6
@@ -76,7 +78,7 @@ def contact_half_width(
     -------
     matplotlib.figure.Figure
         Half-width in µm over cycles; panels, colours and line styles follow from what the study
-        varies (`fretwear.figures.grouping.choose_layout`).
+        varies (`fretwear.figures.lines.choose_layout`).
 
     Raises
     ------
@@ -85,14 +87,14 @@ def contact_half_width(
     ValueError
         When the quantity is missing, no point is done, or `axes` are given for more panels.
     """
-    return history(dataset, HALF_WIDTH, columns=columns, axes=axes)
+    return history(dataset, "contact_half_width_x", columns=columns, axes=axes)
 
 
 def stick_half_width(
     dataset: xr.Dataset, *, columns: Columns = 2, axes: Axes | None = None
 ) -> Figure:
     """Draw the stick zone's half-width along x against cycles, as `contact_half_width` does."""
-    return history(dataset, STICK_HALF_WIDTH, columns=columns, axes=axes)
+    return history(dataset, "stick_half_width_x", columns=columns, axes=axes)
 
 
 def wear_volume(dataset: xr.Dataset, *, columns: Columns = 2, axes: Axes | None = None) -> Figure:
@@ -101,37 +103,46 @@ def wear_volume(dataset: xr.Dataset, *, columns: Columns = 2, axes: Axes | None 
     Volumes that span more than a factor of 30 are on a logarithmic axis, which cycle 0, without
     wear, is not on.
     """
-    return history(dataset, WEAR_VOLUME, columns=columns, axes=axes)
+    return history(dataset, "wear_volume", columns=columns, axes=axes)
 
 
 def dissipated_energy(
     dataset: xr.Dataset, *, columns: Columns = 2, axes: Axes | None = None
 ) -> Figure:
     """Draw the energy dissipated in one cycle against cycles, as `contact_half_width` does."""
-    return history(dataset, DISSIPATED_ENERGY, columns=columns, axes=axes)
+    return history(dataset, "dissipated_energy", columns=columns, axes=axes)
 
 
 @styled
 def history(
-    dataset: xr.Dataset, kind: HistoryKind, *, columns: Columns = 2, axes: Axes | None = None
+    dataset: xr.Dataset,
+    quantity: Variable | str,
+    *,
+    columns: Columns = 2,
+    axes: Axes | None = None,
 ) -> Figure:
-    """Draw one kind of quantity against cycles; see `contact_half_width`."""
+    """Draw any scalar over the cycles, as `contact_half_width` does."""
     check_dataset(dataset)
-    lines = study_lines(dataset, kind.variable)
+    variable = RESULTS[quantity] if isinstance(quantity, str) else quantity
+    lines = study_lines(dataset, variable.name)
     if not lines:
-        raise ValueError(f"No point has a value of {kind.variable}: there is nothing to draw.")
+        raise ValueError(f"No point has a value of {variable.name}: there is nothing to draw.")
     layout = choose_layout(lines)
     lines = shown_lines(lines, layout)
-    contents, across = _panels(layout, columns)
+    contents = layout.panels()
+    across = _panels_across(layout, columns)
     figure, panels = _frames(contents, across, columns, axes)
-    logarithmic = kind.is_logarithmic(lines)
+    logarithmic = is_logarithmic(variable, lines)
+    cycles = np.concatenate([line.cycles for line in lines])
     values = np.concatenate([line.quantity for line in lines])
-    unit = kind.unit or unit_of_axis(values, kind.base, logarithmic)
+    unit = variable.unit or unit_of_axis(values, variable.si_unit, logarithmic)
     palette = _Palette.of(layout)
+    curves: list[Line2D] = []
     for panel, facet in zip(panels, contents, strict=True):
-        _draw_panel(panel, _matching(lines, [facet]), layout, palette, unit)
+        curves += _draw_panel(panel, _matching(lines, [facet]), layout, palette, unit)
         panel.set_title(", ".join(symbol_text(name, value) for name, value in facet.items()))
-        set_cycle_axis(panel, _drawn_cycles(lines, logarithmic))
+        # A logarithmic axis of values has no zero, nor the cycles at which it is one.
+        set_cycle_axis(panel, cycles[values > 0.0 if logarithmic else np.isfinite(values)])
     for start in range(0, len(contents), across):
         row = _matching(lines, contents[start : start + across])
         if row:
@@ -139,12 +150,30 @@ def history(
             if logarithmic and is_wide(shown):
                 set_logarithmic_axis(panels[start], shown)
             else:
-                set_linear_axis(panels[start], shown, kind.from_zero)
+                set_linear_axis(panels[start], shown, variable.from_zero)
     label_outer(panels, across)
-    _label_values(figure, panels, f"{kind.label} ({unit.name})")
-    if not (len(panels) == 1 and _label_lines(panels[0], layout, lines, palette, unit)):
-        _add_keys(figure, panels, layout, lines, palette, inside=axes is not None)
+    label = f"{variable.label} ({unit.name})"
+    if len(panels) > 1:
+        figure.supylabel(label, fontsize=7.5)
+    else:
+        panels[0].set_ylabel(label)
+    few = len(panels) == 1 and 1 < len(lines) <= _MOST_LABELLED_LINES
+    if few and layout.color and not layout.style:
+        texts = _key_texts(layout, lines, layout.color)
+        if label_curves(panels[0], curves, [texts[layout.index(layout.color, n)] for n in lines]):
+            return figure
+    _add_keys(figure, panels, layout, lines, palette, inside=axes is not None)
     return figure
+
+
+def is_logarithmic(variable: Variable, lines: Sequence[Line]) -> bool:
+    """Tell whether these lines are drawn on a logarithmic y axis."""
+    return variable.may_be_logarithmic and is_wide(np.concatenate([n.quantity for n in lines]))
+
+
+def _panels_across(layout: Layout, columns: Columns) -> int:
+    number = math.prod(len(layout.levels[name]) for name in layout.across)
+    return number if layout.rows else min(number, 4 if columns == 2 else 2)
 
 
 def _frames(
@@ -163,69 +192,43 @@ def _frames(
     return root_figure(axes), [axes]
 
 
-def _drawn_cycles(lines: Sequence[Line], logarithmic: bool) -> np.ndarray[Any, Any]:
-    """Return the cycles of all points that are on the axes; a logarithmic one has no zero."""
-    cycles = np.concatenate([line.cycles for line in lines])
-    values = np.concatenate([line.quantity for line in lines])
-    return cycles[values > 0.0] if logarithmic else cycles[np.isfinite(values)]
-
-
-def _label_values(figure: Figure, panels: Sequence[Axes], label: str) -> None:
-    if len(panels) == 1:
-        panels[0].set_ylabel(label)
-    else:
-        figure.supylabel(label, fontsize=7.5)
-
-
 @dataclass(frozen=True)
 class _Palette:
-    colors: tuple[str, ...]
-    is_continuous: bool
+    """The colours of a layout's levels, and how a bar of colours is scaled where there is one."""
+
+    colors: tuple[Any, ...]
+    norm: Normalize | None = None
 
     @classmethod
     def of(cls, layout: Layout) -> _Palette:
         levels = layout.levels[layout.color] if layout.color else ("",)
         if isinstance(levels[0], str):
-            return cls(tuple(CATEGORICAL[i % len(CATEGORICAL)] for i in range(len(levels))), False)
+            return cls(tuple(CATEGORICAL[i % len(CATEGORICAL)] for i in range(len(levels))))
         if len(levels) <= MOST_KEYED_COLORS:
-            return cls(tuple(sequential_colours(len(levels))), False)
-        shades = sequential_colormap()(_norm(levels)(np.asarray(levels)))
-        return cls(tuple(shades), True)
-
-
-def _norm(levels: Sequence[float]) -> Normalize:
-    values = np.asarray(levels, dtype=np.float64)
-    values = values[np.isfinite(values)]
-    low, high = float(values.min()), float(values.max())
-    return LogNorm(low, high) if low > 0.0 and high > 20.0 * low else Normalize(low, high)
-
-
-def _panels(layout: Layout, columns: Columns) -> tuple[list[dict[str, Any]], int]:
-    """Return the values that each panel stands for, row by row, and the panels in a row."""
-    rows, across = layout.row_values(), layout.across_values()
-    most = len(across) if layout.rows else min(len(across), 4 if columns == 2 else 2)
-    return [{**row, **column} for row in rows for column in across], most
+            return cls(tuple(sequential_colours(len(levels))))
+        values = np.asarray(levels, dtype=np.float64)
+        finite = values[np.isfinite(values)]
+        low, high = float(finite.min()), float(finite.max())
+        norm = LogNorm(low, high) if low > 0.0 and high > 20.0 * low else Normalize(low, high)
+        return cls(tuple(sequential_colormap()(norm(values))), norm)
 
 
 def _matching(lines: Sequence[Line], panels: Sequence[dict[str, Any]]) -> list[Line]:
     """Return the lines that belong to any of the panels."""
-    return [
-        line
-        for line in lines
-        if any(all(line.values[n] == value for n, value in panel.items()) for panel in panels)
-    ]
+    return [line for line in lines if any(panel.items() <= line.values.items() for panel in panels)]
 
 
 def _draw_panel(
     axes: Axes, lines: Sequence[Line], layout: Layout, palette: _Palette, unit: Unit
-) -> None:
+) -> list[Line2D]:
     axes.grid(axis="y")
+    curves = []
     for line in lines:
         color = layout.index(layout.color, line)
         style = layout.index(layout.style, line)
         known = np.isfinite(line.quantity)
-        few = known.sum() <= _MOST_MARKED_POINTS and not palette.is_continuous
-        axes.plot(
+        few = known.sum() <= _MOST_MARKED_POINTS and palette.norm is None
+        curves += axes.plot(
             line.cycles[known],
             unit.of(line.quantity[known]),
             color=palette.colors[color],
@@ -234,22 +237,7 @@ def _draw_panel(
             markerfacecolor="white" if style else palette.colors[color],
             markeredgewidth=0.8,
         )
-
-
-def _label_lines(
-    axes: Axes, layout: Layout, lines: Sequence[Line], palette: _Palette, unit: Unit
-) -> bool:
-    """Label a few lines that colour alone tells apart, where there is room."""
-    if not layout.color or layout.style or not 1 < len(lines) <= _MOST_LABELLED_LINES:
-        return False
-    texts = _key_texts(layout, lines, layout.color)
-    curves = []
-    for line in lines:
-        level = layout.index(layout.color, line)
-        known = np.isfinite(line.quantity)
-        values = unit.of(line.quantity[known])
-        curves.append(Curve(line.cycles[known], values, texts[level], palette.colors[level], True))
-    return label_curves(axes, curves)
+    return curves
 
 
 def _add_keys(
@@ -262,13 +250,15 @@ def _add_keys(
     inside: bool,
 ) -> None:
     handles: list[Line2D] = []
-    if layout.color and palette.is_continuous:
-        mappable = ScalarMappable(_norm(layout.levels[layout.color]), sequential_colormap())
-        size = parameter(layout.color).unit.size
-        bar = figure.colorbar(
-            mappable, ax=panels, aspect=40, fraction=0.04, format=lambda v, _: f"{v / size:g}"
-        )
+    if layout.color and palette.norm is not None:
         shown = parameter(layout.color)
+        bar = figure.colorbar(
+            ScalarMappable(palette.norm, sequential_colormap()),
+            ax=panels,
+            aspect=40,
+            fraction=0.04,
+            format=lambda value, _: f"{value / shown.unit.size:g}",
+        )
         bar.set_label(f"{shown.words} ({shown.unit.name})" if shown.unit.name else shown.words)
         bar.outline.set_visible(False)
     elif layout.color:
@@ -279,9 +269,8 @@ def _add_keys(
             )
         ]
     if layout.style:
-        gray = "#555555"
         handles += [
-            Line2D([], [], color=gray, linestyle=LINE_STYLES[i % len(LINE_STYLES)], label=text)
+            Line2D([], [], color="#555555", linestyle=LINE_STYLES[i % len(LINE_STYLES)], label=text)
             for i, text in enumerate(_key_texts(layout, lines, layout.style))
         ]
     if handles and inside:
@@ -291,10 +280,32 @@ def _add_keys(
 
 
 def _key_texts(layout: Layout, lines: Sequence[Line], name: str) -> list[str]:
-    """Return the key of a name's values, with those of the names that follow it."""
+    """Return the key of a name's values, with those of the names that it tells."""
     told = layout.followers if name == layout.color else ()
     texts = []
     for value in layout.levels[name]:
         line = next(line for line in lines if line.values[name] == value)
         texts.append(", ".join(symbol_text(n, line.values[n]) for n in (name, *told)))
     return texts
+
+
+def draw_zone_widths(axes: Axes, history: xr.Dataset) -> list[Line2D]:
+    """Draw the half-widths of contact and stick zone over the cycles; return their curves.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+        Where to draw.
+    history : xarray.Dataset
+        One case, or its dense history.
+    """
+    cycles = np.atleast_1d(history["cycle"].values).astype(np.float64)
+    curves = []
+    for zone, color in ZONES.items():
+        widths = MICROMETRE.of(np.atleast_1d(history[f"{zone}_half_width_x"].values))
+        curves += axes.plot(cycles, widths, color=color, label=zone)
+    highest = max(float(np.nanmax(np.asarray(curve.get_ydata()))) for curve in curves)
+    axes.set_ylim(0.0, 1.15 * highest)
+    axes.set_ylabel(HALF_WIDTH_LABEL)
+    set_cycle_axis(axes, cycles)
+    return curves

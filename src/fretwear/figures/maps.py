@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -17,17 +17,21 @@ from matplotlib.typing import LineStyleType
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import ConvexHull
 
-from fretwear.figures.datasets import check_cases, check_dataset, missing_variable
-from fretwear.figures.half_profile import available_cycles, with_cycles
-from fretwear.figures.keys import outside_key
-from fretwear.figures.panels import label_outer, make_panels
+from fretwear.data.dataset import mirrored
+from fretwear.figures.axes import label_outer, make_panels, outside_key
+from fretwear.figures.datasets import (
+    available_cycles,
+    check_cases,
+    check_dataset,
+    require,
+    with_cycles,
+)
 from fretwear.figures.style import Columns, JournalFigure, root_figure, styled
-from fretwear.figures.wording import MICROMETRE, Unit, cycle_number, readable_unit
+from fretwear.units import MICROMETRE, Unit, cycle_text, readable_unit
+from fretwear.vocabulary import ContactState
 
 Array = NDArray[np.float64]
-Scalar = TypeVar("Scalar", bound=np.generic)
 
-_SLIP, _STICK = 1, 2
 _BEYOND_CONTACT = 1.06
 _SHALLOW = 0.01
 _UNEQUAL = 4.0
@@ -113,7 +117,7 @@ def wear_map(
         figure, panel = root_figure(axes), axes
         panel.legend(handles=_edge_handles("white"), labelcolor="white", loc="upper right")
     image = draw_wear_map(panel, scar, unit, depth_scale([float(unit.of(scar.depth).max())]))
-    panel.set_title(f"cycle {cycle_number(scar.cycle)}")
+    panel.set_title(f"cycle {cycle_text(scar.cycle)}")
     _add_scale(figure, [panel], image, unit)
     return figure
 
@@ -141,7 +145,7 @@ def compare_wear_maps(
     """
     check_cases(cases)
     scars = {title: take_wear_map(case, cycle) for title, case in cases.items()}
-    depths = [float(scar.depth.max()) for scar in scars.values()]
+    depths = np.array([scar.depth.max() for scar in scars.values()])
     unit = readable_unit(depths, "m")
     scale = depth_scale(unit.of(depths))
     across = min(len(scars), columns)
@@ -161,28 +165,23 @@ def compare_wear_maps(
 def take_wear_map(dataset: xr.Dataset, cycle: int | None) -> WearMap:
     """Take the scar of one case, mirrored to the whole contact when a quarter is stored."""
     check_dataset(dataset)
-    for name in ("wear_depth", "contact_state"):
-        if name not in dataset:
-            raise missing_variable(dataset, name)
+    require(dataset, "wear_depth", "contact_state")
     dataset = with_cycles(dataset)
-    available = list(available_cycles(dataset))
+    available = available_cycles(dataset)
     shown = available[-1] if cycle is None else cycle
     if shown not in available:
         raise ValueError(
             f"cycle = {cycle}: there is no such snapshot; this dataset has {available}."
         )
-    state = dataset.sel(cycle=shown)[["wear_depth", "contact_state"]].transpose("x", "y")
-    x, y = (state[name].values.astype(np.float64) for name in ("x", "y"))
-    depth = state["wear_depth"].values.astype(np.float64)
-    zone = state["contact_state"].values
-    if float(x[0]) > 0.0:
-        x, depth, zone = _mirrored(x), _unfolded(depth, 0), _unfolded(zone, 0)
-    if float(y[0]) > 0.0:
-        y, depth, zone = _mirrored(y), _unfolded(depth, 1), _unfolded(zone, 1)
+    state = dataset.sel(cycle=shown)
+    whole = mirrored(state[["wear_depth", "contact_state"]]).transpose("x", "y")
+    x, y, depth = (whole[name].values.astype(np.float64) for name in ("x", "y", "wear_depth"))
     if float(dataset.coords.get("roughness_amplitude", np.inf)) == 0.0:
-        contact, stick = (_ellipse(dataset.sel(cycle=shown), name) for name in ("contact", "stick"))
+        contact, stick = _ellipse(state, "contact"), _ellipse(state, "stick")
     else:
-        contact, stick = _outline(x, y, zone >= _SLIP), _outline(x, y, zone == _STICK)
+        zone = whole["contact_state"].values
+        contact = _outline(x, y, zone != ContactState.OPEN)
+        stick = _outline(x, y, zone == ContactState.STICK)
     return WearMap(x, y, depth, contact, stick, shown)
 
 
@@ -202,33 +201,41 @@ def is_stretched(scale: Normalize) -> bool:
 
 def draw_wear_map(axes: Axes, scar: WearMap, unit: Unit, scale: Normalize) -> AxesImage:
     """Draw a scar into axes; `scale` is in `unit`."""
-    x, y = MICROMETRE.of(scar.x), MICROMETRE.of(scar.y)
-    half_x, half_y = 0.5 * (x[1] - x[0]), 0.5 * (y[1] - y[0])
-    image = axes.imshow(
-        unit.of(scar.depth).T,
-        origin="lower",
-        extent=(x[0] - half_x, x[-1] + half_x, y[0] - half_y, y[-1] + half_y),
-        norm=scale,
-        interpolation="antialiased",
-        aspect="equal",
+    values = unit.of(scar.depth)
+    image = draw_map(
+        axes, scar.x, scar.y, values, scar.reach, norm=scale, interpolation="antialiased"
     )
     for outline, style in ((scar.contact_edge, _CONTACT_LINE), (scar.stick_edge, _STICK_LINE)):
         axes.plot(*MICROMETRE.of(outline).T, color="white", linewidth=1.0, linestyle=style)
-    reach = float(MICROMETRE.of(scar.reach))
     axes.set_facecolor(image.get_cmap()(0.0))
-    axes.set_xlim(-reach, reach)
-    axes.set_ylim(-reach, reach)
     axes.set_xlabel("x (µm), direction of slip")
-    axes.set_ylabel("y (µm)")
     return image
 
 
-def _mirrored(centres: Array) -> Array:
-    return np.concatenate([-centres[::-1], centres])
+def draw_map(
+    axes: Axes, x: Array, y: Array, values: NDArray[Any], reach: float, **options: Any
+) -> AxesImage:
+    """Draw values over a square of the contact, to scale.
 
-
-def _unfolded(values: NDArray[Scalar], axis: int) -> NDArray[Scalar]:
-    return np.concatenate([np.flip(values, axis), values], axis)
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+        Where to draw.
+    x, y : array of shape (nx,), (ny,)
+        Cell centres in m.
+    values : array of shape (nx, ny)
+        What colours tell.
+    reach : float
+        Half-length of the square in m.
+    **options
+        Those of `matplotlib.axes.Axes.imshow`.
+    """
+    x, y, limit = MICROMETRE.of(x), MICROMETRE.of(y), MICROMETRE.of(reach)
+    half_x, half_y = 0.5 * (x[1] - x[0]), 0.5 * (y[1] - y[0])
+    extent = (x[0] - half_x, x[-1] + half_x, y[0] - half_y, y[-1] + half_y)
+    image = axes.imshow(values.T, origin="lower", extent=extent, aspect="equal", **options)
+    axes.set(xlim=(-limit, limit), ylim=(-limit, limit), xlabel="x (µm)", ylabel="y (µm)")
+    return image
 
 
 def _ellipse(state: xr.Dataset, zone: str) -> Array:

@@ -1,26 +1,68 @@
-"""One case at a glance."""
+"""One case on a page, and two cases laid over each other."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from fretwear.figures.direct_labels import label_curves
-from fretwear.figures.half_profile import half_profiles
-from fretwear.figures.maps import depth_scale, draw_wear_map, take_wear_map
-from fretwear.figures.profile_drawing import cycle_colors, cycle_key, draw_profiles
-from fretwear.figures.profile_kinds import GAP, PRESSURE, SHEAR, WEAR
-from fretwear.figures.profiles import Cycles
-from fretwear.figures.style import (
-    JournalFigure,
-    styled,
+from fretwear.data.dataset import (
+    Compared,
+    compared_cycles,
+    compared_results,
+    different_parameters,
 )
-from fretwear.figures.wording import cycle_number, readable_unit, symbol_text
-from fretwear.figures.zone_widths import draw_zone_widths, zone_curves
+from fretwear.figures.axes import (
+    is_wide,
+    label_curves,
+    outside_key,
+    set_cycle_axis,
+    set_linear_axis,
+    set_logarithmic_axis,
+    unit_of_axis,
+)
+from fretwear.figures.datasets import Cycles, HalfProfiles, check_cases, half_profiles
+from fretwear.figures.history import HALF_WIDTH_LABEL, draw_zone_widths
+from fretwear.figures.maps import depth_scale, draw_wear_map, take_wear_map
+from fretwear.figures.profiles import (
+    Frame,
+    cycle_colors,
+    cycle_key,
+    draw_curves,
+    draw_profiles,
+    frame_of,
+    is_traction,
+)
+from fretwear.figures.style import CATEGORICAL, LINE_STYLES, MUTED, JournalFigure, styled
+from fretwear.figures.wording import symbol_text
+from fretwear.units import MICROMETRE, cycle_text, number_text, readable_unit
+from fretwear.vocabulary import RESULTS
 
-_PANELS = (PRESSURE, SHEAR, GAP, WEAR)
+_PANELS = ("pressure", "shear_traction", "gap", "wear_depth")
 _HEADLINE = ("load", "tangential_ratio", "friction", "roughness_amplitude", "plastic_limit")
+
+_COMPARED = ("pressure", "wear_depth", "wear_rate")
+# These are derived from others, or say little without them.
+_DERIVED = {
+    "hertz_radius",
+    "hertz_pressure",
+    "tangential_load",
+    "cell_x",
+    "cell_y",
+    "roughness_slope_x",
+    "roughness_slope_y",
+}
+_MOST_TOLD = 4
+_LEAST_SPREAD = 1.25
+_MARGIN = 1.25
+_ROOM_ABOVE = 1.05
 
 
 @styled
@@ -50,34 +92,192 @@ def overview(
     ValueError
         When `dataset` has no fields or no such snapshot.
     """
-    panels = {kind: half_profiles(dataset, kind.variable, cycles) for kind in _PANELS}
-    colors = cycle_colors([int(cycle) for cycle in panels[PRESSURE].cycles])
+    panels = [half_profiles(dataset, name, cycles) for name in _PANELS]
+    scar = take_wear_map(dataset, None)
+    colors = cycle_colors(panels[0].cycles)
     figure = JournalFigure(2, 126.0)
     grid = figure.subplots(2, 3, width_ratios=(1.0, 1.0, 1.08))
-    for axes, (kind, profiles) in zip(grid[:, :2].flat, panels.items(), strict=True):
-        draw_profiles(axes, profiles, kind, colors)
-    _draw_map(figure, grid[0, 2], dataset)
-    widths = dataset if history is None else history
-    draw_zone_widths(grid[1, 2], widths)
-    grid[1, 2].set_title("Contact and stick zone")
+    for axes, profiles in zip(grid[:, :2].flat, panels, strict=True):
+        draw_profiles(axes, profiles, colors)
+    place, zones = grid[:, 2]
+    unit = readable_unit(scar.depth, "m")
+    image = draw_wear_map(place, scar, unit, depth_scale([float(unit.of(scar.depth).max())]))
+    place.set_title(f"Wear depth ({unit.name}), cycle {cycle_text(scar.cycle)}")
+    bar = figure.colorbar(image, ax=place, aspect=24, fraction=0.05, pad=0.02)
+    bar.outline.set_visible(False)
+    curves = draw_zone_widths(zones, dataset if history is None else history)
+    zones.set_title("Contact and stick zone")
     figure.suptitle(headline(dataset), fontsize=8, x=0.005, ha="left")
     cycle_key(figure, colors, "outside lower left")
-    label_curves(grid[1, 2], zone_curves(widths))
+    label_curves(zones, curves, [str(curve.get_label()) for curve in curves])
     return figure
 
 
 def headline(dataset: xr.Dataset) -> str:
     """Return the parameters that tell a case, in symbols."""
-    parts = [
-        symbol_text(name, dataset[name].values[()]) for name in _HEADLINE if name in dataset.coords
+    names = [name for name in _HEADLINE if name in dataset.coords]
+    return ", ".join(symbol_text(name, dataset[name].values[()]) for name in names)
+
+
+@dataclass(frozen=True)
+class _Side:
+    """One of two cases, with what it is drawn in."""
+
+    title: str
+    case: xr.Dataset
+    history: xr.Dataset
+    cycle: int
+    style: Mapping[str, Any]
+
+
+@styled
+def compare_cases(
+    cases: Mapping[str, xr.Dataset], histories: Mapping[str, xr.Dataset] | None = None
+) -> Figure:
+    """Lay two cases over each other: profiles, widths and volume over the cycles, ratios.
+
+    Parameters
+    ----------
+    cases : mapping of str to xarray.Dataset
+        Two cases, by what the key calls them.
+    histories : mapping of str to xarray.Dataset, optional
+        Their dense histories, by the same names; without them the snapshots are joined.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Six panels over two journal columns. Profiles and ratios are those of the last snapshot
+        that both cases have (`fretwear.data.dataset.compared_cycles`).
+
+    Raises
+    ------
+    TypeError
+        When `cases` is no mapping of titles to datasets.
+    ValueError
+        When there are not two of them, or one has no fields.
+    """
+    check_cases(cases, *_COMPARED)
+    if len(cases) != 2:
+        raise ValueError(
+            f"Two cases are compared, not {len(cases)}; compare_profiles and compare_wear_maps "
+            "draw more in panels."
+        )
+    first, second = cases.values()
+    sides = [
+        _Side(title, case, (histories or {}).get(title, case), cycle, {"color": c, "linestyle": s})
+        for (title, case), cycle, c, s in zip(
+            cases.items(), compared_cycles(first, second), CATEGORICAL, LINE_STYLES, strict=False
+        )
     ]
-    return ", ".join(parts)
+    figure = JournalFigure(2, 118.0)
+    grid = figure.subplots(2, 3)
+    for axes, name in zip(grid[0], _COMPARED, strict=True):
+        _draw_profiles(axes, sides, name)
+    _draw_widths(grid[1, 0], sides)
+    _draw_volumes(grid[1, 1], sides)
+    _draw_ratios(grid[1, 2], compared_results(first, second), sides)
+    outside_key(figure, [Line2D([], [], **side.style) for side in sides], _described(sides))
+    cycles = " and ".join(dict.fromkeys(cycle_text(side.cycle) for side in sides))
+    title = f"Profiles and ratios at cycle {cycles}"
+    figure.suptitle(title, fontsize=7.5, x=0.99, ha="right")
+    return figure
 
 
-def _draw_map(figure: Figure, axes: Axes, dataset: xr.Dataset) -> None:
-    scar = take_wear_map(dataset, None)
-    unit = readable_unit(scar.depth, "m")
-    image = draw_wear_map(axes, scar, unit, depth_scale([float(unit.of(scar.depth).max())]))
-    axes.set_title(f"Wear depth ({unit.name}), cycle {cycle_number(scar.cycle)}")
-    bar = figure.colorbar(image, ax=axes, aspect=24, fraction=0.05, pad=0.02)
-    bar.outline.set_visible(False)
+def _described(sides: Sequence[_Side]) -> list[str]:
+    """Return the titles with the parameters in which the cases differ."""
+    names = different_parameters(sides[0].case, sides[1].case)
+    told = [name for name in names if name not in _DERIVED][:_MOST_TOLD]
+    words = []
+    for side in sides:
+        coordinates = side.case.coords
+        described = ", ".join(
+            symbol_text(name, coordinates[name].values[()]) for name in told if name in coordinates
+        )
+        says_more = described not in ("", side.title)
+        words.append(f"{side.title}: {described}" if says_more else side.title)
+    return words
+
+
+def _draw_profiles(axes: Axes, sides: Sequence[_Side], name: str) -> None:
+    profiles = [half_profiles(side.case, name, side.cycle) for side in sides]
+    frame = _frame(sides, profiles)
+    for side, profile in zip(sides, profiles, strict=True):
+        draw_curves(axes, profile, frame.unit, [{**side.style, "label": side.title}])
+    frame.apply(axes, profiles[0].field)
+
+
+def _frame(sides: Sequence[_Side], profiles: Sequence[HalfProfiles]) -> Frame:
+    field = profiles[0].field
+    if not is_traction(field):
+        return frame_of(profiles)
+    # By the first peak it is known how much of a later, singular one is to be shown.
+    from_first = [
+        half_profiles(side.case, field, sorted({int(side.case["cycle"][0]), side.cycle}))
+        for side in sides
+    ]
+    highest = max(float(np.nanmax(profile.values)) for profile in profiles)
+    frame = frame_of(from_first)
+    return replace(frame, top=min(frame.top, _ROOM_ABOVE * highest))
+
+
+def _draw_widths(axes: Axes, sides: Sequence[_Side]) -> None:
+    highest = 0.0
+    for side in sides:
+        for zone, width in (("contact", 1.1), ("stick", 0.6)):
+            values = MICROMETRE.of(side.history[f"{zone}_half_width_x"].values)
+            label = f"{side.title}, {zone}"
+            axes.plot(side.history["cycle"].values, values, lw=width, label=label, **side.style)
+            highest = max(highest, float(np.nanmax(values)))
+    axes.set_ylim(0.0, 1.1 * highest)
+    axes.set_ylabel(HALF_WIDTH_LABEL)
+    axes.set_title("thick: contact, thin: stick")
+    set_cycle_axis(axes, np.concatenate([side.history["cycle"].values for side in sides]))
+
+
+def _draw_volumes(axes: Axes, sides: Sequence[_Side]) -> None:
+    variable = RESULTS["wear_volume"]
+    cycles = np.concatenate([side.history["cycle"].values for side in sides])
+    volumes = np.concatenate([side.history[variable.name].values for side in sides])
+    logarithmic = is_wide(volumes)
+    unit = unit_of_axis(volumes, variable.si_unit, logarithmic)
+    for side in sides:
+        along, values = (side.history[name].values for name in ("cycle", variable.name))
+        axes.plot(along, unit.of(values), label=side.title, **side.style)
+    set_cycle_axis(axes, cycles[volumes > 0.0] if logarithmic else cycles)
+    if logarithmic:
+        set_logarithmic_axis(axes, unit.of(volumes[cycles >= 1.0]))
+    else:
+        set_linear_axis(axes, unit.of(volumes), variable.from_zero)
+    axes.set_ylabel(f"{variable.label} ({unit.name})")
+
+
+def _draw_ratios(axes: Axes, results: Sequence[Compared], sides: Sequence[_Side]) -> None:
+    """Draw the ratios as points about 1, each with its number."""
+    shown = [result for result in results if result.ratio > 0.0 and np.isfinite(result.ratio)]
+    ratios = np.array([result.ratio for result in shown])
+    rows = np.arange(len(shown))[::-1]
+    axes.axvline(1.0, color=MUTED, lw=0.6)
+    axes.hlines(rows, np.minimum(ratios, 1.0), np.maximum(ratios, 1.0), color="#bbbbbb", lw=1.0)
+    axes.plot(ratios, rows, "o", color=sides[1].style["color"], markersize=3.5, label="ratio")
+    low = min(float(ratios.min(initial=1.0)), 1.0 / _LEAST_SPREAD)
+    high = max(float(ratios.max(initial=1.0)), _LEAST_SPREAD)
+    axes.set_xscale("log")
+    axes.set_xlim(low / _MARGIN, high * _MARGIN)
+    axes.set_ylim(-0.6, len(shown) - 0.4)
+    axes.set_yticks(rows, [result.variable.words for result in shown])
+    for row, ratio in zip(rows, ratios, strict=True):
+        axes.annotate(
+            f"×{number_text(ratio, 3)}",
+            (1.03, row),
+            xycoords=axes.get_yaxis_transform(),
+            annotation_clip=False,
+            ha="left",
+            va="center",
+            fontsize=6.5,
+        )
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 50.0 * low else (1.0,)))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.tick_params(axis="y", length=0)
+    axes.spines["left"].set_visible(False)
+    axes.set_xlabel(f"{sides[1].title} / {sides[0].title}")

@@ -1,9 +1,11 @@
-"""Profiles along x at several cycles, one function per quantity."""
+"""Profiles along x at several cycles: one case, or several in panels."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -11,49 +13,45 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from fretwear.figures.datasets import check_cases
-from fretwear.figures.direct_labels import label_curves
-from fretwear.figures.half_profile import (
+from fretwear.figures.axes import Place, label_curves, label_outer, make_panels, outside_key
+from fretwear.figures.datasets import (
+    Cycles,
+    Envelope,
     HalfProfiles,
     available_cycles,
+    check_cases,
+    field_of,
     half_profiles,
     representative_cycles,
 )
-from fretwear.figures.panels import label_outer, make_panels
-from fretwear.figures.profile_drawing import (
-    cycle_colors,
-    cycle_key,
-    draw_profiles,
-    name_zones,
-)
-from fretwear.figures.profile_frames import frame_of
-from fretwear.figures.profile_kinds import (
-    GAP,
-    PRESSURE,
-    SHEAR,
-    WEAR,
-    WEAR_RATE,
-    ProfileKind,
-    kind_of,
-)
 from fretwear.figures.style import (
+    INK,
+    MUTED,
+    STICK_SHADE,
     Columns,
     JournalFigure,
     root_figure,
+    sequential_colours,
     styled,
 )
-from fretwear.figures.wording import cycle_number
+from fretwear.units import MICROMETRE, Unit, cycle_text, readable_unit
+from fretwear.vocabulary import Field
 
-Cycles = Sequence[int] | int | None
-"""Which snapshots a figure shows: these, or a few of those there are."""
+_DOWNWARD = ("wear_depth", "plastic_depth")
+
+_BEYOND_CONTACT = 1.12
+_BEFORE_EDGE = 0.75
+_ABOVE = 1.05
+_INSIDE_CONTACT = 0.8
+_ROOM_OVER_WAVES = 1.6
+_SHARE_OF_FIRST_GAP = 0.3
+_ROOM_OVER_FIRST = 3.0
+_TRIANGLE = 0.985
+_RAW: dict[str, Any] = {"lw": 0.5, "alpha": 0.6, "label": "_raw"}
 
 
 def pressure_profiles(
-    dataset: xr.Dataset,
-    cycles: Cycles = None,
-    *,
-    columns: Columns = 1,
-    axes: Axes | None = None,
+    dataset: xr.Dataset, cycles: Cycles = None, *, columns: Columns = 1, axes: Axes | None = None
 ) -> Figure:
     """Draw the normal pressure along x at y = 0 at several cycles.
 
@@ -73,8 +71,8 @@ def pressure_profiles(
     matplotlib.figure.Figure
         Pressure in MPa over x in µm. Where roughness crowds a profile, a thin line is the
         profile and a thick one its envelope. A triangle at the top is the peak of a curve that
-        goes on above: in elastic bodies the one at the edge of the stick zone grows with a finer
-        grid, without end, and more than three times the first peak is not shown.
+        continues above: in elastic bodies the one at the edge of the stick zone grows with a
+        finer grid, without end, and more than three times the first peak is not shown.
 
     Raises
     ------
@@ -83,75 +81,91 @@ def pressure_profiles(
     ValueError
         When `dataset` has no such field or snapshot, or varies in a case parameter.
     """
-    return _single(dataset, PRESSURE, cycles, columns, axes)
+    return field_profiles(dataset, "pressure", cycles, columns=columns, axes=axes)
 
 
 def shear_profiles(
-    dataset: xr.Dataset,
-    cycles: Cycles = None,
-    *,
-    columns: Columns = 1,
-    axes: Axes | None = None,
+    dataset: xr.Dataset, cycles: Cycles = None, *, columns: Columns = 1, axes: Axes | None = None
 ) -> Figure:
     """Draw the shear traction along x at +Q, in MPa; otherwise as `pressure_profiles`."""
-    return _single(dataset, SHEAR, cycles, columns, axes)
+    return field_profiles(dataset, "shear_traction", cycles, columns=columns, axes=axes)
 
 
 def gap_profiles(
-    dataset: xr.Dataset,
-    cycles: Cycles = None,
-    *,
-    columns: Columns = 1,
-    axes: Axes | None = None,
+    dataset: xr.Dataset, cycles: Cycles = None, *, columns: Columns = 1, axes: Axes | None = None
 ) -> Figure:
     """Draw the gap at load P in µm, with its mean over a wave when rough.
 
     Otherwise as `pressure_profiles`.
     """
-    return _single(dataset, GAP, cycles, columns, axes)
+    return field_profiles(dataset, "gap", cycles, columns=columns, axes=axes)
 
 
 def wear_rate_profiles(
-    dataset: xr.Dataset,
-    cycles: Cycles = None,
-    *,
-    columns: Columns = 1,
-    axes: Axes | None = None,
+    dataset: xr.Dataset, cycles: Cycles = None, *, columns: Columns = 1, axes: Axes | None = None
 ) -> Figure:
     """Draw the wear of one cycle; otherwise as `pressure_profiles`."""
-    return _single(dataset, WEAR_RATE, cycles, columns, axes)
+    return field_profiles(dataset, "wear_rate", cycles, columns=columns, axes=axes)
 
 
 def wear_profiles(
-    dataset: xr.Dataset,
-    cycles: Cycles = None,
-    *,
-    columns: Columns = 1,
-    axes: Axes | None = None,
+    dataset: xr.Dataset, cycles: Cycles = None, *, columns: Columns = 1, axes: Axes | None = None
 ) -> Figure:
     """Draw the worn depth in µm, downwards, with its mean over a wave when rough.
 
     Otherwise as `pressure_profiles`.
     """
-    return _single(dataset, WEAR, cycles, columns, axes)
+    return field_profiles(dataset, "wear_depth", cycles, columns=columns, axes=axes)
+
+
+@styled
+def field_profiles(
+    dataset: xr.Dataset,
+    quantity: Field | str,
+    cycles: Cycles = None,
+    *,
+    columns: Columns = 1,
+    axes: Axes | None = None,
+) -> Figure:
+    """Draw any field along x at y = 0 at several cycles, as `pressure_profiles` does."""
+    profiles = half_profiles(dataset, quantity, cycles)
+    if axes is None:
+        figure: Figure = JournalFigure(columns, 66.0 if columns == 1 else 90.0)
+        panel = figure.subplots()
+    else:
+        figure, panel = root_figure(axes), axes
+    colors = cycle_colors(profiles.cycles)
+    curves = draw_profiles(panel, profiles, colors)
+    _name_zones(panel, profiles)
+    cycles_shown = [cycle_text(cycle) for cycle in profiles.cycles]
+    labels = [f"cycle {cycles_shown[0]}", *cycles_shown[1:]]
+    if not profiles.is_wavy and label_curves(panel, curves, labels):
+        return figure
+    if axes is None:
+        cycle_key(figure, colors)
+    else:
+        lines = [Line2D([], [], color=color) for color in colors.values()]
+        panel.legend(lines, cycles_shown, title="cycle")
+    return figure
 
 
 @styled
 def compare_profiles(
     cases: Mapping[str, xr.Dataset],
-    quantity: str | ProfileKind,
+    quantity: Field | str,
     cycles: Cycles = None,
     *,
     columns: Columns = 2,
 ) -> Figure:
-    """Draw one kind of profile of several cases in panels; those of a row have the same axes.
+    """Draw the profiles of one field of several cases in panels; those of a row have the same axes.
 
     Parameters
     ----------
     cases : mapping of str to xarray.Dataset
         The cases by the title of their panel.
-    quantity : {"pressure", "shear_traction", "gap", "wear_depth", "wear_rate"}
-        What to draw, by the name of the field.
+    quantity : str
+        What to draw: ``pressure``, ``shear_traction``, ``gap``, ``wear_depth`` or another field
+        of a case, by its name.
     cycles : int or sequence of int, optional
         Snapshots to draw, each in the cases that have it; left out, at most six.
     columns : {1, 2}
@@ -170,44 +184,40 @@ def compare_profiles(
         When there is no case, no such quantity, or none of the cases has one of the snapshots.
     """
     check_cases(cases)
-    kind = kind_of(quantity)
+    field = field_of(quantity)
     snapshots = {title: available_cycles(case) for title, case in cases.items()}
     shown = _shown_cycles(snapshots, cycles)
     colors = cycle_colors(shown)
     profiles = {
-        title: half_profiles(case, kind.variable, [n for n in shown if n in snapshots[title]])
+        title: half_profiles(case, field, [n for n in shown if n in snapshots[title]])
         for title, case in cases.items()
     }
     across = min(len(cases), 2 if columns == 2 else 1)
-    down = -(-len(cases) // across)
-    figure = JournalFigure(columns, 14.0 + 50.0 * down)
-    # What is seen at the edge is elsewhere for rough and for smooth cases.
-    panels = make_panels(figure, len(cases), across, "row", "row" if kind.at_edge else "all")
-    everything = frame_of(kind, list(profiles.values()))
+    figure = JournalFigure(columns, 14.0 + 50.0 * -(-len(cases) // across))
+    # The edge of the contact is elsewhere for rough and for smooth cases.
+    panels = make_panels(figure, len(cases), across, "row", "row" if at_edge(field) else "all")
+    everything = frame_of(list(profiles.values()))
     for start in range(0, len(panels), across):
-        row = slice(start, start + across)
-        frame = frame_of(kind, list(profiles.values())[row])
-        if not kind.at_edge:
+        row = dict(list(profiles.items())[start : start + across])
+        frame = frame_of(list(row.values()))
+        if not at_edge(field):
             frame = replace(everything, top=frame.top)
-        for axes, (title, profile) in zip(panels[row], list(profiles.items())[row], strict=True):
-            draw_profiles(axes, profile, kind, colors, frame)
+        for axes, (title, profile) in zip(panels[start:], row.items(), strict=False):
+            draw_profiles(axes, profile, colors, frame)
             axes.set_title(title)
-    label_outer(panels, across, every_x=kind.at_edge)
+    label_outer(panels, across, every_x=at_edge(field))
     cycle_key(figure, colors)
     return figure
 
 
-def _shown_cycles(
-    snapshots: Mapping[str, Sequence[int]], cycles: Sequence[int] | int | None
-) -> Sequence[int]:
+def _shown_cycles(snapshots: Mapping[str, Sequence[int]], cycles: Cycles) -> Sequence[int]:
     """Return the cycles to show of several cases; refuse one that none of them has."""
     available = sorted(set().union(*snapshots.values()))
     if cycles is None:
         return representative_cycles(available)
     wanted: list[int] = np.atleast_1d(cycles).tolist()
     lacking = {title: had for title, had in snapshots.items() if not set(wanted).intersection(had)}
-    unknown = sorted(set(wanted).difference(available))
-    if unknown or lacking or not wanted:
+    if not wanted or lacking or not set(wanted) <= set(available):
         had = next(iter(lacking.values()), available)
         raise ValueError(
             f"cycles = {wanted}: every cycle must be a snapshot of some case, and every case must "
@@ -216,30 +226,198 @@ def _shown_cycles(
     return wanted
 
 
-def _single(
-    dataset: xr.Dataset, kind: ProfileKind, cycles: Cycles, columns: Columns, axes: Axes | None
-) -> Figure:
-    return _draw_single(half_profiles(dataset, kind.variable, cycles), kind, columns, axes)
+@dataclass(frozen=True)
+class Frame:
+    """Limits of the axes of one or more panels of profiles.
+
+    Parameters
+    ----------
+    left, right : float
+        Limits of x in m.
+    top : float
+        Largest value shown, in the SI unit of the quantity.
+    unit : Unit
+        Unit of the y axis.
+    """
+
+    left: float
+    right: float
+    top: float
+    unit: Unit
+
+    def apply(self, axes: Axes, field: Field) -> None:
+        """Give axes of a field these limits, and their labels."""
+        top = float(self.unit.of(self.top))
+        axes.set_xlim(MICROMETRE.of(self.left), MICROMETRE.of(self.right))
+        axes.set_ylim((top, 0.0) if field.name in _DOWNWARD else (0.0, top))
+        axes.set_xlabel("x (µm)")
+        axes.set_ylabel(f"{field.label} ({self.unit.name})")
 
 
-@styled
-def _draw_single(
-    profiles: HalfProfiles, kind: ProfileKind, columns: Columns, given: Axes | None
-) -> Figure:
-    if given is None:
-        figure: Figure = JournalFigure(columns, 66.0 if columns == 1 else 90.0)
-        axes = figure.subplots()
-    else:
-        figure, axes = root_figure(given), given
-    colors = cycle_colors([int(cycle) for cycle in profiles.cycles])
-    curves = draw_profiles(axes, profiles, kind, colors)
-    name_zones(axes, profiles)
-    first = replace(curves[0], label=f"cycle {curves[0].label}")
-    if not profiles.is_wavy and label_curves(axes, [first, *curves[1:]]):
-        return figure
-    if given is None:
-        cycle_key(figure, colors)
-    else:
-        lines = [Line2D([], [], color=color) for color in colors.values()]
-        axes.legend(lines, [cycle_number(cycle) for cycle in colors], title="cycle")
-    return figure
+def at_edge(field: Field) -> bool:
+    """Tell whether a field is to be seen at the edge of the contact: it vanishes inside only."""
+    return math.isnan(field.outside)
+
+
+def is_traction(field: Field) -> bool:
+    """Tell whether a field has a peak at the edge of stick that has no limit in elastic bodies."""
+    return field.si_unit == "Pa"
+
+
+def frame_of(panels: Sequence[HalfProfiles]) -> Frame:
+    """Return the frame that shows all of some panels of one field.
+
+    What vanishes inside a smooth contact is shown around its edge; its values then go as far as
+    those of the last cycle, and curves of earlier ones leave at the top. The tractions of elastic
+    bodies are shown up to three times their first peak: the later one at the edge of the stick
+    zone grows with a finer grid, without end, and would hide the rest.
+    """
+    field = panels[0].field
+    right = _BEYOND_CONTACT * max(float(panel.contact_half_width.max()) for panel in panels)
+    left = 0.0
+    if at_edge(field):
+        # Outside the window the gap is not stored.
+        right = min(right, max(float(panel.x[-1]) for panel in panels))
+        if not any(panel.is_wavy for panel in panels):
+            left = _BEFORE_EDGE * min(float(panel.contact_half_width.min()) for panel in panels)
+    top = max(_top(panel, right) for panel in panels)
+    return Frame(left, right, _ABOVE * top or 1.0, field.unit or readable_unit(top, field.si_unit))
+
+
+def _top(profiles: HalfProfiles, right: float) -> float:
+    shown = profiles.values[:, profiles.x <= right]
+    first, highest = float(np.nanmax(shown[0])), float(np.nanmax(shown))
+    if at_edge(profiles.field):
+        inside = [
+            float(values[profiles.x < _INSIDE_CONTACT * half_width].max(initial=0.0))
+            for values, half_width in zip(profiles.values, profiles.contact_half_width, strict=True)
+        ]
+        last = float(np.nanmax(shown[-1]))
+        return max(last, _SHARE_OF_FIRST_GAP * first, _ROOM_OVER_WAVES * max(inside))
+    if is_traction(profiles.field) and not profiles.is_capped:
+        return min(highest, _ROOM_OVER_FIRST * first)
+    return highest
+
+
+def cycle_colors(cycles: Sequence[float] | np.ndarray[Any, Any]) -> dict[int, str]:
+    """Return a colour for each of some cycles, the later the darker."""
+    colours = sequential_colours(len(cycles))
+    return {int(cycle): colour for cycle, colour in zip(cycles, colours, strict=True)}
+
+
+def draw_profiles(
+    axes: Axes,
+    profiles: HalfProfiles,
+    colors: Mapping[int, str],
+    frame: Frame | None = None,
+    envelope: Envelope | None = None,
+) -> list[Line2D]:
+    """Draw profiles into axes with the stick zone of the last cycle; return their curves.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+        Where to draw.
+    profiles : HalfProfiles
+        What to draw.
+    colors : mapping of int to str
+        Colour of each cycle.
+    frame : Frame, optional
+        Limits and unit of the axes, when several panels must agree on them.
+    envelope : callable, optional
+        As for `HalfProfiles.readable`.
+    """
+    frame = frame or frame_of([profiles])
+    shade_stick(axes, profiles)
+    styles = [{"color": colors[int(n)], "label": cycle_text(n)} for n in profiles.cycles]
+    curves = draw_curves(axes, profiles, frame.unit, styles, envelope)
+    for curve in curves if is_traction(profiles.field) else ():
+        x, values = (np.asarray(data) for data in curve.get_data())
+        if np.nanmax(values) > frame.unit.of(frame.top):
+            # The triangle says that the curve continues above the axes.
+            axes.plot(
+                [x[np.nanargmax(values)]],
+                [_TRIANGLE],
+                transform=axes.get_xaxis_transform(),
+                marker="^",
+                markersize=3.5,
+                color=curve.get_color(),
+                label="_above",
+            )
+    frame.apply(axes, profiles.field)
+    return curves
+
+
+def shade_stick(axes: Axes, profiles: HalfProfiles) -> None:
+    """Shade the stick zone of the last cycle."""
+    axes.axvspan(0.0, MICROMETRE.of(profiles.stick_half_width[-1]), color=STICK_SHADE, lw=0)
+
+
+def draw_curves(
+    axes: Axes,
+    profiles: HalfProfiles,
+    unit: Unit,
+    styles: Sequence[Mapping[str, Any]],
+    envelope: Envelope | None = None,
+) -> list[Line2D]:
+    """Draw one curve per cycle, over a thin one of the profile where that is crowded by waves.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+        Where to draw.
+    profiles : HalfProfiles
+        What to draw.
+    unit : Unit
+        Unit of the y axis.
+    styles : sequence of mapping
+        Colour, line style, label and the like of each curve, as matplotlib names them.
+    envelope : callable, optional
+        As for `HalfProfiles.readable`.
+    """
+    x, readable, curves = MICROMETRE.of(profiles.x), profiles.readable(envelope), []
+    for values, shown, style in zip(profiles.values, readable.values, styles, strict=True):
+        if profiles.is_wavy:
+            axes.plot(x, unit.of(values), **{"color": style["color"], **_RAW})
+        curves += axes.plot(x, unit.of(shown), **style)
+    return curves
+
+
+def _name_zones(axes: Axes, profiles: HalfProfiles) -> None:
+    """Name the stick and slip zones of the last cycle above the axes."""
+    left, _ = axes.get_xlim()
+    stick = max(left, float(MICROMETRE.of(profiles.stick_half_width[-1])))
+    contact = float(MICROMETRE.of(profiles.contact_half_width[-1]))
+    above = axes.get_xaxis_transform()
+    for start, end, name, color in ((left, stick, "stick", INK), (stick, contact, "slip", MUTED)):
+        if end <= start:
+            continue
+        axes.plot(
+            [start, end],
+            [1.02, 1.02],
+            transform=above,
+            clip_on=False,
+            lw=1.6,
+            color=color,
+            solid_capstyle="butt",
+            label="_zone",
+        )
+        axes.text(
+            0.5 * (start + end),
+            1.035,
+            name,
+            transform=above,
+            color=color,
+            fontsize=6.5,
+            ha="center",
+            va="bottom",
+        )
+
+
+def cycle_key(
+    figure: Figure, colors: Mapping[int, str], place: Place = "outside upper left"
+) -> None:
+    """Add the key of colours that tell cycles, above the axes of a figure or elsewhere."""
+    lines = [Line2D([], [], color=color) for color in ("none", *colors.values())]
+    labels = ["cycle", *(cycle_text(cycle) for cycle in colors)]
+    outside_key(figure, lines, labels, place, handlelength=1.4)

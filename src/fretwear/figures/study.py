@@ -1,4 +1,4 @@
-"""Which figures a study gets, with their captions."""
+"""All figures of a study by file name, with their captions and an index."""
 
 from __future__ import annotations
 
@@ -9,33 +9,62 @@ from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from itertools import chain
 from pathlib import Path
+from typing import NamedTuple
 
 import xarray as xr
+from matplotlib.figure import Figure
 
 from fretwear.data.files import open_case
 from fretwear.data.safe import DataFileError, write_text
-from fretwear.figures.chosen import ChosenCases, choose_cases
-from fretwear.figures.grouping import (
+from fretwear.figures.datasets import envelope_of, field_of, peak_envelope
+from fretwear.figures.history import history, is_logarithmic
+from fretwear.figures.lines import (
     MOST_KEYED_COLORS,
     Layout,
     Line,
     choose_layout,
+    representative_cases,
     shown_lines,
     study_lines,
 )
-from fretwear.figures.history import history
-from fretwear.figures.history_kinds import HISTORY_KINDS, HistoryKind
 from fretwear.figures.maps import compare_wear_maps, depth_scale, is_stretched
-from fretwear.figures.named import StudyFigure
-from fretwear.figures.profile_kinds import PROFILE_KINDS, ProfileKind
-from fretwear.figures.profiles import compare_profiles
-from fretwear.figures.saving import save_figure
+from fretwear.figures.profiles import at_edge, compare_profiles, is_traction
+from fretwear.figures.style import save_figure
 from fretwear.figures.wording import parameter
+from fretwear.vocabulary import RESULTS, Field, Variable
 
 INDEX_NAME = "index.json"
 HISTORY_CATEGORY = "Over the cycles"
 PROFILE_CATEGORY = "Along the direction of slip"
 MAP_CATEGORY = "Over the contact"
+
+HISTORIES = {
+    "contact_half_width": "contact_half_width_x",
+    "stick_half_width": "stick_half_width_x",
+    "wear_volume": "wear_volume",
+    "dissipated_energy": "dissipated_energy",
+}
+"""Quantities over the cycles by file name."""
+
+PROFILES = {
+    "pressure_profiles": "pressure",
+    "shear_profiles": "shear_traction",
+    "gap_profiles": "gap",
+    "wear_rate_profiles": "wear_rate",
+    "wear_profiles": "wear_depth",
+}
+"""Fields along x by the beginning of their file name."""
+
+_MEAN_WORDS = "mean over one wavelength"
+
+
+class StudyFigure(NamedTuple):
+    """A figure of a study: file name without ending, caption, category, and the figure."""
+
+    name: str
+    caption: str
+    category: str
+    figure: Figure
 
 
 @dataclass(frozen=True)
@@ -61,26 +90,26 @@ def study_figures(summary: xr.Dataset, cases: Path) -> Iterator[StudyFigure]:
     ------
     StudyFigure
         First the quantities of all cases over the cycles, then profiles and wear maps of a few
-        chosen cases. A study of which no point is done has no figures.
+        representative cases. A study of which no point is done has no figures.
     """
     if not study_lines(summary, "wear_volume"):
         return
-    for name, kind in HISTORY_KINDS.items():
-        yield StudyFigure(
-            name, _history_caption(summary, kind), HISTORY_CATEGORY, history(summary, kind)
-        )
-    chosen = choose_cases(summary)
-    suffix = f"_by_{'_and_'.join(chosen.contrasts)}" if chosen.contrasts else ""
+    for name, quantity in HISTORIES.items():
+        caption = _history_caption(summary, RESULTS[quantity])
+        yield StudyFigure(name, caption, HISTORY_CATEGORY, history(summary, quantity))
+    cases_of = representative_cases(summary)
+    suffix = f"_by_{'_and_'.join(cases_of.contrasts)}" if cases_of.contrasts else ""
+    where = f" ({cases_of.common})" if cases_of.common else ""
     with ExitStack() as stack:
         opened = {
             title: stack.enter_context(open_case(cases / f"{case_id}.nc"))
-            for title, case_id in chosen.ids.items()
+            for title, case_id in cases_of.ids.items()
         }
-        for name, profile in PROFILE_KINDS.items():
-            caption = _profile_caption(profile, chosen, opened)
-            figure = compare_profiles(opened, profile)
+        for name, quantity in PROFILES.items():
+            caption = _profile_caption(field_of(quantity), where, opened)
+            figure = compare_profiles(opened, quantity)
             yield StudyFigure(f"{name}{suffix}", caption, PROFILE_CATEGORY, figure)
-        caption = _map_caption(chosen, opened)
+        caption = _map_caption(where, opened)
         yield StudyFigure(f"wear_map{suffix}", caption, MAP_CATEGORY, compare_wear_maps(opened))
 
 
@@ -96,7 +125,7 @@ def write_study_figures(
     folder : pathlib.Path
         Where the files go; it is made if need be.
     extra : iterable of StudyFigure
-        More figures, placed after those of `study_figures`; each is drawn when its turn comes.
+        More figures, placed after those of `study_figures`; each is drawn only when it is written.
 
     Returns
     -------
@@ -128,29 +157,28 @@ def read_figure_index(folder: Path) -> list[FigureEntry]:
         raise DataFileError(index, problem, "Draw the figures again") from cause
 
 
-def _history_caption(summary: xr.Dataset, kind: HistoryKind) -> str:
-    lines = study_lines(summary, kind.variable)
+def _history_caption(summary: xr.Dataset, variable: Variable) -> str:
+    lines = study_lines(summary, variable.name)
     layout = choose_layout(lines)
     points = summary["status"].size if "status" in summary else len(lines)
     sentences = [
-        f"{kind.label} against the number of cycles, {_cases(len(lines), points)}.",
+        f"{variable.label} against the number of cycles, {_cases(len(lines), points)}.",
         *_encoding(layout),
         *(
             f"Of {total} values of {parameter(name).words}, {len(layout.levels[name])} are shown."
             for name, total in layout.thinned.items()
         ),
-        f"Marks are snapshots; {_axes_words(kind, shown_lines(lines, layout))}.",
+        f"Marks are snapshots; {_axes_words(variable, shown_lines(lines, layout))}.",
     ]
     return " ".join(sentences)
 
 
-def _axes_words(kind: HistoryKind, lines: Sequence[Line]) -> str:
-    values = [value for line in lines for value in line.quantity[line.cycles == 0.0]]
-    if kind.is_logarithmic(lines) and not any(value > 0.0 for value in values):
-        return "both axes are logarithmic"
-    both = "both axes are logarithmic, that" if kind.is_logarithmic(lines) else "the axis"
-    verb = "" if kind.is_logarithmic(lines) else " is logarithmic"
-    return f"{both} of cycles{verb} to the right of the break"
+def _axes_words(variable: Variable, lines: Sequence[Line]) -> str:
+    if not is_logarithmic(variable, lines):
+        return "the axis of cycles is logarithmic to the right of the break"
+    if any((line.quantity[line.cycles == 0.0] > 0.0).any() for line in lines):
+        return "both axes are logarithmic, that of cycles to the right of the break"
+    return "both axes are logarithmic"
 
 
 def _cases(done: int, points: int) -> str:
@@ -177,35 +205,32 @@ def _names(names: Sequence[str]) -> str:
     return f"{', '.join(before)} and {last}" if before else last
 
 
-def _profile_caption(
-    kind: ProfileKind, chosen: ChosenCases, cases: Mapping[str, xr.Dataset]
-) -> str:
-    rough = _any_rough(cases)
+def _profile_caption(field: Field, where: str, cases: Mapping[str, xr.Dataset]) -> str:
     sentences = [
-        f"{kind.label} along the direction of slip on the line nearest y = 0 at several cycles"
-        f"{_for_common(chosen)}.",
+        f"{field.label} along the direction of slip on the line nearest y = 0 at several cycles"
+        f"{where}.",
         "Around the edge of the contact; grey, where it shows: stick zone at the last cycle."
-        if kind.at_edge
+        if at_edge(field)
         else "Grey: stick zone at the last cycle.",
     ]
     limits = [float(case.coords.get("plastic_limit", math.inf)) for case in cases.values()]
-    if kind.is_traction and any(math.isinf(limit) for limit in limits):
+    if is_traction(field) and any(math.isinf(limit) for limit in limits):
         sentences.append(
-            "Triangles: peaks of elastic bodies that go on above; they grow with a finer grid, "
+            "Triangles: peaks of elastic bodies that continue above; they grow with a finer grid, "
             "without end."
         )
-    if rough:
+    if _any_rough(cases):
+        has_peaks = envelope_of(field) is peak_envelope
+        envelope = "envelope through the peak of every wave" if has_peaks else _MEAN_WORDS
         sentences.append(
-            f"Where waves crowd a profile, the thin line is the profile and the thick one its "
-            f"{kind.envelope_words}."
+            "Where waves crowd a profile, the thin line is the profile and the thick one its "
+            f"{envelope}."
         )
     return " ".join(sentences)
 
 
-def _map_caption(chosen: ChosenCases, cases: Mapping[str, xr.Dataset]) -> str:
-    sentences = [
-        f"Wear depth of both bodies over the contact after the last cycle{_for_common(chosen)}."
-    ]
+def _map_caption(where: str, cases: Mapping[str, xr.Dataset]) -> str:
+    sentences = [f"Wear depth of both bodies over the contact after the last cycle{where}."]
     if _any_rough(cases):
         sentences.append(
             "On a rough surface the outlines of contact and stick zone go around its asperities."
@@ -218,7 +243,3 @@ def _map_caption(chosen: ChosenCases, cases: Mapping[str, xr.Dataset]) -> str:
 
 def _any_rough(cases: Mapping[str, xr.Dataset]) -> bool:
     return any(float(case.coords.get("roughness_amplitude", 0.0)) > 0.0 for case in cases.values())
-
-
-def _for_common(chosen: ChosenCases) -> str:
-    return f" ({chosen.common})" if chosen.common else ""

@@ -1,10 +1,11 @@
-"""The look that all figures share: style sheet, journal sizes, colours."""
+"""What all figures share: style sheet, journal sizes, colours, and how they are saved."""
 
 from __future__ import annotations
 
 import io
 from collections.abc import Callable
 from functools import wraps
+from os import PathLike, fspath
 from pathlib import Path
 from typing import Any, Literal, ParamSpec, TypeVar
 
@@ -16,6 +17,8 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
+
+from fretwear.data.safe import atomic_path
 
 STYLE_SHEET = Path(__file__).with_name("fretwear.mplstyle")
 
@@ -39,6 +42,12 @@ _MM_PER_INCH = 25.4
 _SCREEN_DPI = 150
 _LIGHTEST, _DARKEST = 0.78, 0.0
 _LEAST_CONTRAST = 4.5
+
+_METADATA: dict[str, dict[str, Any]] = {
+    ".svg": {"Date": None, "Creator": "fretwear"},
+    ".png": {"Software": None},
+    ".pdf": {"CreationDate": None, "Creator": "fretwear", "Producer": None},
+}
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -111,6 +120,49 @@ def styled(function: Callable[P, T]) -> Callable[P, T]:
             return function(*args, **kwargs)
 
     return inside
+
+
+def save_figure(
+    figure: Figure, stem: str | PathLike[str], formats: tuple[str, ...] = ("svg", "png")
+) -> list[Path]:
+    """Write a figure once per format; each file appears only when it is whole.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+        The figure.
+    stem : pathlib.Path
+        Folder and name of the files, without the ending.
+    formats : tuple of str
+        Endings, such as ``svg``, ``png`` (300 dots per inch) and ``pdf``.
+
+    Returns
+    -------
+    list of pathlib.Path
+        The files written. They carry no date, and their inner names follow from the content.
+    """
+    return [save_as(figure, f"{fspath(stem)}.{ending}") for ending in formats]
+
+
+def save_as(figure: Figure, path: str | PathLike[str]) -> Path:
+    """Write a figure to one file whose ending tells the format; see `save_figure`.
+
+    Raises
+    ------
+    ValueError
+        When matplotlib cannot write such a format.
+    """
+    path = Path(path)
+    ending = path.suffix.lower()
+    known = figure.canvas.get_supported_filetypes()
+    if ending.removeprefix(".") not in known:
+        raise ValueError(
+            f"{path.name}: {ending or 'no ending'} is no format for figures; "
+            "end the name in .png, .svg or .pdf."
+        )
+    with style_context(), atomic_path(path) as temporary:
+        figure.savefig(temporary, format=ending.removeprefix("."), metadata=_METADATA.get(ending))
+    return path
 
 
 def text_colour(color: str) -> str:

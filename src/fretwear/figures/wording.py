@@ -1,4 +1,4 @@
-"""How figures name and print quantities: units for people, symbols, numbers."""
+"""How case parameters are written: symbol, words, unit and values."""
 
 from __future__ import annotations
 
@@ -7,8 +7,19 @@ import re
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from fretwear.units import (
+    DEGREE,
+    GIGAPASCAL,
+    MEGAPASCAL,
+    MICROMETRE,
+    MILLIMETRE,
+    NEWTON,
+    NO_UNIT,
+    PER_PASCAL,
+    Unit,
+    number_text,
+    with_unit,
+)
 
 _SLIP_MODELS = {
     "jaeger": "slip of the worn shape",
@@ -18,99 +29,31 @@ _ROUGHNESS_PARTS = {"amplitude": "A", "slope_x": "θx", "slope_y": "θy"}
 
 
 @dataclass(frozen=True)
-class Unit:
-    """A unit to show values in: its name and its size in SI units."""
-
-    name: str
-    size: float
-
-    @property
-    def is_power(self) -> bool:
-        """Whether its name begins with a power of ten, by which numbers are multiplied."""
-        return self.name.startswith("10")
-
-    def of(self, values: ArrayLike) -> NDArray[np.float64]:
-        """Return SI `values` in this unit."""
-        return np.asarray(values, dtype=np.float64) / self.size
-
-
-MICROMETRE = Unit("µm", 1e-6)
-MEGAPASCAL = Unit("MPa", 1e6)
-
-_PREFIXED = {
-    "m": (Unit("pm", 1e-12), Unit("nm", 1e-9), MICROMETRE, Unit("mm", 1e-3)),
-    "m3": (
-        Unit("µm³", 1e-18),
-        Unit("10³ µm³", 1e-15),
-        Unit("10⁶ µm³", 1e-12),
-        Unit("mm³", 1e-9),
-    ),
-    "J": (
-        Unit("pJ", 1e-12),
-        Unit("nJ", 1e-9),
-        Unit("µJ", 1e-6),
-        Unit("mJ", 1e-3),
-        Unit("J", 1.0),
-    ),
-}
-
-
-def readable_unit(values: ArrayLike, base: str) -> Unit:
-    """Return the unit in which the largest of `values` is a number from 1 to 1000.
-
-    Parameters
-    ----------
-    values : array_like
-        Values in SI units; NaN and infinite ones are not looked at.
-    base : {"m", "m3", "J"}
-        Their SI unit.
-    """
-    units = _PREFIXED[base]
-    magnitudes = np.abs(np.asarray(values, dtype=np.float64))
-    magnitudes = magnitudes[np.isfinite(magnitudes)]
-    largest = float(magnitudes.max(initial=0.0))
-    fitting = [unit for unit in units if unit.size <= largest]
-    return fitting[-1] if fitting else units[0]
-
-
-def plain_unit(base: str) -> Unit:
-    """Return the smallest unit for people of an SI unit, as `readable_unit` takes it."""
-    return _PREFIXED[base][0]
-
-
-def with_unit(text: str, unit: Unit) -> str:
-    """Return a number with its unit for running text: ``4.1 µm``, ``4.1 × 10³ µm³``."""
-    if unit.is_power:
-        return f"{text} × {unit.name}"
-    return f"{text} {unit.name}".rstrip()
-
-
-@dataclass(frozen=True)
 class Parameter:
     """How one case parameter is written: symbol (mathtext), words and unit for people."""
 
     symbol: str
     words: str
-    unit: Unit = Unit("", 1.0)
+    unit: Unit = NO_UNIT
 
 
 PARAMETERS = {
-    "radius": Parameter("$R$", "radius", Unit("mm", 1e-3)),
-    "youngs_modulus": Parameter("$E$", "Young's modulus", Unit("GPa", 1e9)),
-    "youngs_modulus_1": Parameter("$E_1$", "Young's modulus of body I", Unit("GPa", 1e9)),
-    "youngs_modulus_2": Parameter("$E_2$", "Young's modulus of body II", Unit("GPa", 1e9)),
+    "radius": Parameter("$R$", "radius", MILLIMETRE),
+    "youngs_modulus": Parameter("$E$", "Young's modulus", GIGAPASCAL),
+    "youngs_modulus_1": Parameter("$E_1$", "Young's modulus of body I", GIGAPASCAL),
+    "youngs_modulus_2": Parameter("$E_2$", "Young's modulus of body II", GIGAPASCAL),
     "poisson_ratio": Parameter("$ν$", "Poisson's ratio"),
     "poisson_ratio_1": Parameter("$ν_1$", "Poisson's ratio of body I"),
     "poisson_ratio_2": Parameter("$ν_2$", "Poisson's ratio of body II"),
-    "load": Parameter("$P$", "load", Unit("N", 1.0)),
+    "load": Parameter("$P$", "load", NEWTON),
     "tangential_ratio": Parameter("$Q/µP$", "tangential ratio"),
-    "tangential_load": Parameter("$Q$", "tangential load", Unit("N", 1.0)),
+    "tangential_load": Parameter("$Q$", "tangential load", NEWTON),
     "friction": Parameter("$µ$", "friction"),
-    "wear_coefficient": Parameter("$K_w$", "wear coefficient", Unit("Pa⁻¹", 1.0)),
+    "wear_coefficient": Parameter("$K_w$", "wear coefficient", PER_PASCAL),
     "plastic_limit": Parameter(r"$p_\mathrm{lim}$", "plastic limit", MEGAPASCAL),
     "roughness_amplitude": Parameter("$A$", "roughness amplitude", MICROMETRE),
-    "roughness_slope_x": Parameter("$θ_x$", "roughness slope along x", Unit("°", math.pi / 180)),
-    "roughness_slope_y": Parameter("$θ_y$", "roughness slope along y", Unit("°", math.pi / 180)),
+    "roughness_slope_x": Parameter("$θ_x$", "roughness slope along x", DEGREE),
+    "roughness_slope_y": Parameter("$θ_y$", "roughness slope along y", DEGREE),
     "cycles": Parameter("$N$", "cycles"),
     "cell_x": Parameter("$Δx$", "cell along x", MICROMETRE),
     "cell_y": Parameter("$Δy$", "cell along y", MICROMETRE),
@@ -128,28 +71,7 @@ def parameter(name: str) -> Parameter:
 
 def _number(name: str, value: Any) -> str:
     unit = parameter(name).unit
-    text = number(float(value) / unit.size)
-    separator = "" if unit.name in ("", "°") else " "
-    return f"{text}{separator}{unit.name}"
-
-
-def number(value: float) -> str:
-    """Return `value` with up to five significant digits, as people write it."""
-    rounded = float(f"{value:.5g}")
-    if value == 0.0 or 1e-4 <= abs(rounded) < 1e6:
-        return f"{rounded:.10g}".replace("-", "−")
-    text = f"{value:.5g}"
-    if "e" not in text:
-        return text.replace("-", "−")
-    mantissa, exponent = text.split("e")
-    power = str(int(exponent)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
-    return f"{mantissa}·10{power}".replace("-", "−")
-
-
-def cycle_number(value: float) -> str:
-    """Return a number of cycles with a thin space between thousands, from 10 000 on."""
-    rounded = round(float(value))
-    return f"{rounded:,}".replace(",", "\u2009") if rounded >= 10_000 else str(rounded)
+    return with_unit(number_text(unit.of(float(value))), unit)
 
 
 def _special(name: str, value: Any) -> str | None:

@@ -15,7 +15,7 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from fretwear.data.files import open_case, open_history
-from fretwear.figures.half_profile import representative_cycles
+from fretwear.figures.datasets import representative_cycles
 from fretwear.figures.wording import parameter
 from fretwear.report.page import compressed
 from fretwear.report.results import PointResult, labels_of, marked_label

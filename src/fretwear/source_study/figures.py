@@ -9,9 +9,9 @@ from pathlib import Path
 import xarray as xr
 from matplotlib.figure import Figure
 
-from fretwear.figures.named import StudyFigure
-from fretwear.figures.profile_kinds import GAP, PRESSURE, SHEAR, WEAR_RATE, ProfileKind
-from fretwear.figures.wording import Unit
+from fretwear.figures.datasets import field_of
+from fretwear.figures.profiles import at_edge
+from fretwear.figures.study import StudyFigure
 from fretwear.source_study.half_widths import Look, edge_of_contact, half_widths
 from fretwear.source_study.profiles import (
     MEAN_WORDS,
@@ -26,12 +26,15 @@ from fretwear.source_study.profiles import (
 from fretwear.source_study.quartet import Quartet
 from fretwear.source_study.slip_models import compare_slip_models
 from fretwear.source_study.source import SourceCases, reference_cases, simpler_cases
+from fretwear.units import NANOMETRE
+from fretwear.vocabulary import Field
 
 CATEGORY = "Figures of the source study"
 SHOWN_CYCLES = (0, 100, 1000, 7000, 30000)
 RUN_IN = 7000
 
-_WEAR_RATE = replace(WEAR_RATE, unit=Unit("nm", 1e-9))
+_PRESSURE, _SHEAR, _GAP = (field_of(name) for name in ("pressure", "shear_traction", "gap"))
+_WEAR_RATE = replace(field_of("wear_rate"), unit=NANOMETRE)
 _AT_Y = "on the line nearest y = 0"
 _SHADE = "Grey: stick zone at the last cycle shown; later curves lie on top of earlier ones."
 _EDGE = "Around the edge of the contact, as far as the window of the case goes."
@@ -67,8 +70,8 @@ def source_figures(summary: xr.Dataset, cases: Path) -> Iterator[StudyFigure]:
         return
     quartet = reference.load(cases)
     yield from _pressures(quartet)
-    yield from _smooth_and_rough(quartet, SHEAR, (8, 9), "shear")
-    yield from _smooth_and_rough(quartet, GAP, (10, 11), "gap")
+    yield from _smooth_and_rough(quartet, _SHEAR, (8, 9), "shear")
+    yield from _smooth_and_rough(quartet, _GAP, (10, 11), "gap")
     yield from _smooth_and_rough(quartet, _WEAR_RATE, (13, 14), "wear_rate")
     yield from _widths(quartet)
     yield from _models(quartet, simpler_cases(summary), cases)
@@ -80,14 +83,14 @@ def _pressures(quartet: Quartet) -> Iterator[StudyFigure]:
     cycles = _shown(quartet)
     yield _named(
         "fig04_pressure_smooth_elastic",
-        smooth_profiles({"smooth elastic": smooth}, PRESSURE, cycles),
+        smooth_profiles({"smooth elastic": smooth}, _PRESSURE, cycles),
         f"Pressure of the smooth elastic contact along x {_AT_Y}.",
         _SHADE,
         _CUT,
     )
     yield _named(
         "fig05_pressure_rough_elastic",
-        rough_profiles({"rough elastic": rough}, PRESSURE, cycles, stick_edge),
+        rough_profiles({"rough elastic": rough}, _PRESSURE, cycles, stick_edge),
         f"Pressure of the rough elastic contact along x {_AT_Y}.",
         _SHADE,
         _averaged("at the first edge of stick"),
@@ -97,7 +100,7 @@ def _pressures(quartet: Quartet) -> Iterator[StudyFigure]:
         "fig06_pressure_rough_elastic_and_plastic",
         rough_profiles(
             {"rough elastic": rough, "rough plastic": plastic["rough"]},
-            PRESSURE,
+            _PRESSURE,
             _up_to_run_in(cycles),
             stick_edge,
         ),
@@ -122,7 +125,7 @@ def _pressures(quartet: Quartet) -> Iterator[StudyFigure]:
 
 
 def _smooth_and_rough(
-    quartet: Quartet, kind: ProfileKind, numbers: tuple[int, int], name: str
+    quartet: Quartet, field: Field, numbers: tuple[int, int], name: str
 ) -> Iterator[StudyFigure]:
     """Two figures of one quantity, smooth and rough, each elastic and with a plastic limit."""
     cycles = _shown(quartet)
@@ -135,17 +138,17 @@ def _smooth_and_rough(
         "rough plastic": quartet.rough_plastic.dataset,
     }
     center, place = _ZOOMS[name]
-    notes = (_EDGE if kind.at_edge else _SHADE, *((_CUT,) if kind is SHEAR else ()))
+    notes = (_EDGE if at_edge(field) else _SHADE, *((_CUT,) if field is _SHEAR else ()))
     yield _named(
         f"fig{numbers[0]:02d}_{name}_smooth",
-        smooth_profiles(smooth, kind, cycles),
-        f"{kind.label} of the smooth contact along x {_AT_Y}: elastic, and with a plastic limit.",
+        smooth_profiles(smooth, field, cycles),
+        f"{field.label} of the smooth contact along x {_AT_Y}: elastic, and with a plastic limit.",
         *notes,
     )
     yield _named(
         f"fig{numbers[1]:02d}_{name}_rough",
-        rough_profiles(rough, kind, cycles, center),
-        f"{kind.label} of the rough contact along x {_AT_Y}: elastic, and with a plastic limit.",
+        rough_profiles(rough, field, cycles, center),
+        f"{field.label} of the rough contact along x {_AT_Y}: elastic, and with a plastic limit.",
         _SHADE,
         _averaged(place),
         *notes[1:],

@@ -12,10 +12,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from fretwear.figures.cycle_axis import set_cycle_axis
-from fretwear.figures.keys import outside_key
+from fretwear.figures.axes import outside_key, set_cycle_axis
 from fretwear.figures.style import CATEGORICAL, LINE_STYLES, JournalFigure, styled
-from fretwear.figures.wording import MICROMETRE
+from fretwear.units import MICROMETRE
 
 CONTACT, STICK = "contact_half_width_x", "stick_half_width_x"
 _HEIGHT = 72.0

@@ -11,13 +11,22 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from fretwear.figures.half_profile import HalfProfiles, half_profiles, wave_mean
-from fretwear.figures.keys import outside_key
-from fretwear.figures.profile_drawing import cycle_colors, cycle_key, draw_profiles
-from fretwear.figures.profile_frames import Frame, frame_of
-from fretwear.figures.profile_kinds import PRESSURE, SHEAR, ProfileKind
-from fretwear.figures.style import CATEGORICAL, LINE_STYLES, STICK_SHADE, JournalFigure, styled
-from fretwear.figures.wording import MICROMETRE, cycle_number, readable_unit
+from fretwear.figures.axes import outside_key
+from fretwear.figures.datasets import HalfProfiles, half_profiles, wave_mean
+from fretwear.figures.profiles import (
+    Frame,
+    at_edge,
+    cycle_colors,
+    cycle_key,
+    draw_curves,
+    draw_profiles,
+    frame_of,
+    is_traction,
+    shade_stick,
+)
+from fretwear.figures.style import CATEGORICAL, LINE_STYLES, JournalFigure, styled
+from fretwear.units import MICROMETRE, cycle_text, readable_unit
+from fretwear.vocabulary import Field
 
 _WAVES_IN_ZOOM = 4.0
 
@@ -69,29 +78,27 @@ class CaseLine:
 
 
 @styled
-def smooth_profiles(
-    cases: Mapping[str, xr.Dataset], kind: ProfileKind, cycles: Sequence[int]
-) -> Figure:
+def smooth_profiles(cases: Mapping[str, xr.Dataset], field: Field, cycles: Sequence[int]) -> Figure:
     """Draw profiles of smooth cases, one panel each.
 
     Parameters
     ----------
     cases : mapping of str to xarray.Dataset
         The cases by the title of their panel.
-    kind : ProfileKind
+    field : Field
         What to draw.
     cycles : sequence of int
         Snapshots.
     """
-    profiles = [half_profiles(case, kind.variable, cycles) for case in cases.values()]
+    profiles = [half_profiles(case, field, cycles) for case in cases.values()]
     figure = JournalFigure(1 if len(cases) == 1 else 2, 14.0 + _PANEL_HEIGHT)
     panels = list(figure.subplots(1, len(cases), squeeze=False).flat)
     colors = cycle_colors(cycles)
-    tops = [_top(kind, case, p) for case, p in zip(cases.values(), profiles, strict=True)]
+    tops = [_top(case, p) for case, p in zip(cases.values(), profiles, strict=True)]
     for axes, title, profile, top in zip(panels, cases, profiles, tops, strict=True):
         # What is seen at the edge is of another size in each contact.
-        frame = replace(_frame(kind, profile), top=top if kind.at_edge else max(tops))
-        draw_profiles(axes, profile, kind, colors, frame)
+        frame = replace(_frame(profile), top=top if at_edge(field) else max(tops))
+        draw_profiles(axes, profile, colors, frame)
         axes.set_title(title if len(cases) > 1 else "")
     cycle_key(figure, colors)
     return figure
@@ -99,26 +106,25 @@ def smooth_profiles(
 
 @styled
 def rough_profiles(
-    cases: Mapping[str, xr.Dataset], kind: ProfileKind, cycles: Sequence[int], center: Center
+    cases: Mapping[str, xr.Dataset], field: Field, cycles: Sequence[int], center: Center
 ) -> Figure:
     """Draw profiles of rough cases, one row each: the whole with its mean over a wave, a zoom.
 
     Parameters
     ----------
-    cases, kind, cycles
+    cases, field, cycles
         As for `smooth_profiles`.
     center : callable
         Where the zoom looks.
     """
-    averaged = replace(kind, envelope=wave_mean, envelope_words=MEAN_WORDS)
     figure = JournalFigure(2, 14.0 + _PANEL_HEIGHT * len(cases))
     panels = figure.subplots(len(cases), 2, squeeze=False)
     colors = cycle_colors(cycles)
     for (whole, zoom), (title, case) in zip(panels, cases.items(), strict=True):
-        profile = half_profiles(case, kind.variable, cycles)
-        frame = replace(_frame(kind, profile), left=0.0, top=_mean_top(kind, case, profile))
-        draw_profiles(whole, profile, averaged, colors, frame)
-        _draw_waves(zoom, profile, kind, colors, center(profile))
+        profile = half_profiles(case, field, cycles)
+        frame = replace(_frame(profile), left=0.0, top=_mean_top(case, profile))
+        draw_profiles(whole, profile, colors, frame, wave_mean)
+        _draw_waves(zoom, profile, colors, center(profile))
         whole.set_title(title)
         zoom.set_title(f"{title}, zoom")
     cycle_key(figure, colors)
@@ -134,9 +140,9 @@ def pressure_of_lines(lines: Sequence[CaseLine]) -> Figure:
     lines : sequence of CaseLine
         What to draw; lines of the same case have one colour.
     """
-    profiles = [half_profiles(line.case, PRESSURE.variable, [line.cycle]) for line in lines]
-    whole = frame_of(PRESSURE, profiles)
-    tops = [_top(PRESSURE, line.case, p) for line, p in zip(lines, profiles, strict=True)]
+    profiles = [half_profiles(line.case, "pressure", [line.cycle]) for line in lines]
+    whole = frame_of(profiles)
+    tops = [_top(line.case, p) for line, p in zip(lines, profiles, strict=True)]
     whole = replace(whole, top=max(tops))
     figure = JournalFigure(2, 14.0 + _PANEL_HEIGHT)
     panels = figure.subplots(1, 2)
@@ -151,7 +157,7 @@ def pressure_of_lines(lines: Sequence[CaseLine]) -> Figure:
             _draw_line(axes, profile, frame, color, LINE_STYLES[same.index(line.cycle)])
         axes.set_title(title)
         axes.set_xlabel("x (µm)")
-    panels[0].set_ylabel(f"{PRESSURE.label} ({whole.unit.name})")
+    panels[0].set_ylabel(f"{profiles[0].field.label} ({whole.unit.name})")
     handles = [
         Line2D([], [], color=CATEGORICAL[titles.index(line.title)], linestyle=LINE_STYLES[style])
         for line in lines
@@ -159,23 +165,19 @@ def pressure_of_lines(lines: Sequence[CaseLine]) -> Figure:
             [other.cycle for other in lines if other.title == line.title].index(line.cycle)
         ]
     ]
-    texts = [f"{line.title}, cycle {cycle_number(line.cycle)}" for line in lines]
+    texts = [f"{line.title}, cycle {cycle_text(line.cycle)}" for line in lines]
     outside_key(figure, handles, texts)
     return figure
 
 
 def _draw_line(axes: Axes, profile: HalfProfiles, frame: Frame, color: str, style: object) -> None:
-    x, values = MICROMETRE.of(profile.x), profile.values[0]
-    if profile.is_wavy:
-        axes.plot(x, frame.unit.of(values), color=color, lw=0.35, alpha=0.45, label="_raw")
-        values = wave_mean(profile.x, values, profile.wavelength)
-    axes.plot(x, frame.unit.of(values), color=color, linestyle=style)
-    axes.set_xlim(*MICROMETRE.of([frame.left, frame.right]))
-    axes.set_ylim(0.0, float(frame.unit.of(frame.top)))
+    draw_curves(axes, profile, frame.unit, [{"color": color, "linestyle": style}], wave_mean)
+    frame.apply(axes, profile.field)
+    axes.set_ylabel("")
 
 
 def _draw_waves(
-    axes: Axes, profile: HalfProfiles, kind: ProfileKind, colors: Mapping[int, str], middle: float
+    axes: Axes, profile: HalfProfiles, colors: Mapping[int, str], middle: float
 ) -> None:
     """Draw a few waves of a rough profile as they are."""
     reach = 0.5 * _WAVES_IN_ZOOM * profile.wavelength
@@ -183,46 +185,45 @@ def _draw_waves(
     shown = np.abs(profile.x - middle) <= reach + profile.wavelength
     near = np.abs(profile.x - middle) <= reach
     highest = float(np.nanmax(profile.values[:, near]))
-    if kind in (PRESSURE, SHEAR):
+    if is_traction(profile.field):
         highest = min(highest, _ROOM_OVER_FIRST * float(np.nanmax(profile.values[0])))
-    unit = kind.unit or readable_unit(highest, "m")
-    stick = float(MICROMETRE.of(profile.stick_half_width[-1]))
-    axes.axvspan(0.0, stick, color=STICK_SHADE, lw=0)
+    unit = profile.field.unit or readable_unit(highest, "m")
+    shade_stick(axes, profile)
     for cycle, values in zip(profile.cycles, profile.values, strict=True):
         x, curve = MICROMETRE.of(profile.x[shown]), unit.of(values[shown])
         axes.plot(x, curve, color=colors[int(cycle)], lw=0.8)
-    axes.set_xlim(*MICROMETRE.of([middle - reach, middle + reach]))
-    axes.set_ylim(0.0, _ROOM_ABOVE * float(unit.of(highest)) or 1.0)
-    axes.set_xlabel("x (µm)")
-    axes.set_ylabel(f"{kind.label} ({unit.name})")
+    frame = Frame(middle - reach, middle + reach, _ROOM_ABOVE * highest or 1.0, unit)
+    frame.apply(axes, profile.field)
 
 
-def _frame(kind: ProfileKind, profile: HalfProfiles) -> Frame:
+def _frame(profile: HalfProfiles) -> Frame:
     """The frame of one case, no wider than its window."""
-    frame = frame_of(kind, [profile])
+    frame = frame_of([profile])
     return replace(frame, right=min(frame.right, float(profile.x[-1])))
 
 
-def _top(kind: ProfileKind, case: xr.Dataset, profile: HalfProfiles) -> float:
+def _top(case: xr.Dataset, profile: HalfProfiles) -> float:
     """The highest value that the panel of a smooth case shows.
 
     For tractions it is the study's plastic limit or the peak of cycle 0, whichever is higher:
     the peak that an elastic run comes to at the edge of stick has no limit but the grid.
     """
-    if kind.at_edge:
-        frame = _frame(kind, profile)
+    if at_edge(profile.field):
+        frame = _frame(profile)
         first = float(np.nanmax(profile.values[0][profile.x <= frame.right]))
         return max(frame.top, _SHARE_OF_FIRST_GAP * first)
-    if kind not in (PRESSURE, SHEAR):
-        return frame_of(kind, [profile]).top
-    scale = _PLASTIC_LIMIT * (float(case["friction"]) if kind is SHEAR else 1.0)
+    if not is_traction(profile.field):
+        return frame_of([profile]).top
+    scale = _PLASTIC_LIMIT * (
+        float(case["friction"]) if profile.field.name == "shear_traction" else 1.0
+    )
     return _ROOM_ABOVE * max(scale, float(np.nanmax(profile.values[0])))
 
 
-def _mean_top(kind: ProfileKind, case: xr.Dataset, profile: HalfProfiles) -> float:
+def _mean_top(case: xr.Dataset, profile: HalfProfiles) -> float:
     """The highest value that the panel of a rough case shows: that of the means over a wave."""
-    if kind.at_edge:
-        return frame_of(kind, [profile]).top
+    if at_edge(profile.field):
+        return frame_of([profile]).top
     means = [wave_mean(profile.x, values, profile.wavelength) for values in profile.values]
     highest = _ROOM_ABOVE * max(float(np.nanmax(mean)) for mean in means)
-    return min(highest, _top(kind, case, profile))
+    return min(highest, _top(case, profile))

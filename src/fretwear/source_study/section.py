@@ -9,13 +9,14 @@ from pathlib import Path
 import xarray as xr
 from markupsafe import Markup
 
-from fretwear.figures.wording import cycle_number, value_text
+from fretwear.figures.wording import value_text
 from fretwear.report import Section, environment
 from fretwear.source_study.judge import judge
 from fretwear.source_study.models import QUANTITIES, Cost, costs, excess_shear
 from fretwear.source_study.quartet import Quartet
 from fretwear.source_study.source import SourceCases, reference_cases, source_cases
 from fretwear.source_study.verdict import Judgement, joined, percent, short
+from fretwear.units import cycle_text
 
 _RUN_IN = 7000
 
@@ -111,7 +112,7 @@ def _slip_models(main: Judged, simple: Judged) -> Section:
     cycles = [main.quartet.smooth_elastic.nearest(_RUN_IN), main.quartet.smooth_elastic.last]
     subjects = [subject for subject, _ in main.quartet.each()]
     tables = {
-        cycle_number(cycle): _rows(costs(main.quartet, simple.quartet, cycle), subjects)
+        cycle_text(cycle): _rows(costs(main.quartet, simple.quartet, cycle), subjects)
         for cycle in dict.fromkeys(cycles)
     }
     last = cycles[-1]

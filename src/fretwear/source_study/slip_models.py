@@ -10,15 +10,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from fretwear.figures.half_profile import half_profiles
-from fretwear.figures.keys import outside_key
-from fretwear.figures.profile_kinds import PRESSURE, WEAR, ProfileKind
+from fretwear.figures.axes import outside_key, unit_of_axis
+from fretwear.figures.datasets import half_profiles
+from fretwear.figures.profiles import Frame, is_traction
 from fretwear.figures.style import CATEGORICAL, INK, LINE_STYLES, MUTED, JournalFigure, styled
-from fretwear.figures.value_axis import unit_of_axis
-from fretwear.figures.wording import MICROMETRE, Unit
+from fretwear.units import MICROMETRE
 
 _PANEL_HEIGHT = 54.0
-_SLIP = ProfileKind("slip", "Slip amplitude", MICROMETRE)
 _LEAST_SHOWN = 2e-3
 _PRESSURE_TOP = 1.05 * 4500e6
 
@@ -50,8 +48,8 @@ def compare_slip_models(
     (volume, slip), (pressure, wear) = figure.subplots(2, 2)
     _draw_volumes(volume, histories)
     title = next(iter(cases))
-    for axes, kind in ((slip, _SLIP), (pressure, PRESSURE), (wear, WEAR)):
-        _draw_profiles(axes, cases[title], kind, cycle)
+    for axes, name in ((slip, "slip"), (pressure, "pressure"), (wear, "wear_depth")):
+        _draw_profiles(axes, cases[title], name, cycle)
         axes.set_title(f"{title}, cycle {cycle}")
     models = [Line2D([], [], color=MUTED, linestyle=style) for style in LINE_STYLES[:2]]
     outside_key(
@@ -81,17 +79,14 @@ def _draw_volumes(axes: Axes, histories: Mapping[str, Sequence[xr.Dataset]]) -> 
     axes.grid(axis="y")
 
 
-def _draw_profiles(axes: Axes, pair: Sequence[xr.Dataset], kind: ProfileKind, cycle: int) -> None:
-    profiles = [half_profiles(case, kind.variable, [cycle]) for case in pair]
+def _draw_profiles(axes: Axes, pair: Sequence[xr.Dataset], name: str, cycle: int) -> None:
+    profiles = [half_profiles(case, name, [cycle]) for case in pair]
+    field = profiles[0].field
     right = 1.08 * max(float(profile.contact_half_width[0]) for profile in profiles)
     highest = max(float(np.nanmax(p.values[0][p.x <= right])) for p in profiles)
-    top = min(highest * 1.06, _PRESSURE_TOP) if kind is PRESSURE else highest * 1.06
-    unit: Unit = kind.unit or MICROMETRE
+    top = min(highest * 1.06, _PRESSURE_TOP) if is_traction(field) else highest * 1.06
+    frame = Frame(0.0, right, top, field.unit or MICROMETRE)
     for profile, style in zip(profiles, LINE_STYLES[:2], strict=True):
-        values = unit.of(profile.values[0])
+        values = frame.unit.of(profile.values[0])
         axes.plot(MICROMETRE.of(profile.x), values, color=INK, linestyle=style)
-    axes.set_xlim(0.0, float(MICROMETRE.of(right)))
-    limit = float(unit.of(top))
-    axes.set_ylim((limit, 0.0) if kind.downward else (0.0, limit))
-    axes.set_xlabel("x (µm)")
-    axes.set_ylabel(f"{kind.label} ({unit.name})")
+    frame.apply(axes, field)

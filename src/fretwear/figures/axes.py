@@ -1,0 +1,401 @@
+"""Axes of cycles and of values, grids of panels, keys, and labels beside curves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from copy import copy
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import RendererAgg
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+from matplotlib.legend import Legend
+from matplotlib.lines import Line2D
+from matplotlib.text import Text
+from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
+from numpy.typing import ArrayLike, NDArray
+from scipy import ndimage
+
+from fretwear.figures.style import MUTED, root_figure, text_colour
+from fretwear.units import Unit, cycle_text, readable_unit, smallest_unit
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Place = Literal["outside upper left", "outside lower left"]
+"""Where a key stands, as matplotlib's legends name it."""
+
+_ZERO_GAP = 0.7
+_CYCLE_MARGIN = 1.25
+_SPELT_OUT = 10_000.0
+_POINTS_PER_SIGN = 4.5
+
+_LOGARITHMIC_FROM = 30.0
+_DEEPEST = 1e-6
+_CONSTANT = 0.03
+_PLAIN = (1e-3, 1e4)
+
+_LABEL_SIZE = 6.5
+_LABEL_MARGIN = 2
+_REACH = 7.0
+_CLEARANCE = 15.0
+_INDISTINCT = 2.0
+
+
+def set_cycle_axis(axes: Axes, cycles: ArrayLike, label: str = "Cycle") -> None:
+    """Make the x axis of `axes` one of cycles.
+
+    From the first cycle on the axis is logarithmic. Cycle 0 stands to the left of a break, since
+    its distance from the first snapshot means nothing on such an axis. When all cycles lie within
+    one decade the axis is linear. The last cycle is named, and so is every decade that leaves
+    room for its number.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+        The axes to change.
+    cycles : array_like
+        The cycles shown.
+    label : str
+        Label of the axis.
+    """
+    values = np.asarray(cycles, dtype=np.float64)
+    values = values[np.isfinite(values)]
+    last = float(values.max(initial=0.0))
+    first = max(1.0, float(values[values > 0.0].min(initial=np.inf)))
+    axes.set_xlabel(label)
+    if not math.isfinite(first) or last < 10.0 * first:
+        axes.margins(x=0.04)
+        return
+    axes.set_xscale("symlog", linthresh=first, linscale=_ZERO_GAP)
+    has_zero = bool((values < first).any())
+    start, end = -0.06 * first if has_zero else first / _CYCLE_MARGIN, last * _CYCLE_MARGIN
+    axes.set_xlim(start, end)
+    if has_zero:
+        axes.spines["bottom"].set_bounds(start, end)
+        _draw_break(axes, 0.5 * first)
+    decades = 10.0 ** np.arange(math.ceil(math.log10(first)), math.floor(math.log10(last)) + 1)
+    major = sorted({0.0, *decades, last} if has_zero else {*decades, last})
+    minor = (decades[0] / 10.0) * 10.0 ** np.arange(10)[:, None] * np.arange(2, 10)
+    named = _ticks_with_room(axes, major)
+    axes.xaxis.set_major_locator(FixedLocator(major))
+    axes.xaxis.set_minor_locator(FixedLocator(minor[(minor > first) & (minor <= last)].tolist()))
+    axes.xaxis.set_major_formatter(
+        FuncFormatter(lambda value, _: _cycle_tick(value) if value in named else "")
+    )
+    axes.xaxis.set_minor_formatter(NullFormatter())
+
+
+def _ticks_with_room(axes: Axes, ticks: Sequence[float]) -> set[float]:
+    """Return the ticks whose numbers have room, counted from the last one back."""
+    width = 72.0 * root_figure(axes).get_figwidth() * axes.get_position().width
+    along = axes.get_xaxis_transform().transform([(tick, 0.0) for tick in ticks])
+    places = width * axes.transAxes.inverted().transform(along)[:, 0]
+    named, end = set(), math.inf
+    for tick, place in zip(reversed(ticks), reversed(places), strict=True):
+        signs = 3 if _is_power(tick) else len(cycle_text(tick))
+        half_width = 0.5 * _POINTS_PER_SIGN * signs
+        if float(place) + half_width < end - _POINTS_PER_SIGN:
+            named.add(tick)
+            end = float(place) - half_width
+    return named
+
+
+def _is_power(value: float) -> bool:
+    exponent = math.log10(value) if value > 0.0 else 0.0
+    return value >= _SPELT_OUT and abs(exponent - round(exponent)) < 1e-9
+
+
+def _cycle_tick(value: float) -> str:
+    return f"$10^{{{round(math.log10(value))}}}$" if _is_power(value) else cycle_text(value)
+
+
+def _draw_break(axes: Axes, position: float) -> None:
+    for offset in (-0.10, 0.10):
+        axes.plot(
+            [position * (1.0 + offset)],
+            [0.0],
+            marker=[(-2.0, -2.0), (0.0, 2.0)],
+            markersize=5,
+            color=MUTED,
+            markeredgewidth=0.6,
+            transform=axes.get_xaxis_transform(),
+            clip_on=False,
+            label="_break",
+        )
+
+
+def is_wide(values: ArrayLike) -> bool:
+    """Tell whether positive values span so much that a logarithmic axis shows them better."""
+    positive = _positive(values)
+    return bool(positive.size) and positive.max() > _LOGARITHMIC_FROM * positive.min()
+
+
+def unit_of_axis(values: ArrayLike, si_unit: str, logarithmic: bool) -> Unit:
+    """Return the unit for an axis; a logarithmic one needs no power of ten in it."""
+    unit = readable_unit(values, si_unit)
+    return smallest_unit(si_unit) if logarithmic and unit.is_power else unit
+
+
+def set_linear_axis(axes: Axes, values: ArrayLike, from_zero: bool) -> None:
+    """Set the limits of a linear y axis.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+        The axes, everything drawn.
+    values : array_like
+        The values shown, in the unit of the axis.
+    from_zero : bool
+        Whether the axis begins at zero. Values that hardly change are always shown so: what is
+        left of them on an axis of their own is nothing but noise.
+    """
+    shown = np.asarray(values, dtype=np.float64)
+    highest = float(np.nanmax(shown))
+    constant = float(np.nanmin(shown)) > (1.0 - _CONSTANT) * highest
+    if from_zero or constant:
+        axes.set_ylim(0.0, highest * (1.25 if constant else 1.06) or 1.0)
+
+
+def set_logarithmic_axis(axes: Axes, values: ArrayLike) -> None:
+    """Make the y axis logarithmic; `values` are those shown, in the unit of the axis."""
+    positive = _positive(values)
+    highest = float(positive.max())
+    axes.set_yscale("log", nonpositive="mask")
+    axes.set_ylim(max(0.6 * float(positive.min()), _DEEPEST * highest), 1.7 * highest)
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: _value_tick(value)))
+
+
+def _value_tick(value: float) -> str:
+    plain = _PLAIN[0] <= value < _PLAIN[1]
+    return f"{value:g}" if plain else f"$10^{{{round(math.log10(value))}}}$"
+
+
+def _positive(values: ArrayLike) -> Array:
+    array = np.asarray(values, dtype=np.float64)
+    return array[np.isfinite(array) & (array > 0.0)]
+
+
+def make_panels(
+    figure: Figure,
+    count: int,
+    across: int,
+    share_y: Literal["row", "all"],
+    share_x: Literal["row", "all"] = "all",
+) -> list[Axes]:
+    """Return `count` axes in rows of `across`, the last row perhaps shorter.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+        The figure to divide.
+    count, across : int
+        Number of panels, and of panels in a row.
+    share_y, share_x : {"row", "all"}
+        Which panels have the same y axis, and the same x axis.
+    """
+    down = -(-count // across)
+    grid = figure.subplots(down, across, sharex=share_x, sharey=share_y, squeeze=False)
+    for axes in grid.flat[count:]:
+        axes.remove()
+    return list(grid.flat[:count])
+
+
+def label_outer(panels: Sequence[Axes], across: int, *, every_x: bool = False) -> None:
+    """Keep labels and tick labels only at the left end and the lower end of each column.
+
+    Parameters
+    ----------
+    panels : sequence of matplotlib.axes.Axes
+        As from `make_panels`; all have their labels.
+    across : int
+        Number of panels in a row.
+    every_x : bool
+        Whether every row has an x axis of its own, and keeps its numbers.
+    """
+    for index, axes in enumerate(panels):
+        lowest = index + across >= len(panels)
+        axes.tick_params(axis="x", which="both", labelbottom=lowest or every_x)
+        if not lowest:
+            axes.set_xlabel("")
+        axes.tick_params(axis="y", which="both", labelleft=index % across == 0)
+        if index % across:
+            axes.set_ylabel("")
+
+
+def outside_key(
+    figure: Figure,
+    handles: Sequence[Artist],
+    labels: Sequence[str],
+    place: Place = "outside upper left",
+    handlelength: float = 2.4,
+) -> Legend:
+    """Add a key above or below the axes, in as many columns as the width of the figure holds.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+        A figure with constrained layout.
+    handles, labels : sequences
+        What the key shows, and what it says.
+    place : {"outside upper left", "outside lower left"}
+        Where it stands.
+    handlelength : float
+        Length of the handles in font sizes.
+    """
+    key: Legend
+    for columns in range(len(labels), 0, -1):
+        key = figure.legend(
+            handles, labels, loc=place, ncols=columns, handlelength=handlelength, columnspacing=1.0
+        )
+        width = key.get_window_extent().width
+        if width <= figure.bbox.width or columns == 1:
+            break
+        key.remove()
+    return key
+
+
+@dataclass(frozen=True)
+class _Labelled:
+    """A label with the pixels of the curves that it belongs to, row 0 at the bottom."""
+
+    text: str
+    color: str
+    mask: Mask
+
+
+def label_curves(axes: Axes, curves: Sequence[Line2D], labels: Sequence[str]) -> bool:
+    """Label every curve beside itself, or none of them.
+
+    A place is taken when the text box is clear of all curves and labels, and nearer to its own
+    curve than to any other. Successive curves that cannot be told apart have one label, in the
+    last one's colour. Call this last, when limits and labels of the axes are final.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+        Axes that show the curves.
+    curves : sequence of matplotlib.lines.Line2D
+        The curves to label, as they are drawn.
+    labels : sequence of str
+        The label of each.
+
+    Returns
+    -------
+    bool
+        Whether there was room; if not, nothing was added and a legend is called for.
+    """
+    root_figure(axes).draw_without_rendering()
+    labelled: list[_Labelled] = []
+    for curve, text in zip(curves, labels, strict=True):
+        mask = _covered(axes, curve)
+        if labelled and _coincide(labelled[-1].mask, mask):
+            before = labelled.pop()
+            text, mask = f"{before.text}, {text}", mask | before.mask
+        labelled.append(_Labelled(text, to_hex(curve.get_color()), mask))
+    sizes = [_text_size(axes, label) for label in labelled]
+    distances = [_distance(label.mask) for label in labelled]
+    there = list(range(len(labelled)))
+    found = [_placed(order, distances, sizes) for order in (there, there[::-1])]
+    places = min((each for each in found if each), key=lambda each: each[0], default=None)
+    if places is None:
+        return False
+    height, width = distances[0].shape
+    for label, (row, column) in zip(labelled, places[1], strict=True):
+        _add_text(axes, label, ((column + 0.5) / width, (row + 0.5) / height))
+    return True
+
+
+def _covered(axes: Axes, curve: Line2D) -> Mask:
+    """Return the pixels of the axes that a curve and its marks cover."""
+    figure = root_figure(axes)
+    width, height = figure.bbox.size
+    renderer = RendererAgg(width, height, figure.dpi)  # type: ignore[no-untyped-call]
+    drawn = copy(curve)
+    if drawn.get_marker() != "None":
+        # Marks of one shape: a corner that juts out from another curve's mark tells no curve.
+        drawn.set_marker("s")
+    drawn.draw(renderer)
+    opaque = np.asarray(renderer.buffer_rgba())[..., 3] > 127  # type: ignore[no-untyped-call]
+    left, bottom, right, top = (round(edge) for edge in axes.bbox.extents)
+    return opaque[::-1][bottom:top, left:right]
+
+
+def _coincide(first: Mask, second: Mask) -> bool:
+    if not (first.any() and second.any()):
+        return False
+    apart = max(_distance(first)[second].max(), _distance(second)[first].max())
+    return bool(apart <= _INDISTINCT)
+
+
+def _distance(mask: Mask) -> Array:
+    """Return each pixel's distance from the nearest covered one."""
+    if not mask.any():
+        return np.full(mask.shape, float(max(mask.shape)))
+    return np.asarray(ndimage.distance_transform_edt(~mask), dtype=np.float64)
+
+
+def _add_text(axes: Axes, label: _Labelled, position: tuple[float, float]) -> Text:
+    text = axes.text(
+        *position,
+        label.text,
+        color=text_colour(label.color),
+        fontsize=_LABEL_SIZE,
+        ha="center",
+        va="center_baseline",
+        transform=axes.transAxes,
+    )
+    text.set_in_layout(False)
+    return text
+
+
+def _text_size(axes: Axes, label: _Labelled) -> tuple[int, int]:
+    probe = _add_text(axes, label, (0.5, 0.5))
+    box = probe.get_window_extent()
+    probe.remove()
+    return math.ceil(box.height) + 2 * _LABEL_MARGIN, math.ceil(box.width) + 2 * _LABEL_MARGIN
+
+
+def _placed(
+    order: Sequence[int], distances: Sequence[Array], sizes: Sequence[tuple[int, int]]
+) -> tuple[float, list[tuple[int, int]]] | None:
+    """Place labels one after the other; return cost and centres, None when one has no room."""
+    taken = np.zeros(distances[0].shape, dtype=bool)
+    places: dict[int, tuple[int, int]] = {}
+    total = 0.0
+    for index in order:
+        others = [each for other, each in enumerate(distances) if other != index]
+        foreign = np.minimum.reduce([*others, np.full(taken.shape, np.inf)])
+        cost = _cost(distances[index], foreign, _distance(taken), sizes[index])
+        row, column = (int(place) for place in np.unravel_index(np.argmin(cost), cost.shape))
+        if not np.isfinite(cost[row, column]):
+            return None
+        total += float(cost[row, column])
+        places[index] = row, column
+        height, width = sizes[index]
+        bottom, left = row - height // 2, column - width // 2
+        taken[max(bottom, 0) : bottom + height, max(left, 0) : left + width] = True
+    return total, [places[index] for index in range(len(distances))]
+
+
+def _cost(own: Array, foreign: Array, labels: Array, size: tuple[int, int]) -> Array:
+    """Return the cost of a box of `size` pixels about each pixel, infinite where it has no room.
+
+    `own`, `foreign` and `labels` are the distances from the label's curve, from the other curves
+    and from the labels that have a place.
+    """
+    nearest_own, nearest_foreign, nearest_label = (
+        ndimage.minimum_filter(distance, size=size) for distance in (own, foreign, labels)
+    )
+    possible = (nearest_own > 0.5) & (nearest_own < _REACH) & (nearest_label > 2.0)
+    possible &= nearest_foreign > np.maximum(_INDISTINCT, nearest_own) + 0.5
+    rows, columns = size[0] // 2 + 1, size[1] // 2 + 1
+    inside = np.zeros_like(possible)
+    inside[rows:-rows, columns:-columns] = True
+    cost = nearest_own - 0.6 * np.minimum(nearest_foreign, _CLEARANCE)
+    cost -= 0.1 * np.minimum(nearest_label, 12.0)
+    return np.where(possible & inside, cost, np.inf)

@@ -1,0 +1,300 @@
+"""The points of a study as lines: panels, colours and styles of all, and a few for profiles."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import product
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from fretwear.figures.datasets import require
+from fretwear.figures.wording import symbol_text, words_text
+from fretwear.vocabulary import CASE_ID, POINT, STATUS
+
+Array = NDArray[np.float64]
+Value = Any
+"""A value of a parameter: a float, or a string such as a slip model's name."""
+Levels = Mapping[str, tuple[Value, ...]]
+"""The different values of each varied name, in the study's order."""
+
+MOST_ROWS, MOST_PANELS_ACROSS, MOST_STYLES, MOST_COLORS = 5, 4, 4, 60
+MOST_KEYED_COLORS = 8
+_BOOKKEEPING = {CASE_ID.name, POINT.name, STATUS.name, "id"}
+_PREFERRED_STYLE = ("plastic_limit", "slip_model")
+_PREFERRED_COLOR = ("roughness_amplitude", "roughness")
+
+_PREFERRED_CONTRASTS = ("roughness_amplitude", "roughness", "plastic_limit", "slip_model")
+_MOST_CONTRASTS = 2
+# Slip that disregards the worn shape is for comparison: where there is another, it is not shown.
+_SIMPLIFIED = ("slip_model", "cattaneo_mindlin")
+
+
+@dataclass(frozen=True)
+class Line:
+    """One point of a study: its place, its varied values and one quantity over the cycles."""
+
+    point: Mapping[str, int]
+    values: Mapping[str, Value]
+    cycles: Array
+    quantity: Array
+
+
+def study_lines(summary: xr.Dataset, variable: str) -> list[Line]:
+    """Return one line per finished point of a merged study.
+
+    Parameters
+    ----------
+    summary : xarray.Dataset
+        A merged study (varied names, then ``cycle``; or ``point``, ``cycle``), the dataset of one
+        case, or the history of one case (``step``, with ``cycle`` a variable).
+    variable : str
+        A quantity that depends on the cycle, such as ``wear_volume``.
+
+    Raises
+    ------
+    ValueError
+        When the dataset lacks the quantity.
+    """
+    require(summary, variable)
+    along = "step" if "step" in summary[variable].dims else "cycle"
+    table = summary[variable].transpose(..., along)
+    dims = [str(dim) for dim in table.dims[:-1]]
+    cycles = summary["cycle"].values.astype(np.float64)
+    quantities = table.values.astype(np.float64)
+    parameters = list(_parameters(summary, dims))
+    lines = []
+    for place in np.argwhere(np.isfinite(quantities).any(axis=-1)).tolist():
+        point = dict(zip(dims, place, strict=True))
+        values = {
+            name: column[tuple(point[dim] for dim in along)] for name, along, column in parameters
+        }
+        lines.append(Line(point, values, cycles, quantities[tuple(place)]))
+    return lines
+
+
+def _parameters(
+    summary: xr.Dataset, dims: Sequence[str]
+) -> Iterator[tuple[str, list[str], NDArray[Any]]]:
+    """Yield name, dimensions and values of each varied parameter."""
+    for name, coordinate in summary.coords.items():
+        along = [str(dim) for dim in coordinate.dims]
+        if name not in _BOOKKEEPING and along and set(along) <= set(dims):
+            kind = str if coordinate.dtype.kind in "OUS" else np.float64
+            yield str(name), along, coordinate.values.astype(kind).astype(object)
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Which varied names make rows, panels across, colours and line styles of a figure.
+
+    Parameters
+    ----------
+    rows, across : tuple of str
+        Names whose combinations make the rows, and the panels of a row.
+    color, style : str or None
+        Name told by colour, and by line style.
+    followers : tuple of str
+        Names whose value is told by that of the colour's name, as in paired lists.
+    levels : mapping of str to tuple
+        The values of each name that the figure shows, in the study's order.
+    thinned : mapping of str to int
+        How many values a name has, for names of which only some are shown.
+    """
+
+    rows: tuple[str, ...] = ()
+    across: tuple[str, ...] = ()
+    color: str | None = None
+    style: str | None = None
+    followers: tuple[str, ...] = ()
+    levels: Levels = field(default_factory=dict)
+    thinned: Mapping[str, int] = field(default_factory=dict)
+
+    def panels(self) -> list[dict[str, Value]]:
+        """Return the values that each panel stands for, row by row."""
+        names = (*self.rows, *self.across)
+        combinations = product(*(self.levels[name] for name in names))
+        return [dict(zip(names, values, strict=True)) for values in combinations]
+
+    def index(self, name: str | None, line: Line) -> int:
+        """Return the place of a line's value among those shown of `name`, 0 for no name."""
+        return 0 if name is None else self.levels[name].index(line.values[name])
+
+
+def choose_layout(lines: Sequence[Line]) -> Layout:
+    """Choose panels, colours and line styles for the names that the lines vary.
+
+    Colour tells the roughness amplitude or, if that is fixed, the name with most values; the line
+    style the plastic limit or another name with few values, unless many lines crowd a panel; the
+    remaining names make panels. Of a name with more values than can be shown, some are left out,
+    evenly.
+    """
+    levels = _levels(lines)
+    names, followers = _independent(levels, lines)
+    crowded = any(len(levels[name]) > MOST_KEYED_COLORS for name in names)
+    style = None if crowded else _style_name(names, levels)
+    rest = [name for name in names if name != style]
+    color = _first_of(_PREFERRED_COLOR, rest) or max(
+        rest, key=lambda name: len(levels[name]), default=None
+    )
+    rows, across, held = _facets([name for name in rest if name != color])
+    most = dict.fromkeys(rows, MOST_ROWS) | dict.fromkeys(
+        across, MOST_PANELS_ACROSS if rows else MOST_ROWS * MOST_PANELS_ACROSS
+    )
+    if color is not None:
+        most[color] = MOST_COLORS
+    shown = {name: _evenly(values, most.get(name)) for name, values in levels.items()}
+    shown |= {name: (levels[name][-1],) for name in held}
+    thinned = {n: len(levels[n]) for n in names if len(shown[n]) < len(levels[n])}
+    told = tuple(follower for follower, leader in followers.items() if leader == color)
+    return Layout(tuple(rows), tuple(across), color, style, told, shown, thinned)
+
+
+def shown_lines(lines: Sequence[Line], layout: Layout) -> list[Line]:
+    """Return the lines all of whose values the layout shows."""
+    encoded = {*layout.rows, *layout.across, layout.color, layout.style, *layout.thinned} - {None}
+    return [
+        line
+        for line in lines
+        if all(line.values[name] in layout.levels[name] for name in encoded if name is not None)
+    ]
+
+
+def _levels(lines: Sequence[Line]) -> dict[str, tuple[Value, ...]]:
+    levels: dict[str, dict[Value, None]] = {}
+    for line in lines:
+        for name, value in line.values.items():
+            levels.setdefault(name, {})[value] = None
+    return {name: tuple(values) for name, values in levels.items()}
+
+
+def _facets(names: Sequence[str]) -> tuple[Sequence[str], Sequence[str], Sequence[str]]:
+    """Part names into that of the rows, that of the panels of a row, and those held at a value."""
+    return (names[:1], names[1:2], names[2:]) if len(names) > 1 else ((), names, ())
+
+
+def _first_of(preferred: Sequence[str], names: Sequence[str]) -> str | None:
+    return next((name for name in preferred if name in names), None)
+
+
+def _style_name(names: Sequence[str], levels: Levels) -> str | None:
+    if len(names) < 2:
+        return None
+    few = [name for name in names if len(levels[name]) <= MOST_STYLES]
+    others = [name for name in few if name not in _PREFERRED_COLOR]
+    return _first_of(_PREFERRED_STYLE, few) or min(
+        others, key=lambda name: len(levels[name]), default=None
+    )
+
+
+def _independent(levels: Levels, lines: Sequence[Line]) -> tuple[list[str], dict[str, str]]:
+    """Part the varied names into those that vary on their own, and those that another one tells."""
+    kept: list[str] = []
+    followers: dict[str, str] = {}
+    for name in (name for name, values in levels.items() if len(values) > 1):
+        for other in kept:
+            pairs = {(line.values[other], line.values[name]) for line in lines}
+            # Not few values off a colour bar: nobody can read them there.
+            readable = len(levels[other]) <= MOST_KEYED_COLORS or len(levels[name]) > MOST_STYLES
+            if readable and len(pairs) == len(levels[other]):
+                followers[name] = other
+                break
+        else:
+            kept.append(name)
+    return kept, followers
+
+
+def _evenly(values: tuple[Value, ...], most: int | None) -> tuple[Value, ...]:
+    if most is None or len(values) <= most:
+        return values
+    picks = np.unique(np.linspace(0, len(values) - 1, most).round().astype(int))
+    return tuple(values[index] for index in picks)
+
+
+@dataclass(frozen=True)
+class RepresentativeCases:
+    """Cases that differ in at most two names and agree, where possible, in the others.
+
+    Parameters
+    ----------
+    contrasts : tuple of str
+        The names in which the cases differ.
+    ids : mapping of str to str
+        Case ids by title, as ``smooth, elastic``.
+    common : str
+        The values that all of them have of the study's other varied names, in words.
+    """
+
+    contrasts: tuple[str, ...]
+    ids: dict[str, str]
+    common: str
+
+
+def representative_cases(summary: xr.Dataset) -> RepresentativeCases:
+    """Return up to four finished cases of a merged study, the same whenever the study is the same.
+
+    They span the extremes of roughness amplitude and plastic limit, or of the first two other
+    names if the study does not vary these. All other names have their last value for which all
+    of the cases are done, or as many as possible; the slip model is that of the worn shape.
+
+    Parameters
+    ----------
+    summary : xarray.Dataset
+        A merged study, with the case ids in ``case_id``.
+
+    Raises
+    ------
+    ValueError
+        When no point is done.
+    """
+    lines = study_lines(summary, "wear_volume")
+    if not lines:
+        raise ValueError("No point of the study is done: there is no case to choose.")
+    varied = [name for name, values in _levels(lines).items() if len(values) > 1]
+    preferred = [name for name in _PREFERRED_CONTRASTS if name in varied]
+    contrasts = tuple(dict.fromkeys([*preferred, *varied]))[:_MOST_CONTRASTS]
+    others = [name for name in varied if name not in contrasts]
+    best = _fullest_group(lines, contrasts, others)
+    ids = {
+        ", ".join(symbol_text(name, line.values[name]) for name in contrasts) or "the case": str(
+            summary["case_id"].isel(line.point).item()
+        )
+        for line in best
+    }
+    agreed = [name for name in others if len({line.values[name] for line in best}) == 1]
+    common = ", ".join(words_text(name, best[0].values[name]) for name in agreed)
+    return RepresentativeCases(contrasts, ids, common)
+
+
+def _fullest_group(
+    lines: Sequence[Line], contrasts: Sequence[str], others: Sequence[str]
+) -> list[Line]:
+    """Return the extreme lines of the group with most of them.
+
+    Of several such groups: one whose slip is that of the worn shape, and of these the last.
+    Points drawn at random make no group; then those of least and most wear are taken.
+    """
+    levels = _levels(lines)
+    wanted = {name: _extremes(levels[name]) for name in contrasts}
+    groups: dict[tuple[Value, ...], list[Line]] = {}
+    for line in lines:
+        if all(line.values[name] in wanted[name] for name in contrasts):
+            groups.setdefault(tuple(line.values[name] for name in others), []).append(line)
+    name, simplified = _SIMPLIFIED
+    best = max(
+        reversed(list(groups.values())),
+        key=lambda group: (len(group), group[0].values.get(name) != simplified),
+        default=[],
+    )
+    if len(best) == 1 < len(lines) or not best:
+        by_wear = sorted(lines, key=lambda line: float(np.nanmax(line.quantity)))
+        return [by_wear[0], by_wear[-1]]
+    return best
+
+
+def _extremes(values: Sequence[Value]) -> tuple[Value, Value]:
+    ordered = values if any(isinstance(value, str) for value in values) else sorted(values)
+    return ordered[0], ordered[-1]
