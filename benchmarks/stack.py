@@ -23,7 +23,7 @@ import yaml
 
 from fretwear.data.files import add_checksum
 from fretwear.running.batch import simulate_to_file
-from fretwear.study.file import Study, load_study
+from fretwear.study.study import Study, load_study
 
 _SEAL_BYTES = 25
 
@@ -36,7 +36,7 @@ print(f"  largest memory {peak / 1e3:.0f} MB")
 """
 MERGE = """
 from fretwear.data.merge import merge_study
-from fretwear.study.file import load_study
+from fretwear.study.study import load_study
 merge_study(load_study("stack.yaml"), "results/stack/cases", "results/stack/summary.nc")
 """
 REDUCE = """

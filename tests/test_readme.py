@@ -10,7 +10,7 @@ import yaml
 from typer.testing import CliRunner
 
 from fretwear.cli import app
-from fretwear.study.file import load_study
+from fretwear.study.study import load_study
 
 REPOSITORY = Path(__file__).parents[1]
 README = (REPOSITORY / "README.md").read_text(encoding="utf-8")

@@ -91,7 +91,7 @@ def smooth_rows(cells_on_radius: float = 128.0) -> Iterator[Row]:
     yield Row("smooth_run", job, run.units.cpu, "CE", 900, 400, note=run.note())
     yield Row("smooth_steps", f"{job}: steps", run.state.step, "steps", 25, 25)
     hertz = HertzContact(case.radius, case.load, case.composite_modulus)
-    limit = LimitingState(hertz, case.load_ratio).wear_volume
+    limit = LimitingState(hertz, case.tangential_ratio).wear_volume
     error = abs(run.state.window.integral(run.state.wear) / limit - 1.0)
     yield Row("smooth_volume", f"{job}: wear volume off the limit", 100 * error, "%", 0.5, 0.5)
     yield _share("smooth_share", job, case, 5)

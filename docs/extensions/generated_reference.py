@@ -16,11 +16,19 @@ from typing import Any
 from sphinx.application import Sphinx
 
 from fretwear.data.merge import PROFILES
-from fretwear.study.case import OPTIONAL_IN_FILES, Case
-from fretwear.study.checks import TANGENTIAL
-from fretwear.study.fields import PerBody, Quantity, Reader, Spacing, WholeNumber
-from fretwear.study.parameters import ROUGHNESS, ROUGHNESS_EXAMPLE, parameter_fields
-from fretwear.study.schema import study_schema
+from fretwear.parts import AlongXY, Part, PerBody, Quantity, WholeNumber, required
+from fretwear.study.case import Case, member_alternatives
+from fretwear.study.sections import study_schema
+from fretwear.study.tree import (
+    CaseTree,
+    example_of,
+    kinds,
+    member_of,
+    members,
+    parameter_names,
+    parameter_of,
+    part_named,
+)
 from fretwear.vocabulary import (
     CONVOLUTIONS,
     CYCLE,
@@ -48,45 +56,45 @@ def parameters() -> str:
     """Write the table of every case parameter."""
     titles = ("parameter", "example", "range", "in a file", "meaning")
     rows = [
-        (f"`{name}`", f"`{_example(name)}`", _range(name), _presence(name), info.description or "")
-        for name, info in parameter_fields().items()
-        if name != f"{ROUGHNESS}.kind"
+        (f"`{name}`", f"`{_example(name)}`", _range(name), _presence(name), _described(name))
+        for name in parameter_names()
     ]
     return table(titles, rows)
 
 
-def _reader(name: str) -> Reader | None:
-    info = parameter_fields()[name]
-    inner = [getattr(part, "__metadata__", ()) for part in getattr(info.annotation, "__args__", ())]
-    candidates = [*info.metadata, *(item for metadata in inner for item in metadata)]
-    return next((item for item in candidates if isinstance(item, Reader)), None)
+def _described(name: str) -> str:
+    parameter = parameter_of(name)
+    return part_named(name).description if parameter is None else parameter.description
 
 
 def _example(name: str) -> str:
-    reader = _reader(name)
-    if reader is not None:
-        return reader.example
-    return ROUGHNESS_EXAMPLE if name == ROUGHNESS else str(parameter_fields()[name].default)
+    return example_of(name) or kinds(name)[0].kind
 
 
 def _range(name: str) -> str:
-    reader = _reader(name)
-    if isinstance(reader, PerBody | Spacing):
-        return f"{reader.each.range_text()}; or a pair"
-    if isinstance(reader, Quantity):
-        return reader.range_text() + ("; or `none`" if reader.none_is_infinite else "")
-    if isinstance(reader, WholeNumber):
-        return f"whole, {reader.at_least:g} to {reader.at_most:g}"
-    choices = study_schema()["properties"]["base"]["properties"].get(name, {}).get("enum", [])
-    return " or ".join(f"`{choice}`" for choice in choices) or "`none`, or its parts"
+    match parameter_of(name):
+        case PerBody(each) | AlongXY(each):
+            return f"{each.range_text()}; or a pair"
+        case Quantity() as quantity:
+            return quantity.range_text() + ("; or `none`" if quantity.infinite else "")
+        case WholeNumber() as number:
+            return f"whole, {number.at_least:g} to {number.at_most:g}"
+    choices = ["`none`"] if part_named(name).none else []
+    return " or ".join([*choices, *(f"`{kind.kind}`" for kind in kinds(name))])
 
 
 def _presence(name: str) -> str:
-    if name in TANGENTIAL:
-        return "one of the two"
-    if name not in OPTIONAL_IN_FILES:
+    member = member_of(name)
+    about = members()[member]
+    if name in member_alternatives(member):
+        return "one of them"
+    if "." in name:
+        return "a part of it"
+    if member in required(CaseTree) or about.must_be_written:
         return "needed"
-    default = Case.model_fields[name].default
+    default = getattr(CaseTree, member)
+    if isinstance(default, Part):
+        default = default.kind
     return "left out: chosen by the case" if default is None else f"left out: `{default}`"
 
 

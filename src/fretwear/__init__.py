@@ -9,9 +9,10 @@ if TYPE_CHECKING:
     from fretwear import figures
     from fretwear.data.files import open_case, open_history
     from fretwear.data.merge import open_study
+    from fretwear.mechanics.surfaces import WavyRoughness
     from fretwear.running.simulate import simulate
-    from fretwear.study.case import Case, WavyRoughness
-    from fretwear.study.file import load_study
+    from fretwear.study.case import Case
+    from fretwear.study.study import load_study
 
 __version__ = "0.1.0"
 
@@ -29,8 +30,8 @@ __all__ = [
 
 _HOMES = {
     "Case": "fretwear.study.case",
-    "WavyRoughness": "fretwear.study.case",
-    "load_study": "fretwear.study.file",
+    "WavyRoughness": "fretwear.mechanics.surfaces",
+    "load_study": "fretwear.study.study",
     "open_case": "fretwear.data.files",
     "open_history": "fretwear.data.files",
     "open_study": "fretwear.data.merge",

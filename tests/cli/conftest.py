@@ -5,7 +5,7 @@ import yaml
 from typer.testing import CliRunner
 
 from fretwear.cli import app
-from fretwear.study.file import load_study
+from fretwear.study.study import load_study
 
 
 def tiny_study():

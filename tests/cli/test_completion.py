@@ -8,8 +8,8 @@ import pytest
 from typer.testing import CliRunner
 
 from fretwear.cli import app
-from fretwear.study.file import load_study
 from fretwear.study.parameters import parameter_fields
+from fretwear.study.study import load_study
 
 SHELL = """
 eval "$(_FRETWEAR_COMPLETE=source_bash fretwear)"

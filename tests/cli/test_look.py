@@ -6,8 +6,7 @@ import struct
 import pytest
 
 import fretwear
-from fretwear.study.file import load_study
-from fretwear.study.selection import select_case
+from fretwear.study.study import load_study, select_case
 
 
 def test_show_tells_parameters_and_results_beside_the_closed_forms(desk, case_file):

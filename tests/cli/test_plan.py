@@ -6,7 +6,7 @@ import jsonschema
 import pytest
 import yaml
 
-from fretwear.study.file import load_study
+from fretwear.study.study import load_study
 
 HEAVY = ("scipy.fft", "xarray", "netCDF4", "matplotlib")
 

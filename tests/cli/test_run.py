@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import fretwear
-from fretwear.study.selection import select_case
+from fretwear.study.study import select_case
 
 FRETWEAR = (sys.executable, "-m", "fretwear")
 

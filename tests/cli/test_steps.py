@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from fretwear.data.files import open_summary
-from fretwear.study.file import load_study
+from fretwear.study.study import load_study
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ import xarray as xr
 
 from fretwear.data.files import open_summary
 from fretwear.running.workflow import StudyJobs
-from fretwear.study.file import load_study
+from fretwear.study.study import load_study
 
 from .checkout import documented_commands, eventually
 

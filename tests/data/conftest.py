@@ -13,7 +13,7 @@ import yaml
 from fretwear.data.dataset import case_dataset, history_dataset
 from fretwear.data.files import write_case
 from fretwear.study.case import Case
-from fretwear.study.file import Study, load_study
+from fretwear.study.study import Study, load_study
 from fretwear.theory import CattaneoMindlin, HertzContact
 
 
@@ -67,7 +67,7 @@ def _arrays(case: Case, extent: float = 1.3, cycles: tuple[int, ...] = (0, 1000)
     state = CattaneoMindlin(
         hertz,
         friction=case.friction,
-        tangential_load=case.tangential_force,
+        tangential_load=case.tangential_load,
         coupling=case.coupling,
     )
     r = np.hypot(x[:, None], y[None, :])

@@ -16,7 +16,7 @@ from fretwear.data.files import write_case
 from fretwear.data.merge import merge_study
 from fretwear.running.simulate import Result, run
 from fretwear.study.case import Case
-from fretwear.study.file import Study, load_study
+from fretwear.study.study import Study, load_study
 
 WAVES = {"kind": "wavy", "amplitude": "0.3 um", "slope_x": "1.8 deg", "slope_y": "1 deg"}
 

@@ -10,7 +10,7 @@ from fretwear import figures
 from fretwear.data.files import write_case
 from fretwear.data.merge import merge_study
 from fretwear.running.simulate import run
-from fretwear.study.file import load_study
+from fretwear.study.study import load_study
 
 GALLERY = Path(__file__).parents[2] / "docs" / "gallery"
 pytestmark = pytest.mark.slow

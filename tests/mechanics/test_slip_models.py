@@ -74,7 +74,7 @@ def test_shear_balances_the_tangential_load(case, dataset):
     dx, dy = case.grid_spacing
     total = 4.0 * dx * dy * dataset["shear_traction"].astype(np.float64).sum(("x", "y"))
     # The disc's pressure is sampled at cell centres.
-    np.testing.assert_allclose(total.values, case.tangential_force, rtol=2e-3)
+    np.testing.assert_allclose(total.values, case.tangential_load, rtol=2e-3)
 
 
 def test_wear_of_a_cycle_is_that_of_archard(case, dataset):

@@ -14,8 +14,8 @@ from fretwear.figures.study import INDEX_NAME, write_study_figures
 from fretwear.report import build_report
 from fretwear.running.records import log_file, record
 from fretwear.running.simulate import run
-from fretwear.study.file import load_study
 from fretwear.study.plan import Plan, plan_study
+from fretwear.study.study import load_study
 
 STUDY = """
 title: "Loads & <b>friction</b>"

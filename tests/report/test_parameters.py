@@ -10,8 +10,8 @@ from fretwear.data.files import open_case, open_history
 from fretwear.report.build import parameter_rows
 from fretwear.report.computation import computation_facts, study_text
 from fretwear.report.results import point_results
-from fretwear.study.file import load_study
 from fretwear.study.plan import plan_study
+from fretwear.study.study import load_study
 
 
 def test_varied_parameters_come_first_in_units_for_people(finished) -> None:

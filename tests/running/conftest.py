@@ -12,7 +12,8 @@ import pytest
 import yaml
 
 import fretwear
-from fretwear.study.file import StudyError, load_study
+from fretwear.study.problems import StudyError
+from fretwear.study.study import load_study
 
 REPOSITORY = Path(__file__).parents[2]
 

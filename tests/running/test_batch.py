@@ -17,7 +17,7 @@ import fretwear
 from fretwear.cli import app
 from fretwear.running.records import ENDED, failures, record
 from fretwear.running.workflow import case_files, is_finished
-from fretwear.study.file import load_study
+from fretwear.study.study import load_study
 
 STUDY = {
     "title": "Tiny",

@@ -13,7 +13,8 @@ import yaml
 
 import fretwear
 from fretwear.running.workflow import StudyJobs
-from fretwear.study.file import StudyError, load_study
+from fretwear.study.problems import StudyError
+from fretwear.study.study import load_study
 
 REPOSITORY = Path(__file__).parents[2]
 BASE = {

@@ -13,7 +13,7 @@ import fretwear
 from fretwear.data.files import open_summary
 from fretwear.running.records import failures, record
 from fretwear.running.workflow import StudyJobs, chosen_study, study_file, write_finished
-from fretwear.study.file import StudyError
+from fretwear.study.problems import StudyError
 
 REPOSITORY = Path(__file__).parents[2]
 

@@ -15,7 +15,7 @@ from fretwear.running.simulate import run
 from fretwear.source_study.evolution import Evolution
 from fretwear.source_study.quartet import Quartet
 from fretwear.source_study.source import reference_cases
-from fretwear.study.file import Study, load_study
+from fretwear.study.study import Study, load_study
 
 from ..figures.conftest import check_texts, drawn_texts
 

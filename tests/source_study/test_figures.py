@@ -8,7 +8,7 @@ from fretwear.data.files import write_case
 from fretwear.data.merge import merge_study
 from fretwear.running.simulate import run
 from fretwear.source_study.figures import source_figures
-from fretwear.study.file import load_study
+from fretwear.study.study import load_study
 
 STUDY = """
 title: The source study, coarse and short

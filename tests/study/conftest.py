@@ -3,7 +3,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-from fretwear.study.file import Study, StudyError, load_study
+from fretwear.study.problems import StudyError
+from fretwear.study.study import Study, load_study
 
 
 def sound_content():

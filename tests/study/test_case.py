@@ -1,12 +1,13 @@
 import math
+from dataclasses import FrozenInstanceError
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pydantic import ValidationError
 
-from fretwear.study.case import Case, WavyRoughness
+from fretwear.mechanics.surfaces import WavyRoughness
+from fretwear.study.case import Case, CaseError
 
 STEEL = {
     "radius": "10 mm",
@@ -26,7 +27,7 @@ def steel(**changes):
 
 
 def refusal(**changes):
-    with pytest.raises(ValidationError) as caught:
+    with pytest.raises(CaseError) as caught:
         steel(**changes)
     return str(caught.value)
 
@@ -52,7 +53,7 @@ def test_hertz_values_of_the_reference_contact():
     assert case.composite_modulus == pytest.approx(208e9 / (2 * (1 - 0.09)))
     assert case.hertz_radius == pytest.approx(148.6e-6, rel=1e-4, abs=0)
     assert case.hertz_pressure == pytest.approx(1081e6, rel=1e-3, abs=0)
-    assert case.hertz_approach == pytest.approx(2.208e-6, rel=1e-3, abs=0)
+    assert case.hertz.approach == pytest.approx(2.208e-6, rel=1e-3, abs=0)
 
 
 def test_coupling_of_equal_bodies_depends_on_poissons_ratio_alone():
@@ -65,7 +66,7 @@ def test_composite_moduli_of_two_materials():
     compliance = (1 - 0.3**2) / 208e9 + (1 - 0.33**2) / 70e9
     shear = (2 - 0.3) / (4 * 208e9 / 2.6) + (2 - 0.33) / (4 * 70e9 / 2.66)
     assert case.composite_modulus == pytest.approx(1 / compliance)
-    assert case.composite_shear_modulus == pytest.approx(1 / shear)
+    assert case.composite_modulus / case.coupling == pytest.approx(1 / shear)
 
 
 def test_a_pair_of_equal_materials_is_one_material():
@@ -76,8 +77,8 @@ def test_a_pair_of_equal_materials_is_one_material():
 
 def test_tangential_load_and_ratio_are_two_names_for_one_thing():
     by_ratio = steel(tangential_load=None, tangential_ratio=0.8)
-    assert by_ratio.tangential_force == pytest.approx(steel().tangential_force)
-    assert by_ratio.load_ratio == pytest.approx(steel().load_ratio)
+    assert by_ratio.tangential_load == pytest.approx(steel().tangential_load)
+    assert by_ratio.tangential_ratio == pytest.approx(steel().tangential_ratio)
     assert by_ratio.stick_load == pytest.approx(50 - 20 / 0.5)
     assert by_ratio.stick_radius / by_ratio.hertz_radius == pytest.approx(0.2 ** (1 / 3))
 
@@ -94,7 +95,7 @@ def test_no_slope_is_no_wave_in_that_direction():
     rough = WavyRoughness(**{**WAVES, "slope_y": 0.0})
     assert rough.wavenumber_y == 0.0
     assert rough.wavelength_y == math.inf
-    with pytest.raises(ValidationError, match="slope larger than zero"):
+    with pytest.raises(ValueError, match="slope larger than zero"):
         WavyRoughness(amplitude=1e-7, slope_x=0.0, slope_y=0.0)
 
 
@@ -116,7 +117,7 @@ def test_snapshots_are_sorted_and_hold_the_first_and_last_cycle():
 
 
 def test_a_case_is_frozen():
-    with pytest.raises(ValidationError, match="frozen"):
+    with pytest.raises(FrozenInstanceError):
         steel().load = 3.0
 
 
@@ -157,7 +158,7 @@ def test_a_wrong_value_is_refused_by_name_and_rule(changes, parts):
 
 
 def test_every_missing_parameter_is_named():
-    with pytest.raises(ValidationError) as caught:
+    with pytest.raises(CaseError) as caught:
         Case(load=50.0)
     for name in ("radius", "youngs_modulus", "poisson_ratio", "friction", "cycles"):
         assert name in str(caught.value)

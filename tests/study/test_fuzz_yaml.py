@@ -9,11 +9,11 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from fretwear.running.resources import batches, core_seconds
-from fretwear.study.file import Study, load_study
-from fretwear.study.parameters import parameter_fields
 from fretwear.study.plan import plan_study
 from fretwear.study.problems import StudyError
-from fretwear.study.sections import TOP_LEVEL
+from fretwear.study.sections import NAMES as SECTIONS
+from fretwear.study.study import Study, load_study
+from fretwear.study.tree import parameter_names
 
 ODD = (
     "!!int ''",
@@ -67,7 +67,7 @@ ODD = (
     "\t",
     "@",
 )
-NAMES = list(parameter_fields())
+NAMES = list(parameter_names())
 
 fragments = st.one_of(st.sampled_from(ODD), st.text(max_size=20))
 magnitudes = st.one_of(st.floats(5e-324, 1.7e308), st.floats(-30, 30).map(lambda x: 10.0**x))
@@ -100,10 +100,10 @@ def test_any_bytes(tmp_path, content):
 
 
 @of_files
-@given(fragment=fragments, section=st.sampled_from([*TOP_LEVEL, *NAMES, ""]), vary=st.booleans())
+@given(fragment=fragments, section=st.sampled_from([*SECTIONS, *NAMES, ""]), vary=st.booleans())
 def test_any_yaml_in_the_place_of_a_value(tmp_path, content, fragment, section, vary):
     content = deepcopy(content)
-    if section in TOP_LEVEL:
+    if section in SECTIONS:
         content[section] = "PLACE"
     elif section and vary:
         content["vary"][section] = ["PLACE"]
@@ -122,7 +122,7 @@ def test_odd_yaml_is_no_number(tmp_path, content, fragment):
     assert isinstance(error, StudyError)
 
 
-@pytest.mark.parametrize("section", TOP_LEVEL)
+@pytest.mark.parametrize("section", SECTIONS)
 @pytest.mark.parametrize("fragment", ["0x" + "F" * 5000, "[0x" + "F" * 5000 + "]"])
 def test_numbers_too_long_to_be_printed(tmp_path, content, section, fragment):
     content[section] = "PLACE"

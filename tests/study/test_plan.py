@@ -5,7 +5,8 @@ import sys
 
 import pytest
 
-from fretwear.study.plan import duration, plan_study, size, write_points
+from fretwear.study.plan import plan_study, write_points
+from fretwear.units import duration_text, size_text
 
 
 def table(study):
@@ -87,11 +88,11 @@ def test_the_table_is_written_to_a_file(studies, content, tmp_path):
     ("seconds", "text"), [(3.2, "3 s"), (119, "119 s"), (600, "10 min"), (9000, "2.5 h")]
 )
 def test_times_for_people(seconds, text):
-    assert duration(seconds) == text
+    assert duration_text(seconds) == text
 
 
 def test_sizes_for_people():
-    sizes = [size(200_000), size(20_400_000), size(1_540_000_000)]
+    sizes = [size_text(200_000), size_text(20_400_000), size_text(1_540_000_000)]
     assert sizes == ["200 kB", "20 MB", "1.5 GB"]
 
 
@@ -99,7 +100,7 @@ def test_planning_imports_nothing_of_the_computation(studies, content):
     file = studies.write(content)
     program = (
         "import sys\n"
-        "from fretwear.study.file import load_study\n"
+        "from fretwear.study.study import load_study\n"
         "from fretwear.study.plan import plan_study\n"
         f"list(plan_study(load_study({str(file)!r})).rows())\n"
         "heavy = {'scipy.fft', 'scipy.stats', 'xarray', 'matplotlib', 'netCDF4'}\n"

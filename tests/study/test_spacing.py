@@ -45,7 +45,7 @@ def test_the_default_resolves_contact_zones_and_waves(ratio, amplitude, slope_x,
         assert spacing <= case.stick_radius / 8
         assert spacing <= (case.hertz_radius - case.stick_radius) / 4
     # The default passes the rules that a given spacing has to pass.
-    assert Case(**{**case.model_dump(), "cell": (dx, dy)}).cell == (dx, dy)
+    assert case.replace(cell=(dx, dy)).cell == (dx, dy)
 
 
 @given(st.floats(1e-2, 1e2))

@@ -3,7 +3,7 @@ import math
 import pytest
 
 from fretwear.study.case import Case
-from fretwear.study.yielding import is_ring_unseen, yielding_ring_width
+from fretwear.study.plan import is_ring_unseen, yielding_ring_width
 from fretwear.theory import HertzContact, LimitingState
 
 STEEL = {

@@ -17,7 +17,7 @@ from fretwear.cli import completion
 
 if TYPE_CHECKING:
     from fretwear.cli.progress import Log
-    from fretwear.study.file import Study
+    from fretwear.study.study import Study
 
 FIGURE_FORMATS = (".png", ".svg", ".pdf")
 """Endings of the files into which figures are drawn."""
@@ -157,7 +157,8 @@ def study_and_results(file: Path, results: Path | None) -> tuple[Study, Path]:
         When the study is not sound, or the folder is a link elsewhere or cannot be written to.
     """
     from fretwear.data.safe import why_leading_out
-    from fretwear.study.file import StudyError, load_study
+    from fretwear.study.problems import StudyError
+    from fretwear.study.study import load_study
 
     with failing_as(Status.WRONG_INPUT, StudyError):
         study = load_study(file)

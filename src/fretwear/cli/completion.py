@@ -40,8 +40,8 @@ def case_files(incomplete: str) -> list[str]:
 
 def case_ids(context: typer.Context, incomplete: str) -> list[str]:
     """Offer the ids of the cases of the study that was typed before."""
-    from fretwear.study.file import load_study
     from fretwear.study.problems import StudyError
+    from fretwear.study.study import load_study
 
     # The file is not parsed yet where the option waits for its value.
     file = context.params.get("file") or next(iter(context.args), None)

@@ -25,7 +25,7 @@ from fretwear.cli.common import (
 from fretwear.cli.completion import case_ids
 
 if TYPE_CHECKING:
-    from fretwear.study.file import Study
+    from fretwear.study.study import Study
 
 
 def run(
@@ -58,8 +58,8 @@ def run(
     """
     log = begin(context, log_format, quiet=quiet)
 
-    from fretwear.study.file import StudyError
-    from fretwear.study.selection import select_case
+    from fretwear.study.problems import StudyError
+    from fretwear.study.study import select_case
 
     with failing_as(Status.WRONG_INPUT, StudyError):
         case = select_case(file, case_id, set_ or ())

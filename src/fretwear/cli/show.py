@@ -311,7 +311,7 @@ def _unworn(dataset: xr.Dataset) -> dict[str, float]:
 
     case = Case(**json.loads(dataset.attrs["parameters"]))
     hertz = HertzContact(case.radius, case.load, case.composite_modulus)
-    sliding = CattaneoMindlin(hertz, case.friction, case.tangential_force, case.coupling)
+    sliding = CattaneoMindlin(hertz, case.friction, case.tangential_load, case.coupling)
     return {
         "contact_half_width_x": hertz.contact_radius,
         "contact_half_width_y": hertz.contact_radius,

@@ -43,8 +43,9 @@ def plan(
     Times are those of this machine, whose speed is measured in a moment.
     """
     from fretwear.running.resources import machine_speed, machine_warnings
-    from fretwear.study.file import StudyError, load_study
     from fretwear.study.plan import plan_study
+    from fretwear.study.problems import StudyError
+    from fretwear.study.study import load_study
 
     with failing_as(Status.WRONG_INPUT, StudyError):
         planned = plan_study(load_study(file, set_ or ()))
@@ -58,7 +59,7 @@ def plan(
 
 def schema() -> None:
     """Print the JSON Schema of the study file, for editors that complete and check it."""
-    from fretwear.study.schema import study_schema
+    from fretwear.study.sections import study_schema
 
     typer.echo(json.dumps(study_schema(), indent=2, ensure_ascii=False))
 

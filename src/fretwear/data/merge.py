@@ -50,8 +50,8 @@ from fretwear.vocabulary import (
 
 if TYPE_CHECKING:
     from fretwear.study.case import Case
-    from fretwear.study.file import Study
     from fretwear.study.points import Axis, Point
+    from fretwear.study.study import Study
 
 
 @dataclass(frozen=True)

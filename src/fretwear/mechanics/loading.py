@@ -1,63 +1,91 @@
-"""The first loading: the contact at cycle 0, before any wear."""
+"""How a contact is loaded: the normal load held, the tangential load between +Q and −Q."""
 
 from __future__ import annotations
 
-import numpy as np
+from dataclasses import dataclass
+from typing import Annotated, Literal
 
-from fretwear.mechanics.contact import solve_contact
-from fretwear.mechanics.contact_problem import ContactProblem
-from fretwear.mechanics.outlook import larger_window
-from fretwear.mechanics.state import CONTACT_TOLERANCE, State, WearProblem
-from fretwear.mechanics.window import Window, fast_shape
-
-_FIRST_STEP = 0.09
+from fretwear.mechanics.materials import Friction
+from fretwear.parts import Part, Quantity
 
 
-def first_window(problem: WearProblem) -> Window:
-    """The window that the first loading begins with."""
-    shape = fast_shape(problem.extent, problem.spacing, quarter=problem.quarter)
-    return Window(shape, problem.spacing, problem.quarter)
+@dataclass(frozen=True)
+class Loading(Part):
+    """A normal load, constant, and what is imposed along x."""
+
+    load: Annotated[
+        float,
+        Quantity("N", "$P$", "normal load", "N", above=0.0, description="Constant normal load P."),
+    ]
+
+    def amplitude(self, friction: Friction) -> float:
+        """Amplitude Q of the tangential load, N."""
+        raise NotImplementedError
+
+    def ratio(self, friction: Friction) -> float:
+        """Tangential load over the load of gross sliding, X = Q/(µP)."""
+        return self.amplitude(friction) / (friction.coefficient * self.load)
+
+    def stick_load(self, friction: Friction) -> float:
+        """Reduced load P* = P − Q/µ, N, whose contact is the stick zone."""
+        return self.load * (1.0 - self.ratio(friction))
+
+    def as_force(self, friction: Friction) -> TangentialLoad:
+        """The same loading with Q in newtons: one loading, however it was written, is one case."""
+        return TangentialLoad(self.load, self.amplitude(friction))
+
+    @property
+    def slug(self) -> str:
+        """``P50N``; the tangential load depends on friction too."""
+        return f"P{self.load:.4g}N".replace("+", "")
 
 
-def first_loading(problem: WearProblem) -> State:
-    """The state at cycle 0: loaded for the first time, yielded where it had to, unworn.
+@dataclass(frozen=True)
+class TangentialRatio(Loading):
+    """The tangential load as a part of the load of gross sliding."""
 
-    Parameters
-    ----------
-    problem
-        What to load.
+    tangential_ratio: Annotated[
+        float,
+        Quantity(
+            "1",
+            "$Q/µP$",
+            "tangential load ratio",
+            like="0.8",
+            above=0.0,
+            description="Tangential load as Q/(µP), less than 1. Or give tangential_load.",
+        ),
+    ]
+    kind: Literal["tangential_ratio"] = "tangential_ratio"
 
-    Raises
-    ------
-    fretwear.mechanics.contact.ContactError
-        If the contact does not converge.
-    """
-    window, spent = first_window(problem), 0
-    while True:
-        bodies = problem.half_space(window)
-        gap = problem.surface.shape(window)
-        contact = solve_contact(
-            ContactProblem(bodies, gap, problem.load, problem.limit), tolerance=CONTACT_TOLERANCE
-        )
-        spent += contact.convolutions
-        larger = larger_window(problem, window, contact.pressure, contact.approach)
-        if larger.shape == window.shape:
-            break
-        window = larger
-    plastic = contact.penetration
-    reduced = problem.slip_model.reduced(bodies, gap + plastic)
-    return State(
-        cycle=0.0,
-        window=window,
-        pressure=contact.pressure,
-        gap=np.maximum(contact.gap, 0.0),
-        wear=np.zeros(window.shape),
-        plastic=plastic,
-        approach=contact.approach,
-        reduced=reduced,
-        next_step=_FIRST_STEP / (problem.growth_rate * float(contact.pressure.max())),
-        pressure_rate=np.zeros(window.shape),
-        source_rate=np.zeros(window.shape),
-        residual=contact.residual,
-        convolutions=spent + reduced.convolutions,
-    )
+    def amplitude(self, friction: Friction) -> float:
+        """Amplitude Q = X µ P, N."""
+        return self.tangential_ratio * friction.coefficient * self.load
+
+    def ratio(self, friction: Friction) -> float:
+        """X = Q/(µP), as given."""
+        del friction
+        return self.tangential_ratio
+
+
+@dataclass(frozen=True)
+class TangentialLoad(Loading):
+    """The amplitude of the tangential load."""
+
+    tangential_load: Annotated[
+        float,
+        Quantity(
+            "N",
+            "$Q$",
+            "tangential load amplitude",
+            "N",
+            like="20 N",
+            above=0.0,
+            description="Tangential load Q, less than µP. Or give tangential_ratio.",
+        ),
+    ]
+    kind: Literal["tangential_load"] = "tangential_load"
+
+    def amplitude(self, friction: Friction) -> float:
+        """Amplitude Q, N, as given."""
+        del friction
+        return self.tangential_load

@@ -20,7 +20,7 @@ import numpy as np
 
 from fretwear.mechanics.arrays import Array
 from fretwear.mechanics.contact import ContactError
-from fretwear.mechanics.loading import first_loading, first_window
+from fretwear.mechanics.first_loading import first_loading, first_window
 from fretwear.mechanics.outlook import Outlook, larger_window, next_window
 from fretwear.mechanics.stages import Stage, StageSolver
 from fretwear.mechanics.state import State, WearProblem

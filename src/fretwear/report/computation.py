@@ -16,8 +16,8 @@ import yaml
 from fretwear.data.files import open_case, open_history
 from fretwear.report.results import PointResult
 from fretwear.running.records import spent_on_simulations
-from fretwear.study.file import Study
 from fretwear.study.plan import Plan
+from fretwear.study.study import Study
 from fretwear.units import MICROMETRE, duration_text, number_text, size_text
 
 _LIBRARIES = ("numpy", "scipy", "xarray", "netCDF4", "matplotlib")
@@ -72,7 +72,7 @@ def computation_facts(plan: Plan, results: Sequence[PointResult], folder: Path) 
     """
     ids = list(dict.fromkeys(result.id for result in results if result.done))
     read = [_numerics(folder / "cases" / f"{case_id}.nc") for case_id in ids[:_MOST_CASES_READ]]
-    models = sorted({case.slip_model for case in plan.study.cases().values()})
+    models = sorted({case.slip_model.kind for case in plan.study.cases().values()})
     facts = {"Slip model": ", ".join(models)}
     if read:
         facts |= _numeric_facts(read)

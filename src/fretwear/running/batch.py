@@ -23,7 +23,7 @@ from fretwear.running.simulate import run
 if TYPE_CHECKING:
     from fretwear.running.simulate import Observer
     from fretwear.study.case import Case
-    from fretwear.study.file import Study
+    from fretwear.study.study import Study
 
 # What a job may fail of without a defect of this package; each has a message for people.
 JOB_ERRORS = (ContactError, WearError, DataFileError, MemoryError)

@@ -19,8 +19,7 @@ from pathlib import Path
 
 from fretwear.study.case import Case
 from fretwear.study.cost import SECONDS_TO_START, Estimate, estimate
-from fretwear.study.plan import Plan, PlannedPoint
-from fretwear.study.yielding import yielding_ring_width
+from fretwear.study.plan import Plan, PlannedPoint, yielding_ring_width
 from fretwear.units import LENGTH, format_quantity, size_text
 
 # Estimates are above what runs take, by up to a quarter: below that a case might still fit.

@@ -217,7 +217,7 @@ def _surface(case: Case) -> Surface:
 
 
 def _slip_model(case: Case, hertz: HertzContact) -> SlipModel:
-    if case.slip_model == "cattaneo_mindlin":
+    if case.slip_model.kind == "cattaneo_mindlin":
         return CattaneoMindlinSlip(hertz.with_load(case.stick_load))
     return JaegerSlip(case.stick_load)
 

@@ -18,9 +18,9 @@ import fretwear
 from fretwear.data.safe import DataFileError, write_text
 from fretwear.running.records import Failure, failures
 from fretwear.running.resources import Batch, batches
-from fretwear.study.file import Study, load_study
 from fretwear.study.plan import plan_study
 from fretwear.study.problems import Problem, StudyError, shown
+from fretwear.study.study import Study, load_study
 
 STUDIES = Path("studies")
 RESULTS = Path("results")

@@ -2,33 +2,122 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable
-from typing import Annotated, Any, Literal, Self
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
+from functools import cache
+from typing import Annotated, Any, Self, Union
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, field_validator, model_validator
-from pydantic_core import PydanticCustomError
+from fretwear.parts import STUDY_FILE, Parameter, Part, WholeNumber, means_none, required
+from fretwear.study.problems import Problem, shown, suggestion
+from fretwear.study.rules import findings
+from fretwear.study.tree import (
+    MAX_CYCLES,
+    CaseTree,
+    Leaf,
+    Member,
+    base_names,
+    example_of,
+    kinds,
+    leaves,
+    leaves_of,
+    member_of,
+    members,
+    parameter_names,
+    parameter_of,
+    part_named,
+)
+from fretwear.units import QuantityError
 
-from fretwear.study import identity
-from fretwear.study.checks import findings
-from fretwear.study.fields import PerBody, Quantity, Spacing, WholeNumber, means_none
-from fretwear.study.problems import suggestion
-from fretwear.study.quantities import COMPLIANCE, FORCE, LENGTH, NUMBER, PRESSURE
-from fretwear.study.roughness import WavyRoughness
-from fretwear.study.spacing import default_spacing
+SNAPSHOT = WholeNumber("$N$", "cycle", 0, MAX_CYCLES, 1000, "A cycle at which the fields are kept.")
 
-__all__ = ["MAX_CYCLES", "OPTIONAL_IN_FILES", "Case", "WavyRoughness", "with_first_and_last"]
-
-MAX_CYCLES = 10**9
-
-OPTIONAL_IN_FILES = frozenset({"cell", "tolerance", "slip_model"})
-"""Case keys that a study file may leave out (of the two tangential ones it gives one)."""
-
-SlipModel = Literal["jaeger", "cattaneo_mindlin"]
+_DEFAULTED = tuple(each.name for each in fields(CaseTree) if each.name not in required(CaseTree))
 
 
-def _roughness_or_none(value: object, info: Any) -> object:
-    return None if means_none(value, bool((info.context or {}).get("units_required"))) else value
+class CaseError(ValueError):
+    """Parameters that make no case, with everything that is wrong with them.
+
+    Attributes
+    ----------
+    problems : tuple of Problem
+        One for each.
+    """
+
+    def __init__(self, problems: Iterable[Problem]) -> None:
+        self.problems = tuple(problems)
+        super().__init__(self.problems)
+
+    def __str__(self) -> str:
+        return "\n".join(str(problem) for problem in self.problems)
+
+
+@dataclass(frozen=True, init=False)
+class Case(CaseTree):
+    """One contact, one loading, one number of cycles: what `simulate` takes.
+
+    Values are SI numbers or text with a unit (``load="50 N"``); attributes are SI floats.  The
+    parameters are those of `base` in a study file, and ``output_cycles``, the cycles whose fields
+    are kept.
+
+    The model is that of equal bodies or of bodies whose composite moduli E* and G* stand for
+    both.  For two different materials the coupling of normal pressure and tangential
+    displacement (Dundurs' β) is neglected.
+
+    Raises
+    ------
+    CaseError
+        With every name that is unknown, value that is wrong and rule that is broken.
+
+    Examples
+    --------
+    >>> case = Case(radius="10 mm", youngs_modulus="208 GPa", poisson_ratio=0.3, load="50 N",
+    ...             tangential_ratio=0.8, friction=0.5, wear_coefficient="7e-13 / Pa", cycles=1000)
+    >>> round(case.hertz_radius * 1e6, 1)
+    148.6
+    """
+
+    def __init__(self, **parameters: Any) -> None:
+        given = {name: value for name, value in parameters.items() if value is not None}
+        snapshots = read_snapshots(given.pop("output_cycles", ()), "output_cycles")
+        values, problems = read_values(given, "", units_required=False)
+        problems += [*snapshots.problems, *missing(given, in_file=False)]
+        if problems:
+            raise CaseError(problems)
+        assembled = assemble(values)
+        assembled["output_cycles"] = with_first_and_last(snapshots.value, assembled["cycles"])
+        super().__init__(**assembled)
+        if broken := findings(self):
+            raise CaseError(Problem(f.subject, f.value, f.rule, f.hint) for f in broken)
+
+    @classmethod
+    def of(cls, assembled: Mapping[str, Any]) -> Self:
+        """Return the case of members that have been read and checked; some may be missing."""
+        case = object.__new__(cls)
+        defaults = {name: getattr(CaseTree, name) for name in _DEFAULTED}
+        case.__dict__.update({**defaults, **assembled})
+        return case
+
+    def replace(self, **changes: Any) -> Case:
+        """Return the case with other values of some parameters: ``case.replace(load="60 N")``."""
+        kept: dict[str, Any] = {}
+        for name, about in members().items():
+            value = getattr(self, name)
+            if (
+                isinstance(about, Member)
+                and value is not None
+                and value.kind
+                in (
+                    about.short,
+                    *(kind.kind for kind in kinds(name) if about.inline),
+                )
+            ):
+                if member_alternatives(name) & set(changes):
+                    shared = set.intersection(*(_names_of(kind) for kind in kinds(name)))
+                    kept |= {each: getattr(self, each) for each in shared}
+                else:
+                    kept |= {leaf.name: vars(value)[leaf.field] for leaf in leaves_of(type(value))}
+            else:
+                kept[name] = value
+        return Case(**{**kept, "output_cycles": self.output_cycles, **changes})
 
 
 def with_first_and_last(snapshots: Iterable[int], cycles: int) -> tuple[int, ...]:
@@ -36,227 +125,294 @@ def with_first_and_last(snapshots: Iterable[int], cycles: int) -> tuple[int, ...
     return tuple(sorted({0, cycles, *snapshots}))
 
 
-class Case(BaseModel):
-    """One sphere on a flat, one load, one number of cycles: what `simulate` takes.
+@dataclass(frozen=True)
+class Reading:
+    """What became of one value: the value in SI units, or what is wrong with it."""
 
-    Values are SI numbers or text with a unit (``load="50 N"``); attributes are SI floats.
+    value: Any = None
+    problems: tuple[Problem, ...] = ()
 
-    The model is that of equal bodies or of bodies whose composite moduli E* and G* stand for
-    both.  For two different materials the coupling of normal pressure and tangential
-    displacement (Dundurs' β) is neglected.
 
-    Attributes
-    ----------
-    radius : float
-        Sphere radius R in m.
-    youngs_modulus, poisson_ratio : float or (float, float)
-        One value in Pa (or plain) for both bodies, or a pair (body I, body II).
-    load : float
-        Normal load P in N, constant.
-    tangential_ratio, tangential_load : float or None
-        Amplitude of the tangential load as Q/(µP), or Q in N; exactly one of the two is given.
-    friction : float
-        Coefficient of friction µ.
-    wear_coefficient : float
-        Archard's K_w in 1/Pa: worn depth per pressure and path of slip.
-    plastic_limit : float
-        Highest pressure in Pa, about the hardness; inf (written ``"none"``) is elastic.
-    roughness : WavyRoughness or None
-        Roughness of the sphere; None is smooth, and so is one of zero amplitude.
-    cycles : int
-        Number of cycles.
-    cell : (float, float) or None
-        Grid spacing along x and y in m; None: the default, see `grid_spacing`.
-    tolerance : float
-        Relative error allowed to the integration of wear.
-    slip_model : str
-        ``"jaeger"`` (from the current shape) or ``"cattaneo_mindlin"`` (of the smooth sphere).
-    output_cycles : tuple of int
-        Cycles whose fields are kept; 0 and the last are always among them.
-    """
+def such_as(name: str) -> str:
+    """Return an example for a name, "such as load: 50 N", or nothing."""
+    if not (example := example_of(name)):
+        return ""
+    can_be_none = parameter_of(name) is None and part_named(name).none
+    return f"such as {name.rpartition('.')[2]}: {example}" + (", or none" if can_be_none else "")
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
-    radius: Annotated[
-        float,
-        Quantity(LENGTH.like("10 mm"), above=0.0),
-        Field(description="Radius R of the sphere."),
-    ]
-    youngs_modulus: Annotated[
-        float | tuple[float, float],
-        PerBody(Quantity(PRESSURE, above=0.0)),
-        Field(description="Young's modulus E, or a pair [body I, body II]."),
-    ]
-    poisson_ratio: Annotated[
-        float | tuple[float, float],
-        PerBody(Quantity(NUMBER, above=-1.0, at_most=0.5)),
-        Field(description="Poisson's ratio, or a pair [body I, body II]."),
-    ]
-    load: Annotated[float, Quantity(FORCE, above=0.0), Field(description="Constant normal load P.")]
-    tangential_ratio: Annotated[
-        Annotated[float, Quantity(NUMBER.like("0.8"), above=0.0)] | None,
-        Field(description="Tangential load as Q/(µP), less than 1. Or give tangential_load."),
-    ] = None
-    tangential_load: Annotated[
-        Annotated[float, Quantity(FORCE.like("20 N"), above=0.0)] | None,
-        Field(description="Tangential load Q, less than µP. Or give tangential_ratio."),
-    ] = None
-    friction: Annotated[
-        float,
-        Quantity(NUMBER.like("0.5"), above=0.0),
-        Field(description="Coefficient of friction µ."),
-    ]
-    wear_coefficient: Annotated[
-        float,
-        Quantity(COMPLIANCE, above=0.0),
-        Field(description="Archard's wear coefficient K_w: depth per pressure and path of slip."),
-    ]
-    plastic_limit: Annotated[
-        float,
-        Quantity(PRESSURE.like("4500 MPa"), above=0.0, none_is_infinite=True),
-        Field(description="Highest pressure, about three times the yield stress; none: elastic."),
-    ] = math.inf
-    roughness: Annotated[
-        WavyRoughness | None,
-        BeforeValidator(_roughness_or_none),
-        Field(description="Roughness of the sphere; none: smooth."),
-    ] = None
-    cycles: Annotated[
-        int, WholeNumber(1, MAX_CYCLES, 30000), Field(description="Number of load cycles.")
-    ]
-    cell: Annotated[
-        tuple[float, float] | None,
-        Spacing(Quantity(LENGTH.like("0.5 um"), above=0.0)),
-        Field(description="Grid spacing along x and y; the default resolves contact and waves."),
-    ] = None
-    tolerance: Annotated[
-        float,
-        Quantity(NUMBER.like("0.01"), above=1e-6, at_most=0.1),
-        Field(description="Relative error of the wear integration."),
-    ] = 0.01
-    slip_model: Annotated[SlipModel, Field(description="How slip is computed.")] = "jaeger"
-    output_cycles: tuple[Annotated[int, WholeNumber(0, MAX_CYCLES, 1000)], ...] = Field(
-        default=(),
-        description="Cycles at which the fields are kept.",
-        validate_default=True,
-    )
-
-    @model_validator(mode="before")
-    @classmethod
-    def _only_known_names(cls, values: Any) -> Any:
-        unknown = [name for name in values if name not in cls.model_fields]
-        if unknown:
-            known = list(cls.model_fields)
-            told = (
-                f"{name!r} is no parameter of a case; {suggestion(name, known)}" for name in unknown
+def read_values(
+    raw: Mapping[str, Any], prefix: str, *, units_required: bool
+) -> tuple[dict[str, Any], list[Problem]]:
+    """Read keys as `base` has them; return the sound values and what is wrong with the others."""
+    values: dict[str, Any] = {}
+    problems: list[Problem] = []
+    for key, value in raw.items():
+        if key not in base_names():
+            whole, _, part = key.partition(".")
+            hint = suggestion(key, base_names())
+            if key in leaves() and part:
+                hint = f"write {whole}: {{{part}: ...}}"
+            problems.append(
+                Problem(f"{prefix}{key}", shown(value), "is not a case parameter", hint)
             )
-            text = ". ".join(each.rstrip("; ") for each in told)
-            raise PydanticCustomError("fretwear_case", "{text}", {"text": text})
-        return values
-
-    @field_validator("roughness")
-    @classmethod
-    def _smooth_is_none(cls, value: WavyRoughness | None) -> WavyRoughness | None:
-        return None if value is None or value.amplitude == 0.0 else value
-
-    @field_validator("output_cycles")
-    @classmethod
-    def _first_and_last(cls, value: tuple[int, ...], info: Any) -> tuple[int, ...]:
-        return with_first_and_last(value, info.data["cycles"]) if "cycles" in info.data else value
-
-    @model_validator(mode="after")
-    def _parameters_fit_together(self) -> Self:
-        found = findings(self)
-        if found:
-            text = "; ".join(finding.sentence() for finding in found)
-            raise PydanticCustomError("fretwear_case", "{text}", {"text": text})
-        return self
-
-    @property
-    def youngs_modulus_pair(self) -> tuple[float, float]:
-        """(E1, E2) in Pa."""
-        return _pair(self.youngs_modulus)
-
-    @property
-    def poisson_ratio_pair(self) -> tuple[float, float]:
-        """(ν1, ν2)."""
-        return _pair(self.poisson_ratio)
-
-    @property
-    def composite_modulus(self) -> float:
-        """E* in Pa, from 1/E* = (1−ν1²)/E1 + (1−ν2²)/E2."""
-        bodies = zip(self.youngs_modulus_pair, self.poisson_ratio_pair, strict=True)
-        return 1.0 / sum((1.0 - nu**2) / modulus for modulus, nu in bodies)
-
-    @property
-    def composite_shear_modulus(self) -> float:
-        """G* in Pa, from 1/G* = (2−ν1)/(4G1) + (2−ν2)/(4G2) with G = E/(2(1+ν))."""
-        bodies = zip(self.youngs_modulus_pair, self.poisson_ratio_pair, strict=True)
-        return 1.0 / sum((2.0 - nu) * (1.0 + nu) / (2.0 * modulus) for modulus, nu in bodies)
-
-    @property
-    def coupling(self) -> float:
-        """κ = E*/G*, tangential compliance relative to the normal one."""
-        return self.composite_modulus / self.composite_shear_modulus
-
-    @property
-    def hertz_radius(self) -> float:
-        """Contact radius a of the smooth elastic sphere in m: a³ = 3PR/(4E*)."""
-        return math.cbrt(0.75 * self.load * self.radius / self.composite_modulus)
-
-    @property
-    def hertz_pressure(self) -> float:
-        """Peak pressure p0 of the smooth elastic sphere in Pa: 3P/(2πa²)."""
-        return 1.5 * self.load / (math.pi * self.hertz_radius**2)
-
-    @property
-    def hertz_approach(self) -> float:
-        """Approach of the smooth elastic sphere in m: a²/R."""
-        return self.hertz_radius**2 / self.radius
-
-    @property
-    def tangential_force(self) -> float:
-        """Amplitude Q of the tangential load in N, whichever way it was given."""
-        if self.tangential_load is not None:
-            return self.tangential_load
-        assert self.tangential_ratio is not None
-        return self.tangential_ratio * self.friction * self.load
-
-    @property
-    def load_ratio(self) -> float:
-        """X = Q/(µP), between 0 and 1."""
-        if self.tangential_ratio is not None:
-            return self.tangential_ratio
-        return self.tangential_force / (self.friction * self.load)
-
-    @property
-    def stick_load(self) -> float:
-        """P* = P − Q/µ in N, the load whose contact is the stick zone."""
-        return self.load * (1.0 - self.load_ratio)
-
-    @property
-    def stick_radius(self) -> float:
-        """Stick radius c of the smooth elastic sphere in m: a (1 − X)^(1/3)."""
-        return self.hertz_radius * math.cbrt(max(0.0, 1.0 - self.load_ratio))
-
-    @property
-    def grid_spacing(self) -> tuple[float, float]:
-        """(dx, dy) in m: `cell`, or where it is None the default of `default_spacing`."""
-        return default_spacing(self) if self.cell is None else self.cell
-
-    @property
-    def case_id(self) -> str:
-        """Readable slug of the main parameters and a short hash of all; see `identity`."""
-        return identity.case_id(self)
-
-    def canonical_parameters(self) -> dict[str, Any]:
-        """Every parameter but the snapshots, in SI, ready for JSON; `Case(**...)` takes it back."""
-        return identity.canonical_parameters(self)
-
-    def scalar_coordinates(self) -> dict[str, tuple[float | str, str, str]]:
-        """Every parameter as a dataset coordinate: name → (value, units, long name)."""
-        return identity.scalar_coordinates(self)
+            continue
+        reading = read_value(key, value, f"{prefix}{key}", units_required=units_required)
+        problems.extend(reading.problems)
+        if not reading.problems:
+            values[key] = reading.value
+    return values, problems
 
 
-def _pair(value: float | tuple[float, float]) -> tuple[float, float]:
-    return value if isinstance(value, tuple) else (value, value)
+def read_value(name: str, raw: object, key: str, *, units_required: bool = True) -> Reading:
+    """Read the value of a parameter or of a whole part.
+
+    Parameters
+    ----------
+    name : str
+        One of `parameter_names`.
+    raw : object
+        As it stands in a file, or as given in Python.
+    key : str
+        Where it stands, for messages.
+    units_required : bool
+        Whether physical values need units, as in files.
+    """
+    parameter = parameter_of(name)
+    if raw is None and units_required:
+        can_be_none = part_named(name).none if parameter is None else _is_unbounded(parameter)
+        hint = f"write {name}: none if that is meant" if can_be_none else such_as(name)
+        return Reading(problems=(Problem(key, "", "has no value", hint),))
+    if parameter is None:
+        return _read_part(name, raw, key, units_required)
+    try:
+        return Reading(parameter.read(raw, units_required))
+    except QuantityError as error:
+        return Reading(problems=(Problem(key, shown(raw), error.rule, error.hint),))
+
+
+def read_snapshots(raw: object, key: str) -> Reading:
+    """Read a list of cycles."""
+    if not isinstance(raw, Sequence) or isinstance(raw, str):
+        return Reading((), (Problem(key, shown(raw), "must be a list such as [0, 1000, 30000]"),))
+    read: list[int] = []
+    problems = []
+    for position, value in enumerate(raw):
+        try:
+            read.append(SNAPSHOT.read(value, units_required=True))
+        except QuantityError as error:
+            problems.append(Problem(f"{key}[{position}]", shown(value), error.rule, error.hint))
+    return Reading(tuple(read), tuple(problems))
+
+
+def _is_unbounded(parameter: Parameter) -> bool:
+    return bool(getattr(parameter, "infinite", ""))
+
+
+def _read_part(member: str, raw: object, key: str, units_required: bool) -> Reading:
+    from pydantic import ValidationError
+
+    about, of_kind = part_named(member), {kind.kind: kind for kind in kinds(member)}
+    if isinstance(raw, tuple(of_kind.values())):
+        return Reading(raw)
+    if about.none and means_none(raw, units_required):
+        return Reading(None)
+    bare = [name for name, kind in of_kind.items() if not required(kind)]
+    if isinstance(raw, str) and raw in bare:
+        raw = {"kind": raw}
+    if not isinstance(raw, Mapping):
+        if bare:
+            rule = f"must be {' or '.join(bare)}"
+            hint = suggestion(raw, bare) if isinstance(raw, str) else ""
+        else:
+            rule, hint = f"must be {'none or ' * bool(about.none)}a {member}", such_as(member)
+        return Reading(problems=(Problem(key, shown(raw), rule, hint),))
+    raw = {"kind": next(iter(of_kind)), **raw}
+    context = dict(STUDY_FILE) if units_required else {}
+    try:
+        return Reading(part_adapter(kinds(member)).validate_python(raw, context=context))
+    except ValidationError as error:
+        listed = error.errors(include_url=False)
+        return Reading(problems=tuple(_part_problem(each, raw, member, key) for each in listed))
+
+
+@cache
+def part_adapter(of_kinds: tuple[type[Part], ...]) -> Any:
+    """Return pydantic's reader of a part: the union of its kinds, told apart by ``kind``."""
+    from pydantic import Field, TypeAdapter
+
+    if len(of_kinds) == 1:
+        return TypeAdapter(of_kinds[0])
+    return TypeAdapter(Annotated[Union[of_kinds], Field(discriminator="kind")])  # noqa: UP007
+
+
+def _part_problem(
+    details: Mapping[str, Any], raw: Mapping[str, Any], member: str, key: str
+) -> Problem:
+    of_kind = {kind.kind: kind for kind in kinds(member)}
+    location = [str(part) for part in details["loc"] if part not in of_kind]
+    place = ".".join([key, *location])
+    given = shown(details["input"]) if location else ""
+    match details["type"]:
+        case "fretwear":
+            return Problem(place, given, details["ctx"]["rule"], details["ctx"]["hint"])
+        case "missing" | "missing_argument":
+            return Problem(place, "", "is missing", such_as(f"{member}.{location[-1]}"))
+        case "unexpected_keyword_argument":
+            known = ["kind", *of_kind[str(raw["kind"])].parameters()]
+            hint = suggestion(location[-1], known) or f"known are {', '.join(known)}"
+            return Problem(place, given, "is not known", hint)
+        case "union_tag_invalid" | "literal_error":
+            kind = shown(raw["kind"])
+            rule, hint = f"must be {' or '.join(of_kind)}", suggestion(kind, [*of_kind])
+            return Problem(f"{key}.kind", kind, rule, hint)
+    return Problem(place, given, str(details["msg"]))
+
+
+def assemble(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Make the members of a case of values by name; members that lack a value are left out."""
+    assembled: dict[str, Any] = {}
+    for member, about in members().items():
+        own = {name: value for name, value in values.items() if member_of(name) == member}
+        if member in own:
+            value = own[member]
+            assembled[member] = None if isinstance(value, Part) and value.is_trivial else value
+        elif own:
+            assert isinstance(about, Member)
+            part = _part_of(member, own)
+            if part is not None:
+                assembled[member] = part
+    return assembled
+
+
+def _part_of(member: str, values: Mapping[str, Any]) -> Part | None:
+    """Make a part of the values of its parameters by name; None where they make none."""
+    for kind in kinds(member):
+        by_name = {leaf.name: leaf.field for leaf in leaves_of(kind)}
+        given = {by_name[name]: value for name, value in values.items() if name in by_name}
+        if len(given) == len(values) and required(kind) <= set(given):
+            return kind.unchecked(**given)
+    return None
+
+
+def missing(given: Iterable[str], *, in_file: bool) -> Iterator[Problem]:
+    """Yield what has to be given and is not, and which of alternative keys are too many.
+
+    A misspelt key stands for the one that is meant.
+
+    Parameters
+    ----------
+    given : iterable of str
+        Every key that is given, sound or not.
+    in_file : bool
+        Whether what has a default in Python, but must be written in files, is missing too.
+    """
+    given = set(given)
+    unknown = [key for key in given if key not in parameter_names()]
+    for member, about in members().items():
+        wanted: Iterable[str] = (member,)
+        if member in given or (
+            member in _DEFAULTED and not (in_file and about.must_be_written)  # type: ignore[union-attr]
+        ):
+            wanted = ()
+        elif isinstance(about, Member) and about.inline:
+            yield from _alternatives_broken(member, given)
+            chosen = _chosen_kind(member, given)
+            needed = {leaf.name for leaf in leaves_of(chosen) if leaf.field in required(chosen)}
+            wanted = [name for name in needed if name not in member_alternatives(member)]
+        elif isinstance(about, Member) and about.short:
+            short = next(kind for kind in kinds(member) if kind.kind == about.short)
+            wanted = [leaf.name for leaf in leaves_of(short)]
+        for name in wanted:
+            parts_given = any(each.startswith(f"{name}.") for each in given)
+            misspelt = any(suggestion(key, (name,)) for key in unknown)
+            if name not in given and not parts_given and not misspelt:
+                yield Problem(name, "", "is missing", such_as(name))
+
+
+def _names_of(kind: type[Part]) -> set[str]:
+    return {leaf.name for leaf in leaves_of(kind)}
+
+
+def member_alternatives(member: str) -> set[str]:
+    """Return the keys that tell the kinds of a part apart."""
+    if isinstance(members()[member], Parameter):
+        return set()
+    names = [_names_of(kind) for kind in kinds(member)]
+    return set.union(*names) - set.intersection(*names) if len(names) > 1 else set()
+
+
+def _chosen_kind(member: str, given: set[str]) -> type[Part]:
+    own = member_alternatives(member) & given
+    return next((kind for kind in kinds(member) if own & _names_of(kind)), kinds(member)[0])
+
+
+def _alternatives_broken(member: str, given: set[str]) -> Iterator[Problem]:
+    """Find whether the keys of several kinds of a part are given, or of none."""
+    telling = member_alternatives(member)
+    leading: list[Leaf] = [
+        next(leaf for leaf in leaves_of(kind) if leaf.name in telling)
+        for kind in kinds(member)
+        if telling
+    ]
+    touched = [
+        leaf
+        for kind, leaf in zip(kinds(member), leading, strict=False)
+        if telling & given & _names_of(kind)
+    ]
+    if len(touched) > 1:
+        first, second = touched[:2]
+        symbol = first.parameter.symbol.replace("$", "").replace("Q/µP", "Q/(µP)")
+        rule = f"is one too many: {first.name}, {symbol}, is given as well"
+        yield Problem(second.name, "", rule, "give exactly one of the two")
+    elif leading and not touched:
+        examples = " and ".join(f"{leaf.name}: {leaf.parameter.example}" for leaf in leading)
+        others = " and ".join(leaf.name for leaf in leading[1:])
+        rule = f"is missing, and so is {others}"
+        yield Problem(leading[0].name, "", rule, f"give exactly one of {examples}")
+
+
+def schema_of(name: str) -> dict[str, Any]:
+    """Return the JSON Schema of a value in a study file: of a parameter, or of a whole part."""
+    parameter = SNAPSHOT if name == "output.cycles" else parameter_of(name)
+    if parameter is not None:
+        described = parameter.description or f"{parameter.words.capitalize()}."
+        return {"description": described, **parameter.schema()}
+    about, bare = part_named(name), [kind.kind for kind in kinds(name) if not required(kind)]
+    choices: list[dict[str, Any]] = [{"const": "none"}] if about.none else []
+    choices += [{"enum": bare}] if bare else []
+    for kind in kinds(name):
+        parts = {leaf.field: leaf.parameter for leaf in leaves_of(kind)}
+        described = {n: {"description": p.description, **p.schema()} for n, p in parts.items()}
+        choices.append(
+            {
+                "type": "object",
+                "additionalProperties": False,
+                "properties": {"kind": {"const": kind.kind}, **described},
+            }
+        )
+    return {"description": about.description, "anyOf": choices}
+
+
+def schema_required() -> list[dict[str, Any]]:
+    """Return what has to stand in `base` or be varied, as conditions of a JSON Schema."""
+    conditions = []
+    for problem in missing((), in_file=True):
+        telling = member_alternatives(member_of(problem.key))
+        names = [name for name in base_names() if name in telling] or [problem.key]
+        short = [name for name in (member_of(problem.key),) if name in base_names()]
+        places = [_given(name) for name in dict.fromkeys([*names, *short])]
+        conditions.append({"oneOf": places} if len(places) > 1 else places[0])
+    return conditions
+
+
+def _given(name: str) -> dict[str, Any]:
+    """A parameter, or a part of it, stands in base or in vary."""
+    parts = [each for each in parameter_names() if each == name or each.startswith(f"{name}.")]
+    places = [("base", name), *(("vary", part) for part in parts)]
+    return {
+        "anyOf": [
+            {"required": [section], "properties": {section: {"required": [key]}}}
+            for section, key in places
+        ]
+    }

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from fretwear.study.case import Case
+from fretwear.theory import HertzContact, LimitingState
 
 # Calibrated with `python -m benchmarks.cost`, which says how well they hold.
 SECONDS_TO_START = 1.3
@@ -73,7 +74,7 @@ def estimate(case: Case) -> Estimate:
     """Estimate what a case takes.
 
     The window ends a little outside of the largest contact that the run comes to: on its way to
-    the limiting worn state (`limiting_radius_ratio`), widened where the stick zone shrinks, or the
+    the limiting worn state (`LimitingState`), widened where the stick zone shrinks, or the
     one that carries the load at the plastic limit, plus the reach of the roughness.
     """
     dx, dy = case.grid_spacing
@@ -116,7 +117,7 @@ def _work(case: Case, cells: int) -> _Work:
     the default tolerance, unless slip does not follow the worn shape.
     """
     rough = case.roughness is not None
-    growth = _wear_growth(case)
+    growth = case.wear_growth
     folds = math.log2(1.0 + case.cycles * growth * case.hertz_pressure)
     finer = 0.01 / case.tolerance
     elastic = STEPS_TO_BEGIN + STEPS_PER_FOLD_OF_WEAR * folds * finer ** (1.0 / 3.0)
@@ -136,54 +137,27 @@ def _work(case: Case, cells: int) -> _Work:
 
 def greatest_contact_radius(case: Case) -> float:
     """Return an upper estimate in m of the radius of contact at any time of a run."""
-    limiting = limiting_radius_ratio(round(case.load_ratio, 4))
-    folds = case.cycles * _wear_growth(case) * case.hertz_pressure
+    limiting = _limiting_radius_ratio(round(case.tangential_ratio, 4))
+    folds = case.cycles * case.wear_growth * case.hertz_pressure
     worn = 1.0 + (limiting - 1.0) * -math.expm1(-folds / FOLDS_TO_LIMITING_STATE)
     if _stick_shrinks(case):
-        yielding = case.cycles * _wear_growth(case) * case.plastic_limit
+        yielding = case.cycles * case.wear_growth * case.plastic_limit
         worn *= (1.0 + yielding / YIELDING_TIMES_TO_WIDEN) ** WIDENING
     full_plastic = math.sqrt(case.load / (math.pi * case.plastic_limit))
     rough = 0.0
     if case.roughness is not None:
         # Tips reach out to where the sphere has fallen back by the height of the waves.
-        rough = 2.0 * case.radius * case.roughness.amplitude
+        rough = 2.0 * case.indenter.curvature_radius * case.roughness.highest
     return math.sqrt(max(case.hertz_radius * worn, full_plastic) ** 2 + rough)
-
-
-def _wear_growth(case: Case) -> float:
-    """Return β = 4 K_w µ κ: a pressure p wears e-fold in 1/(β p) cycles."""
-    return 4.0 * case.wear_coefficient * case.friction * case.coupling
 
 
 def _stick_shrinks(case: Case) -> bool:
     """Whether the edge of stick yields and slip follows: then the contact widens without end."""
-    return math.isfinite(case.plastic_limit) and case.slip_model == "jaeger"
+    return math.isfinite(case.plastic_limit) and case.slip_model.follows_shape
 
 
 @lru_cache(maxsize=4096)
-def limiting_radius_ratio(load_ratio: float) -> float:
-    """Return a∞/a, the contact radius after infinitely many cycles of a smooth elastic sphere.
-
-    The worn shape outside of the stick radius c is the gap of a flat-ended punch under the whole
-    load, with lengths in a and heights in a²/R,
-    f∞(r) = (1/π)[r² asin(c/r) − c√(r²−c²)] + d∞[1 − (2/π) asin(c/r)],  d∞ = 2/(3c) + c²/3,
-    and contact ends where f∞ = r²/2.
-
-    >>> round(limiting_radius_ratio(0.5), 4)
-    1.1361
-    """
-    stick = math.cbrt(max(1e-4, 1.0 - load_ratio))
-    approach = 2.0 / (3.0 * stick) + stick**2 / 3.0
-
-    def excess(radius: float) -> float:
-        angle = math.asin(stick / radius)
-        root = math.sqrt(radius**2 - stick**2)
-        worn = (radius**2 * angle - stick * root) / math.pi
-        return worn + approach * (1.0 - 2.0 * angle / math.pi) - 0.5 * radius**2
-
-    # Near r = c the excess starts below zero; at r = 1 Hertz contact has worn, so it is above.
-    inside, outside = 1.0, 10.0
-    for _ in range(60):
-        middle = 0.5 * (inside + outside)
-        inside, outside = (middle, outside) if excess(middle) > 0.0 else (inside, middle)
-    return inside
+def _limiting_radius_ratio(load_ratio: float) -> float:
+    """Return a∞/a, the contact radius after infinitely many cycles of a smooth elastic sphere."""
+    unworn = HertzContact(radius=1.0, load=1.0, composite_modulus=1.0)
+    return LimitingState(unworn, min(load_ratio, 0.9999)).contact_radius / unworn.contact_radius

@@ -1,134 +1,89 @@
-"""Every case parameter by its dotted name, and how its value in a study file is read."""
+"""How the parameters of a case are written for people, by the names of files and datasets."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
-from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache
 from typing import Any
 
-from pydantic import TypeAdapter, ValidationError
-from pydantic.fields import FieldInfo
-
-from fretwear.study.case import Case, WavyRoughness
-from fretwear.study.fields import STUDY_FILE, Quantity, Reader
-from fretwear.study.problems import Problem, shown, suggestion
-
-ROUGHNESS = "roughness"
-ROUGHNESS_EXAMPLE = "{kind: wavy, amplitude: 0.2 um, slope_x: 5.7 deg, slope_y: 1 deg}"
-
-
-@lru_cache(maxsize=1)
-def case_fields() -> Mapping[str, FieldInfo]:
-    """Return the keys that `base` may have, with their pydantic fields."""
-    return {name: info for name, info in Case.model_fields.items() if name != "output_cycles"}
+from fretwear.parts import KindName, Parameter, Part
+from fretwear.study.tree import (
+    Member,
+    coordinate,
+    derived_parameters,
+    kinds,
+    leaves,
+    leaves_of,
+    members,
+)
 
 
-@lru_cache(maxsize=1)
-def parameter_fields() -> Mapping[str, FieldInfo]:
-    """Return the names that may be varied: case keys and ``roughness.amplitude`` and so on."""
-    parts = {f"{ROUGHNESS}.{name}": info for name, info in WavyRoughness.model_fields.items()}
-    return {**case_fields(), **parts}
+def parameter(name: str) -> Parameter:
+    """Return what a parameter is, by its name in a study file or as a coordinate.
 
-
-@lru_cache(maxsize=64)
-def quantity_of(name: str) -> Quantity | None:
-    """Return how a parameter that is a single quantity is read; None for any other kind."""
-    reader = _reader(name)
-    return reader if isinstance(reader, Quantity) else None
-
-
-def example_of(name: str) -> str:
-    """Return an example of a parameter that is a single value, "50 N"; nothing for others."""
-    reader = _reader(name)
-    return "" if reader is None else str(reader.example)
-
-
-def such_as(name: str) -> str:
-    """Return an example for a parameter, "such as load: 50 N", or nothing."""
-    if example := example_of(name):
-        return f"such as {name.rpartition('.')[2]}: {example}"
-    if name == ROUGHNESS:
-        return f"such as roughness: {ROUGHNESS_EXAMPLE}, or none"
-    return ""
-
-
-def _reader(name: str) -> Reader | None:
-    info = parameter_fields().get(name)
-    if info is None:
-        return None
-    candidates = [*info.metadata]
-    for part in getattr(info.annotation, "__args__", ()):
-        candidates.extend(getattr(part, "__metadata__", ()))
-    return next((item for item in candidates if isinstance(item, Reader)), None)
-
-
-@lru_cache(maxsize=64)
-def _adapter(name: str) -> TypeAdapter[Any]:
-    if name == "output.cycles":
-        info = Case.model_fields["output_cycles"]
-    else:
-        info = parameter_fields()[name]
-    return TypeAdapter(info.rebuild_annotation())
-
-
-@dataclass(frozen=True)
-class Reading:
-    """What became of one value of a file: the value in SI units, or what is wrong with it."""
-
-    value: Any = None
-    problems: tuple[Problem, ...] = ()
-
-
-def read_parameter(name: str, raw: object, key: str) -> Reading:
-    """Read the value of a parameter as it stands in a study file.
-
-    Parameters
-    ----------
-    name : str
-        One of `parameter_fields`, or ``output.cycles``.
-    raw : object
-        The plain value from the file.
-    key : str
-        Where it stands, for messages.
+    Raises
+    ------
+    KeyError
+        When no case has such a parameter.
     """
-    if raw is None:
-        return Reading(problems=(Problem(key, "", "has no value", _no_value_hint(name)),))
-    try:
-        return Reading(_adapter(name).validate_python(raw, context=dict(STUDY_FILE)))
-    except ValidationError as error:
-        listed = error.errors(include_url=False)
-        return Reading(problems=tuple(_problem(details, raw, key) for details in listed))
+    return _by_coordinate(tuple(kinds(m) for m, a in members().items() if isinstance(a, Member)))[
+        coordinate(name)
+    ]
 
 
-def _no_value_hint(name: str) -> str:
-    if name in ("plastic_limit", ROUGHNESS):
-        return f"write {name}: none if that is meant"
-    return such_as(name)
+def value_text(name: str, value: Any) -> str:
+    """Return the value alone, in units for people: ``25 N``, ``smooth``, ``elastic``."""
+    return _part_text(name, value) or parameter(name).text(value)
 
 
-def _problem(details: Mapping[str, Any], raw: object, key: str) -> Problem:
-    location = [part for part in details["loc"] if not str(part).startswith("function-")]
-    for part in location:
-        key += f"[{part}]" if isinstance(part, int) else f".{part}"
-    given = details["input"]
-    kind = details["type"]
-    context = details.get("ctx", {})
-    if kind == "fretwear":
-        return Problem(key, shown(given), context["rule"], context["hint"])
-    if kind == "missing":
-        return Problem(key, "", "is missing", such_as(f"{ROUGHNESS}.{location[-1]}"))
-    if kind == "extra_forbidden":
-        known = list(WavyRoughness.model_fields)
-        hint = suggestion(str(location[-1]), known) or f"known are {', '.join(known)}"
-        return Problem(key, shown(given), "is not known", hint)
-    if kind == "literal_error":
-        choices = [choice.strip("'") for choice in context["expected"].split(" or ")]
-        hint = suggestion(given, choices) if isinstance(given, str) else ""
-        return Problem(key, shown(given), f"must be {' or '.join(choices)}", hint)
-    if kind in ("model_type", "model_attributes_type", "dict_type"):
-        return Problem(key, shown(given), "must be none or a roughness", such_as(ROUGHNESS))
-    if kind in ("tuple_type", "list_type"):
-        rule = "must be a list such as [0, 1000, 30000]"
-        return Problem(key, shown(raw), rule)
-    return Problem(key, shown(given), str(details["msg"]))
+def symbol_text(name: str, value: Any) -> str:
+    """Return symbol and value in mathtext, for labels inside figures: ``$P$ = 25 N``."""
+    if told := _part_text(name, value):
+        return told
+    about = parameter(name)
+    return about.word_for(value) or f"{about.symbol} = {about.text(value)}"
+
+
+def words_text(name: str, value: Any) -> str:
+    """Return words and value, for captions: ``normal load 25 N``, ``elastic``."""
+    if told := _part_text(name, value):
+        return told
+    about = parameter(name)
+    return about.word_for(value) or f"{about.words} {about.text(value)}"
+
+
+@cache
+def _by_coordinate(of_kinds: tuple[tuple[type[Part], ...], ...]) -> Mapping[str, Parameter]:
+    del of_kinds
+    found: dict[str, Parameter] = {}
+    for several in leaves().values():
+        for leaf in several:
+            found.setdefault(coordinate(leaf.name), leaf.parameter)
+            # Of two values, each has a coordinate of its own.
+            for value in ((1.0, 2.0), 1.0):
+                try:
+                    found |= {n: p for n, p, _ in leaf.parameter.coordinates(leaf.name, value)}
+                except TypeError:
+                    continue
+    for member, about in members().items():
+        if isinstance(about, Member) and not about.inline:
+            found.setdefault(member, KindName(member, kinds(member)))
+    return {**found, **derived_parameters()}
+
+
+def _part_text(name: str, value: Any) -> str:
+    """Return a whole part in short that is given as text: ``{kind: wavy, amplitude: 0.3 um}``."""
+    about = members().get(name)
+    if not isinstance(about, Member) or not isinstance(value, str):
+        return ""
+    if value == "none":
+        return about.none
+    parts = [
+        f"{leaf.parameter.symbol.replace('$', '').replace('_', '')} = {match[1]}"
+        for kind in kinds(name)
+        for leaf in leaves_of(kind)
+        if (match := re.search(rf"\b{leaf.field}: ([^,}}]+)", value))
+    ]
+    text = ", ".join(dict.fromkeys(parts))
+    return re.sub(r"\bum\b", "µm", text.replace(" deg", "°"))

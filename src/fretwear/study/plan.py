@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,9 +12,10 @@ from typing import IO
 
 from fretwear.study.case import Case
 from fretwear.study.cost import Estimate, estimate
-from fretwear.study.file import Study
 from fretwear.study.points import Point
-from fretwear.study.yielding import is_ring_unseen
+from fretwear.study.study import Study
+from fretwear.theory import LimitingState
+from fretwear.units import duration_text, size_text
 
 
 @dataclass(frozen=True)
@@ -98,8 +100,8 @@ class Plan:
                 continue
             found = planned.estimate
             cells = f"{found.cells_x} x {found.cells_y}"
-            time = duration(found.seconds / self.speed)
-            yield (planned.id, *labels, cells, time, size(found.memory_bytes))
+            time = duration_text(found.seconds / self.speed)
+            yield (planned.id, *labels, cells, time, size_text(found.memory_bytes))
 
     def write_csv(self, stream: IO[str]) -> None:
         """Write the table of points: id, every parameter in SI units, cells, estimates.
@@ -140,18 +142,27 @@ def write_points(study: Study, path: str | Path) -> None:
         plan_study(study).write_csv(stream)
 
 
-def duration(seconds: float) -> str:
-    """Write a time for people: ``12 s``, ``3 min``, ``2.5 h``."""
-    if seconds < 120.0:
-        return f"{seconds:.0f} s"
-    return f"{seconds / 60.0:.0f} min" if seconds < 7200.0 else f"{seconds / 3600.0:.1f} h"
+def yielding_ring_width(case: Case) -> float:
+    """Return the width in m of the ring at the edge of stick that comes to yield.
+
+    Wear moves all pressure of a smooth contact into its stick zone, where it tends to
+    `LimitingState.pressure`; the ring is where that exceeds the plastic limit: zero for an elastic
+    case, the whole stick radius where everything does.
+    """
+    if math.isinf(case.plastic_limit):
+        return 0.0
+    limit = LimitingState(case.hertz, case.tangential_ratio)
+    return limit.width_above(case.plastic_limit)
 
 
-def size(number: int) -> str:
-    """Write a number of bytes for people: ``200 kB``, ``20 MB``, ``1.5 GB``."""
-    if number < 1e6:
-        return f"{number / 1e3:.0f} kB"
-    return f"{number / 1e6:.0f} MB" if number < 1e9 else f"{number / 1e9:.1f} GB"
+def is_ring_unseen(case: Case) -> bool:
+    """Whether a smooth contact yields in a ring narrower than a cell of its grid.
+
+    Of a rough one every tip yields by itself, which the grid of the waves sees.
+    """
+    if case.roughness is not None or math.isinf(case.plastic_limit):
+        return False
+    return yielding_ring_width(case) < max(case.grid_spacing)
 
 
 def _parameters(planned: PlannedPoint) -> dict[str, float | str]:

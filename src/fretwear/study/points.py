@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-from pydantic import ValidationError
-
-from fretwear.study.case import Case, WavyRoughness, with_first_and_last
-from fretwear.study.checks import CHECKS, TANGENTIAL, Check, Finding
-from fretwear.study.parameters import ROUGHNESS
+from fretwear.parts import Part, required
+from fretwear.study.case import Case, assemble, with_first_and_last
 from fretwear.study.problems import in_words
+from fretwear.study.rules import RULES, Finding, Rule
+from fretwear.study.tree import CaseTree, leaves, member_of, members
 
 
 @dataclass(frozen=True)
@@ -33,15 +33,21 @@ class Axis:
     values: tuple[Any, ...]
     written: tuple[Any, ...]
 
+    @cached_property
+    def member(self) -> str:
+        """Member of the case of which this is all or a part."""
+        return member_of(self.name)
+
     @property
-    def field(self) -> str:
-        """Name of the case parameter of which this is all or a part."""
+    def key(self) -> str:
+        """Key of `base` of which this is all or a part."""
         return self.name.split(".", 1)[0]
 
     @property
     def coordinate(self) -> str:
         """Name as a dataset coordinate."""
-        return self.name.replace(".", "_")
+        names = [leaf.name for leaf in leaves().get(self.name, ())]
+        return (names[0] if names else self.name).replace(".", "_")
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -94,6 +100,7 @@ class Parameters:
     fixed: Mapping[str, Any]
     axes: tuple[Axis, ...]
     indices: Sequence[tuple[int, ...]]
+    _made: dict[tuple[str, tuple[int, ...]], Any] = field(default_factory=dict, repr=False)
 
     def points(self, broken: Mapping[tuple[int, ...], str]) -> Iterator[Point]:
         """Iterate over the points; `broken` says why some of them are invalid."""
@@ -115,20 +122,54 @@ class Parameters:
 
     def case(self, index: tuple[int, ...]) -> Case:
         """Return the case of a point from values that have been read and checked one by one."""
-        values = dict(self.fixed)
-        values.update({axis.name: axis.values[i] for axis, i in zip(self.axes, index, strict=True)})
-        parts = {name: values.pop(name) for name in list(values) if "." in name}
-        if parts:
-            values[ROUGHNESS] = WavyRoughness.model_construct(
-                **{name.split(".", 1)[1]: value for name, value in parts.items()}
-            )
-        rough = values.get(ROUGHNESS)
-        if rough is not None and rough.amplitude == 0.0:
-            values[ROUGHNESS] = None
-        if "cycles" in values:
-            snapshots = values.get("output_cycles", ())
-            values["output_cycles"] = with_first_and_last(snapshots, values["cycles"])
-        return Case.model_construct(**values)
+        assembled = dict(self._fixed_members)
+        for member in self._sound_members:
+            axes = self._varied_members[member]
+            assembled[member] = self._member(member, tuple(index[i] for i in axes))
+        if "cycles" in assembled:
+            snapshots = assembled.get("output_cycles", ())
+            assembled["output_cycles"] = with_first_and_last(snapshots, assembled["cycles"])
+        return Case.of(assembled)
+
+    @cached_property
+    def _fixed_members(self) -> dict[str, Any]:
+        values = {name: value for name, value in self.fixed.items() if name != "output_cycles"}
+        assembled = assemble(values)
+        if "output_cycles" in self.fixed:
+            assembled["output_cycles"] = self.fixed["output_cycles"]
+        return {n: part for n, part in assembled.items() if n not in self._varied_members}
+
+    @cached_property
+    def _varied_members(self) -> dict[str, list[int]]:
+        """Positions of the axes that vary a member or a part of it, by member."""
+        found: dict[str, list[int]] = {}
+        for position, axis in enumerate(self.axes):
+            found.setdefault(axis.member, []).append(position)
+        return found
+
+    def _member(self, member: str, positions: tuple[int, ...]) -> Any:
+        # Points share parts: each combination of the values of one is made once.
+        key = member, positions
+        if key not in self._made:
+            axes = [self.axes[i] for i in self._varied_members[member]]
+            drawn = {axis.name: axis.values[i] for axis, i in zip(axes, positions, strict=True)}
+            fixed = {n: value for n, value in self.fixed.items() if _belongs(n, member)}
+            base = fixed.get(member)
+            if isinstance(base, Part):
+                fields = {name.rpartition(".")[2]: value for name, value in drawn.items()}
+                drawn = {member: type(base).unchecked(**{**vars(base), **fields})}
+            self._made[key] = assemble({**fixed, **drawn})[member]
+        return self._made[key]
+
+    @cached_property
+    def _sound_members(self) -> tuple[str, ...]:
+        """Varied members that can be made: others that their values need may be wrong."""
+        sound = []
+        for member, axes in self._varied_members.items():
+            with suppress(KeyError):
+                self._member(member, (0,) * len(axes))
+                sound.append(member)
+        return tuple(sound)
 
     def find(self) -> Iterator[tuple[PointFinding, list[tuple[int, ...]]]]:
         """Iterate over the broken rules, each with the points that break it.
@@ -136,10 +177,15 @@ class Parameters:
         A rule is tried once for each combination of the values it needs, and only where all
         of these are among the sound values.
         """
+        defaulted = {*members(), "output_cycles"} - required(CaseTree)
+        known = {*self._fixed_members, *self._sound_members, *(defaulted - {*self._varied_members})}
         trials = [
-            _Trial(check, [i for i, axis in enumerate(self.axes) if axis.field in names])
-            for check in (Check(frozenset({ROUGHNESS}), _has_a_wave), *CHECKS)
-            if (names := self._names(check)) is not None
+            _Trial(
+                rule,
+                [i for i, axis in enumerate(self.axes) if {axis.member, axis.name} & rule.needs],
+            )
+            for rule in RULES
+            if {_member_needed(name) for name in rule.needs} <= known
         ]
         # Point by point, so that the case of a point is made once for all rules.
         for index in self.indices:
@@ -147,29 +193,26 @@ class Parameters:
             for trial in trials:
                 if trial.is_new(index):
                     case = self.case(index) if case is None else case
-                    trial.found(index, trial.check.find(case))
+                    trial.found(index, trial.rule.find(case))
         for trial in trials:
             for positions, (finding, points) in trial.broken.items():
                 where = zip((self.axes[i] for i in trial.relevant), positions, strict=True)
                 yield PointFinding(finding, tuple(where)), points
 
-    def _names(self, check: Check) -> set[str] | None:
-        given = {name.split(".", 1)[0] for name in self.fixed} | {axis.field for axis in self.axes}
-        names = set(check.needs)
-        if "tangential" in names:
-            names.remove("tangential")
-            tangential = given.intersection(TANGENTIAL)
-            if len(tangential) != 1:
-                return None
-            names |= tangential
-        return names if names <= given else None
+
+def _belongs(name: str, member: str) -> bool:
+    return name != "output_cycles" and member_of(name) == member
+
+
+def _member_needed(name: str) -> str:
+    return name if name == "output_cycles" else member_of(name)
 
 
 @dataclass
 class _Trial:
     """A rule tried at the points: once for each combination of the values it needs."""
 
-    check: Check
+    rule: Rule
     relevant: Sequence[int]
     sound: set[tuple[int, ...]] = field(default_factory=set)
     broken: dict[tuple[int, ...], tuple[Finding, list[tuple[int, ...]]]] = field(
@@ -192,14 +235,3 @@ class _Trial:
 
     def _positions(self, index: tuple[int, ...]) -> tuple[int, ...]:
         return tuple([index[i] for i in self.relevant])
-
-
-def _has_a_wave(case: Case) -> Finding | None:
-    if case.roughness is None:
-        return None
-    try:
-        WavyRoughness(**case.roughness.model_dump())
-    except ValidationError as error:
-        context = error.errors()[0]["ctx"]
-        return Finding(ROUGHNESS, "", context["rule"], context["hint"])
-    return None

@@ -1,238 +1,247 @@
-"""The sections of a study file, each read into sound values and a list of problems."""
+"""The sections of a study file as typed models, and what is wrong with them in words."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
 
-from fretwear.study.case import OPTIONAL_IN_FILES
-from fretwear.study.checks import TANGENTIAL, exactly_one_tangential
-from fretwear.study.designs import KINDS, MAX_POINTS, SAMPLED, Design
-from fretwear.study.parameters import (
-    ROUGHNESS,
-    case_fields,
-    parameter_fields,
-    read_parameter,
-    such_as,
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    StrictInt,
+    StrictStr,
+    ValidationError,
 )
-from fretwear.study.problems import Problem, shown, suggestion
 
-TOP_LEVEL = ("title", "base", "vary", "design", "invalid", "batch", "output")
+from fretwear.parts import Quantity, refuse
+from fretwear.study.case import schema_of, schema_required
+from fretwear.study.designs import KINDS, LISTED, MAX_POINTS, SAMPLED, Design
+from fretwear.study.problems import Problem, shown, suggestion
+from fretwear.study.tree import base_names, parameter_names, parameter_of
+
 MAX_TITLE = 200
 
 
-@dataclass
-class Draft:
-    """What a study file says, as far as it could be read."""
-
-    title: str
-    fixed: dict[str, Any] = field(default_factory=dict)
-    design: Design = field(default_factory=Design)
-    skip_invalid: bool = False
-    batch: int | None = None
-    problems: list[Problem] = field(default_factory=list)
-
-    def read(self, name: str, raw: object, key: str) -> None:
-        """Read a fixed value."""
-        reading = read_parameter(name, raw, key)
-        self.problems.extend(reading.problems)
-        if not reading.problems:
-            self.fixed[name] = reading.value
+class _Model(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
 
-def read_sections(raw: Mapping[str, Any], name: str) -> Draft:
-    """Read everything but the varied values."""
-    draft = Draft(title=name)
-    _refuse_unknown_sections(raw, draft)
-    if "title" in raw:
-        _read_title(raw["title"], draft)
-    base = section(raw, "base", draft)
-    varied = tuple(varied_section(raw))
-    _read_base(base, varied, draft)
-    _require(base, varied, draft)
-    _read_output(section(raw, "output", draft), draft)
-    _read_design(raw.get("design", "grid"), draft)
-    if "invalid" in raw:
-        if raw["invalid"] in ("stop", "skip"):
-            draft.skip_invalid = raw["invalid"] == "skip"
+class Listed(_Model):
+    """Values that are listed, combined or paired."""
+
+    kind: Literal[LISTED] = "grid"  # type: ignore[valid-type]
+
+
+class Sampled(_Model):
+    """Points that are drawn over ranges."""
+
+    kind: Literal[SAMPLED]  # type: ignore[valid-type]
+    points: Annotated[StrictInt, Field(ge=1, le=MAX_POINTS)]
+    seed: Annotated[StrictInt, Field(ge=0, le=2**32 - 1)] = 0
+
+
+class Output(_Model):
+    """What is kept."""
+
+    cycles: Any = ()
+
+
+def _by_name(value: object) -> object:
+    """``design: zip`` is short for ``design: {kind: zip}``; without a kind it is a grid."""
+    named = {"kind": "grid", **value} if isinstance(value, Mapping) else {"kind": value}
+    if named["kind"] not in KINDS:
+        raise refuse(f"must be one of {', '.join(KINDS)}")
+    return named
+
+
+class Sections(_Model):
+    """A study of fretting wear: base values, varied values, output."""
+
+    title: Annotated[
+        StrictStr | None,
+        Field(
+            min_length=1,
+            max_length=MAX_TITLE,
+            description="For people; the name of the study is that of its file.",
+        ),
+    ] = None
+    base: Annotated[
+        dict[str, Any], Field(description="One value for every parameter that is not varied.")
+    ] = {}
+    vary: Annotated[
+        dict[str, Any], Field(description="The varied parameters, each with its values.")
+    ] = {}
+    design: Annotated[
+        Listed | Sampled,
+        BeforeValidator(_by_name),
+        Field(discriminator="kind", description="How the varied values are combined."),
+    ] = Listed()
+    invalid: Annotated[
+        Literal["stop", "skip"], Field(description="What to do about points such as Q >= µP.")
+    ] = "stop"
+    batch: Annotated[
+        Literal["auto"] | Annotated[StrictInt, Field(ge=1, le=MAX_POINTS)],
+        Field(description="Cases of a job; auto: as many as take a few minutes."),
+    ] = "auto"
+    output: Output = Output()
+
+
+NAMES = tuple(Sections.model_fields)
+
+
+def read_sections(raw: Mapping[str, Any], problems: list[Problem]) -> Sections:
+    """Read the sections; what is wrong is told, and stands as if it were left out."""
+    sound = dict(raw)
+    title = raw.get("title")
+    if isinstance(title, str) and title.strip():
+        if title.isprintable():
+            sound["title"] = title.strip()
         else:
-            draft.problems.append(Problem("invalid", shown(raw["invalid"]), "must be stop or skip"))
-    _read_batch(raw.get("batch", "auto"), draft)
-    return draft
+            del sound["title"]
+            problems.append(Problem("title", shown(title), "must be one line of printable text"))
+    elif "title" in raw:
+        del sound["title"]
+        problems.append(Problem("title", shown(title), "must be text", "put it in quotes"))
+    while True:
+        try:
+            return Sections.model_validate(sound)
+        except ValidationError as error:
+            wrong = {}
+            for details in error.errors(include_url=False):
+                problem = _problem(details, raw)
+                wrong.setdefault(problem.key, problem)
+                sound.pop(str(details["loc"][0]), None)
+            problems.extend(wrong.values())
 
 
-def section(raw: Mapping[str, Any], name: str, draft: Draft) -> Mapping[str, Any]:
-    """Return a section that is a mapping; report anything else."""
-    if name not in raw:
-        return {}
-    value = raw[name]
-    if isinstance(value, Mapping):
-        return value
-    if value is None:
-        draft.problems.append(Problem(name, "", "is empty", f"leave {name} out, or fill it"))
-    else:
-        rule = "must hold keys with values, one to a line"
-        draft.problems.append(Problem(name, shown(value), rule))
-    return {}
-
-
-def varied_section(raw: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return the section `vary` where there is a usable one."""
-    vary = raw.get("vary")
-    return vary if isinstance(vary, Mapping) else {}
-
-
-def _refuse_unknown_sections(raw: Mapping[str, Any], draft: Draft) -> None:
-    for key, value in raw.items():
-        if key in TOP_LEVEL:
-            continue
-        if key in parameter_fields():
-            hint = f"put it under base: base.{key}"
+def _problem(details: Mapping[str, Any], raw: Mapping[str, Any]) -> Problem:
+    section, kind = str(details["loc"][0]), details["type"]
+    value = shown(raw.get(section))
+    if section not in NAMES:
+        if section in parameter_names():
+            hint = f"put it under base: base.{section}"
         else:
-            hint = suggestion(key, TOP_LEVEL) or f"known are {', '.join(TOP_LEVEL)}"
-        draft.problems.append(Problem(key, shown(value), "is not a section of a study", hint))
+            hint = suggestion(section, NAMES) or f"known are {', '.join(NAMES)}"
+        return Problem(section, value, "is not a section of a study", hint)
+    match section:
+        case "title":
+            return Problem("title", value, f"must have at most {MAX_TITLE} characters")
+        case "invalid":
+            return Problem("invalid", value, "must be stop or skip")
+        case "batch":
+            hint = suggestion(value, ("auto",)) if isinstance(raw[section], str) else ""
+            rule = f"must be auto, or a whole number of cases from 1 to {MAX_POINTS}"
+            return Problem("batch", value, rule, hint or "auto gives a job a few minutes of work")
+        case "design":
+            return _design_problem(details, raw[section])
+        case "output" if kind == "extra_forbidden":
+            name = str(details["loc"][1])
+            hint = suggestion(name, ("cycles",)) or "known is cycles"
+            return Problem(f"output.{name}", shown(details["input"]), "is not known", hint)
+    if raw[section] is None:
+        return Problem(section, "", "is empty", f"leave {section} out, or fill it")
+    return Problem(section, value, "must hold keys with values, one to a line")
 
 
-def _read_title(title: object, draft: Draft) -> None:
-    if not isinstance(title, str) or not title.strip():
-        rule, hint = "must be text", "put it in quotes"
-    elif not title.isprintable():
-        rule, hint = "must be one line of printable text", ""
-    elif len(title) > MAX_TITLE:
-        rule, hint = f"must have at most {MAX_TITLE} characters", ""
-    else:
-        draft.title = title.strip()
-        return
-    draft.problems.append(Problem("title", shown(title), rule, hint))
-
-
-def _read_base(base: Mapping[str, Any], varied: Sequence[str], draft: Draft) -> None:
-    parts_varied = any(name.startswith(f"{ROUGHNESS}.") for name in varied)
-    for key, value in base.items():
-        if key in case_fields():
-            if key == ROUGHNESS and parts_varied:
-                _read_roughness_parts(value, varied, draft)
-            else:
-                draft.read(key, value, f"base.{key}")
-        else:
-            hint = suggestion(key, tuple(case_fields())) or _elsewhere(key)
-            problem = Problem(f"base.{key}", shown(value), "is not a case parameter", hint)
-            draft.problems.append(problem)
-    if parts_varied and ROUGHNESS not in base:
-        _read_roughness_parts({}, varied, draft)
-    # A varied parameter may have a value in base as well: that of the study it departs from.
-    for name in varied:
-        draft.fixed.pop(name, None)
-
-
-def _elsewhere(key: str) -> str:
-    part = f"{ROUGHNESS}."
-    if key.startswith(part) and key in parameter_fields():
-        return f"write roughness: {{{key.removeprefix(part)}: ...}}"
-    return f"{key} stands at the top level, not under base" if key in TOP_LEVEL else ""
-
-
-def _read_roughness_parts(value: object, varied: Sequence[str], draft: Draft) -> None:
-    """Read `base.roughness` where parts of it are varied: part by part."""
-    parts = {
-        name.split(".", 1)[1]: name
-        for name in parameter_fields()
-        if name.startswith(ROUGHNESS + ".")
-    }
-    if not isinstance(value, Mapping):
-        first = next(name for name in varied if name.startswith(f"{ROUGHNESS}."))
-        rule = f"must give the other parts of the roughness, because {first} is varied"
-        problem = Problem("base.roughness", shown(value), rule, such_as(ROUGHNESS))
-        draft.problems.append(problem)
-        return
-    for part, raw in value.items():
-        if part in parts:
-            draft.read(parts[part], raw, f"base.roughness.{part}")
-        else:
-            hint = suggestion(part, tuple(parts)) or f"known are {', '.join(parts)}"
-            key = f"base.roughness.{part}"
-            draft.problems.append(Problem(key, shown(raw), "is not known", hint))
-    for part, name in parts.items():
-        if part == "kind":
-            draft.fixed.setdefault(name, "wavy")
-        elif part not in value and name not in varied:
-            problem = Problem(f"base.roughness.{part}", "", "is missing", such_as(name))
-            draft.problems.append(problem)
-
-
-def _require(base: Mapping[str, Any], varied: Sequence[str], draft: Draft) -> None:
-    given = {*base, *(name.split(".", 1)[0] for name in varied)}
-    unknown = [key for key in base if key not in case_fields()]
-    for name in case_fields():
-        if name in given or name in TANGENTIAL or name in OPTIONAL_IN_FILES:
-            continue
-        if any(suggestion(key, (name,)) for key in unknown):
-            continue  # misspelt, which has been said
-        draft.problems.append(Problem(f"base.{name}", "", "is missing", such_as(name)))
-    tangential = exactly_one_tangential(given)
-    if tangential is not None:
-        subject = tangential.subject
-        key = f"vary.{subject}" if subject in varied else f"base.{subject}"
-        value = shown(base.get(subject)) if subject in base else ""
-        draft.problems.append(Problem(key, value, tangential.rule, tangential.hint))
-
-
-def _read_output(output: Mapping[str, Any], draft: Draft) -> None:
-    draft.fixed["output_cycles"] = ()
-    for key, value in output.items():
-        if key != "cycles":
-            hint = suggestion(key, ("cycles",)) or "known is cycles"
-            draft.problems.append(Problem(f"output.{key}", shown(value), "is not known", hint))
-            continue
-        reading = read_parameter("output.cycles", value, "output.cycles")
-        draft.problems.extend(reading.problems)
-        if reading.problems:
-            del draft.fixed["output_cycles"]
-            continue
-        draft.fixed["output_cycles"] = reading.value
-        for position, cycle in enumerate(reading.value):
-            if cycle in reading.value[:position]:
-                key = f"output.cycles[{position}]"
-                draft.problems.append(Problem(key, str(cycle), "is given twice"))
-
-
-def _read_batch(batch: object, draft: Draft) -> None:
-    if batch == "auto":
-        return
-    if isinstance(batch, int) and not isinstance(batch, bool) and 1 <= batch <= MAX_POINTS:
-        draft.batch = batch
-        return
-    rule = f"must be auto, or a whole number of cases from 1 to {MAX_POINTS}"
-    hint = "auto gives a job a few minutes of work"
-    if isinstance(batch, str):
-        hint = suggestion(batch, ("auto",))
-    draft.problems.append(Problem("batch", shown(batch), rule, hint))
-
-
-def _read_design(design: object, draft: Draft) -> None:
-    given: Mapping[str, Any] = design if isinstance(design, Mapping) else {"kind": design}
-    key = "design.kind" if isinstance(design, Mapping) else "design"
-    kind = given.get("kind", "grid")
-    if kind not in KINDS:
+def _design_problem(details: Mapping[str, Any], raw: object) -> Problem:
+    given = raw if isinstance(raw, Mapping) else {"kind": raw}
+    name = str(details["loc"][-1])
+    if details["type"] == "fretwear":
+        kind, key = given.get("kind"), "design.kind" if given is raw else "design"
         hint = suggestion(kind, KINDS) if isinstance(kind, str) else ""
-        problem = Problem(key, shown(kind), f"must be one of {', '.join(KINDS)}", hint)
-        draft.problems.append(problem)
-        return
-    numbers = {"points": 0, "seed": 0}
-    allowed = ("kind", *numbers) if kind in SAMPLED else ("kind",)
-    for name, value in given.items():
-        if name not in allowed:
-            hint = suggestion(name, allowed) or f"{kind} knows {', '.join(allowed)}"
-            draft.problems.append(Problem(f"design.{name}", shown(value), "is not known", hint))
-        elif name in numbers:
-            least, most = (1, MAX_POINTS) if name == "points" else (0, 2**32 - 1)
-            if isinstance(value, int) and not isinstance(value, bool) and least <= value <= most:
-                numbers[name] = value
-            else:
-                rule = f"must be a whole number from {least} to {most}"
-                draft.problems.append(Problem(f"design.{name}", shown(value), rule))
-    if kind in SAMPLED and "points" not in given:
-        problem = Problem("design.points", "", f"is missing: {kind} needs it", "such as points: 64")
-        draft.problems.append(problem)
-    draft.design = Design(kind, numbers["points"], numbers["seed"])
+        return Problem(key, shown(kind), f"must be one of {', '.join(KINDS)}", hint)
+    kind = str(given.get("kind", "grid"))
+    known = tuple(Sampled.model_fields) if kind in SAMPLED else ("kind",)
+    if name not in known:
+        hint = suggestion(name, known) or f"{kind} knows {', '.join(known)}"
+        return Problem(f"design.{name}", shown(given[name]), "is not known", hint)
+    if name not in given:
+        rule = f"is missing: {kind} needs it"
+        return Problem(f"design.{name}", "", rule, f"such as {name}: 64")
+    least, most = (1, MAX_POINTS) if name == "points" else (0, 2**32 - 1)
+    rule = f"must be a whole number from {least} to {most}"
+    return Problem(f"design.{name}", shown(given[name]), rule)
+
+
+def design_of(sections: Sections) -> Design:
+    """Return the design of a study."""
+    return Design(**sections.design.model_dump())
+
+
+def study_schema() -> dict[str, Any]:
+    """Return the JSON Schema (2020-12) of a study file, made from what reads it.
+
+    It knows names, kinds of values and their descriptions.  What depends on several values at
+    once (Q < µP, a cell fine enough for the roughness, equal lengths under ``zip``) is checked
+    by `load_study` only.
+    """
+    schema = Sections.model_json_schema()
+    definitions = schema["$defs"]
+    base = {name: schema_of(name) for name in base_names()}
+    properties = schema["properties"]
+    properties["title"] = {**properties["title"].pop("anyOf")[0], **properties["title"]}
+    properties["base"] |= {"additionalProperties": False, "properties": base}
+    properties["vary"] |= {
+        "additionalProperties": False,
+        "properties": {name: _varied(name) for name in parameter_names()},
+    }
+    short = {"enum": list(LISTED)}
+    listed = [definitions.pop(name) for name in ("Listed", "Sampled")]
+    properties["design"] = {
+        "description": properties["design"]["description"],
+        "default": "grid",
+        "anyOf": [short, *listed],
+    }
+    number = schema_of("output.cycles")
+    properties["output"] = {
+        "type": "object",
+        "additionalProperties": False,
+        "properties": {
+            "cycles": {
+                "type": "array",
+                "items": number,
+                "description": "Cycles at which the fields are kept.",
+            }
+        },
+    }
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        **_untitled(schema),
+        "title": "fretwear study",
+        "$defs": {},
+        "allOf": schema_required(),
+    }
+
+
+def _varied(name: str) -> dict[str, Any]:
+    value = schema_of(name)
+    listed = {"type": "array", "items": value, "minItems": 1, "uniqueItems": True}
+    if not isinstance(parameter_of(name), Quantity):
+        return listed
+    interval = {
+        "type": "object",
+        "description": "A range, for sampled designs.",
+        "additionalProperties": False,
+        "required": ["from", "to"],
+        "properties": {"from": value, "to": value, "scale": {"enum": ["linear", "log"]}},
+    }
+    return {"anyOf": [listed, interval]}
+
+
+def _untitled(schema: Any) -> Any:
+    """Drop the titles that pydantic makes of names: descriptions say more."""
+    if isinstance(schema, list):
+        return [_untitled(item) for item in schema]
+    if not isinstance(schema, dict):
+        return schema
+    names = schema.get("properties", {})
+    rest = {
+        key: _untitled(item)
+        for key, item in schema.items()
+        if key not in ("title", "properties", "$defs") or not isinstance(item, str | dict)
+    }
+    if names:
+        rest["properties"] = {key: _untitled(item) for key, item in names.items()}
+    return rest

@@ -101,9 +101,12 @@ def composite_shear_modulus(
     normal displacement times E*/G*; exact for the circular contact of a sphere on its average
     over directions, and pointwise where the anisotropy of the tangential kernel is neglected.
     """
-    shear_1 = shear_modulus(youngs_modulus_1, poisson_ratio_1)
-    shear_2 = shear_modulus(youngs_modulus_2, poisson_ratio_2)
-    return 4.0 / ((2.0 - poisson_ratio_1) / shear_1 + (2.0 - poisson_ratio_2) / shear_2)
+    # (2 − ν)/4G with G = E/(2 (1 + ν)).
+    require_positive(youngs_modulus_1=youngs_modulus_1, youngs_modulus_2=youngs_modulus_2)
+    _require_poisson_ratio(poisson_ratio_1=poisson_ratio_1, poisson_ratio_2=poisson_ratio_2)
+    compliance_1 = (2.0 - poisson_ratio_1) * (1.0 + poisson_ratio_1) / (2.0 * youngs_modulus_1)
+    compliance_2 = (2.0 - poisson_ratio_2) * (1.0 + poisson_ratio_2) / (2.0 * youngs_modulus_2)
+    return 1.0 / (compliance_1 + compliance_2)
 
 
 def coupling_ratio(

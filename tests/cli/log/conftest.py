@@ -3,7 +3,7 @@ from dataclasses import replace
 import pytest
 
 from fretwear.running.simulate import steps
-from fretwear.study.selection import select_case
+from fretwear.study.study import select_case
 
 
 class HandClock:

@@ -3,7 +3,7 @@ from pathlib import Path
 import pytest
 
 from fretwear.cli.progress import CaseTime, Log, step_text
-from fretwear.study.file import load_study
+from fretwear.study.study import load_study
 
 
 @pytest.fixture

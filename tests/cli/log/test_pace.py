@@ -1,7 +1,7 @@
 import pytest
 
 from fretwear.cli.progress import BatchTime, CaseTime, clock_text, planned_seconds
-from fretwear.study.file import load_study
+from fretwear.study.study import load_study
 
 
 def growing_steps(factor, largest, last):

@@ -7,17 +7,17 @@ tried while others are still wrong: a study file gets all of its problems in one
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-from fretwear.study.quantities import FORCE, LENGTH, PRESSURE, format_quantity
-from fretwear.study.spacing import LEAST_CELLS_PER_WAVELENGTH, coarsest_for_contact
+from fretwear.mechanics.loading import TangentialRatio
+from fretwear.study.tree import CaseTree
+from fretwear.units import FORCE, LENGTH, PRESSURE, format_quantity
 
-if TYPE_CHECKING:
-    from fretwear.study.case import Case
-
-TANGENTIAL = ("tangential_ratio", "tangential_load")
+LEAST_CELLS_PER_CONTACT_RADIUS = 8
+LEAST_CELLS_PER_STICK_RADIUS = 2
+LEAST_CELLS_PER_SLIP_ANNULUS = 1
+LEAST_CELLS_PER_WAVELENGTH = 8
 
 GREATEST_CONTACT = 0.2
 """Largest contact radius in units of R: there the paraboloid r²/2R, which stands for the sphere
@@ -58,87 +58,76 @@ class Finding:
 
 
 @dataclass(frozen=True)
-class Check:
-    """A rule and the parameters it needs (``tangential`` stands for either of the two)."""
+class Rule:
+    """A rule, and the members or single parameters of a case that it needs."""
 
     needs: frozenset[str]
-    find: Callable[[Case], Finding | None]
+    find: Callable[[CaseTree], Finding | None]
 
 
-def exactly_one_tangential(given: Iterable[str]) -> Finding | None:
-    """Find whether both or neither of `tangential_ratio` and `tangential_load` are given."""
-    names = [name for name in TANGENTIAL if name in set(given)]
-    if len(names) == 1:
-        return None
-    if names:
-        return Finding(
-            TANGENTIAL[1],
-            "",
-            "is one too many: tangential_ratio, Q/(µP), is given as well",
-            "give exactly one of the two",
-        )
-    return Finding(
-        TANGENTIAL[0],
-        "",
-        "is missing, and so is tangential_load",
-        "give exactly one of tangential_ratio: 0.8 (Q/(µP)) and tangential_load: 20 N",
-    )
-
-
-def _ratio_slides(case: Case) -> Finding | None:
+def _ratio_slides(case: CaseTree) -> Finding | None:
     """Q ≥ µP slides as a whole: no stick zone, outside of the model."""
-    if case.tangential_ratio is None or case.tangential_ratio < 1.0:
-        return _sticks("tangential_ratio", case.tangential_ratio or 1.0)
+    if not isinstance(case.loading, TangentialRatio):
+        return None
+    if case.tangential_ratio < 1.0:
+        return _sticks(case)
     return Finding(
-        "tangential_ratio",
+        case.loading.kind,
         f"{case.tangential_ratio:.6g}",
         "is gross sliding: Q/(µP) must be less than 1",
         "partial slip needs a ratio between 0 and 1, such as 0.8",
     )
 
 
-def _load_slides(case: Case) -> Finding | None:
+def _load_slides(case: CaseTree) -> Finding | None:
     """Q ≥ µP as in `_ratio_slides`, where Q itself is given."""
-    if case.tangential_load is None or case.load_ratio < 1.0:
-        return _sticks("tangential_load", 1.0 if case.tangential_load is None else case.load_ratio)
+    if isinstance(case.loading, TangentialRatio):
+        return None
+    if case.tangential_ratio < 1.0:
+        return _sticks(case)
+    sliding = format_quantity(case.friction_law.coefficient * case.loading.load, FORCE)
     return Finding(
-        "tangential_load",
+        case.loading.kind,
         format_quantity(case.tangential_load, FORCE),
-        "is gross sliding: Q must be less than µP = "
-        f"{format_quantity(case.friction * case.load, FORCE)}",
+        f"is gross sliding: Q must be less than µP = {sliding}",
         "lower tangential_load, or raise load or friction",
     )
 
 
-def _sticks(subject: str, load_ratio: float) -> Finding | None:
+def _sticks(case: CaseTree) -> Finding | None:
     """Hardly any tangential load sticks as a whole: no slip, no wear."""
-    if load_ratio >= LEAST_LOAD_RATIO:
+    if case.tangential_ratio >= LEAST_LOAD_RATIO:
         return None
     return Finding(
-        subject,
+        case.loading.kind,
         "",
-        f"leaves no slip to compute: Q/(µP) is {load_ratio:.3g} and must be at least "
+        f"leaves no slip to compute: Q/(µP) is {case.tangential_ratio:.3g} and must be at least "
         f"{LEAST_LOAD_RATIO:g}",
         "partial slip needs a ratio between 0 and 1, such as 0.8",
     )
 
 
-def _contact_small(case: Case) -> Finding | None:
+def _contact_small(case: CaseTree) -> Finding | None:
     """The half-space needs a contact much smaller than the sphere (`GREATEST_CONTACT`)."""
-    if case.hertz_radius <= GREATEST_CONTACT * case.radius:
+    radius = case.indenter.curvature_radius
+    if case.hertz_radius <= GREATEST_CONTACT * case.indenter.curvature_radius:
         return None
-    greatest = 0.99 * case.load * (GREATEST_CONTACT * case.radius / case.hertz_radius) ** 3
+    greatest = (
+        0.99
+        * case.load
+        * (GREATEST_CONTACT * case.indenter.curvature_radius / case.hertz_radius) ** 3
+    )
     return Finding(
         "load",
         format_quantity(case.load, FORCE),
         f"is too much for this sphere: the contact radius "
         f"{format_quantity(case.hertz_radius, LENGTH, 3)} is more than {GREATEST_CONTACT:g} of "
-        f"the radius {format_quantity(case.radius, LENGTH)}, beyond half-space theory",
+        f"the radius {format_quantity(radius, LENGTH)}, beyond half-space theory",
         f"up to {format_quantity(greatest, FORCE, 3)} would do",
     )
 
 
-def _plastic_limit_carries_load(case: Case) -> Finding | None:
+def _plastic_limit_carries_load(case: CaseTree) -> Finding | None:
     """The capped pressure must carry P on a contact that half-space theory can describe.
 
     Neither elastic wear nor the cap itself bounds the contact: where the pressure is at the
@@ -148,7 +137,7 @@ def _plastic_limit_carries_load(case: Case) -> Finding | None:
     without plastic flow stays far below: for Q/(µP) up to 0.99 the contact never grows to
     three times the Hertz radius, which has its own rule.
     """
-    largest = GREATEST_CONTACT * case.radius
+    largest = GREATEST_CONTACT * case.indenter.curvature_radius
     least_limit = case.load / (math.pi * largest**2)
     if case.plastic_limit >= least_limit:
         return None
@@ -163,11 +152,11 @@ def _plastic_limit_carries_load(case: Case) -> Finding | None:
     )
 
 
-def _cell_resolves_roughness(case: Case) -> Finding | None:
+def _cell_resolves_roughness(case: CaseTree) -> Finding | None:
     """A wave needs `LEAST_CELLS_PER_WAVELENGTH` cells, or it is another surface."""
-    if case.cell is None or case.roughness is None:
+    if case.cell is None:
         return None
-    waves = (case.roughness.wavelength_x, case.roughness.wavelength_y)
+    waves = case.finest
     fine = [wave / LEAST_CELLS_PER_WAVELENGTH for wave in waves]
     wrong = [
         f"the wave along {axis} is {format_quantity(wave, LENGTH, 3)} long"
@@ -188,11 +177,11 @@ def _cell_resolves_roughness(case: Case) -> Finding | None:
     )
 
 
-def _cell_resolves_contact(case: Case) -> Finding | None:
+def _cell_resolves_contact(case: CaseTree) -> Finding | None:
     """Contact, stick zone and slip annulus must be wider than the cells they are seen with."""
-    if case.cell is None or not LEAST_LOAD_RATIO <= case.load_ratio < 1.0:
+    if case.cell is None or not LEAST_LOAD_RATIO <= case.tangential_ratio < 1.0:
         return None
-    limit = coarsest_for_contact(case)
+    limit = _coarsest_for_contact(case)
     if max(case.cell) <= limit * (1.0 + 1e-9):
         return None
     pair = ", ".join(_just_below(min(cell, limit)) for cell in case.cell)
@@ -205,7 +194,7 @@ def _cell_resolves_contact(case: Case) -> Finding | None:
     )
 
 
-def _snapshots_within_run(case: Case) -> Finding | None:
+def _snapshots_within_run(case: CaseTree) -> Finding | None:
     """Snapshots lie between cycle 0 and the last."""
     beyond = [cycle for cycle in case.output_cycles if cycle > case.cycles]
     if not beyond:
@@ -227,26 +216,37 @@ def _just_below(length: float) -> str:
     return format_quantity(math.floor(length / 10.0**digits * (1 + 1e-9)) * 10.0**digits, LENGTH)
 
 
-_SPHERE = frozenset({"radius", "youngs_modulus", "poisson_ratio", "load"})
+def _coarsest_for_contact(case: CaseTree) -> float:
+    """Largest spacing in m that still shows the contact, its stick and slip zones."""
+    radius, stick = case.hertz_radius, case.stick_radius
+    return min(
+        radius / LEAST_CELLS_PER_CONTACT_RADIUS,
+        stick / LEAST_CELLS_PER_STICK_RADIUS,
+        (radius - stick) / LEAST_CELLS_PER_SLIP_ANNULUS,
+    )
 
-CHECKS = (
-    Check(frozenset({"tangential_ratio"}), _ratio_slides),
-    Check(frozenset({"load", "friction", "tangential_load"}), _load_slides),
-    Check(_SPHERE, _contact_small),
-    Check(frozenset({"radius", "load", "plastic_limit"}), _plastic_limit_carries_load),
-    Check(frozenset({"cell", "roughness"}), _cell_resolves_roughness),
-    Check(_SPHERE | {"cell", "friction", "tangential"}, _cell_resolves_contact),
-    Check(frozenset({"cycles", "output_cycles"}), _snapshots_within_run),
+
+def _part_is_sound(case: CaseTree) -> Finding | None:
+    """A roughness may have a rule between its own parameters."""
+    broken = None if case.roughness is None else case.roughness.problem
+    return None if broken is None else Finding("roughness", "", *broken)
+
+
+_CONTACT = frozenset({"indenter", "bodies", "load"})
+
+RULES = (
+    Rule(frozenset({"roughness"}), _part_is_sound),
+    Rule(frozenset({"tangential_ratio"}), _ratio_slides),
+    Rule(frozenset({"loading", "friction_law"}), _load_slides),
+    Rule(_CONTACT, _contact_small),
+    Rule(frozenset({"indenter", "load", "plastic_limit"}), _plastic_limit_carries_load),
+    Rule(frozenset({"cell", "roughness", "indenter"}), _cell_resolves_roughness),
+    Rule(_CONTACT | {"cell", "loading", "friction_law"}, _cell_resolves_contact),
+    Rule(frozenset({"cycles", "output_cycles"}), _snapshots_within_run),
 )
 
 
-def findings(case: Case) -> list[Finding]:
+def findings(case: CaseTree) -> list[Finding]:
     """Return every rule that a case with sound single values breaks."""
-    given = [name for name in TANGENTIAL if getattr(case, name) is not None]
-    tangential = exactly_one_tangential(given)
-    if tangential is None:
-        found = [check.find(case) for check in CHECKS]
-    else:
-        needless = (check for check in CHECKS if "tangential" not in check.needs)
-        found = [tangential, *(check.find(case) for check in needless)]
+    found = (rule.find(case) for rule in RULES)
     return [finding for finding in found if finding is not None]

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fretwear.study.quantities import (
+from fretwear.units import (
     ANGLE,
     COMPLIANCE,
     FORCE,

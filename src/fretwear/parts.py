@@ -1,0 +1,592 @@
+"""Parts of a case that declare themselves: what reads, prints, stores and identifies a parameter.
+
+A part is a frozen dataclass that is parameter object and physics at once.  Each of its fields
+carries a `Parameter` as annotation, the only place that names it::
+
+    @dataclass(frozen=True)
+    class Sphere(Indenter):
+        radius: Annotated[float, Quantity("m", "$R$", "sphere radius", "mm", above=0.0)]
+        kind: Literal["sphere"] = "sphere"
+
+Study files, ``--set``, the JSON Schema, messages, the case id, dataset coordinates and labels
+follow by walking the fields.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from numbers import Real
+from typing import TYPE_CHECKING, Any, ClassVar, Self, get_type_hints
+
+from fretwear.units import (
+    DIMENSIONS,
+    NO_UNIT,
+    NUMBER,
+    NUMBER_PATTERN,
+    Dimension,
+    QuantityError,
+    Unit,
+    format_quantity,
+    number_text,
+    parse_quantity,
+    with_unit,
+)
+
+if TYPE_CHECKING:
+    from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+    from pydantic_core import PydanticCustomError, core_schema
+
+STUDY_FILE: Mapping[str, bool] = {"units_required": True}
+"""Validation context of study files: physical values need units, and `null` is no value."""
+
+# No physical value is beyond; powers and quotients of such numbers are still numbers.
+_SMALLEST, _LARGEST = 1e-30, 1e30
+
+_NUMBER_SCHEMA = rf"^\s*[+-]?{NUMBER_PATTERN}\s*$"
+_QUANTITY_SCHEMA = rf"^\s*[+]?{NUMBER_PATTERN}\s*[A-Za-zµμ°/].*$"
+_BY_SI_UNIT = {dimension.si_unit: dimension for dimension in (*DIMENSIONS, NUMBER)}
+
+
+def refuse(rule: str, hint: str = "") -> PydanticCustomError:
+    """Return the error that refuses a value; its context keeps rule and hint apart."""
+    from pydantic_core import PydanticCustomError
+
+    template = "{rule}; {hint}" if hint else "{rule}"
+    return PydanticCustomError("fretwear", template, {"rule": rule, "hint": hint})
+
+
+def means_none(value: object, units_required: bool) -> bool:
+    """Whether a value is the word ``none`` (or Python's None, outside of files)."""
+    if isinstance(value, str):
+        return value.strip() == "none"
+    return value is None and not units_required
+
+
+class Parameter(ABC):
+    """What a field of a part is.
+
+    Attributes
+    ----------
+    si_unit : str
+        In UDUNITS notation, ``1`` for plain numbers.
+    symbol : str
+        In mathtext.
+    words : str
+        What it is called in messages, tables and long names.
+    unit : Unit
+        Unit for people.
+    description : str
+        A sentence for the JSON Schema and the documentation.
+    must_be_written : bool
+        Whether a study file has to give it although it has a default.
+    """
+
+    si_unit: str
+    symbol: str
+    words: str
+    unit: Unit
+    description: str
+    must_be_written: bool
+
+    @property
+    @abstractmethod
+    def example(self) -> str:
+        """A sensible value as a study file would have it."""
+
+    @abstractmethod
+    def read(self, value: object, units_required: bool) -> Any:
+        """Return the value in SI units; `QuantityError` where it is none or out of range."""
+
+    @abstractmethod
+    def schema(self) -> dict[str, Any]:
+        """JSON Schema of the value in a study file."""
+
+    def coordinates(self, name: str, value: Any) -> Iterator[tuple[str, Parameter, float | str]]:
+        """Yield the scalar coordinates of a value: name, what it is, SI value."""
+        yield name, self, value
+
+    def canonical(self, value: Any) -> Any:
+        """Return the value in a form that JSON can hold and `read` takes back."""
+        return value
+
+    def word_for(self, value: Any) -> str:
+        """Return the word that stands for a special value, such as "elastic", or nothing."""
+        return value if isinstance(value, str) else ""
+
+    def text(self, value: Any) -> str:
+        """Return a value in units for people: ``25 N``, ``5.7°``, ``elastic``."""
+        return self.word_for(value) or with_unit(
+            number_text(float(value) / self.unit.size), self.unit
+        )
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> core_schema.CoreSchema:
+        """Read values by `read`."""
+        from pydantic_core import core_schema
+
+        del source, handler
+
+        def validate(value: object, info: core_schema.ValidationInfo) -> Any:
+            try:
+                return self.read(value, bool((info.context or {}).get("units_required")))
+            except QuantityError as error:
+                raise refuse(error.rule, error.hint) from error
+
+        return core_schema.with_info_plain_validator_function(validate)
+
+    def __get_pydantic_json_schema__(
+        self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        """Describe values by `schema`."""
+        del schema, handler
+        return {"description": self.description or f"{self.words.capitalize()}.", **self.schema()}
+
+
+@dataclass(frozen=True)
+class Quantity(Parameter):
+    """A physical quantity or a plain number, within a range.
+
+    Parameters
+    ----------
+    si_unit : str
+        ``m``, ``N``, ``Pa``, ``Pa-1``, ``rad`` or ``1``.
+    symbol, words, description, must_be_written
+        See `Parameter`.
+    shown_in : str
+        Unit for people, as typed in study files (``um``); empty for plain numbers.
+    like : str
+        A sensible value; that of the kind of quantity where it is empty.
+    above, at_least, below, at_most : float or None
+        Bounds in SI units.
+    infinite, zero : str
+        Words for an infinite value, which study files call ``none``, and for zero.
+    absent : float or None
+        The coordinate of a case without this part; None: it has no such coordinate.
+    """
+
+    si_unit: str
+    symbol: str
+    words: str
+    shown_in: str = ""
+    like: str = ""
+    above: float | None = None
+    at_least: float | None = None
+    below: float | None = None
+    at_most: float | None = None
+    infinite: str = ""
+    zero: str = ""
+    absent: float | None = None
+    description: str = ""
+    must_be_written: bool = False
+
+    @property
+    def dimension(self) -> Dimension:
+        """The kind of quantity, with an example of its own."""
+        found = _BY_SI_UNIT[self.si_unit]
+        return found.like(self.like) if self.like else found
+
+    @property
+    def unit(self) -> Unit:  # type: ignore[override]
+        """Unit for people."""
+        units = {unit.typed or unit.name: unit for unit in self.dimension.units}
+        return units[self.shown_in] if self.shown_in else NO_UNIT
+
+    @property
+    def example(self) -> str:
+        """A sensible value as a study file would have it."""
+        return self.dimension.example
+
+    def read(self, value: object, units_required: bool) -> float:
+        """Return the SI value; `QuantityError` where it is none or out of range."""
+        if self.infinite and means_none(value, units_required):
+            return math.inf
+        if self.infinite and value == math.inf:
+            if not units_required:
+                return math.inf
+            raise QuantityError(f"{self.dimension.expectation}, or none", "write none for no limit")
+        try:
+            number = parse_quantity(value, self.dimension, units_required=units_required)
+        except QuantityError as error:
+            if not self.infinite:
+                raise
+            raise QuantityError(f"{error.rule}, or none", error.hint) from error
+        if not self._contains(number):
+            raise QuantityError(f"must be {self.range_text()}")
+        if number > _LARGEST or (0.0 in (self.above, self.at_least) and 0.0 < number < _SMALLEST):
+            raise QuantityError(f"must lie between {_SMALLEST:g} and {_LARGEST:g} in SI units")
+        return number
+
+    def _contains(self, number: float) -> bool:
+        return (
+            (self.above is None or number > self.above)
+            and (self.at_least is None or number >= self.at_least)
+            and (self.below is None or number < self.below)
+            and (self.at_most is None or number <= self.at_most)
+        )
+
+    def range_text(self) -> str:
+        """Say the range in words, such as "larger than -1 and at most 0.5"."""
+        bounds = (
+            ("larger than", self.above),
+            ("at least", self.at_least),
+            ("less than", self.below),
+            ("at most", self.at_most),
+        )
+        return " and ".join(
+            f"{words} {format_quantity(bound, self.dimension) if bound else '0'}"
+            for words, bound in bounds
+            if bound is not None
+        )
+
+    def schema(self) -> dict[str, Any]:
+        """JSON Schema of the value in a study file."""
+        if self.dimension.is_plain_number:
+            number: dict[str, Any] = {"type": "number"}
+            for keyword, bound in (
+                ("exclusiveMinimum", self.above),
+                ("minimum", self.at_least),
+                ("exclusiveMaximum", self.below),
+                ("maximum", self.at_most),
+            ):
+                if bound is not None:
+                    number[keyword] = bound
+            text: dict[str, Any] = {"type": "string", "pattern": _NUMBER_SCHEMA}
+            return {"anyOf": [number, text], "examples": [float(self.example)]}
+        quantity = {"type": "string", "pattern": _QUANTITY_SCHEMA, "examples": [self.example]}
+        return {"anyOf": [{"const": "none"}, quantity]} if self.infinite else quantity
+
+    def canonical(self, value: float) -> float | str:
+        """Return the SI number; infinity is the word ``none``."""
+        return "none" if math.isinf(value) else value
+
+    def word_for(self, value: Any) -> str:
+        """Return the word for an infinite or a vanishing value, or nothing."""
+        if isinstance(value, str):
+            return value
+        if self.infinite and math.isinf(value):
+            return self.infinite
+        return self.zero if value == 0.0 else ""
+
+
+@dataclass(frozen=True)
+class _Several(Parameter):
+    """Values of one quantity in a list of two, or one value for both."""
+
+    each: Quantity
+    suffixes: ClassVar[tuple[tuple[str, str, str], ...]]
+    meaning: ClassVar[str]
+
+    @property
+    def si_unit(self) -> str:  # type: ignore[override]
+        """SI unit of each."""
+        return self.each.si_unit
+
+    @property
+    def symbol(self) -> str:  # type: ignore[override]
+        """Symbol of each."""
+        return self.each.symbol
+
+    @property
+    def words(self) -> str:  # type: ignore[override]
+        """Words for each."""
+        return self.each.words
+
+    @property
+    def unit(self) -> Unit:  # type: ignore[override]
+        """Unit for people."""
+        return self.each.unit
+
+    @property
+    def description(self) -> str:  # type: ignore[override]
+        """A sentence for the JSON Schema."""
+        return self.each.description
+
+    @property
+    def must_be_written(self) -> bool:  # type: ignore[override]
+        """Whether a study file has to give it although it has a default."""
+        return self.each.must_be_written
+
+    @property
+    def example(self) -> str:
+        """A sensible value as a study file would have it."""
+        return self.each.example
+
+    def schema(self) -> dict[str, Any]:
+        """JSON Schema of the value in a study file."""
+        one = self.each.schema()
+        return {"anyOf": [one, {"type": "array", "items": one, "minItems": 2, "maxItems": 2}]}
+
+    def _pair(self, values: Any, units_required: bool) -> tuple[float, float]:
+        if len(values) != 2:
+            raise QuantityError(f"must be {self.meaning}, but is a list of {len(values)}")
+        read = []
+        for position, value in enumerate(values, start=1):
+            try:
+                read.append(self.each.read(value, units_required))
+            except QuantityError as error:
+                rule = f"has a value number {position}, {value!r}, that {error.rule}"
+                raise QuantityError(rule, error.hint) from error
+        return read[0], read[1]
+
+    def coordinates(self, name: str, value: Any) -> Iterator[tuple[str, Parameter, float | str]]:
+        """Yield a coordinate for each of the two."""
+        for (suffix, index, words), each in zip(self.suffixes, value, strict=True):
+            symbol = self.each.symbol.replace("$", "") + f"_{index}"
+            yield (
+                f"{name}_{suffix}",
+                dataclasses.replace(
+                    self.each, symbol=f"${symbol}$", words=f"{self.each.words} {words}"
+                ),
+                each,
+            )
+
+
+@dataclass(frozen=True)
+class PerBody(_Several):
+    """One value for both bodies, or a pair [body I, body II]."""
+
+    suffixes = (("1", "1", "of body I"), ("2", "2", "of body II"))
+    meaning = "one value, or two for two bodies"
+
+    def read(self, value: object, units_required: bool) -> float | tuple[float, float]:
+        """Return a float, or a pair of floats where the bodies are given apart."""
+        if is_list(value):
+            return self._pair(value, units_required)
+        return self.each.read(value, units_required)
+
+    def canonical(self, value: float | tuple[float, float]) -> list[float]:
+        """Return the pair."""
+        return list(pair(value))
+
+    def coordinates(self, name: str, value: Any) -> Iterator[tuple[str, Parameter, float | str]]:
+        """Yield one coordinate where both bodies are alike, else two."""
+        both = pair(value)
+        if both[0] == both[1]:
+            yield name, self.each, both[0]
+        else:
+            yield from super().coordinates(name, both)
+
+
+@dataclass(frozen=True)
+class AlongXY(_Several):
+    """A length along x and one along y; one value serves for both, None for the default."""
+
+    suffixes = (("x", "x", "along x"), ("y", "y", "along y"))
+    meaning = "the spacing along x and along y"
+
+    def read(self, value: object, units_required: bool) -> tuple[float, float] | None:
+        """Return both, or None for the default."""
+        if value is None and not units_required:
+            return None
+        if is_list(value):
+            return self._pair(value, units_required)
+        both = self.each.read(value, units_required)
+        return both, both
+
+    def canonical(self, value: tuple[float, float]) -> list[float]:
+        """Return both."""
+        return list(value)
+
+
+@dataclass(frozen=True)
+class WholeNumber(Parameter):
+    """A whole number within a range (bounds included)."""
+
+    si_unit = "1"
+    unit = NO_UNIT
+
+    symbol: str
+    words: str
+    at_least: int
+    at_most: int
+    usual: int
+    description: str = ""
+    must_be_written: bool = False
+
+    @property
+    def example(self) -> str:
+        """A sensible value as a study file would have it."""
+        return str(self.usual)
+
+    def read(self, value: object, units_required: bool) -> int:
+        """Return an int; ``1e4``, which YAML may read as text, is accepted."""
+        del units_required
+        number = _any_number(value)
+        if not math.isfinite(number) or number != int(number):
+            raise QuantityError(f"must be a whole number such as {self.example}")
+        if not self.at_least <= number <= self.at_most:
+            raise QuantityError(f"must be at least {self.at_least} and at most {self.at_most}")
+        return int(number)
+
+    def schema(self) -> dict[str, Any]:
+        """JSON Schema of the value in a study file."""
+        number = {"type": "integer", "minimum": self.at_least, "maximum": self.at_most}
+        text = {"type": "string", "pattern": _NUMBER_SCHEMA}
+        return {"anyOf": [number, text], "examples": [self.usual]}
+
+
+def pair(value: float | tuple[float, float]) -> tuple[float, float]:
+    """Return two values, equal where one was given."""
+    return value if isinstance(value, tuple) else (value, value)
+
+
+def is_list(value: object) -> bool:
+    """Whether a value is a list of values, and no text."""
+    return isinstance(value, Sequence) and not isinstance(value, str | bytes)
+
+
+def _any_number(value: object) -> float:
+    """Return a number or the number that a text says; nan where there is none."""
+    is_number = isinstance(value, Real) and not isinstance(value, bool)
+    if not is_number and not (isinstance(value, str) and len(value) < 30 and value.isascii()):
+        return math.nan
+    try:
+        return float(value)  # type: ignore[arg-type]
+    except (ValueError, OverflowError):
+        return math.nan
+
+
+class Part:
+    """A part of a case: a frozen dataclass whose fields are annotated by a `Parameter`.
+
+    A class that derives from `Part` directly is a family, such as `Roughness`; the dataclasses
+    that derive from a family are its kinds.  To add a kind is to write its class.
+
+    Attributes
+    ----------
+    kind : str
+        Name in study files: ``{kind: wavy, ...}``.
+    told_as : str
+        What a caption calls the kind where the name does not tell; empty: the name.
+    """
+
+    __dataclass_fields__: ClassVar[dict[str, dataclasses.Field[Any]]]
+    kind: str = ""
+    told_as: ClassVar[str] = ""
+    __pydantic_config__: ClassVar[Mapping[str, Any]] = {"extra": "forbid"}
+
+    def __post_init__(self) -> None:
+        """Read every field as its `Parameter` says, text with units too; refuse broken rules."""
+        for name, parameter in self.parameters().items():
+            value = getattr(self, name)
+            try:
+                object.__setattr__(self, name, parameter.read(value, False))
+            except QuantityError as error:
+                raise ValueError(f"{name} = {value!r} {error}") from error
+        if self.problem is not None:
+            raise refuse(*self.problem)
+
+    @classmethod
+    def unchecked(cls, **values: Any) -> Self:
+        """Make a part from values that have been read; broken rules show in `problem`."""
+        part = object.__new__(cls)
+        defaults = {n: f.default for n, f in cls.__dataclass_fields__.items() if n not in values}
+        part.__dict__.update({**defaults, **values})
+        return part
+
+    @classmethod
+    def kinds(cls) -> dict[str, type[Self]]:
+        """The kinds of a family by name, in the order in which they were defined."""
+        found: dict[str, type[Self]] = {}
+        for each in cls.__subclasses__():
+            if "__dataclass_fields__" in vars(each) and each.kind:
+                found[each.kind] = each
+            found.update(each.kinds())
+        return found
+
+    @classmethod
+    def parameters(cls) -> dict[str, Parameter]:
+        """What the fields of a kind are, by name, ``kind`` excepted."""
+        return declared(cls)
+
+    @property
+    def problem(self) -> tuple[str, str] | None:
+        """A rule between the part's own parameters that is broken, and what to do."""
+        return None
+
+    @property
+    def is_trivial(self) -> bool:
+        """Whether the part is as good as none: a roughness without height."""
+        return False
+
+    @property
+    def slug(self) -> str:
+        """What the id of a case says of the part, in letters, digits, ``.``, ``-`` and ``_``."""
+        return self.kind
+
+    def canonical(self) -> dict[str, Any]:
+        """Return kind and parameters in a form that JSON can hold."""
+        values = {n: p.canonical(getattr(self, n)) for n, p in self.parameters().items()}
+        return {"kind": self.kind, **values}
+
+
+@dataclass(frozen=True)
+class KindName(Parameter):
+    """The kind of a part, where it has no parameters and so is a value itself."""
+
+    si_unit = "1"
+    unit = NO_UNIT
+
+    member: str
+    kinds: tuple[type[Part], ...]
+    description: str = ""
+    must_be_written: bool = False
+
+    @property
+    def words(self) -> str:  # type: ignore[override]
+        """What the part is called."""
+        return self.member.replace("_", " ")
+
+    @property
+    def symbol(self) -> str:  # type: ignore[override]
+        """Kinds have none."""
+        return self.words
+
+    @property
+    def example(self) -> str:
+        """The usual kind."""
+        return self.kinds[0].kind
+
+    def read(self, value: object, units_required: bool) -> str:
+        """Return the name of the kind."""
+        del units_required
+        names = [kind.kind for kind in self.kinds]
+        if value not in names:
+            raise QuantityError(f"must be {' or '.join(names)}")
+        return str(value)
+
+    def schema(self) -> dict[str, Any]:
+        """JSON Schema of the value in a study file."""
+        return {"enum": [kind.kind for kind in self.kinds]}
+
+    def word_for(self, value: Any) -> str:
+        """Return what a caption calls the kind."""
+        told = {kind.kind: kind.told_as for kind in self.kinds}
+        return told.get(str(value)) or str(value)
+
+
+@cache
+def declared(cls: type) -> dict[str, Parameter]:
+    """Return the fields of a class that are annotated by a `Parameter`, bases first."""
+    found = {}
+    for name, hint in get_type_hints(cls, include_extras=True).items():
+        for item in getattr(hint, "__metadata__", ()):
+            if isinstance(item, Parameter):
+                found[name] = item
+    return found
+
+
+@cache
+def required(cls: type) -> frozenset[str]:
+    """Return the fields of a dataclass without a default."""
+    return frozenset(
+        each.name
+        for each in dataclasses.fields(cls)
+        if each.default is dataclasses.MISSING and each.default_factory is dataclasses.MISSING
+    )

@@ -1,0 +1,415 @@
+"""Studies: from a YAML file to points, with everything that is wrong said at once."""
+
+from __future__ import annotations
+
+import copy
+import difflib
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from fretwear.study.case import (
+    Case,
+    member_alternatives,
+    missing,
+    read_snapshots,
+    read_values,
+    such_as,
+)
+from fretwear.study.designs import Design, read_axes
+from fretwear.study.points import Axis, Parameters, Point, PointFinding
+from fretwear.study.problems import Problem, StudyError, shown, suggestion
+from fretwear.study.sections import Sections, design_of, read_sections
+from fretwear.study.tree import member_of, parameter_names
+from fretwear.study.yamlfile import parse_value, read_document
+
+OPTION = "--set"
+
+_LISTED = 5
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")
+_LISTED_PER_RULE = 8
+
+
+@dataclass(frozen=True)
+class Study:
+    """A sound study: every value read, every rule tried.
+
+    Attributes
+    ----------
+    file : Path
+        Where it came from.
+    name : str
+        Stem of the file name; names the folder of the results.
+    title : str
+        For people.
+    axes : tuple of Axis
+        The varied parameters in the order of the file.
+    design : Design
+        How their values are combined.
+    parameters : Parameters
+        Fixed values, axes, and the points as positions along the axes.
+    invalid : dict
+        Points left out under ``invalid: skip``, with the reason.
+    content : dict
+        The plain content of the file, overrides included.
+    batch : int or None
+        Cases of a job; None: as many as take a few minutes.
+    """
+
+    file: Path
+    name: str
+    title: str
+    axes: tuple[Axis, ...]
+    design: Design
+    parameters: Parameters
+    invalid: Mapping[tuple[int, ...], str]
+    content: Mapping[str, Any]
+    batch: int | None = None
+
+    @property
+    def size(self) -> int:
+        """Number of points."""
+        return len(self.parameters.indices)
+
+    @cached_property
+    def _points(self) -> tuple[Point, ...]:
+        return tuple(self.parameters.points(self.invalid))
+
+    def points(self, first: int = 1, last: int | None = None) -> tuple[Point, ...]:
+        """Return the points in order, the last varied parameter fastest.
+
+        Parameters
+        ----------
+        first, last : int
+            Numbers of the first and the last of neighbouring points, counted from 1; a few points
+            of a large study come much sooner than all of them.
+        """
+        last = self.size if last is None else last
+        if (first, last) == (1, self.size):
+            return self._points
+        few = replace(self.parameters, indices=self.parameters.indices[first - 1 : last])
+        return tuple(few.points(self.invalid))
+
+    def cases(self) -> dict[str, Case]:
+        """Return the cases to run by id: each once, even where several points come to it."""
+        return {point.id: point.case for point in self.points() if point.case is not None}
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Lengths of the axes of a grid; the number of points for every other design."""
+        if self.design.kind == "grid":
+            return tuple(len(axis.values) for axis in self.axes)
+        return (self.size,)
+
+
+def load_study(path: str | Path, assignments: Sequence[str] = ()) -> Study:
+    """Read and check a study file.
+
+    Parameters
+    ----------
+    path : str or Path
+        The YAML file.
+    assignments : sequence of str
+        Changes ``name=value`` to it, see `override`.
+
+    Raises
+    ------
+    StudyError
+        With everything that is wrong with the file and the assignments.
+    """
+    file = Path(path)
+    document = read_document(file)
+    problems = list(document.problems)
+    if not _NAME.fullmatch(file.stem):
+        rule = (
+            "names the folder of its results: the file name may have letters, digits, '.', '_' and "
+            "'-', up to 100, and must begin with a letter or digit"
+        )
+        problems.append(Problem("", "", f"{file.name!r} {rule}", "rename the file"))
+    if not isinstance(document.data, Mapping):
+        rule = "must hold keys such as base and vary, not a single value or a list"
+        raise StudyError(file, [Problem("", shown(document.data), rule), *problems])
+    content, wrong_assignments = override(document.data, assignments)
+    problems += wrong_assignments
+    return _checked(file, content, problems, document.lines, assignments)
+
+
+def _checked(
+    file: Path,
+    content: Mapping[str, Any],
+    problems: list[Problem],
+    lines: Mapping[str, int] = MappingProxyType({}),
+    assignments: Sequence[str] = (),
+) -> Study:
+    """Turn the plain content of a study file, assignments applied, into a `Study`."""
+    found: list[Problem] = []
+    sections = read_sections(content, found)
+    design = design_of(sections)
+    axes = read_axes(sections.vary, design, found)
+    fixed = _read_base(sections, found)
+    snapshots = read_snapshots(sections.output.cycles, "output.cycles")
+    found.extend(snapshots.problems)
+    if not snapshots.problems:
+        fixed["output_cycles"] = snapshots.value
+    for position, cycle in enumerate(snapshots.value):
+        if cycle in snapshots.value[:position]:
+            found.append(Problem(f"output.cycles[{position}]", str(cycle), "is given twice"))
+    # A part of what could not be read says nothing.
+    axes = tuple(axis for axis in axes if "." not in axis.name or axis.key in fixed)
+    parameters = Parameters(fixed, axes, list(design.indices([len(axis.values) for axis in axes])))
+    invalid = _try_rules(parameters, design, found, skip=sections.invalid == "skip")
+    if not (problems or found) and len(invalid) == len(parameters.indices):
+        rule = f"leaves no point to run: {next(iter(invalid.values()))}"
+        found.append(Problem("vary", "", rule))
+    if problems or found:
+        raise StudyError(file, _in_order([*problems, *found], lines, assignments))
+    return Study(
+        file=file,
+        name=file.stem,
+        title=sections.title or file.stem,
+        axes=axes,
+        design=design,
+        parameters=parameters,
+        invalid=invalid,
+        content=content,
+        batch=sections.batch if isinstance(sections.batch, int) else None,
+    )
+
+
+def _read_base(sections: Sections, problems: list[Problem]) -> dict[str, Any]:
+    """Read the fixed values.
+
+    A varied parameter may have a value in base as well: that of the study it departs from.  Of a
+    part of which some parameters are varied, the others are read together with a first value of
+    these.
+    """
+    varied = [name for name in sections.vary if name in parameter_names()]
+    base = dict(sections.base)
+    stand_ins = []
+    for name in varied:
+        whole, _, part = name.partition(".")
+        if not part or whole in sections.vary:
+            continue
+        others = base.setdefault(whole, {})
+        if not isinstance(others, Mapping):
+            rule = f"must give the other parts of the {whole}, because {name} is varied"
+            problems.append(Problem(f"base.{whole}", shown(others), rule, such_as(whole)))
+            del base[whole]
+            varied.append(whole)
+            continue
+        raw = sections.vary[name]
+        first = raw[:1] if isinstance(raw, list) else [raw.get("from")] if raw else []
+        base[whole] = {**others, part: first[0] if first else None}
+        stand_ins.append(f"base.{name}")
+    values, wrong = read_values(base, "base.", units_required=True)
+    problems.extend(problem for problem in wrong if problem.key not in stand_ins)
+    for problem in missing({*base, *varied, *sections.base}, in_file=True):
+        key = f"vary.{problem.key}" if problem.key in sections.vary else f"base.{problem.key}"
+        given = shown(sections.base[problem.key]) if problem.key in sections.base else ""
+        problems.append(Problem(key, given, problem.rule, problem.hint))
+    return {name: value for name, value in values.items() if name not in varied}
+
+
+def _try_rules(
+    parameters: Parameters, design: Design, problems: list[Problem], *, skip: bool
+) -> dict[tuple[int, ...], str]:
+    """Try the rules between parameters; return the points to skip, report all others."""
+    invalid: dict[tuple[int, ...], str] = {}
+    listed: dict[str, int] = {}
+    for found, points in parameters.find():
+        if skip and found.where:
+            for index in points:
+                invalid.setdefault(index, found.finding.sentence())
+            continue
+        subject = found.finding.subject
+        listed[subject] = listed.get(subject, 0) + 1
+        if listed[subject] <= _LISTED_PER_RULE:
+            problems.append(_point_problem(found, design))
+    for subject, count in listed.items():
+        if count > _LISTED_PER_RULE:
+            more = count - _LISTED_PER_RULE
+            rule = f"is wrong in the same way at {more} more combinations of the varied values"
+            problems.append(Problem(f"vary ({subject})", "", rule))
+    return invalid
+
+
+def _point_problem(found: PointFinding, design: Design) -> Problem:
+    """Say where in the file a broken rule is to be mended, and at which values it breaks."""
+    finding = found.finding
+    key = "output.cycles" if finding.subject == "output_cycles" else f"base.{finding.subject}"
+    others = []
+    for axis, position in found.where:
+        if axis.key == finding.subject:
+            key = f"vary.{axis.name}" + ("" if design.is_sampled else f"[{position}]")
+        else:
+            others.append(f"{axis.name} = {axis.labels[position]}")
+    at = f" (at {', '.join(others)})" if others else ""
+    return Problem(key, finding.value, f"{finding.rule}{at}", finding.hint)
+
+
+def _in_order(
+    problems: Iterable[Problem], lines: Mapping[str, int], assignments: Sequence[str]
+) -> list[Problem]:
+    """Give problems the line of their key, and name what was set on the command line as such."""
+    placed = []
+    for problem in problems:
+        key, line = problem.key, problem.line
+        for name in (assignment.partition("=")[0].strip() for assignment in assignments):
+            for place in (f"base.{name}", name):
+                if key == place or key.startswith((f"{place}.", f"{place}[")):
+                    key = f"{OPTION} {name}{key.removeprefix(place)}"
+        if line is None and key == problem.key and key:
+            line = lines.get(key)
+        placed.append(replace(problem, key=key, line=line))
+    return sorted(placed, key=lambda problem: problem.line or len(lines) * 1000)
+
+
+def override(
+    raw: Mapping[str, Any], assignments: Iterable[str]
+) -> tuple[dict[str, Any], list[Problem]]:
+    """Apply assignments ``name=value`` to the plain content of a study file.
+
+    The value replaces that of `base`, and the parameter is no longer varied.  Setting one of
+    several alternative keys, as the two tangential ones, drops the others.  ``output.cycles`` and
+    ``title`` can be set too.
+
+    Returns
+    -------
+    dict, list of Problem
+        The changed content (the one given stays as it is), and what was wrong with the
+        assignments themselves; values are checked with the study.
+    """
+    changed = copy.deepcopy(dict(raw))
+    problems: list[Problem] = []
+    known = (*parameter_names(), "output.cycles", "title")
+    for assignment in assignments:
+        name, equals, text = assignment.partition("=")
+        name = name.strip()
+        if not equals:
+            rule = "must have the form name=value"
+            problems.append(Problem(OPTION, shown(assignment), rule, "such as --set 'load=30 N'"))
+        elif name not in known:
+            hint = suggestion(name, known)
+            problems.append(Problem(f"{OPTION} {name}", text, "is not a parameter", hint))
+        else:
+            try:
+                value = parse_value(text)
+            except ValueError as error:
+                problems.append(Problem(f"{OPTION} {name}", shown(text), str(error)))
+            else:
+                problems.extend(_assign(changed, name, value))
+    return changed, problems
+
+
+def _assign(content: dict[str, Any], name: str, value: Any) -> list[Problem]:
+    if name == "title":
+        content["title"] = value
+        return []
+    if name == "output.cycles":
+        content["output"] = {"cycles": value}
+        return []
+    base, vary = (_mapping(content, section) for section in ("base", "vary"))
+    for other in member_alternatives(member_of(name)):
+        if name in member_alternatives(member_of(name)):
+            base.pop(other, None)
+            vary.pop(other, None)
+    vary.pop(name, None)
+    whole, _, part = name.partition(".")
+    if part:
+        if whole in vary:
+            rule = f"cannot be set while vary.{whole} varies the whole of it"
+            return [Problem(f"{OPTION} {name}", shown(value), rule)]
+        present = base.get(whole)
+        base[whole] = {**(present if isinstance(present, Mapping) else {}), part: value}
+    else:
+        for varied in [key for key in vary if key.startswith(f"{name}.")]:
+            del vary[varied]
+        base[name] = value
+    if not vary:
+        # A sampled design without anything to sample would be an error of its own.
+        del content["vary"]
+        content.pop("design", None)
+    return []
+
+
+def _mapping(content: dict[str, Any], section: str) -> dict[str, Any]:
+    present = content.get(section)
+    content[section] = dict(present) if isinstance(present, Mapping) else {}
+    mapping: dict[str, Any] = content[section]
+    return mapping
+
+
+def select_case(
+    path: str | Path, case_id: str | None = None, assignments: Sequence[str] = ()
+) -> Case:
+    """Return one case of a study file, changed by assignments if there are any.
+
+    Parameters
+    ----------
+    path : str or Path
+        The study file.
+    case_id : str or None
+        Id of the case in the study as it stands, or the beginning of just one id.  None: the
+        study, with the assignments applied, must come to a single case.
+    assignments : sequence of str
+        Changes ``name=value``; a case chosen by its id is changed after it was chosen.
+
+    Raises
+    ------
+    StudyError
+        The study or the changed case is not sound, or there is no such case.
+    """
+    study = load_study(path, () if case_id else assignments)
+    cases = {point.id: point for point in study.points() if point.case is not None}
+    if case_id:
+        chosen = _point_with(study, case_id, cases)
+        if not assignments and chosen.case is not None:
+            return chosen.case
+        content, problems = override(_content_at(study, chosen), assignments)
+        changed = _checked(study.file, content, problems, assignments=assignments)
+        cases = {point.id: point for point in changed.points()}
+    if len(cases) > 1:
+        rule = f"has {len(cases)} cases, and one must be chosen"
+        hint = f"give --case ID, one of{_listed(list(cases))}"
+        raise StudyError(study.file, [Problem("", "", rule, hint)])
+    only = next(iter(cases.values())).case
+    assert only is not None
+    return only
+
+
+def _point_with(study: Study, case_id: str, points: Mapping[str, Point]) -> Point:
+    """Return the point whose id is given, or begins so."""
+    found = [name for name in points if name == case_id] or [
+        name for name in points if name.startswith(case_id)
+    ]
+    if len(found) == 1:
+        return points[found[0]]
+    if found:
+        rule = f"is the beginning of {len(found)} ids"
+        hint = f"give more of it, to choose one of{_listed(found)}"
+    else:
+        near = difflib.get_close_matches(case_id, points, n=1, cutoff=0.6)
+        hint = f"did you mean {near[0]!r}?" if near else "fretwear plan lists the cases"
+        rule = f"is none of the {len(points)} cases of this study"
+    raise StudyError(study.file, [Problem("--case", case_id, rule, hint)])
+
+
+def _listed(ids: Sequence[str]) -> str:
+    more = [f"and {len(ids) - _LISTED} more"] if len(ids) > _LISTED else []
+    return "".join(f"\n    {line}" for line in [*ids[:_LISTED], *more])
+
+
+def _content_at(study: Study, point: Point) -> dict[str, Any]:
+    """Return the content of the file with one value for everything: that of the point."""
+    content = {name: part for name, part in study.content.items() if name not in ("vary", "design")}
+    base = dict(content.get("base", {}))
+    for axis, position in zip(study.axes, point.index, strict=True):
+        whole, _, part = axis.name.partition(".")
+        value = axis.written[position]
+        base[whole] = {**base.get(whole, {}), part: value} if part else value
+    content["base"] = base
+    return content

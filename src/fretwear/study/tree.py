@@ -1,0 +1,502 @@
+"""The tree of a case: its parts, its parameters by name, and what follows from them.
+
+`leaves` walks the declared fields; the id of a case, its canonical parameters and its coordinates
+follow from the same walk, so that a parameter cannot be forgotten in one of them.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields
+from functools import cache
+from typing import Annotated, Any, get_type_hints
+
+from fretwear.mechanics.loading import Loading
+from fretwear.mechanics.materials import Bodies, Friction
+from fretwear.mechanics.slip_kinds import Jaeger, SlipModel
+from fretwear.mechanics.surfaces import Indenter, Roughness
+from fretwear.mechanics.wear_laws import WearLaw
+from fretwear.parts import AlongXY, KindName, Parameter, Part, Quantity, WholeNumber
+from fretwear.theory import HertzContact
+
+MAX_CYCLES = 10**9
+
+CELLS_PER_CONTACT_RADIUS = 64
+CELLS_PER_YIELDING_CONTACT_RADIUS = 128
+CELLS_PER_STICK_RADIUS = 8
+CELLS_PER_SLIP_ANNULUS = 12
+CELLS_PER_WAVELENGTH = 16
+
+_SIGNIFICANT_DIGITS = 12
+_USUAL_SLIP = Jaeger()
+
+
+@dataclass(frozen=True)
+class Member:
+    """How a part belongs to a case.
+
+    Attributes
+    ----------
+    inline : bool
+        Whether the part's fields are keys of a case themselves; the kind is the one whose keys
+        are given.  Otherwise the part is a key of its own, with a mapping ``{kind: ..., ...}``.
+    short : str
+        The kind of a part with a key of its own whose fields may stand for the whole.
+    none : str
+        What it is called to have no such part, "smooth"; empty where there has to be one.
+    description, example : str
+        For the JSON Schema and for messages.
+    must_be_written : bool
+        Whether a study file has to give it although it has a default.
+    """
+
+    inline: bool = False
+    short: str = ""
+    none: str = ""
+    description: str = ""
+    example: str = ""
+    must_be_written: bool = False
+
+
+@dataclass(frozen=True)
+class Leaf:
+    """One parameter of a case.
+
+    Attributes
+    ----------
+    name : str
+        In study files, dotted where it is a part's: ``load``, ``roughness.amplitude``.
+    member : str
+        Field of the case that it belongs to.
+    kind : type of Part or None
+        The part that has it; None: the case itself.
+    field : str
+        Field of the part.
+    parameter : Parameter
+        What it is.
+    """
+
+    name: str
+    member: str
+    kind: type[Part] | None
+    field: str
+    parameter: Parameter
+
+
+@dataclass(frozen=True, kw_only=True)
+class CaseTree:
+    """The parts of a case, in SI units, and what follows from them.
+
+    Parameters of parts that are keys by themselves (`load`, `friction`, `radius`) are attributes.
+    """
+
+    indenter: Annotated[
+        Indenter,
+        Member(
+            short="sphere",
+            description="Smooth shape of the bodies; radius: 10 mm is short for a sphere.",
+            example="{kind: sphere, radius: 10 mm}",
+        ),
+    ]
+    bodies: Annotated[Bodies, Member(inline=True)]
+    loading: Annotated[Loading, Member(inline=True)]
+    friction_law: Annotated[Friction, Member(inline=True)]
+    wear_law: Annotated[WearLaw, Member(inline=True)]
+    plastic_limit: Annotated[
+        float,
+        Quantity(
+            "Pa",
+            r"$p_\mathrm{lim}$",
+            "plastic limit",
+            "MPa",
+            like="4500 MPa",
+            above=0.0,
+            infinite="elastic",
+            description="Highest pressure, about three times the yield stress; none: elastic.",
+            must_be_written=True,
+        ),
+    ] = math.inf
+    roughness: Annotated[
+        Roughness | None,
+        Member(
+            none="smooth",
+            description="Roughness of the surfaces; none: smooth.",
+            example="{kind: wavy, amplitude: 0.2 um, slope_x: 5.7 deg, slope_y: 1 deg}",
+            must_be_written=True,
+        ),
+    ] = None
+    cycles: Annotated[
+        int,
+        WholeNumber("$N$", "number of cycles", 1, MAX_CYCLES, 30000, "Number of load cycles."),
+    ]
+    cell: Annotated[
+        tuple[float, float] | None,
+        AlongXY(
+            Quantity(
+                "m",
+                "$Δ$",
+                "grid spacing",
+                "um",
+                like="0.5 um",
+                above=0.0,
+                description="Grid spacing along x and y; the default resolves contact and waves.",
+            )
+        ),
+    ] = None
+    tolerance: Annotated[
+        float,
+        Quantity(
+            "1",
+            "tolerance",
+            "tolerance",
+            like="0.01",
+            above=1e-6,
+            at_most=0.1,
+            description="Relative error of the wear integration.",
+        ),
+    ] = 0.01
+    slip_model: Annotated[SlipModel, Member(description="How slip is computed.")] = _USUAL_SLIP
+    output_cycles: tuple[int, ...] = ()
+
+    def __getattr__(self, name: str) -> Any:
+        # Only asked for what is no field: the parameters of parts whose fields are keys.
+        for member, about in members().items():
+            part = self.__dict__.get(member)
+            stands_alone = isinstance(about, Member) and (about.inline or about.short)
+            if part is not None and stands_alone and name in part.__dict__:
+                return part.__dict__[name]
+        raise AttributeError(f"{type(self).__name__!r} has no attribute {name!r}")
+
+    @property
+    def hertz(self) -> HertzContact:
+        """Contact of the smooth elastic sphere, which gives the scales."""
+        radius = self.indenter.curvature_radius
+        return HertzContact(radius, self.loading.load, self.bodies.composite_modulus)
+
+    @property
+    def composite_modulus(self) -> float:
+        """E* in Pa."""
+        return self.bodies.composite_modulus
+
+    @property
+    def coupling(self) -> float:
+        """κ = E*/G*, tangential compliance relative to the normal one."""
+        return self.bodies.coupling
+
+    @property
+    def tangential_ratio(
+        self,
+    ) -> Annotated[float, Quantity("1", "$Q/µP$", "tangential load ratio")]:
+        """X = Q/(µP), whichever way the tangential load was given."""
+        return self.loading.ratio(self.friction_law)
+
+    @property
+    def tangential_load(
+        self,
+    ) -> Annotated[float, Quantity("N", "$Q$", "tangential load amplitude", "N")]:
+        """Amplitude Q of the tangential load in N, whichever way it was given."""
+        return self.loading.amplitude(self.friction_law)
+
+    @property
+    def hertz_radius(self) -> Annotated[float, Quantity("m", "$a$", "Hertz contact radius", "um")]:
+        """Contact radius a of the smooth elastic sphere in m."""
+        return self.hertz.contact_radius
+
+    @property
+    def hertz_pressure(
+        self,
+    ) -> Annotated[float, Quantity("Pa", "$p_0$", "Hertz pressure", "MPa")]:
+        """Peak pressure p0 of the smooth elastic sphere in Pa."""
+        return self.hertz.peak_pressure
+
+    @property
+    def stick_load(self) -> float:
+        """P* = P − Q/µ in N, the load whose contact is the stick zone."""
+        return self.loading.stick_load(self.friction_law)
+
+    @property
+    def stick_radius(self) -> float:
+        """Stick radius c of the smooth elastic sphere in m: a (1 − X)^(1/3)."""
+        return self.hertz_radius * math.cbrt(max(0.0, 1.0 - self.tangential_ratio))
+
+    @property
+    def wear_growth(self) -> float:
+        """β = 4 K_w µ κ in 1/Pa per cycle: a pressure p wears e-fold in 1/(β p) cycles."""
+        coefficient = self.wear_law.coefficient(self.friction_law)
+        return 4.0 * coefficient * self.friction_law.coefficient * self.bodies.coupling
+
+    @property
+    def finest(self) -> tuple[float, float]:
+        """Length along x and along y, m, that a grid has to resolve beside the contact."""
+        parts = (self.indenter, *([] if self.roughness is None else [self.roughness]))
+        along_x, along_y = zip(*(part.finest for part in parts), strict=True)
+        return min(along_x), min(along_y)
+
+    @property
+    def grid_spacing(self) -> tuple[float, float]:
+        """(dx, dy) in m: `cell`, or where it is None the default.
+
+        The default resolves the contact, its stick zone and every wave.  Contact radius, stick
+        radius and slip annulus are those of the smooth elastic sphere.  A smooth contact that
+        yields does so in a narrow ring at the edge of stick, which asks for twice the cells; on a
+        rough one the waves ask for more than that.  Wave lengths count along their own direction,
+        so dx and dy differ where the waves do.  The result is rounded down to two digits, which
+        makes it readable and the same on every machine.
+        """
+        if self.cell is not None:
+            return self.cell
+        yields_in_a_ring = self.roughness is None and math.isfinite(self.plastic_limit)
+        radius, stick = self.hertz_radius, self.stick_radius
+        contact = min(
+            radius
+            / (CELLS_PER_YIELDING_CONTACT_RADIUS if yields_in_a_ring else CELLS_PER_CONTACT_RADIUS),
+            stick / CELLS_PER_STICK_RADIUS,
+            (radius - stick) / CELLS_PER_SLIP_ANNULUS,
+        )
+        dx, dy = (_rounded_down(min(contact, each / CELLS_PER_WAVELENGTH)) for each in self.finest)
+        return dx, dy
+
+    def canonical_parameters(self) -> dict[str, Any]:
+        """Return every parameter but the snapshots, in SI units, in a form that JSON can hold.
+
+        Two cases with the same physics have the same: units are gone, Q/(µP) and Q are one thing,
+        a pair of equal values is one value, a zero amplitude is smooth, and the default spacing
+        is the spacing it comes to.  `Case(**...)` takes it back.
+        """
+        found: dict[str, Any] = {}
+        for name, about in members().items():
+            value = getattr(self, name)
+            if name == "cell":
+                value = self.grid_spacing
+            elif name == "loading":
+                value = self.loading.as_force(self.friction_law)
+            if isinstance(about, Parameter):
+                found[name] = about.canonical(value)
+            elif value is None:
+                found[name] = None
+            else:
+                content = value.canonical()
+                if about.inline or value.kind == about.short:
+                    del content["kind"]
+                    found |= content
+                else:
+                    found[name] = content if len(content) > 1 else value.kind
+        return found
+
+    @property
+    def case_id(self) -> str:
+        """``<slug>-<hash>``: main parameters for people, eight digits of a hash of all.
+
+        The characters are letters, digits, ``.``, ``-`` and ``_``, safe in paths and shells;
+        numbers count to twelve digits.
+        """
+        text = json.dumps(
+            _rounded(self.canonical_parameters()), sort_keys=True, separators=(",", ":")
+        )
+        return f"{self._slug}-{hashlib.sha256(text.encode()).hexdigest()[:8]}"
+
+    @property
+    def _slug(self) -> str:
+        capped = math.isfinite(self.plastic_limit)
+        parts = (
+            self.indenter.slug,
+            self.loading.slug,
+            f"Q{_short(self.tangential_load)}N",
+            self.friction_law.slug,
+            "smooth" if self.roughness is None else self.roughness.slug,
+            f"Y{_short(self.plastic_limit * 1e-6)}MPa" if capped else "elastic",
+            f"N{self.cycles}",
+        )
+        return "-".join(part for part in parts if part)
+
+    def scalar_coordinates(self) -> dict[str, tuple[float | str, str, str]]:
+        """Return every parameter as a scalar coordinate of a dataset.
+
+        Returns
+        -------
+        dict
+            Name → (value in SI units, units in UDUNITS notation, long name).  An elastic case has
+            a `plastic_limit` of inf, a smooth one zero amplitude and slopes.  Materials that
+            differ between the bodies appear as ``youngs_modulus_1``, ``youngs_modulus_2``.
+        """
+        return {
+            name: (value, "" if isinstance(value, str) else about.si_unit, about.words)
+            for name, about, value in self._coordinates()
+        }
+
+    def _coordinates(self) -> Iterator[tuple[str, Parameter, float | str]]:
+        derived = dict(derived_parameters())
+        for member, about in members().items():
+            value = getattr(self, member)
+            if isinstance(about, Parameter):
+                value = self.grid_spacing if member == "cell" else value
+                yield from about.coordinates(member, value)
+            elif about.inline:
+                names = {leaf.field: leaf for kind in kinds(member) for leaf in leaves_of(kind)}
+                for name, leaf in names.items():
+                    if name in derived or leaf.field in value.__dict__:
+                        known = derived.pop(name, leaf.parameter)
+                        yield from known.coordinates(name, getattr(self, name))
+            else:
+                yield from _of_part(member, value)
+        for name, known in derived.items():
+            yield from known.coordinates(name, getattr(self, name))
+
+
+def _of_part(member: str, part: Part | None) -> Iterator[tuple[str, Parameter, float | str]]:
+    """Coordinates of a part with a key of its own; zero where it is absent."""
+    kind = next(iter(kinds(member))) if part is None else type(part)
+    own = leaves_of(kind)
+    if part is not None and not own:
+        yield member, KindName(member, kinds(member)), part.kind
+    for leaf in own:
+        value = (
+            getattr(leaf.parameter, "absent", None) if part is None else part.__dict__[leaf.field]
+        )
+        if value is not None:
+            yield from leaf.parameter.coordinates(coordinate(leaf.name), value)
+
+
+def coordinate(name: str) -> str:
+    """Return the name of a parameter as a dataset coordinate."""
+    return name.replace(".", "_")
+
+
+@cache
+def members() -> Mapping[str, Parameter | Member]:
+    """Return the fields of a case with what they are, the snapshots excepted."""
+    hints = get_type_hints(CaseTree, include_extras=True)
+    found = {}
+    for each in fields(CaseTree):
+        for item in getattr(hints[each.name], "__metadata__", ()):
+            if isinstance(item, Parameter | Member):
+                found[each.name] = item
+    return found
+
+
+@cache
+def _families() -> Mapping[str, type[Part]]:
+    hints = get_type_hints(CaseTree)
+    found = {}
+    for name, about in members().items():
+        if isinstance(about, Member):
+            candidates = getattr(hints[name], "__args__", (hints[name],))
+            found[name] = next(each for each in candidates if each is not type(None))
+    return found
+
+
+def kinds(member: str) -> tuple[type[Part], ...]:
+    """Return the kinds that a part may be of, the usual one first."""
+    return tuple(_families()[member].kinds().values())
+
+
+def leaves() -> Mapping[str, tuple[Leaf, ...]]:
+    """Return the parameters of a case by name.
+
+    Several kinds of a part may have a parameter of one name; the case's own come first.
+    """
+    return _leaves(tuple((member, kinds(member)) for member in _families()))
+
+
+def leaves_of(kind: type[Part]) -> tuple[Leaf, ...]:
+    """Return the parameters of a kind of part."""
+    listed = (leaf for several in leaves().values() for leaf in several)
+    return tuple(dict.fromkeys(leaf for leaf in listed if leaf.kind is kind))
+
+
+def base_names() -> tuple[str, ...]:
+    """Return the keys that `base` may have: parts, and parameters that stand by themselves."""
+    found: dict[str, None] = {}
+    for member, about in members().items():
+        if isinstance(about, Parameter):
+            found[member] = None
+            continue
+        if not about.inline:
+            found[member] = None
+        for kind in kinds(member):
+            found |= {leaf.name: None for leaf in leaves_of(kind) if "." not in leaf.name}
+    return tuple(found)
+
+
+def parameter_names() -> tuple[str, ...]:
+    """Return the names that may be varied: keys of `base`, ``roughness.amplitude`` and so on."""
+    return (*base_names(), *(name for name in leaves() if "." in name))
+
+
+def member_of(name: str) -> str:
+    """Return the member of a case that a name belongs to."""
+    return name if name in members() else leaves()[name][0].member
+
+
+def parameter_of(name: str) -> Parameter | None:
+    """Return what a name is, where it is a single parameter."""
+    return leaves()[name][0].parameter if name in leaves() else None
+
+
+def part_named(name: str) -> Member:
+    """Return how a part belongs to a case."""
+    about = members()[name]
+    assert isinstance(about, Member)
+    return about
+
+
+def example_of(name: str) -> str:
+    """Return a sensible value of a parameter or a part, as a study file would have it."""
+    parameter = parameter_of(name)
+    return part_named(name).example if parameter is None else parameter.example
+
+
+@cache
+def _leaves(
+    families: tuple[tuple[str, tuple[type[Part], ...]], ...],
+) -> Mapping[str, tuple[Leaf, ...]]:
+    found: dict[str, tuple[Leaf, ...]] = {}
+    kinds_of = dict(families)
+    for member, about in members().items():
+        if isinstance(about, Parameter):
+            found[member] = (Leaf(member, member, None, member, about),)
+            continue
+        for kind in kinds_of[member]:
+            for field, parameter in kind.parameters().items():
+                stands_alone = about.inline or kind.kind == about.short
+                name = field if stands_alone else f"{member}.{field}"
+                leaf = Leaf(name, member, kind, field, parameter)
+                for key in {name, *([] if about.inline else [f"{member}.{field}"])}:
+                    found[key] = (*found.get(key, ()), leaf)
+    return found
+
+
+@cache
+def derived_parameters() -> Mapping[str, Parameter]:
+    """Return what follows from the parameters and is a coordinate too, by name."""
+    found = {}
+    for name, attribute in vars(CaseTree).items():
+        if isinstance(attribute, property):
+            hint = get_type_hints(attribute.fget, include_extras=True).get("return")
+            for item in getattr(hint, "__metadata__", ()):
+                if isinstance(item, Parameter):
+                    found[name] = item
+    return found
+
+
+def _short(number: float) -> str:
+    return f"{number:.4g}".replace("+", "")
+
+
+def _rounded(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _rounded(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_rounded(item) for item in value]
+    if isinstance(value, float):
+        return float(f"{value:.{_SIGNIFICANT_DIGITS - 1}e}")
+    return value
+
+
+def _rounded_down(length: float) -> float:
+    unit = 10.0 ** (math.floor(math.log10(length)) - 1)
+    # The nudge keeps 0.5 um from becoming 0.49 um by the last bit of a division.
+    return float(f"{math.floor(length / unit * (1.0 + 1e-9)) * unit:.2g}")

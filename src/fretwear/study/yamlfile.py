@@ -1,0 +1,281 @@
+"""Study files as plain values: YAML 1.2, safe, bounded, with line numbers, strict on duplicates."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from itertools import chain
+from pathlib import Path
+from typing import Any
+
+from ruamel.yaml import YAML, YAMLError
+from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
+
+from fretwear.study.problems import Problem, StudyError, shown
+
+STUDIES = Path("studies")
+ENDINGS = (".yaml", ".yml")
+MAX_BYTES = 1_000_000
+MAX_DEPTH = 12
+MAX_NODES = 300_000
+
+_LISTED = 5
+_NETCDF = b"\x89HDF"
+_ENTRY = re.compile(r"\s*(-\s|[^#]*?:(\s|$)|[\]}])")
+# YAML 1.2 knows no dates; they stay text, as everything with a tag that is not of its core.
+_CORE = tuple(f"tag:yaml.org,2002:{kind}" for kind in ("int", "float", "bool", "null"))
+_BEYOND_CORE = re.compile(r"[+-]?0b|[^'\"]*_")
+_TEXT = ("tag:yaml.org,2002:str", "tag:yaml.org,2002:timestamp", "tag:yaml.org,2002:value")
+
+
+@dataclass
+class Document:
+    """The content of a YAML file.
+
+    Attributes
+    ----------
+    data : object
+        Plain values: dict, list, str, int, float, bool, None.
+    lines : dict
+        Line of every entry by its dotted key, such as ``vary.load[1]``.
+    problems : list of Problem
+        Duplicate and unusable keys, unreadable values.
+    """
+
+    data: Any
+    lines: dict[str, int] = field(default_factory=dict)
+    problems: list[Problem] = field(default_factory=list)
+
+
+def read_document(file: Path) -> Document:
+    """Read a YAML file; `StudyError` where there is none that could be read."""
+    text = _read_text(file)
+    try:
+        document = _compose(text)
+    except YAMLError as error:
+        raise StudyError(file, [_not_yaml(error, text)]) from error
+    except _TooMuchError as error:
+        raise StudyError(file, [Problem("", "", str(error))]) from error
+    if document is None:
+        problem = Problem("", "", "the file is empty", "a study needs base and vary")
+        raise StudyError(file, [problem])
+    return document
+
+
+def parse_value(text: str) -> Any:
+    """Read one value as a study file would have it (``30 N``, ``none``, ``[0, 100]``).
+
+    Raises
+    ------
+    ValueError
+        Not a single YAML value.
+    """
+    try:
+        document = _compose(text) or Document("")
+    except (YAMLError, _TooMuchError) as error:
+        raise ValueError("is not a value that YAML can read") from error
+    if document.problems:
+        raise ValueError(document.problems[0].rule)
+    return document.data
+
+
+class _TooMuchError(Exception):
+    """The document is larger than any study could be."""
+
+
+def _compose(text: str) -> Document | None:
+    yaml = YAML(typ="safe", pure=True)
+    try:
+        node = yaml.compose(text)
+    except RecursionError as error:
+        raise _TooMuchError(f"is nested more than {MAX_DEPTH} levels deep") from error
+    return None if node is None else _Builder(yaml.constructor).document(node)
+
+
+def _read_text(file: Path) -> str:
+    def refused(rule: str, hint: str = "") -> StudyError:
+        return StudyError(file, [Problem("", "", rule, hint)])
+
+    if "\0" in str(file):
+        raise refused("is not a usable file name")
+    try:
+        if file.is_dir():
+            present = _studies_in(file)
+            hint = _listed("give one of its files:", present) if present else ""
+            raise refused("is a folder, not a study file", hint)
+        if not file.exists():
+            raise refused("there is no such file", _instead_of(file))
+        if not file.is_file():
+            raise refused("is not a regular file")
+        with file.open("rb") as stream:
+            content = stream.read(MAX_BYTES + 1)
+    except OSError as error:
+        raise refused(f"cannot be read: {error.strerror}") from error
+    if len(content) > MAX_BYTES:
+        raise refused(f"is larger than {MAX_BYTES // 1000} kB, the limit for study files")
+    if content.startswith(_NETCDF):
+        raise refused("is a netCDF file, not a study file", f"fretwear show {file} tells of it")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise refused(
+            f"is not UTF-8 text (line {line}, byte {error.start})", "save it as UTF-8"
+        ) from error
+
+
+class _Builder:
+    """Turns composed nodes into plain values, remembering lines, refusing what is not plain."""
+
+    def __init__(self, constructor: Any) -> None:
+        self._constructor = constructor
+        self._nodes = 0
+        self._result = Document(None)
+
+    def document(self, node: Node) -> Document:
+        self._result.data = self._value(node, "", 0)
+        return self._result
+
+    def _value(self, node: Node, key: str, depth: int) -> Any:
+        # Aliases are followed, so that the count and the depth bound what they expand to.
+        self._nodes += 1
+        if self._nodes > MAX_NODES:
+            raise _TooMuchError(f"holds more than {MAX_NODES} values")
+        if depth > MAX_DEPTH:
+            raise _TooMuchError(f"is nested more than {MAX_DEPTH} levels deep")
+        self._result.lines.setdefault(key, node.start_mark.line + 1)
+        if isinstance(node, MappingNode):
+            return self._mapping(node, key, depth)
+        if isinstance(node, SequenceNode):
+            return [
+                self._value(item, f"{key}[{position}]", depth + 1)
+                for position, item in enumerate(node.value)
+            ]
+        if node.tag in _TEXT or (node.tag in _CORE and _BEYOND_CORE.match(node.value)):
+            return str(node.value)
+        try:
+            if node.tag in _CORE:
+                return self._constructor.construct_object(node)
+        except (YAMLError, ArithmeticError, LookupError, TypeError, ValueError):
+            pass
+        self._refuse(key, node, "cannot be read", "put it in quotes if it is meant as text")
+        return node.value
+
+    def _mapping(self, node: MappingNode, key: str, depth: int) -> dict[str, Any]:
+        values: dict[str, Any] = {}
+        for name_node, value_node in node.value:
+            if name_node.tag == "tag:yaml.org,2002:merge" or name_node.value == "<<":
+                self._refuse(key, name_node, "holds a merge, which studies do not know", "")
+                continue
+            name = self._value(name_node, f"{key}?", depth + 1)
+            if not isinstance(name, str):
+                self._refuse(key, name_node, "holds a key that is not text", "put it in quotes")
+                continue
+            path = f"{key}.{name}" if key else name
+            if name in values:
+                first = self._result.lines[path]
+                self._refuse(path, value_node, f"is given twice, first in line {first}", "")
+                continue
+            values[name] = self._value(value_node, path, depth + 1)
+            self._result.lines[path] = name_node.start_mark.line + 1
+        return values
+
+    def _refuse(self, key: str, node: Node, rule: str, hint: str) -> None:
+        value = shown(node.value) if isinstance(node, ScalarNode) else ""
+        line = node.start_mark.line + 1
+        self._result.problems.append(Problem(key, value, rule, hint, line))
+
+
+def _instead_of(file: Path) -> str:
+    """Say which study may be meant by the name of a file that does not exist.
+
+    The name of a study without its folder or ending is understood, and so is a misspelt one; where
+    nothing is like it, the studies are listed that there are.
+    """
+    if near := _same_name(file) or _similar(file):
+        return f"did you mean {str(near)!r}?"
+    if present := _studies_in(file.parent) or _studies_in(STUDIES):
+        return _listed("there are", present)
+    folder = file.parent.absolute()
+    if not folder.is_dir():
+        return (
+            f"there is no folder {folder} either: give another path, or change to the right folder"
+        )
+    return f"no study lies in {folder}: give a path to one, or change to the folder with studies/"
+
+
+def _studies_in(folder: Path) -> list[Path]:
+    """Return the study files of a folder; none where it cannot be read."""
+    try:
+        return sorted(path for path in folder.iterdir() if path.suffix in ENDINGS)
+    except OSError:
+        return []
+
+
+def _listed(words: str, files: Iterable[Path]) -> str:
+    """List a few files in a sentence."""
+    names = [str(file) for file in files]
+    more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
+    return f"{words} {', '.join(names[:_LISTED])}{more}"
+
+
+def _same_name(file: Path) -> Path | None:
+    names = [file.name, *(f"{file.name}{ending}" for ending in ENDINGS)]
+    candidates = (folder / name for folder in (file.parent, STUDIES) for name in names)
+    return next((path for path in candidates if path.suffix in ENDINGS and path.is_file()), None)
+
+
+def _similar(file: Path) -> Path | None:
+    present = {path.name: path for path in chain(_studies_in(STUDIES), _studies_in(file.parent))}
+    near = difflib.get_close_matches(file.name, present, n=1, cutoff=0.75)
+    return present[near[0]] if near else None
+
+
+def _not_yaml(error: YAMLError, text: str) -> Problem:
+    """Return the problem of a text that cannot be read, with its line and what to do.
+
+    Parameters
+    ----------
+    error
+        What the reader of YAML has raised.
+    text
+        The whole text.
+    """
+    mark = getattr(error, "problem_mark", None)
+    reason = getattr(error, "problem", None) or getattr(error, "reason", None) or "unreadable"
+    if mark is None:
+        return Problem("", "", f"is not YAML: {reason}")
+    number, hint = _likely(text.splitlines(), mark.line, reason)
+    return Problem("", "", f"is not YAML: {reason}", hint, number + 1)
+
+
+def _likely(lines: list[str], number: int, reason: str) -> tuple[int, str]:
+    """Return the line to be mended, counted from 0, and how."""
+    line = lines[number] if number < len(lines) else ""
+    if "\t" in line[: len(line) - len(line.lstrip())]:
+        return number, "a tab is no indentation in YAML: use spaces"
+    before = _line_before(lines, number)
+    for candidate in (number, before):
+        if candidate is not None and _lacks_colon(lines, candidate):
+            entry = shown(lines[candidate].strip())
+            return candidate, f"a colon and a space must follow the key: {entry!r}"
+    if "mapping values" in reason and line.count(": ") > 1:
+        return number, "put a value with a colon in it in quotes"
+    if "',' or" in reason:
+        return number, "a bracket or brace opened before is not closed, or a comma is missing"
+    if "quoted scalar" in reason or "end of stream" in reason:
+        return number, "a quote opened before is not closed"
+    return number, ""
+
+
+def _line_before(lines: list[str], number: int) -> int | None:
+    """Number of the last line before this one that is neither empty nor a comment."""
+    numbers = range(min(number, len(lines)) - 1, -1, -1)
+    return next((i for i in numbers if lines[i].strip() and lines[i].lstrip()[0] != "#"), None)
+
+
+def _lacks_colon(lines: list[str], number: int) -> bool:
+    line = lines[number] if number < len(lines) else ""
+    return bool(line.strip()) and not _ENTRY.match(line) and not line.lstrip().startswith("#")
