@@ -1,16 +1,13 @@
+"""Several cases in one process: what is done, what fails, and what a killed process leaves."""
+
 import json
 import os
 import re
 import signal
-import subprocess
-import sys
-import time
 from contextlib import chdir
 from pathlib import Path
 
-import netCDF4
 import pytest
-import yaml
 from typer.testing import CliRunner
 
 import fretwear
@@ -19,30 +16,10 @@ from fretwear.running.records import ENDED, failures, record
 from fretwear.running.workflow import case_files, is_finished
 from fretwear.study.study import load_study
 
-STUDY = {
-    "title": "Tiny",
-    "base": {
-        "radius": "10 mm",
-        "youngs_modulus": "208 GPa",
-        "poisson_ratio": 0.3,
-        "tangential_load": "9 N",
-        "friction": 0.5,
-        "wear_coefficient": "7e-13 / Pa",
-        "plastic_limit": "none",
-        "roughness": "none",
-        "cycles": 100,
-        "cell": "10 um",
-    },
-    "vary": {"load": ["25 N", "50 N", "60 N"]},
-    "output": {"cycles": [0, 20]},
-}
+from .conftest import HOPELESS, TINY, contents, damage_file, wait_for, write_study
 
-# Matter this soft is gone before the shortest step ends, so this case really fails.
-HOPELESS = {
-    **STUDY,
-    "base": {**STUDY["base"], "load": "50 N"},
-    "vary": {"wear_coefficient": ["1 / Pa", "7e-13 / Pa"]},
-}
+STUDY = {**TINY, "vary": {"load": ["25 N", "50 N", "60 N"]}}
+SLOW = {**STUDY, "base": {**STUDY["base"], "cell": "2 um", "cycles": 30000}}
 
 
 class Bench:
@@ -51,12 +28,10 @@ class Bench:
     def __init__(self, folder) -> None:
         self.folder = folder
         self.results = folder / "results/tiny"
+        self.write(STUDY)
 
     def write(self, content):
-        (self.folder / "tiny.yaml").write_text(yaml.safe_dump(content, sort_keys=False))
-
-    def command(self, *arguments):
-        return [sys.executable, "-m", "fretwear", "batch", "tiny.yaml", *arguments]
+        write_study(self.folder / "tiny.yaml", content)
 
     def batch(self, *arguments):
         with chdir(self.folder):
@@ -71,34 +46,16 @@ class Bench:
 
 @pytest.fixture
 def bench(tmp_path):
-    bench = Bench(tmp_path)
-    bench.write(STUDY)
-    return bench
+    return Bench(tmp_path)
 
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
     """A study whose three cases ran in one batch."""
     bench = Bench(tmp_path_factory.mktemp("whole"))
-    bench.write(STUDY)
     done = bench.batch("--finished", "results/tiny/batches/all.json")
     assert done.exit_code == 0, done.stderr
     return bench
-
-
-def contents(path):
-    """Everything in a case file but the line that says when it was written."""
-    with netCDF4.Dataset(path) as file:
-        file.set_auto_mask(False)
-        groups = [file, *file.groups.values()]
-        arrays = {
-            (group.name, name): variable[...].tobytes() if variable.dtype != str else variable[...]
-            for group in groups
-            for name, variable in group.variables.items()
-        }
-        attributes = {name: str(file.getncattr(name)) for name in file.ncattrs()}
-    attributes["history"] = attributes["history"].partition(" ")[2]
-    return arrays, attributes
 
 
 def test_each_case_of_a_batch_has_its_file_and_its_log(whole):
@@ -131,9 +88,7 @@ def test_what_is_done_is_left_as_it_is(bench):
 def test_a_damaged_file_and_one_of_other_snapshots_are_made_again(bench):
     assert bench.batch("--points", "1-2").exit_code == 0
     first, second = bench.cases()
-    content = bytearray(first.read_bytes())
-    content[len(content) // 2] ^= 1
-    first.write_bytes(content)
+    damage_file(first)
     done = bench.batch("--points", "1-2")
     assert "1 of 2 cases were done before" in done.stderr
     assert f"case {first.stem}" in done.stderr
@@ -173,15 +128,10 @@ def test_a_case_that_needs_more_memory_than_there_is_fails_with_the_reason(bench
     assert "of memory for" in failed.reason
 
 
-def test_a_batch_that_is_killed_goes_on_after_the_cases_that_are_done(bench):
-    base = {**STUDY["base"], "cell": "2 um", "cycles": 30000}
-    bench.write({**STUDY, "base": base})
-    process = subprocess.Popen(
-        bench.command(), cwd=bench.folder, stdout=subprocess.PIPE, start_new_session=True
-    )
-    while not bench.cases():
-        assert process.poll() is None
-        time.sleep(0.02)
+def test_a_batch_that_is_killed_goes_on_after_the_cases_that_are_done(bench, start):
+    bench.write(SLOW)
+    process = start("batch", "tiny.yaml", folder=bench.folder, start_new_session=True)
+    wait_for(bench.cases, process)
     os.killpg(process.pid, signal.SIGKILL)
     process.communicate()
     done = [path.stem for path in bench.cases()]
@@ -201,16 +151,11 @@ def processes_of(parent):
 
 
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="only Linux tells of children")
-def test_the_others_are_done_when_one_case_kills_its_process(bench):
-    base = {**STUDY["base"], "cell": "2 um", "cycles": 30000}
-    bench.write({**STUDY, "base": base})
+def test_the_others_are_done_when_one_case_kills_its_process(bench, start):
+    bench.write(SLOW)
     first, *others = load_study(bench.folder / "tiny.yaml").cases()
-    process = subprocess.Popen(
-        bench.command("--supervise"), cwd=bench.folder, stderr=subprocess.PIPE, text=True
-    )
-    while first not in failures(bench.results):
-        assert process.poll() is None
-        time.sleep(0.02)
+    process = start("batch", "tiny.yaml", "--supervise", folder=bench.folder)
+    wait_for(lambda: first in failures(bench.results), process)
     (child,) = processes_of(process.pid)
     os.kill(child, signal.SIGKILL)
     _, said = process.communicate()
@@ -223,15 +168,11 @@ def test_the_others_are_done_when_one_case_kills_its_process(bench):
 
 
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGTERM, 143), (signal.SIGKILL, -9)])
-def test_a_supervised_batch_can_be_stopped(bench, number, status):
-    base = {**STUDY["base"], "cell": "0.4 um", "cycles": 30000}
-    bench.write({**STUDY, "base": base, "vary": {"load": ["50 N"]}})
-    process = subprocess.Popen(
-        bench.command("--supervise"), cwd=bench.folder, stderr=subprocess.PIPE, text=True
-    )
-    while not failures(bench.results):
-        assert process.poll() is None
-        time.sleep(0.02)
+def test_a_supervised_batch_can_be_stopped(bench, start, number, status):
+    base = {**SLOW["base"], "cell": "0.4 um"}
+    bench.write({**SLOW, "base": base, "vary": {"load": ["50 N"]}})
+    process = start("batch", "tiny.yaml", "--supervise", folder=bench.folder)
+    wait_for(lambda: failures(bench.results), process)
     os.kill(process.pid, number)
     # The pipe ends when the last process of the batch does.
     _, said = process.communicate(timeout=60)

@@ -8,8 +8,6 @@ import numpy as np
 import pytest
 import xarray as xr
 
-import fretwear
-import fretwear.running.checkpoint
 from fretwear.data.files import add_checksum
 from fretwear.running import simulate
 from fretwear.running.checkpoint import (
@@ -23,32 +21,27 @@ from fretwear.running.checkpoint import (
 )
 from fretwear.running.simulate import RunRecord
 
-PARAMETERS = {
-    "radius": "10 mm",
-    "youngs_modulus": "208 GPa",
-    "poisson_ratio": 0.3,
-    "load": "50 N",
-    "tangential_ratio": 0.8,
-    "friction": 0.5,
-    "wear_coefficient": "7e-13 / Pa",
-    "plastic_limit": "3 GPa",
-    "cycles": 3000,
-    "cell": ("6 um", "6 um"),
-    "output_cycles": (10, 1000),
-}
+from .conftest import make_case
+
+CHANGES = {"plastic_limit": "3 GPa", "cycles": 3000, "cell": "6 um", "output_cycles": (10, 1000)}
 
 
 @pytest.fixture
-def case() -> fretwear.Case:
-    return fretwear.Case(**PARAMETERS)
+def case():
+    return make_case(**CHANGES)
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "case.checkpoint"
 
 
 class InterruptionError(Exception):
     """What stops a run in these tests."""
 
 
-def interrupted(case: fretwear.Case, checkpoint: Checkpoint, after: int) -> None:
-    def stop(step: simulate.Step) -> None:
+def interrupted(case, checkpoint, after):
+    def stop(step):
         if step.state.step >= after:
             raise InterruptionError
 
@@ -57,9 +50,8 @@ def interrupted(case: fretwear.Case, checkpoint: Checkpoint, after: int) -> None
 
 
 @pytest.mark.parametrize("after", [0, 1, 5, 15])
-def test_an_interrupted_run_goes_on_to_the_same_bits(case, tmp_path, after):
+def test_an_interrupted_run_resumes_to_the_same_bits(case, path, after):
     undisturbed = simulate.run(case)
-    path = tmp_path / "case.checkpoint"
     interrupted(case, Checkpoint(path, case, print), after)
     with Checkpoint(path, case, print) as checkpoint:
         assert checkpoint.record.last.step == after
@@ -69,8 +61,7 @@ def test_an_interrupted_run_goes_on_to_the_same_bits(case, tmp_path, after):
     assert not path.exists()
 
 
-def test_a_run_that_was_over_is_not_run_again(case, tmp_path):
-    path = tmp_path / "case.checkpoint"
+def test_a_run_that_was_over_is_not_run_again(case, path):
     checkpoint = Checkpoint(path, case, print)
     undisturbed = simulate.run(case, [checkpoint], record=checkpoint.record)
     checkpoint.save()
@@ -83,27 +74,24 @@ def test_a_run_that_was_over_is_not_run_again(case, tmp_path):
 @pytest.mark.parametrize(
     ("change", "named"), [({"friction": 0.6}, "parameters"), ({"output_cycles": (7,)}, "output")]
 )
-def test_a_checkpoint_of_another_run_is_refused_with_a_message(case, tmp_path, change, named):
-    path = tmp_path / "case.checkpoint"
+def test_a_checkpoint_of_another_run_is_refused_with_a_message(case, path, change, named):
     interrupted(case, Checkpoint(path, case, print), 3)
     told = []
-    other = Checkpoint(path, fretwear.Case(**{**PARAMETERS, **change}), told.append)
+    other = Checkpoint(path, make_case(**{**CHANGES, **change}), told.append)
     assert other.record.last is None
     assert named in told[0]
     assert str(path) in told[0]
 
 
-def test_a_checkpoint_of_another_version_is_refused(case, tmp_path, monkeypatch):
-    path = tmp_path / "case.checkpoint"
+def test_a_checkpoint_of_another_version_is_refused(case, path, monkeypatch):
     interrupted(case, Checkpoint(path, case, print), 3)
-    monkeypatch.setattr(fretwear.running.checkpoint, "source", lambda: "fretwear 0.0.1")
+    monkeypatch.setattr("fretwear.running.checkpoint.source", lambda: "fretwear 0.0.1")
     told = []
     assert Checkpoint(path, case, told.append).record.last is None
     assert "version" in told[0]
 
 
-def test_a_sealed_file_that_is_no_checkpoint_is_refused(case, tmp_path):
-    path = tmp_path / "case.checkpoint"
+def test_a_file_with_a_checksum_that_is_no_checkpoint_is_refused(case, path):
     for content in (b"", b"PK", b"\x93NUMPY"):
         path.write_bytes(content)
         add_checksum(path)
@@ -112,8 +100,7 @@ def test_a_sealed_file_that_is_no_checkpoint_is_refused(case, tmp_path):
         assert "no checkpoint" in told[0]
 
 
-def test_a_checkpoint_of_other_fields_is_refused(case, tmp_path):
-    path = tmp_path / "case.checkpoint"
+def test_a_checkpoint_of_other_fields_is_refused(case, path):
     checkpoint = Checkpoint(path, case, print)
     simulate.run(case, [], record=checkpoint.record)
 
@@ -127,8 +114,7 @@ def test_a_checkpoint_of_other_fields_is_refused(case, tmp_path):
     assert "another content" in told[0]
 
 
-def test_a_checkpoint_that_cannot_be_removed_spoils_nothing(case, tmp_path):
-    path = tmp_path / "case.checkpoint"
+def test_a_checkpoint_that_cannot_be_removed_spoils_nothing(case, path):
     path.mkdir()
     told = []
     with Checkpoint(path, case, told.append):
@@ -137,8 +123,7 @@ def test_a_checkpoint_that_cannot_be_removed_spoils_nothing(case, tmp_path):
     assert "not removed" in told[1]
 
 
-def test_damage_anywhere_in_a_checkpoint_is_noticed(case, tmp_path):
-    path = tmp_path / "case.checkpoint"
+def test_damage_anywhere_in_a_checkpoint_is_noticed(case, path):
     interrupted(case, Checkpoint(path, case, print), 3)
     whole = path.read_bytes()
     identity = identity_of(case)
@@ -158,9 +143,9 @@ def test_damage_anywhere_in_a_checkpoint_is_noticed(case, tmp_path):
         read_checkpoint(path, identity)
 
 
-def test_arrays_that_need_pickle_are_not_written(tmp_path):
+def test_arrays_that_need_pickle_are_not_written(path):
     with pytest.raises(ValueError, match=r"[Oo]bject"):
-        write_checkpoint(tmp_path / "x", RunRecord(last=np.array([object()])), {})
+        write_checkpoint(path, RunRecord(last=np.array([object()])), {})
 
 
 def assert_same(one, other):
@@ -179,12 +164,12 @@ def assert_same(one, other):
         assert one == other
 
 
-def test_every_field_of_a_run_record_comes_back_from_the_file(case, tmp_path):
+def test_every_field_of_a_run_record_comes_back_from_the_file(case, path):
     record = RunRecord()
     simulate.run(case, record=record)
     assert [state.cycle for state in record.snapshots] == [0, 10, 1000, 3000]
-    write_checkpoint(tmp_path / "x", record, {})
-    assert_same(read_checkpoint(tmp_path / "x", {}), record)
+    write_checkpoint(path, record, {})
+    assert_same(read_checkpoint(path, {}), record)
 
 
 @dataclass(frozen=True)
@@ -237,9 +222,8 @@ class Watch:
         return self.now
 
 
-def test_a_kill_at_any_moment_costs_at_most_half_a_minute_and_a_step(case, tmp_path):
+def test_a_kill_at_any_moment_costs_at_most_half_a_minute_and_a_step(case, path):
     generator, clock = random.Random(3), Watch()
-    path = tmp_path / "case.checkpoint"
     checkpoint = Checkpoint(path, case, print, clock=clock)
     written, costs = 0.0, []
 
@@ -255,9 +239,8 @@ def test_a_kill_at_any_moment_costs_at_most_half_a_minute_and_a_step(case, tmp_p
     assert max(costs) <= 30.0 + 29.0
 
 
-def test_snapshots_are_on_the_disk_soon(case, tmp_path):
+def test_snapshots_are_on_the_disk_soon(case, path):
     clock = Watch()
-    path = tmp_path / "case.checkpoint"
     checkpoint = Checkpoint(path, case, print, clock=clock)
 
     def pass_time(step):

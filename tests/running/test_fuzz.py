@@ -7,7 +7,12 @@ checks of a case draw the line, on grids as coarse as these allow.
 import math
 
 import numpy as np
-from fretwear.study.spacing import LEAST_CELLS_PER_WAVELENGTH, coarsest_for_contact
+from fretwear.study.rules import (
+    LEAST_CELLS_PER_CONTACT_RADIUS,
+    LEAST_CELLS_PER_SLIP_ANNULUS,
+    LEAST_CELLS_PER_STICK_RADIUS,
+    LEAST_CELLS_PER_WAVELENGTH,
+)
 from hypothesis import HealthCheck, assume, event, given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
@@ -103,7 +108,12 @@ def valid(parameters):
 
 def cell(smooth, roughness, draw):
     """A spacing as coarse as the case allows, or up to eight times finer."""
-    coarsest = coarsest_for_contact(smooth)
+    radius, stick = smooth.hertz_radius, smooth.stick_radius
+    coarsest = min(
+        radius / LEAST_CELLS_PER_CONTACT_RADIUS,
+        stick / LEAST_CELLS_PER_STICK_RADIUS,
+        (radius - stick) / LEAST_CELLS_PER_SLIP_ANNULUS,
+    )
     lengths = (
         (math.inf,) * 2 if roughness is None else (roughness.wavelength_x, roughness.wavelength_y)
     )

@@ -1,17 +1,17 @@
 """One case to one file, whoever else works on it and whatever goes wrong."""
 
 import math
+import multiprocessing
+import random
 import re
 import shutil
 import signal
-import subprocess
-import sys
+import time
 from dataclasses import dataclass
 
 import pytest
 import xarray as xr
 
-import fretwear
 from fretwear.data.files import open_case, open_history, write_case
 from fretwear.data.safe import DataFileError, Lock
 from fretwear.mechanics.contact import ContactError
@@ -20,36 +20,14 @@ from fretwear.mechanics.wear import WearError
 from fretwear.running import simulate
 from fretwear.running.batch import simulate_to_file
 
-STUDY = """
-base:
-  radius: 10 mm
-  youngs_modulus: 208 GPa
-  poisson_ratio: 0.3
-  load: 50 N
-  tangential_ratio: 0.8
-  friction: 0.5
-  wear_coefficient: 7e-13 / Pa
-  plastic_limit: none
-  roughness: none
-  cycles: 1000
-  cell: 1.5 um
-"""
-PARAMETERS = {
-    "radius": "10 mm",
-    "youngs_modulus": "208 GPa",
-    "poisson_ratio": 0.3,
-    "load": "50 N",
-    "tangential_ratio": 0.8,
-    "friction": 0.5,
-    "wear_coefficient": "7e-13 / Pa",
-    "cycles": 200,
-    "cell": "10 um",
-}
+from .conftest import BASE, damage_file, make_case, read_until, write_study
+
+KILLS = 20
 
 
 @pytest.fixture
 def case():
-    return fretwear.Case(**PARAMETERS)
+    return make_case(cycles=200)
 
 
 @pytest.fixture
@@ -58,35 +36,10 @@ def path(tmp_path):
 
 
 @pytest.fixture
-def run(tmp_path):
+def run(start, tmp_path):
     """Start `fretwear run` of one case to a file."""
-    (tmp_path / "one.yaml").write_text(STUDY)
-    started = []
-
-    def start(output="out/a.nc"):
-        process = subprocess.Popen(
-            [sys.executable, "-m", "fretwear", "run", "one.yaml", "-o", output],
-            cwd=tmp_path,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-        started.append(process)
-        return process
-
-    yield start
-    for process in started:
-        process.kill()
-        process.communicate()
-
-
-def read_until(process, words):
-    seen = ""
-    while words not in seen:
-        line = process.stderr.readline()
-        assert line, seen
-        seen += line
-    return seen
+    write_study(tmp_path / "one.yaml", {"base": {**BASE, "cycles": 1000, "cell": "1.5 um"}})
+    return lambda: start("run", "one.yaml", "-o", "out/a.nc")
 
 
 def job(case, path, told=None, observers=()):
@@ -124,7 +77,7 @@ def test_of_two_processes_at_once_one_computes_and_the_other_takes_its_file(run,
 
 
 @pytest.mark.slow
-def test_who_waits_goes_on_where_a_killed_process_was(run, tmp_path):
+def test_who_waits_resumes_where_a_killed_process_was(run, tmp_path):
     first = run()
     read_until(first, "cycle 0 of")
     first.send_signal(signal.SIGSTOP)
@@ -151,7 +104,7 @@ def holding(path, then):
 
 
 def written(path, **changes):
-    result = simulate.run(fretwear.Case(**{**PARAMETERS, **changes}))
+    result = simulate.run(make_case(cycles=200, **changes))
     write_case(result.dataset, result.history, path)
 
 
@@ -169,9 +122,7 @@ def test_after_waiting_only_a_file_of_the_same_run_is_taken(case, path):
 def test_after_waiting_a_damaged_file_is_not_taken(case, path):
     def damaged():
         written(path)
-        content = bytearray(path.read_bytes())
-        content[len(content) // 2] ^= 1
-        path.write_bytes(content)
+        damage_file(path)
 
     outcome = simulate_to_file(case, path, tell=holding(path, damaged), command="test")
     assert not outcome.is_taken_over
@@ -221,8 +172,8 @@ class ShallowSlip(JaegerSlip):
         return super().wear_layer(wear, gap, shift, exponent, rate)
 
 
-def test_a_job_that_fails_on_its_way_keeps_the_checkpoint_to_go_on_from(path, monkeypatch):
-    case = fretwear.Case(**{**PARAMETERS, "cycles": 5000})
+def test_a_job_that_fails_on_its_way_keeps_the_checkpoint_to_resume_from(path, monkeypatch):
+    case = make_case(cycles=5000)
     # The depth that a step ends with: no step is cut because the depth is passed within it.
     deepest = [float(step.state.wear.max()) for step in simulate.steps(case)][5]
     told = []
@@ -240,3 +191,59 @@ def test_a_job_that_fails_on_its_way_keeps_the_checkpoint_to_go_on_from(path, mo
     with open_case(path) as dataset:
         undisturbed = simulate.simulate(case)
         xr.testing.assert_equal(dataset["wear_depth"].load(), undisturbed["wear_depth"])
+
+
+@pytest.fixture(scope="module")
+def start_job():
+    """Start a job in a process of its own and wait until it is at work."""
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(["fretwear.running.batch", "fretwear.data.dataset"])
+
+    def begin(path):
+        settings = {"tell": print, "command": "test", "interval": 0.05}
+        case = make_case(plastic_limit="3 GPa", cycles=3000, cell="4 um", output_cycles=(10, 1000))
+        process = context.Process(target=simulate_to_file, args=(case, path), kwargs=settings)
+        process.start()
+        while process.is_alive() and f"process {process.pid} " not in Lock(path).holder():
+            time.sleep(0.002)
+        return process
+
+    return begin
+
+
+def seconds_of(process):
+    """How long a job that was just begun works."""
+    begun = time.monotonic()
+    process.join()
+    assert process.exitcode == 0
+    return time.monotonic() - begun
+
+
+@pytest.mark.slow
+def test_kill_at_random_moments_and_rerun_gives_the_same_bits(start_job, tmp_path):
+    whole, killed = tmp_path / "whole" / "a.nc", tmp_path / "killed" / "a.nc"
+    seconds_of(start_job(whole))
+    duration = seconds_of(start_job(tmp_path / "again.nc"))
+    generator = random.Random(7)
+    resumed, finished = 0, 0
+    for _ in range(KILLS):
+        resumed += killed.with_suffix(".checkpoint").exists()
+        process = start_job(killed)
+        process.join(generator.uniform(0.0, 0.6 * duration))
+        process.kill()
+        process.join()
+        if killed.exists():
+            finished += 1
+            assert_same(killed, whole)
+            killed.unlink()
+    seconds_of(start_job(killed))
+    assert_same(killed, whole)
+    assert [path.name for path in killed.parent.iterdir()] == ["a.nc"], "nothing is left behind"
+    assert resumed >= 3
+    assert finished < KILLS
+
+
+def assert_same(killed, whole):
+    for opened in (open_case, open_history):
+        with opened(killed) as one, opened(whole) as other:
+            xr.testing.assert_equal(one.load(), other.load())

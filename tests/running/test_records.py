@@ -1,6 +1,21 @@
+"""What jobs leave beside the case files is read again, whatever else lies there."""
+
 import json
 
-from fretwear.running.records import ENDED, failures, forget, log_end, log_file, reasons, record
+import pytest
+
+from fretwear.running.records import (
+    ENDED,
+    failures,
+    forget,
+    log_end,
+    log_file,
+    reasons,
+    record,
+    spent_on_simulations,
+)
+
+HEAD = "s\th:m:s\tmax_rss\tcpu_time\n"
 
 
 def test_a_failed_case_is_told_with_its_reason_and_its_log(tmp_path):
@@ -52,3 +67,26 @@ def test_the_end_of_a_log_is_whole_lines(tmp_path):
     file.write_bytes(b"cycle 1\ncycle 2\n\xffcycle 3\n")
     assert log_end(tmp_path, "P50N-1") == "cycle 1\ncycle 2\n\ufffdcycle 3\n"
     assert log_end(tmp_path, "P50N-1", most=12) == "\ufffdcycle 3\n"
+
+
+def write(file, *rows):
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(HEAD + "\n".join(rows) + "\n", encoding="utf-8")
+
+
+def test_simulations_are_added_up_and_other_rules_are_not(tmp_path):
+    write(tmp_path / "benchmarks/simulate/a.tsv", "2.0\t0:00:02\t100\t1.5")
+    write(tmp_path / "benchmarks/simulate/b.tsv", "3.0\t0:00:03\t200\t2.5")
+    write(tmp_path / "benchmarks/merge.tsv", "9.0\t0:00:09\t900\t9.0")
+    spent = spent_on_simulations(tmp_path)
+    assert (spent.jobs, spent.seconds, spent.processor_seconds) == (2, 5.0, 4.0)
+    assert spent.memory_bytes == pytest.approx(200 * 2**20)
+
+
+def test_what_was_not_measured_counts_for_nothing(tmp_path):
+    assert spent_on_simulations(tmp_path) is None
+    write(tmp_path / "benchmarks/simulate/a.tsv", "0.2\t0:00:00\t-\tNA")
+    (tmp_path / "benchmarks/simulate/b.tsv").write_bytes(b"\xff\xfe not a table")
+    spent = spent_on_simulations(tmp_path)
+    assert (spent.jobs, spent.seconds, spent.processor_seconds) == (1, 0.2, 0.0)
+    assert spent.memory_bytes != spent.memory_bytes

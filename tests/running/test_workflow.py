@@ -1,84 +1,22 @@
+"""From a study file to its report, and what a change, a failure or a signal does to it."""
+
 import json
-import re
+import os
 import shutil
-import subprocess
-import sys
+import signal
 from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
 
 import fretwear
 from fretwear.data.files import open_summary
 from fretwear.running.records import failures, record
 from fretwear.running.workflow import StudyJobs, chosen_study, study_file, write_finished
 from fretwear.study.problems import StudyError
+from fretwear.study.study import load_study
 
-REPOSITORY = Path(__file__).parents[2]
-
-TINY = {
-    "title": "Tiny",
-    "base": {
-        "radius": "10 mm",
-        "youngs_modulus": "208 GPa",
-        "poisson_ratio": 0.3,
-        "tangential_load": "9 N",
-        "friction": 0.5,
-        "wear_coefficient": "7e-13 / Pa",
-        "plastic_limit": "none",
-        "roughness": "none",
-        "cycles": 100,
-        "cell": "10 um",
-    },
-    "vary": {"load": ["25 N", "50 N"]},
-    "output": {"cycles": [0, 20]},
-}
-
-
-class Checkout:
-    """A folder with the workflow and studies, as a user has it."""
-
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
-
-    @classmethod
-    def make(cls, folder: Path) -> "Checkout":
-        shutil.copy(REPOSITORY / "Snakefile", folder)
-        shutil.copytree(REPOSITORY / "profiles", folder / "profiles")
-        checkout = cls(folder)
-        checkout.write(TINY)
-        return checkout
-
-    def write(self, content, name="demo") -> None:
-        file = self.folder / "studies" / f"{name}.yaml"
-        file.parent.mkdir(exist_ok=True)
-        file.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
-
-    def snakemake(self, *arguments):
-        return subprocess.run(
-            [sys.executable, "-m", "snakemake", "--cores", "2", *arguments],
-            cwd=self.folder,
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-
-    def jobs(self, *arguments):
-        """What a run would do: slugs of the cases to simulate one by one, and the other rules."""
-        done = self.snakemake("--dry-run", *arguments)
-        assert done.returncode == 0, done.stderr
-        messages = re.findall(r"^Job \d+: (.*)$", done.stdout + done.stderr, re.MULTILINE)
-        cases = {
-            line.split()[1].split("-mu")[0] for line in messages if line.startswith("Simulating")
-        }
-        others = {line.split()[0] for line in messages} - {"Simulating"}
-        return cases, others
-
-    @property
-    def results(self):
-        return self.folder / "results/demo"
-
+from .conftest import BASE, HOPELESS, TINY, Checkout, wait_for, write_study
 
 AFTERWARDS = {"Merging", "Drawing", "Writing", "Done:"}
 
@@ -95,11 +33,6 @@ def finished(tmp_path_factory):
 def copy(finished, tmp_path):
     """A copy of the finished study with everything that Snakemake remembers of it."""
     return Checkout(shutil.copytree(finished.folder, tmp_path / "copy"))
-
-
-@pytest.fixture
-def fresh(tmp_path):
-    return Checkout.make(tmp_path)
 
 
 @pytest.mark.slow
@@ -195,24 +128,22 @@ def test_another_version_of_the_package_reruns_everything(copy):
 
 
 @pytest.mark.slow
-def test_an_invalid_point_stops_the_study_before_any_job(fresh):
-    fresh.write({**TINY, "vary": {"load": ["50 N", "15 N"]}})
-    done = fresh.snakemake()
+def test_an_invalid_point_stops_the_study_before_any_job(checkout):
+    checkout.write({**TINY, "vary": {"load": ["50 N", "15 N"]}})
+    done = checkout.snakemake()
     assert done.returncode == 2
     message = done.stdout + done.stderr
     assert "studies/demo.yaml: base.tangential_load = 9 N" in message
     assert "gross sliding" in message
     assert "load = 15 N" in message
     assert "Traceback" not in message
-    assert not fresh.results.exists()
+    assert not checkout.results.exists()
 
 
 @pytest.mark.slow
-def test_a_results_folder_that_cannot_be_written_stops_the_study_before_any_job(fresh):
-    fresh.write(TINY)
-    fresh.results.parent.parent.mkdir(parents=True, exist_ok=True)
-    fresh.results.parent.write_text("not a folder")
-    done = fresh.snakemake()
+def test_a_results_folder_that_cannot_be_written_stops_the_study_before_any_job(checkout):
+    checkout.results.parent.write_text("not a folder")
+    done = checkout.snakemake()
     assert done.returncode != 0
     message = done.stdout + done.stderr
     assert "results/demo: cannot be written to, because" in message
@@ -220,57 +151,48 @@ def test_a_results_folder_that_cannot_be_written_stops_the_study_before_any_job(
 
 
 @pytest.mark.slow
-def test_another_study_is_chosen_by_name_or_path(fresh):
-    fresh.write({**TINY, "vary": {"load": ["40 N"]}}, "other")
-    assert fresh.jobs("--config", "study=other")[0] == {"P40N-Q9N"}
-    assert fresh.jobs("--config", "study=studies/other.yaml")[0] == {"P40N-Q9N"}
-    done = fresh.snakemake("--config", "study=othr")
+def test_another_study_is_chosen_by_name_or_path(checkout):
+    checkout.write({**TINY, "vary": {"load": ["40 N"]}}, "other")
+    assert checkout.jobs("--config", "study=other")[0] == {"P40N-Q9N"}
+    assert checkout.jobs("--config", "study=studies/other.yaml")[0] == {"P40N-Q9N"}
+    done = checkout.snakemake("--config", "study=othr")
     assert done.returncode != 0
     assert "studies/othr.yaml: there is no such file" in done.stdout + done.stderr
 
 
-# Matter this soft is gone before the shortest step ends, so its case really fails.
-HOPELESS = {
-    **TINY,
-    "base": {**TINY["base"], "load": "50 N"},
-    "vary": {"wear_coefficient": ["1 / Pa", "7e-13 / Pa"]},
-    "batch": 2,
-}
-
-
 @pytest.mark.slow
-def test_a_failed_case_stops_what_follows_and_is_named_with_the_reason(fresh):
-    fresh.write(HOPELESS)
-    done = fresh.snakemake()
+def test_a_failed_case_stops_what_follows_and_is_named_with_the_reason(checkout):
+    checkout.write({**HOPELESS, "batch": 2})
+    done = checkout.snakemake()
     assert done.returncode == 1
     message = done.stdout + done.stderr
     assert "1 of 2 cases failed" in message
     assert "no step after cycle 0" in message
-    assert not (fresh.results / "summary.nc").exists()
+    assert not (checkout.results / "summary.nc").exists()
 
 
 @pytest.mark.slow
-def test_with_keep_going_what_is_done_is_merged_drawn_and_reported(fresh):
-    fresh.write(HOPELESS)
-    done = fresh.snakemake("--keep-going")
+def test_with_keep_going_what_is_done_is_merged_drawn_and_reported(checkout):
+    checkout.write({**HOPELESS, "batch": 2})
+    done = checkout.snakemake("--keep-going")
     assert done.returncode == 1
     assert "fretwear: 1 of 2 cases failed\n" in done.stderr
-    (failure,) = failures(fresh.results)
-    with open_summary(fresh.results / "summary.nc") as summary:
+    (failure,) = failures(checkout.results)
+    with open_summary(checkout.results / "summary.nc") as summary:
         assert summary["status"].values.tolist() == [1, 0]
         volume = summary["wear_volume"].isel(cycle=-1).values
         assert np.isnan(volume[0])
         assert volume[1] > 0
-    page = (fresh.results / "report.html").read_text(encoding="utf-8")
+    page = (checkout.results / "report.html").read_text(encoding="utf-8")
     assert "no step after cycle 0" in page
     assert f"logs/simulate/{failure}.log" in page
-    assert list((fresh.results / "figures").glob("*.svg"))
+    assert list((checkout.results / "figures").glob("*.svg"))
     # The next run tries the failed one again, and what is done is left as it is.
-    before = {path: path.stat().st_mtime_ns for path in (fresh.results / "cases").glob("*.nc")}
-    again = fresh.snakemake()
+    before = {path: path.stat().st_mtime_ns for path in (checkout.results / "cases").glob("*.nc")}
+    again = checkout.snakemake()
     assert again.returncode == 1
     assert "1 of 2 cases were done before" in again.stdout + again.stderr
-    assert before == {p: p.stat().st_mtime_ns for p in (fresh.results / "cases").glob("*.nc")}
+    assert before == {p: p.stat().st_mtime_ns for p in (checkout.results / "cases").glob("*.nc")}
 
 
 @pytest.mark.slow
@@ -297,12 +219,12 @@ def test_a_study_is_given_by_name_or_by_path(tmp_path, monkeypatch):
 
 
 @pytest.fixture
-def jobs(fresh, monkeypatch):
+def jobs(checkout, monkeypatch):
     """The jobs of a study with this content."""
-    monkeypatch.chdir(fresh.folder)
+    monkeypatch.chdir(checkout.folder)
 
     def of(content, name="demo"):
-        fresh.write(content, name)
+        checkout.write(content, name)
         return StudyJobs.of(name)
 
     return of
@@ -393,3 +315,67 @@ def test_a_study_is_chosen_by_its_key_alone():
 def test_a_misspelt_key_does_not_run_the_default_study(config):
     with pytest.raises(StudyError, match="--config study="):
         chosen_study(config)
+
+
+@pytest.mark.slow
+def test_stopping_the_workflow_keeps_a_checkpoint_of_every_case_that_runs(checkout, start):
+    checkout.write({**TINY, "base": {**TINY["base"], "cell": "0.5 um", "cycles": 20000}})
+    cases, logs = checkout.results / "cases", checkout.results / "logs/simulate"
+    process = start("--cores", "2", module="snakemake", start_new_session=True)
+    wait_for(
+        lambda: sum("cycle 0 of" in log.read_text() for log in logs.glob("*.log")) == 2, process
+    )
+    # As a terminal does it on Ctrl-C, and a scheduler: to all processes of the group.
+    os.killpg(process.pid, signal.SIGINT)
+    message = process.communicate(timeout=120)[1]
+    assert process.returncode != 0
+    assert "fretwear: stopped: by Ctrl-C" in message
+    assert {path.suffix for path in cases.iterdir()} == {".checkpoint"}
+    assert len(list(cases.iterdir())) == 2
+    for log in logs.glob("*.log"):
+        assert "kept; the same command resumes after cycle" in log.read_text()
+
+
+@pytest.mark.slow
+def test_a_run_that_is_stopped_while_it_writes_ends_when_its_file_is_whole(tmp_path, start):
+    # Enough snapshots that writing them takes a while.
+    study = {"base": {**BASE, "cell": "1.5 um"}, "output": {"cycles": [*range(1, 30)]}}
+    write_study(tmp_path / "one.yaml", study)
+    process = start("run", "one.yaml", "-o", "out/a.nc")
+    wait_for(lambda: list((tmp_path / "out").glob(".a.nc.*.tmp")), process)
+    process.send_signal(signal.SIGTERM)
+    # Interrupted inside of the netCDF library, it would wait for itself for ever.
+    message = process.communicate(timeout=120)[1]
+    assert process.returncode == 143
+    assert "fretwear: stopped: by SIGTERM" in message
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["a.nc"]
+    with fretwear.open_case(tmp_path / "out/a.nc") as case:
+        assert case.sizes["cycle"] == 31
+
+
+HARMFUL = "my 'dir' $(touch harm) \"q\" {x} ;`touch harm`"
+
+
+@pytest.mark.slow
+def test_names_of_folders_and_titles_are_never_commands(checkout):
+    title = "$(touch harm) `touch harm` {x} <b>'\""
+    write_study(checkout.folder / HARMFUL / "study.yaml", {**TINY, "title": title})
+    config = f"study={HARMFUL}/study.yaml"
+    done = checkout.snakemake("results/study/points.csv", "--config", config)
+    assert done.returncode == 0, done.stderr
+    assert (checkout.folder / "results/study/summary.nc").exists()
+    assert not list(checkout.folder.rglob("harm"))
+
+
+@pytest.mark.parametrize("name", ["$(touch harm)", "it's", "a b", "..", "-x", "a;b", "a\nb", "{x}"])
+def test_a_study_whose_name_is_more_than_a_name_has_no_results(tmp_path, name):
+    write_study(tmp_path / f"{name}.yaml", TINY)
+    with pytest.raises(StudyError, match="names the folder of its results"):
+        load_study(tmp_path / f"{name}.yaml")
+
+
+def test_a_study_of_another_folder_has_its_results_among_the_others(checkout, monkeypatch):
+    monkeypatch.chdir(checkout.folder)
+    above = write_study(checkout.folder / "above.yaml", TINY)
+    for name in ("../above", "studies/../above.yaml", str(above)):
+        assert StudyJobs.of(name).folder == "results/above"

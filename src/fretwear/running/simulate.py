@@ -19,7 +19,7 @@ from fretwear.mechanics.slip import (
     SlipModel,
 )
 from fretwear.mechanics.state import State, WearProblem
-from fretwear.mechanics.surfaces import Surface, Waves
+from fretwear.mechanics.surfaces import Surface, Waves, WavyRoughness
 from fretwear.mechanics.wear import evolve
 from fretwear.theory import HertzContact
 from fretwear.vocabulary import FIELDS, ContactState
@@ -212,6 +212,7 @@ def _surface(case: Case) -> Surface:
     roughness = case.roughness
     if roughness is None:
         return Surface(case.radius)
+    assert isinstance(roughness, WavyRoughness)
     waves = Waves(roughness.amplitude, roughness.wavenumber_x, roughness.wavenumber_y)
     return Surface(case.radius, waves)
 
