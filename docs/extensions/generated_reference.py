@@ -73,8 +73,8 @@ def _example(name: str) -> str:
 
 def _range(name: str) -> str:
     match parameter_of(name):
-        case PerBody(each) | AlongXY(each):
-            return f"{each.range_text()}; or a pair"
+        case PerBody() | AlongXY() as both:
+            return f"{both.range_text()}; or a pair"
         case Quantity() as quantity:
             return quantity.range_text() + ("; or `none`" if quantity.infinite else "")
         case WholeNumber() as number:

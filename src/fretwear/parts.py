@@ -202,7 +202,7 @@ class Quantity(Parameter):
         """A sensible value as a study file would have it."""
         return self.dimension.example
 
-    def read(self, value: object, units_required: bool) -> float:
+    def read(self, value: object, units_required: bool) -> Any:
         """Return the SI value; `QuantityError` where it is none or out of range."""
         if self.infinite and means_none(value, units_required):
             return math.inf
@@ -261,7 +261,7 @@ class Quantity(Parameter):
         quantity = {"type": "string", "pattern": _QUANTITY_SCHEMA, "examples": [self.example]}
         return {"anyOf": [{"const": "none"}, quantity]} if self.infinite else quantity
 
-    def canonical(self, value: float) -> float | str:
+    def canonical(self, value: Any) -> Any:
         """Return the SI number; infinity is the word ``none``."""
         return "none" if math.isinf(value) else value
 
@@ -275,123 +275,77 @@ class Quantity(Parameter):
 
 
 @dataclass(frozen=True)
-class _Several(Parameter):
-    """Values of one quantity in a list of two, or one value for both."""
+class _Pair(Quantity):
+    """Two values of one quantity, in a list; one value serves for both."""
 
-    each: Quantity
-    suffixes: ClassVar[tuple[tuple[str, str, str], ...]]
     meaning: ClassVar[str]
-
-    @property
-    def si_unit(self) -> str:  # type: ignore[override]
-        """SI unit of each."""
-        return self.each.si_unit
-
-    @property
-    def symbol(self) -> str:  # type: ignore[override]
-        """Symbol of each."""
-        return self.each.symbol
-
-    @property
-    def words(self) -> str:  # type: ignore[override]
-        """Words for each."""
-        return self.each.words
-
-    @property
-    def unit(self) -> Unit:  # type: ignore[override]
-        """Unit for people."""
-        return self.each.unit
-
-    @property
-    def description(self) -> str:  # type: ignore[override]
-        """A sentence for the JSON Schema."""
-        return self.each.description
-
-    @property
-    def must_be_written(self) -> bool:  # type: ignore[override]
-        """Whether a study file has to give it although it has a default."""
-        return self.each.must_be_written
-
-    @property
-    def example(self) -> str:
-        """A sensible value as a study file would have it."""
-        return self.each.example
+    suffixes: ClassVar[tuple[tuple[str, str], ...]]
 
     def schema(self) -> dict[str, Any]:
         """JSON Schema of the value in a study file."""
-        one = self.each.schema()
+        one = super().schema()
         return {"anyOf": [one, {"type": "array", "items": one, "minItems": 2, "maxItems": 2}]}
 
-    def _pair(self, values: Any, units_required: bool) -> tuple[float, float]:
+    def canonical(self, value: Any) -> Any:
+        """Return both."""
+        return list(pair(value))
+
+    def coordinates(self, name: str, value: Any) -> Iterator[tuple[str, Parameter, float | str]]:
+        """Yield a coordinate for each of the two."""
+        for (suffix, words), each in zip(self.suffixes, value, strict=True):
+            symbol = f"${self.symbol.strip('$')}_{suffix}$"
+            about = dataclasses.replace(self, symbol=symbol, words=f"{self.words} {words}")
+            yield f"{name}_{suffix}", about, each
+
+    def _read_pair(self, values: Any, units_required: bool) -> tuple[float, float]:
         if len(values) != 2:
             raise QuantityError(f"must be {self.meaning}, but is a list of {len(values)}")
         read = []
         for position, value in enumerate(values, start=1):
             try:
-                read.append(self.each.read(value, units_required))
+                read.append(super().read(value, units_required))
             except QuantityError as error:
                 rule = f"has a value number {position}, {value!r}, that {error.rule}"
                 raise QuantityError(rule, error.hint) from error
         return read[0], read[1]
 
-    def coordinates(self, name: str, value: Any) -> Iterator[tuple[str, Parameter, float | str]]:
-        """Yield a coordinate for each of the two."""
-        for (suffix, index, words), each in zip(self.suffixes, value, strict=True):
-            symbol = self.each.symbol.replace("$", "") + f"_{index}"
-            yield (
-                f"{name}_{suffix}",
-                dataclasses.replace(
-                    self.each, symbol=f"${symbol}$", words=f"{self.each.words} {words}"
-                ),
-                each,
-            )
-
 
 @dataclass(frozen=True)
-class PerBody(_Several):
+class PerBody(_Pair):
     """One value for both bodies, or a pair [body I, body II]."""
 
-    suffixes = (("1", "1", "of body I"), ("2", "2", "of body II"))
     meaning = "one value, or two for two bodies"
+    suffixes = (("1", "of body I"), ("2", "of body II"))
 
-    def read(self, value: object, units_required: bool) -> float | tuple[float, float]:
+    def read(self, value: object, units_required: bool) -> Any:
         """Return a float, or a pair of floats where the bodies are given apart."""
         if is_list(value):
-            return self._pair(value, units_required)
-        return self.each.read(value, units_required)
-
-    def canonical(self, value: float | tuple[float, float]) -> list[float]:
-        """Return the pair."""
-        return list(pair(value))
+            return self._read_pair(value, units_required)
+        return super().read(value, units_required)
 
     def coordinates(self, name: str, value: Any) -> Iterator[tuple[str, Parameter, float | str]]:
         """Yield one coordinate where both bodies are alike, else two."""
         both = pair(value)
         if both[0] == both[1]:
-            yield name, self.each, both[0]
+            yield name, self, both[0]
         else:
             yield from super().coordinates(name, both)
 
 
 @dataclass(frozen=True)
-class AlongXY(_Several):
+class AlongXY(_Pair):
     """A length along x and one along y; one value serves for both, None for the default."""
 
-    suffixes = (("x", "x", "along x"), ("y", "y", "along y"))
     meaning = "the spacing along x and along y"
+    suffixes = (("x", "along x"), ("y", "along y"))
 
-    def read(self, value: object, units_required: bool) -> tuple[float, float] | None:
+    def read(self, value: object, units_required: bool) -> Any:
         """Return both, or None for the default."""
         if value is None and not units_required:
             return None
         if is_list(value):
-            return self._pair(value, units_required)
-        both = self.each.read(value, units_required)
-        return both, both
-
-    def canonical(self, value: tuple[float, float]) -> list[float]:
-        """Return both."""
-        return list(value)
+            return self._read_pair(value, units_required)
+        return pair(super().read(value, units_required))
 
 
 @dataclass(frozen=True)
@@ -466,7 +420,6 @@ class Part:
         What a caption calls the kind where the name does not tell; empty: the name.
     """
 
-    __dataclass_fields__: ClassVar[dict[str, dataclasses.Field[Any]]]
     kind: str = ""
     told_as: ClassVar[str] = ""
     __pydantic_config__: ClassVar[Mapping[str, Any]] = {"extra": "forbid"}
@@ -486,7 +439,7 @@ class Part:
     def unchecked(cls, **values: Any) -> Self:
         """Make a part from values that have been read; broken rules show in `problem`."""
         part = object.__new__(cls)
-        defaults = {n: f.default for n, f in cls.__dataclass_fields__.items() if n not in values}
+        defaults = {each.name: each.default for each in dataclasses.fields(cls)}  # type: ignore[arg-type]
         part.__dict__.update({**defaults, **values})
         return part
 
@@ -503,7 +456,8 @@ class Part:
     @classmethod
     def parameters(cls) -> dict[str, Parameter]:
         """What the fields of a kind are, by name, ``kind`` excepted."""
-        return declared(cls)
+        own: Any = cls
+        return declared(own)
 
     @property
     def problem(self) -> tuple[str, str] | None:
@@ -572,7 +526,7 @@ class KindName(Parameter):
 
 
 @cache
-def declared(cls: type) -> dict[str, Parameter]:
+def declared(cls: Any) -> dict[str, Parameter]:
     """Return the fields of a class that are annotated by a `Parameter`, bases first."""
     found = {}
     for name, hint in get_type_hints(cls, include_extras=True).items():
@@ -582,7 +536,6 @@ def declared(cls: type) -> dict[str, Parameter]:
     return found
 
 
-@cache
 def required(cls: type) -> frozenset[str]:
     """Return the fields of a dataclass without a default."""
     return frozenset(

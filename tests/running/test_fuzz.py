@@ -7,12 +7,6 @@ checks of a case draw the line, on grids as coarse as these allow.
 import math
 
 import numpy as np
-from fretwear.study.rules import (
-    LEAST_CELLS_PER_CONTACT_RADIUS,
-    LEAST_CELLS_PER_SLIP_ANNULUS,
-    LEAST_CELLS_PER_STICK_RADIUS,
-    LEAST_CELLS_PER_WAVELENGTH,
-)
 from hypothesis import HealthCheck, assume, event, given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
@@ -22,6 +16,12 @@ from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.wear import WearError
 from fretwear.running import simulate
 from fretwear.study.cost import estimate
+from fretwear.study.rules import (
+    LEAST_CELLS_PER_CONTACT_RADIUS,
+    LEAST_CELLS_PER_SLIP_ANNULUS,
+    LEAST_CELLS_PER_STICK_RADIUS,
+    LEAST_CELLS_PER_WAVELENGTH,
+)
 
 MOST_CELLS = 40_000
 MOST_STEPS = 150

@@ -12,10 +12,8 @@ import xarray as xr
 from fretwear.data.files import write_case
 from fretwear.data.merge import merge_study
 from fretwear.running.simulate import run
-from fretwear.source_study.evolution import Evolution
-from fretwear.source_study.quartet import Quartet
-from fretwear.source_study.source import reference_cases
-from fretwear.study.study import Study, load_study
+from fretwear.source_study.cases import Evolution, reference_cases
+from fretwear.study.study import load_study
 
 from ..figures.conftest import check_texts, drawn_texts
 
@@ -43,14 +41,15 @@ output:
 """
 
 Doctor = Callable[..., Evolution]
+Cases = dict[str, Evolution]
 
 
 class Finished(NamedTuple):
-    """A study that has been run and merged."""
+    """A study that has been run and merged, and its cases with the slip of the worn shape."""
 
-    study: Study
     summary: xr.Dataset
-    cases: Path
+    folder: Path
+    cases: Cases
 
 
 @pytest.fixture(scope="session")
@@ -63,14 +62,14 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Finished:
         result = run(case)
         write_case(result.dataset, result.history, folder / "cases" / f"{case_id}.nc")
     merge_study(study, folder / "cases", folder / "summary.nc")
-    return Finished(study, xr.load_dataset(folder / "summary.nc"), folder / "cases")
+    summary = xr.load_dataset(folder / "summary.nc")
+    first, *_ = reference_cases(summary, folder / "cases")
+    return Finished(summary, folder / "cases", first.load())
 
 
 @pytest.fixture(scope="session")
-def quartet(finished: Finished) -> Quartet:
-    cases = reference_cases(finished.summary)
-    assert cases is not None
-    return cases.load(finished.cases)
+def cases(finished: Finished) -> Cases:
+    return finished.cases
 
 
 @pytest.fixture

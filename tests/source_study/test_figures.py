@@ -2,54 +2,15 @@
 
 import numpy as np
 import pytest
-import xarray as xr
 
-from fretwear.data.files import write_case
-from fretwear.data.merge import merge_study
-from fretwear.running.simulate import run
 from fretwear.source_study.figures import source_figures
-from fretwear.study.study import load_study
-
-STUDY = """
-title: The source study, coarse and short
-base:
-  radius: 10 mm
-  youngs_modulus: 208 GPa
-  poisson_ratio: 0.3
-  load: 50 N
-  tangential_load: 20 N
-  friction: 0.5
-  wear_coefficient: 7e-13 / Pa
-  roughness: {kind: wavy, amplitude: 0.2 um, slope_x: 5.7 deg, slope_y: 1 deg}
-  cell: [1 um, 4 um]
-  cycles: 1000
-vary:
-  roughness.amplitude: [0 um, 0.2 um]
-  plastic_limit: [none, 4500 MPa]
-  slip_model: [jaeger, cattaneo_mindlin]
-output:
-  cycles: [1, 100]
-"""
 
 NUMBERS = (4, 5, 6, 7, 8, 9, 10, 11, 13, 14, 15, 16)
 
 
 @pytest.fixture(scope="module")
-def source(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("source")
-    file = folder / "source.yaml"
-    file.write_text(STUDY, encoding="utf-8")
-    study = load_study(file)
-    for case_id, case in study.cases().items():
-        result = run(case)
-        write_case(result.dataset, result.history, folder / "cases" / f"{case_id}.nc")
-    merge_study(study, folder / "cases", folder / "summary.nc")
-    return xr.load_dataset(folder / "summary.nc"), folder / "cases"
-
-
-@pytest.fixture(scope="module")
-def figures(source):
-    return {figure.name: figure for figure in source_figures(*source)}
+def figures(finished):
+    return {figure.name: figure for figure in source_figures(finished.summary, finished.folder)}
 
 
 def found(figures, number):
@@ -62,14 +23,14 @@ def test_every_figure_of_the_source_study_is_there_under_its_number(figures):
     assert list(figures)[-1] == "slip_models"
 
 
-def test_another_study_has_none_of_them(source):
-    summary, cases = source
-    assert list(source_figures(summary.assign_coords(load=40.0), cases)) == []
+def test_another_study_has_none_of_them(finished):
+    other = finished.summary.assign_coords(load=40.0)
+    assert list(source_figures(other, finished.folder)) == []
 
 
-def test_without_the_simpler_model_it_is_not_compared(source):
-    summary, cases = source
-    names = [figure.name for figure in source_figures(summary.isel(slip_model=[0]), cases)]
+def test_without_the_simpler_model_it_is_not_compared(finished):
+    summary = finished.summary.isel(slip_model=[0])
+    names = [figure.name for figure in source_figures(summary, finished.folder)]
     assert len(names) == len(NUMBERS)
 
 
@@ -99,10 +60,9 @@ def test_rough_profiles_come_with_their_mean_and_a_zoom(figures, number):
         assert labels.count("_raw") == len(labels) / 2
 
 
-def test_pressure_of_the_smooth_elastic_contact_is_drawn_as_computed(source, figures):
-    summary, _ = source
+def test_pressure_of_the_smooth_elastic_contact_is_drawn_as_computed(finished, figures):
     line = found(figures, 4).figure.axes[0].lines[0]
-    picked = summary.isel(roughness_amplitude=0, plastic_limit=0, slip_model=0)
+    picked = finished.summary.isel(roughness_amplitude=0, plastic_limit=0, slip_model=0)
     profile = picked["pressure_profile"].sel(cycle=0)
     drawn = np.interp(1e6 * profile["x"], *line.get_data())
     np.testing.assert_allclose(drawn, 1e-6 * profile, rtol=1e-6, atol=1e-3)

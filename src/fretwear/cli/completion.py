@@ -58,9 +58,9 @@ def case_ids(context: typer.Context, incomplete: str) -> list[str]:
 
 def assignments(incomplete: str) -> list[str]:
     """Offer names of parameters, and for the only one that is left an example of its value."""
-    from fretwear.study.parameters import example_of, parameter_fields
+    from fretwear.study.tree import example_of, parameter_names
 
-    names = [*parameter_fields(), *_ONLY_BY_NAME]
+    names = [*parameter_names(), *_ONLY_BY_NAME]
     found = [name for name in names if f"{name}=".startswith(incomplete)]
     if len(found) != 1:
         return [f"{name}=" for name in found]

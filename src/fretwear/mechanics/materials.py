@@ -35,27 +35,23 @@ class ElasticBodies(Bodies):
     youngs_modulus: Annotated[
         float | tuple[float, float],
         PerBody(
-            Quantity(
-                "Pa",
-                "$E$",
-                "Young's modulus",
-                "GPa",
-                above=0.0,
-                description="Young's modulus E, or a pair [body I, body II].",
-            )
+            "Pa",
+            "$E$",
+            "Young's modulus",
+            "GPa",
+            above=0.0,
+            description="Young's modulus E, or a pair [body I, body II].",
         ),
     ]
     poisson_ratio: Annotated[
         float | tuple[float, float],
         PerBody(
-            Quantity(
-                "1",
-                "$ν$",
-                "Poisson's ratio",
-                above=-1.0,
-                at_most=0.5,
-                description="Poisson's ratio, or a pair [body I, body II].",
-            )
+            "1",
+            "$ν$",
+            "Poisson's ratio",
+            above=-1.0,
+            at_most=0.5,
+            description="Poisson's ratio, or a pair [body I, body II].",
         ),
     ]
     kind: Literal["elastic"] = "elastic"

@@ -209,7 +209,7 @@ def wear_problem(case: Case, *, quarter: bool = True) -> WearProblem:
 
 
 def _surface(case: Case) -> Surface:
-    roughness = case.roughness
+    roughness: Any = case.roughness
     if roughness is None:
         return Surface(case.radius)
     assert isinstance(roughness, WavyRoughness)

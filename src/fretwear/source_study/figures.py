@@ -2,39 +2,51 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
-from fretwear.figures.datasets import field_of
-from fretwear.figures.profiles import at_edge
-from fretwear.figures.study import StudyFigure
-from fretwear.source_study.half_widths import Look, edge_of_contact, half_widths
-from fretwear.source_study.profiles import (
-    MEAN_WORDS,
-    CaseLine,
-    contact_edge,
-    middle_of_slip,
-    pressure_of_lines,
-    rough_profiles,
-    smooth_profiles,
-    stick_edge,
+from fretwear.figures.axes import outside_key, set_cycle_axis
+from fretwear.figures.datasets import HalfProfiles, field_of, half_profiles, wave_mean
+from fretwear.figures.history import HALF_WIDTH_LABEL
+from fretwear.figures.overview import compare_cases
+from fretwear.figures.profiles import (
+    Frame,
+    at_edge,
+    cycle_colors,
+    cycle_key,
+    draw_curves,
+    draw_profiles,
+    frame_of,
+    is_traction,
+    shade_stick,
 )
-from fretwear.source_study.quartet import Quartet
-from fretwear.source_study.slip_models import compare_slip_models
-from fretwear.source_study.source import SourceCases, reference_cases, simpler_cases
-from fretwear.units import NANOMETRE
+from fretwear.figures.study import StudyFigure
+from fretwear.figures.style import CATEGORICAL, LINE_STYLES, JournalFigure, styled
+from fretwear.figures.wording import value_text
+from fretwear.source_study.cases import PLASTIC_LIMIT, RUN_IN, TITLES, Evolution, reference_cases
+from fretwear.units import MICROMETRE, NANOMETRE, cycle_text, readable_unit
 from fretwear.vocabulary import Field
 
 CATEGORY = "Figures of the source study"
 SHOWN_CYCLES = (0, 100, 1000, 7000, 30000)
-RUN_IN = 7000
+MEAN_WORDS = "mean over one wavelength"
 
-_PRESSURE, _SHEAR, _GAP = (field_of(name) for name in ("pressure", "shear_traction", "gap"))
-_WEAR_RATE = replace(field_of("wear_rate"), unit=NANOMETRE)
+_CONTACT, _STICK = "contact_half_width_x", "stick_half_width_x"
+_PROFILE_HEIGHT, _WIDTH_HEIGHT, _KEY_HEIGHT = 52.0, 72.0, 14.0
+_ROOM_ABOVE = 1.08
+_ROOM_OVER_FIRST = 1.5
+_WAVES_IN_ZOOM = 4.0
+_SLIP_ZONE_TOP = 500e6
+_MARGIN = 0.03
+
 _AT_Y = "on the line nearest y = 0"
 _SHADE = "Grey: stick zone at the last cycle shown; later curves lie on top of earlier ones."
 _EDGE = "Around the edge of the contact, as far as the window of the case goes."
@@ -42,22 +54,55 @@ _CUT = (
     "Curves that leave at the top are elastic: their peak at the edge of stick grows with a finer "
     "grid, without end."
 )
-_LOOKS = {
-    "smooth elastic": Look.of(False, False),
-    "rough elastic": Look.of(True, False),
-    "smooth plastic": Look.of(False, True),
-    "rough plastic": Look.of(True, True),
+_STEPS = "A rough contact widens by steps: one more row of tips at a time."
+
+
+def _first_stick_edge(profiles: HalfProfiles) -> float:
+    return float(profiles.stick_half_width[0])
+
+
+def _contact_edge(profiles: HalfProfiles) -> float:
+    return 0.5 * float(profiles.contact_half_width[0] + profiles.contact_half_width[-1])
+
+
+def _middle_of_slip(profiles: HalfProfiles) -> float:
+    return 0.5 * float(profiles.stick_half_width[0] + profiles.contact_half_width[0])
+
+
+_ZOOMS: dict[str, tuple[Callable[[HalfProfiles], float], str]] = {
+    "pressure": (_first_stick_edge, "at the first edge of stick"),
+    "shear_traction": (_first_stick_edge, "at the first edge of stick"),
+    "gap": (_contact_edge, "at the edge of the contact"),
+    "wear_rate": (_middle_of_slip, "in the middle of the slip zone"),
+}
+"""Middle of the few waves that a figure enlarges, m, and what its caption says of the place."""
+
+_PRESSURE, _SHEAR, _GAP = (field_of(name) for name in ("pressure", "shear_traction", "gap"))
+_WEAR_RATE = replace(field_of("wear_rate"), unit=NANOMETRE)
+_SMOOTH, _ROUGH = ("smooth elastic", "smooth plastic"), ("rough elastic", "rough plastic")
+_PRESSURES = {
+    "fig04_pressure_smooth_elastic": (_PRESSURE, _SMOOTH[:1]),
+    "fig05_pressure_rough_elastic": (_PRESSURE, _ROUGH[:1]),
+    "fig06_pressure_rough_elastic_and_plastic": (_PRESSURE, _ROUGH),
+}
+_OTHER_PROFILES = {
+    "fig08_shear_smooth": (_SHEAR, _SMOOTH),
+    "fig09_shear_rough": (_SHEAR, _ROUGH),
+    "fig10_gap_smooth": (_GAP, _SMOOTH),
+    "fig11_gap_rough": (_GAP, _ROUGH),
+    "fig13_wear_rate_smooth": (_WEAR_RATE, _SMOOTH),
+    "fig14_wear_rate_rough": (_WEAR_RATE, _ROUGH),
 }
 
 
-def source_figures(summary: xr.Dataset, cases: Path) -> Iterator[StudyFigure]:
+def source_figures(summary: xr.Dataset, folder: Path) -> Iterator[StudyFigure]:
     """Yield the figures of the source study, numbered as there.
 
     Parameters
     ----------
     summary : xarray.Dataset
         A merged study.
-    cases : pathlib.Path
+    folder : pathlib.Path
         Folder of its case files.
 
     Yields
@@ -65,153 +110,264 @@ def source_figures(summary: xr.Dataset, cases: Path) -> Iterator[StudyFigure]:
     StudyFigure
         Nothing when the study does not hold the four cases of the source study.
     """
-    reference = reference_cases(summary)
-    if reference is None:
+    groups = reference_cases(summary, folder)
+    if not groups:
         return
-    quartet = reference.load(cases)
-    yield from _pressures(quartet)
-    yield from _smooth_and_rough(quartet, _SHEAR, (8, 9), "shear")
-    yield from _smooth_and_rough(quartet, _GAP, (10, 11), "gap")
-    yield from _smooth_and_rough(quartet, _WEAR_RATE, (13, 14), "wear_rate")
-    yield from _widths(quartet)
-    yield from _models(quartet, simpler_cases(summary), cases)
-
-
-def _pressures(quartet: Quartet) -> Iterator[StudyFigure]:
-    smooth, rough = quartet.smooth_elastic.dataset, quartet.rough_elastic.dataset
-    plastic = {"smooth": quartet.smooth_plastic.dataset, "rough": quartet.rough_plastic.dataset}
-    cycles = _shown(quartet)
-    yield _named(
-        "fig04_pressure_smooth_elastic",
-        smooth_profiles({"smooth elastic": smooth}, _PRESSURE, cycles),
-        f"Pressure of the smooth elastic contact along x {_AT_Y}.",
-        _SHADE,
-        _CUT,
-    )
-    yield _named(
-        "fig05_pressure_rough_elastic",
-        rough_profiles({"rough elastic": rough}, _PRESSURE, cycles, stick_edge),
-        f"Pressure of the rough elastic contact along x {_AT_Y}.",
-        _SHADE,
-        _averaged("at the first edge of stick"),
-        _CUT,
-    )
-    yield _named(
-        "fig06_pressure_rough_elastic_and_plastic",
-        rough_profiles(
-            {"rough elastic": rough, "rough plastic": plastic["rough"]},
-            _PRESSURE,
-            _up_to_run_in(cycles),
-            stick_edge,
-        ),
-        f"Pressure of the rough contact along x {_AT_Y}: elastic, and with a plastic limit.",
-        _SHADE,
-        _averaged("at the first edge of stick"),
-        _CUT,
-    )
-    run_in, last = quartet.smooth_plastic.nearest(RUN_IN), quartet.smooth_plastic.last
-    lines = [
-        CaseLine("smooth plastic", plastic["smooth"], run_in),
-        CaseLine("rough plastic", plastic["rough"], run_in),
-        CaseLine("smooth plastic", plastic["smooth"], last),
-    ]
+    cases = groups[0].load()
+    yield from _profiles(cases, _PRESSURES)
+    run_in, last = cases[TITLES[0]].nearest(RUN_IN), cases[TITLES[0]].last
     yield _named(
         "fig07_pressure_plastic",
-        pressure_of_lines(lines),
+        plastic_pressures(cases["smooth plastic"], cases["rough plastic"]),
         f"Pressure of the contacts with a plastic limit along x {_AT_Y}, smooth and rough after "
         f"{run_in} cycles and smooth after {last}; right: the same, enlarged.",
         f"Of the rough one the thin line is the profile, the thick one its {MEAN_WORDS}.",
     )
-
-
-def _smooth_and_rough(
-    quartet: Quartet, field: Field, numbers: tuple[int, int], name: str
-) -> Iterator[StudyFigure]:
-    """Two figures of one quantity, smooth and rough, each elastic and with a plastic limit."""
-    cycles = _shown(quartet)
-    smooth = {
-        "smooth elastic": quartet.smooth_elastic.dataset,
-        "smooth plastic": quartet.smooth_plastic.dataset,
-    }
-    rough = {
-        "rough elastic": quartet.rough_elastic.dataset,
-        "rough plastic": quartet.rough_plastic.dataset,
-    }
-    center, place = _ZOOMS[name]
-    notes = (_EDGE if at_edge(field) else _SHADE, *((_CUT,) if field is _SHEAR else ()))
-    yield _named(
-        f"fig{numbers[0]:02d}_{name}_smooth",
-        smooth_profiles(smooth, field, cycles),
-        f"{field.label} of the smooth contact along x {_AT_Y}: elastic, and with a plastic limit.",
-        *notes,
-    )
-    yield _named(
-        f"fig{numbers[1]:02d}_{name}_rough",
-        rough_profiles(rough, field, cycles, center),
-        f"{field.label} of the rough contact along x {_AT_Y}: elastic, and with a plastic limit.",
-        _SHADE,
-        _averaged(place),
-        *notes[1:],
-    )
-
-
-_ZOOMS = {
-    "shear": (stick_edge, "at the first edge of stick"),
-    "gap": (contact_edge, "at the edge of the contact"),
-    "wear_rate": (middle_of_slip, "in the middle of the slip zone"),
-}
-
-
-def _widths(quartet: Quartet) -> Iterator[StudyFigure]:
-    histories = {title: case.history for title, case in quartet.each()}
-    steps = "A rough contact widens by steps: one more row of tips at a time."
+    yield from _profiles(cases, _OTHER_PROFILES)
+    histories = {title: case.history for title, case in cases.items()}
     yield _named(
         "fig15_contact_half_width",
-        half_widths(histories, _LOOKS),
+        half_widths(histories),
         "Half-widths along x of the contact (thick) and of the stick zone (thin) against the "
         "number of cycles.",
-        steps,
+        _STEPS,
     )
     yield _named(
         "fig16_contact_half_width_zoom",
-        edge_of_contact(histories, _LOOKS, ("smooth elastic", "rough elastic")),
+        edge_of_contact(histories),
         "The edge of the contact enlarged; the axis of cycles is logarithmic to the right of the "
         "break. With a plastic limit the contact goes on to grow.",
-        steps,
+        _STEPS,
     )
+    if len(groups) > 1 and groups[1].radius == groups[0].radius:
+        title = TITLES[0]
+        both = {
+            value_text("slip_model", group.slip_model): loaded[title]
+            for group, loaded in ((groups[0], cases), (groups[1], groups[1].load()))
+        }
+        yield _named(
+            "slip_models",
+            compare_cases(
+                {name: case.dataset.sel(cycle=slice(0, run_in)) for name, case in both.items()},
+                {name: case.history for name, case in both.items()},
+            ),
+            f"The {title} contact with slip of the worn shape, and with the constant slip of the "
+            f"unworn sphere: profiles along x {_AT_Y} after {run_in} cycles, widths and wear "
+            "volume over the cycles, and by which factor results differ.",
+        )
 
 
-def _models(quartet: Quartet, simple: SourceCases | None, cases: Path) -> Iterator[StudyFigure]:
-    """The simpler slip model against the other, where the study has both."""
-    if simple is None:
-        return
-    both = list(zip(quartet.each(), simple.load(cases).each(), strict=True))
-    yield _named(
-        "slip_models",
-        compare_slip_models(
-            {title: (case.dataset, other.dataset) for (title, case), (_, other) in both},
-            {title: (case.history, other.history) for (title, case), (_, other) in both},
-            quartet.smooth_elastic.nearest(RUN_IN),
-        ),
-        "Slip of the worn shape against the constant slip of the unworn smooth sphere: wear "
-        f"volume of all four cases, and profiles along x {_AT_Y} of one.",
-    )
-
-
-def _shown(quartet: Quartet) -> list[int]:
-    """Snapshots to show, those that all four cases have; all of them when that leaves few."""
-    common = set.intersection(*(set(case.cycles) for _, case in quartet.each()))
-    chosen = [cycle for cycle in SHOWN_CYCLES if cycle in common]
-    return chosen if len(chosen) > 2 else sorted(common)
-
-
-def _up_to_run_in(cycles: list[int]) -> list[int]:
-    return [cycle for cycle in cycles if cycle <= RUN_IN]
-
-
-def _averaged(place: str) -> str:
-    return f"Left: the profile (thin) and its {MEAN_WORDS} (thick). Right: a few waves {place}."
+def _profiles(
+    cases: Mapping[str, Evolution], figures: Mapping[str, tuple[Field, Sequence[str]]]
+) -> Iterator[StudyFigure]:
+    # Cycles that all four cases have; where these are few of the study's, all of them.
+    common = set.intersection(*(set(case.cycles) for case in cases.values()))
+    cycles = [cycle for cycle in SHOWN_CYCLES if cycle in common]
+    cycles = cycles if len(cycles) > 2 else sorted(common)
+    for name, (field, titles) in figures.items():
+        shown = {title: cases[title].dataset for title in titles}
+        surface, body = titles[0].split()
+        both = len(titles) > 1
+        contact = f"{surface} contact" if both else f"{surface} {body} contact"
+        bodies = ": elastic, and with a plastic limit" if both else ""
+        notes = [f"{field.label} of the {contact} along x {_AT_Y}{bodies}."]
+        if surface == "smooth":
+            figure = smooth_profiles(shown, field, cycles)
+            notes.append(_EDGE if at_edge(field) else _SHADE)
+        else:
+            # The study compares elastic and plastic pressures of rough bodies up to there.
+            until = RUN_IN if field is _PRESSURE and both else max(cycles)
+            figure = rough_profiles(shown, field, [cycle for cycle in cycles if cycle <= until])
+            _, place = _ZOOMS[field.name]
+            notes += [
+                _SHADE,
+                f"Left: the profile (thin) and its {MEAN_WORDS} (thick). Right: a few waves "
+                f"{place}.",
+            ]
+        yield _named(name, figure, *notes, *([_CUT] if is_traction(field) else []))
 
 
 def _named(name: str, figure: Figure, *sentences: str) -> StudyFigure:
     return StudyFigure(name, " ".join(sentences), CATEGORY, figure)
+
+
+@styled
+def smooth_profiles(cases: Mapping[str, xr.Dataset], field: Field, cycles: Sequence[int]) -> Figure:
+    """Draw profiles of a field of smooth cases, by their titles, one panel each."""
+    profiles = [half_profiles(case, field, cycles) for case in cases.values()]
+    figure = JournalFigure(1 if len(cases) == 1 else 2, _KEY_HEIGHT + _PROFILE_HEIGHT)
+    panels = figure.subplots(1, len(cases), squeeze=False)[0]
+    colors = cycle_colors(cycles)
+    tops = [_top(case, profile) for case, profile in zip(cases.values(), profiles, strict=True)]
+    for axes, title, profile, top in zip(panels, cases, profiles, tops, strict=True):
+        # What is to be seen at the edge is of another size in each contact.
+        top = top if at_edge(field) else max(tops)
+        draw_profiles(axes, profile, colors, replace(_frame(profile), top=top))
+        axes.set_title(title if len(cases) > 1 else "")
+    cycle_key(figure, colors)
+    return figure
+
+
+@styled
+def rough_profiles(cases: Mapping[str, xr.Dataset], field: Field, cycles: Sequence[int]) -> Figure:
+    """Draw profiles of rough cases, one row each: the whole with its mean over a wave, a zoom."""
+    figure = JournalFigure(2, _KEY_HEIGHT + _PROFILE_HEIGHT * len(cases))
+    panels = figure.subplots(len(cases), 2, squeeze=False)
+    colors = cycle_colors(cycles)
+    for (whole, zoom), (title, case) in zip(panels, cases.items(), strict=True):
+        profile = half_profiles(case, field, cycles)
+        top = _top(case, profile)
+        if not at_edge(field):
+            top = min(top, _ROOM_ABOVE * float(np.nanmax(profile.readable(wave_mean).values)))
+        frame = replace(_frame(profile), left=0.0, top=top)
+        draw_profiles(whole, profile, colors, frame, wave_mean)
+        _draw_waves(zoom, profile, colors)
+        whole.set_title(title)
+        zoom.set_title(f"{title}, zoom")
+    cycle_key(figure, colors)
+    return figure
+
+
+def _frame(profile: HalfProfiles) -> Frame:
+    """The frame of one case, no wider than its window."""
+    frame = frame_of([profile])
+    return replace(frame, right=min(frame.right, float(profile.x[-1])))
+
+
+def _top(case: xr.Dataset, profile: HalfProfiles) -> float:
+    """The highest value that a panel shows.
+
+    For tractions it is the study's plastic limit or the peak of cycle 0, whichever is higher:
+    the peak that an elastic run comes to at the edge of stick has no limit but the grid.
+    """
+    if not is_traction(profile.field):
+        return frame_of([profile]).top
+    share = float(case["friction"]) if profile.field is _SHEAR else 1.0
+    return _ROOM_ABOVE * max(share * PLASTIC_LIMIT, float(np.nanmax(profile.values[0])))
+
+
+def _draw_waves(axes: Axes, profile: HalfProfiles, colors: Mapping[int, str]) -> None:
+    """Draw a few waves of a rough profile as they are."""
+    find_middle, _ = _ZOOMS[profile.field.name]
+    reach = 0.5 * _WAVES_IN_ZOOM * profile.wavelength
+    middle = min(max(find_middle(profile), reach), float(profile.x[-1]) - reach)
+    distance = np.abs(profile.x - middle)
+    highest = float(np.nanmax(profile.values[:, distance <= reach]))
+    if is_traction(profile.field):
+        highest = min(highest, _ROOM_OVER_FIRST * float(np.nanmax(profile.values[0])))
+    unit = profile.field.unit or readable_unit(highest, profile.field.si_unit)
+    shade_stick(axes, profile)
+    shown = distance <= reach + profile.wavelength
+    for cycle, values in zip(profile.cycles, profile.values, strict=True):
+        x, curve = MICROMETRE.of(profile.x[shown]), unit.of(values[shown])
+        axes.plot(x, curve, color=colors[int(cycle)], lw=0.8)
+    frame = Frame(middle - reach, middle + reach, _ROOM_ABOVE * highest or 1.0, unit)
+    frame.apply(axes, profile.field)
+
+
+@styled
+def plastic_pressures(smooth: Evolution, rough: Evolution) -> Figure:
+    """Draw the pressure of both contacts with a plastic limit: the whole, and its foot in slip.
+
+    Both are shown after about 7000 cycles, the smooth one also after the last.
+    """
+    run_in = smooth.nearest(RUN_IN)
+    lines = {
+        f"smooth plastic, cycle {cycle_text(run_in)}": (smooth, run_in, "smooth"),
+        f"rough plastic, cycle {cycle_text(run_in)}": (rough, run_in, "rough"),
+        f"smooth plastic, cycle {cycle_text(smooth.last)}": (smooth, smooth.last, "smooth plastic"),
+    }
+    styles = [_style(title) for *_, title in lines.values()]
+    profiles = [half_profiles(case.dataset, _PRESSURE, [n]) for case, n, _ in lines.values()]
+    frame = frame_of(profiles)
+    tops = [_top(case.dataset, p) for (case, *_), p in zip(lines.values(), profiles, strict=True)]
+    figure = JournalFigure(2, _KEY_HEIGHT + _PROFILE_HEIGHT)
+    panels = figure.subplots(1, 2)
+    zoom = "foot of the curves, in the slip zone"
+    for axes, top, title in zip(panels, (max(tops), _SLIP_ZONE_TOP), ("whole", zoom), strict=True):
+        for profile, style in zip(profiles, styles, strict=True):
+            draw_curves(axes, profile, frame.unit, [style], wave_mean)
+        replace(frame, top=top).apply(axes, _PRESSURE)
+        axes.set_title(title)
+    panels[1].set_ylabel("")
+    outside_key(figure, [Line2D([], [], **style) for style in styles], list(lines))
+    return figure
+
+
+@styled
+def half_widths(histories: Mapping[str, xr.Dataset]) -> Figure:
+    """Draw the half-widths of contact and stick zone over the cycles, from the middle outwards.
+
+    Parameters
+    ----------
+    histories : mapping of str to xarray.Dataset
+        Histories of the four cases by their titles.
+    """
+    figure = JournalFigure(2, _WIDTH_HEIGHT)
+    axes = figure.subplots()
+    for variable, width in ((_CONTACT, 1.1), (_STICK, 0.7)):
+        _draw_widths(axes, histories, variable, width)
+    axes.set_ylim(bottom=0.0)
+    axes.margins(x=0.0)
+    axes.set_xlabel("Cycle")
+    _width_key(figure, axes, histories)
+    _name_zones(axes, list(histories.values()))
+    return figure
+
+
+@styled
+def edge_of_contact(histories: Mapping[str, xr.Dataset]) -> Figure:
+    """Draw the half-width of the contact alone, early cycles spread out.
+
+    Parameters
+    ----------
+    histories : mapping of str to xarray.Dataset
+        As for `half_widths`; the whole range of elastic cases is shown, others may leave at the
+        top.
+    """
+    figure = JournalFigure(2, _WIDTH_HEIGHT)
+    axes = figure.subplots()
+    _draw_widths(axes, histories, _CONTACT, 1.1)
+    elastic = [h[_CONTACT].values for title, h in histories.items() if title.endswith(" elastic")]
+    values = MICROMETRE.of(np.concatenate(elastic))
+    room = _MARGIN * float(np.ptp(values))
+    axes.set_ylim(float(values.min()) - room, float(values.max()) + 4.0 * room)
+    cycles = np.concatenate([history["cycle"].values for history in histories.values()])
+    # Early steps are of fractions of a cycle; nothing is to be seen before the first.
+    set_cycle_axis(axes, cycles[(cycles == 0.0) | (cycles >= 1.0)])
+    _width_key(figure, axes, histories)
+    return figure
+
+
+def _style(title: str) -> dict[str, Any]:
+    """How a case is drawn: colour tells roughness, the line style whether bodies yield."""
+    return {
+        "color": CATEGORICAL["rough" in title],
+        "linestyle": LINE_STYLES["plastic" in title],
+    }
+
+
+def _draw_widths(
+    axes: Axes, histories: Mapping[str, xr.Dataset], variable: str, width: float
+) -> None:
+    for title, history in histories.items():
+        values = MICROMETRE.of(history[variable].values)
+        axes.plot(history["cycle"].values, values, lw=width, **_style(title))
+
+
+def _width_key(figure: Figure, axes: Axes, titles: Mapping[str, Any]) -> None:
+    axes.grid(axis="y")
+    axes.set_ylabel(HALF_WIDTH_LABEL)
+    outside_key(figure, [Line2D([], [], **_style(title)) for title in titles], list(titles))
+
+
+def _name_zones(axes: Axes, histories: Sequence[xr.Dataset]) -> None:
+    """Write between the lines what is between them."""
+    last = float(histories[0]["cycle"].values[-1])
+    stick, contact = (
+        [float(MICROMETRE.of(history[name].values[-1])) for history in histories]
+        for name in (_STICK, _CONTACT)
+    )
+    for height, name in ((0.5 * min(stick), "stick"), (0.5 * (max(stick) + min(contact)), "slip")):
+        axes.text(0.985 * last, height, name, ha="right", va="center", fontsize=6.5)
+    axes.text(0.02 * last, 0.98 * axes.get_ylim()[1], "open", va="top", fontsize=6.5)

@@ -111,7 +111,8 @@ class Case(CaseTree):
                 )
             ):
                 if member_alternatives(name) & set(changes):
-                    shared = set.intersection(*(_names_of(kind) for kind in kinds(name)))
+                    names = [_names_of(kind) for kind in kinds(name)]
+                    shared = names[0].intersection(*names)
                     kept |= {each: getattr(self, each) for each in shared}
                 else:
                     kept |= {leaf.name: vars(value)[leaf.field] for leaf in leaves_of(type(value))}
@@ -237,13 +238,14 @@ def _read_part(member: str, raw: object, key: str, units_required: bool) -> Read
 
 
 @cache
-def part_adapter(of_kinds: tuple[type[Part], ...]) -> Any:
+def part_adapter(of_kinds: tuple[Any, ...]) -> Any:
     """Return pydantic's reader of a part: the union of its kinds, told apart by ``kind``."""
     from pydantic import Field, TypeAdapter
 
     if len(of_kinds) == 1:
         return TypeAdapter(of_kinds[0])
-    return TypeAdapter(Annotated[Union[of_kinds], Field(discriminator="kind")])  # noqa: UP007
+    told_apart: Any = Annotated[Union[of_kinds], Field(discriminator="kind")]  # noqa: UP007
+    return TypeAdapter(told_apart)
 
 
 def _part_problem(
@@ -311,9 +313,7 @@ def missing(given: Iterable[str], *, in_file: bool) -> Iterator[Problem]:
     unknown = [key for key in given if key not in parameter_names()]
     for member, about in members().items():
         wanted: Iterable[str] = (member,)
-        if member in given or (
-            member in _DEFAULTED and not (in_file and about.must_be_written)  # type: ignore[union-attr]
-        ):
+        if member in given or (member in _DEFAULTED and not (in_file and about.must_be_written)):
             wanted = ()
         elif isinstance(about, Member) and about.inline:
             yield from _alternatives_broken(member, given)
@@ -339,7 +339,8 @@ def member_alternatives(member: str) -> set[str]:
     if isinstance(members()[member], Parameter):
         return set()
     names = [_names_of(kind) for kind in kinds(member)]
-    return set.union(*names) - set.intersection(*names) if len(names) > 1 else set()
+    common = names[0].intersection(*names)
+    return set().union(*names) - common
 
 
 def _chosen_kind(member: str, given: set[str]) -> type[Part]:
@@ -376,8 +377,7 @@ def schema_of(name: str) -> dict[str, Any]:
     """Return the JSON Schema of a value in a study file: of a parameter, or of a whole part."""
     parameter = SNAPSHOT if name == "output.cycles" else parameter_of(name)
     if parameter is not None:
-        described = parameter.description or f"{parameter.words.capitalize()}."
-        return {"description": described, **parameter.schema()}
+        return {"description": parameter.description, **parameter.schema()}
     about, bare = part_named(name), [kind.kind for kind in kinds(name) if not required(kind)]
     choices: list[dict[str, Any]] = [{"const": "none"}] if about.none else []
     choices += [{"enum": bare}] if bare else []

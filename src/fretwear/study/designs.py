@@ -235,7 +235,7 @@ def _read_range(
         problems.append(Problem(key, shown(raw), rule, hint))
         return None
     quantity = parameter_of(name)
-    if not isinstance(quantity, Quantity):
+    if type(quantity) is not Quantity:
         rule = "has values that are no single quantity and cannot be drawn from a range"
         problems.append(Problem(key, shown(raw), rule, "write a list: its values are drawn"))
         return None

@@ -108,7 +108,7 @@ def read_sections(raw: Mapping[str, Any], problems: list[Problem]) -> Sections:
         try:
             return Sections.model_validate(sound)
         except ValidationError as error:
-            wrong = {}
+            wrong: dict[str, Problem] = {}
             for details in error.errors(include_url=False):
                 problem = _problem(details, raw)
                 wrong.setdefault(problem.key, problem)
@@ -218,7 +218,7 @@ def study_schema() -> dict[str, Any]:
 def _varied(name: str) -> dict[str, Any]:
     value = schema_of(name)
     listed = {"type": "array", "items": value, "minItems": 1, "uniqueItems": True}
-    if not isinstance(parameter_of(name), Quantity):
+    if type(parameter_of(name)) is not Quantity:
         return listed
     interval = {
         "type": "object",

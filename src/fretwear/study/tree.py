@@ -135,15 +135,13 @@ class CaseTree:
     cell: Annotated[
         tuple[float, float] | None,
         AlongXY(
-            Quantity(
-                "m",
-                "$Δ$",
-                "grid spacing",
-                "um",
-                like="0.5 um",
-                above=0.0,
-                description="Grid spacing along x and y; the default resolves contact and waves.",
-            )
+            "m",
+            "$Δ$",
+            "grid spacing",
+            "um",
+            like="0.5 um",
+            above=0.0,
+            description="Grid spacing along x and y; the default resolves contact and waves.",
         ),
     ] = None
     tolerance: Annotated[
@@ -231,9 +229,10 @@ class CaseTree:
     @property
     def finest(self) -> tuple[float, float]:
         """Length along x and along y, m, that a grid has to resolve beside the contact."""
-        parts = (self.indenter, *([] if self.roughness is None else [self.roughness]))
-        along_x, along_y = zip(*(part.finest for part in parts), strict=True)
-        return min(along_x), min(along_y)
+        along_x, along_y = self.indenter.finest
+        if self.roughness is None:
+            return along_x, along_y
+        return min(along_x, self.roughness.finest[0]), min(along_y, self.roughness.finest[1])
 
     @property
     def grid_spacing(self) -> tuple[float, float]:

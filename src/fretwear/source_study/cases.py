@@ -1,0 +1,310 @@
+"""The cases of the source study: which points of a study they are, and each over its cycles."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from fretwear.data.files import open_case, open_history
+from fretwear.mechanics.surfaces import WavyRoughness
+from fretwear.vocabulary import ContactState, PointStatus
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+RUN_IN = 7000
+"""Cycles after which, the study says, rough and smooth contacts are alike."""
+
+_RADIUS = 0.01
+_SHAPE_DEPENDENT = "jaeger"
+_SHARED = {
+    "load": 50.0,
+    "tangential_load": 20.0,
+    "friction": 0.5,
+    "youngs_modulus": 208e9,
+    "poisson_ratio": 0.3,
+    "wear_coefficient": 7e-13,
+}
+_ROUGH = {
+    "roughness_amplitude": 0.2e-6,
+    "roughness_slope_x": math.radians(5.7),
+    "roughness_slope_y": math.radians(1.0),
+}
+PLASTIC_LIMIT = 4500e6
+"""Plastic limit of the study, Pa."""
+
+TITLES = ("smooth elastic", "rough elastic", "smooth plastic", "rough plastic")
+"""What the four cases of the study are called, in this order."""
+
+
+@dataclass(frozen=True)
+class Evolution:
+    """A case over its cycles.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Dataset of the case, quarter or whole contact.
+    history : xarray.Dataset
+        Its scalars at every accepted step.
+    """
+
+    dataset: xr.Dataset
+    history: xr.Dataset
+
+    @cached_property
+    def cycles(self) -> tuple[int, ...]:
+        """Snapshots, cycle 0 first."""
+        return tuple(int(cycle) for cycle in self.dataset["cycle"].values)
+
+    @property
+    def last(self) -> int:
+        """The last cycle."""
+        return self.cycles[-1]
+
+    def nearest(self, cycle: int) -> int:
+        """The snapshot nearest a cycle."""
+        return min(self.cycles, key=lambda candidate: abs(candidate - cycle))
+
+    def field(self, name: str, cycle: int) -> Array:
+        """One field at a snapshot, SI unit, shape (nx, ny)."""
+        snapshot = self.dataset[name].sel(cycle=cycle).transpose("x", "y")
+        return snapshot.values.astype(np.float64)
+
+    def is_in(self, state: ContactState, cycle: int) -> Mask:
+        """Which cells are in a state at a snapshot, shape (nx, ny)."""
+        found: Mask = self.field("contact_state", cycle) == state
+        return found
+
+    def scalar(self, name: str, cycle: int) -> float:
+        """One scalar at a snapshot, SI unit."""
+        return float(self.dataset[name].sel(cycle=cycle))
+
+    def parameter(self, name: str) -> float:
+        """One case parameter, SI unit."""
+        return float(self.dataset[name])
+
+    def at(self, name: str, cycle: float) -> float:
+        """One scalar at any cycle, linear between accepted steps."""
+        return float(np.interp(cycle, self.history["cycle"].values, self.history[name].values))
+
+    @cached_property
+    def sides(self) -> tuple[float, float]:
+        """Sides of a cell along x and y, m."""
+        along_x, along_y = (float(np.diff(self.dataset[name].values).mean()) for name in ("x", "y"))
+        return along_x, along_y
+
+    @cached_property
+    def x(self) -> Array:
+        """Positions along x, m, shape (nx, 1)."""
+        return self.dataset["x"].values.astype(np.float64)[:, np.newaxis]
+
+    @cached_property
+    def y(self) -> Array:
+        """Positions along y, m, shape (1, ny)."""
+        return self.dataset["y"].values.astype(np.float64)[np.newaxis, :]
+
+    @cached_property
+    def radius(self) -> Array:
+        """Distance of every cell from the middle, m, shape (nx, ny)."""
+        distance: Array = np.hypot(self.x, self.y)
+        return distance
+
+    @cached_property
+    def roughness(self) -> WavyRoughness:
+        """Its waves; those of a smooth case have no amplitude."""
+        return WavyRoughness(
+            self.parameter("roughness_amplitude"),
+            self.parameter("roughness_slope_x"),
+            self.parameter("roughness_slope_y"),
+        )
+
+    @cached_property
+    def waves(self) -> Array:
+        """The waves of a rough case without their amplitude: -1 on a tip, 1 in a valley."""
+        return self.roughness.height(self.x, self.y) / self.roughness.amplitude
+
+    def zones(self, cycle: int) -> Zones:
+        """The stick and slip zones at a snapshot."""
+        sticking = self.is_in(ContactState.STICK, cycle)
+        half_cell = 0.5 * max(self.sides)
+        edges = [
+            float(self.radius[zone].max()) + half_cell if zone.any() else 0.0
+            for zone in (sticking, sticking | self.is_in(ContactState.SLIP, cycle))
+        ]
+        return Zones(self.radius, *edges)
+
+    def rings(self, field: Array, within: Mask) -> tuple[Array, Array, Array]:
+        """Average a field over rings around the middle, which averages waves out.
+
+        Rings are two cells wide, or half a wave where that is wider.
+
+        Parameters
+        ----------
+        field : array of shape (nx, ny)
+            Any quantity.
+        within : mask of shape (nx, ny)
+            Cells that count.
+
+        Returns
+        -------
+        radius, mean, cells : array of shape (n,)
+            Mean radius of each ring that has cells, m; mean of the field; number of cells.
+        """
+        width = 2.0 * max(self.sides)
+        wavenumber = max(self.roughness.wavenumber_x, self.roughness.wavenumber_y)
+        if wavenumber:
+            width = max(width, np.pi / wavenumber)
+        number = (self.radius[within] / width).astype(np.int64)
+        cells = np.bincount(number).astype(np.float64)
+        kept = cells > 0
+        radius, mean = (
+            np.bincount(number, weights=values[within])[kept] / cells[kept]
+            for values in (self.radius, field)
+        )
+        return radius, mean, cells[kept]
+
+
+@dataclass(frozen=True)
+class Zones:
+    """The stick zone as a disc and the slip zone as the ring around it.
+
+    On a smooth sphere they are just that. On a rough one the disc is the smallest around all
+    stick cells, the ring ends with the outermost cell in contact: valleys belong to both.
+
+    Parameters
+    ----------
+    radius : array of shape (nx, ny)
+        Distance of every cell from the middle, m.
+    stick_radius, contact_radius : float
+        c and b, m.
+    """
+
+    radius: Array
+    stick_radius: float
+    contact_radius: float
+
+    @property
+    def stick(self) -> Mask:
+        """Cells of the stick zone."""
+        inside: Mask = self.radius <= self.stick_radius
+        return inside
+
+    @property
+    def slip(self) -> Mask:
+        """Cells of the slip zone."""
+        return self.between(0.0, 1.0)
+
+    def between(self, start: float, end: float) -> Mask:
+        """Cells of the slip zone from one fraction of its width to another."""
+        fraction = self.place(self.radius)
+        inside: Mask = (fraction > start) & (fraction <= end)
+        return inside
+
+    def place(self, radius: Array) -> Array:
+        """Where a radius, m, lies in the slip zone: 0 at the edge of stick, 1 at its rim."""
+        width = self.contact_radius - self.stick_radius
+        result: Array = (radius - self.stick_radius) / width
+        return result
+
+
+@dataclass(frozen=True)
+class ReferenceCases:
+    """The four cases of the source study for one sphere radius and one slip model.
+
+    Parameters
+    ----------
+    radius : float
+        Sphere radius, m.
+    slip_model : str
+        How slip is computed.
+    files : mapping of str to pathlib.Path
+        The case file of each of `TITLES`.
+    """
+
+    radius: float
+    slip_model: str
+    files: Mapping[str, Path]
+
+    def load(self) -> dict[str, Evolution]:
+        """Read the four cases into memory, by their titles.
+
+        Raises
+        ------
+        CaseFileError
+            When a file is missing or damaged.
+        """
+        cases = {}
+        for title in TITLES:
+            path = self.files[title]
+            with open_case(path) as dataset, open_history(path) as history:
+                cases[title] = Evolution(dataset.load(), history.load())
+        return cases
+
+
+def reference_cases(summary: xr.Dataset, folder: Path) -> list[ReferenceCases]:
+    """Find the cases that have the source study's parameters.
+
+    Parameters
+    ----------
+    summary : xarray.Dataset
+        A merged study.
+    folder : pathlib.Path
+        Folder of its case files, ``<case id>.nc``.
+
+    Returns
+    -------
+    list of ReferenceCases
+        One for each sphere radius and slip model of which all four cases are done. First the
+        one that figures and verdicts are about: of the radius nearest 10 mm, which stands for
+        the study's own, with the slip that follows the worn shape; second, if there is one, that
+        of the same radius with other slip; then the rest in the order of the study. Empty when
+        the study is another one.
+    """
+    needed = {"status", "case_id", "radius", "slip_model", "plastic_limit", *_SHARED, *_ROUGH}
+    if not needed <= set(summary.variables):
+        return []
+    status = summary["status"]
+    points = {name: summary[name].broadcast_like(status).values.ravel() for name in needed}
+    smooth = _all_near(points, {"roughness_amplitude": 0.0})
+    elastic = _all_near(points, {"plastic_limit": math.inf})
+    is_source = _all_near(points, _SHARED)
+    is_source &= smooth | _all_near(points, _ROUGH)
+    is_source &= elastic | _all_near(points, {"plastic_limit": PLASTIC_LIMIT})
+    titles = np.char.add(
+        np.where(smooth, "smooth ", "rough "), np.where(elastic, "elastic", "plastic")
+    )
+    found: dict[tuple[float, str], dict[str, Path]] = {}
+    for index in np.flatnonzero(is_source & (points["status"] == PointStatus.DONE)):
+        group = (float(points["radius"][index]), str(points["slip_model"][index]))
+        file = folder / f"{points['case_id'][index]}.nc"
+        found.setdefault(group, {})[str(titles[index])] = file
+    whole = [ReferenceCases(*group, files) for group, files in found.items() if len(files) == 4]
+    if not whole:
+        return []
+    first = min(
+        whole,
+        key=lambda cases: (
+            cases.slip_model != _SHAPE_DEPENDENT,
+            abs(math.log(cases.radius / _RADIUS)),
+        ),
+    )
+    return sorted(whole, key=lambda cases: (cases is not first, cases.radius != first.radius))
+
+
+def _all_near(points: Mapping[str, NDArray[Any]], wanted: Mapping[str, float]) -> Mask:
+    """Which points have all of some values; text, such as that of two materials, is near none."""
+    near = []
+    for name, value in wanted.items():
+        numbers = [np.nan if isinstance(given, str) else given for given in points[name]]
+        near.append(np.isclose(np.array(numbers, dtype=np.float64), value, 1e-6, 0.0))
+    all_near: Mask = np.logical_and.reduce(near)
+    return all_near

@@ -1,0 +1,55 @@
+"""Which points of a merged study are cases of the source study."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from fretwear.source_study.cases import TITLES, reference_cases
+
+
+def test_both_slip_models_are_found_first_the_one_that_knows_the_worn_shape(finished):
+    groups = reference_cases(finished.summary, finished.folder)
+    assert [group.slip_model for group in groups] == ["jaeger", "cattaneo_mindlin"]
+    backwards = finished.summary.isel(slip_model=[1, 0])
+    assert reference_cases(backwards, finished.folder) == groups
+
+
+def test_cases_are_what_they_are_called(cases):
+    assert tuple(cases) == TITLES
+    for title, case in cases.items():
+        surface, body = title.split()
+        assert (case.parameter("roughness_amplitude") > 0.0) is (surface == "rough")
+        limit = case.parameter("plastic_limit")
+        assert limit == (np.inf if body == "elastic" else 4.5e9)
+        assert str(case.dataset["slip_model"].values) == "jaeger"
+
+
+@pytest.mark.parametrize(
+    "name", ["load", "tangential_load", "friction", "wear_coefficient", "roughness_slope_y"]
+)
+def test_other_parameters_make_another_study(finished, name):
+    other = finished.summary.assign_coords({name: finished.summary[name] * 1.01})
+    assert reference_cases(other, finished.folder) == []
+
+
+def test_bodies_of_two_materials_make_another_study(finished):
+    other = finished.summary.assign_coords(youngs_modulus="208 GPa, 70 GPa")
+    assert reference_cases(other, finished.folder) == []
+
+
+def test_the_radius_nearest_10_mm_comes_first(finished):
+    radii = [finished.summary.assign_coords(radius=radius) for radius in (0.04, 0.008, 0.005)]
+    summary = xr.concat(radii, "radius", data_vars="all", coords="minimal")
+    groups = reference_cases(summary, finished.folder)
+    assert [group.radius for group in groups] == [0.008, 0.008, 0.04, 0.04, 0.005, 0.005]
+
+
+def test_a_group_with_a_case_that_is_not_done_is_left_out(finished):
+    status = finished.summary["status"].copy()
+    status[dict.fromkeys(status.dims, 0)] = 1
+    groups = reference_cases(finished.summary.assign(status=status), finished.folder)
+    assert [group.slip_model for group in groups] == ["cattaneo_mindlin"]
+
+
+def test_a_dataset_that_is_no_merged_study_has_none(tmp_path):
+    assert reference_cases(xr.Dataset(), tmp_path) == []

@@ -1,0 +1,189 @@
+"""Parts declare themselves: nothing of a parameter is named anywhere else."""
+
+import math
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+import numpy as np
+import pytest
+
+from fretwear.mechanics.surfaces import Roughness
+from fretwear.mechanics.wear_laws import WearLaw
+from fretwear.parts import Quantity, WholeNumber
+from fretwear.study.case import Case, CaseError
+from fretwear.study.parameters import parameter, symbol_text, words_text
+from fretwear.study.sections import study_schema
+from fretwear.study.tree import base_names, leaves, parameter_names
+
+jsonschema = pytest.importorskip("jsonschema")
+
+
+@dataclass(frozen=True)
+class Dimple(Roughness):
+    """One round dimple in the middle of the contact."""
+
+    depth: Annotated[float, Quantity("m", "$D$", "dimple depth", "um", above=0.0)]
+    width: Annotated[float, Quantity("m", "$B$", "dimple width", "um", above=0.0)]
+    kind: Literal["dimple"] = "dimple"
+
+    def height(self, x, y):
+        return self.depth * np.exp(-(x**2 + y**2) / self.width**2)
+
+    @property
+    def finest(self):
+        return self.width, self.width
+
+    @property
+    def highest(self):
+        return self.depth
+
+    @property
+    def wavelengths(self):
+        return math.inf, math.inf
+
+
+@dataclass(frozen=True)
+class WearPerEnergy(WearLaw):
+    """Worn volume in proportion to the dissipated energy: depth per pressure and path is αµ."""
+
+    energy_coefficient: Annotated[
+        float, Quantity("Pa-1", "$α$", "wear per energy", "/ Pa", like="5e-14 / Pa", above=0.0)
+    ]
+    kind: Literal["energy"] = "energy"
+
+    def coefficient(self, friction):
+        return self.energy_coefficient * friction.coefficient
+
+
+STEEL = {
+    "radius": "10 mm",
+    "youngs_modulus": "208 GPa",
+    "poisson_ratio": 0.3,
+    "load": "50 N",
+    "tangential_load": "20 N",
+    "friction": 0.5,
+    "wear_coefficient": "7e-13 / Pa",
+    "plastic_limit": "4500 MPa",
+    "roughness": {"amplitude": "0.2 um", "slope_x": "5.7 deg", "slope_y": "1 deg"},
+    "cycles": 30000,
+    "cell": ["0.5 um", "2 um"],
+    "tolerance": 0.01,
+    "slip_model": "jaeger",
+}
+DIMPLE = {"kind": "dimple", "depth": "0.5 um", "width": "20 um"}
+OWN = ("wear_coefficient", "energy_coefficient")
+
+
+def steel(**changes):
+    return Case(**{**STEEL, **changes})
+
+
+def examples():
+    """One case for each kind of part, so that every parameter occurs."""
+    ratio = {**STEEL, "tangential_load": None, "tangential_ratio": 0.8}
+    energy = {**STEEL, "wear_coefficient": None, "energy_coefficient": "5e-14 / Pa"}
+    return [steel(), Case(**ratio), Case(**energy), steel(roughness=DIMPLE, cell=None)]
+
+
+def moved(leaf, value):
+    """Another value of a parameter that is still in its range."""
+    if isinstance(leaf.parameter, WholeNumber):
+        return value + 1
+    if isinstance(value, tuple):
+        return tuple(0.99 * each for each in value)
+    return 0.99 * value
+
+
+@pytest.mark.parametrize(
+    ("case", "leaf"),
+    [
+        pytest.param(case, leaf, id=f"{number}-{name}")
+        for number, case in enumerate(examples())
+        for name, several in leaves().items()
+        for leaf in several
+        if name == leaf.name
+        and (leaf.kind is None or isinstance(getattr(case, leaf.member), leaf.kind))
+    ],
+)
+def test_no_parameter_can_be_forgotten(case, leaf):
+    """Another value is another id, other canonical parameters and another coordinate."""
+    part = case if leaf.kind is None else getattr(case, leaf.member)
+    value = getattr(part, leaf.field)
+    if value is None:
+        value = case.grid_spacing
+    changed = {leaf.field: moved(leaf, value)}
+    if leaf.kind is not None:
+        changed = {leaf.member: leaf.kind.unchecked(**{**vars(part), **changed})}
+    other = Case.of({**vars(case), **changed})
+    assert other.case_id != case.case_id
+    assert other.canonical_parameters() != case.canonical_parameters()
+    before, after = case.scalar_coordinates(), other.scalar_coordinates()
+    assert before.keys() == after.keys()
+    differing = {name for name in before if before[name][0] != after[name][0]}
+    own = leaf.name.replace(".", "_")
+    assert differing & {own, f"{own}_x", f"{own}_1"}
+
+
+def test_every_case_is_made_again_from_its_parameters():
+    for case in examples():
+        again = Case(**case.canonical_parameters())
+        assert again.case_id == case.case_id
+        assert again.canonical_parameters() == case.canonical_parameters()
+
+
+def test_every_coordinate_has_words_and_a_symbol():
+    for case in examples():
+        for name, (value, units, words) in case.scalar_coordinates().items():
+            assert parameter(name).words == words
+            assert parameter(name).si_unit == (units or "1")
+            assert symbol_text(name, value)
+            assert words_text(name, value)
+
+
+def test_a_new_kind_is_read_varied_and_described(studies, content):
+    content["base"]["roughness"] = {"kind": "dimple", "width": "20 um"}
+    content["base"]["energy_coefficient"] = "5e-14 / Pa"
+    del content["base"]["wear_coefficient"]
+    content["vary"] = {"roughness.depth": ["0.2 um", "0.5 um"]}
+    jsonschema.Draft202012Validator(study_schema()).validate(content)
+    study = studies.load(content)
+    assert [axis.coordinate for axis in study.axes] == ["roughness_depth"]
+    deep = study.points()[1].case
+    assert isinstance(deep.roughness, Dimple)
+    assert deep.wear_law.coefficient(deep.friction_law) == pytest.approx(2.5e-14)
+    assert deep.scalar_coordinates()["roughness_depth"] == (5e-7, "m", "dimple depth")
+    assert deep.grid_spacing[0] <= 20e-6 / 16
+    assert len(study.cases()) == 2
+    changed = studies.load(content, ["roughness.depth=1 um"]).cases()
+    assert [case.roughness.depth for case in changed.values()] == [1e-6]
+
+
+def test_mistakes_in_a_new_kind_are_told_like_all_others(studies, content):
+    content["base"]["roughness"] = {**DIMPLE, "depth": "5 N", "widht": "20 um"}
+    keys = {problem.key for problem in studies.error(content).problems}
+    assert {"base.roughness.depth", "base.roughness.widht"} <= keys
+    content["base"]["roughness"] = {**DIMPLE, "kind": "dimpel"}
+    (problem,) = studies.error(content).problems
+    assert "did you mean 'dimple'" in problem.hint
+    with pytest.raises(CaseError, match="exactly one of the two"):
+        steel(energy_coefficient="5e-14 / Pa")
+
+
+def test_names_that_may_be_given_are_those_of_the_declared_fields():
+    names = set(base_names())
+    assert {"indenter", "radius", "load", "friction", "roughness", "slip_model", *OWN} <= names
+    assert {"roughness.amplitude", "roughness.depth", "indenter.radius"} <= set(parameter_names())
+
+
+def test_the_long_form_of_an_indenter_is_the_short_one():
+    long = steel(radius=None, indenter={"kind": "sphere", "radius": "10 mm"})
+    assert long == steel()
+    assert long.radius == 0.01
+
+
+def test_a_case_can_be_changed():
+    heavier = steel().replace(load="60 N")
+    assert (heavier.load, heavier.tangential_load) == (60.0, 20.0)
+    assert steel().replace(tangential_ratio=0.5).tangential_load == pytest.approx(12.5)
+    with pytest.raises(CaseError, match="gross sliding"):
+        steel().replace(load="30 N")
