@@ -17,8 +17,8 @@ pytestmark = [
 ]
 
 CASE = {
-    "load": "40 N",
-    "friction": "0.4",
+    "normal_load": "40 N",
+    "coefficient_of_friction": "0.4",
     "roughness_amplitude": "0.3 µm",
     "plastic_limit": "elastic",
 }
@@ -154,15 +154,12 @@ def test_two_cases_are_laid_over_each_other(opened: Browser) -> None:
 
 
 def test_a_case_without_results_says_why(opened: Browser) -> None:
-    opened.choose(
-        "a",
-        **CASE,
-    )
+    opened.choose("a", **CASE)
     opened.choose("a", plastic_limit="3000 MPa")
     status = opened.find("#explorer-status").text
     assert "is failed: it did not converge in cycle 7 <of 1000>" in status
     assert opened.curves() == set()
-    opened.choose("a", load="20 N", friction="0.2")
+    opened.choose("a", normal_load="20 N", coefficient_of_friction="0.2")
     assert "is invalid: " in opened.find("#explorer-status").text
     opened.choose("a", **CASE)
     assert not opened.find("#explorer-status").is_displayed()
@@ -338,10 +335,10 @@ def test_points_of_a_zip_are_chosen_from_one_list(
     file.write_text(zipped.report(), encoding="utf-8")
     browser.open(file)
     assert len(browser.texts("#case-a select")) == 1
-    browser.choose("a", point="1: load 20 N, smooth")
+    browser.choose("a", point="1: normal load 20 N, smooth")
     smooth = browser.curve("a pressure")
     browser.find("#compare").click()
-    browser.choose("b", point="3: load 40 N, roughness amplitude 0.3 µm")
+    browser.choose("b", point="3: normal load 40 N, roughness amplitude 0.3 µm")
     assert browser.curve("b pressure").max() > 2 * smooth.max()
     assert browser.errors() == []
 

@@ -12,7 +12,6 @@ from markupsafe import Markup
 from fretwear.data.files import open_case
 from fretwear.data.safe import DataFileError
 from fretwear.report import Section, build_report
-from fretwear.report.computation import residuals
 from fretwear.units import fixed_digits
 
 VOID = {"meta", "link", "br", "img", "input", "hr", "mspace"}
@@ -240,17 +239,3 @@ def test_a_study_without_results_has_a_report_without_explorer(finished, tmp_pat
     assert 'id="explorer"' not in page
     assert "No point of this study has results." in page
     assert len(page) < 200_000
-
-
-def test_residuals_are_those_of_the_stored_fields(finished) -> None:
-    case_id = next(iter(finished.plan.study.cases()))
-    with open_case(finished.cases / f"{case_id}.nc") as case:
-        found = residuals(case)
-        assert 0.0 < found.load < 1e-6
-        assert 0.0 < found.tangential_load < 1e-6
-        assert found.complementarity < 1e-4
-        heavier = case.load()
-        heavier["pressure"] = 1.25 * heavier["pressure"]
-        assert residuals(heavier).load == pytest.approx(0.25, rel=1e-5)
-    with open_case(finished.cases / f"{case_id}.nc", full=True) as whole:
-        assert residuals(whole).load == pytest.approx(found.load, abs=1e-9)

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from fretwear.report.findings import effects, key_numbers, summary_sentences
-from fretwear.report.results import FIRST, LAST, PointResult, point_results
+from fretwear.report.results import FIRST, LAST, Level, PointResult, point_results
 from fretwear.vocabulary import PointStatus
 
 
@@ -35,8 +35,7 @@ def _point(number: int, **last: float) -> PointResult:
         f"case-{number}",
         PointStatus.DONE,
         "",
-        {"load": f"{number} N"},
-        f"load {number} N",
+        {"load": Level(f"{number} N", f"load {number} N", number)},
         {(name, FIRST): value for name, value in first.items()}
         | {(name, LAST): value for name, value in given.items()},
         smooth=True,
@@ -74,7 +73,7 @@ def test_energy_that_has_vanished_is_said_to_and_makes_no_factors() -> None:
 
 
 def test_without_results_that_is_said() -> None:
-    nothing = [PointResult(1, "", PointStatus.INVALID, "Q is too large", {}, "the case")]
+    nothing = [PointResult(1, "", PointStatus.INVALID, "Q is too large", {})]
     assert list(summary_sentences(nothing)) == ["No point of this study has results."]
     assert key_numbers(nothing, "1000") == {}
 
@@ -110,7 +109,9 @@ def test_an_effect_is_the_geometric_mean_over_pairs_that_differ_in_one_name(
 def test_results_follow_the_order_of_the_study(finished, results: list[PointResult]) -> None:
     assert [result.number for result in results] == list(range(1, 17))
     assert [result.id for result in results] == [point.id for point in finished.plan.points]
-    assert results[0].title.startswith("load 20 N, friction 0.2, smooth, elastic")
+    assert results[0].title.startswith(
+        "normal load 20 N, coefficient of friction 0.2, smooth, elastic"
+    )
     assert results[0].status == PointStatus.INVALID
     assert "less than" in results[0].reason
     failed = next(result for result in results if result.id == finished.failed)

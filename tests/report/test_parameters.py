@@ -3,12 +3,13 @@
 import json
 from pathlib import Path
 
+import pytest
 import xarray as xr
 import yaml
 
 from fretwear.data.files import open_case, open_history
-from fretwear.report.build import parameter_rows
-from fretwear.report.computation import computation_facts, study_text
+from fretwear.report.build import parameter_rows, study_text
+from fretwear.report.cases import PROFILES, computation_facts, read_case, residuals
 from fretwear.report.results import point_results
 from fretwear.study.plan import plan_study
 from fretwear.study.study import load_study
@@ -16,7 +17,7 @@ from fretwear.study.study import load_study
 
 def test_varied_parameters_come_first_in_units_for_people(finished) -> None:
     rows = parameter_rows(finished.plan)
-    varied = [(row.name, row.values) for row in rows if row.varied]
+    varied = [(row.name, row.values) for row in rows if row.choices]
     assert varied == [
         ("load", "20 N, 40 N"),
         ("friction", "0.2, 0.4"),
@@ -54,8 +55,9 @@ def test_values_drawn_at_random_are_shown_as_a_range(finished, tmp_path: Path) -
 
 def test_numerics_are_read_from_the_files(finished) -> None:
     results = point_results(finished.plan, finished.summary, {})
-    facts = computation_facts(finished.plan, results, finished.folder)
     ids = [result.id for result in results if result.done]
+    records = [read_case(finished.cases / f"{case_id}.nc") for case_id in ids]
+    facts = computation_facts(records, len(ids) + 1)
     steps, sources = [], set()
     for case_id in ids:
         with open_history(finished.cases / f"{case_id}.nc") as history:
@@ -65,7 +67,22 @@ def test_numerics_are_read_from_the_files(finished) -> None:
     assert facts["Accepted steps"] == f"{min(steps)} to {max(steps)}"
     assert facts["Simulated with"] == "; ".join(sources)
     assert facts["Grid spacing along x"] == "3.9 µm"
+    assert facts["Cases examined"] == f"{len(ids)} of {len(ids) + 1}, evenly spread"
     assert xr.__version__ in facts["Report made with"]
+
+
+def test_residuals_are_those_of_the_stored_fields(finished) -> None:
+    case_id = next(iter(finished.plan.study.cases()))
+    record = read_case(finished.cases / f"{case_id}.nc")
+    assert 0.0 < record.residuals.load < 1e-6
+    assert 0.0 < record.residuals.tangential_load < 1e-6
+    assert record.residuals.complementarity < 1e-4
+    with open_case(finished.cases / f"{case_id}.nc", full=True) as whole:
+        fields = {name: whole[name].values[-1] for name in PROFILES}
+    found = residuals(fields, record.parameters, copies=1)
+    assert found.load < 1e-6
+    fields["pressure"] = 1.25 * fields["pressure"]
+    assert residuals(fields, record.parameters, copies=1).load == pytest.approx(0.25, rel=1e-5)
 
 
 def test_the_study_file_is_shown_as_written_unless_it_was_changed(finished) -> None:

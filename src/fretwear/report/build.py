@@ -3,70 +3,45 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
 import xarray as xr
+from markupsafe import Markup
+from ruamel.yaml import YAML
 
 import fretwear
 from fretwear.figures.study import read_figure_index
-from fretwear.figures.wording import parameter, value_text
-from fretwear.report.computation import computation_facts, study_text
-from fretwear.report.explorer import Explorer, build_explorer
+from fretwear.report.cases import computation_facts, read_case
+from fretwear.report.explorer import build_explorer, held_points
 from fretwear.report.findings import EFFECTS_ON, effects, key_numbers, summary_sentences
 from fretwear.report.page import Section, embedded, environment, page_scripts
 from fretwear.report.results import (
     KEY_RESULTS,
     PointResult,
     display_units,
-    labels_of,
+    levels_of,
     marked_label,
     point_results,
 )
-from fretwear.running.records import log_end, reasons
+from fretwear.running.records import log_end, reasons, spent_on_simulations
+from fretwear.study.parameters import parameter, value_text
 from fretwear.study.plan import Plan
 from fretwear.study.points import Axis
-from fretwear.units import Unit, cycle_text, fixed_digits
+from fretwear.study.problems import StudyError
+from fretwear.study.study import Study
+from fretwear.study.yamlfile import read_document
+from fretwear.units import cycle_text, duration_text, fixed_digits, size_text
 from fretwear.vocabulary import RESULTS, PointStatus
 
 _MOST_ROWS = 2000
 _MOST_LISTED = 8
 _NUMERICS = {"cell_x", "cell_y", "tolerance", "slip_model"}
 _DERIVED = ("hertz_radius", "hertz_pressure", "")
-
-
-@dataclass(frozen=True)
-class ParameterRow:
-    """A parameter of the study: name in the study file (or none), words, values for people.
-
-    `choices` has each value of a varied parameter; a fixed one has none.
-    """
-
-    name: str
-    words: str
-    values: str
-    choices: tuple[str, ...] = ()
-
-    @property
-    def varied(self) -> bool:
-        """Whether the study varies it."""
-        return bool(self.choices)
-
-    @property
-    def derived(self) -> bool:
-        """Whether it is no parameter of its own."""
-        return self.name in _DERIVED
-
-
-@dataclass(frozen=True)
-class Column:
-    """A key result in the table of cases: a heading over one cycle or two."""
-
-    label: str
-    unit: str
-    cycles: tuple[str, ...]
 
 
 def build_report(
@@ -95,92 +70,73 @@ def build_report(
     Raises
     ------
     DataFileError
-        When `summary` is not that of the plan's study as it is now.
+        When `summary` is not that of the plan's study as it is now, or a file is missing.
     """
     results = point_results(plan, summary, reasons(folder))
-    explorer = build_explorer(plan, results, folder / "cases")
+    places = held_points(plan, results)
+    ids = dict.fromkeys(results[place].id for place in places if results[place].done)
+    records = {case_id: read_case(folder / "cases" / f"{case_id}.nc") for case_id in ids}
+    explorer = build_explorer(plan, results, places, records)
     scripts = page_scripts(with_explorer=explorer is not None)
-    return (
-        environment()
-        .get_template("report.html.j2")
-        .render(
-            title=plan.study.title,
-            name=plan.study.name,
-            version=fretwear.__version__,
-            lead=_lead(plan, results),
-            scripts=scripts,
-            sections=list(_sections(plan, results, folder, explorer, scripts.plotly, sections)),
-        )
-    )
-
-
-def _sections(
-    plan: Plan,
-    results: Sequence[PointResult],
-    folder: Path,
-    explorer: Explorer | None,
-    plotly: str,
-    more: Iterable[Section],
-) -> Iterator[Section]:
-    body: Any = environment().get_template("sections.html.j2").module
-    parameters = parameter_rows(plan)
-
-    yield Section(
-        "summary",
-        "Summary",
-        body.summary(
-            key_numbers(results, _cycles(plan)),
-            list(summary_sentences(results)),
-            effects(plan, results),
-            [RESULTS[name].label for name in EFFECTS_ON],
-        ),
-    )
-    if explorer:
-        yield Section("explorer", "Explorer", body.explorer(explorer.data, explorer.note, plotly))
-    yield Section("parameters", "Parameters", body.parameters(parameters))
-    units = display_units(results) if any(result.done for result in results) else {}
-    columns = [
-        Column(marked_label(name), unit.name, KEY_RESULTS[name]) for name, unit in units.items()
-    ]
-    rows = [(result, list(_cells(result, units))) for result in results[:_MOST_ROWS]]
-    varied = [row for row in parameters if row.varied]
-    table = body.cases(columns, varied, rows, len(results))
-    yield Section("cases", "Cases and key results", table, entry="Cases")
+    cases, parameters = plan.study.cases().values(), parameter_rows(plan)
     images = embedded(folder / "figures", read_figure_index(folder / "figures"))
+    undone = [
+        (result, log_end(folder, result.id) if result.status == PointStatus.FAILED else "")
+        for result in [result for result in results if not result.done][:_MOST_ROWS]
+    ]
+    facts = {
+        "Slip model": ", ".join(sorted({case.slip_model.kind for case in cases})),
+        **computation_facts(list(records.values()), len({r.id for r in results if r.done})),
+        **_time_facts(folder),
+    }
+    body: Any = environment().get_template("sections.html.j2").module
+    computation = body.computation(facts, plan.study.file.name, study_text(plan.study))
+
+    page = [Section("summary", "Summary", _summary(body, plan, results))]
+    if explorer:
+        page += [Section("explorer", "Explorer", body.explorer(*explorer, scripts.plotly))]
+    page += [
+        Section("parameters", "Parameters", body.parameters(parameters)),
+        Section("cases", "Cases and key results", _cases(body, parameters, results), "Cases"),
+    ]
     if images:
-        yield Section("figures", "Figures", body.figures(images))
-    yield from more
-    undone = [result for result in results if not result.done][:_MOST_ROWS]
+        page += [Section("figures", "Figures", body.figures(images))]
+    page += sections
     if undone:
-        table = body.undone([(result, _log(folder, result)) for result in undone])
-        yield Section("undone", "Points without results", table, entry="Without results")
-    facts = computation_facts(plan, results, folder)
-    computed = body.computation(facts, plan.study.file.name, study_text(plan.study))
-    yield Section("computation", "How it was computed", computed, entry="Computation")
-    yield Section("limits", "Limits of the model", body.limits(), entry="Limits")
-    yield Section("glossary", "Glossary", body.glossary())
+        title = "Points without results"
+        page += [Section("undone", title, body.undone(undone), "Without results")]
+    page += [
+        Section("computation", "How it was computed", computation, "Computation"),
+        Section("limits", "Limits of the model", body.limits(), "Limits"),
+        Section("glossary", "Glossary", body.glossary()),
+    ]
+    shell = environment().get_template("report.html.j2")
+    return shell.render(
+        title=plan.study.title,
+        name=plan.study.name,
+        version=fretwear.__version__,
+        lead=_lead(plan, results),
+        scripts=scripts,
+        sections=page,
+    )
 
 
-def _log(folder: Path, result: PointResult) -> str:
-    return log_end(folder, result.id) if result.status == PointStatus.FAILED else ""
-
-
-def _cycles(plan: Plan) -> str:
-    counts = {case.cycles for case in plan.study.cases().values()}
-    return " to ".join(dict.fromkeys(cycle_text(end(counts)) for end in (min, max)))
+def _summary(body: Any, plan: Plan, results: Sequence[PointResult]) -> Markup:
+    numbers, sentences = key_numbers(results, _cycles(plan)), list(summary_sentences(results))
+    labels = [RESULTS[name].label for name in EFFECTS_ON]
+    return Markup(body.summary(numbers, sentences, effects(plan, results), labels))
 
 
 def _lead(plan: Plan, results: Sequence[PointResult]) -> str:
     """Return what was run, for someone who has not seen the study file."""
-    axes = plan.study.axes
-    words = [parameter(axis.coordinate).words for axis in axes]
+    words = [parameter(axis.coordinate).words for axis in plan.study.axes]
     varied = ""
-    if axes and plan.study.design.kind == "grid":
-        first, *others = [f"{len(axis.values)}" for axis in axes]
-        counts = [f"{first} values of {words[0]}"]
-        counts += [f"{count} of {name}" for count, name in zip(others, words[1:], strict=True)]
-        varied = f", every combination of {_and(counts)}"
-    elif axes:
+    if words and plan.study.design.kind == "grid":
+        counts = [len(axis.values) for axis in plan.study.axes]
+        first, *others = [f"{n} of the {name}" for n, name in zip(counts, words, strict=True)]
+        first = first.replace(" of", " values of", 1)
+        varied = f", every combination of {_and([first, *others])}"
+    elif words:
         varied = f" that vary {_and(words)}"
     done = sum(result.done for result in results)
     rest = "" if done == len(results) else f" Of {len(results)} points, {done} have results."
@@ -192,11 +148,31 @@ def _lead(plan: Plan, results: Sequence[PointResult]) -> str:
     )
 
 
+def _cycles(plan: Plan) -> str:
+    counts = {case.cycles for case in plan.study.cases().values()}
+    return " to ".join(dict.fromkeys(cycle_text(end(counts)) for end in (min, max)))
+
+
 def _and(parts: Sequence[str]) -> str:
     return " and ".join([", ".join(parts[:-1]), parts[-1]]) if len(parts) > 1 else parts[0]
 
 
-# --- the table of parameters --------------------------------------------------------------------
+@dataclass(frozen=True)
+class ParameterRow:
+    """A parameter of the study: name in the study file (or none), words, values for people.
+
+    `choices` has each value of a varied parameter; a fixed one has none.
+    """
+
+    name: str
+    words: str
+    values: str
+    choices: tuple[str, ...] = ()
+
+    @property
+    def derived(self) -> bool:
+        """Whether it is no parameter of its own."""
+        return self.name in _DERIVED
 
 
 def parameter_rows(plan: Plan) -> list[ParameterRow]:
@@ -223,7 +199,7 @@ def parameter_rows(plan: Plan) -> list[ParameterRow]:
 
 
 def _varied_row(axis: Axis) -> ParameterRow:
-    name, choices = axis.coordinate, tuple(dict.fromkeys(labels_of(axis)))
+    name, choices = axis.coordinate, tuple(dict.fromkeys(level.label for level in levels_of(axis)))
     if len(choices) <= 2 * _MOST_LISTED:
         text = ", ".join(choices)
     elif all(isinstance(value, float | int) for value in axis.values):
@@ -243,12 +219,46 @@ def _values_text(name: str, values: Sequence[float | str]) -> str:
     return f"{value_text(name, min(numbers))} to {value_text(name, max(numbers))}"
 
 
-def _cells(result: PointResult, units: Mapping[str, Unit]) -> Iterator[tuple[str, str]]:
-    """Yield the key results of a point as shown and as sorted by; dashes where it has none."""
-    for name, unit in units.items():
-        for cycle in KEY_RESULTS[name]:
-            if result.done:
-                value = result.values[name, cycle]
-                yield fixed_digits(value / unit.size, 4), f"{value:.6g}"
-            else:
-                yield "–", ""
+def _cases(body: Any, parameters: Sequence[ParameterRow], results: Sequence[PointResult]) -> Markup:
+    """Return the table of cases; each number as it is shown and as the column is sorted by it."""
+    units = display_units(results) if any(result.done for result in results) else {}
+    keys = [(name, cycle) for name in units for cycle in KEY_RESULTS[name]]
+    columns = [(marked_label(n), unit.name, len(KEY_RESULTS[n])) for n, unit in units.items()]
+    rows = []
+    for result in results[:_MOST_ROWS]:
+        cells = [("–", "")] * len(keys)
+        if result.done:
+            values = [(result.values[key], units[key[0]]) for key in keys]
+            cells = [(fixed_digits(unit.of(v), 4), f"{v:.6g}") for v, unit in values]
+        rows.append((result, cells))
+    varied = [row for row in parameters if row.choices]
+    return Markup(body.cases(columns, [cycle for _, cycle in keys], varied, rows, len(results)))
+
+
+def _time_facts(folder: Path) -> Mapping[str, str]:
+    """Return what the simulations took, as far as it was measured."""
+    spent = spent_on_simulations(folder)
+    if spent is None:
+        return {}
+    jobs = f"{spent.jobs} job{'s' if spent.jobs > 1 else ''}"
+    facts = {
+        "Time of all simulations": f"{_time(spent.seconds)}, the sum over {jobs}",
+        "Their processor time": _time(spent.processor_seconds),
+    }
+    if math.isfinite(spent.memory_bytes):
+        facts["Memory of the largest job"] = size_text(round(spent.memory_bytes))
+    return facts
+
+
+def _time(seconds: float) -> str:
+    return f"{seconds:.0f} s" if seconds < 600.0 else duration_text(seconds)
+
+
+def study_text(study: Study) -> str:
+    """Return the study file as it stands, or its content where that was changed when loaded."""
+    with suppress(OSError, UnicodeDecodeError, StudyError):
+        if read_document(study.file).data == study.content:
+            return study.file.read_text(encoding="utf-8")
+    yaml, text = YAML(), StringIO()
+    yaml.dump(dict(study.content), text)
+    return text.getvalue()

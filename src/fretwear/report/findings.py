@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from fretwear.report.results import PointResult, display_units, labels_of
+from fretwear.report.results import FIRST, LAST, PointResult, display_units, levels_of
 from fretwear.study.plan import Plan
 from fretwear.units import Unit, fixed_digits, number_text, with_unit
 from fretwear.vocabulary import MAXIMUM_WEAR_DEPTH, RESULTS
@@ -53,7 +53,7 @@ def key_numbers(results: Sequence[PointResult], cycles: str) -> dict[str, str]:
     return {
         "case simulated" if len(done) == 1 else "cases simulated": str(len(done)),
         "cycles each": cycles,
-        f"{RESULTS[VOLUME].words} at the end": _Wording(done).last(VOLUME, done),
+        f"{RESULTS[VOLUME].words} at the end": _told(VOLUME, LAST, done, display_units(done)),
         f"growth of the {RESULTS[CONTACT].words}": _percent_range(growth),
     }
 
@@ -64,10 +64,10 @@ def summary_sentences(results: Sequence[PointResult]) -> Iterator[str]:
     if not done:
         yield "No point of this study has results."
         return
-    wording = _Wording(done)
-    yield _on_wear(done, wording)
+    units = display_units(done)
+    yield _on_wear(done, units)
     growth = _change([result.ratio(CONTACT) - 1.0 for result in done])
-    yield f"The {RESULTS[CONTACT].words} {growth}, to {wording.last(CONTACT, done)}."
+    yield f"The {RESULTS[CONTACT].words} {growth}, to {_told(CONTACT, LAST, done, units)}."
     yield from _on_sticking(done)
     # Smooth surfaces only: the centre of a rough one may be a valley.
     smooth = [result for result in done if result.smooth and result.first(CENTRAL) > 0.0]
@@ -75,22 +75,22 @@ def summary_sentences(results: Sequence[PointResult]) -> Iterator[str]:
         ratios = _ratio_range([result.ratio(CENTRAL) for result in smooth])
         yield (
             f"On smooth surfaces the final {RESULTS[CENTRAL].words} is {ratios} times the initial "
-            f"one, {wording.last(CENTRAL, smooth)}."
+            f"one, {_told(CENTRAL, LAST, smooth, units)}."
         )
-    yield _on_energy(done, wording)
+    yield _on_energy(done, units)
 
 
-def _on_wear(done: Sequence[PointResult], wording: _Wording) -> str:
+def _on_wear(done: Sequence[PointResult], units: Mapping[str, Unit]) -> str:
     volume, depth = RESULTS[VOLUME].words, RESULTS[DEPTH].words
     deepest = max(done, key=lambda result: result.last(DEPTH))
     if len(done) == 1:
-        one, other = wording.last(VOLUME, done), wording.last(DEPTH, done)
+        one, other = _told(VOLUME, LAST, done, units), _told(DEPTH, LAST, done, units)
         return f"The {volume} after the last cycle is {one}, the {depth} {other}."
     least, *_, most = sorted(done, key=lambda result: result.last(VOLUME))
     return (
-        f"The {volume} after the last cycle lies between {wording.last(VOLUME, [least])} "
-        f"({least.title}) and {wording.last(VOLUME, [most])} ({most.title}); the {depth} reaches "
-        f"{wording.last(DEPTH, [deepest])} ({deepest.title})."
+        f"The {volume} after the last cycle lies between {_told(VOLUME, LAST, [least], units)} "
+        f"({least.title}) and {_told(VOLUME, LAST, [most], units)} ({most.title}); "
+        f"the {depth} reaches {_told(DEPTH, LAST, [deepest], units)} ({deepest.title})."
     )
 
 
@@ -113,8 +113,8 @@ def _on_sticking(done: Sequence[PointResult]) -> Iterator[str]:
         yield f"In the {_cases(len(changes))} {limit} the {words} {change}."
 
 
-def _on_energy(done: Sequence[PointResult], wording: _Wording) -> str:
-    text = f"The {RESULTS[ENERGY].words} is initially {wording.first(ENERGY, done)} and"
+def _on_energy(done: Sequence[PointResult], units: Mapping[str, Unit]) -> str:
+    text = f"The {RESULTS[ENERGY].words} is initially {_told(ENERGY, FIRST, done, units)} and"
     ratios = [result.ratio(ENERGY) for result in done if not _has_ceased(result)]
     ceased = len(done) - len(ratios)
     if not ratios:
@@ -150,8 +150,8 @@ def effects(plan: Plan, results: Sequence[PointResult]) -> list[Effect]:
         ]
         if pairs:
             factors = tuple(_mean_factor(pairs, name) for name in EFFECTS_ON)
-            labels = labels_of(axis)
-            change = f"{labels[0]} → {labels[last]}"
+            levels = levels_of(axis)
+            change = f"{levels[0].label} → {levels[last].label}"
             found.append(Effect(axis.coordinate, change, factors, len(pairs)))
     return found
 
@@ -175,28 +175,12 @@ def _has_ceased(result: PointResult) -> bool:
     return result.last(ENERGY) < _CEASED * result.first(ENERGY)
 
 
-class _Wording:
-    """Key results as text, in the units of all points that are done."""
-
-    def __init__(self, done: Sequence[PointResult]) -> None:
-        self._units: Mapping[str, Unit] = display_units(done)
-
-    def first(self, name: str, among: Sequence[PointResult]) -> str:
-        return self._range(name, among, PointResult.first)
-
-    def last(self, name: str, among: Sequence[PointResult]) -> str:
-        return self._range(name, among, PointResult.last)
-
-    def _range(
-        self,
-        name: str,
-        among: Sequence[PointResult],
-        value: Callable[[PointResult, str], float],
-    ) -> str:
-        unit = self._units[name]
-        values = [unit.of(value(result, name)) for result in among]
-        text = _range(*(number_text(end(values), _DIGITS) for end in (min, max)))
-        return with_unit(f"({text})" if " to " in text and unit.is_power else text, unit)
+def _told(name: str, cycle: str, among: Sequence[PointResult], units: Mapping[str, Unit]) -> str:
+    """Return a key result of some points, or its range, with the unit."""
+    values = [units[name].of(result.values[name, cycle]) for result in among]
+    text = _range(*(number_text(end(values), _DIGITS) for end in (min, max)))
+    is_factor = " to " in text and units[name].is_power
+    return with_unit(f"({text})" if is_factor else text, units[name])
 
 
 def _cases(count: int) -> str:

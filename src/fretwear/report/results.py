@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -13,8 +14,8 @@ from numpy.typing import NDArray
 
 from fretwear.data.merge import StudyLayout
 from fretwear.data.safe import DataFileError
-from fretwear.figures.wording import value_text, words_text
-from fretwear.study.plan import Plan, PlannedPoint
+from fretwear.study.parameters import value_text, words_text
+from fretwear.study.plan import Plan
 from fretwear.study.points import Axis
 from fretwear.units import Unit, readable_unit
 from fretwear.vocabulary import MAXIMUM_WEAR_DEPTH, RESULTS, PointStatus
@@ -38,6 +39,14 @@ _POINTS_AT_A_TIME = 256
 _UNKNOWN_REASON = "The simulation failed; its log tells why."
 
 
+class Level(NamedTuple):
+    """A value of a varied parameter: alone, in words, and as a number that sorts the values."""
+
+    label: str
+    words: str
+    sort_key: float
+
+
 @dataclass(frozen=True)
 class PointResult:
     """What became of one point of a study.
@@ -48,38 +57,39 @@ class PointResult:
         Place in the study, from 1.
     id : str
         Case id, empty when invalid.
-    status : PointStatus
-        Whether it is done.
-    reason : str
-        Why it is not.
-    labels : mapping of str to str
-        Varied values for people, by name.
-    title : str
-        The varied values in one line.
+    status, reason : PointStatus, str
+        Whether it is done, and why not.
+    levels : mapping of str to Level
+        Varied values by the name of their parameter.
     values : mapping of (str, str) to float
         Key results in SI units by name and cycle, as in `KEY_RESULTS`; empty when not done.
     capped, smooth : bool
         Whether there is a plastic limit, and whether there is no roughness.
-    sort_keys : mapping of str to float
-        By the name of a varied parameter, a number that sorts its values: the SI value, or the
-        place in the study file where the value is no number.
     """
 
     number: int
     id: str
     status: PointStatus
     reason: str
-    labels: Mapping[str, str]
-    title: str
+    levels: Mapping[str, Level]
     values: Mapping[tuple[str, str], float] = field(default_factory=dict)
     capped: bool = False
     smooth: bool = False
-    sort_keys: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def done(self) -> bool:
         """Whether there are results."""
         return self.status == PointStatus.DONE
+
+    @property
+    def labels(self) -> dict[str, str]:
+        """The varied values alone, by name."""
+        return {name: level.label for name, level in self.levels.items()}
+
+    @property
+    def title(self) -> str:
+        """The varied values in one line."""
+        return ", ".join(level.words for level in self.levels.values()) or "the case"
 
     def first(self, name: str) -> float:
         """Return a key result at cycle 0."""
@@ -121,58 +131,40 @@ def point_results(
         for when in cycles
     }
     status = summary["status"].values
-    results: list[PointResult] = []
-    for planned, (place, _) in zip(plan.points, layout.points(), strict=True):
-        result = _described(len(results) + 1, planned, PointStatus(int(status[place])))
-        if planned.case is None or not result.done:
-            reason = planned.point.problem or failures.get(planned.id, _UNKNOWN_REASON)
-            results.append(replace(result, reason=reason))
-            continue
-        results.append(
-            replace(
-                result,
-                values={key: float(column[place]) for key, column in columns.items()},
-                capped=math.isfinite(planned.case.plastic_limit),
-                smooth=planned.case.roughness is None,
-            )
+    levels = {axis.coordinate: levels_of(axis) for axis in plan.study.axes}
+    results = []
+    for number, (planned, (place, point)) in enumerate(
+        zip(plan.points, layout.points(), strict=True), 1
+    ):
+        case = point.case
+        result = PointResult(
+            number=number,
+            id=planned.id,
+            status=PointStatus.INVALID if case is None else PointStatus(int(status[place])),
+            reason=point.problem,
+            levels={name: levels[name][i] for name, i in zip(levels, point.index, strict=True)},
         )
+        if case is None:
+            results.append(result)
+        elif not result.done:
+            results.append(replace(result, reason=failures.get(result.id, _UNKNOWN_REASON)))
+        else:
+            values = {key: float(column[place]) for key, column in columns.items()}
+            capped, smooth = math.isfinite(case.plastic_limit), case.roughness is None
+            results.append(replace(result, values=values, capped=capped, smooth=smooth))
     return results
 
 
-def _described(number: int, planned: PlannedPoint, status: PointStatus) -> PointResult:
-    names = [name.replace(".", "_") for name in planned.point.values]
-    values = list(planned.point.values.values())
-    labels = list(planned.point.labels.values())
-    titles = [_text(*varied, words_text) for varied in zip(names, values, labels, strict=True)]
-    return PointResult(
-        number=number,
-        id=planned.id,
-        status=PointStatus.INVALID if planned.case is None else status,
-        reason="",
-        labels={
-            name: _text(name, value, label, value_text)
-            for name, value, label in zip(names, values, labels, strict=True)
-        },
-        title=", ".join(titles) or "the case",
-        sort_keys={
-            name: float(value) if isinstance(value, float | int) else float(place)
-            for name, value, place in zip(names, values, planned.point.index, strict=True)
-        },
-    )
-
-
-def labels_of(axis: Axis) -> tuple[str, ...]:
-    """Return the values of a varied parameter for people."""
-    return tuple(
-        _text(axis.coordinate, value, written, value_text)
-        for value, written in zip(axis.values, axis.labels, strict=True)
-    )
-
-
-def _text(name: str, value: object, written: str, words: Callable[[str, object], str]) -> str:
-    """Return a value in words; one that is not a single number stays as the study file has it."""
-    is_number = isinstance(value, float | int) and not isinstance(value, bool)
-    return words(name, value if is_number else written)
+def levels_of(axis: Axis) -> list[Level]:
+    """Return the values of a varied parameter for people, in the order of the study."""
+    levels = []
+    for place, (value, written) in enumerate(zip(axis.values, axis.labels, strict=True)):
+        # What is no single number stays as the study file has it.
+        is_number = isinstance(value, float | int) and not isinstance(value, bool)
+        shown = value if is_number else written
+        texts = value_text(axis.coordinate, shown), words_text(axis.coordinate, shown)
+        levels.append(Level(*texts, float(value if is_number else place)))
+    return levels
 
 
 def marked_label(name: str) -> str:

@@ -2,7 +2,7 @@
 /* The explorer of a report: data packed by fretwear.report.explorer, drawn by plotly. What it says
    of results, their labels and units, comes with the data. */
 (async function () {
-  const MISSING = -32768;
+  const LEVELS = 10000;
   const PAUSE = 900;
   const CONFIG = { displayModeBar: false, responsive: true, doubleClick: "reset" };
   const get = (id) => document.getElementById(id);
@@ -27,8 +27,7 @@
   /* ---- Data ---- */
 
   async function unpacked(id) {
-    const text = atob(get(id).textContent.trim());
-    const bytes = Uint8Array.from(text, (letter) => letter.charCodeAt(0));
+    const bytes = Uint8Array.from(atob(get(id).textContent), (letter) => letter.charCodeAt(0));
     const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
     return new Response(stream).arrayBuffer();
   }
@@ -41,29 +40,21 @@
   }
 
   async function unpackedStudy() {
-    const buffer = await unpacked("explorer-data");
-    const start = 8 + new DataView(buffer).getUint32(0, true);
-    const header = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 8, start - 8)));
-    const cases = header.cases.map((packed) => unpackedCase(packed, buffer, start));
-    const points = header.points.map((point) => ({ ...point, data: cases[point.case] }));
-    return { ...header, points };
+    const header = JSON.parse(new TextDecoder().decode(await unpacked("explorer-data")));
+    const cases = header.cases.map(unpackedCase);
+    return { ...header, points: header.points.map((point) => ({ ...point, data: cases[point.case] })) };
   }
 
   /* One case: profiles over x and histories over the cycles, in the units of the header. */
-  function unpackedCase(packed, buffer, start) {
-    const { number, ...steps } = packed.steps;
+  function unpackedCase(packed) {
     const [first, spacing, count] = packed.x;
-    const history = Object.entries(steps).map(([name, at]) => [
-      name, Array.from(new Float32Array(buffer, start + at, number)),
-    ]);
     return {
       ...packed,
       x: Array.from({ length: count }, (_, place) => first + place * spacing),
-      history: Object.fromEntries(history),
       profile(name, snapshot) {
-        const { at, scales } = packed.profiles[name];
-        const row = new Int16Array(buffer, start + at + 2 * snapshot * count, count);
-        return Array.from(row, (value) => (value === MISSING ? null : value * scales[snapshot]));
+        const { scale, steps } = packed.profiles[name][snapshot];
+        let sum = 0;
+        return steps.map((step) => (step === null ? null : (sum += step) * scale));
       },
       /* Stretches of x in one state: pairs of where they begin and end. */
       zones(state, snapshot) {
@@ -179,7 +170,7 @@
     const count = study.profiles.length;
     const [strip, between] = [0.03 * shown.length, 0.03];
     const height = (1 - strip - count * between) / count;
-    const right = 1.12 * largest(shown.flatMap(({ data }) => data.scalars.contact_half_width_x));
+    const right = 1.12 * largest(shown.flatMap(({ data }) => data.numbers.contact_half_width_x));
     const rows = shown.map((_, place) => shown.length - 1 - place);
     const data = shown.flatMap((one, place) => zoneTraces(one, rows[place], axisId(count), colors));
     const layout = {
@@ -208,7 +199,7 @@
     };
     study.profiles.forEach((name, place) => {
       const top = 1 - strip - between - place * (height + between);
-      const scale = 1.06 * (highest(shown, name, right) || 1);
+      const scale = 1.06 * (highest(shown, name) || 1);
       layout[axisKey(place)] = axis(colors, words[name].label, {
         domain: [Math.max(0, top - height), top],
         range: name === "wear_depth" ? [scale, 0] : [0, scale],
@@ -237,17 +228,13 @@
     return { data, layout };
   }
 
-  /* The highest value of a profile within the scale of x, of all snapshots or of the one shown.
-     A gap grows without bound away from the contact: that of the last snapshot scales it. */
-  function highest(shown, name, right) {
-    const all = shown.flatMap(({ data, snapshot }) => {
-      const last = data.cycles.length - 1;
-      const places = ownScale.checked ? [snapshot] : name === "gap" ? [last] : data.cycles.keys();
-      return Array.from(places).flatMap((place) =>
-        data.profile(name, place).filter((_, index) => data.x[index] <= right)
-      );
-    });
-    return largest(all);
+  /* The highest value of a profile, of all snapshots or of the one shown. Outside the contact the
+     gap grows as the contact does, backwards in the cycles: that of the last snapshot scales it. */
+  function highest(shown, name) {
+    return LEVELS * largest(shown.flatMap(({ data, snapshot }) => {
+      const scales = data.profiles[name].map(({ scale }) => scale);
+      return ownScale.checked ? scales[snapshot] : name === "gap" ? scales.at(-1) : scales;
+    }));
   }
 
   function zoneTraces(one, row, yaxis, colors) {
@@ -280,7 +267,7 @@
   /* The edges of stick zone and contact, through all panels. */
   function edges(one, y1, colors) {
     const color = colors[one.key];
-    const at = (name) => one.data.scalars[name][one.snapshot];
+    const at = (name) => one.data.numbers[name][one.snapshot];
     const [stick, contact] = [at("stick_half_width_x"), at("contact_half_width_x")];
     const tall = { yref: "paper", y0: 0, y1, layer: "below" };
     return [
@@ -319,17 +306,25 @@
       layout[axisKey(place)] = axis(colors, label, {
         domain: [bottom, bottom + height], rangemode: "tozero", nticks: 6,
       });
-      if (curves.length > 1) layout.annotations.push(...curveNames(shown[0], curves, reached, colors));
-      return curves.flatMap(({ name }, thin) =>
-        shown.flatMap((one) => curve(one, name, axisId(place), thin ? 1.2 : 2.2, reached, colors))
+      return curves.flatMap(({ name }, lower) =>
+        shown.flatMap((one) => curve(one, name, axisId(place), lower ? 1.2 : 2.2, reached, colors))
       );
     });
+    /* The names of curves that share a panel stand at the first of them, the lower one's below. */
+    for (const { curves } of study.histories.filter((panel) => panel.curves.length > 1)) {
+      const starts = curves.map(({ name }) => shown[0].data.history[name][0]);
+      curves.forEach(({ name, text }, place) => {
+        const below = place && starts[place] > 0.5 * starts[0];
+        const line = data.find((trace) => trace.name === `${shown[0].key} ${name}`);
+        Object.assign(line, { mode: "lines+text", text: [text], textposition: below ? "bottom right" : "top right" });
+      });
+    }
     return { data, layout };
   }
 
   function curve(one, name, yaxis, width, reached, colors) {
     const color = colors[one.key];
-    const { history, cycles, scalars } = one.data;
+    const { history, cycles, numbers } = one.data;
     const shownOr = (is, other) => cycles.map((_, place) => (place === one.snapshot ? is : other));
     const extra = `<extra>${one.key.toUpperCase()}, ${words[name].words}</extra>`;
     const text = (cycle) => `cycle ${cycleText(cycle)}: %{y:.4~g} ${words[name].unit}${extra}`;
@@ -349,7 +344,7 @@
         mode: "markers",
         name: `${one.key} ${name} snapshots`,
         x: cycles.map(reached.position),
-        y: scalars[name],
+        y: numbers[name],
         customdata: cycles,
         marker: {
           color: shownOr(color, colors.ground),
@@ -360,21 +355,6 @@
         hovertemplate: cycles.map(text),
       },
     ];
-  }
-
-  /* Names at the curves of a panel, of the first case: the upper one above, the lower one below
-     its curve, unless it lies close to the axis. */
-  function curveNames(one, curves, reached, colors) {
-    const { history } = one.data;
-    const [upper] = curves.map(({ name }) => history[name][0]);
-    return curves.map(({ name, text }, lower) => {
-      const below = lower && history[name][0] > 0.5 * upper;
-      return {
-        x: reached.position(history.cycle[0]), y: history[name][0], xref: "x", yref: "y", text,
-        xanchor: "left", yanchor: below ? "top" : "bottom", xshift: 8, yshift: below ? -2 : 2,
-        showarrow: false, font: { color: colors.ink, size: 12 },
-      };
-    });
   }
 
   /* ---- Selecting cases: a control for each varied parameter of a grid, else one for all points ---- */
@@ -417,18 +397,13 @@
     });
   }
 
-  /* A second case that differs from a point in one parameter, the last that can be changed. */
+  /* A second case that differs from a point in as few and as late parameters as can be. */
   function neighbor(place) {
     const { index } = study.points[place];
-    const isDone = (other) => other !== place && study.points[other]?.data;
-    for (let axis = study.axes.length - 1; axis >= 0; axis -= 1) {
-      for (const [level] of study.axes[axis].levels) {
-        const other = byIndex.get(index.with(axis, level).join());
-        if (isDone(other)) return other;
-      }
-    }
-    const others = [...study.points.keys()];
-    return others.find((other) => other > place && isDone(other)) ?? others.find(isDone) ?? place;
+    const distance = (other) =>
+      study.points[other].index.reduce((sum, level, axis) => 2 * sum + (level !== index[axis]), 0);
+    const others = [...study.points.keys()].filter((other) => other !== place && study.points[other].data);
+    return others.reduce((best, other) => (distance(other) < distance(best) ? other : best), others[0] ?? place);
   }
 
   /* Which cases are shown, and why others cannot be. */
@@ -491,7 +466,7 @@
     const [head, body] = ["thead", "tbody"].map((part) => document.querySelector(`.readout ${part}`));
     get("readout-caption").textContent = `After ${cycleText(now)} cycles`;
     const rows = study.readout.map((name) => {
-      const values = shown.map((one) => one.data.scalars[name][one.snapshot]);
+      const values = shown.map((one) => one.data.numbers[name][one.snapshot]);
       const texts = values.map((value) => number(value));
       if (values.length === 2) texts.push(values[0] > 0 ? `× ${number(values[1] / values[0], 3)}` : "–");
       return [words[name].label, ...texts];
@@ -524,31 +499,28 @@
     draw();
   }
 
-  function stop() {
+  function setPlaying(yes) {
     clearInterval(timer);
-    timer = null;
-    showPlaying(false);
-  }
-
-  function showPlaying(yes) {
+    timer = yes ? setInterval(advance, PAUSE) : null;
     play.querySelector(".words").textContent = yes ? "Pause" : "Play";
     play.firstElementChild.textContent = yes ? "❚❚" : "▶";
   }
 
-  function start() {
-    if (Number(slider.value) === Number(slider.max)) go(0);
-    showPlaying(true);
-    timer = setInterval(() => {
-      go(Math.min(Number(slider.value) + 1, Number(slider.max)));
-      if (Number(slider.value) === Number(slider.max)) stop();
-    }, PAUSE);
+  const atEnd = () => Number(slider.value) === cycles.length - 1;
+
+  function advance() {
+    go(Math.min(Number(slider.value) + 1, cycles.length - 1));
+    if (atEnd()) setPlaying(false);
   }
 
   slider.addEventListener("input", () => {
-    if (timer) stop();
+    if (timer) setPlaying(false);
     go(Number(slider.value));
   });
-  play.addEventListener("click", () => (timer ? stop() : start()));
+  play.addEventListener("click", () => {
+    if (!timer && atEnd()) go(0);
+    setPlaying(!timer);
+  });
   ownScale.addEventListener("change", draw);
   compare.addEventListener("change", () => {
     if (selected.b === null) select("b", neighbor(Math.max(0, selected.a)));

@@ -5,18 +5,7 @@
   if (!table || !form) return;
   const body = table.tBodies[0];
   const rows = Array.from(body.rows);
-  const order = columnOrder();
-
-  /* Cells of a head with two rows, in the order of the columns below them. */
-  function columnOrder() {
-    const below = Array.from(table.tHead.rows[1].cells);
-    const columns = [];
-    for (const cell of table.tHead.rows[0].cells) {
-      if (cell.rowSpan > 1) columns.push(cell);
-      else for (let i = 0; i < cell.colSpan; i += 1) columns.push(below.shift());
-    }
-    return columns;
-  }
+  const heads = Array.from(table.querySelectorAll("[data-sort]"));
 
   function key(row, column) {
     const cell = row.cells[column];
@@ -26,36 +15,31 @@
   }
 
   function compare(a, b) {
-    if (a === b) return 0;
-    if (typeof a === "number" && typeof b === "number") return a - b;
+    if (typeof a === "number" && typeof b === "number") return a === b ? 0 : a - b;
     return String(a).localeCompare(String(b), "en", { numeric: true });
   }
 
-  function sort(column, direction) {
-    const keyed = rows.map((row) => [key(row, column), row]);
-    keyed.sort(function (first, second) {
-      if (first[0] === null || second[0] === null) {
-        return (first[0] === null) - (second[0] === null);
-      }
-      return direction * compare(first[0], second[0]);
-    });
-    body.append(...keyed.map((pair) => pair[1]));
-    order.forEach(function (head, index) {
-      const sorted = direction > 0 ? "ascending" : "descending";
-      head.setAttribute("aria-sort", index === column ? sorted : "none");
-    });
+  /* Rows without a value come last in either direction. */
+  function sort(head, direction) {
+    const keyed = rows.map((row) => [key(row, Number(head.dataset.sort)), row]);
+    keyed.sort(([a], [b]) =>
+      a === null || b === null ? (a === null) - (b === null) : direction * compare(a, b)
+    );
+    body.append(...keyed.map(([, row]) => row));
+    for (const other of heads) other.setAttribute("aria-sort", "none");
+    head.setAttribute("aria-sort", direction > 0 ? "ascending" : "descending");
   }
 
-  order.forEach(function (head, column) {
+  for (const head of heads) {
     const button = document.createElement("button");
     button.type = "button";
     button.append(...head.childNodes);
     head.append(button);
     head.setAttribute("aria-sort", "none");
-    button.addEventListener("click", function () {
-      sort(column, head.getAttribute("aria-sort") === "ascending" ? -1 : 1);
+    button.addEventListener("click", () => {
+      sort(head, head.getAttribute("aria-sort") === "ascending" ? -1 : 1);
     });
-  });
+  }
 
   const selects = Array.from(form.querySelectorAll("select"));
   const search = form.querySelector("input[type=search]");

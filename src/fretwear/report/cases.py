@@ -1,0 +1,227 @@
+"""What the report takes from the case files: curves for the explorer, and their numerics."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import platform
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fretwear.data.files import HISTORY_GROUP, CaseFile, opened_case
+from fretwear.figures.datasets import representative_cycles
+from fretwear.units import MICROMETRE, number_text
+from fretwear.vocabulary import CONVOLUTIONS, CYCLE, ERROR_ESTIMATE, MAXIMUM_WEAR_DEPTH
+
+Array = NDArray[np.float64]
+
+PROFILES = ("pressure", "shear_traction", "gap", "wear_depth")
+"""Fields along x, a panel of the explorer each."""
+
+READOUT = (
+    "contact_half_width_x",
+    "stick_half_width_x",
+    "peak_pressure",
+    "central_pressure",
+    MAXIMUM_WEAR_DEPTH.name,
+    "wear_volume",
+    "dissipated_energy",
+)
+"""Numbers at every snapshot."""
+
+HISTORY = ("contact_half_width_x", "stick_half_width_x", "wear_volume")
+"""Numbers at every step."""
+
+_MOST_SNAPSHOTS = 60
+_BEYOND_CONTACT = 1.15
+_LIBRARIES = ("numpy", "scipy", "xarray", "netCDF4", "matplotlib")
+
+
+class Residuals(NamedTuple):
+    """How well stored fields meet the equations.
+
+    Attributes
+    ----------
+    load, tangential_load : float
+        By how much the integral of the pressure misses P, and that of the shear traction Q,
+        relative to these.
+    complementarity : float
+        Largest product of pressure and gap in a cell, relative to the peak pressure times the
+        Hertz approach a²/R: that of rough bodies may be zero.
+    """
+
+    load: float
+    tangential_load: float
+    complementarity: float
+
+
+@dataclass(frozen=True)
+class CaseRecord:
+    """One case along x > 0 on the line nearest y = 0, and over the cycles; SI units.
+
+    Attributes
+    ----------
+    id, source : str
+        Case id, and the version of the program that wrote the file.
+    parameters : mapping of str to float
+        Parameters by name, those that are numbers.
+    x : array of shape (n,)
+        Cell centres, to a little beyond the largest contact.
+    cycles : array of shape (k,)
+        Snapshots; of more than 60, representative ones.
+    profiles : mapping of str to array of shape (k, n)
+        The fields of `PROFILES`.
+    states : array of int8 and shape (k, n)
+        State of the contact in every cell.
+    numbers : mapping of str to array of shape (k,)
+        The results of `READOUT`.
+    history : mapping of str to array of shape (m,)
+        ``cycle``, the results of `HISTORY`, and the numerics of every step.
+    cells : int
+        Number of cells stored.
+    residuals : Residuals
+        Of the worst snapshot.
+    """
+
+    id: str
+    source: str
+    parameters: Mapping[str, float]
+    x: Array
+    cycles: Array
+    profiles: Mapping[str, Array]
+    states: NDArray[np.int8]
+    numbers: Mapping[str, Array]
+    history: Mapping[str, Array]
+    cells: int
+    residuals: Residuals
+
+
+def read_case(path: Path) -> CaseRecord:
+    """Read a case file, once and one snapshot at a time.
+
+    Raises
+    ------
+    CaseFileError
+        When the file is missing or damaged.
+    """
+    with opened_case(path) as file:
+        parameters = {
+            name: float(variable[...])
+            for name, variable in file.file.variables.items()
+            if not variable.dimensions and variable.dtype.kind == "f"
+        }
+        cycles, x, y = (file.read(name) for name in ("cycle", "x", "y"))
+        reach = _BEYOND_CONTACT * float(file.read("contact_half_width_x").max())
+        inside = np.flatnonzero((x > 0.0) & (x <= max(reach, 2.0 * float(np.abs(x).min()))))
+        row = int(np.abs(y).argmin())
+        kept = np.isin(cycles, representative_cycles(cycles.astype(int).tolist(), _MOST_SNAPSHOTS))
+        copies = 1 if file.attribute("symmetry") == "none" else 4
+        lines: dict[str, list[Array]] = {name: [] for name in (*PROFILES, "contact_state")}
+        found = []
+        for place, is_kept in enumerate(kept):
+            fields = {name: file.read(name, place) for name in lines}
+            found.append(residuals(fields, parameters, copies))
+            for name, field in fields.items() if is_kept else ():
+                lines[name].append(field[inside, row].astype(np.float64))
+        profiles = {name: np.array(rows) for name, rows in lines.items()}
+        numbers = {
+            name: profiles["wear_depth"].max(axis=1)
+            if name == MAXIMUM_WEAR_DEPTH.name
+            else _floats(file, name)[kept]
+            for name in READOUT
+        }
+        steps = (CYCLE.name, *HISTORY, ERROR_ESTIMATE.name, CONVOLUTIONS.name)
+        return CaseRecord(
+            id=file.attribute("case_id"),
+            source=file.attribute("source"),
+            parameters=parameters,
+            x=x[inside],
+            cycles=cycles[kept],
+            states=profiles.pop("contact_state").astype(np.int8),
+            profiles=profiles,
+            numbers=numbers,
+            history={name: _floats(file, f"{HISTORY_GROUP}/{name}") for name in steps},
+            cells=x.size * y.size,
+            residuals=Residuals(*np.max(found, axis=0).tolist()),
+        )
+
+
+def _floats(file: CaseFile, name: str) -> Array:
+    return file.read(name).astype(np.float64)
+
+
+def residuals(
+    fields: Mapping[str, NDArray[np.floating]], parameters: Mapping[str, float], copies: int
+) -> Residuals:
+    """Integrate and multiply the fields of one snapshot.
+
+    Parameters
+    ----------
+    fields : mapping of str to array of shape (nx, ny)
+        ``pressure``, ``shear_traction`` and ``gap`` in SI units.
+    parameters : mapping of str to float
+        Parameters of the case.
+    copies : int
+        How many of the stored part make the whole contact.
+    """
+    pressure, shear, gap = (
+        fields[name].astype(np.float64) for name in ("pressure", "shear_traction", "gap")
+    )
+    area = copies * parameters["cell_x"] * parameters["cell_y"]
+    approach = parameters["hertz_radius"] ** 2 / parameters["radius"]
+    return Residuals(
+        abs(float(pressure.sum()) * area / parameters["load"] - 1.0),
+        abs(float(shear.sum()) * area / parameters["tangential_load"] - 1.0),
+        float((pressure * gap).max() / (pressure.max() * approach)),
+    )
+
+
+def computation_facts(records: Sequence[CaseRecord], done: int) -> dict[str, str]:
+    """Return what there is to say about the numerics of cases, by name.
+
+    Parameters
+    ----------
+    records : sequence of CaseRecord
+        The cases that were read.
+    done : int
+        How many have results.
+    """
+    libraries = [f"{name} {importlib.metadata.version(name)}" for name in _LIBRARIES]
+    versions = {"Report made with": ", ".join([*libraries, f"Python {platform.python_version()}"])}
+    if not records:
+        return versions
+    errors = [record.history[ERROR_ESTIMATE.name] for record in records]
+    worst = [number_text(value, 2) for value in np.max([r.residuals for r in records], axis=0)]
+    facts = {
+        "Grid spacing along x": f"{_span(records, 'cell_x', MICROMETRE.size)} µm",
+        "Grid spacing along y": f"{_span(records, 'cell_y', MICROMETRE.size)} µm",
+        "Cells stored": _range([record.cells for record in records]),
+        "Tolerance of the wear integration": _span(records, "tolerance"),
+        "Largest error estimate of a step": _range(
+            [float(error[np.isfinite(error)].max(initial=0.0)) for error in errors]
+        ),
+        "Residual of the load": f"∬p dA equals P to within {worst[0]} P",
+        "Residual of the tangential load": f"∬q dA equals Q to within {worst[1]} Q",
+        "Residual of the contact conditions": (
+            f"p·g is at most {worst[2]} of the peak pressure times the Hertz approach"
+        ),
+        "Accepted steps": _range([max(0, error.size - 1) for error in errors]),
+        "Convolutions": _range([record.history[CONVOLUTIONS.name].sum() for record in records]),
+    }
+    if len(records) < done:
+        facts["Cases examined"] = f"{len(records)} of {done}, evenly spread"
+    facts["Simulated with"] = "; ".join(dict.fromkeys(record.source for record in records))
+    return facts | versions
+
+
+def _span(records: Sequence[CaseRecord], name: str, size: float = 1.0) -> str:
+    return _range([record.parameters[name] / size for record in records])
+
+
+def _range(values: Sequence[float]) -> str:
+    low, high = number_text(min(values), 4), number_text(max(values), 4)
+    return low if low == high else f"{low} to {high}"
