@@ -19,7 +19,7 @@ from fretwear.data.safe import DataFileError, write_text
 from fretwear.running.records import Failure, failures
 from fretwear.running.resources import Batch, batches
 from fretwear.study.plan import plan_study
-from fretwear.study.problems import Problem, StudyError, shown
+from fretwear.study.problems import Problem, StudyError
 from fretwear.study.study import Study, load_study
 
 STUDIES = Path("studies")
@@ -49,13 +49,13 @@ def chosen_study(config: Mapping[str, object]) -> str:
         When the configuration says something else: a misspelt key must not run the default.
     """
     problems = [
-        Problem(key, shown(value), "is not known", "choose a study by --config study=NAME")
+        Problem(key, value, "is not known", "choose a study by --config study=NAME")
         for key, value in config.items()
         if key != "study"
     ]
     name = config.get("study", "demo")
     if name is None:
-        problems.append(Problem("study", "", "has no value", "such as --config study=demo"))
+        problems.append(Problem("study", None, "has no value", "such as --config study=demo"))
     if problems:
         raise StudyError(Path("--config"), problems)
     return str(name)

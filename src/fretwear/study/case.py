@@ -8,7 +8,7 @@ from functools import cache
 from typing import Annotated, Any, Self, Union
 
 from fretwear.parts import STUDY_FILE, Parameter, Part, WholeNumber, means_none, required
-from fretwear.study.problems import Problem, shown, suggestion
+from fretwear.study.problems import Problem, nearest
 from fretwear.study.rules import findings
 from fretwear.study.tree import (
     MAX_CYCLES,
@@ -86,7 +86,7 @@ class Case(CaseTree):
         assembled["output_cycles"] = with_first_and_last(snapshots.value, assembled["cycles"])
         super().__init__(**assembled)
         if broken := findings(self):
-            raise CaseError(Problem(f.subject, f.value, f.rule, f.hint) for f in broken)
+            raise CaseError(Problem(f.subject, f.value or None, f.rule, f.hint) for f in broken)
 
     @classmethod
     def of(cls, assembled: Mapping[str, Any]) -> Self:
@@ -151,12 +151,11 @@ def read_values(
     for key, value in raw.items():
         if key not in base_names():
             whole, _, part = key.partition(".")
-            hint = suggestion(key, base_names())
-            if key in leaves() and part:
-                hint = f"write {whole}: {{{part}: ...}}"
-            problems.append(
-                Problem(f"{prefix}{key}", shown(value), "is not a case parameter", hint)
-            )
+            rule, place = "is not a case parameter", f"{prefix}{key}"
+            if key in leaves():
+                problems.append(Problem(place, value, rule, f"write {whole}: {{{part}: ...}}"))
+            else:
+                problems.append(Problem(place, value, rule, written=key, known=base_names()))
             continue
         reading = read_value(key, value, f"{prefix}{key}", units_required=units_required)
         problems.extend(reading.problems)
@@ -183,26 +182,26 @@ def read_value(name: str, raw: object, key: str, *, units_required: bool = True)
     if raw is None and units_required:
         can_be_none = part_named(name).none if parameter is None else _is_unbounded(parameter)
         hint = f"write {name}: none if that is meant" if can_be_none else such_as(name)
-        return Reading(problems=(Problem(key, "", "has no value", hint),))
+        return Reading(problems=(Problem(key, None, "has no value", hint),))
     if parameter is None:
         return _read_part(name, raw, key, units_required)
     try:
         return Reading(parameter.read(raw, units_required))
     except QuantityError as error:
-        return Reading(problems=(Problem(key, shown(raw), error.rule, error.hint),))
+        return Reading(problems=(Problem(key, raw, error.rule, error.hint),))
 
 
 def read_snapshots(raw: object, key: str) -> Reading:
     """Read a list of cycles."""
     if not isinstance(raw, Sequence) or isinstance(raw, str):
-        return Reading((), (Problem(key, shown(raw), "must be a list such as [0, 1000, 30000]"),))
+        return Reading((), (Problem(key, raw, "must be a list such as [0, 1000, 30000]"),))
     read: list[int] = []
     problems = []
     for position, value in enumerate(raw):
         try:
             read.append(SNAPSHOT.read(value, units_required=True))
         except QuantityError as error:
-            problems.append(Problem(f"{key}[{position}]", shown(value), error.rule, error.hint))
+            problems.append(Problem(f"{key}[{position}]", value, error.rule, error.hint))
     return Reading(tuple(read), tuple(problems))
 
 
@@ -224,10 +223,10 @@ def _read_part(member: str, raw: object, key: str, units_required: bool) -> Read
     if not isinstance(raw, Mapping):
         if bare:
             rule = f"must be {' or '.join(bare)}"
-            hint = suggestion(raw, bare) if isinstance(raw, str) else ""
         else:
-            rule, hint = f"must be {'none or ' * bool(about.none)}a {member}", such_as(member)
-        return Reading(problems=(Problem(key, shown(raw), rule, hint),))
+            rule = f"must be {'none or ' * bool(about.none)}a {member}"
+        problem = Problem(key, raw, rule, such_as(member), written=raw, known=bare)
+        return Reading(problems=(problem,))
     raw = {"kind": next(iter(of_kind)), **raw}
     context = dict(STUDY_FILE) if units_required else {}
     try:
@@ -254,20 +253,20 @@ def _part_problem(
     of_kind = {kind.kind: kind for kind in kinds(member)}
     location = [str(part) for part in details["loc"] if part not in of_kind]
     place = ".".join([key, *location])
-    given = shown(details["input"]) if location else ""
+    given = details["input"] if location else None
     match details["type"]:
         case "fretwear":
             return Problem(place, given, details["ctx"]["rule"], details["ctx"]["hint"])
         case "missing" | "missing_argument":
-            return Problem(place, "", "is missing", such_as(f"{member}.{location[-1]}"))
+            return Problem(place, None, "is missing", such_as(f"{member}.{location[-1]}"))
         case "unexpected_keyword_argument":
             known = ["kind", *of_kind[str(raw["kind"])].parameters()]
-            hint = suggestion(location[-1], known) or f"known are {', '.join(known)}"
-            return Problem(place, given, "is not known", hint)
+            remedy = f"known are {', '.join(known)}"
+            return Problem(place, given, "is not known", remedy, written=location[-1], known=known)
         case "union_tag_invalid" | "literal_error":
-            kind = shown(raw["kind"])
-            rule, hint = f"must be {' or '.join(of_kind)}", suggestion(kind, [*of_kind])
-            return Problem(f"{key}.kind", kind, rule, hint)
+            kind = raw["kind"]
+            rule = f"must be {' or '.join(of_kind)}"
+            return Problem(f"{key}.kind", kind, rule, written=kind, known=[*of_kind])
     return Problem(place, given, str(details["msg"]))
 
 
@@ -325,9 +324,9 @@ def missing(given: Iterable[str], *, in_file: bool) -> Iterator[Problem]:
             wanted = [leaf.name for leaf in leaves_of(short)]
         for name in wanted:
             parts_given = any(each.startswith(f"{name}.") for each in given)
-            misspelt = any(suggestion(key, (name,)) for key in unknown)
+            misspelt = any(nearest(key, (name,)) for key in unknown)
             if name not in given and not parts_given and not misspelt:
-                yield Problem(name, "", "is missing", such_as(name))
+                yield Problem(name, None, "is missing", such_as(name))
 
 
 def _names_of(kind: type[Part]) -> set[str]:
@@ -365,12 +364,12 @@ def _alternatives_broken(member: str, given: set[str]) -> Iterator[Problem]:
         first, second = touched[:2]
         symbol = first.parameter.symbol.replace("$", "").replace("Q/µP", "Q/(µP)")
         rule = f"is one too many: {first.name}, {symbol}, is given as well"
-        yield Problem(second.name, "", rule, "give exactly one of the two")
+        yield Problem(second.name, None, rule, "give exactly one of the two")
     elif leading and not touched:
         examples = " and ".join(f"{leaf.name}: {leaf.parameter.example}" for leaf in leading)
         others = " and ".join(leaf.name for leaf in leading[1:])
         rule = f"is missing, and so is {others}"
-        yield Problem(leading[0].name, "", rule, f"give exactly one of {examples}")
+        yield Problem(leading[0].name, None, rule, f"give exactly one of {examples}")
 
 
 def schema_of(name: str) -> dict[str, Any]:

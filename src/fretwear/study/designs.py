@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from fretwear.parts import Part, Quantity
 from fretwear.study.case import read_value
 from fretwear.study.points import Axis
-from fretwear.study.problems import Problem, shown, suggestion
+from fretwear.study.problems import Problem
 from fretwear.study.tree import example_of, parameter_names, parameter_of
 from fretwear.units import exact_text
 
@@ -140,7 +140,7 @@ def read_axes(vary: Mapping[str, Any], design: Design, problems: list[Problem]) 
     _refuse_whole_and_part(vary, problems)
     if design.is_sampled and not vary:
         rule = "is missing: a sampled design needs something to vary"
-        problems.append(Problem("vary", "", rule, "such as load: {from: 10 N, to: 100 N}"))
+        problems.append(Problem("vary", None, rule, "such as load: {from: 10 N, to: 100 N}"))
     if design.is_sampled:
         return _sampled_axes(read, design) if design.points and read else ()
     axes = tuple(axis for axis in read.values() if isinstance(axis, Axis))
@@ -148,14 +148,14 @@ def read_axes(vary: Mapping[str, Any], design: Design, problems: list[Problem]) 
     if design.kind == "zip" and len(set(lengths.values())) > 1:
         listed = ", ".join(f"{name} has {length}" for name, length in lengths.items())
         rule = f"must have lists of equal length under design: zip, but {listed}"
-        problems.append(Problem("vary", "", rule, "design: grid takes every combination"))
+        problems.append(Problem("vary", None, rule, "design: grid takes every combination"))
         return ()
     if design.kind == "zip":
         _refuse_equal_rows(axes, problems)
     size = design.size(list(lengths.values()))
     if size > MAX_POINTS:
         rule = f"makes {size} points, more than the limit of {MAX_POINTS}"
-        problems.append(Problem("vary", "", rule, "split the study"))
+        problems.append(Problem("vary", None, rule, "split the study"))
         return ()
     return axes
 
@@ -164,21 +164,21 @@ def _read_axis(
     name: str, raw: object, key: str, design: Design, problems: list[Problem]
 ) -> Axis | Range | None:
     if name not in parameter_names():
-        hint = suggestion(name, parameter_names())
-        problems.append(Problem(key, shown(raw), "is not a case parameter", hint))
+        rule, known = "is not a case parameter", parameter_names()
+        problems.append(Problem(key, raw, rule, written=name, known=known))
         return None
     parts = [each for each in parameter_names() if each.startswith(f"{name}.")]
     if parts and isinstance(raw, Mapping):
         hint = f"to vary a part of it write {parts[0]}: [{example_of(parts[0])}, ...]"
-        problems.append(Problem(key, shown(raw), f"must be a list of values of {name}", hint))
+        problems.append(Problem(key, raw, f"must be a list of values of {name}", hint))
         return None
     if isinstance(raw, Mapping):
         return _read_range(name, raw, key, design, problems)
     if not isinstance(raw, list):
-        hint = f"write [{shown(raw)}]" if isinstance(raw, str | int | float) else ""
+        hint = f"write [{raw}]" if isinstance(raw, str | float) else ""
         if design.is_sampled:
             hint = "or a range such as {from: 10 N, to: 100 N, scale: log}"
-        problems.append(Problem(key, shown(raw), "must be a list of values", hint))
+        problems.append(Problem(key, raw, "must be a list of values", hint))
         return None
     if not raw:
         hint = "list at least one value, or leave it out"
@@ -198,8 +198,8 @@ def _read_axis(
         identity = _identity(reading.value)
         # Paired lists may repeat a value: only a whole row makes the same point.
         if identity in seen and design.kind != "zip":
-            rule = f"is the same value as {key}[{seen[identity]}], {shown(raw[seen[identity]])}"
-            problems.append(Problem(place, shown(item), rule, "leave one of them out"))
+            rule = f"is the same value as {key}[{seen[identity]}], {raw[seen[identity]]}"
+            problems.append(Problem(place, item, rule, "leave one of them out"))
         seen.setdefault(identity, position)
     return Axis(name, tuple(values), tuple(raw)) if sound else None
 
@@ -232,26 +232,28 @@ def _read_range(
     if not design.is_sampled:
         rule = f"is a range, which design: {design.kind} cannot take"
         hint = "write a list, or design: {kind: latin_hypercube, points: 64, seed: 1}"
-        problems.append(Problem(key, shown(raw), rule, hint))
+        problems.append(Problem(key, raw, rule, hint))
         return None
     quantity = parameter_of(name)
     if type(quantity) is not Quantity:
         rule = "has values that are no single quantity and cannot be drawn from a range"
-        problems.append(Problem(key, shown(raw), rule, "write a list: its values are drawn"))
+        problems.append(Problem(key, raw, rule, "write a list: its values are drawn"))
         return None
     for part, value in raw.items():
         if part not in _RANGE_KEYS:
-            hint = suggestion(part, _RANGE_KEYS) or f"known are {', '.join(_RANGE_KEYS)}"
-            problems.append(Problem(f"{key}.{part}", shown(value), "is not known", hint))
+            remedy, place = f"known are {', '.join(_RANGE_KEYS)}", f"{key}.{part}"
+            problems.append(
+                Problem(place, value, "is not known", remedy, written=part, known=_RANGE_KEYS)
+            )
     scale = raw.get("scale", "linear")
     if scale not in ("linear", "log"):
-        hint = suggestion(str(scale), ("linear", "log"))
-        problems.append(Problem(f"{key}.scale", shown(scale), "must be linear or log", hint))
+        rule, known = "must be linear or log", ("linear", "log")
+        problems.append(Problem(f"{key}.scale", scale, rule, written=scale, known=known))
     ends = []
     for part in _RANGE_KEYS[:2]:
         if part not in raw:
             hint = f"such as {part}: {quantity.example}"
-            problems.append(Problem(f"{key}.{part}", "", "is missing", hint))
+            problems.append(Problem(f"{key}.{part}", None, "is missing", hint))
             continue
         reading = read_value(name, raw[part], f"{key}.{part}")
         problems.extend(reading.problems)
@@ -260,12 +262,12 @@ def _read_range(
         return None
     low, high = ends
     if not low < high < float("inf"):
-        rule = f"must be more than {key}.from = {shown(raw['from'])}, and finite"
-        problems.append(Problem(f"{key}.to", shown(raw["to"]), rule))
+        rule = f"must be more than {key}.from = {raw['from']}, and finite"
+        problems.append(Problem(f"{key}.to", raw["to"], rule))
         return None
     if scale == "log" and low <= 0.0:
         rule = "must be larger than 0 on a logarithmic scale"
-        problems.append(Problem(f"{key}.from", shown(raw["from"]), rule))
+        problems.append(Problem(f"{key}.from", raw["from"], rule))
         return None
     return Range(low, high, logarithmic=scale == "log")
 
@@ -275,7 +277,7 @@ def _refuse_whole_and_part(vary: Mapping[str, Any], problems: list[Problem]) -> 
         parts = [name for name in vary if name.startswith(f"{whole}.")]
         if parts:
             rule = f"varies the whole of which {parts[0]} is a part"
-            problems.append(Problem(f"vary.{whole}", "", rule, "vary one or the other"))
+            problems.append(Problem(f"vary.{whole}", None, rule, "vary one or the other"))
 
 
 def _sampled_axes(read: Mapping[str, Axis | Range], design: Design) -> tuple[Axis, ...]:

@@ -12,27 +12,43 @@ _LONGEST_VALUE = 60
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing wrong with a study.
+    """One thing wrong with a study; it is put into words when it is told.
 
     Attributes
     ----------
     key : str
         Dotted name as in the file, such as ``vary.load[1]``; empty for the file as a whole.
-    value : str
-        What stands there; empty where nothing does.
+    given : object
+        What stands there; None where nothing does.
     rule : str
         What is wrong or what it must be, as a sentence without its subject.
-    hint : str
-        The likely correction, or empty.
+    remedy : str
+        What to do, or empty.
     line : int or None
         Line of the file, counted from 1.
+    written, known : str, sequence of str
+        A name that may be misspelt, and those that there are.
     """
 
     key: str
-    value: str
+    given: object
     rule: str
-    hint: str = ""
+    remedy: str = ""
     line: int | None = None
+    written: object = None
+    known: Sequence[str] = ()
+
+    @property
+    def value(self) -> str:
+        """What stands there, in the words of the file."""
+        text = in_words(self.given)
+        return text if len(text) <= _LONGEST_VALUE else f"{text[: _LONGEST_VALUE - 3]}..."
+
+    @property
+    def hint(self) -> str:
+        """The likely correction, or what to do, or nothing."""
+        near = nearest(self.written, self.known) if isinstance(self.written, str) else ""
+        return f"did you mean {near!r}?" if near else self.remedy
 
     def __str__(self) -> str:
         place = self.key + (f" = {self.value}" if self.value else "")
@@ -64,12 +80,6 @@ class StudyError(ValueError):
         return f"{self.file}: {len(self.problems)} problems\n{listed}"
 
 
-def shown(value: object) -> str:
-    """Return a value of a file for a message: short, printable, in the words of the file."""
-    text = in_words(value)
-    return text if len(text) <= _LONGEST_VALUE else f"{text[: _LONGEST_VALUE - 3]}..."
-
-
 def in_words(value: object) -> str:
     """Return a value in the words of the file, printable and whole: different values differ."""
     if value is None:
@@ -88,7 +98,7 @@ def in_words(value: object) -> str:
         return "a number of thousands of digits"
 
 
-def suggestion(name: str, known: Sequence[str]) -> str:
-    """Return "did you mean ...?" for the known name nearest to a misspelt one, or nothing."""
+def nearest(name: str, known: Sequence[str]) -> str:
+    """Return the known name nearest to a misspelt one, or nothing."""
     near = difflib.get_close_matches(name.casefold(), known, n=1, cutoff=0.6)
-    return f"did you mean {near[0]!r}?" if near else ""
+    return near[0] if near else ""

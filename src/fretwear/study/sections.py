@@ -18,7 +18,7 @@ from pydantic import (
 from fretwear.parts import Quantity, refuse
 from fretwear.study.case import schema_of, schema_required
 from fretwear.study.designs import KINDS, LISTED, MAX_POINTS, SAMPLED, Design
-from fretwear.study.problems import Problem, shown, suggestion
+from fretwear.study.problems import Problem
 from fretwear.study.tree import base_names, parameter_names, parameter_of
 
 MAX_TITLE = 200
@@ -100,10 +100,10 @@ def read_sections(raw: Mapping[str, Any], problems: list[Problem]) -> Sections:
             sound["title"] = title.strip()
         else:
             del sound["title"]
-            problems.append(Problem("title", shown(title), "must be one line of printable text"))
+            problems.append(Problem("title", title, "must be one line of printable text"))
     elif "title" in raw:
         del sound["title"]
-        problems.append(Problem("title", shown(title), "must be text", "put it in quotes"))
+        problems.append(Problem("title", title, "must be text", "put it in quotes"))
     while True:
         try:
             return Sections.model_validate(sound)
@@ -118,30 +118,31 @@ def read_sections(raw: Mapping[str, Any], problems: list[Problem]) -> Sections:
 
 def _problem(details: Mapping[str, Any], raw: Mapping[str, Any]) -> Problem:
     section, kind = str(details["loc"][0]), details["type"]
-    value = shown(raw.get(section))
+    value = raw.get(section)
     if section not in NAMES:
+        rule = "is not a section of a study"
         if section in parameter_names():
-            hint = f"put it under base: base.{section}"
-        else:
-            hint = suggestion(section, NAMES) or f"known are {', '.join(NAMES)}"
-        return Problem(section, value, "is not a section of a study", hint)
+            return Problem(section, value, rule, f"put it under base: base.{section}")
+        remedy = f"known are {', '.join(NAMES)}"
+        return Problem(section, value, rule, remedy, written=section, known=NAMES)
     match section:
         case "title":
             return Problem("title", value, f"must have at most {MAX_TITLE} characters")
         case "invalid":
             return Problem("invalid", value, "must be stop or skip")
         case "batch":
-            hint = suggestion(value, ("auto",)) if isinstance(raw[section], str) else ""
             rule = f"must be auto, or a whole number of cases from 1 to {MAX_POINTS}"
-            return Problem("batch", value, rule, hint or "auto gives a job a few minutes of work")
+            remedy = "auto gives a job a few minutes of work"
+            return Problem("batch", value, rule, remedy, written=value, known=("auto",))
         case "design":
             return _design_problem(details, raw[section])
         case "output" if kind == "extra_forbidden":
             name = str(details["loc"][1])
-            hint = suggestion(name, ("cycles",)) or "known is cycles"
-            return Problem(f"output.{name}", shown(details["input"]), "is not known", hint)
+            key, given = f"output.{name}", details["input"]
+            known = ("cycles",)
+            return Problem(key, given, "is not known", "known is cycles", written=name, known=known)
     if raw[section] is None:
-        return Problem(section, "", "is empty", f"leave {section} out, or fill it")
+        return Problem(section, None, "is empty", f"leave {section} out, or fill it")
     return Problem(section, value, "must hold keys with values, one to a line")
 
 
@@ -150,19 +151,19 @@ def _design_problem(details: Mapping[str, Any], raw: object) -> Problem:
     name = str(details["loc"][-1])
     if details["type"] == "fretwear":
         kind, key = given.get("kind"), "design.kind" if given is raw else "design"
-        hint = suggestion(kind, KINDS) if isinstance(kind, str) else ""
-        return Problem(key, shown(kind), f"must be one of {', '.join(KINDS)}", hint)
+        rule = f"must be one of {', '.join(KINDS)}"
+        return Problem(key, kind, rule, written=kind, known=KINDS)
     kind = str(given.get("kind", "grid"))
     known = tuple(Sampled.model_fields) if kind in SAMPLED else ("kind",)
     if name not in known:
-        hint = suggestion(name, known) or f"{kind} knows {', '.join(known)}"
-        return Problem(f"design.{name}", shown(given[name]), "is not known", hint)
+        rule, remedy = "is not known", f"{kind} knows {', '.join(known)}"
+        return Problem(f"design.{name}", given[name], rule, remedy, written=name, known=known)
     if name not in given:
         rule = f"is missing: {kind} needs it"
-        return Problem(f"design.{name}", "", rule, f"such as {name}: 64")
+        return Problem(f"design.{name}", None, rule, f"such as {name}: 64")
     least, most = (1, MAX_POINTS) if name == "points" else (0, 2**32 - 1)
     rule = f"must be a whole number from {least} to {most}"
-    return Problem(f"design.{name}", shown(given[name]), rule)
+    return Problem(f"design.{name}", given[name], rule)
 
 
 def design_of(sections: Sections) -> Design:

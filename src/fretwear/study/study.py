@@ -22,7 +22,7 @@ from fretwear.study.case import (
 )
 from fretwear.study.designs import Design, read_axes
 from fretwear.study.points import Axis, Parameters, Point, PointFinding
-from fretwear.study.problems import Problem, StudyError, shown, suggestion
+from fretwear.study.problems import Problem, StudyError
 from fretwear.study.sections import Sections, design_of, read_sections
 from fretwear.study.tree import member_of, parameter_names
 from fretwear.study.yamlfile import parse_value, read_document
@@ -129,10 +129,10 @@ def load_study(path: str | Path, assignments: Sequence[str] = ()) -> Study:
             "names the folder of its results: the file name may have letters, digits, '.', '_' and "
             "'-', up to 100, and must begin with a letter or digit"
         )
-        problems.append(Problem("", "", f"{file.name!r} {rule}", "rename the file"))
+        problems.append(Problem("", None, f"{file.name!r} {rule}", "rename the file"))
     if not isinstance(document.data, Mapping):
         rule = "must hold keys such as base and vary, not a single value or a list"
-        raise StudyError(file, [Problem("", shown(document.data), rule), *problems])
+        raise StudyError(file, [Problem("", document.data, rule), *problems])
     content, wrong_assignments = override(document.data, assignments)
     problems += wrong_assignments
     return _checked(file, content, problems, document.lines, assignments)
@@ -164,7 +164,7 @@ def _checked(
     invalid = _try_rules(parameters, design, found, skip=sections.invalid == "skip")
     if not (problems or found) and len(invalid) == len(parameters.indices):
         rule = f"leaves no point to run: {next(iter(invalid.values()))}"
-        found.append(Problem("vary", "", rule))
+        found.append(Problem("vary", None, rule))
     if problems or found:
         raise StudyError(file, _in_order([*problems, *found], lines, assignments))
     return Study(
@@ -197,7 +197,7 @@ def _read_base(sections: Sections, problems: list[Problem]) -> dict[str, Any]:
         others = base.setdefault(whole, {})
         if not isinstance(others, Mapping):
             rule = f"must give the other parts of the {whole}, because {name} is varied"
-            problems.append(Problem(f"base.{whole}", shown(others), rule, such_as(whole)))
+            problems.append(Problem(f"base.{whole}", others, rule, such_as(whole)))
             del base[whole]
             varied.append(whole)
             continue
@@ -209,8 +209,8 @@ def _read_base(sections: Sections, problems: list[Problem]) -> dict[str, Any]:
     problems.extend(problem for problem in wrong if problem.key not in stand_ins)
     for problem in missing({*base, *varied, *sections.base}, in_file=True):
         key = f"vary.{problem.key}" if problem.key in sections.vary else f"base.{problem.key}"
-        given = shown(sections.base[problem.key]) if problem.key in sections.base else ""
-        problems.append(Problem(key, given, problem.rule, problem.hint))
+        given = sections.base.get(problem.key)
+        problems.append(replace(problem, key=key, given=given))
     return {name: value for name, value in values.items() if name not in varied}
 
 
@@ -233,7 +233,7 @@ def _try_rules(
         if count > _LISTED_PER_RULE:
             more = count - _LISTED_PER_RULE
             rule = f"is wrong in the same way at {more} more combinations of the varied values"
-            problems.append(Problem(f"vary ({subject})", "", rule))
+            problems.append(Problem(f"vary ({subject})", None, rule))
     return invalid
 
 
@@ -248,7 +248,7 @@ def _point_problem(found: PointFinding, design: Design) -> Problem:
         else:
             others.append(f"{axis.name} = {axis.labels[position]}")
     at = f" (at {', '.join(others)})" if others else ""
-    return Problem(key, finding.value, f"{finding.rule}{at}", finding.hint)
+    return Problem(key, finding.value or None, f"{finding.rule}{at}", finding.hint)
 
 
 def _in_order(
@@ -291,15 +291,15 @@ def override(
         name = name.strip()
         if not equals:
             rule = "must have the form name=value"
-            problems.append(Problem(OPTION, shown(assignment), rule, "such as --set 'load=30 N'"))
+            problems.append(Problem(OPTION, assignment, rule, "such as --set 'load=30 N'"))
         elif name not in known:
-            hint = suggestion(name, known)
-            problems.append(Problem(f"{OPTION} {name}", text, "is not a parameter", hint))
+            rule, place = "is not a parameter", f"{OPTION} {name}"
+            problems.append(Problem(place, text, rule, written=name, known=known))
         else:
             try:
                 value = parse_value(text)
             except ValueError as error:
-                problems.append(Problem(f"{OPTION} {name}", shown(text), str(error)))
+                problems.append(Problem(f"{OPTION} {name}", text, str(error)))
             else:
                 problems.extend(_assign(changed, name, value))
     return changed, problems
@@ -322,7 +322,7 @@ def _assign(content: dict[str, Any], name: str, value: Any) -> list[Problem]:
     if part:
         if whole in vary:
             rule = f"cannot be set while vary.{whole} varies the whole of it"
-            return [Problem(f"{OPTION} {name}", shown(value), rule)]
+            return [Problem(f"{OPTION} {name}", value, rule)]
         present = base.get(whole)
         base[whole] = {**(present if isinstance(present, Mapping) else {}), part: value}
     else:
@@ -375,7 +375,7 @@ def select_case(
     if len(cases) > 1:
         rule = f"has {len(cases)} cases, and one must be chosen"
         hint = f"give --case ID, one of{_listed(list(cases))}"
-        raise StudyError(study.file, [Problem("", "", rule, hint)])
+        raise StudyError(study.file, [Problem("", None, rule, hint)])
     only = next(iter(cases.values())).case
     assert only is not None
     return only

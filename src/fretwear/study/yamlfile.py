@@ -14,7 +14,7 @@ from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
-from fretwear.study.problems import Problem, StudyError, shown
+from fretwear.study.problems import Problem, StudyError
 
 STUDIES = Path("studies")
 ENDINGS = (".yaml", ".yml")
@@ -58,9 +58,9 @@ def read_document(file: Path) -> Document:
     except YAMLError as error:
         raise StudyError(file, [_not_yaml(error, text)]) from error
     except _TooMuchError as error:
-        raise StudyError(file, [Problem("", "", str(error))]) from error
+        raise StudyError(file, [Problem("", None, str(error))]) from error
     if document is None:
-        problem = Problem("", "", "the file is empty", "a study needs base and vary")
+        problem = Problem("", None, "the file is empty", "a study needs base and vary")
         raise StudyError(file, [problem])
     return document
 
@@ -97,7 +97,7 @@ def _compose(text: str) -> Document | None:
 
 def _read_text(file: Path) -> str:
     def refused(rule: str, hint: str = "") -> StudyError:
-        return StudyError(file, [Problem("", "", rule, hint)])
+        return StudyError(file, [Problem("", None, rule, hint)])
 
     if "\0" in str(file):
         raise refused("is not a usable file name")
@@ -184,7 +184,7 @@ class _Builder:
         return values
 
     def _refuse(self, key: str, node: Node, rule: str, hint: str) -> None:
-        value = shown(node.value) if isinstance(node, ScalarNode) else ""
+        value = node.value if isinstance(node, ScalarNode) else ""
         line = node.start_mark.line + 1
         self._result.problems.append(Problem(key, value, rule, hint, line))
 
@@ -247,9 +247,9 @@ def _not_yaml(error: YAMLError, text: str) -> Problem:
     mark = getattr(error, "problem_mark", None)
     reason = getattr(error, "problem", None) or getattr(error, "reason", None) or "unreadable"
     if mark is None:
-        return Problem("", "", f"is not YAML: {reason}")
+        return Problem("", None, f"is not YAML: {reason}")
     number, hint = _likely(text.splitlines(), mark.line, reason)
-    return Problem("", "", f"is not YAML: {reason}", hint, number + 1)
+    return Problem("", None, f"is not YAML: {reason}", hint, number + 1)
 
 
 def _likely(lines: list[str], number: int, reason: str) -> tuple[int, str]:
@@ -260,7 +260,7 @@ def _likely(lines: list[str], number: int, reason: str) -> tuple[int, str]:
     before = _line_before(lines, number)
     for candidate in (number, before):
         if candidate is not None and _lacks_colon(lines, candidate):
-            entry = shown(lines[candidate].strip())
+            entry = lines[candidate].strip()
             return candidate, f"a colon and a space must follow the key: {entry!r}"
     if "mapping values" in reason and line.count(": ") > 1:
         return number, "put a value with a colon in it in quotes"
