@@ -149,8 +149,8 @@ def variables(chosen: Iterable[Variable]) -> str:
 def profiles() -> str:
     """Write the table of the profiles of a merged study."""
     rows = [
-        (f"`{one.name}`", f"`{one.field.name}`", one.field.si_unit, one.field.words)
-        for one in PROFILES
+        (f"`{name}`", f"`{field.name}`", field.si_unit, field.words)
+        for name, field in PROFILES.items()
     ]
     return table(("variable", "of the field", "units", "meaning"), rows)
 

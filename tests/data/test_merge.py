@@ -1,3 +1,5 @@
+"""The merged study: its dimensions, coordinates, scalars and profiles, and what is refused."""
+
 import json
 import math
 
@@ -5,11 +7,13 @@ import numpy as np
 import pytest
 
 from fretwear.data.files import open_case, open_history, open_summary, write_case
-from fretwear.data.merge import PROFILES, Tally, merge_study
+from fretwear.data.merge import PROFILES, Tally, _inside, linear, merge_study, nearest
 from fretwear.data.safe import CaseFilesError, DataFileError
 from fretwear.vocabulary import SCALARS, PointStatus
 
 LOADS = {"load": ["20 N", "50 N", "40 N"], "plastic_limit": ["none", "4500 MPa"]}
+ROUGH = {"kind": "wavy", "amplitude": "0.1 um", "slope_x": "0.2 deg", "slope_y": "0.2 deg"}
+CELLS = (np.arange(6) + 0.5) * 3.0
 
 
 @pytest.fixture
@@ -28,25 +32,52 @@ def test_dimensions_are_the_varied_names_in_the_order_of_the_study(make_study, m
     for variable in SCALARS:
         assert summary[variable.name].dims == ("load", "plastic_limit", "cycle")
         assert summary[variable.name].attrs["units"] == variable.si_unit
-    for profile in PROFILES:
-        assert summary[profile.name].dims == ("load", "plastic_limit", "cycle", "x")
-        assert summary[profile.name].dtype == np.float32
+    for name in PROFILES:
+        assert summary[name].dims == ("load", "plastic_limit", "cycle", "x")
+        assert summary[name].dtype == np.float32
     assert summary["load"].values.tolist() == [20.0, 50.0, 40.0]
     assert summary.plastic_limit.values.tolist() == [math.inf, 4.5e9]
     assert (summary["load"].attrs["units"], summary.plastic_limit.attrs["units"]) == ("N", "Pa")
     assert summary.cycle.values.tolist() == [0.0, 100.0, 1000.0]
 
 
-def test_the_order_of_the_study_is_kept_whatever_it_is(make_study, merge):
-    vary = {"plastic_limit": ["none", "4500 MPa"], "friction": [0.6, 0.3], "load": ["50 N"]}
-    summary, _ = merge(make_study(vary))
-    assert summary.wear_volume.dims == ("plastic_limit", "friction", "load", "cycle")
-    assert summary.gap_profile.dims == ("plastic_limit", "friction", "load", "cycle", "x")
+@pytest.mark.parametrize(
+    ("vary", "sections", "dims"),
+    [
+        (
+            {"plastic_limit": ["none", "4500 MPa"], "friction": [0.6, 0.3], "load": ["50 N"]},
+            {},
+            ("plastic_limit", "friction", "load", "cycle"),
+        ),
+        ({}, {}, ("cycle",)),
+        ({"load": ["20 N", "50 N"], "friction": [0.3, 0.6]}, {"design": "zip"}, ("point", "cycle")),
+        (
+            {"load": {"from": "20 N", "to": "50 N"}, "friction": {"from": 0.3, "to": 0.6}},
+            {"design": {"kind": "latin_hypercube", "points": 3, "seed": 1}},
+            ("point", "cycle"),
+        ),
+    ],
+)
+def test_dimensions_follow_from_the_design(make_study, merge, vary, sections, dims):
+    study = make_study(vary, **sections)
+    summary, tally = merge(study)
+    assert summary.wear_volume.dims == dims
+    assert summary.gap_profile.dims == (*dims, "x")
+    assert tally == Tally(len(study.cases()), 0, 0)
+    assert (summary.status == PointStatus.DONE).all()
+    if dims[0] == "point":
+        assert summary.point.values.tolist() == list(range(len(study.cases())))
+        for name in vary:
+            assert summary[name].dims == ("point",)
+            expected = [getattr(case, name) for case in study.cases().values()]
+            assert summary[name].values.tolist() == expected
 
 
 def test_every_point_has_the_values_of_its_case(make_study, merge, tmp_path):
     study = make_study(LOADS)
     summary, _ = merge(study)
+    largest = max(case.hertz_radius for case in study.cases().values())
+    assert summary.sizes["x"] == math.ceil(1.3 * largest / 10e-6)
     for point in study.points():
         here = summary.sel(load=point.case.load, plastic_limit=point.case.plastic_limit)
         assert here.case_id == point.id
@@ -54,21 +85,11 @@ def test_every_point_has_the_values_of_its_case(make_study, merge, tmp_path):
             for variable in SCALARS:
                 np.testing.assert_array_equal(here[variable.name], case[variable.name])
             assert here.hertz_radius == case.hertz_radius
-
-
-def test_cases_of_one_spacing_keep_their_profiles_to_the_last_bit(make_study, merge, tmp_path):
-    study = make_study(LOADS)
-    summary, _ = merge(study)
-    largest = max(case.hertz_radius for case in study.cases().values())
-    assert summary.sizes["x"] == math.ceil(1.3 * largest / 10e-6)
-    for point in study.points():
-        here = summary.sel(load=point.case.load, plastic_limit=point.case.plastic_limit)
-        with open_case(tmp_path / "cases" / f"{point.id}.nc") as case:
+            # Cases of one spacing keep their profiles to the last bit.
             np.testing.assert_array_equal(here.x[: case.sizes["x"]], case.x)
-            for profile in PROFILES:
-                row = case[profile.field.name].isel(y=0)
-                inside = here[profile.name][:, : case.sizes["x"]]
-                np.testing.assert_array_equal(inside, row)
+            for name, field in PROFILES.items():
+                inside = here[name][:, : case.sizes["x"]]
+                np.testing.assert_array_equal(inside, case[field.name].isel(y=0))
 
 
 def test_outside_a_window_nothing_touches_and_the_gap_is_not_known(make_study, merge):
@@ -98,9 +119,41 @@ def test_cases_of_different_spacing_are_interpolated_on_the_finest(make_study, m
     np.testing.assert_allclose(coarse[smooth], fine[smooth], rtol=0, atol=bound)
 
 
+def test_at_cell_centres_values_are_kept_to_the_last_bit():
+    values = np.random.default_rng(1).random((6, 4)).astype(np.float32)
+    for some in ([0, 1, 2, 3, 4, 5], [0, 5, 3]):
+        assert (linear(values, CELLS, CELLS[some], 0) == values[some]).all()
+        assert (nearest(values, CELLS, CELLS[some], 0) == values[some]).all()
+
+
+def test_linear_interpolation_agrees_with_numpy_on_both_sides_of_the_middle():
+    values = np.random.default_rng(1).random((6, 4)).astype(np.float32)
+    positions = np.linspace(-20.0, 20.0, 101)
+    resampled = linear(values, CELLS, positions, 0)
+    for column in range(4):
+        expected = np.interp(np.abs(positions), CELLS, values[:, column])
+        np.testing.assert_allclose(resampled[:, column], expected, rtol=1e-6)
+
+
+def test_a_whole_contact_is_not_taken_for_a_quarter():
+    cells = np.r_[-CELLS[::-1], CELLS]
+    resampled = linear(cells[None], cells, np.array([-6.0, 6.0]), 1)
+    np.testing.assert_allclose(resampled, [[-6.0, 6.0]], rtol=1e-14)
+
+
+def test_states_are_those_of_the_nearest_cell():
+    states = np.array([2, 2, 1, 1, 0, 0], dtype=np.int8)
+    resampled = nearest(states, CELLS, np.array([0.1, 5.9, 6.1, 11.9, 12.1, 30.0]), 0)
+    assert resampled.tolist() == [2, 2, 1, 1, 0, 0]
+    assert resampled.dtype == np.int8
+
+
+def test_outside_begins_after_the_last_cell_centre():
+    assert _inside(CELLS, np.array([0.0, 16.5, 16.6, -16.6])).tolist() == [0, 1]
+
+
 def test_words_stand_for_values_that_are_not_numbers(make_study, merge):
-    rough = {"kind": "wavy", "amplitude": "0.1 um", "slope_x": "0.2 deg", "slope_y": "0.2 deg"}
-    summary, _ = merge(make_study({"roughness": ["none", rough], "slip_model": ["jaeger"]}))
+    summary, _ = merge(make_study({"roughness": ["none", ROUGH], "slip_model": ["jaeger"]}))
     assert summary.wear_volume.dims == ("roughness", "slip_model", "cycle")
     assert summary.slip_model.values.tolist() == ["jaeger"]
     assert summary.roughness.values[0] == "none"
@@ -114,33 +167,6 @@ def test_a_dotted_name_becomes_one_word(make_study, merge):
     assert summary.wear_volume.dims == ("roughness_amplitude", "cycle")
     np.testing.assert_allclose(summary.roughness_amplitude, [0.0, 1e-7], rtol=1e-12)
     assert summary.roughness_amplitude.attrs["units"] == "m"
-
-
-def test_pairs_lie_along_the_points(make_study, merge):
-    vary = {"load": ["20 N", "50 N"], "friction": [0.3, 0.6]}
-    summary, _ = merge(make_study(vary, design="zip"))
-    assert summary.wear_volume.dims == ("point", "cycle")
-    assert summary.point.values.tolist() == [0, 1]
-    assert summary["load"].dims == summary.friction.dims == ("point",)
-    assert summary["load"].values.tolist() == [20.0, 50.0]
-    assert summary.friction.values.tolist() == [0.3, 0.6]
-
-
-def test_samples_lie_along_the_points(make_study, merge):
-    vary = {"load": {"from": "20 N", "to": "50 N"}, "friction": {"from": 0.3, "to": 0.6}}
-    study = make_study(vary, design={"kind": "latin_hypercube", "points": 3, "seed": 1})
-    summary, _ = merge(study)
-    assert summary.wear_volume.dims == ("point", "cycle")
-    assert summary["load"].values.tolist() == [case.load for case in study.cases().values()]
-    assert summary.friction.values.tolist() == [c.friction for c in study.cases().values()]
-
-
-def test_a_study_that_varies_nothing_has_no_dimension_of_its_own(make_study, merge):
-    summary, tally = merge(make_study({}))
-    assert summary.wear_volume.dims == ("cycle",)
-    assert summary.pressure_profile.dims == ("cycle", "x")
-    assert summary.status == PointStatus.DONE
-    assert tally == Tally(1, 0, 0)
 
 
 def test_what_is_not_done_is_nan_and_says_why(make_study, run_study, tmp_path):
@@ -159,11 +185,10 @@ def test_what_is_not_done_is_nan_and_says_why(make_study, run_study, tmp_path):
         assert summary.status.attrs["flag_meanings"] == "done failed invalid"
         done = summary.status == PointStatus.DONE
         for name in (*(variable.name for variable in SCALARS), "pressure_profile"):
-            whole = (
-                summary[name].notnull().all([d for d in summary[name].dims if d not in done.dims])
-            )
-            np.testing.assert_array_equal(whole, done)
+            inner = [dim for dim in summary[name].dims if dim not in done.dims]
+            np.testing.assert_array_equal(summary[name].notnull().all(inner), done)
         assert summary.case_id.sel(load=20.0, tangential_load=16.0) == ""
+        assert math.isnan(summary.hertz_radius.sel(load=20.0, tangential_load=16.0))
 
 
 def test_snapshots_that_a_case_does_not_have_are_nan(make_study, merge):
@@ -194,33 +219,33 @@ def test_a_missing_study_is_told(make_study, tmp_path):
     assert not (tmp_path / "summary.nc").exists()
 
 
-def test_every_damaged_file_is_named_and_nothing_is_written(make_study, run_study, tmp_path):
+def test_every_file_that_cannot_be_used_is_named_and_nothing_is_written(
+    make_study, run_study, tmp_path
+):
     study = make_study(LOADS)
     cases = run_study(study)
-    short, flipped, *_ = (cases / f"{name}.nc" for name in study.cases())
+    short, flipped, another, source, fewer, _ = (cases / f"{name}.nc" for name in study.cases())
     short.write_bytes(short.read_bytes()[:-1000])
     content = bytearray(flipped.read_bytes())
     content[len(content) // 2] ^= 1
     flipped.write_bytes(content)
+    another.write_bytes(source.read_bytes())
+    with open_case(fewer) as case, open_history(fewer) as history:
+        write_case(case.isel(cycle=[0, 2]), history, fewer)
     with pytest.raises(CaseFilesError) as error:
         merge_study(study, cases, tmp_path / "summary.nc")
-    assert {found.path for found in error.value.errors} == {short, flipped}
-    assert str(short) in str(error.value)
-    assert str(flipped) in str(error.value)
-    assert not (tmp_path / "summary.nc").exists()
-
-
-def test_a_file_of_another_case_or_other_snapshots_is_refused(make_study, run_study, tmp_path):
-    study = make_study(LOADS)
-    cases = run_study(study)
-    first, second, third, *_ = (cases / f"{name}.nc" for name in study.cases())
-    first.write_bytes(second.read_bytes())
-    with open_case(third) as case, open_history(third) as history:
-        write_case(case.isel(cycle=[0, 2]), history, third)
-    with pytest.raises(CaseFilesError) as error:
-        merge_study(study, cases, tmp_path / "summary.nc")
+    wrong = {
+        short: "cut short",
+        flipped: "its checksum does not fit",
+        another: f"holds another case, {source.stem}",
+        fewer: "no snapshot at cycle 100",
+    }
+    assert {found.path for found in error.value.errors} == wrong.keys()
     lines = str(error.value).splitlines()
-    assert [f"holds another case, {second.stem}" in lines[0], "cycle 100" in lines[1]] == [True] * 2
+    for line, (path, problem) in zip(lines, wrong.items(), strict=True):
+        assert line.startswith(str(path))
+        assert problem in line
+    assert not (tmp_path / "summary.nc").exists()
 
 
 def test_a_damaged_summary_is_not_opened(make_study, run_study, tmp_path):

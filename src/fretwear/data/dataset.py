@@ -1,4 +1,4 @@
-"""Labelled datasets of one case: made from plain arrays, mirrored, compared."""
+"""The dataset of one case: labelled from plain arrays, mirrored, compared with another one."""
 
 from __future__ import annotations
 
@@ -38,8 +38,26 @@ from fretwear.vocabulary import (
 if TYPE_CHECKING:
     from fretwear.study.case import Case
 
-
 CONVENTIONS = "CF-1.11"
+
+KEY_RESULTS: tuple[Variable, ...] = (
+    *(
+        RESULTS[name]
+        for name in (
+            "contact_half_width_x",
+            "stick_half_width_x",
+            "central_pressure",
+            "peak_pressure",
+            "dissipated_energy",
+            "wear_volume",
+            "plastic_volume",
+        )
+    ),
+    MAXIMUM_WEAR_DEPTH,
+)
+"""What tells two cases apart."""
+
+_SAME = 1e-12
 
 Symmetry = Literal["even_xy", "none"]
 
@@ -89,27 +107,21 @@ def case_dataset(
         When a variable is missing, not known, of the wrong shape or not finite, or when a
         coordinate does not increase. The message lists all of these.
     """
-    coords = {
-        "cycle": _coordinate(CYCLE, cycles),
-        "x": _coordinate(X, x),
-        "y": _coordinate(Y, y),
+    coordinates = {
+        variable.name: _labelled(variable, (variable.name,), np.atleast_1d(np.asarray(values)))
+        for variable, values in ((CYCLE, cycles), (X, x), (Y, y))
     }
-    sizes = {name: values.size for name, values in coords.items()}
-    arrays = {name: np.asarray(values) for name, values in {**fields, **scalars}.items()}
-    field_shape = tuple(sizes[dim] for dim in CASE_DIMS)
-    _raise_all(
-        [
-            *_coordinate_problems(coords, symmetry),
-            *_name_problems("field", FIELDS, fields),
-            *_name_problems("scalar", SCALARS, scalars),
-            *_array_problems(FIELDS, arrays, field_shape),
-            *_array_problems(SCALARS, arrays, field_shape[:1]),
-        ]
-    )
-    variables = {field.name: _labelled(field, CASE_DIMS, arrays[field.name]) for field in FIELDS}
-    variables |= {
-        scalar.name: _labelled(scalar, CASE_DIMS[:1], arrays[scalar.name]) for scalar in SCALARS
+    shape = tuple(coordinates[name].size for name in CASE_DIMS)
+    problems = _coordinate_problems(coordinates, symmetry)
+    variables = {
+        **_variables("field", FIELDS, fields, CASE_DIMS, shape, problems),
+        **_variables("scalar", SCALARS, scalars, CASE_DIMS[:1], shape[:1], problems),
     }
+    _raise_all(problems)
+    for name, (value, units, long_name) in case.scalar_coordinates().items():
+        is_text = isinstance(value, str)
+        attributes = Variable(name, "" if is_text else units, long_name).attributes
+        coordinates[name] = xr.Variable((), value if is_text else np.float64(value), attributes)
     attributes = {
         "title": title or f"Fretting wear of case {case.case_id}",
         "Conventions": CONVENTIONS,
@@ -119,7 +131,7 @@ def case_dataset(
         "case_id": case.case_id,
         "symmetry": symmetry,
     }
-    return xr.Dataset(variables, {**coords, **scalar_coordinates(case)}, attributes)
+    return xr.Dataset(variables, coordinates, attributes)
 
 
 def history_dataset(
@@ -151,94 +163,80 @@ def history_dataset(
     ValueError
         As for `case_dataset`.
     """
-    cycle = _labelled(CYCLE, (STEP.name,), np.asarray(cycles))
-    arrays = {name: np.asarray(values) for name, values in scalars.items()}
-    arrays[ERROR_ESTIMATE.name] = np.asarray(error_estimate)
-    arrays[CONVOLUTIONS.name] = np.asarray(convolutions)
+    dims = (STEP.name,)
+    cycle = _labelled(CYCLE, dims, np.asarray(cycles))
+    given = {
+        **scalars,
+        ERROR_ESTIMATE.name: error_estimate,
+        CONVOLUTIONS.name: convolutions,
+    }
+    problems = _coordinate_problems({CYCLE.name: cycle}, "none")
     expected = (*SCALARS, ERROR_ESTIMATE, CONVOLUTIONS)
-    _raise_all(
-        [
-            *_coordinate_problems({CYCLE.name: cycle}, "none"),
-            *_name_problems("scalar", expected, arrays),
-            *_array_problems(expected, arrays, (cycle.size,)),
-        ]
-    )
+    variables = _variables("scalar", expected, given, dims, cycle.shape, problems)
+    _raise_all(problems)
     return xr.Dataset(
-        {scalar.name: _labelled(scalar, (STEP.name,), arrays[scalar.name]) for scalar in expected},
-        {
-            STEP.name: _labelled(STEP, (STEP.name,), np.arange(cycle.size)),
-            CYCLE.name: cycle,
-        },
+        variables,
+        {STEP.name: _labelled(STEP, dims, np.arange(cycle.size)), CYCLE.name: cycle},
         {"title": "Every accepted step of the run", "Conventions": CONVENTIONS},
     )
-
-
-def scalar_coordinates(case: Case) -> dict[str, xr.Variable]:
-    """Every parameter of a case as a scalar coordinate, float64 or a string, with its units."""
-    coordinates = {}
-    for name, (value, units, long_name) in case.scalar_coordinates().items():
-        attributes = Variable(name, units, long_name).attributes
-        if isinstance(value, str):
-            attributes.pop("units", None)
-            coordinates[name] = xr.Variable((), value, attributes)
-        else:
-            coordinates[name] = xr.Variable((), np.float64(value), attributes)
-    return coordinates
-
-
-def _coordinate(variable: Variable, values: ArrayLike) -> xr.Variable:
-    return _labelled(variable, (variable.name,), np.atleast_1d(np.asarray(values)))
 
 
 def _labelled(variable: Variable, dims: tuple[str, ...], values: NDArray[Any]) -> xr.Variable:
     return xr.Variable(dims, values.astype(variable.dtype), variable.attributes)
 
 
+def _variables(
+    kind: str,
+    expected: Iterable[Variable],
+    given: Mapping[str, ArrayLike],
+    dims: tuple[str, ...],
+    shape: tuple[int, ...],
+    problems: list[str],
+) -> dict[str, xr.Variable]:
+    """Label the arrays that are as expected; of the others, add what is wrong to `problems`."""
+    by_name = {variable.name: variable for variable in expected}
+    if missing := sorted(by_name.keys() - given.keys()):
+        problems.append(f"missing {kind} {', '.join(missing)}")
+    if unknown := sorted(given.keys() - by_name.keys()):
+        problems.append(f"unknown {kind} {', '.join(unknown)}")
+    found = {}
+    for name, variable in by_name.items():
+        if name not in given:
+            continue
+        values = np.asarray(given[name])
+        flags = variable.flags if isinstance(variable, Field) else ()
+        if values.shape != shape:
+            problems.append(f"{name} has shape {values.shape}, expected {shape}")
+        elif flags and not np.isin(values, flags).all():
+            meanings = variable.attributes["flag_meanings"]
+            problems.append(f"{name} holds other values than {meanings}")
+        elif not flags and not np.isfinite(values).all():
+            problems.append(f"{name} holds values that are not finite")
+        else:
+            found[name] = _labelled(variable, dims, values)
+    return found
+
+
+def _coordinate_problems(coordinates: Mapping[str, xr.Variable], symmetry: str) -> list[str]:
+    problems = []
+    if symmetry not in SYMMETRIES:
+        problems.append(f"symmetry is {symmetry!r}, expected one of {', '.join(SYMMETRIES)}")
+    for name, coordinate in coordinates.items():
+        values = coordinate.to_numpy()
+        if values.size == 0:
+            problems.append(f"{name} is empty")
+        elif not (np.isfinite(values).all() and (np.diff(values) > 0).all()):
+            problems.append(f"{name} does not increase from value to value")
+        elif name == CYCLE.name and values[0] < 0:
+            problems.append(f"{name} begins at {values[0]:g}, expected 0 or more")
+        elif name != CYCLE.name and symmetry == "even_xy" and values[0] <= 0:
+            problems.append(f"{name} begins at {values[0]:g} m, but a quarter has only {name} > 0")
+    return problems
+
+
 def _raise_all(problems: list[str]) -> None:
     if problems:
         raise ValueError("The dataset would not be whole: " + "; ".join(problems) + ".")
-
-
-def _coordinate_problems(coords: Mapping[str, xr.Variable], symmetry: str) -> Iterable[str]:
-    if symmetry not in SYMMETRIES:
-        yield f"symmetry is {symmetry!r}, expected one of {', '.join(SYMMETRIES)}"
-    for name, coordinate in coords.items():
-        values = coordinate.to_numpy()
-        if values.size == 0:
-            yield f"{name} is empty"
-        elif not (np.isfinite(values).all() and (np.diff(values) > 0).all()):
-            yield f"{name} does not increase from value to value"
-        elif name == CYCLE.name and values[0] < 0:
-            yield f"{name} begins at {values[0]:g}, expected 0 or more"
-        elif name != CYCLE.name and symmetry == "even_xy" and values[0] <= 0:
-            yield f"{name} begins at {values[0]:g} m, but a quarter has only {name} > 0"
-
-
-def _name_problems(
-    kind: str, expected: Iterable[Variable], given: Mapping[str, Any]
-) -> Iterable[str]:
-    names = {variable.name for variable in expected}
-    if missing := sorted(names - given.keys()):
-        yield f"missing {kind} {', '.join(missing)}"
-    if unknown := sorted(given.keys() - names):
-        yield f"unknown {kind} {', '.join(unknown)}"
-
-
-def _array_problems(
-    expected: Iterable[Variable], arrays: Mapping[str, NDArray[Any]], shape: tuple[int, ...]
-) -> Iterable[str]:
-    for variable in expected:
-        values = arrays.get(variable.name)
-        if values is None:
-            continue
-        if values.shape != shape:
-            yield f"{variable.name} has shape {values.shape}, expected {shape}"
-        elif isinstance(variable, Field) and variable.flags:
-            if not np.isin(values, variable.flags).all():
-                meanings = variable.attributes["flag_meanings"]
-                yield f"{variable.name} holds other values than {meanings}"
-        elif not np.isfinite(values).all():
-            yield f"{variable.name} holds values that are not finite"
 
 
 def mirrored(dataset: xr.Dataset) -> xr.Dataset:
@@ -258,18 +256,13 @@ def mirrored(dataset: xr.Dataset) -> xr.Dataset:
     """
     if dataset.attrs["symmetry"] == "none":
         return dataset
-    inward_then_outward = {
-        name: np.r_[np.arange(dataset.sizes[name])[::-1], np.arange(dataset.sizes[name])]
-        for name in (X.name, Y.name)
-    }
-    positions = {
-        name: xr.Variable(
-            (name,), np.r_[-dataset[name].values[::-1], dataset[name].values], dataset[name].attrs
-        )
-        for name in (X.name, Y.name)
-    }
-    whole = dataset.isel(inward_then_outward).assign_coords(positions)
-    whole = whole.assign_attrs(symmetry="none")
+    order, positions = {}, {}
+    for name in (X.name, Y.name):
+        cells = np.arange(dataset.sizes[name])
+        order[name] = np.r_[cells[::-1], cells]
+        values = np.r_[-dataset[name].values[::-1], dataset[name].values]
+        positions[name] = xr.Variable((name,), values, dataset[name].attrs)
+    whole = dataset.isel(order).assign_coords(positions).assign_attrs(symmetry="none")
     # A derived dataset does not close the file that it reads from.
     whole.set_close(dataset.close)
     return whole
@@ -283,28 +276,15 @@ def source() -> str:
     return f"{version} (commit {commit})" if commit else version
 
 
-def history_line(command: str) -> str:
-    """One line of the CF ``history`` attribute: time in UTC, then the command."""
-    return f"{datetime.now(UTC).isoformat(timespec='seconds')} {command}"
-
-
 def _commit(root: Path) -> str | None:
     # An installed package may lie inside a checkout of something else (a virtual environment in
     # a user's project), so only a repository with our own sources at its root counts.
     if not (root / ".git").exists() or not (root / "src" / "fretwear").is_dir():
         return None
+    describe = ["describe", "--always", "--dirty", "--abbrev=12", "--exclude=*"]
     try:
         answer = subprocess.run(
-            [
-                "git",
-                "-C",
-                str(root),
-                "describe",
-                "--always",
-                "--dirty",
-                "--abbrev=12",
-                "--exclude=*",
-            ],
+            ["git", "-C", str(root), *describe],
             capture_output=True,
             text=True,
             timeout=5,
@@ -316,18 +296,9 @@ def _commit(root: Path) -> str | None:
     return answer.stdout.strip() or None
 
 
-KEY_RESULTS = (
-    "contact_half_width_x",
-    "stick_half_width_x",
-    "central_pressure",
-    "peak_pressure",
-    "dissipated_energy",
-    "wear_volume",
-    "plastic_volume",
-)
-"""Quantities over the cycles that tell two cases apart; the maximum wear depth is added to them."""
-
-_SAME = 1e-12
+def history_line(command: str) -> str:
+    """One line of the CF ``history`` attribute: time in UTC, then the command."""
+    return f"{datetime.now(UTC).isoformat(timespec='seconds')} {command}"
 
 
 @dataclass(frozen=True)
@@ -363,31 +334,31 @@ def compared_cycles(first: xr.Dataset, second: xr.Dataset) -> tuple[int, int]:
     return (common, common) if common else (max(mine), max(other))
 
 
-def different_parameters(first: xr.Dataset, second: xr.Dataset) -> list[str]:
-    """Return the parameters of two cases that differ, in the order of the first."""
-    names = [
-        str(name) for name, value in first.coords.items() if not value.dims and name != "cycle"
-    ]
-    names += [str(n) for n, v in second.coords.items() if not v.dims and n not in {*names, "cycle"}]
-    return [name for name in names if not _agree(first.coords.get(name), second.coords.get(name))]
-
-
 def compared_results(first: xr.Dataset, second: xr.Dataset) -> list[Compared]:
-    """Return the key results of two cases at `compared_cycles`."""
+    """Return the `KEY_RESULTS` of two cases at `compared_cycles`."""
     cycles = compared_cycles(first, second)
     states = [case.sel(cycle=cycle) for case, cycle in zip((first, second), cycles, strict=True)]
     results = []
-    for name in KEY_RESULTS:
-        values = (float(state[name]) for state in states)
-        results.append(Compared(RESULTS[name], *values))
-    depths = (float(state["wear_depth"].max()) for state in states)
-    return [*results, Compared(MAXIMUM_WEAR_DEPTH, *depths)]
+    for variable in KEY_RESULTS:
+        name = "wear_depth" if variable is MAXIMUM_WEAR_DEPTH else variable.name
+        results.append(Compared(variable, *(float(state[name].max()) for state in states)))
+    return results
 
 
-def _agree(first: xr.DataArray | None, second: xr.DataArray | None) -> bool:
-    if first is None or second is None:
-        return False
-    mine, other = first.item(), second.item()
-    if isinstance(mine, str) or isinstance(other, str):
-        return bool(mine == other)
-    return mine == other or math.isclose(mine, other, rel_tol=_SAME)
+def different_parameters(first: xr.Dataset, second: xr.Dataset) -> list[str]:
+    """Return the parameters of two cases that differ, in the order of the first."""
+    mine, other = (
+        {
+            str(name): value.item()
+            for name, value in case.coords.items()
+            if not value.dims and name != CYCLE.name
+        }
+        for case in (first, second)
+    )
+    return [name for name in {**mine, **other} if not _agree(mine.get(name), other.get(name))]
+
+
+def _agree(first: float | str | None, second: float | str | None) -> bool:
+    if isinstance(first, int | float) and isinstance(second, int | float):
+        return math.isclose(first, second, rel_tol=_SAME)
+    return first == second

@@ -1,4 +1,10 @@
-"""Files of datasets: written whole, checked when they are opened."""
+"""Files of datasets: written whole or not at all, checked before they are opened.
+
+Every file ends with a checksum, a line behind its content, which libraries for netCDF-4 and HDF5
+ignore. The netCDF library is no judge of whole files: one that was not finished opens without an
+error, and one whose structure is damaged can hang or crash the process that opens it. So the
+checksum is compared before the library opens the file.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +13,6 @@ import zlib
 from collections.abc import Hashable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
-from enum import Enum
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
@@ -25,54 +30,37 @@ from fretwear.vocabulary import CASE_DIMS, CYCLE, FIELDS, SCALARS, X, Y
 if TYPE_CHECKING:
     from fretwear.study.case import Case
 
+HISTORY_GROUP = "history"
+COMPRESSION: dict[str, Any] = {"zlib": True, "complevel": 1, "shuffle": True, "fletcher32": True}
+"""How large variables are stored: each chunk with a checksum of the netCDF library's own."""
 
 _MARK = b"\nfretwear crc32 "
 _LENGTH = len(_MARK) + 8 + 1
 _BLOCK_BYTES = 1 << 20
+_COMPLETE = "complete"
+_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
-
-class Seal(Enum):
-    """State of the seal of a file."""
-
-    INTACT = "intact"
-    MISSING = "missing"
-    BROKEN = "broken"
+_CHECK_NAME = "Check the name, or run the case"
+_CHECK_FOLDER = "Check the name: case files lie in the folder cases/ of a study's results"
+_CHECK_KIND = "Check the name; if it is what is left of a case file, run the case again"
+_RUN_AGAIN = "Remove the file and run the case again"
 
 
 def add_checksum(path: Path) -> None:
     """Put the checksum behind the content of a file; nothing may be written to it afterwards."""
     with path.open("r+b") as stream:
-        line = _line(stream, path.stat().st_size)
+        line = _checksum_line(stream, path.stat().st_size)
         stream.seek(0, os.SEEK_END)
         stream.write(line)
 
 
-def check_seal(path: Path) -> Seal:
-    """Read a file and compare it with its checksum.
-
-    Returns
-    -------
-    Seal
-        ``MISSING`` when there is no checksum: the file was not finished, was cut short, or was
-        written to by another program. ``BROKEN`` when it does not fit: a bit has changed.
-    """
-    with path.open("rb") as stream:
-        content = path.stat().st_size - _LENGTH
-        stream.seek(max(content, 0))
-        found = stream.read()
-        if not found.startswith(_MARK):
-            return Seal.MISSING
-        stream.seek(0)
-        return Seal.INTACT if found == _line(stream, content) else Seal.BROKEN
-
-
 def damage(path: Path, kind: str) -> str:
-    """Say what is wrong with a file that should have a seal; an empty string when nothing is.
+    """Say what is wrong with a file that should end with its checksum; empty when it is whole.
 
     Parameters
     ----------
     path : pathlib.Path
-        The file.
+        The file; it is read once.
     kind : str
         What it should be, such as ``"case file"``.
     """
@@ -81,15 +69,20 @@ def damage(path: Path, kind: str) -> str:
     if not path.is_file():
         return "it is not a file"
     try:
-        state = check_seal(path)
+        with path.open("rb") as stream:
+            content = path.stat().st_size - _LENGTH
+            stream.seek(max(content, 0))
+            found = stream.read()
+            if not found.startswith(_MARK):
+                return f"it is no whole {kind}: unfinished, cut short or changed by another program"
+            stream.seek(0)
+            is_whole = found == _checksum_line(stream, content)
     except OSError as cause:
         return f"it cannot be read ({cause.strerror or cause})"
-    if state is Seal.MISSING:
-        return f"it is no whole {kind}: unfinished, cut short or changed by another program"
-    return "it is damaged: its checksum does not fit" if state is Seal.BROKEN else ""
+    return "" if is_whole else "it is damaged: its checksum does not fit"
 
 
-def _line(stream: BinaryIO, content: int) -> bytes:
+def _checksum_line(stream: BinaryIO, content: int) -> bytes:
     checksum = 0
     while content > 0 and (block := stream.read(min(content, _BLOCK_BYTES))):
         checksum = zlib.crc32(block, checksum)
@@ -120,18 +113,6 @@ def open_lazily(path: str | PathLike[str], group: str | None = None) -> xr.Datas
         if coordinate.dtype.kind == "O":
             dataset[name] = coordinate.astype(str)
     return dataset
-
-
-HISTORY_GROUP = "history"
-COMPLETE = "complete"
-
-_CHECK_NAME = "Check the name, or run the case"
-_CHECK_KIND = "Check the name: the files of the cases lie in the folder cases/ of a study's results"
-_RUN_AGAIN = "Remove the file and run the case again"
-# What is no netCDF-4 file may be precious, a study file for example: nothing is to be removed.
-_CHECK_FIRST = "Check the name; if it is what is left of a case file, run the case again"
-_SIGNATURE = b"\x89HDF\r\n\x1a\n"
-_NOT_NETCDF = "it is no netCDF-4 file, which case files are"
 
 
 @dataclass(frozen=True)
@@ -181,8 +162,7 @@ def opened_case(path: str | PathLike[str]) -> Iterator[CaseFile]:
     """
     path = Path(path)
     if problem := damage(path, "case file"):
-        remedy = _remedy(path)
-        raise CaseFileError(path, _NOT_NETCDF if remedy == _CHECK_FIRST else problem, remedy)
+        raise _damaged(path, problem)
     try:
         file = netCDF4.Dataset(path, "r")
     except (OSError, RuntimeError) as cause:
@@ -191,14 +171,36 @@ def opened_case(path: str | PathLike[str]) -> Iterator[CaseFile]:
         file.set_auto_mask(False)
         case_file = CaseFile(path, file)
         if "case_id" not in file.ncattrs():
-            raise CaseFileError(path, "it is not the file of one case", _CHECK_KIND)
-        if COMPLETE not in file.ncattrs() or file.getncattr(COMPLETE) != 1:
+            raise CaseFileError(path, "it is not the file of one case", _CHECK_FOLDER)
+        if _COMPLETE not in file.ncattrs() or file.getncattr(_COMPLETE) != 1:
             raise case_file.unusable("the run that wrote it did not finish")
-        lacking = missing_variables({name: v.dimensions for name, v in file.variables.items()})
+        lacking = _lacking({name: v.dimensions for name, v in file.variables.items()})
         lacking += [HISTORY_GROUP] if HISTORY_GROUP not in file.groups else []
         if lacking:
             raise case_file.unusable(f"it lacks {', '.join(lacking)}")
         yield case_file
+
+
+def _damaged(path: Path, problem: str) -> CaseFileError:
+    try:
+        with path.open("rb") as stream:
+            begins = stream.read(len(_SIGNATURE))
+    except OSError:
+        return CaseFileError(path, problem, _CHECK_NAME)
+    if begins == _SIGNATURE:
+        return CaseFileError(path, problem, _RUN_AGAIN)
+    # It may be precious, a study file for example: nobody is told to remove it.
+    return CaseFileError(path, "it is no netCDF-4 file, which case files are", _CHECK_KIND)
+
+
+def _lacking(dims: Mapping[Hashable, tuple[Hashable, ...]]) -> list[str]:
+    """Name the variables of a case that are not there with the right dimensions."""
+    expected = {
+        **{coordinate.name: (coordinate.name,) for coordinate in (CYCLE, X, Y)},
+        **{scalar.name: CASE_DIMS[:1] for scalar in SCALARS},
+        **{field.name: CASE_DIMS for field in FIELDS},
+    }
+    return [name for name, right in expected.items() if dims.get(name) != right]
 
 
 def is_finished_case(path: str | PathLike[str], case: Case) -> bool:
@@ -206,8 +208,6 @@ def is_finished_case(path: str | PathLike[str], case: Case) -> bool:
 
     The file is read once to compare it with its checksum.
     """
-    if not Path(path).exists():
-        return False
     try:
         with opened_case(path) as file:
             version = file.attribute("source").split(" (")[0]
@@ -219,40 +219,12 @@ def is_finished_case(path: str | PathLike[str], case: Case) -> bool:
     return same and is_of_version and np.array_equal(cycles, case.output_cycles)
 
 
-def _remedy(path: Path) -> str:
-    if not path.is_file():
-        return _CHECK_NAME
-    try:
-        with path.open("rb") as stream:
-            begins = stream.read(len(_SIGNATURE))
-    except OSError:
-        return _CHECK_NAME
-    return _RUN_AGAIN if begins == _SIGNATURE else _CHECK_FIRST
-
-
-def missing_variables(dims: Mapping[Hashable, tuple[Hashable, ...]]) -> list[str]:
-    """Name the variables of a case that are not there with the right dimensions.
-
-    Parameters
-    ----------
-    dims : mapping
-        Name and dimensions of the variables that are there.
-    """
-    expected: dict[str, tuple[str, ...]] = {
-        **{coordinate.name: (coordinate.name,) for coordinate in (CYCLE, X, Y)},
-        **{scalar.name: CASE_DIMS[:1] for scalar in SCALARS},
-        **{field.name: CASE_DIMS for field in FIELDS},
-    }
-    return [name for name, there in expected.items() if dims.get(name) != there]
-
-
 def write_case(dataset: xr.Dataset, history: xr.Dataset, path: str | PathLike[str]) -> None:
     """Write a case file; it appears under its name only when it is whole.
 
     Fields are compressed by zlib (level 1, shuffled), one cycle to a chunk, each chunk with the
-    checksum of the netCDF library for those who read the file without fretwear. The attribute
-    ``complete`` is set after everything else, a checksum of the whole file ends it, and the file
-    is read back before it gets its name.
+    checksum of the netCDF library for those who read the file without fretwear. A checksum of the
+    whole file ends it, and the file is read back before it gets its name.
 
     Parameters
     ----------
@@ -270,20 +242,29 @@ def write_case(dataset: xr.Dataset, history: xr.Dataset, path: str | PathLike[st
     DataFileError
         When the disk is full or the folder cannot be written to.
     """
-    if lacking := missing_variables({name: v.dims for name, v in dataset.variables.items()}):
+    if lacking := _lacking({name: v.dims for name, v in dataset.variables.items()}):
         raise ValueError(f"{path} would not be whole: the dataset lacks {', '.join(lacking)}.")
-    root = dataset.drop_encoding()
-    root.attrs = {name: value for name, value in root.attrs.items() if name != COMPLETE}
+    root = dataset.drop_encoding().assign_attrs({_COMPLETE: np.int32(1)})
+    encoding = plain_encoding(root)
+    for field in FIELDS:
+        chunk = (1, *root[field.name].shape[1:])
+        encoding[field.name] = {**COMPRESSION, "chunksizes": chunk}
     group = history.drop_encoding()
     with uninterrupted(), atomic_path(Path(path)) as temporary:
-        root.to_netcdf(temporary, mode="w", engine="netcdf4", encoding=_encoding(root))
+        root.to_netcdf(temporary, mode="w", engine="netcdf4", encoding=encoding)
         group.to_netcdf(
-            temporary, mode="a", group=HISTORY_GROUP, engine="netcdf4", encoding=_encoding(group)
+            temporary,
+            mode="a",
+            group=HISTORY_GROUP,
+            engine="netcdf4",
+            encoding=plain_encoding(group),
         )
-        with netCDF4.Dataset(temporary, "a") as file:
-            file.setncattr(COMPLETE, np.int32(1))
         add_checksum(temporary)
-        _read_back(temporary)
+        try:
+            with opened_case(temporary):
+                pass
+        except CaseFileError as cause:
+            raise RuntimeError("what was written reads back otherwise") from cause
 
 
 def open_case(path: str | PathLike[str], full: bool = False) -> xr.Dataset:
@@ -337,36 +318,6 @@ def open_history(path: str | PathLike[str]) -> xr.Dataset:
     with opened_case(path):
         pass
     return open_lazily(path, group=HISTORY_GROUP)
-
-
-def is_complete(path: str | PathLike[str]) -> bool:
-    """Tell whether a case file is there, whole and fit to be opened."""
-    try:
-        with opened_case(path):
-            return True
-    except CaseFileError:
-        return False
-
-
-def _read_back(path: Path) -> None:
-    try:
-        with opened_case(path):
-            return
-    except CaseFileError as cause:
-        raise RuntimeError("what was written reads back otherwise") from cause
-
-
-def _encoding(dataset: xr.Dataset) -> dict[str, dict[str, Any]]:
-    encoding = plain_encoding(dataset)
-    for name in (field.name for field in FIELDS if field.name in dataset.variables):
-        encoding[name] = {
-            "zlib": True,
-            "complevel": 1,
-            "shuffle": True,
-            "fletcher32": True,
-            "chunksizes": (1, *dataset[name].shape[1:]),
-        }
-    return encoding
 
 
 def open_summary(path: str | PathLike[str]) -> xr.Dataset:

@@ -1,4 +1,4 @@
-"""Files and folders that stay whole: atomic writing, locks, errors that say what to do."""
+"""Files that are whole or not there, one writer to a file, and errors that say what to do."""
 
 from __future__ import annotations
 
@@ -18,10 +18,34 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import FrameType
 
-_FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
-_FORBIDDEN = {errno.EACCES, errno.EPERM, errno.EROFS}
-_NO_FOLDER = {errno.ENOENT, errno.ENOTDIR, errno.EEXIST}
+_AGAIN = "then run the same command again"
 _NEARLY_FULL = 1 << 20
+_NO_SPACE = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
+_WHY_NOT_WRITTEN = (
+    (
+        _NO_SPACE,
+        "not written, because the disk (or the quota on it) is full",
+        f"Free some space or choose another folder, {_AGAIN}; what was there before is unchanged",
+    ),
+    (
+        {errno.EACCES, errno.EPERM, errno.EROFS},
+        "not written, because the folder {folder} may not be written to",
+        "Choose another folder or ask for the right to write there",
+    ),
+    (
+        {errno.ENOENT, errno.ENOTDIR, errno.EEXIST},
+        "not written, because {folder} is not a folder and cannot be made one",
+        "Choose another folder",
+    ),
+)
+
+_FOREIGN_LIFETIME = 7 * 24 * 3600.0
+
+_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
+_HELD_BY_ANOTHER = {errno.EWOULDBLOCK, errno.EACCES}
+_NO_LOCKS_HERE = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL}
+_SECONDS_BETWEEN_TRIES = (0.1, 2.0)
 
 
 class DataFileError(Exception):
@@ -61,7 +85,7 @@ class CaseFilesError(CaseFileError):
     """
 
     def __init__(self, errors: Sequence[CaseFileError]) -> None:
-        super().__init__(errors[0].path, errors[0].problem, errors[0].remedy)
+        super().__init__(*errors[0].args)
         self.errors = tuple(errors)
         # Exceptions are copied by calling their class with `args`.
         self.args = (self.errors,)
@@ -76,10 +100,10 @@ def write_error(path: Path, cause: OSError | RuntimeError) -> DataFileError:
     Parameters
     ----------
     path : pathlib.Path
-        The file that was to be written.
+        The file.
     cause : OSError or RuntimeError
         What was raised; the netCDF library raises a RuntimeError without a number when a disk is
-        full, so the free space of the folder is looked at too.
+        full, so the free space of the folder counts too.
 
     Returns
     -------
@@ -87,43 +111,63 @@ def write_error(path: Path, cause: OSError | RuntimeError) -> DataFileError:
         To be raised from `cause`.
     """
     number = cause.errno if isinstance(cause, OSError) else None
-    if number in _FULL or _is_full(path.parent):
-        return DataFileError(
-            path,
-            "not written, because the disk (or the quota on it) is full",
-            "Free some space or choose another folder, then run the same command again; "
-            "what was there before is unchanged",
-        )
-    if number in _FORBIDDEN:
-        return DataFileError(
-            path,
-            f"not written, because the folder {path.parent} may not be written to",
-            "Choose another folder or ask for the right to write there",
-        )
-    if number in _NO_FOLDER:
-        return DataFileError(
-            path,
-            f"not written, because {path.parent} is not a folder and cannot be made one",
-            "Choose another folder",
-        )
-    return DataFileError(
-        path,
-        f"not written: {cause}",
-        "Check the free space, the quota and the disk of the folder, then run the same command "
-        "again",
-    )
+    with suppress(OSError):
+        usage = shutil.disk_usage(path.parent)
+        if usage.total > 0 and usage.free < _NEARLY_FULL:
+            number = errno.ENOSPC
+    for numbers, problem, remedy in _WHY_NOT_WRITTEN:
+        if number in numbers:
+            return DataFileError(path, problem.format(folder=path.parent), remedy)
+    remedy = f"Check the free space, the quota and the disk of the folder, {_AGAIN}"
+    return DataFileError(path, f"not written: {cause}", remedy)
 
 
-def _is_full(folder: Path) -> bool:
+def why_not_writable(path: Path) -> str:
+    """Say why a folder can neither be written to nor be made; empty where it can.
+
+    Nothing is left behind: a folder that does not exist is not made, its nearest parent is tried.
+    """
+    existing = Path("/")
+    # A path below a file counts as missing, and so does one whose folder may not be entered.
+    for candidate in (path, *path.absolute().parents):
+        with suppress(OSError):
+            candidate.lstat()
+            existing = candidate
+            break
+    if not existing.is_dir():
+        return f"{path}: cannot be written to, because {existing} is not a folder"
     try:
-        usage = shutil.disk_usage(folder)
-    except OSError:
-        return False
-    return usage.total > 0 and usage.free < _NEARLY_FULL
+        # Rights, read-only disks and quotas have one test in common: a file can be made or not.
+        with tempfile.TemporaryFile(dir=existing):
+            return ""
+    except OSError as error:
+        reason = os.strerror(error.errno or 0)
+        return f"{path}: cannot be written to: {reason}; choose another place"
 
 
-_FOREIGN_LIFETIME = 7 * 24 * 3600.0
-_TEMPORARY = re.compile(r"\.(?P<name>.+)\.(?P<host>[^.]+)\.(?P<pid>\d+)\.[0-9a-f]{8}\.tmp")
+def why_leading_out(folder: Path) -> str:
+    """Say why results would be written outside of the folder of all results; empty if they stay.
+
+    The folder of all results may be a link, to a larger disk for example: that is a choice for all
+    studies. A link in the place of one study, or of a folder in it, could come from anywhere.
+
+    Parameters
+    ----------
+    folder
+        Folder of one study's results, in the folder of all results.
+    """
+    root = folder.parent.resolve()
+    links: list[Path] = []
+    with suppress(OSError):
+        links = sorted(Path(entry) for entry in os.scandir(folder) if entry.is_symlink())
+    for each in (folder, *links):
+        target = each.resolve()
+        if not target.is_relative_to(root):
+            return (
+                f"{each}: is a link that leads out of {folder.parent}, to {target}; remove it, "
+                f"make {folder.parent} itself the link, or name the folder by --results"
+            )
+    return ""
 
 
 @contextmanager
@@ -196,24 +240,23 @@ def remove_stale_temporaries(path: Path) -> list[Path]:
     list of pathlib.Path
         The temporary files that were removed.
     """
-    with os.scandir(path.parent) as entries:
-        names = [entry.name for entry in entries if entry.name.startswith(f".{path.name}.")]
+    temporary = re.compile(rf"\.{re.escape(path.name)}\.([^.]+)\.(\d+)\.[0-9a-f]{{8}}\.tmp")
     removed = []
-    for candidate in (path.with_name(name) for name in names):
-        match = _TEMPORARY.fullmatch(candidate.name)
-        if match and match["name"] == path.name and _is_stale(candidate, match):
+    for candidate in path.parent.iterdir():
+        name = temporary.fullmatch(candidate.name)
+        if name is None:
+            continue
+        if name[1] == _host():
+            is_stale = not _is_alive(int(name[2]))
+        else:
+            try:
+                is_stale = time.time() - candidate.stat().st_mtime > _FOREIGN_LIFETIME
+            except OSError:
+                continue
+        if is_stale:
             _remove(candidate)
             removed.append(candidate)
     return removed
-
-
-def _is_stale(temporary: Path, name: re.Match[str]) -> bool:
-    if name["host"] == _host():
-        return not _is_alive(int(name["pid"]))
-    try:
-        return time.time() - temporary.stat().st_mtime > _FOREIGN_LIFETIME
-    except OSError:
-        return False
 
 
 def _is_alive(pid: int) -> bool:
@@ -247,14 +290,14 @@ def _remove(path: Path) -> None:
         path.unlink()
 
 
-_SIGNALS = (signal.SIGINT, signal.SIGTERM)
-
-
 @contextmanager
 def uninterrupted() -> Iterator[None]:
     """Put off Ctrl-C and SIGTERM until the ``with`` block is left; then they do what they do.
 
-    Only the main thread receives signals: in another one there is nothing to put off.
+    Python raises what a signal handler raises wherever the process is. Inside a library that
+    holds a lock, as xarray does around the netCDF library, that leaves the lock taken, and closing
+    the file then waits for it for ever. Only the main thread receives signals: in another one
+    there is nothing to put off.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -278,15 +321,15 @@ def uninterrupted() -> Iterator[None]:
             signal.raise_signal(received[0])
 
 
-_HELD_BY_ANOTHER = {errno.EWOULDBLOCK, errno.EACCES}
-_NO_LOCKS_HERE = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL}
-_SECONDS_BETWEEN_TRIES = (0.1, 2.0)
-_MOST_BYTES = 200
-_NOBODY = "another process"
-
-
 class Lock:
     """The lock of a file that this process holds or waits for.
+
+    It is a lock of the operating system on a small file beside the other and ends with its
+    process, however that ends, so none is ever stale. Linux passes it on to the server of a
+    network file system, so it holds between the nodes of a cluster as well. The small file says
+    who has the lock. It is removed with the lock; a lock on a file that has been removed meanwhile
+    does not count, so that no two processes hold locks on two files of one name. That is told by
+    the name, since a network file system keeps a removed file that is open under another one.
 
     Parameters
     ----------
@@ -331,8 +374,7 @@ class Lock:
         """
         if self._descriptor is None or self._is_current(self._descriptor):
             return
-        os.close(self._descriptor)
-        self._descriptor = None
+        self.release()
         if not self._try(tell):
             raise DataFileError(
                 self.path,
@@ -353,46 +395,40 @@ class Lock:
 
     def holder(self) -> str:
         """Say which process on which machine has the lock."""
-        try:
-            with self.file.open(encoding="utf-8", errors="replace") as stream:
-                return stream.read(_MOST_BYTES).strip() or _NOBODY
-        except OSError:
-            return _NOBODY
+        name = ""
+        with suppress(OSError):
+            name = self.file.read_text(encoding="utf-8", errors="replace")[:200].strip()
+        return name or "another process"
 
     def _try(self, tell: Callable[[str], None]) -> bool:
         """Try to get the lock; True as well where there are no locks."""
-        descriptor = self._open()
+        flags = os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW
         try:
+            self.file.parent.mkdir(parents=True, exist_ok=True)
             # Network file systems want the file open for writing.
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            descriptor = os.open(self.file, flags, 0o666)
         except OSError as cause:
-            os.close(descriptor)
-            if cause.errno in _HELD_BY_ANOTHER:
-                return False
+            raise write_error(self.path, cause) from cause
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if self._is_current(descriptor):
+                self._descriptor = descriptor
+        except OSError as cause:
             if cause.errno in _NO_LOCKS_HERE:
                 tell(f"{self.path}: no locks on this file system; let one process compute it")
                 return True
-            raise write_error(self.path, cause) from cause
-        except BaseException:
-            os.close(descriptor)
-            raise
-        if not self._is_current(descriptor):
-            os.close(descriptor)
+            if cause.errno not in _HELD_BY_ANOTHER:
+                raise write_error(self.path, cause) from cause
+        finally:
+            if self._descriptor is None:
+                os.close(descriptor)
+        if self._descriptor is None:
             return False
-        self._descriptor = descriptor
-        # A full disk must not stop those who can go on without the name of the holder.
+        # A full disk must not stop those who can do without the name of the holder.
         with suppress(OSError):
             os.ftruncate(descriptor, 0)
             os.pwrite(descriptor, f"process {os.getpid()} on {socket.gethostname()}\n".encode(), 0)
         return True
-
-    def _open(self) -> int:
-        flags = os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW
-        try:
-            self.file.parent.mkdir(parents=True, exist_ok=True)
-            return os.open(self.file, flags, 0o666)
-        except OSError as cause:
-            raise write_error(self.path, cause) from cause
 
     def _is_current(self, descriptor: int) -> bool:
         """Tell whether the file that is locked is the one of this name."""
@@ -424,57 +460,3 @@ def locked(path: Path, tell: Callable[[str], None]) -> Iterator[Lock]:
         yield lock
     finally:
         lock.release()
-
-
-def why_not_writable(path: Path) -> str:
-    """Say why a folder can neither be written to nor be made; empty where it can.
-
-    Nothing is left behind: a folder that does not exist is not made, its nearest parent is tried.
-    """
-    existing = _nearest_existing(path)
-    if not existing.is_dir():
-        return f"{path}: cannot be written to, because {existing} is not a folder"
-    try:
-        # Rights, read-only disks and quotas have one test in common: a file can be made or not.
-        with tempfile.TemporaryFile(dir=existing):
-            return ""
-    except OSError as error:
-        reason = os.strerror(error.errno or 0)
-        return f"{path}: cannot be written to: {reason}; choose another place"
-
-
-def why_leading_out(folder: Path) -> str:
-    """Say why results would be written outside of the folder of all results; empty if they stay.
-
-    The folder of all results may be a link, to a larger disk for example: that is a choice for all
-    studies. A link in the place of one study, or of a folder in it, could come from anywhere.
-
-    Parameters
-    ----------
-    folder
-        Folder of one study's results, in the folder of all results.
-    """
-    root = folder.parent.resolve()
-    try:
-        inside = [Path(entry) for entry in os.scandir(folder) if entry.is_symlink()]
-    except OSError:
-        inside = []
-    for each in (folder, *sorted(inside)):
-        target = each.resolve()
-        if not target.is_relative_to(root):
-            return (
-                f"{each}: is a link that leads out of {folder.parent}, to {target}; remove it, "
-                f"make {folder.parent} itself the link, or name the folder by --results"
-            )
-    return ""
-
-
-def _nearest_existing(path: Path) -> Path:
-    # A path below a file counts as missing, and so does one whose folder may not be looked into.
-    for candidate in (path, *path.absolute().parents):
-        try:
-            candidate.lstat()
-        except OSError:
-            continue
-        return candidate
-    return Path("/")

@@ -101,7 +101,7 @@ def half_profiles(dataset: xr.Dataset, field: Field | str, cycles: Cycles = None
     check_dataset(dataset)
     field = field_of(field)
     dataset = with_cycles(dataset)
-    merged = [profile.name for profile in PROFILES if profile.field.name == field.name]
+    merged = [name for name, each in PROFILES.items() if each.name == field.name]
     name = next((name for name in (field.name, *merged) if name in dataset), field.name)
     require(dataset, name)
     extra = set(dataset[name].dims) - {"cycle", "x", "y"}

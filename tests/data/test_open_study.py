@@ -1,4 +1,7 @@
+"""The fields of all cases as one dataset, read piece by piece."""
+
 import os
+import pickle
 import shutil
 import subprocess
 import sys
@@ -9,6 +12,7 @@ import netCDF4
 import numpy as np
 import pytest
 
+from fretwear.data import merge
 from fretwear.data.files import add_checksum, open_case, write_case
 from fretwear.data.merge import NOT_DONE, merge_study, open_study
 from fretwear.data.safe import DataFileError
@@ -56,7 +60,7 @@ def test_nothing_is_read_before_it_is_used_and_then_by_threads(make_study, merge
         np.testing.assert_allclose(peak, stack.peak_pressure, rtol=5e-3)
 
 
-def test_any_part_can_be_asked_for(make_study, merged):
+def test_any_part_can_be_asked_for_and_no_more_is_read(make_study, merged, monkeypatch):
     with open_study(merged(make_study(LOADS))) as stack:
         slip = stack.slip.compute()
         parts = [
@@ -68,6 +72,21 @@ def test_any_part_can_be_asked_for(make_study, merged):
         ]
         for part in parts:
             np.testing.assert_array_equal(stack.slip.isel(part), slip.isel(part))
+        taken = []
+        take = merge._StackedField.__getitem__
+        monkeypatch.setattr(
+            merge._StackedField,
+            "__getitem__",
+            lambda field, key: taken.append(take(field, key)) or taken[-1],
+        )
+        stack.slip.isel(load=1, cycle=-1, y=0).compute()
+        assert sum(values.size for values in taken) == 2 * stack.sizes["x"]
+
+
+def test_the_stack_can_be_copied_to_other_processes(make_study, merged):
+    with open_study(merged(make_study(LOADS))) as stack:
+        copy = pickle.loads(pickle.dumps(stack.slip))
+        np.testing.assert_array_equal(copy, stack.slip)
 
 
 def test_what_is_not_done_is_missing(make_study, merged):

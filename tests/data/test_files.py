@@ -1,9 +1,12 @@
+"""Files that are written whole, and opened only when they are."""
+
 import random
 import subprocess
 import sys
 import time
 from pathlib import Path
 
+import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
@@ -11,14 +14,48 @@ import xarray as xr
 from fretwear.data.dataset import mirrored
 from fretwear.data.files import (
     add_checksum,
-    is_complete,
+    damage,
+    is_finished_case,
     open_case,
     open_history,
+    opened_case,
     write_case,
 )
 from fretwear.data.safe import CaseFileError
 from fretwear.running.simulate import run
 from fretwear.vocabulary import FIELDS
+
+
+@pytest.mark.parametrize("size", [0, 1, 1 << 20, (1 << 20) + 7])
+def test_a_file_with_its_checksum_is_whole_whatever_its_size(tmp_path, size):
+    path = tmp_path / "file"
+    content = np.random.default_rng(1).bytes(size)
+    path.write_bytes(content)
+    assert "no whole file" in damage(path, "file")
+    add_checksum(path)
+    assert damage(path, "file") == ""
+    assert path.read_bytes()[:size] == content
+
+
+def test_every_bit_of_a_small_file_is_guarded(tmp_path):
+    path = tmp_path / "file"
+    path.write_bytes(b"content")
+    add_checksum(path)
+    whole = path.read_bytes()
+    for bit in range(8 * len(whole)):
+        changed = bytearray(whole)
+        changed[bit // 8] ^= 1 << bit % 8
+        path.write_bytes(changed)
+        assert damage(path, "file")
+
+
+def test_the_netcdf_library_reads_a_file_with_a_checksum_and_writing_to_it_shows(case_path):
+    with netCDF4.Dataset(case_path) as file:
+        assert file["cycle"][:].tolist() == [0.0, 1000.0]
+    assert damage(case_path, "case file") == ""
+    with netCDF4.Dataset(case_path, "a") as file:
+        file.setncattr("comment", "added later")
+    assert damage(case_path, "case file")
 
 
 def test_a_case_comes_back_as_it_was_written(case_path, results):
@@ -34,23 +71,18 @@ def test_a_case_comes_back_as_it_was_written(case_path, results):
 
 
 def test_writing_changes_nothing_in_memory(results, tmp_path):
-    before = results.dataset.copy(deep=True).assign_attrs(complete=1)
-    results.dataset.attrs["complete"] = 1
+    before = results.dataset.copy(deep=True)
     write_case(*results, tmp_path / "case.nc")
     xr.testing.assert_identical(results.dataset, before)
 
 
-def test_one_compressed_chunk_per_cycle_with_a_checksum(case_path):
+def test_one_compressed_chunk_per_cycle_with_a_checksum_and_no_fill_values(case_path):
     with open_case(case_path) as dataset:
         for field in FIELDS:
             encoding = dataset[field.name].encoding
             assert encoding["chunksizes"] == (1, dataset.sizes["x"], dataset.sizes["y"])
             assert (encoding["zlib"], encoding["complevel"]) == (True, 1)
             assert (encoding["shuffle"], encoding["fletcher32"]) == (True, True)
-
-
-def test_coordinates_have_no_fill_value(case_path):
-    with open_case(case_path) as dataset:
         assert not [name for name in dataset.coords if "_FillValue" in dataset[name].encoding]
 
 
@@ -79,7 +111,8 @@ def test_closed_datasets_hold_no_file(case_path):
         with open_case(case_path, full=full) as dataset, open_history(case_path) as history:
             dataset.pressure.load()
             history.load()
-    is_complete(case_path)
+    with opened_case(case_path):
+        pass
     held = [link.readlink() for link in Path("/proc/self/fd").iterdir() if link.is_symlink()]
     assert case_path not in held
 
@@ -117,26 +150,20 @@ def test_the_whole_contact_is_even_and_evenly_spaced(case_path, case):
             np.testing.assert_array_equal(values, values[:, ::-1, :])
             np.testing.assert_array_equal(values, values[:, :, ::-1])
         inside = whole.pressure.sel(x=-30e-6, y=20e-6, method="nearest")
-        np.testing.assert_array_equal(
-            inside, whole.pressure.sel(x=30e-6, y=-20e-6, method="nearest")
-        )
+        opposite = whole.pressure.sel(x=30e-6, y=-20e-6, method="nearest")
+        np.testing.assert_array_equal(inside, opposite)
 
 
-def test_the_pressure_of_the_whole_contact_carries_the_load(case_path, case):
+def test_the_whole_contact_carries_the_load_and_dissipates_the_energy(case_path, case):
     with open_case(case_path, full=True) as whole:
-        dx, dy = case.grid_spacing
-        load = whole.pressure.sum(("x", "y"), dtype="float64") * dx * dy
+        cell = case.grid_spacing[0] * case.grid_spacing[1]
+        load = whole.pressure.sum(("x", "y"), dtype="float64") * cell
         # Midpoint rule over 15 cells per contact radius, the edge of which is a square root.
         np.testing.assert_allclose(load, case.load, rtol=1e-2)
-
-
-def test_the_energy_dissipated_in_the_whole_contact_is_that_of_the_closed_form(case_path, case):
-    with open_case(case_path, full=True) as whole:
         power = (4.0 * whole.shear_traction * whole.slip).sum(("x", "y"), dtype="float64")
-        energy = power * case.grid_spacing[0] * case.grid_spacing[1]
         # Slip is far from zero at the edge of contact, so that the midpoint rule errs by the
         # square root of the pressure in the cells there.
-        np.testing.assert_allclose(energy, whole.dissipated_energy, rtol=2e-2)
+        np.testing.assert_allclose(power * cell, whole.dissipated_energy, rtol=2e-2)
 
 
 def test_a_simulated_case_comes_back_and_carries_its_load(tmp_path, case):
@@ -163,24 +190,31 @@ def test_a_dataset_that_is_whole_is_not_mirrored(tmp_path, case_path, results):
         assert again.attrs["symmetry"] == "none"
 
 
-def test_a_dataset_without_a_variable_is_not_written(tmp_path, results):
+def test_what_cannot_be_a_case_file_leaves_nothing(tmp_path, results):
     with pytest.raises(ValueError, match="lacks gap"):
         write_case(results.dataset.drop_vars("gap"), results.history, tmp_path / "case.nc")
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_failure_in_the_middle_leaves_nothing(tmp_path, results):
     unwritable = results.history.assign(notes=("step", np.array([1j] * 5, dtype=object)))
     with pytest.raises((TypeError, ValueError)):
         write_case(results.dataset, unwritable, tmp_path / "case.nc")
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_finished_case_is_that_of_the_same_case_snapshots_and_version(
+    case_path, case, make_case, results
+):
+    # The closed forms are those of cycle 0 and of the last one, as the case asks for.
+    assert is_finished_case(case_path, case)
+    assert not is_finished_case(case_path.with_name("other.nc"), case)
+    assert not is_finished_case(case_path, make_case(friction=0.6))
+    assert not is_finished_case(case_path, make_case(output_cycles=(0, 100, 1000)))
+    write_case(results.dataset.assign_attrs(source="fretwear 0.0.1"), results.history, case_path)
+    assert not is_finished_case(case_path, case)
+
+
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(CaseFileError, match="no such file") as error:
         open_case(tmp_path / "no.nc")
     assert error.value.path == tmp_path / "no.nc"
-    assert not is_complete(tmp_path / "no.nc")
 
 
 @pytest.mark.parametrize("content", [b"", b"not a netCDF file", b"\x89HDF\r\n\x1a\n" + bytes(200)])
@@ -194,18 +228,16 @@ def test_a_file_that_is_no_case_is_named(tmp_path, content):
 def test_nobody_is_told_to_remove_a_file_of_another_kind(tmp_path, results):
     study_file = tmp_path / "study.yaml"
     study_file.write_text("title: Loads\n")
-    with pytest.raises(CaseFileError, match="Check the name") as error:
-        open_case(study_file)
-    assert "Remove" not in str(error.value)
     merged = tmp_path / "summary.nc"
     results.dataset[["wear_volume"]].drop_attrs().to_netcdf(merged)
     add_checksum(merged)
-    with pytest.raises(CaseFileError, match="not the file of one case") as error:
-        open_case(merged)
-    assert "Remove" not in str(error.value)
+    for path, problem in (study_file, "no netCDF-4 file"), (merged, "not the file of one case"):
+        with pytest.raises(CaseFileError, match=f"{problem}.*Check the name") as error:
+            open_case(path)
+        assert "Remove" not in str(error.value)
 
 
-def test_an_unfinished_file_is_not_opened(tmp_path, results):
+def test_a_file_that_another_program_wrote_lacks_something(tmp_path, results):
     path = tmp_path / "case.nc"
     results.dataset.to_netcdf(path)
     with pytest.raises(CaseFileError, match="unfinished"):
@@ -213,10 +245,6 @@ def test_an_unfinished_file_is_not_opened(tmp_path, results):
     add_checksum(path)
     with pytest.raises(CaseFileError, match="did not finish"):
         open_case(path)
-
-
-def test_a_file_without_a_variable_is_not_opened(tmp_path, results):
-    path = tmp_path / "case.nc"
     results.dataset.drop_vars("gap").assign_attrs(complete=1).to_netcdf(path)
     add_checksum(path)
     with pytest.raises(CaseFileError, match="lacks gap, history"):
@@ -224,13 +252,12 @@ def test_a_file_without_a_variable_is_not_opened(tmp_path, results):
 
 
 @pytest.mark.parametrize("share", [0.02, 0.3, 0.7, 0.999])
-def test_a_file_that_is_cut_short_is_not_opened(case_path, share):
+@pytest.mark.parametrize("opening", [open_case, open_history])
+def test_a_file_that_is_cut_short_is_not_opened(case_path, share, opening):
     whole = case_path.read_bytes()
     case_path.write_bytes(whole[: int(len(whole) * share)])
-    assert not is_complete(case_path)
-    for opening in (open_case, open_history):
-        with pytest.raises(CaseFileError, match="cut short"):
-            opening(case_path)
+    with pytest.raises(CaseFileError, match="cut short"):
+        opening(case_path)
 
 
 def test_a_file_that_goes_on_after_its_end_is_not_opened(case_path):
@@ -246,7 +273,7 @@ def test_every_flipped_bit_is_found(case_path):
         content = bytearray(whole)
         content[chance.randrange(len(whole))] ^= 1 << chance.randrange(8)
         case_path.write_bytes(content)
-        assert not is_complete(case_path)
+        assert damage(case_path, "case file")
     with pytest.raises(CaseFileError, match=r"damaged.*run the case again"):
         open_case(case_path)
 
@@ -254,15 +281,15 @@ def test_every_flipped_bit_is_found(case_path):
 WRITE_A_LARGE_CASE = """
 import sys
 import numpy as np
-from fretwear.data import files as store
+from fretwear.data import files
 from fretwear.data.safe import DataFileError
-with store.open_case(sys.argv[1]) as dataset, store.open_history(sys.argv[1]) as history:
+with files.open_case(sys.argv[1]) as dataset, files.open_history(sys.argv[1]) as history:
     many = range(int(sys.argv[3]))
     large = dataset.load().isel(cycle=[0] * len(many)).assign_coords(cycle=many)
     large.pressure[:] = np.random.default_rng(1).random(large.pressure.shape)
     for _ in range(2):
         try:
-            store.write_case(large, history, sys.argv[2])
+            files.write_case(large, history, sys.argv[2])
         except DataFileError as error:
             print(error, flush=True)
 """
@@ -280,7 +307,8 @@ def test_a_killed_writer_leaves_no_case_file(case_path, tmp_path):
         writer.kill()
     (left,) = folder.iterdir()
     assert left != target
-    assert not is_complete(left)
+    with pytest.raises(CaseFileError, match="unfinished"):
+        open_case(left)
     with open_case(case_path) as dataset, open_history(case_path) as history:
         write_case(dataset, history, target)
     assert list(folder.iterdir()) == [target]

@@ -1,0 +1,215 @@
+"""The dataset of one case: what it holds, what it refuses, where it comes from, comparisons."""
+
+import json
+import math
+import re
+import subprocess
+from datetime import UTC, datetime
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import fretwear
+from fretwear.data import dataset as module
+from fretwear.data.dataset import (
+    KEY_RESULTS,
+    case_dataset,
+    compared_cycles,
+    compared_results,
+    different_parameters,
+    history_dataset,
+    history_line,
+    source,
+)
+from fretwear.study.case import Case
+from fretwear.vocabulary import FIELDS, SCALARS
+
+CONTRACT_UNITS = {
+    "Pa": "pressure shear_traction peak_pressure central_pressure",
+    "m": "slip wear_depth wear_rate plastic_depth gap approach tangential_displacement "
+    "contact_half_width_x contact_half_width_y stick_half_width_x stick_half_width_y",
+    "m2": "contact_area stick_area",
+    "m3": "wear_volume plastic_volume",
+    "J": "dissipated_energy",
+}
+
+
+def test_every_variable_of_the_contract_has_its_units_and_type(results):
+    dataset = results.dataset
+    expected = {name: units for units, names in CONTRACT_UNITS.items() for name in names.split()}
+    assert set(dataset.data_vars) == {*expected, "contact_state"}
+    for name, units in expected.items():
+        on_surface = dataset[name].dims == ("cycle", "x", "y")
+        assert on_surface or dataset[name].dims == ("cycle",)
+        assert dataset[name].dtype == ("float32" if on_surface else "float64")
+        assert dataset[name].attrs["units"] == units
+        assert dataset[name].attrs["long_name"]
+
+
+def test_contact_state_explains_its_flags(results):
+    state = results.dataset.contact_state
+    assert state.dtype == state.attrs["flag_values"].dtype == np.int8
+    assert "units" not in state.attrs
+    assert state.attrs["flag_meanings"].split() == ["open", "slip", "stick"]
+    assert state.attrs["flag_values"].tolist() == [0, 1, 2]
+
+
+def test_coordinates_are_float64_cell_centres_with_axes(results, case):
+    for name, spacing in zip(("x", "y"), case.grid_spacing, strict=True):
+        coordinate = results.dataset[name]
+        assert coordinate.dtype == "float64"
+        assert (coordinate.attrs["axis"], coordinate.attrs["units"]) == (name.upper(), "m")
+        assert coordinate[0] == spacing / 2
+
+
+def test_every_parameter_is_a_scalar_coordinate(results, case):
+    for name, (value, units, long_name) in case.scalar_coordinates().items():
+        coordinate = results.dataset.coords[name]
+        assert coordinate.ndim == 0
+        assert coordinate.item() == value
+        assert coordinate.attrs["long_name"] == long_name
+        assert coordinate.attrs.get("units", "") == units
+        assert isinstance(value, str) or coordinate.dtype == np.float64
+    assert math.isinf(results.dataset.plastic_limit)
+    assert results.dataset.roughness_amplitude == 0.0
+
+
+def test_attributes_give_the_case_back(results, case):
+    attributes = results.dataset.attrs
+    assert attributes["Conventions"] == "CF-1.11"
+    assert attributes["case_id"] == case.case_id
+    assert attributes["symmetry"] == "even_xy"
+    assert attributes["source"].startswith("fretwear ")
+    assert Case(**json.loads(attributes["parameters"])).case_id == case.case_id
+
+
+def test_history_has_every_scalar_along_the_steps(results):
+    history = results.history
+    assert {variable.name for variable in SCALARS} < set(history.data_vars)
+    assert all(history[name].dims == ("step",) for name in (*history.data_vars, "cycle"))
+    assert history.step.values.tolist() == [0, 1, 2, 3, 4]
+    assert history.convolutions.dtype == np.int32
+
+
+@pytest.mark.parametrize("name", [variable.name for variable in (*FIELDS, *SCALARS)])
+def test_a_missing_variable_is_named(case, make_arrays, name):
+    arrays = make_arrays(case)
+    arrays.fields.pop(name, None)
+    arrays.scalars.pop(name, None)
+    with pytest.raises(ValueError, match=rf"missing (field|scalar) {name}\b"):
+        case_dataset(case, *arrays)
+
+
+def test_all_problems_are_told_at_once(case, make_arrays):
+    arrays = make_arrays(case)
+    arrays.fields["presure"] = arrays.fields.pop("pressure")
+    arrays.fields["gap"] = arrays.fields["gap"][:, :-1]
+    arrays.fields["slip"][0, 0, 0] = np.nan
+    arrays.fields["contact_state"][0, 0, 0] = 3
+    with pytest.raises(ValueError, match="not be whole") as error:
+        case_dataset(case, *arrays)
+    for part in (
+        "missing field pressure",
+        "unknown field presure",
+        "gap has shape",
+        "slip holds values that are not finite",
+        "contact_state holds other values than open slip stick",
+    ):
+        assert part in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("change", "symmetry", "message"),
+    [
+        (lambda a: a._replace(x=a.x[::-1]), "even_xy", "x does not increase"),
+        (lambda a: a._replace(y=a.y - a.y[3]), "even_xy", "a quarter has only y > 0"),
+        (lambda a: a._replace(cycles=a.cycles - 1.0), "even_xy", "cycle begins at -1"),
+        (lambda a: a._replace(cycles=a.cycles * 0.0), "even_xy", "cycle does not increase"),
+        (lambda a: a, "even", "symmetry is 'even', expected one of even_xy, none"),
+    ],
+)
+def test_coordinates_that_make_no_sense_are_refused(case, make_arrays, change, symmetry, message):
+    with pytest.raises(ValueError, match=message):
+        case_dataset(case, *change(make_arrays(case)), symmetry=symmetry)
+
+
+def test_arguments_are_neither_aliased_nor_changed(case, make_arrays):
+    arrays = make_arrays(case)
+    dataset = case_dataset(case, *arrays)
+    dataset.wear_volume[:] = -1.0
+    dataset.pressure[:] = -1.0
+    assert arrays.scalars["wear_volume"].min() >= 0.0
+    assert arrays.fields["pressure"].min() >= 0.0
+
+
+def test_history_of_unequal_lengths_is_refused(results):
+    scalars = {name: results.history[name].values for name in (v.name for v in SCALARS)}
+    with pytest.raises(ValueError, match=r"error_estimate has shape \(4,\), expected \(5,\)"):
+        history_dataset(np.arange(5.0), scalars, np.zeros(4), np.zeros(5))
+
+
+def test_source_names_the_version_and_the_commit_of_a_checkout():
+    version = re.escape(fretwear.__version__)
+    assert re.fullmatch(rf"fretwear {version}( \(commit [0-9a-f]{{7,}}(-dirty)?\))?", source())
+
+
+def test_history_line_has_the_time_in_utc_and_the_command():
+    time, command = history_line("fretwear run demo.yaml").split(" ", 1)
+    assert abs((datetime.now(UTC) - datetime.fromisoformat(time)).total_seconds()) < 60
+    assert command == "fretwear run demo.yaml"
+
+
+def test_a_checkout_of_ours_gives_its_commit_and_says_when_it_was_changed(tmp_path):
+    git = ["git", "-C", tmp_path, "-c", "user.name=a", "-c", "user.email=a@b.invalid"]
+    subprocess.run([*git, "init", "-q"], check=True)
+    assert module._commit(tmp_path) is None, "another repository around an installed package"
+    code = tmp_path / "src" / "fretwear" / "module.py"
+    code.parent.mkdir(parents=True)
+    code.write_text("a = 1\n")
+    subprocess.run([*git, "add", "."], check=True)
+    subprocess.run([*git, "commit", "-q", "-m", "first"], check=True)
+    head = subprocess.run([*git, "rev-parse", "HEAD"], check=True, capture_output=True, text=True)
+    assert module._commit(tmp_path) == head.stdout[:12]
+    code.write_text("a = 2\n")
+    assert module._commit(tmp_path) == head.stdout[:12] + "-dirty"
+
+
+def _case(cycles: list[int], **parameters: float | str) -> xr.Dataset:
+    growth = np.arange(1.0, len(cycles) + 1.0)
+    return xr.Dataset(
+        {
+            **{variable.name: ("cycle", growth) for variable in KEY_RESULTS},
+            "wear_depth": (("cycle", "x"), np.outer(growth, [1.0, 3.0])),
+        },
+        {"cycle": [float(cycle) for cycle in cycles], **parameters},
+    )
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "expected"),
+    [
+        ([0, 10, 100], [0, 10, 50], (10, 10)),
+        ([0, 100], [0, 50], (100, 50)),
+        ([0, 7], [0, 7], (7, 7)),
+    ],
+)
+def test_cases_are_compared_where_both_have_a_snapshot(first, second, expected):
+    assert compared_cycles(_case(first), _case(second)) == expected
+
+
+def test_parameters_differ_beyond_rounding_or_where_one_is_missing():
+    first = _case([0, 1], load=40.0, friction=0.3, slip_model="jaeger", plastic_limit=math.inf)
+    second = _case([0, 1], load=40.0 * (1.0 + 1e-15), friction=0.6, slip_model="jaeger", radius=1.0)
+    assert different_parameters(first, second) == ["friction", "plastic_limit", "radius"]
+    assert different_parameters(first, first) == []
+
+
+def test_results_have_their_ratio_if_there_is_one_and_the_maximum_wear_is_one_of_them():
+    first, second = _case([0, 10]), _case([0, 5, 10])
+    first["plastic_volume"] = 0.0 * first["plastic_volume"]
+    results = {result.variable.name: result for result in compared_results(first, second)}
+    assert results["wear_volume"].ratio == pytest.approx(1.5)
+    assert math.isnan(results["plastic_volume"].ratio)
+    deepest = results["maximum_wear_depth"]
+    assert (deepest.first, deepest.second) == (6.0, 9.0)
