@@ -89,7 +89,7 @@ def test_many_values_get_a_colour_bar_with_their_unit(
     study = xr.concat([smooth[["wear_volume"]] * load for load in loads], "load")
     study = study.drop_vars("load").assign_coords(load=loads)
     words = check_texts(figures.wear_volume(study))
-    assert "load (N)" in words
+    assert "normal load (N)" in words
 
 
 def test_energy_over_decades_is_on_a_logarithmic_axis(smooth: xr.Dataset) -> None:

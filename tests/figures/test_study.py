@@ -1,14 +1,21 @@
 """A study gets its figures with captions, written together with their index."""
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from docutils.core import publish_parts
+from jinja2 import Environment
 from matplotlib.figure import Figure
 
 from fretwear.data.merge import merge_study
 from fretwear.figures.study import (
     INDEX_NAME,
+    FigureEntry,
+    caption_template,
+    figure_category,
+    figure_labels,
     read_figure_index,
     study_figures,
     write_study_figures,
@@ -43,7 +50,7 @@ def test_a_study_has_named_and_explained_figures_that_can_be_read(
         assert figure.caption.endswith(".")
         assert "$" not in figure.caption
     assert "all 24 cases" in found[0].caption
-    assert "load 40 N, friction 0.6" in found[-1].caption
+    assert "normal load 40 N, coefficient of friction 0.6" in found[-1].caption
 
 
 def test_files_and_index_agree(small_study, tmp_path: Path) -> None:
@@ -77,3 +84,42 @@ def test_smaller_studies_have_the_same_kinds_of_figures(small_study, kept: list[
 
 def test_a_study_without_results_has_no_figures(small_study) -> None:
     assert not list(study_figures(small_study.summary.where(False), small_study.cases))
+
+
+ODD = (
+    'Load *P* at 50 %, {{ 1 }} and {% raw %}, a_b_ `c` |d| <i>"e"</i> \\ of µ = 0.3. Colour: load.'
+)
+ENTRIES = [
+    FigureEntry("wear_map", ODD, "Over the contact"),
+    FigureEntry("wear_volume", "Wear volume.", "Over the cycles"),
+]
+
+
+class _Snakemake:
+    """What Snakemake hands to the template of a caption."""
+
+    def __init__(self, figure: str) -> None:
+        self.wildcards = type("Wildcards", (), {"figure": figure})
+
+
+def _rendered(figure: str) -> str:
+    template = Environment().from_string(caption_template(ENTRIES))
+    text = template.render(snakemake=_Snakemake(figure))
+    return str(publish_parts(text, writer="html")["body"])
+
+
+def test_a_caption_is_read_as_it_was_written() -> None:
+    expected = ODD.replace("<", "&lt;").replace(">", "&gt;").replace('"', "&quot;")
+    assert _rendered("wear_map").strip() == f"<p>{expected}</p>"
+    assert _rendered("wear_volume").strip() == "<p>Wear volume.</p>"
+
+
+def test_category_and_labels_are_those_of_the_index(tmp_path: Path) -> None:
+    caption = "Wear over the contact. Lines: edges."
+    index = [{"name": "wear_map", "caption": caption, "category": "Over the contact"}]
+    (tmp_path / INDEX_NAME).write_text(json.dumps(index), encoding="utf-8")
+    assert figure_category(tmp_path, "wear_map") == "Over the contact"
+    assert figure_labels(tmp_path, "wear_map") == {
+        "figure": "wear_map",
+        "shows": "Wear over the contact",
+    }

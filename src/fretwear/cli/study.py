@@ -106,8 +106,7 @@ def figures(
 
     from fretwear.data.files import open_summary
     from fretwear.data.safe import DataFileError, write_text
-    from fretwear.figures.captions import CAPTIONS_NAME, caption_template
-    from fretwear.figures.study import write_study_figures
+    from fretwear.figures.study import CAPTIONS_NAME, caption_template, write_study_figures
     from fretwear.source_study import source_figures
 
     cases, drawn = folder / "cases", folder / "figures"

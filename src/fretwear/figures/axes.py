@@ -23,6 +23,7 @@ from scipy import ndimage
 
 from fretwear.figures.style import MUTED, root_figure, text_colour
 from fretwear.units import Unit, cycle_text, readable_unit, smallest_unit
+from fretwear.vocabulary import Variable
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -46,28 +47,19 @@ _CLEARANCE = 15.0
 _INDISTINCT = 2.0
 
 
-def set_cycle_axis(axes: Axes, cycles: ArrayLike, label: str = "Cycle") -> None:
+def set_cycle_axis(axes: Axes, cycles: ArrayLike) -> None:
     """Make the x axis of `axes` one of cycles.
 
     From the first cycle on the axis is logarithmic. Cycle 0 stands to the left of a break, since
     its distance from the first snapshot means nothing on such an axis. When all cycles lie within
     one decade the axis is linear. The last cycle is named, and so is every decade that leaves
     room for its number.
-
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-        The axes to change.
-    cycles : array_like
-        The cycles shown.
-    label : str
-        Label of the axis.
     """
     values = np.asarray(cycles, dtype=np.float64)
     values = values[np.isfinite(values)]
     last = float(values.max(initial=0.0))
     first = max(1.0, float(values[values > 0.0].min(initial=np.inf)))
-    axes.set_xlabel(label)
+    axes.set_xlabel("Cycle")
     if not math.isfinite(first) or last < 10.0 * first:
         axes.margins(x=0.04)
         return
@@ -129,45 +121,57 @@ def _draw_break(axes: Axes, position: float) -> None:
         )
 
 
-def is_wide(values: ArrayLike) -> bool:
-    """Tell whether positive values span so much that a logarithmic axis shows them better."""
-    positive = _positive(values)
-    return bool(positive.size) and positive.max() > _LOGARITHMIC_FROM * positive.min()
+@dataclass(frozen=True)
+class ValueAxis:
+    """The y axis of a result over the cycles: its unit, and whether it is logarithmic.
+
+    It is where the result may be and its values span more than a factor of 30.
+    """
+
+    variable: Variable
+    unit: Unit
+    is_logarithmic: bool
+
+    @classmethod
+    def of(cls, variable: Variable, values: Array) -> ValueAxis:
+        """Return the axis for values in SI units."""
+        logarithmic = variable.may_be_logarithmic and _is_wide(values)
+        unit = variable.unit or unit_of_axis(values, variable.si_unit, logarithmic)
+        return cls(variable, unit, logarithmic)
+
+    @property
+    def label(self) -> str:
+        """What the axis says."""
+        return f"{self.variable.label} ({self.unit.name})"
+
+    def set_cycles(self, axes: Axes, cycles: Array, values: Array) -> None:
+        """Set the x axis for all values; on a logarithmic y axis those of zero have no place."""
+        set_cycle_axis(axes, cycles[values > 0.0 if self.is_logarithmic else np.isfinite(values)])
+
+    def set_limits(self, axes: Axes, cycles: Array, values: Array) -> None:
+        """Set limits that show some of the values, those of a row of panels.
+
+        Values that hardly change are shown from zero: what is left of them on an axis of their
+        own is nothing but noise.
+        """
+        shown = self.unit.of(values)
+        lowest, highest = float(np.nanmin(shown)), float(np.nanmax(shown))
+        if self.is_logarithmic and _is_wide(values):
+            # Steps before cycle 1 are not on the axis of cycles.
+            least = float(_positive(shown[(cycles == 0.0) | (cycles >= 1.0)]).min())
+            axes.set_yscale("log", nonpositive="mask")
+            axes.set_ylim(max(0.6 * least, _DEEPEST * highest), 1.7 * highest)
+            axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: _value_tick(value)))
+            return
+        constant = lowest > (1.0 - _CONSTANT) * highest
+        if self.variable.from_zero or constant:
+            axes.set_ylim(0.0, highest * (1.25 if constant else 1.06) or 1.0)
 
 
-def unit_of_axis(values: ArrayLike, si_unit: str, logarithmic: bool) -> Unit:
+def unit_of_axis(values: Array, si_unit: str, logarithmic: bool) -> Unit:
     """Return the unit for an axis; a logarithmic one needs no power of ten in it."""
     unit = readable_unit(values, si_unit)
     return smallest_unit(si_unit) if logarithmic and unit.is_power else unit
-
-
-def set_linear_axis(axes: Axes, values: ArrayLike, from_zero: bool) -> None:
-    """Set the limits of a linear y axis.
-
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-        The axes, everything drawn.
-    values : array_like
-        The values shown, in the unit of the axis.
-    from_zero : bool
-        Whether the axis begins at zero. Values that hardly change are always shown so: what is
-        left of them on an axis of their own is nothing but noise.
-    """
-    shown = np.asarray(values, dtype=np.float64)
-    highest = float(np.nanmax(shown))
-    constant = float(np.nanmin(shown)) > (1.0 - _CONSTANT) * highest
-    if from_zero or constant:
-        axes.set_ylim(0.0, highest * (1.25 if constant else 1.06) or 1.0)
-
-
-def set_logarithmic_axis(axes: Axes, values: ArrayLike) -> None:
-    """Make the y axis logarithmic; `values` are those shown, in the unit of the axis."""
-    positive = _positive(values)
-    highest = float(positive.max())
-    axes.set_yscale("log", nonpositive="mask")
-    axes.set_ylim(max(0.6 * float(positive.min()), _DEEPEST * highest), 1.7 * highest)
-    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: _value_tick(value)))
 
 
 def _value_tick(value: float) -> str:
@@ -175,9 +179,13 @@ def _value_tick(value: float) -> str:
     return f"{value:g}" if plain else f"$10^{{{round(math.log10(value))}}}$"
 
 
-def _positive(values: ArrayLike) -> Array:
-    array = np.asarray(values, dtype=np.float64)
-    return array[np.isfinite(array) & (array > 0.0)]
+def _is_wide(values: Array) -> bool:
+    positive = _positive(values)
+    return bool(positive.size) and positive.max() > _LOGARITHMIC_FROM * positive.min()
+
+
+def _positive(values: Array) -> Array:
+    return values[np.isfinite(values) & (values > 0.0)]
 
 
 def make_panels(
@@ -187,35 +195,19 @@ def make_panels(
     share_y: Literal["row", "all"],
     share_x: Literal["row", "all"] = "all",
 ) -> list[Axes]:
-    """Return `count` axes in rows of `across`, the last row perhaps shorter.
-
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure
-        The figure to divide.
-    count, across : int
-        Number of panels, and of panels in a row.
-    share_y, share_x : {"row", "all"}
-        Which panels have the same y axis, and the same x axis.
-    """
-    down = -(-count // across)
-    grid = figure.subplots(down, across, sharex=share_x, sharey=share_y, squeeze=False)
+    """Return `count` axes in rows of `across`, the last row perhaps shorter."""
+    grid = figure.subplots(
+        -(-count // across), across, sharex=share_x, sharey=share_y, squeeze=False
+    )
     for axes in grid.flat[count:]:
         axes.remove()
     return list(grid.flat[:count])
 
 
 def label_outer(panels: Sequence[Axes], across: int, *, every_x: bool = False) -> None:
-    """Keep labels and tick labels only at the left end and the lower end of each column.
+    """Keep labels and numbers only at the left end of a row and the lower end of each column.
 
-    Parameters
-    ----------
-    panels : sequence of matplotlib.axes.Axes
-        As from `make_panels`; all have their labels.
-    across : int
-        Number of panels in a row.
-    every_x : bool
-        Whether every row has an x axis of its own, and keeps its numbers.
+    With `every_x` every row has an x axis of its own, and keeps its numbers.
     """
     for index, axes in enumerate(panels):
         lowest = index + across >= len(panels)
@@ -236,16 +228,7 @@ def outside_key(
 ) -> Legend:
     """Add a key above or below the axes, in as many columns as the width of the figure holds.
 
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure
-        A figure with constrained layout.
-    handles, labels : sequences
-        What the key shows, and what it says.
-    place : {"outside upper left", "outside lower left"}
-        Where it stands.
-    handlelength : float
-        Length of the handles in font sizes.
+    The figure has a constrained layout; `handlelength` is in font sizes.
     """
     key: Legend
     for columns in range(len(labels), 0, -1):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -16,15 +15,12 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from fretwear.figures.axes import (
-    is_wide,
+    ValueAxis,
     label_curves,
     label_outer,
     make_panels,
     outside_key,
     set_cycle_axis,
-    set_linear_axis,
-    set_logarithmic_axis,
-    unit_of_axis,
 )
 from fretwear.figures.datasets import check_dataset
 from fretwear.figures.lines import (
@@ -32,6 +28,7 @@ from fretwear.figures.lines import (
     Layout,
     Line,
     choose_layout,
+    joined,
     shown_lines,
     study_lines,
 )
@@ -47,7 +44,7 @@ from fretwear.figures.style import (
     sequential_colours,
     styled,
 )
-from fretwear.figures.wording import parameter, symbol_text
+from fretwear.study.parameters import parameter, symbol_text
 from fretwear.units import MICROMETRE, Unit
 from fretwear.vocabulary import RESULTS, Variable
 
@@ -129,34 +126,24 @@ def history(
         raise ValueError(f"No point has a value of {variable.name}: there is nothing to draw.")
     layout = choose_layout(lines)
     lines = shown_lines(lines, layout)
-    contents = layout.panels()
-    across = _panels_across(layout, columns)
-    figure, panels = _frames(contents, across, columns, axes)
-    logarithmic = is_logarithmic(variable, lines)
-    cycles = np.concatenate([line.cycles for line in lines])
-    values = np.concatenate([line.quantity for line in lines])
-    unit = variable.unit or unit_of_axis(values, variable.si_unit, logarithmic)
+    contents, across = layout.panels(4 if columns == 2 else 2)
+    figure, panels = _frames(len(contents), across, columns, axes)
+    cycles, values = joined(lines)
+    axis = ValueAxis.of(variable, values)
     palette = _Palette.of(layout)
     curves: list[Line2D] = []
-    for panel, facet in zip(panels, contents, strict=True):
-        curves += _draw_panel(panel, _matching(lines, [facet]), layout, palette, unit)
+    for index, (panel, facet) in enumerate(zip(panels, contents, strict=True)):
+        curves += _draw_panel(panel, _matching(lines, [facet]), layout, palette, axis.unit)
         panel.set_title(", ".join(symbol_text(name, value) for name, value in facet.items()))
-        # A logarithmic axis of values has no zero, nor the cycles at which it is one.
-        set_cycle_axis(panel, cycles[values > 0.0 if logarithmic else np.isfinite(values)])
-    for start in range(0, len(contents), across):
-        row = _matching(lines, contents[start : start + across])
-        if row:
-            shown = unit.of(np.concatenate([line.quantity for line in row]))
-            if logarithmic and is_wide(shown):
-                set_logarithmic_axis(panels[start], shown)
-            else:
-                set_linear_axis(panels[start], shown, variable.from_zero)
+        axis.set_cycles(panel, cycles, values)
+        row = _matching(lines, contents[index : index + across])
+        if index % across == 0 and row:
+            axis.set_limits(panel, *joined(row))
     label_outer(panels, across)
-    label = f"{variable.label} ({unit.name})"
     if len(panels) > 1:
-        figure.supylabel(label, fontsize=7.5)
+        figure.supylabel(axis.label, fontsize=7.5)
     else:
-        panels[0].set_ylabel(label)
+        panels[0].set_ylabel(axis.label)
     few = len(panels) == 1 and 1 < len(lines) <= _MOST_LABELLED_LINES
     if few and layout.color and not layout.style:
         texts = _key_texts(layout, lines, layout.color)
@@ -166,27 +153,17 @@ def history(
     return figure
 
 
-def is_logarithmic(variable: Variable, lines: Sequence[Line]) -> bool:
-    """Tell whether these lines are drawn on a logarithmic y axis."""
-    return variable.may_be_logarithmic and is_wide(np.concatenate([n.quantity for n in lines]))
-
-
-def _panels_across(layout: Layout, columns: Columns) -> int:
-    number = math.prod(len(layout.levels[name]) for name in layout.across)
-    return number if layout.rows else min(number, 4 if columns == 2 else 2)
-
-
 def _frames(
-    contents: Sequence[Any], across: int, columns: Columns, axes: Axes | None
+    count: int, across: int, columns: Columns, axes: Axes | None
 ) -> tuple[Figure, list[Axes]]:
     """Return the figure and its panels, or those that the caller gave."""
     if axes is None:
-        down = -(-len(contents) // across)
+        down = -(-count // across)
         figure = JournalFigure(columns, 16.0 + (46.0 if down > 1 else 56.0) * down)
-        return figure, make_panels(figure, len(contents), across, "row")
-    if len(contents) > 1:
+        return figure, make_panels(figure, count, across, "row")
+    if count > 1:
         raise ValueError(
-            f"This study takes {len(contents)} panels, which one axes does not hold: leave axes "
+            f"This study takes {count} panels, which one axes does not hold: leave axes "
             "out, or select a part of the study first, for example with dataset.isel(...)."
         )
     return root_figure(axes), [axes]
@@ -249,8 +226,9 @@ def _add_keys(
     *,
     inside: bool,
 ) -> None:
-    handles: list[Line2D] = []
-    if layout.color and palette.norm is not None:
+    color_texts, style_texts = (_key_texts(layout, lines, n) for n in (layout.color, layout.style))
+    if palette.norm is not None and layout.color:
+        color_texts = []
         shown = parameter(layout.color)
         bar = figure.colorbar(
             ScalarMappable(palette.norm, sequential_colormap()),
@@ -261,26 +239,26 @@ def _add_keys(
         )
         bar.set_label(f"{shown.words} ({shown.unit.name})" if shown.unit.name else shown.words)
         bar.outline.set_visible(False)
-    elif layout.color:
-        handles += [
-            Line2D([], [], color=color, marker=MARKERS[i % len(MARKERS)], label=text)
-            for i, (color, text) in enumerate(
-                zip(palette.colors, _key_texts(layout, lines, layout.color), strict=True)
-            )
-        ]
-    if layout.style:
-        handles += [
-            Line2D([], [], color="#555555", linestyle=LINE_STYLES[i % len(LINE_STYLES)], label=text)
-            for i, text in enumerate(_key_texts(layout, lines, layout.style))
-        ]
+    handles = [
+        *(
+            Line2D([], [], color=palette.colors[i], marker=MARKERS[i % len(MARKERS)])
+            for i in range(len(color_texts))
+        ),
+        *(
+            Line2D([], [], color="#555555", linestyle=LINE_STYLES[i % len(LINE_STYLES)])
+            for i in range(len(style_texts))
+        ),
+    ]
     if handles and inside:
-        panels[0].legend(handles=handles)
+        panels[0].legend(handles, color_texts + style_texts)
     elif handles:
-        outside_key(figure, handles, [str(handle.get_label()) for handle in handles])
+        outside_key(figure, handles, color_texts + style_texts)
 
 
-def _key_texts(layout: Layout, lines: Sequence[Line], name: str) -> list[str]:
+def _key_texts(layout: Layout, lines: Sequence[Line], name: str | None) -> list[str]:
     """Return the key of a name's values, with those of the names that it tells."""
+    if name is None:
+        return []
     told = layout.followers if name == layout.color else ()
     texts = []
     for value in layout.levels[name]:
@@ -290,15 +268,7 @@ def _key_texts(layout: Layout, lines: Sequence[Line], name: str) -> list[str]:
 
 
 def draw_zone_widths(axes: Axes, history: xr.Dataset) -> list[Line2D]:
-    """Draw the half-widths of contact and stick zone over the cycles; return their curves.
-
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-        Where to draw.
-    history : xarray.Dataset
-        One case, or its dense history.
-    """
+    """Draw the half-widths of both zones of a case, or of its history; return their curves."""
     cycles = np.atleast_1d(history["cycle"].values).astype(np.float64)
     curves = []
     for zone, color in ZONES.items():

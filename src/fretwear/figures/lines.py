@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
@@ -12,7 +13,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from fretwear.figures.datasets import require
-from fretwear.figures.wording import symbol_text, words_text
+from fretwear.study.parameters import symbol_text, words_text
 from fretwear.vocabulary import CASE_ID, POINT, STATUS
 
 Array = NDArray[np.float64]
@@ -76,6 +77,12 @@ def study_lines(summary: xr.Dataset, variable: str) -> list[Line]:
     return lines
 
 
+def joined(lines: Sequence[Line]) -> tuple[Array, Array]:
+    """Return cycles and values of all lines, one after the other."""
+    cycles, values = zip(*((line.cycles, line.quantity) for line in lines), strict=True)
+    return np.concatenate(cycles), np.concatenate(values)
+
+
 def _parameters(
     summary: xr.Dataset, dims: Sequence[str]
 ) -> Iterator[tuple[str, list[str], NDArray[Any]]]:
@@ -113,11 +120,13 @@ class Layout:
     levels: Levels = field(default_factory=dict)
     thinned: Mapping[str, int] = field(default_factory=dict)
 
-    def panels(self) -> list[dict[str, Value]]:
-        """Return the values that each panel stands for, row by row."""
+    def panels(self, most_across: int) -> tuple[list[dict[str, Value]], int]:
+        """Return the values that each panel stands for, row by row, and the panels in a row."""
         names = (*self.rows, *self.across)
         combinations = product(*(self.levels[name] for name in names))
-        return [dict(zip(names, values, strict=True)) for values in combinations]
+        panels = [dict(zip(names, values, strict=True)) for values in combinations]
+        across = math.prod(len(self.levels[name]) for name in self.across)
+        return panels, across if self.rows else min(across, most_across)
 
     def index(self, name: str | None, line: Line) -> int:
         """Return the place of a line's value among those shown of `name`, 0 for no name."""
@@ -140,7 +149,10 @@ def choose_layout(lines: Sequence[Line]) -> Layout:
     color = _first_of(_PREFERRED_COLOR, rest) or max(
         rest, key=lambda name: len(levels[name]), default=None
     )
-    rows, across, held = _facets([name for name in rest if name != color])
+    facets = [name for name in rest if name != color]
+    rows, across, held = (
+        (facets[:1], facets[1:2], facets[2:]) if len(facets) > 1 else ([], facets, [])
+    )
     most = dict.fromkeys(rows, MOST_ROWS) | dict.fromkeys(
         across, MOST_PANELS_ACROSS if rows else MOST_ROWS * MOST_PANELS_ACROSS
     )
@@ -169,11 +181,6 @@ def _levels(lines: Sequence[Line]) -> dict[str, tuple[Value, ...]]:
         for name, value in line.values.items():
             levels.setdefault(name, {})[value] = None
     return {name: tuple(values) for name, values in levels.items()}
-
-
-def _facets(names: Sequence[str]) -> tuple[Sequence[str], Sequence[str], Sequence[str]]:
-    """Part names into that of the rows, that of the panels of a row, and those held at a value."""
-    return (names[:1], names[1:2], names[2:]) if len(names) > 1 else ((), names, ())
 
 
 def _first_of(preferred: Sequence[str], names: Sequence[str]) -> str | None:

@@ -215,20 +215,10 @@ def draw_wear_map(axes: Axes, scar: WearMap, unit: Unit, scale: Normalize) -> Ax
 def draw_map(
     axes: Axes, x: Array, y: Array, values: NDArray[Any], reach: float, **options: Any
 ) -> AxesImage:
-    """Draw values over a square of the contact, to scale.
+    """Draw values of shape (nx, ny) over a square of the contact, to scale.
 
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-        Where to draw.
-    x, y : array of shape (nx,), (ny,)
-        Cell centres in m.
-    values : array of shape (nx, ny)
-        What colours tell.
-    reach : float
-        Half-length of the square in m.
-    **options
-        Those of `matplotlib.axes.Axes.imshow`.
+    `x` and `y` are the cell centres and `reach` the half-length of the square, in m; `options` are
+    those of `matplotlib.axes.Axes.imshow`.
     """
     x, y, limit = MICROMETRE.of(x), MICROMETRE.of(y), MICROMETRE.of(reach)
     half_x, half_y = 0.5 * (x[1] - x[0]), 0.5 * (y[1] - y[0])

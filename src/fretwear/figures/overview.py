@@ -19,15 +19,7 @@ from fretwear.data.dataset import (
     compared_results,
     different_parameters,
 )
-from fretwear.figures.axes import (
-    is_wide,
-    label_curves,
-    outside_key,
-    set_cycle_axis,
-    set_linear_axis,
-    set_logarithmic_axis,
-    unit_of_axis,
-)
+from fretwear.figures.axes import ValueAxis, label_curves, outside_key, set_cycle_axis
 from fretwear.figures.datasets import Cycles, HalfProfiles, check_cases, half_profiles
 from fretwear.figures.history import HALF_WIDTH_LABEL, draw_zone_widths
 from fretwear.figures.maps import depth_scale, draw_wear_map, take_wear_map
@@ -41,7 +33,7 @@ from fretwear.figures.profiles import (
     is_traction,
 )
 from fretwear.figures.style import CATEGORICAL, LINE_STYLES, MUTED, JournalFigure, styled
-from fretwear.figures.wording import symbol_text
+from fretwear.study.parameters import symbol_text
 from fretwear.units import MICROMETRE, cycle_text, number_text, readable_unit
 from fretwear.vocabulary import RESULTS
 
@@ -235,20 +227,14 @@ def _draw_widths(axes: Axes, sides: Sequence[_Side]) -> None:
 
 
 def _draw_volumes(axes: Axes, sides: Sequence[_Side]) -> None:
-    variable = RESULTS["wear_volume"]
-    cycles = np.concatenate([side.history["cycle"].values for side in sides])
-    volumes = np.concatenate([side.history[variable.name].values for side in sides])
-    logarithmic = is_wide(volumes)
-    unit = unit_of_axis(volumes, variable.si_unit, logarithmic)
-    for side in sides:
-        along, values = (side.history[name].values for name in ("cycle", variable.name))
-        axes.plot(along, unit.of(values), label=side.title, **side.style)
-    set_cycle_axis(axes, cycles[volumes > 0.0] if logarithmic else cycles)
-    if logarithmic:
-        set_logarithmic_axis(axes, unit.of(volumes[cycles >= 1.0]))
-    else:
-        set_linear_axis(axes, unit.of(volumes), variable.from_zero)
-    axes.set_ylabel(f"{variable.label} ({unit.name})")
+    evolutions = [(s.history["cycle"].values, s.history["wear_volume"].values) for s in sides]
+    cycles, volumes = (np.concatenate(values) for values in zip(*evolutions, strict=True))
+    axis = ValueAxis.of(RESULTS["wear_volume"], volumes)
+    for side, (along, values) in zip(sides, evolutions, strict=True):
+        axes.plot(along, axis.unit.of(values), label=side.title, **side.style)
+    axis.set_cycles(axes, cycles, volumes)
+    axis.set_limits(axes, cycles, volumes)
+    axes.set_ylabel(axis.label)
 
 
 def _draw_ratios(axes: Axes, results: Sequence[Compared], sides: Sequence[_Side]) -> None:

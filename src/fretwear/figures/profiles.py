@@ -48,6 +48,8 @@ _SHARE_OF_FIRST_GAP = 0.3
 _ROOM_OVER_FIRST = 3.0
 _TRIANGLE = 0.985
 _RAW: dict[str, Any] = {"lw": 0.5, "alpha": 0.6, "label": "_raw"}
+_BAR: dict[str, Any] = {"lw": 1.6, "solid_capstyle": "butt", "label": "_zone", "clip_on": False}
+_BAR_NAME: dict[str, Any] = {"fontsize": 6.5, "ha": "center", "va": "bottom"}
 
 
 def pressure_profiles(
@@ -228,17 +230,7 @@ def _shown_cycles(snapshots: Mapping[str, Sequence[int]], cycles: Cycles) -> Seq
 
 @dataclass(frozen=True)
 class Frame:
-    """Limits of the axes of one or more panels of profiles.
-
-    Parameters
-    ----------
-    left, right : float
-        Limits of x in m.
-    top : float
-        Largest value shown, in the SI unit of the quantity.
-    unit : Unit
-        Unit of the y axis.
-    """
+    """Limits of profiles: x and largest value in SI units, with the unit of the y axis."""
 
     left: float
     right: float
@@ -312,20 +304,10 @@ def draw_profiles(
     frame: Frame | None = None,
     envelope: Envelope | None = None,
 ) -> list[Line2D]:
-    """Draw profiles into axes with the stick zone of the last cycle; return their curves.
+    """Draw profiles with the stick zone of the last cycle; return their curves.
 
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-        Where to draw.
-    profiles : HalfProfiles
-        What to draw.
-    colors : mapping of int to str
-        Colour of each cycle.
-    frame : Frame, optional
-        Limits and unit of the axes, when several panels must agree on them.
-    envelope : callable, optional
-        As for `HalfProfiles.readable`.
+    `colors` are by cycle, `frame` is given when several panels must agree on their limits, and
+    `envelope` is as for `HalfProfiles.readable`.
     """
     frame = frame or frame_of([profiles])
     shade_stick(axes, profiles)
@@ -360,20 +342,10 @@ def draw_curves(
     styles: Sequence[Mapping[str, Any]],
     envelope: Envelope | None = None,
 ) -> list[Line2D]:
-    """Draw one curve per cycle, over a thin one of the profile where that is crowded by waves.
+    """Draw one curve per cycle, over a thin one of the profile where waves crowd it.
 
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-        Where to draw.
-    profiles : HalfProfiles
-        What to draw.
-    unit : Unit
-        Unit of the y axis.
-    styles : sequence of mapping
-        Colour, line style, label and the like of each curve, as matplotlib names them.
-    envelope : callable, optional
-        As for `HalfProfiles.readable`.
+    `unit` is that of the y axis, `styles` are colour, line style and label of each curve, as
+    matplotlib names them.
     """
     x, readable, curves = MICROMETRE.of(profiles.x), profiles.readable(envelope), []
     for values, shown, style in zip(profiles.values, readable.values, styles, strict=True):
@@ -392,26 +364,8 @@ def _name_zones(axes: Axes, profiles: HalfProfiles) -> None:
     for start, end, name, color in ((left, stick, "stick", INK), (stick, contact, "slip", MUTED)):
         if end <= start:
             continue
-        axes.plot(
-            [start, end],
-            [1.02, 1.02],
-            transform=above,
-            clip_on=False,
-            lw=1.6,
-            color=color,
-            solid_capstyle="butt",
-            label="_zone",
-        )
-        axes.text(
-            0.5 * (start + end),
-            1.035,
-            name,
-            transform=above,
-            color=color,
-            fontsize=6.5,
-            ha="center",
-            va="bottom",
-        )
+        axes.plot([start, end], [1.02, 1.02], transform=above, color=color, **_BAR)
+        axes.text(0.5 * (start + end), 1.035, name, transform=above, color=color, **_BAR_NAME)
 
 
 def cycle_key(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass
@@ -16,13 +17,15 @@ from matplotlib.figure import Figure
 
 from fretwear.data.files import open_case
 from fretwear.data.safe import DataFileError, write_text
+from fretwear.figures.axes import ValueAxis
 from fretwear.figures.datasets import envelope_of, field_of, peak_envelope
-from fretwear.figures.history import history, is_logarithmic
+from fretwear.figures.history import history
 from fretwear.figures.lines import (
     MOST_KEYED_COLORS,
+    Array,
     Layout,
-    Line,
     choose_layout,
+    joined,
     representative_cases,
     shown_lines,
     study_lines,
@@ -30,10 +33,11 @@ from fretwear.figures.lines import (
 from fretwear.figures.maps import compare_wear_maps, depth_scale, is_stretched
 from fretwear.figures.profiles import at_edge, compare_profiles, is_traction
 from fretwear.figures.style import save_figure
-from fretwear.figures.wording import parameter
+from fretwear.study.parameters import parameter
 from fretwear.vocabulary import RESULTS, Field, Variable
 
 INDEX_NAME = "index.json"
+CAPTIONS_NAME = "captions.rst"
 HISTORY_CATEGORY = "Over the cycles"
 PROFILE_CATEGORY = "Along the direction of slip"
 MAP_CATEGORY = "Over the contact"
@@ -157,6 +161,34 @@ def read_figure_index(folder: Path) -> list[FigureEntry]:
         raise DataFileError(index, problem, "Draw the figures again") from cause
 
 
+def caption_template(entries: Iterable[FigureEntry]) -> str:
+    """Return the one caption that Snakemake renders for every figure of a folder.
+
+    Snakemake takes one caption file for all files of a folder and renders it by jinja2 with the
+    wildcards of each, here ``figure``, its name; the result is read as reStructuredText.
+    """
+    captions = {
+        # Text in which reStructuredText finds no markup.
+        entry.name: re.sub(r"([^\w\s]|_)", r"\\\1", " ".join(entry.caption.split()))
+        for entry in entries
+    }
+    # The strings of JSON are those of jinja2; braces are kept from looking like its marks.
+    table = json.dumps(captions).replace("{", r"\u007b").replace("}", r"\u007d")
+    table = "{" + table.removeprefix(r"\u007b").removesuffix(r"\u007d") + "}"
+    return f"{{% set captions = {table} %}}{{{{ captions[snakemake.wildcards.figure] }}}}\n"
+
+
+def figure_category(folder: Path, name: str) -> str:
+    """Return the category of a figure by its name."""
+    return next(entry.category for entry in read_figure_index(folder) if entry.name == name)
+
+
+def figure_labels(folder: Path, name: str) -> dict[str, str]:
+    """Return what tells a figure in a list: its name and the first sentence of its caption."""
+    caption = next(entry.caption for entry in read_figure_index(folder) if entry.name == name)
+    return {"figure": name, "shows": caption.partition(". ")[0].removesuffix(".")}
+
+
 def _history_caption(summary: xr.Dataset, variable: Variable) -> str:
     lines = study_lines(summary, variable.name)
     layout = choose_layout(lines)
@@ -168,15 +200,15 @@ def _history_caption(summary: xr.Dataset, variable: Variable) -> str:
             f"Of {total} values of {parameter(name).words}, {len(layout.levels[name])} are shown."
             for name, total in layout.thinned.items()
         ),
-        f"Marks are snapshots; {_axes_words(variable, shown_lines(lines, layout))}.",
+        f"Marks are snapshots; {_axes_words(variable, *joined(shown_lines(lines, layout)))}.",
     ]
     return " ".join(sentences)
 
 
-def _axes_words(variable: Variable, lines: Sequence[Line]) -> str:
-    if not is_logarithmic(variable, lines):
+def _axes_words(variable: Variable, cycles: Array, values: Array) -> str:
+    if not ValueAxis.of(variable, values).is_logarithmic:
         return "the axis of cycles is logarithmic to the right of the break"
-    if any((line.quantity[line.cycles == 0.0] > 0.0).any() for line in lines):
+    if (values[cycles == 0.0] > 0.0).any():
         return "both axes are logarithmic, that of cycles to the right of the break"
     return "both axes are logarithmic"
 

@@ -195,13 +195,13 @@ class StudyJobs:
 
     def figure_category(self, figure: str) -> str:
         """Return the category of a finished figure, for Snakemake's report."""
-        from fretwear.figures.captions import figure_category
+        from fretwear.figures.study import figure_category
 
         return figure_category(Path(self.folder) / "figures", figure)
 
     def figure_labels(self, figure: str) -> dict[str, str]:
         """Return what tells a finished figure in Snakemake's report."""
-        from fretwear.figures.captions import figure_labels
+        from fretwear.figures.study import figure_labels
 
         return figure_labels(Path(self.folder) / "figures", figure)
 

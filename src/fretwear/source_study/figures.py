@@ -30,8 +30,8 @@ from fretwear.figures.profiles import (
 )
 from fretwear.figures.study import StudyFigure
 from fretwear.figures.style import CATEGORICAL, LINE_STYLES, JournalFigure, styled
-from fretwear.figures.wording import value_text
 from fretwear.source_study.cases import PLASTIC_LIMIT, RUN_IN, TITLES, Evolution, reference_cases
+from fretwear.study.parameters import value_text
 from fretwear.units import MICROMETRE, NANOMETRE, cycle_text, readable_unit
 from fretwear.vocabulary import Field
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
-from fretwear.parts import KindName, Parameter, Part
+from fretwear.parts import KindName, Parameter, Part, Quantity
 from fretwear.study.tree import (
     Member,
     coordinate,
@@ -22,14 +22,11 @@ from fretwear.study.tree import (
 def parameter(name: str) -> Parameter:
     """Return what a parameter is, by its name in a study file or as a coordinate.
 
-    Raises
-    ------
-    KeyError
-        When no case has such a parameter.
+    A name that no case has, such as that of a user's own dimension, is that of a plain number.
     """
-    return _by_coordinate(tuple(kinds(m) for m, a in members().items() if isinstance(a, Member)))[
-        coordinate(name)
-    ]
+    families = tuple(kinds(m) for m, a in members().items() if isinstance(a, Member))
+    plain = Quantity("1", name, name.replace("_", " "))
+    return _by_coordinate(families).get(coordinate(name), plain)
 
 
 def value_text(name: str, value: Any) -> str:

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from fretwear.figures.wording import symbol_text, value_text, words_text
 from fretwear.study.case import Case
+from fretwear.study.parameters import symbol_text, value_text, words_text
 
 
 @pytest.mark.parametrize(
@@ -20,7 +20,7 @@ from fretwear.study.case import Case
         ("roughness_slope_x", math.radians(5.7), "5.7°"),
         ("friction", 0.3, "0.3"),
         ("wear_coefficient", 7e-13, "7·10⁻¹³ Pa⁻¹"),
-        ("slip_model", "jaeger", "jaeger"),
+        ("slip_model", "jaeger", "slip of the worn shape"),
         ("roughness", "none", "smooth"),
         (
             "roughness",
@@ -36,9 +36,15 @@ def test_values_come_in_units_for_people(name: str, value: object, expected: str
 
 def test_symbols_and_words_name_the_parameter_unless_the_value_does() -> None:
     assert symbol_text("load", 50.0) == "$P$ = 50 N"
-    assert words_text("load", 50.0) == "load 50 N"
+    assert words_text("load", 50.0) == "normal load 50 N"
     assert symbol_text("plastic_limit", math.inf) == "elastic"
     assert words_text("roughness_amplitude", 0.0) == "smooth"
+
+
+def test_a_name_that_no_case_has_is_that_of_a_plain_number_or_word() -> None:
+    assert symbol_text("run_number", 3.0) == "run_number = 3"
+    assert words_text("run_number", 3.0) == "run number 3"
+    assert words_text("laboratory", "north") == "north"
 
 
 def test_every_parameter_of_a_case_has_words_of_its_own() -> None:
