@@ -1,10 +1,14 @@
 import math
+import subprocess
+import sys
+from decimal import Decimal
 from fractions import Fraction
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fretwear import units
 from fretwear.units import (
     ANGLE,
     COMPLIANCE,
@@ -153,3 +157,18 @@ def test_text_that_looks_like_a_unit_is_a_finite_number_or_a_quantity_error(text
     except QuantityError:
         return
     assert math.isfinite(value)
+
+
+def test_usual_units_are_what_pint_makes_of_them():
+    for text, (factor, dimension) in units._plain_units().items():
+        found = units._registry().parse_units(units._expression(text.replace("⁻¹", "^-1")))
+        assert units._registry().Quantity(Decimal(1), found).to_root_units().magnitude == factor
+        assert units._dimensionalities()[found.dimensionality] == dimension
+
+
+def test_usual_units_are_read_without_the_library_of_units():
+    code = (
+        "import sys; from fretwear.units import LENGTH, parse_quantity; "
+        "parse_quantity('0.2 um', LENGTH); assert 'pint' not in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)

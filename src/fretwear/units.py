@@ -1,9 +1,10 @@
 """Physical values as people write and read them, and SI floats, as the computation needs them.
 
 Text becomes a number in decimal arithmetic and is rounded to a float once, so that the same value
-in two spellings (``50 N``, ``0.05 kN``) gives the same float.  Units come from a small pint
-registry of our own: it starts in a few milliseconds, where pint's full one takes a tenth of a
-second, and it knows angles as a dimension, so that a bare number is never taken for an angle.
+in two spellings (``50 N``, ``0.05 kN``) gives the same float.  Units beyond the usual ones are read
+by pint, with a small registry of our own: it starts in a few milliseconds, where pint's full one
+takes half a second, and it knows angles as a dimension, so that a bare number is never taken for
+an angle.
 """
 
 from __future__ import annotations
@@ -21,7 +22,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     import pint
 
-_DEFINITIONS = """
+_DEGREE = "0.0174532925199432957692369076849"
+_DEFINITIONS = f"""
 nano- = 1e-9 = n-
 micro- = 1e-6 = µ- = μ- = u-
 milli- = 1e-3 = m-
@@ -33,7 +35,7 @@ meter = [length] = m = metre
 kilogram = [mass] = kg
 second = [time] = s
 radian = [angle] = rad
-degree = 0.0174532925199432957692369076849 * radian = deg = °
+degree = {_DEGREE} * radian = deg = °
 newton = kilogram * meter / second ** 2 = N
 pascal = newton / meter ** 2 = Pa
 joule = newton * meter = J
@@ -109,7 +111,7 @@ NEWTON = Unit("N")
 MEGAPASCAL = Unit("MPa", 1e6)
 GIGAPASCAL = Unit("GPa", 1e9)
 PER_PASCAL = Unit("Pa⁻¹", 1.0, "/ Pa")
-DEGREE = Unit("°", math.pi / 180.0, "deg")
+DEGREE = Unit("°", float(_DEGREE), "deg")
 
 
 @dataclass(frozen=True)
@@ -212,9 +214,23 @@ def _expression(unit: str) -> str:
     return f"1{unit}" if unit.startswith("/") else unit
 
 
+@lru_cache(maxsize=1)
+def _plain_units() -> dict[str, tuple[Decimal, Dimension]]:
+    """Units that are listed here anyway, as far as they are a name; pint reads all others."""
+    listed = ((unit, each) for each in DIMENSIONS for unit in (Unit(each.typed), *each.units))
+    return {
+        spelled: (Decimal(_DEGREE) if unit is DEGREE else Decimal(repr(unit.size)), dimension)
+        for unit, dimension in listed
+        for spelled in (unit.typed, unit.name)
+        if spelled
+    }
+
+
 @lru_cache(maxsize=1024)
 def _unit(text: str) -> tuple[Decimal, Dimension | None]:
     """Return the SI value of a unit and its kind (None: a kind that no parameter has)."""
+    if text in _plain_units():
+        return _plain_units()[text]
     readable = _UNIT.fullmatch(text) and not _LONG_OR_STACKED_POWER.search(text)
     if not readable or len(text) > _MAX_LENGTH:
         raise QuantityError(f"has a unit that cannot be read: {text!r}")
