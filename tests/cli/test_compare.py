@@ -27,7 +27,7 @@ def test_compare_tells_what_differs_and_by_which_factor(desk, case_file, other_f
     result = desk.call("compare", other_file, case_file)
     assert result.exit_code == 0
     rows = {row[0]: row[1:] for row in _rows(result.stdout) if row}
-    assert rows["normal load P"] == ["25 N", "50 N"]
+    assert rows["normal load"] == ["25 N", "50 N"]
     assert "coefficient of friction" not in " ".join(rows)
     first, second, ratio = rows["wear volume"]
     volumes = [float(text.split()[0]) for text in (first, second)]

@@ -8,8 +8,8 @@ import pytest
 from typer.testing import CliRunner
 
 from fretwear.cli import app
-from fretwear.study.parameters import parameter_fields
 from fretwear.study.study import load_study
+from fretwear.study.tree import parameter_names
 
 SHELL = """
 eval "$(_FRETWEAR_COMPLETE=source_bash fretwear)"
@@ -88,7 +88,7 @@ def test_a_study_of_very_many_points_offers_its_first_ones(desk, content):
 @pytest.mark.usefixtures("desk")
 def test_names_of_parameters_are_offered_and_an_example_for_the_last_one_left():
     names = offered("run", "tiny.yaml", "--set", "")
-    assert set(names) == {f"{name}=" for name in (*parameter_fields(), "output.cycles", "title")}
+    assert set(names) == {f"{name}=" for name in (*parameter_names(), "output.cycles", "title")}
     assert offered("run", "tiny.yaml", "--set", "lo") == ["load=", "load=50N"]
 
 

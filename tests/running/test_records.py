@@ -10,7 +10,6 @@ from fretwear.running.records import (
     forget,
     log_end,
     log_file,
-    reasons,
     record,
     spent_on_simulations,
 )
@@ -23,9 +22,7 @@ def test_a_failed_case_is_told_with_its_reason_and_its_log(tmp_path):
     (failure,) = failures(tmp_path).values()
     assert (failure.case_id, failure.reason) == ("P50N-1", "no step after cycle 3 comes to an end")
     assert tmp_path / failure.log == log_file(tmp_path, "P50N-1")
-    assert reasons(tmp_path) == {
-        "P50N-1": "no step after cycle 3 comes to an end (log: logs/simulate/P50N-1.log)"
-    }
+    assert str(failure) == "no step after cycle 3 comes to an end (log: logs/simulate/P50N-1.log)"
 
 
 def test_a_case_whose_process_vanished_is_told_as_well(tmp_path):
@@ -45,7 +42,7 @@ def test_a_case_that_has_a_result_now_is_not_told(tmp_path):
 
 def test_a_study_without_failures_has_none(tmp_path):
     assert failures(tmp_path) == {}
-    assert reasons(tmp_path / "missing") == {}
+    assert failures(tmp_path / "missing") == {}
 
 
 def test_records_that_are_cut_short_or_of_something_else_are_passed_over(tmp_path):

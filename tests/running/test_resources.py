@@ -10,12 +10,12 @@ from fretwear.running.resources import (
     LEAST_JOBS,
     MOST_JOBS,
     SECONDS_PER_JOB,
-    Task,
+    Batch,
     available_memory,
     batches,
     core_seconds,
     cores,
-    divided,
+    joined,
     machine_speed,
     machine_warnings,
     require_memory,
@@ -131,8 +131,8 @@ def test_a_case_that_does_not_fit_is_told_a_cell_that_does(monkeypatch):
     require_memory(make_case(cell="1 nm"))
 
 
-def tasks(seconds):
-    return [Task(number, f"case{number}", each, 1000) for number, each in enumerate(seconds, 1)]
+def cases(seconds):
+    return [Batch(n, n, (f"case{n}",), each, 1000) for n, each in enumerate(seconds, 1)]
 
 
 def ids(jobs):
@@ -141,14 +141,14 @@ def ids(jobs):
 
 @pytest.mark.parametrize("each", [1, 2, 7, 100])
 def test_a_number_of_cases_is_taken_by_its_word(each):
-    listed = tasks([1.0] * 20)
-    jobs = divided(listed, each)
-    assert ids(jobs) == [task.case_id for task in listed]
+    listed = cases([1.0] * 20)
+    jobs = joined(listed, each)
+    assert ids(jobs) == ids(listed)
     assert all(len(job.case_ids) == each for job in jobs[:-1])
 
 
 def test_a_job_gets_a_few_minutes_of_work():
-    jobs = divided(tasks([2.0] * 10_000))
+    jobs = joined(cases([2.0] * 10_000))
     assert len(ids(jobs)) == 10_000
     times = [job.seconds for job in jobs]
     assert max(times) <= SECONDS_PER_JOB + 2.0
@@ -156,31 +156,31 @@ def test_a_job_gets_a_few_minutes_of_work():
 
 
 def test_a_small_study_keeps_the_cores_busy():
-    assert len(divided(tasks([0.1] * 5))) == 5
-    assert len(divided(tasks([0.1] * 1000))) == LEAST_JOBS
-    assert len(divided(tasks([10.0] * 500))) == JOBS_FOR_MANY_CORES
+    assert len(joined(cases([0.1] * 5))) == 5
+    assert len(joined(cases([0.1] * 1000))) == LEAST_JOBS
+    assert len(joined(cases([10.0] * 500))) == JOBS_FOR_MANY_CORES
 
 
 def test_a_long_case_is_a_job_of_its_own():
-    jobs = divided(tasks([1.0] * 300 + [3600.0] + [1.0] * 300))
+    jobs = joined(cases([1.0] * 300 + [3600.0] + [1.0] * 300))
     (long,) = (job for job in jobs if "case301" in job.case_ids)
     assert long.seconds < 3600.0 + SECONDS_PER_JOB
 
 
 def test_a_huge_study_gets_longer_jobs_rather_than_more():
-    jobs = divided(tasks([60.0] * 100_000))
+    jobs = joined(cases([60.0] * 100_000))
     assert 0.9 * MOST_JOBS < len(jobs) <= MOST_JOBS
     assert len(set(ids(jobs))) == 100_000
 
 
 def test_a_batch_knows_its_points_its_time_and_its_memory():
-    (job,) = divided([Task(3, "a", 1.0, 500), Task(5, "b", 2.0, 900)], 2)
+    (job,) = joined([Batch(3, 3, ("a",), 1.0, 500), Batch(5, 5, ("b",), 2.0, 900)], 2)
     assert (job.first, job.last, job.case_ids) == (3, 5, ("a", "b"))
     assert (job.seconds, job.memory_bytes) == (3.0, 900)
     assert core_seconds([job, job], speed=2.0) == 3.0 + SECONDS_TO_START
 
 
-def test_a_study_says_how_it_is_divided(studies):
+def test_a_study_says_how_it_is_joined(studies):
     content = {**STUDY, "vary": {"load": ["25 N", "30 N", "35 N", "40 N", "50 N"]}}
     for said, sizes in (({}, [1] * 5), ({"batch": 2}, [2, 2, 1]), ({"batch": "auto"}, [1] * 5)):
         jobs = batches(plan_study(studies.load({**content, **said})))

@@ -101,16 +101,28 @@ def _tell(error: BaseException, call: Call) -> int:
     if isinstance(error, Stopped):
         log.stopped(f"{error}; run the same command again to resume", error.exit_status)
         return error.exit_status
-    if isinstance(error, CommandError):
-        log.error(error.message, error.status)
-        return error.status
+    name, status = type(error).__name__, _status_of(error)
     if isinstance(error, typer.TyperException):
         log.error(what_is_wrong(error, call.arguments), Status.WRONG_INPUT)
+    elif status is not None:
+        log.error(str(error) or name, status)
+    else:
+        cause = f"{name}: {error}".rstrip(": ")
+        log.error(f"this is a defect of fretwear, please report it: {cause}", 1, defect=error)
+    return status or Status.FAILED
+
+
+def _status_of(error: Exception) -> Status | None:
+    """Return the exit status of an error; None for one that never should happen."""
+    from fretwear.study.problems import StudyError
+
+    if isinstance(error, CommandError):
+        return error.status
+    if isinstance(error, typer.TyperException | StudyError):
         return Status.WRONG_INPUT
-    cause = f"{type(error).__name__}: {error}".rstrip(": ")
-    message = f"this is a defect of fretwear, please report it: {cause}"
-    log.error(message, Status.FAILED, defect=error)
-    return Status.FAILED
+    from fretwear.running.batch import JOB_ERRORS
+
+    return Status.FAILED if isinstance(error, JOB_ERRORS) else None
 
 
 def format_in_call(arguments: Sequence[str], environment: Mapping[str, str]) -> LogFormat:

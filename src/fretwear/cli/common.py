@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import shlex
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
 from pathlib import Path
@@ -16,6 +16,8 @@ import typer
 from fretwear.cli import completion
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from fretwear.cli.progress import Log
     from fretwear.study.study import Study
 
@@ -51,15 +53,6 @@ class CommandError(Exception):
         super().__init__(message)
         self.message = message
         self.status = status
-
-
-@contextmanager
-def failing_as(status: Status, *errors: type[Exception]) -> Iterator[None]:
-    """Turn errors of the given kinds into a message and an exit status."""
-    try:
-        yield
-    except errors as error:
-        raise CommandError(str(error) or type(error).__name__, status) from error
 
 
 class LogFormat(StrEnum):
@@ -101,17 +94,28 @@ def begin(context: typer.Context, log_format: LogFormat, *, quiet: bool) -> Log:
     return call.log
 
 
-def _file(metavar: str, help_: str, complete: Callable[[str], list[str]]) -> Any:
-    return typer.Argument(metavar=metavar, help=help_, show_default=False, autocompletion=complete)
+def results_file(metavar: str, help_: str) -> Any:
+    """Return an argument that is a file of results."""
+    return typer.Argument(
+        metavar=metavar, help=help_, show_default=False, autocompletion=completion.case_files
+    )
 
 
-StudyFile = Annotated[Path, _file("FILE", "Study file (YAML).", completion.study_files)]
-CaseFile = Annotated[Path, _file("OUT.nc", "Case file (netCDF).", completion.case_files)]
-ShownFile = Annotated[
-    Path, _file("OUT.nc", "Case file, or summary.nc of a study.", completion.case_files)
+def output_file(metavar: str, help_: str, default: str) -> Any:
+    """Return the option that names the file to write."""
+    return typer.Option("-o", "--output", metavar=metavar, help=help_, show_default=default)
+
+
+StudyFile = Annotated[
+    Path,
+    typer.Argument(
+        metavar="FILE",
+        help="Study file (YAML).",
+        show_default=False,
+        autocompletion=completion.study_files,
+    ),
 ]
-FirstFile = Annotated[Path, _file("A.nc", "Case file (netCDF).", completion.case_files)]
-SecondFile = Annotated[Path, _file("B.nc", "Case file to compare it with.", completion.case_files)]
+CaseFile = Annotated[Path, results_file("OUT.nc", "Case file (netCDF).")]
 Assignments = Annotated[
     list[str] | None,
     typer.Option(
@@ -153,15 +157,15 @@ def study_and_results(file: Path, results: Path | None) -> tuple[Study, Path]:
 
     Raises
     ------
+    StudyError
+        When the study is not sound.
     CommandError
-        When the study is not sound, or the folder is a link elsewhere or cannot be written to.
+        When the folder is a link elsewhere or cannot be written to.
     """
     from fretwear.data.safe import why_leading_out
-    from fretwear.study.problems import StudyError
     from fretwear.study.study import load_study
 
-    with failing_as(Status.WRONG_INPUT, StudyError):
-        study = load_study(file)
+    study = load_study(file)
     folder = results or Path("results", study.name)
     if results is None and (problem := why_leading_out(folder)):
         raise CommandError(problem)
@@ -192,6 +196,29 @@ def check_output(path: Path, *endings: str) -> Path:
         raise CommandError(f"{path}: must end in {expected}, such as {example}")
     _check_folder(path.parent)
     return path
+
+
+@contextmanager
+def opened(file: Path) -> Iterator[tuple[xr.Dataset, xr.Dataset]]:
+    """Open a case file: the dataset of the case and its history.
+
+    Raises
+    ------
+    CommandError
+        When it is no sound case file.
+    """
+    check_results(file)
+
+    from fretwear.data.files import open_case, open_history
+    from fretwear.data.safe import DataFileError
+
+    with ExitStack() as stack:
+        try:
+            case = stack.enter_context(open_case(file))
+            history = stack.enter_context(open_history(file))
+        except DataFileError as error:
+            raise CommandError(str(error)) from error
+        yield case, history
 
 
 def check_results(file: Path) -> None:

@@ -10,47 +10,30 @@ import typer
 from fretwear.cli.common import (
     FIGURE_FORMATS,
     CaseFile,
+    CommandError,
     Format,
     LogFormat,
     Quiet,
-    Status,
     begin,
     check_output,
-    check_results,
-    failing_as,
+    opened,
+    output_file,
 )
 
 
 def plot(
     file: CaseFile,
     output: Annotated[
-        Path | None,
-        typer.Option(
-            "-o",
-            "--output",
-            metavar="FIG.png",
-            help="File to write: .png, .svg or .pdf.",
-            show_default="OUT.png",
-        ),
+        Path | None, output_file("FIG.png", "File to write: .png, .svg or .pdf.", "OUT.png")
     ] = None,
 ) -> None:
     """Draw pressure, shear, gap and wear along x, and a map of the scar."""
-    check_results(file)
-    path = check_output(output or file.with_suffix(".png"), *FIGURE_FORMATS)
+    with opened(file) as (case, history):
+        path = check_output(output or file.with_suffix(".png"), *FIGURE_FORMATS)
 
-    from fretwear.data.files import open_case, open_history
-    from fretwear.data.safe import DataFileError
-
-    with (
-        failing_as(Status.WRONG_INPUT, DataFileError),
-        open_case(file) as case,
-        open_history(file) as history,
-    ):
         from fretwear.figures import overview, save_as
 
-        figure = overview(case, history)
-    with failing_as(Status.FAILED, DataFileError):
-        save_as(figure, path)
+        save_as(overview(case, history), path)
     typer.echo(str(path))
 
 
@@ -59,12 +42,10 @@ def animate(
     file: CaseFile,
     output: Annotated[
         Path | None,
-        typer.Option(
-            "-o",
-            "--output",
-            metavar="WEAR.gif",
-            help="File to write: .gif, or .mp4 where the program ffmpeg is installed.",
-            show_default="OUT.gif",
+        output_file(
+            "WEAR.gif",
+            "File to write: .gif, or .mp4 where the program ffmpeg is installed.",
+            "OUT.gif",
         ),
     ] = None,
     dots: Annotated[
@@ -87,24 +68,23 @@ def animate(
     'output: {cycles: [0, 1, 2, 3, 5, 8, 10, ...]}' in the study file.
     """
     log = begin(context, log_format, quiet=quiet)
-    check_results(file)
-    path = check_output(output or file.with_suffix(".gif"), ".gif", ".mp4")
+    with opened(file) as (case, history):
+        path = check_output(output or file.with_suffix(".gif"), ".gif", ".mp4")
 
-    from fretwear.data.files import open_case, open_history
-    from fretwear.data.safe import DataFileError
-    from fretwear.figures.animation import FfmpegMissingError, check_format
+        from fretwear.figures.animation import (
+            FEW_SNAPSHOTS,
+            FfmpegMissingError,
+            animation,
+            check_format,
+            well_spaced_cycles,
+        )
 
-    with (
-        failing_as(Status.WRONG_INPUT, DataFileError, FfmpegMissingError),
-        open_case(file) as case,
-        open_history(file) as history,
-    ):
-        check_format(path)
-
-        from fretwear.figures.animation import FEW_SNAPSHOTS, animation, well_spaced_cycles
-
+        try:
+            check_format(path)
+        except FfmpegMissingError as error:
+            raise CommandError(str(error)) from error
         moving = animation(case, history)
-        with failing_as(Status.FAILED, DataFileError), log.counting("picture") as progress:
+        with log.counting("picture") as progress:
             moving.save(path, dots_per_inch=dots, progress=progress)
     pictures, size = len(moving.cycles), path.stat().st_size
     log.result(path, f"{pictures} pictures, {size / 1e6:.2f} MB", pictures=pictures, bytes=size)

@@ -26,7 +26,7 @@ import typer
 
 import fretwear
 from fretwear.cli.common import LogFormat
-from fretwear.units import LENGTH, format_quantity
+from fretwear.units import LENGTH, duration_text, format_quantity
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -83,7 +83,7 @@ class Log:
         self._is_json = log_format is LogFormat.JSON
         self._has_bar = log_format is LogFormat.AUTO and not quiet and _can_redraw(sys.stderr)
         self._clock = clock
-        self._batch: BatchTime | None = None
+        self._batch: TimeLeft | None = None
         self._command: tuple[str, float] | None = None
         self._file: str | None = None
         # A bar shows every step; lines would only repeat it.
@@ -93,7 +93,12 @@ class Log:
         if self._is_json:
             self._logger.addHandler(_JsonHandler())
         else:
-            self._console = _console(stream)
+            from rich.console import Console
+
+            colours: Any = "auto" if stream is None else None
+            self._console = Console(
+                stderr=stream is None, file=stream, color_system=colours, highlight=False
+            )
             self._logger.addHandler(_TextHandler(self._console))
 
     def begin(self, command: str) -> None:
@@ -140,7 +145,7 @@ class Log:
     @contextmanager
     def batch(self, cases: Mapping[str, Case]) -> Iterator[None]:
         """Number the cases that run in the context one after the other, each by `case`."""
-        self._batch = BatchTime(cases, self._clock)
+        self._batch = _time_left(cases, self._clock)
         try:
             yield
         finally:
@@ -149,44 +154,41 @@ class Log:
     @contextmanager
     def case(self, case: Case, file: Path) -> Iterator[Observer]:
         """Tell of a case that runs in the context; the observer is to be called at every step."""
-        batch = self._batch or BatchTime({case.case_id: case}, self._clock)
-        timing = batch.begin(case)
-        name = f"case {batch.number} of {batch.count}" if batch.count > 1 else ""
+        timing = self._batch or _time_left({case.case_id: case}, self._clock)
+        timing.begin(case.case_id, case.cycles)
+        name = f"case {timing.number} of {timing.count}" if timing.count > 1 else ""
+        title = f"{name}: {case.case_id}" if name else f"case {case.case_id}"
         which: dict[str, Any] = {
             "case_id": case.case_id,
-            "case_number": batch.number,
-            "case_count": batch.count,
+            "case_number": timing.number,
+            "case_count": timing.count,
         }
-        title = f"{name}: {case.case_id}" if name else f"case {case.case_id}"
         self._say("case_start", {**which, "cycles": case.cycles, "file": str(file)}, title)
         last: Step | None = None
         told: float | None = None
 
         def observe(step: Step) -> None:
             nonlocal last, told
-            last, now = step, timing.note(step.state.cycle)
+            timing.note(step.state.cycle)
+            last, now = step, timing.seconds
             show(step)
             interval = min(_LONGEST_INTERVAL, max(_SHORTEST_INTERVAL, _INTERVAL_SHARE * now))
             if step.state.cycle >= step.last_cycle or told is None or now - told >= interval:
                 told = now
-                times = {
-                    "seconds": now,
-                    "seconds_left": timing.seconds_left,
-                    "batch_seconds_left": batch.seconds_left,
-                }
-                text = step_text(step, timing)
-                self._say("step", {**which, **_numbers(step), **times}, text, logging.DEBUG)
+                text = step_text(step, timing.seconds_left)
+                self._say("step", {**which, **_numbers(step, timing)}, text, logging.DEBUG)
 
         status, text = "done", ""
         try:
-            with self._bar(timing, batch) as show:
+            with self._bar(timing) as show:
                 yield observe
-            batch.end(case, timing)
+            timing.end()
             if name:
-                text = f"{name} done in {clock_text(timing.seconds)}, {left_text(batch)}"
+                left = left_text(timing.batch_seconds_left)
+                text = f"{name} done in {duration_text(timing.seconds)}, {left}"
         except BaseException as error:
             status = "failed" if isinstance(error, Exception) else "stopped"
-            text = step_text(last, timing) if last is not None else ""
+            text = step_text(last, timing.seconds_left) if last is not None else ""
             raise
         finally:
             place = {} if last is None else {"cycle": last.state.cycle, "step": last.state.step}
@@ -205,7 +207,7 @@ class Log:
             yield lambda done, total: bar.update(task, completed=done, total=total)
 
     @contextmanager
-    def _bar(self, timing: CaseTime, batch: BatchTime) -> Iterator[Observer]:
+    def _bar(self, timing: TimeLeft) -> Iterator[Observer]:
         """Show on a terminal how far a case and its batch are, until the context ends."""
         if not self._has_bar:
             yield lambda _: None
@@ -218,16 +220,17 @@ class Log:
 
         class Left(ProgressColumn):
             def render(self, task: Task) -> Text:
-                return Text(left_text(task.fields["timing"]))
+                return Text(left_text(task.fields["seconds_left"]()), no_wrap=True)
 
         bar = BarColumn(None, table_column=Column(ratio=1))
-        left = Left(Column(no_wrap=True, justify="right"))
-        bars = Progress(TextColumn("{task.description}"), bar, left, expand=True)
-        one = bars.add_task("first loading", total=1.0, timing=timing)
-        if batch.count > 1:
-            done = batch.number - 1
+        bars = Progress(TextColumn("{task.description}"), bar, Left(), expand=True)
+        one = bars.add_task("first loading", total=1.0, seconds_left=lambda: timing.seconds_left)
+        if timing.count > 1:
             bars.add_task(
-                f"all {batch.count} cases", completed=done, total=batch.count, timing=batch
+                f"all {timing.count} cases",
+                completed=timing.number - 1,
+                total=timing.count,
+                seconds_left=lambda: timing.batch_seconds_left,
             )
         numbers = Text(no_wrap=True, overflow="ellipsis")
 
@@ -238,13 +241,8 @@ class Log:
             bars.update(one, description=place, completed=timing.share)
             numbers.plain = _numbers_text(step)
 
-        with Live(
-            Group(bars, numbers),
-            console=self._console,
-            refresh_per_second=5,
-            transient=True,
-            redirect_stdout=False,
-        ):
+        shown = Group(bars, numbers)
+        with Live(shown, console=self._console, transient=True, redirect_stdout=False):
             yield show
 
     def _say(
@@ -257,20 +255,10 @@ class Log:
     ) -> None:
         self._logger.log(level, text, exc_info=defect, extra={"event": event, "fields": fields})
 
-    def _warn(
-        self,
-        message: Warning | str,
-        category: type[Warning],
-        filename: str,
-        lineno: int,
-        *_: Any,
-        **__: Any,
-    ) -> None:
-        fields = {
-            "message": str(message),
-            "category": category.__name__,
-            "where": f"{filename}:{lineno}",
-        }
+    def _warn(self, *warning: Any, **_: Any) -> None:
+        message, category, filename, line, *_rest = warning
+        where = f"{filename}:{line}"
+        fields = {"message": str(message), "category": category.__name__, "where": where}
         self._say("warning", fields)
 
 
@@ -309,37 +297,69 @@ class _JsonHandler(logging.StreamHandler[TextIO]):
         return json.dumps(finite, allow_nan=False)
 
 
-class CaseTime:
-    """The time that a case still takes, foretold from its plan and from its last steps.
+class TimeLeft:
+    """The time that a case still takes, and the cases of its batch, one after the other.
 
-    Steps grow by orders of magnitude over a run, each takes about as long as the one before, and
-    where the bodies yield they stop growing. The speed of the last steps in cycles per second
-    therefore foretells far too much at first, and their growth, carried on, too little: their
-    geometric mean counts, and beside it the plan, the less of it the more cycles are done.
+    It follows from the plan and from the last steps. Steps grow by orders of magnitude over a
+    run, each takes about as long as the one before, and where the bodies yield they stop growing.
+    The speed of the last steps in cycles per second therefore foretells far too much at first,
+    and their growth, carried on, too little: their geometric mean counts, and beside it the plan,
+    the less of it the more cycles are done.
 
     Parameters
     ----------
-    cycles : int
-        Where the case ends.
-    planned_seconds : float
-        What it should take.
+    planned : mapping of str to float
+        What each case should take, s, by its id.
     clock : callable
         Seconds, increasing.
 
     Attributes
     ----------
+    count : int
+        How many cases there are.
     share : float
-        Part of the time that is over, from 0 to 1; never falls.
+        Part of the time of the running case that is over, from 0 to 1; never falls.
     """
 
-    def __init__(self, cycles: int, planned_seconds: float, clock: Clock = time.monotonic) -> None:
-        self._cycles = cycles
-        self._planned = self._left = max(planned_seconds, 1e-3)
+    def __init__(self, planned: Mapping[str, float], clock: Clock = time.monotonic) -> None:
         self._clock = clock
-        self._started = self._noted = clock()
+        self._ahead = dict(planned)
+        self._planned_before = self._taken_before = 0.0
+        self.count = len(planned)
+
+    def begin(self, case_id: str, cycles: int) -> None:
+        """Begin a case; what its plan says is corrected by how the cases before have fared."""
+        self._case_planned = self._ahead.pop(case_id)
+        self._expected = self._left = max(self._slowness * self._case_planned, 1e-3)
+        self._cycles = cycles
         self._first_cycle: float | None = None
         self._recent: deque[tuple[float, float]] = deque(maxlen=_RECENT_STEPS)
+        self._started = self._noted = self._clock()
         self.share = 0.0
+
+    def note(self, cycle: float) -> None:
+        """Take note of a step that has come to a cycle."""
+        self._noted = self._clock()
+        self._recent.append((self._noted, cycle))
+        if self._first_cycle is None:
+            # A run that resumes from a checkpoint has less to do than its plan says.
+            self._first_cycle = cycle
+            self._expected *= (self._cycles - cycle) / self._cycles
+        taken = self._noted - self._started
+        self._left = self._foretold(self._cycles - cycle, taken)
+        if taken or not self._left:
+            self.share = max(self.share, taken / (taken + self._left) if self._left else 1.0)
+
+    def end(self) -> None:
+        """Take note of what the case that has come to its end has taken."""
+        self._left = 0.0
+        self._planned_before += self._case_planned
+        self._taken_before += self.seconds
+
+    @property
+    def number(self) -> int:
+        """How many cases have begun."""
+        return self.count - len(self._ahead)
 
     @property
     def seconds(self) -> float:
@@ -351,25 +371,20 @@ class CaseTime:
         """Time until the case ends, s: as foretold at the last step, less the time since."""
         return max(0.0, self._left - (self._clock() - self._noted))
 
-    def note(self, cycle: float) -> float:
-        """Take note of a step that has come to a cycle; return the time since the case began."""
-        self._noted = self._clock()
-        taken = self._noted - self._started
-        self._recent.append((self._noted, cycle))
-        if self._first_cycle is None:
-            # A run that resumes from a checkpoint has less to do than its plan says.
-            self._first_cycle = cycle
-            self._planned *= (self._cycles - cycle) / self._cycles
-        self._left = self._foretold(self._cycles - cycle, taken)
-        if taken > 0.0 or self._left == 0.0:
-            self.share = max(self.share, taken / (taken + self._left) if self._left else 1.0)
-        return taken
+    @property
+    def batch_seconds_left(self) -> float:
+        """Time until the last case ends, s."""
+        return self.seconds_left + self._slowness * sum(self._ahead.values())
+
+    @property
+    def _slowness(self) -> float:
+        return self._taken_before / self._planned_before if self._planned_before else 1.0
 
     def _foretold(self, to_do: float, taken: float) -> float:
         """Return the time that so many cycles take after so many seconds."""
         if to_do <= 0.0:
             return 0.0
-        by_plan = max(self._planned - taken, _SMALLEST_SHARE * max(self._planned, taken))
+        by_plan = max(self._expected - taken, _SMALLEST_SHARE * max(self._expected, taken))
         times, cycles = zip(*self._recent, strict=True)
         sizes = [after - before for before, after in pairwise(cycles)]
         recent = times[-1] - times[0]
@@ -387,64 +402,15 @@ class CaseTime:
         return math.exp(trust * math.log(by_steps) + (1.0 - trust) * math.log(by_plan))
 
 
-class BatchTime:
-    """The time that the cases of a batch still take, which run one after the other.
-
-    Parameters
-    ----------
-    cases : mapping
-        The cases that will run, by id.
-    clock : callable
-        Seconds, increasing.
-    """
-
-    def __init__(self, cases: Mapping[str, Case], clock: Clock = time.monotonic) -> None:
-        self._clock = clock
-        self._ahead = {case_id: planned_seconds(case) for case_id, case in cases.items()}
-        self._planned = self._taken = 0.0
-        self._running: CaseTime | None = None
-        self.count = len(cases)
-
-    @property
-    def number(self) -> int:
-        """How many cases have begun."""
-        return self.count - len(self._ahead)
-
-    @property
-    def seconds_left(self) -> float:
-        """Time until the last case ends, s."""
-        running = 0.0 if self._running is None else self._running.seconds_left
-        return running + self._slowness * sum(self._ahead.values())
-
-    def begin(self, case: Case) -> CaseTime:
-        """Begin a case; what its plan says is corrected by how the cases before have fared."""
-        self._ahead.pop(case.case_id, None)
-        planned = self._slowness * planned_seconds(case)
-        self._running = CaseTime(case.cycles, planned, self._clock)
-        return self._running
-
-    def end(self, case: Case, timing: CaseTime) -> None:
-        """Take note of what the case that has come to its end has taken."""
-        self._planned += planned_seconds(case)
-        self._taken += timing.seconds
-        self._running = None
-
-    @property
-    def _slowness(self) -> float:
-        return self._taken / self._planned if self._planned else 1.0
-
-
-def planned_seconds(case: Case) -> float:
-    """Return what a case takes by its plan once Python has started, s."""
-    from fretwear.study.cost import SECONDS_TO_START, estimate
-
-    return estimate(case).seconds - SECONDS_TO_START
-
-
-def step_text(step: Step, timing: CaseTime) -> str:
+def step_text(step: Step, seconds_left: float) -> str:
     """Say where a run is: cycle, step, error, contact half-width, time left."""
     cycle = f"cycle {step.state.cycle:.6g} of {step.last_cycle}"
-    return f"{cycle}, {_numbers_text(step)}, {left_text(timing)}"
+    return f"{cycle}, {_numbers_text(step)}, {left_text(seconds_left)}"
+
+
+def left_text(seconds: float) -> str:
+    """Write the time left; what is not over takes a second at least."""
+    return f"{duration_text(math.ceil(seconds))} left"
 
 
 def _numbers_text(step: Step) -> str:
@@ -453,40 +419,28 @@ def _numbers_text(step: Step) -> str:
     return f"step {step.state.step}, error {error}, half-width {half_width}"
 
 
-def _numbers(step: Step) -> dict[str, float]:
-    """The numbers of a step under the names that they have in the datasets."""
+def _numbers(step: Step, timing: TimeLeft) -> dict[str, float]:
+    """The numbers of a step under the names that they have in the datasets, and its times."""
     return {
         "cycle": step.state.cycle,
         "cycles": step.last_cycle,
         "step": step.state.step,
         "error_estimate": step.state.error_estimate,
         **{name: getattr(step.measures, name) for name in _MEASURES},
+        "seconds": timing.seconds,
+        "seconds_left": timing.seconds_left,
+        "batch_seconds_left": timing.batch_seconds_left,
     }
 
 
-def left_text(timing: CaseTime | BatchTime) -> str:
-    """Write the time left; a task that is not over always takes a second."""
-    return f"{clock_text(math.ceil(timing.seconds_left))} left"
+def _time_left(cases: Mapping[str, Case], clock: Clock) -> TimeLeft:
+    from fretwear.study.cost import SECONDS_TO_START, estimate
 
-
-def clock_text(seconds: float) -> str:
-    """Write a time as minutes and seconds, with hours or days where there are any."""
-    minutes, rest = divmod(round(seconds), 60)
-    hours, minutes = divmod(minutes, 60)
-    days, hours = divmod(hours, 24)
-    if days:
-        return f"{days} d {hours}:{minutes:02d}:{rest:02d}"
-    return f"{hours}:{minutes:02d}:{rest:02d}" if hours else f"{minutes}:{rest:02d}"
+    # Python has started already.
+    planned = {name: estimate(case).seconds - SECONDS_TO_START for name, case in cases.items()}
+    return TimeLeft(planned, clock)
 
 
 def _can_redraw(stream: TextIO) -> bool:
     # The colours that FORCE_COLOR wants in a log file do not make a terminal of it.
     return stream.isatty() and os.environ.get("TERM", "").lower() not in ("dumb", "unknown")
-
-
-def _console(stream: TextIO | None) -> Console:
-    from rich.console import Console
-
-    if stream is None:
-        return Console(stderr=True, highlight=False)
-    return Console(file=stream, highlight=False, color_system=None)

@@ -19,7 +19,7 @@ from fretwear.cli.common import (
     StudyFile,
     begin,
     check_output,
-    failing_as,
+    output_file,
     study_and_results,
 )
 from fretwear.cli.completion import case_ids
@@ -43,12 +43,7 @@ def run(
         ),
     ] = None,
     set_: Assignments = None,
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "-o", "--output", metavar="OUT.nc", help="File to write.", show_default="ID.nc"
-        ),
-    ] = None,
+    output: Annotated[Path | None, output_file("OUT.nc", "File to write.", "ID.nc")] = None,
     quiet: Quiet = False,
     log_format: Format = LogFormat.AUTO,
 ) -> None:
@@ -58,16 +53,14 @@ def run(
     """
     log = begin(context, log_format, quiet=quiet)
 
-    from fretwear.study.problems import StudyError
     from fretwear.study.study import select_case
 
-    with failing_as(Status.WRONG_INPUT, StudyError):
-        case = select_case(file, case_id, set_ or ())
+    case = select_case(file, case_id, set_ or ())
     path = check_output(output or Path(f"{case.case_id}.nc"), ".nc")
 
-    from fretwear.running.batch import JOB_ERRORS, simulate_to_file
+    from fretwear.running.batch import simulate_to_file
 
-    with failing_as(Status.FAILED, *JOB_ERRORS), log.case(case, path) as observe:
+    with log.case(case, path) as observe:
         outcome = simulate_to_file(
             case, path, observers=[observe], tell=log.note, command=context.obj.line
         )
@@ -121,18 +114,16 @@ def batch(
         supervise({point.id for point in study.points(first, last)}, folder)
 
     from fretwear.cli.progress import Log
-    from fretwear.data.safe import DataFileError
     from fretwear.running.batch import BatchRun
     from fretwear.running.workflow import write_finished
 
-    with failing_as(Status.FAILED, DataFileError):
-        outcome = BatchRun(study, folder, log, lambda stream: Log(stream=stream)).run(first, last)
-        count, found = len(outcome.case_ids), len(outcome.found)
-        if failed := outcome.failed:
-            listed = "".join(f"\n  {case_id}: {reason}" for case_id, reason in failed.items())
-            raise CommandError(f"{len(failed)} of {count} cases failed{listed}", Status.FAILED)
-        if finished is not None:
-            write_finished(finished, folder / "cases", outcome.case_ids)
+    outcome = BatchRun(study, folder, log, lambda stream: Log(stream=stream)).run(first, last)
+    count, found = len(outcome.case_ids), len(outcome.found)
+    if failed := outcome.failed:
+        listed = "".join(f"\n  {case_id}: {reason}" for case_id, reason in failed.items())
+        raise CommandError(f"{len(failed)} of {count} cases failed{listed}", Status.FAILED)
+    if finished is not None:
+        write_finished(finished, folder / "cases", outcome.case_ids)
     log.result(folder / "cases", f"{count} cases done", cases_done=count, cases_found=found)
 
 

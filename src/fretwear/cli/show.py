@@ -6,6 +6,7 @@ import json
 import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -13,19 +14,14 @@ import typer
 
 from fretwear.cli.common import (
     FIGURE_FORMATS,
-    FirstFile,
-    SecondFile,
-    ShownFile,
-    Status,
     aligned,
     check_output,
     check_results,
-    failing_as,
+    opened,
+    output_file,
+    results_file,
 )
 from fretwear.units import (
-    DIMENSIONS,
-    NUMBER,
-    format_quantity,
     number_text,
     readable_unit,
     smallest_unit,
@@ -56,7 +52,7 @@ _DIGITS = 4
 
 
 def show(
-    file: ShownFile,
+    file: Annotated[Path, results_file("OUT.nc", "Case file, or summary.nc of a study.")],
     as_json: Annotated[
         bool, typer.Option("--json", help="Print JSON in SI units, for scripts.")
     ] = False,
@@ -67,18 +63,18 @@ def show(
     """
     check_results(file)
 
-    from fretwear.data.files import open_case, open_history, open_summary
+    from fretwear.data.files import open_summary
     from fretwear.data.safe import DataFileError
 
-    with failing_as(Status.WRONG_INPUT, DataFileError):
-        if _is_summary(file):
-            with open_summary(file) as summary:
-                content = study_content(summary)
-            lines = list(study_lines(content))
-        else:
-            with open_case(file) as case, open_history(file) as history:
-                content = case_content(case, history)
-                lines = list(case_lines(case, content))
+    content: dict[str, Any] = {}
+    with suppress(DataFileError), open_summary(file) as summary:
+        if "study" in summary.attrs:
+            content = study_content(summary)
+            lines = [*study_lines(content)]
+    if not content:  # a case, or something of which `opened` says what is wrong
+        with opened(file) as (case, history):
+            content = case_content(case, history)
+            lines = [*case_lines(content)]
     if as_json:
         lines = [json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False)]
     for line in lines:
@@ -86,45 +82,29 @@ def show(
 
 
 def compare(
-    first: FirstFile,
-    second: SecondFile,
+    first: Annotated[Path, results_file("A.nc", "Case file (netCDF).")],
+    second: Annotated[Path, results_file("B.nc", "Case file to compare it with.")],
     output: Annotated[
         Path | None,
-        typer.Option(
-            "-o",
-            "--output",
-            metavar="FIG.png",
-            help="Draw both over each other, to this file: .png, .svg or .pdf.",
-            show_default="no figure",
+        output_file(
+            "FIG.png",
+            "Draw both over each other, to this file: .png, .svg or .pdf.",
+            "no figure",
         ),
     ] = None,
 ) -> None:
     """Print the parameters in which two cases differ, and their key results with the ratios."""
-    for file in (first, second):
-        check_results(file)
     path = None if output is None else check_output(output, *FIGURE_FORMATS)
-
-    from fretwear.data.files import open_case, open_history
-    from fretwear.data.safe import DataFileError
-
-    with (
-        failing_as(Status.WRONG_INPUT, DataFileError),
-        open_case(first) as a,
-        open_case(second) as b,
-        open_history(first) as history_a,
-        open_history(second) as history_b,
-    ):
+    with opened(first) as (a, history_a), opened(second) as (b, history_b):
         typer.echo(f"A  {first}\nB  {second}\n")
         for line in comparison_lines(a, b):
             typer.echo(line)
-        if path is None:
-            return
-        from fretwear.figures import compare_cases, save_as
+        if path is not None:
+            from fretwear.figures import compare_cases, save_as
 
-        figure = compare_cases({"A": a, "B": b}, {"A": history_a, "B": history_b})
-    with failing_as(Status.FAILED, DataFileError):
-        save_as(figure, path)
-    typer.echo(f"\n{path}")
+            figure = compare_cases({"A": a, "B": b}, {"A": history_a, "B": history_b})
+            save_as(figure, path)
+            typer.echo(f"\n{path}")
 
 
 def case_content(case: xr.Dataset, history: xr.Dataset) -> dict[str, Any]:
@@ -149,7 +129,8 @@ def case_content(case: xr.Dataset, history: xr.Dataset) -> dict[str, Any]:
         "convolutions": int(history["convolutions"].sum()),
         "parameters": {
             str(value.name): {"value": _finite(value.item()), "units": value.attrs.get("units")}
-            for value in _parameters(case)
+            for value in case.coords.values()
+            if value.ndim == 0
         },
         "cycle": case["cycle"].values.tolist(),
         "results": {
@@ -163,7 +144,7 @@ def case_content(case: xr.Dataset, history: xr.Dataset) -> dict[str, Any]:
     }
 
 
-def case_lines(case: xr.Dataset, content: dict[str, Any]) -> Iterator[str]:
+def case_lines(content: dict[str, Any]) -> Iterator[str]:
     """Yield the content of a case as lines for people."""
     yield content["title"]
     if content["case_id"] not in content["title"]:
@@ -176,12 +157,8 @@ def case_lines(case: xr.Dataset, content: dict[str, Any]) -> Iterator[str]:
     )
     yield ""
     yield "Parameters"
-    yield from aligned(
-        [
-            (each.attrs["long_name"], _parameter_text(each.item(), each.attrs.get("units")))
-            for each in _parameters(case)
-        ]
-    )
+    parameters = content["parameters"].items()
+    yield from aligned([_told(name, each["value"]) for name, each in parameters])
     yield ""
     yield "Results"
     rows = [("", *(f"cycle {content['cycle'][i]:.0f}" for i in (0, -1)), "unworn")]
@@ -198,41 +175,29 @@ def case_lines(case: xr.Dataset, content: dict[str, Any]) -> Iterator[str]:
 
 def study_content(summary: xr.Dataset) -> dict[str, Any]:
     """Return what there is to tell of a merged study, in SI units; what is not finite is None."""
-    import numpy as np
-
-    status = summary["status"]
-
-    def flat(values: xr.DataArray) -> list[Any]:
-        return values.broadcast_like(status).transpose(*status.dims).values.ravel().tolist()
-
-    def last_known(values: xr.DataArray) -> list[Any]:
-        """Take the last value that is a number: cases may end at different cycles."""
-        array = values.transpose(*status.dims, "cycle").values
-        last = array.shape[-1] - 1 - np.argmax(np.isfinite(array)[..., ::-1], axis=-1)
-        return np.take_along_axis(array, last[..., np.newaxis], axis=-1).ravel().tolist()
-
+    dims = summary["status"].dims
     varied = [
         str(name)
         for name, value in summary.coords.items()
-        if value.dims and set(value.dims) <= set(status.dims) and name not in ("case_id", "point")
+        if value.dims and set(value.dims) <= set(dims) and name not in ("case_id", "point")
     ]
-    columns = {
-        "case_id": flat(summary["case_id"]),
-        "status": [PointStatus(value).word for value in flat(status)],
-        **{name: flat(summary[name]) for name in varied},
-        **{name: last_known(summary[name]) for name in _STUDY_RESULTS},
+    plain = summary.reset_coords()
+    # Cases may end at different cycles: the last value that is known.
+    last = {
+        name: plain[name].isel(cycle=plain[name].notnull().cumsum("cycle").argmax("cycle"))
+        for name in _STUDY_RESULTS
     }
-    units = {name: summary[name].attrs.get("units", "") for name in (*varied, *_STUDY_RESULTS)}
+    states = [PointStatus(state).word for state in plain["status"].values.flat]
+    table = plain[["case_id", *varied]].assign(last).to_dataframe(dim_order=dims)
+    columns = ["case_id", "status", *varied, *_STUDY_RESULTS]
+    points = table.reset_index().assign(status=states)[columns].to_dict("records")
     return {
         "study": summary.attrs["study"],
         "title": summary.attrs["title"],
         "source": summary.attrs["source"],
         "cycle": float(summary["cycle"].max()),
-        "units": units,
-        "points": [
-            dict(zip(columns, map(_finite, row), strict=True))
-            for row in zip(*columns.values(), strict=True)
-        ],
+        "units": {name: summary[name].attrs.get("units", "") for name in columns[2:]},
+        "points": [{name: _finite(point[name]) for name in columns} for point in points],
     }
 
 
@@ -254,7 +219,7 @@ def study_lines(content: dict[str, Any]) -> Iterator[str]:
             texts = _texts(values, units[name])
             columns.append([RESULTS[name].words, *texts])
         else:
-            columns.append([name, *(_parameter_text(value, units[name]) for value in values)])
+            columns.append([name, *(_told(name, value)[1] for value in values)])
     states = [point["status"] for point in listed]
     columns.append(["", *("" if state == PointStatus.DONE.word else state for state in states)])
     yield from aligned(list(zip(*columns, strict=True)))
@@ -268,13 +233,8 @@ def comparison_lines(a: xr.Dataset, b: xr.Dataset) -> Iterator[str]:
 
     rows: list[tuple[str, ...]] = [("", "A", "B")]
     for name in different_parameters(a, b):
-        known = [case.coords.get(name) for case in (a, b)]
-        attributes = next(each.attrs for each in known if each is not None)
-        texts = (
-            "-" if each is None else _parameter_text(each.item(), attributes.get("units"))
-            for each in known
-        )
-        rows.append((attributes["long_name"], *texts))
+        values = [case.coords[name].item() if name in case.coords else "-" for case in (a, b)]
+        rows.append((_told(name, values[0])[0], *(_told(name, value)[1] for value in values)))
     if len(rows) > 1:
         yield "Parameters that differ"
         yield from aligned(rows)
@@ -289,19 +249,6 @@ def comparison_lines(a: xr.Dataset, b: xr.Dataset) -> Iterator[str]:
         ratio = f"{result.ratio:.3g}" if result.first else "-"
         rows.append((result.variable.words, *values, ratio))
     yield from aligned(rows)
-
-
-def _is_summary(file: Path) -> bool:
-    """Whether a file is that of a merged study; where it is damaged nobody knows."""
-    from fretwear.data.files import damage
-
-    # The library may crash on a file that is not whole: the checksum comes first.
-    if damage(file, "file"):
-        return False
-    import netCDF4
-
-    with netCDF4.Dataset(file) as content:
-        return "study" in content.ncattrs()
 
 
 def _unworn(dataset: xr.Dataset) -> dict[str, float]:
@@ -326,16 +273,14 @@ def _unworn(dataset: xr.Dataset) -> dict[str, float]:
     }
 
 
-def _parameters(case: xr.Dataset) -> list[xr.DataArray]:
-    return [value for value in case.coords.values() if value.ndim == 0]
+def _told(name: str, value: float | str | None) -> tuple[str, str]:
+    """Return what a parameter is, in words, and a value of it for people."""
+    from fretwear.study.parameters import parameter, value_text
 
-
-def _parameter_text(value: float | str | None, units: str | None) -> str:
-    """Write a parameter as a study file has it."""
-    if value is None or isinstance(value, str):
-        return value or "none"
-    (dimension,) = (each for each in (*DIMENSIONS, NUMBER) if each.si_unit == units)
-    return format_quantity(value, dimension, _DIGITS)
+    try:
+        return parameter(name).words, value_text(name, math.inf if value is None else value)
+    except KeyError:  # of another version of the program
+        return name, str(value)
 
 
 def _texts(values: Sequence[float | None], si_unit: str) -> list[str]:

@@ -20,7 +20,6 @@ from fretwear.cli.common import (
     StudyFile,
     aligned,
     begin,
-    failing_as,
     study_and_results,
 )
 
@@ -44,11 +43,9 @@ def plan(
     """
     from fretwear.running.resources import machine_speed, machine_warnings
     from fretwear.study.plan import plan_study
-    from fretwear.study.problems import StudyError
     from fretwear.study.study import load_study
 
-    with failing_as(Status.WRONG_INPUT, StudyError):
-        planned = plan_study(load_study(file, set_ or ()))
+    planned = plan_study(load_study(file, set_ or ()))
     planned = replace(planned, speed=machine_speed(planned.estimates.values()))
     for line in _table(planned, every):
         typer.echo(line)
@@ -76,14 +73,13 @@ def merge(
     study, folder = study_and_results(file, results)
 
     from fretwear.data.merge import merge_study
-    from fretwear.data.safe import DataFileError, atomic_path
+    from fretwear.data.safe import atomic_path
     from fretwear.study.plan import write_points
 
     summary = folder / "summary.nc"
-    with failing_as(Status.FAILED, DataFileError):
-        tally = merge_study(study, folder / "cases", summary, command=context.obj.line)
-        with atomic_path(folder / "points.csv") as temporary:
-            write_points(study, temporary)
+    tally = merge_study(study, folder / "cases", summary, command=context.obj.line)
+    with atomic_path(folder / "points.csv") as temporary:
+        write_points(study, temporary)
     log.result(
         summary,
         f"{tally.done} points done, {tally.failed} failed, {tally.invalid} invalid",
@@ -105,15 +101,12 @@ def figures(
     _, folder = study_and_results(file, results)
 
     from fretwear.data.files import open_summary
-    from fretwear.data.safe import DataFileError, write_text
+    from fretwear.data.safe import write_text
     from fretwear.figures.study import CAPTIONS_NAME, caption_template, write_study_figures
     from fretwear.source_study import source_figures
 
     cases, drawn = folder / "cases", folder / "figures"
-    with (
-        failing_as(Status.FAILED, DataFileError),
-        open_summary(folder / "summary.nc") as summary,
-    ):
+    with open_summary(folder / "summary.nc") as summary:
         entries = write_study_figures(summary, cases, drawn, extra=source_figures(summary, cases))
         write_text(drawn / CAPTIONS_NAME, caption_template(entries))
     log.result(drawn, f"{len(entries)} figures", figures=len(entries))
@@ -131,16 +124,13 @@ def report(
     study, folder = study_and_results(file, results)
 
     from fretwear.data.files import open_summary
-    from fretwear.data.safe import DataFileError, write_text
+    from fretwear.data.safe import write_text
     from fretwear.figures.study import INDEX_NAME
     from fretwear.report import build_report
     from fretwear.source_study import source_sections
     from fretwear.study.plan import plan_study
 
-    with (
-        failing_as(Status.FAILED, DataFileError),
-        open_summary(folder / "summary.nc") as summary,
-    ):
+    with open_summary(folder / "summary.nc") as summary:
         index = folder / "figures" / INDEX_NAME
         if not index.is_file():
             rule = "there is no such file; draw the figures before the report:"

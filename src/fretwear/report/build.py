@@ -28,7 +28,7 @@ from fretwear.report.results import (
     marked_label,
     point_results,
 )
-from fretwear.running.records import log_end, reasons, spent_on_simulations
+from fretwear.running.records import failures, log_end, spent_on_simulations
 from fretwear.study.parameters import parameter, value_text
 from fretwear.study.plan import Plan
 from fretwear.study.points import Axis
@@ -72,7 +72,8 @@ def build_report(
     DataFileError
         When `summary` is not that of the plan's study as it is now, or a file is missing.
     """
-    results = point_results(plan, summary, reasons(folder))
+    reasons = {case_id: str(failure) for case_id, failure in failures(folder).items()}
+    results = point_results(plan, summary, reasons)
     places = held_points(plan, results)
     ids = dict.fromkeys(results[place].id for place in places if results[place].done)
     records = {case_id: read_case(folder / "cases" / f"{case_id}.nc") for case_id in ids}

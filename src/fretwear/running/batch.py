@@ -5,8 +5,8 @@ from __future__ import annotations
 import shlex
 import time
 import traceback
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, TextIO
@@ -35,11 +35,11 @@ class Outcome:
 
     Attributes
     ----------
-    steps : int
+    steps
         Accepted steps of the whole run, those before an interruption included.
-    seconds : float
-        Time that this job took, s.
-    is_taken_over : bool
+    seconds
+        Time that this job took.
+    is_taken_over
         Whether another process wrote the file while this one waited for it.
     """
 
@@ -92,7 +92,9 @@ def simulate_to_file(
     require_memory(case)
     with locked(path, tell) as lock:
         if lock.waited and is_finished_case(path, case):
-            return Outcome(_steps_of(path), time.monotonic() - started, is_taken_over=True)
+            with open_history(path) as history:
+                steps = history.sizes["step"] - 1
+            return Outcome(steps, time.monotonic() - started, is_taken_over=True)
         with Checkpoint(path.with_suffix(".checkpoint"), case, tell, interval) as checkpoint:
             result = run(case, [checkpoint, *observers], record=checkpoint.record, command=command)
             lock.ensure(tell)
@@ -100,11 +102,6 @@ def simulate_to_file(
                 write_case(result.dataset, result.history, path)
                 checkpoint.discard()
     return Outcome(result.history.sizes["step"] - 1, time.monotonic() - started)
-
-
-def _steps_of(path: Path) -> int:
-    with open_history(path) as history:
-        return history.sizes["step"] - 1
 
 
 class Listener(Protocol):
@@ -126,11 +123,9 @@ class BatchOutcome:
 
     Attributes
     ----------
-    case_ids : tuple of str
-        All cases.
-    found : tuple of str
-        Those that were done before.
-    failed : mapping of str to str
+    case_ids, found
+        All cases, and those that were done before.
+    failed
         Why cases failed, by id.
     """
 
@@ -145,15 +140,12 @@ class BatchRun:
 
     Attributes
     ----------
-    study : Study
-        The study.
-    results : pathlib.Path
-        Folder of its results.
-    listener : Listener
+    study, results
+        The study, and the folder of its results.
+    listener
         Hears of the batch as a whole.
-    listener_to : callable
-        Takes an open file; gives one who writes there what a single case says, see
-        `fretwear.running.records.log_file`.
+    listener_to
+        Takes the open log of a case; gives one who writes there what this case says.
     """
 
     study: Study
@@ -172,9 +164,7 @@ class BatchRun:
             Numbers of the first and the last point, counted from 1.
         """
         cases = {point.id: point.case for point in self.study.points(first, last) if point.case}
-        found = [
-            case_id for case_id in cases if is_finished_case(self._file(case_id), cases[case_id])
-        ]
+        found = [each for each in cases if is_finished_case(self._file(each), cases[each])]
         for case_id in found:
             forget(self.results, case_id)
         if found:
@@ -201,7 +191,10 @@ class BatchRun:
         record(self.results, case.case_id)
         command = ["fretwear", "run", str(self.study.file), "--case", case.case_id]
         file = self._file(case.case_id)
-        with _opened(log_file(self.results, case.case_id)) as stream:
+        log = log_file(self.results, case.case_id)
+        # Appended to, because a process that was left over may still write to it as well.
+        with log.open("a", encoding="utf-8", buffering=1) as stream:
+            stream.truncate(0)
             own = self.listener_to(stream)
             try:
                 with self.listener.case(case, file) as observe, own.case(case, file) as observe_own:
@@ -227,12 +220,3 @@ class BatchRun:
             print(f"fretwear: error: {reason}", file=stream)
         record(self.results, case.case_id, reason)
         return reason
-
-
-@contextmanager
-def _opened(path: Path) -> Iterator[TextIO]:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(b"")
-    # A process that was left over may still write to it: each line goes to the end.
-    with path.open("a", encoding="utf-8", buffering=1) as stream:
-        yield stream

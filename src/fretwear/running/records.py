@@ -1,4 +1,8 @@
-"""What jobs leave beside the case files: why cases failed, what they said, what they took."""
+"""What jobs leave beside the case files: why cases failed, what they said, what they took.
+
+``results`` is the folder of a study's results everywhere. Nothing of a result depends on these
+files: one that is cut short, or is something else, is not read.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +10,6 @@ import csv
 import json
 import math
 import os
-from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from os import PathLike
@@ -15,10 +18,12 @@ from pathlib import Path
 from fretwear.data.safe import write_error
 
 LOGS = Path("logs", "simulate")
+BENCHMARKS = Path("benchmarks")
 ENDED = "the process that ran it ended before it did: it was killed, or ran out of memory or time"
 
 _SUFFIX = ".failed.json"
 _MOST_BYTES = 100_000
+_MEBIBYTE = 1 << 20
 
 
 @dataclass(frozen=True)
@@ -46,24 +51,10 @@ class Failure:
         return f"{self.reason} (log: {self.log})"
 
 
-def log_file(results: str | PathLike[str], case_id: str) -> Path:
-    """Return the file that keeps what a case of a study says while it runs."""
-    return Path(results) / LOGS / f"{case_id}.log"
-
-
 def record(results: str | PathLike[str], case_id: str, reason: str = ENDED) -> None:
-    """Keep why a case failed.
+    """Keep why a case failed, for people.
 
     A case that begins is recorded as well: if its process is killed, nobody can do so later.
-
-    Parameters
-    ----------
-    results : str or path-like
-        Folder of the study's results.
-    case_id : str
-        The case.
-    reason : str
-        What went wrong, for people.
 
     Raises
     ------
@@ -71,12 +62,10 @@ def record(results: str | PathLike[str], case_id: str, reason: str = ENDED) -> N
         When the file cannot be written.
     """
     log = (LOGS / f"{case_id}.log").as_posix()
-    now = datetime.now(UTC).isoformat(timespec="seconds")
-    failure = Failure(case_id, reason, log, now)
-    file = _file(results, case_id)
+    failure = Failure(case_id, reason, log, datetime.now(UTC).isoformat(timespec="seconds"))
+    file = _failure_file(results, case_id)
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        # Whoever reads passes over a record that is cut short: nothing of a result depends on it.
         file.write_text(json.dumps(asdict(failure), indent=1) + "\n", encoding="utf-8")
     except OSError as cause:
         raise write_error(file, cause) from cause
@@ -84,54 +73,16 @@ def record(results: str | PathLike[str], case_id: str, reason: str = ENDED) -> N
 
 def forget(results: str | PathLike[str], case_id: str) -> None:
     """Remove what was recorded of a case, because it has a result now."""
-    _file(results, case_id).unlink(missing_ok=True)
+    _failure_file(results, case_id).unlink(missing_ok=True)
 
 
 def failures(results: str | PathLike[str]) -> dict[str, Failure]:
-    """Return the cases that were begun and have no result, by id.
-
-    Parameters
-    ----------
-    results : str or path-like
-        Folder of the study's results. Files in it that are no such records are passed over.
-    """
-    found = {}
-    folder = Path(results) / LOGS
-    for file in sorted(folder.glob(f"*{_SUFFIX}")) if folder.is_dir() else ():
-        failure = _read(file)
-        if failure is not None:
-            found[failure.case_id] = failure
-    return found
+    """Return the cases that were begun and have no result, by id."""
+    found = (_read(file) for file in sorted((Path(results) / LOGS).glob(f"*{_SUFFIX}")))
+    return {failure.case_id: failure for failure in found if failure is not None}
 
 
-def reasons(results: str | PathLike[str]) -> Mapping[str, str]:
-    """Return why cases failed, with the name of the log, by case id; see `failures`."""
-    return {case_id: str(failure) for case_id, failure in failures(results).items()}
-
-
-def log_end(results: str | PathLike[str], case_id: str, most: int = 4000) -> str:
-    """Return the end of what a case has said, an empty text if there is no such log.
-
-    Parameters
-    ----------
-    results : str or path-like
-        Folder of the study's results.
-    case_id : str
-        The case.
-    most : int
-        About how many bytes at most; whole lines are returned.
-    """
-    try:
-        with log_file(results, case_id).open("rb") as file:
-            size = file.seek(0, os.SEEK_END)
-            file.seek(max(0, size - most))
-            text = file.read().decode("utf-8", errors="replace")
-    except OSError:
-        return ""
-    return text if size <= most else text.partition("\n")[2]
-
-
-def _file(results: str | PathLike[str], case_id: str) -> Path:
+def _failure_file(results: str | PathLike[str], case_id: str) -> Path:
     return Path(results) / LOGS / f"{case_id}{_SUFFIX}"
 
 
@@ -146,13 +97,26 @@ def _read(file: Path) -> Failure | None:
     return failure if sound and failure.case_id == file.name.removesuffix(_SUFFIX) else None
 
 
-BENCHMARKS = Path("benchmarks")
-_MEBIBYTE = 1 << 20
+def log_file(results: str | PathLike[str], case_id: str) -> Path:
+    """Return the file that keeps what a case of a study says while it runs."""
+    return Path(results) / LOGS / f"{case_id}.log"
+
+
+def log_end(results: str | PathLike[str], case_id: str, most: int = 4000) -> str:
+    """Return the last lines that a case has said, of about ``most`` bytes; "" without a log."""
+    try:
+        with log_file(results, case_id).open("rb") as file:
+            size = file.seek(0, os.SEEK_END)
+            file.seek(max(0, size - most))
+            text = file.read().decode("utf-8", errors="replace")
+    except OSError:
+        return ""
+    return text if size <= most else text.partition("\n")[2]
 
 
 @dataclass(frozen=True)
 class Spent:
-    """What jobs took.
+    """What jobs took, from the tables that Snakemake writes beside them.
 
     Attributes
     ----------
@@ -173,26 +137,16 @@ class Spent:
 
 
 def spent_on_simulations(results: str | PathLike[str]) -> Spent | None:
-    """Add up what the jobs that simulate took, each by its last run.
+    """Add up what the jobs that simulate took, each by its last run; None if nothing was measured.
 
-    Parameters
-    ----------
-    results : str or path-like
-        Folder of the study's results; the benchmarks of simulations lie in folders of
-        ``benchmarks/``, those of other rules in ``benchmarks/`` itself.
-
-    Returns
-    -------
-    Spent or None
-        None where nothing was measured.
+    Their tables lie in folders of ``benchmarks/``, those of other rules in ``benchmarks/`` itself.
     """
     rows = [_last_row(file) for file in sorted((Path(results) / BENCHMARKS).glob("*/**/*.tsv"))]
     rows = [row for row in rows if math.isfinite(row[0])]
     if not rows:
         return None
-    seconds, processor, memory = (
-        list(filter(math.isfinite, each)) for each in zip(*rows, strict=True)
-    )
+    columns = zip(*rows, strict=True)
+    seconds, processor, memory = (list(filter(math.isfinite, each)) for each in columns)
     return Spent(
         jobs=len(rows),
         seconds=math.fsum(seconds),

@@ -1,6 +1,6 @@
 """What a study takes of the machine: memory, cores, time, and the jobs that it is divided into.
 
-No numpy here until a time is measured: `fretwear plan` asks this of every case.
+Nothing heavy is imported before it is needed: `fretwear plan` and the Snakefile ask this.
 """
 
 from __future__ import annotations
@@ -159,28 +159,6 @@ def cores() -> int:
 
 
 @dataclass(frozen=True)
-class Task:
-    """A case to run, at the first point that comes to it.
-
-    Attributes
-    ----------
-    point : int
-        Number of the point, counted from 1.
-    case_id : str
-        Id of the case.
-    seconds : float
-        How long it takes once its job has started, as far as the study alone can tell.
-    memory_bytes : int
-        Memory that it needs.
-    """
-
-    point: int
-    case_id: str
-    seconds: float
-    memory_bytes: int
-
-
-@dataclass(frozen=True)
 class Batch:
     """Cases of neighbouring points that one job runs one after the other.
 
@@ -189,7 +167,7 @@ class Batch:
     first, last : int
         Numbers of its first and last point; some between them may belong to cases of others.
     case_ids : tuple of str
-        Its cases, in the order of the points.
+        Its cases, each at the first point that comes to it.
     seconds : float
         Time for all cases on one core, once the job has started.
     memory_bytes : int
@@ -203,57 +181,56 @@ class Batch:
     memory_bytes: int
 
     @classmethod
-    def of(cls, tasks: Sequence[Task]) -> Batch:
-        """The batch of some tasks."""
+    def of(cls, parts: Sequence[Batch]) -> Batch:
+        """One batch of several."""
         return cls(
-            first=tasks[0].point,
-            last=tasks[-1].point,
-            case_ids=tuple(task.case_id for task in tasks),
-            seconds=math.fsum(task.seconds for task in tasks),
-            memory_bytes=max(task.memory_bytes for task in tasks),
+            first=parts[0].first,
+            last=parts[-1].last,
+            case_ids=tuple(case_id for part in parts for case_id in part.case_ids),
+            seconds=math.fsum(part.seconds for part in parts),
+            memory_bytes=max(part.memory_bytes for part in parts),
         )
 
 
 def batches(plan: Plan) -> tuple[Batch, ...]:
     """Divide the cases of a study into batches: what each job of the workflow runs."""
-    tasks: dict[str, Task] = {}
+    single: dict[str, Batch] = {}
     for number, planned in enumerate(plan.points, 1):
-        expected = planned.estimate
-        if expected is not None and planned.id not in tasks:
-            seconds = expected.seconds - SECONDS_TO_START
-            tasks[planned.id] = Task(number, planned.id, seconds, expected.memory_bytes)
-    return divided(list(tasks.values()), plan.study.batch)
+        if (each := planned.estimate) is not None and planned.id not in single:
+            seconds = each.seconds - SECONDS_TO_START
+            single[planned.id] = Batch(number, number, (planned.id,), seconds, each.memory_bytes)
+    return joined(list(single.values()), plan.study.batch)
 
 
-def divided(tasks: Sequence[Task], cases_each: int | None = None) -> tuple[Batch, ...]:
-    """Divide tasks into batches, in their order.
+def joined(single: Sequence[Batch], cases_each: int | None = None) -> tuple[Batch, ...]:
+    """Join batches of one case to larger ones, in their order.
 
     The same study falls into the same batches on every machine: what a cluster node reads is
     what the machine that sent the job has read.
 
     Parameters
     ----------
-    tasks : sequence of Task
+    single : sequence of Batch
         Every case once.
     cases_each : int or None
         Cases of a batch; None: as many as take about `SECONDS_PER_JOB`, but never so many that
         most cores would have nothing to do.
     """
     if cases_each is None:
-        total = math.fsum(task.seconds for task in tasks)
-        least = min(len(tasks), LEAST_JOBS)
-        spread = min(len(tasks), JOBS_FOR_MANY_CORES, int(total / SECONDS_WORTH_A_JOB))
+        total = math.fsum(each.seconds for each in single)
+        least = min(len(single), LEAST_JOBS)
+        spread = min(len(single), JOBS_FOR_MANY_CORES, int(total / SECONDS_WORTH_A_JOB))
         jobs = min(max(least, spread, math.ceil(total / SECONDS_PER_JOB)), MOST_JOBS)
         # Where the middle of a case falls decides, so that no batch is the one with the rest.
-        before = accumulate((task.seconds for task in tasks), initial=0.0)
+        before = accumulate((each.seconds for each in single), initial=0.0)
         numbers = [
-            int((earlier + 0.5 * task.seconds) / (total / jobs))
-            for earlier, task in zip(before, tasks, strict=False)
+            int((earlier + 0.5 * each.seconds) / (total / jobs))
+            for earlier, each in zip(before, single, strict=False)
         ]
     else:
-        numbers = [place // cases_each for place in range(len(tasks))]
-    numbered = groupby(zip(numbers, tasks, strict=True), key=lambda each: each[0])
-    return tuple(Batch.of([task for _, task in part]) for _, part in numbered)
+        numbers = [place // cases_each for place in range(len(single))]
+    numbered = groupby(zip(numbers, single, strict=True), key=lambda pair: pair[0])
+    return tuple(Batch.of([each for _, each in part]) for _, part in numbered)
 
 
 def core_seconds(jobs: Sequence[Batch], speed: float = 1.0) -> float:

@@ -1,6 +1,7 @@
 """What the workflow has to know of a study before it plans any job.
 
-No numpy here: the Snakefile is read at every call, also where nothing is to be done.
+No scipy, xarray or matplotlib here: the Snakefile is read at every call, also where nothing is to
+be done.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import count
 from pathlib import Path
 
 import fretwear
@@ -141,10 +143,8 @@ class StudyJobs:
     def title(self, target: str) -> str:
         """Return what a batch runs, for people."""
         batch = self.batch(target)
-        first, *others = batch.case_ids
-        if not others:
-            return first
-        return f"{1 + len(others)} cases, points {batch.first} to {batch.last}"
+        several = f"{len(batch.case_ids)} cases, points {batch.first} to {batch.last}"
+        return several if len(batch.case_ids) > 1 else batch.case_ids[0]
 
     def memory_mb(self, target: str) -> int:
         """Memory in MB that a scheduler should reserve for a batch."""
@@ -168,20 +168,14 @@ class StudyJobs:
 
     def verdict(self) -> str:
         """Say which cases failed and why, for the end of a run that went on nevertheless."""
-        failed = self.failures
-        listed = [
-            f"  {case_id}: {failure.reason} (log: {self.folder}/{failure.log})"
-            for case_id, failure in list(failed.items())[:_FAILURES_LISTED]
-        ]
+        failed = list(self.failures.values())
+        lines = [f"fretwear: {len(failed)} of {len(self._snapshots)} cases failed"]
+        for each in failed[:_FAILURES_LISTED]:
+            lines.append(f"  {each.case_id}: {each.reason} (log: {self.folder}/{each.log})")
         if len(failed) > _FAILURES_LISTED:
-            listed.append(f"  and {len(failed) - _FAILURES_LISTED} more")
-        return "\n".join(
-            [
-                f"fretwear: {len(failed)} of {len(self._snapshots)} cases failed",
-                *listed,
-                f"{self.folder}/report.html shows what is done; the next run tries these again.",
-            ]
-        )
+            lines.append(f"  and {len(failed) - _FAILURES_LISTED} more")
+        end = f"{self.folder}/report.html shows what is done; the next run tries these again."
+        return "\n".join([*lines, end])
 
     def _name(self, batch: Batch) -> str:
         cases = self._snapshots
@@ -207,17 +201,17 @@ class StudyJobs:
 
 
 def _round(path: Path, batch: Batch, present: Mapping[str, FileTrace]) -> int:
-    number = 0
-    while (left := Path(f"{path}-{number}.json")).exists():
-        if is_finished(left, batch.case_ids, present):
-            break
-        number += 1
-    return number
+    rounds = ((number, Path(f"{path}-{number}.json")) for number in count())
+    return next(
+        number
+        for number, left in rounds
+        if not left.exists() or is_finished(left, batch.case_ids, present)
+    )
 
 
-# The workflow of a large study cannot read every case file each time it starts. A batch writes what
-# it has found when it checked each one, together with the size and the time of each; as long as
-# these stay, so does the answer.
+# The workflow of a large study cannot read every case file each time it starts. A batch has asked
+# `fretwear.data.files.is_finished_case` of each; as long as their sizes and times stay, so does
+# the answer.
 
 FileTrace = tuple[int, float]
 """Size in bytes and time of the last change, s: tell a file from one that was written later."""
@@ -234,16 +228,7 @@ def case_files(folder: Path) -> dict[str, FileTrace]:
 
 
 def write_finished(path: Path, cases: Path, case_ids: Iterable[str]) -> None:
-    """Write that the cases of a batch are finished.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-        File to write.
-    cases : pathlib.Path
-        Folder of the case files.
-    case_ids : iterable of str
-        The cases, whose files `fretwear.data.files.is_finished_case` has found whole.
+    """Write to ``path`` that these cases, whose files lie in the folder ``cases``, are finished.
 
     Raises
     ------
@@ -261,16 +246,9 @@ def write_finished(path: Path, cases: Path, case_ids: Iterable[str]) -> None:
 
 
 def is_finished(path: Path, case_ids: Iterable[str], present: Mapping[str, FileTrace]) -> bool:
-    """Say whether all cases of a batch are still as the batch left them.
+    """Say whether the files of a batch are still as it left them and wrote to ``path``.
 
-    Parameters
-    ----------
-    path : pathlib.Path
-        What the batch has left.
-    case_ids : iterable of str
-        Its cases.
-    present : mapping of str to FileTrace
-        The case files that are there, from `case_files`.
+    ``present`` are the case files that are there, from `case_files`.
     """
     try:
         left = json.loads(path.read_text(encoding="utf-8"))["cases"]
