@@ -38,7 +38,7 @@ radian = [angle] = rad
 degree = {_DEGREE} * radian = deg = °
 newton = kilogram * meter / second ** 2 = N
 pascal = newton / meter ** 2 = Pa
-joule = newton * meter = J
+joule = newton * meter = J = Nm
 bar = 1e5 * pascal
 inch = 0.0254 * meter
 kilogram_force = 9.80665 * newton = kgf
@@ -52,6 +52,8 @@ _QUANTITY = re.compile(rf"\s*(?P<number>[+-]?{NUMBER_PATTERN})(?P<unit>.*)", re.
 _DECIMAL_COMMA = re.compile(r"\s*[+-]?\d+,\d")
 _UNIT = re.compile(r"[^\W\d_][\w\s*/^().·⋅%°-]*|(?:°|1?\s*/)[\w\s*/^().·⋅-]*")
 _LONG_OR_STACKED_POWER = re.compile(r"[0-9]{2}|(?:\^|\*\*)\s*-?\w+\s*(?:\^|\*\*)")
+# As tribologists type it: mm3/Nm.
+_POWER = re.compile(r"([A-Za-zµμ])([23])(?!\d)")
 _MAX_LENGTH = 60
 
 
@@ -235,7 +237,7 @@ def _unit(text: str) -> tuple[Decimal, Dimension | None]:
     if not readable or len(text) > _MAX_LENGTH:
         raise QuantityError(f"has a unit that cannot be read: {text!r}")
     try:
-        units = _registry().parse_units(_expression(text))
+        units = _registry().parse_units(_expression(_POWER.sub(r"\1^\2", text)))
         in_si = _registry().Quantity(Decimal(1), units).to_root_units()
     except Exception as error:  # pint lets tokenizer, arithmetic and attribute errors through
         raise QuantityError(f"has an unknown unit {text!r}") from error

@@ -191,6 +191,8 @@ def test_the_long_form_of_an_indenter_is_the_short_one():
     long = steel(radius=None, indenter={"kind": "sphere", "radius": "10 mm"})
     assert long == steel()
     assert long.radius == 0.01
+    with pytest.raises(CaseError, match="radius: is one too many: indenter is given as well"):
+        steel(indenter={"kind": "sphere", "radius": "10 mm"})
 
 
 def test_a_case_can_be_changed():

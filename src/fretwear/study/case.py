@@ -322,6 +322,13 @@ def missing(given: Iterable[str], *, in_file: bool) -> Iterator[Problem]:
         elif isinstance(about, Member) and about.short:
             short = next(kind for kind in kinds(member) if kind.kind == about.short)
             wanted = [leaf.name for leaf in leaves_of(short)]
+        if isinstance(about, Member) and member in given:
+            for name in sorted(
+                given & {leaf.name for kind in kinds(member) for leaf in leaves_of(kind)}
+            ):
+                if "." not in name:
+                    rule = f"is one too many: {member} is given as well"
+                    yield Problem(name, None, rule, "give one of the two")
         for name in wanted:
             parts_given = any(each.startswith(f"{name}.") for each in given)
             misspelt = any(nearest(key, (name,)) for key in unknown)
