@@ -89,7 +89,7 @@ class Evolution:
         return float(self.dataset[name].sel(cycle=cycle))
 
     def parameter(self, name: str) -> float:
-        """One case parameter, SI unit."""
+        """One parameter of the case, SI unit."""
         return float(self.dataset[name])
 
     def at(self, name: str, cycle: float) -> float:
@@ -103,19 +103,15 @@ class Evolution:
         return along_x, along_y
 
     @cached_property
-    def x(self) -> Array:
-        """Positions along x, m, shape (nx, 1)."""
-        return self.dataset["x"].values.astype(np.float64)[:, np.newaxis]
-
-    @cached_property
-    def y(self) -> Array:
-        """Positions along y, m, shape (1, ny)."""
-        return self.dataset["y"].values.astype(np.float64)[np.newaxis, :]
+    def places(self) -> tuple[Array, Array]:
+        """Positions along x and y, m, shapes (nx, 1) and (1, ny)."""
+        x, y = (self.dataset[name].values.astype(np.float64) for name in ("x", "y"))
+        return x[:, np.newaxis], y[np.newaxis, :]
 
     @cached_property
     def radius(self) -> Array:
         """Distance of every cell from the middle, m, shape (nx, ny)."""
-        distance: Array = np.hypot(self.x, self.y)
+        distance: Array = np.hypot(*self.places)
         return distance
 
     @cached_property
@@ -130,7 +126,7 @@ class Evolution:
     @cached_property
     def waves(self) -> Array:
         """The waves of a rough case without their amplitude: -1 on a tip, 1 in a valley."""
-        return self.roughness.height(self.x, self.y) / self.roughness.amplitude
+        return self.roughness.height(*self.places) / self.roughness.amplitude
 
     def zones(self, cycle: int) -> Zones:
         """The stick and slip zones at a snapshot."""

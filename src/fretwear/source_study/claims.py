@@ -16,12 +16,8 @@ class Claim:
 
     Attributes
     ----------
-    number : int
-        Its number.
-    words : str
-        What the study says.
-    criterion : str
-        How these words are read; fixed by them, not by the result.
+    words, criterion : str
+        What the study says, and how it is read: fixed by the words, not by the result.
     subjects : mapping of str to sequence of str
         What is judged: the titles of the cases of each subject.
     measure : callable

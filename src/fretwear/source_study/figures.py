@@ -31,7 +31,6 @@ from fretwear.figures.profiles import (
 from fretwear.figures.study import StudyFigure
 from fretwear.figures.style import CATEGORICAL, LINE_STYLES, JournalFigure, styled
 from fretwear.source_study.cases import PLASTIC_LIMIT, RUN_IN, TITLES, Evolution, reference_cases
-from fretwear.study.parameters import value_text
 from fretwear.units import MICROMETRE, NANOMETRE, cycle_text, readable_unit
 from fretwear.vocabulary import Field
 
@@ -142,7 +141,7 @@ def source_figures(summary: xr.Dataset, folder: Path) -> Iterator[StudyFigure]:
     if len(groups) > 1 and groups[1].radius == groups[0].radius:
         title = TITLES[0]
         both = {
-            value_text("slip_model", group.slip_model): loaded[title]
+            group.slip_model: loaded[title]
             for group, loaded in ((groups[0], cases), (groups[1], groups[1].load()))
         }
         yield _named(

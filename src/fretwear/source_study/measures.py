@@ -149,7 +149,7 @@ def rough_becomes_smooth(smooth: Evolution, rough: Evolution) -> Finding:
     return _finding(
         pressure <= _ALMOST * mean_pressure and slip <= _ALMOST * mean_slip,
         in_figure,
-        f"{'equal' if in_figure else 'not equal either'} on the scale of a figure",
+        f"{'equal' if in_figure else 'not equal even'} on the scale of a figure",
         numbers,
     )
 

@@ -28,16 +28,10 @@ _MODELS = {
 
 @dataclass(frozen=True)
 class Judged:
-    """The cases of one sphere radius and one slip model, and what they say to the claims."""
+    """What the cases of one sphere radius and one slip model say to the claims."""
 
     group: ReferenceCases
-    cases: dict[str, Evolution]
     judgements: tuple[Judgement, ...]
-
-    @property
-    def radius(self) -> str:
-        """The sphere radius, with its unit."""
-        return value_text("radius", self.group.radius)
 
     @property
     def model(self) -> str:
@@ -60,21 +54,22 @@ def source_sections(summary: xr.Dataset, folder: Path) -> Iterator[Section]:
     Section
         None when the study does not hold the four cases of the source study.
     """
-    judged = []
+    judged, models = [], []
     for group in reference_cases(summary, folder):
         cases = group.load()
-        judged.append(Judged(group, cases, judge(cases)))
-    if not judged:
-        return
-    yield _claims(sorted(judged, key=lambda one: one.group.slip_model), judged[0].group.radius)
-    if len(judged) > 1 and judged[1].group.radius == judged[0].group.radius:
-        yield _slip_models(judged[0].cases, judged[1].cases)
+        judged.append(Judged(group, judge(cases)))
+        # Those of other radii are not needed any more.
+        models += [cases] if group.radius == judged[0].group.radius else []
+    if judged:
+        yield _claims(judged, judged[0].group.radius)
+    if len(models) > 1:
+        yield _slip_models(models[0], models[1])
 
 
 def _claims(judged: Sequence[Judged], radius: float) -> Section:
     """The section on the claims: judged at one radius, and compared with others if there are."""
-    columns = {one.group.slip_model: one for one in judged if one.group.radius == radius}
     radii = sorted(judged, key=lambda one: (one.group.slip_model, one.group.radius))
+    columns = {one.group.slip_model: one for one in radii if one.group.radius == radius}
     others: list[list[tuple[Judgement, bool]]] = []
     for index in range(len(CLAIMS) if len(radii) > len(columns) else 0):
         row = [(one.judgements[index], columns.get(one.group.slip_model, one)) for one in radii]
@@ -84,9 +79,12 @@ def _claims(judged: Sequence[Judged], radius: float) -> Section:
         environment("fretwear.source_study")
         .get_template("claims.html.j2")
         .render(
-            columns=list(columns.values()),
+            radius=value_text("radius", radius),
             claims=list(zip(*(one.judgements for one in columns.values()), strict=True)),
-            radii=radii,
+            models=[one.model for one in columns.values()],
+            headings=[
+                f"R = {value_text('radius', one.group.radius)}, {one.model}" for one in radii
+            ],
             others=others,
             varied=", ".join(varied),
         )
@@ -115,13 +113,12 @@ def _ratios(
     """Results of the simple model as multiples of the others', a column for each case."""
     rows: dict[str, list[str]] = {}
     for title, case in cases.items():
-        both = [one.dataset.sel(cycle=[cycle]) for one in (case, simple[title])]
-        ratios = {result.variable.label: result.ratio for result in compared_results(*both)}
-        means = [
-            float(one.field("pressure", cycle)[one.zones(cycle).stick].mean())
-            for one in (case, simple[title])
-        ]
-        ratios["Mean pressure in the stick zone"] = means[1] / means[0]
+        both = (case, simple[title])
+        compared = compared_results(*(one.dataset.sel(cycle=[cycle]) for one in both))
+        # The pressure of a single cell tells nothing on a rough surface.
+        ratios = {r.variable.label: r.ratio for r in compared if r.variable.is_headline}
+        first, second = (one.field("pressure", cycle)[one.zones(cycle).stick] for one in both)
+        ratios["Mean pressure in the stick zone"] = float(second.mean() / first.mean())
         for label, ratio in ratios.items():
             # Next to nothing is nothing to compare with.
             rows.setdefault(label, []).append(short(ratio if ratio < _MOST else math.nan))
