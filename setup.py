@@ -1,4 +1,4 @@
-"""The compiled passes; what else there is to say about the package stands in pyproject.toml.
+"""The compiled kernels; what else there is to say about the package stands in pyproject.toml.
 
 Where there is no C++ compiler, the installation goes on without them.
 """
@@ -15,8 +15,8 @@ FLAGS = ["-O3", "-fopenmp-simd", "-fno-math-errno", "-fno-trapping-math", "-fno-
 setup(
     ext_modules=[
         Pybind11Extension(
-            "fretwear.mechanics.passes.compiled",
-            ["src/fretwear/mechanics/passes/compiled.cpp"],
+            "fretwear.mechanics.compiled_kernels",
+            ["src/fretwear/mechanics/kernels.cpp"],
             cxx_std=17,
             extra_compile_args=[] if sys.platform == "win32" else FLAGS,
             optional=True,

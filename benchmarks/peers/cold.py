@@ -9,11 +9,9 @@ from benchmarks.peers.solvers import PEERS, Peer, residual, unfolded
 from benchmarks.speed.cases import MARGIN, study_case
 from benchmarks.speed.units import Spent, Stopwatch, middle
 
-from fretwear.mechanics.arrays import Array
-from fretwear.mechanics.contact import solve_contact
-from fretwear.mechanics.contact_problem import ContactProblem
-from fretwear.mechanics.halfspace import half_space
-from fretwear.mechanics.window import Window
+from fretwear.mechanics.contact import ContactProblem, solve_contact
+from fretwear.mechanics.geometry import Array
+from fretwear.mechanics.geometry.grid import Grid
 from fretwear.running import simulate
 
 RESIDUAL = 1e-6
@@ -46,9 +44,9 @@ def sphere(cells: int, *, quarter: bool = False, workers: int = 1) -> ContactPro
     problem = simulate.wear_problem(case)
     width = MARGIN * case.hertz_radius
     count = cells // 2 if quarter else cells
-    window = Window((count, count), (2 * width / cells, 2 * width / cells), quarter)
-    bodies = half_space(window, problem.composite_modulus, workers)
-    return ContactProblem(bodies, problem.surface.shape(window), problem.load)
+    window = Grid((count, count), (2 * width / cells, 2 * width / cells), quarter)
+    bodies = window.half_space(problem.bodies.composite_modulus, workers)
+    return ContactProblem(bodies, problem.unworn(window), problem.load)
 
 
 def own(cells: int, *, quarter: bool, workers: int) -> Contestant:
@@ -69,7 +67,7 @@ def other(kind: type[Peer], cells: int, tolerance: float) -> Contestant:
     modulus = simulate.wear_problem(study_case()).composite_modulus
 
     def solve() -> Array:
-        peer = kind(problem.half_space.window, modulus, tolerance)
+        peer = kind(problem.half_space.geometry, modulus, tolerance)
         return peer.solve(problem.shape, problem.load).pressure
 
     return Contestant(kind.title(), f"{kind.settings}, tolerance {tolerance:.1e}", solve)

@@ -13,9 +13,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from fretwear.mechanics.arrays import Array
-from fretwear.mechanics.contact_problem import ContactProblem
-from fretwear.mechanics.window import Window
+from fretwear.mechanics.contact import ContactProblem
+from fretwear.mechanics.geometry import Array
+from fretwear.mechanics.geometry.grid import Grid
 
 _ITERATIONS = 20_000
 
@@ -50,7 +50,7 @@ class Peer(ABC):
     name: ClassVar[str]
     settings: ClassVar[str]
 
-    def __init__(self, window: Window, modulus: float, tolerance: float) -> None:
+    def __init__(self, window: Grid, modulus: float, tolerance: float) -> None:
         if window.quarter:
             raise ValueError("peers solve contacts on whole windows")
         self.window = window
@@ -124,7 +124,7 @@ class ContactMechanics(Peer):
         if start is not None:
             # Forces of cells, N, negative in contact, on the padded window.
             forces = np.zeros(self._bodies.nb_subdomain_grid_pts)
-            forces[:nx, :ny] = -self.window.cell_area * start
+            forces[:nx, :ny] = -self.window.unit_area * start
         result = NonSmoothContactSystem(self._bodies, surface).minimize_proxy(
             external_force=load,
             initial_forces=forces,
@@ -134,7 +134,7 @@ class ContactMechanics(Peer):
         )
         if not result.success:
             raise RuntimeError(f"ContactMechanics did not converge: {result.message}")
-        pressure = np.array(result.jac[:nx, :ny]) / self.window.cell_area
+        pressure = np.array(result.jac[:nx, :ny]) / self.window.unit_area
         return Pressed(pressure, np.array(result.x[:nx, :ny]))
 
 

@@ -19,13 +19,12 @@ from benchmarks.peers.solvers import PEERS, Peer, Pressed, unfolded
 from benchmarks.speed.cases import smooth_case
 from benchmarks.speed.units import Stopwatch, middle
 
-from fretwear.mechanics.arrays import Array
-from fretwear.mechanics.contact import ContactError, solve_contact
-from fretwear.mechanics.contact_problem import ContactProblem
+from fretwear.mechanics.contact import ContactError, ContactProblem, solve_contact
+from fretwear.mechanics.geometry import Array
+from fretwear.mechanics.geometry.grid import Grid
+from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.measures import in_contact
 from fretwear.mechanics.state import State, WearProblem
-from fretwear.mechanics.wear import evolve
-from fretwear.mechanics.window import Window
 from fretwear.running import simulate
 
 TUNING_CELLS = 128
@@ -61,7 +60,7 @@ class Loop:
     """
 
     problem: WearProblem
-    window: Window
+    window: Grid
     full: Solve
     reduced: Solve
     wear: Array
@@ -69,13 +68,13 @@ class Loop:
     reduced_pressure: Array
 
     def __post_init__(self) -> None:
-        self._unworn = self.problem.surface.shape(self.window)
+        self._unworn = self.problem.unworn(self.window)
 
     def step(self, cycles: float) -> None:
         """Solve both contacts on the worn shape, then wear for some cycles."""
         shape = self._unworn + self.wear
         self.pressure = self.full(shape, self.problem.load, self.pressure).pressure
-        load = self.problem.slip_model.load
+        load = self.problem.stick_load
         reduced = self.reduced(shape, load, self.reduced_pressure)
         self.reduced_pressure = reduced.pressure
         gap = np.where(reduced.pressure > 0, 0.0, np.maximum(reduced.gap(shape), 0.0))
@@ -87,7 +86,7 @@ def estimated_step(problem: WearProblem, state: State) -> float:
 
     The softest answer of a square cell's surface to pressure is 0.58 h / E*.
     """
-    softest = _SOFTEST * min(problem.spacing) / problem.composite_modulus
+    softest = _SOFTEST * min(problem.spacing) / problem.bodies.composite_modulus
     touching = state.reduced.gap[in_contact(state)]
     return 2.0 * softest / (problem.growth_rate * float(touching.max()))
 
@@ -124,7 +123,7 @@ def _is_stable(problem: WearProblem, state: State, cycles: float) -> bool:
 
 def own_loop(problem: WearProblem, state: State) -> Loop:
     """The explicit loop with this simulator's own contact solver, from a state of its run."""
-    bodies = problem.half_space(state.window)
+    bodies = problem.half_space(state.geometry)
 
     def solve(shape: Array, load: float, start: Array) -> Pressed:
         contact = solve_contact(ContactProblem(bodies, shape, load), start)
@@ -132,7 +131,7 @@ def own_loop(problem: WearProblem, state: State) -> Loop:
 
     return Loop(
         problem,
-        state.window,
+        state.geometry,
         solve,
         solve,
         state.wear,
@@ -143,11 +142,11 @@ def own_loop(problem: WearProblem, state: State) -> Loop:
 
 def peer_loop(peers: tuple[Peer, Peer], problem: WearProblem, state: State) -> Loop:
     """The loop with a peer, from a state of this simulator's run."""
-    window = peers[0].window
+    window = peers[0].geometry
     quarter = (window.shape[0] // 2, window.shape[1] // 2)
 
     def whole(field: Array) -> Array:
-        return unfolded(state.window.resized(field, quarter))
+        return unfolded(state.geometry.resized(field, quarter))
 
     return Loop(
         problem,
@@ -208,13 +207,13 @@ def compare(
     ]
     limits = [estimated_step(problem, state) for state in states]
     longer = [factor * limit for factor, limit in zip(factors, limits, strict=True)]
-    nx, ny = states[-1].window.shape
-    window = Window((2 * nx, 2 * ny), problem.spacing, quarter=False)
+    nx, ny = states[-1].geometry.shape
+    window = Grid((2 * nx, 2 * ny), problem.spacing, quarter=False)
     rows = []
     for kind in PEERS:
         for target in targets:
             tolerance = tuned(kind, TUNING_CELLS, target)
-            made = [kind(window, problem.composite_modulus, tolerance) for _ in range(2)]
+            made = [kind(window, problem.bodies.composite_modulus, tolerance) for _ in range(2)]
             peers = (made[0], made[1])
 
             def timed(lengths: Sequence[float], peers: tuple[Peer, Peer] = peers) -> dict[str, Any]:

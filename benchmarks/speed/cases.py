@@ -4,9 +4,8 @@ import math
 from typing import Any
 
 from fretwear import Case
-from fretwear.mechanics.contact_problem import ContactProblem
-from fretwear.mechanics.halfspace import half_space
-from fretwear.mechanics.window import Window
+from fretwear.mechanics.contact import ContactProblem
+from fretwear.mechanics.geometry.grid import Grid
 from fretwear.running import simulate
 
 STUDY: dict[str, Any] = {
@@ -46,7 +45,7 @@ def first_contact(cells: int, *, rough: bool) -> ContactProblem:
     case = study_case(**({"roughness": WAVES, "plastic_limit": LIMIT} if rough else {}))
     problem = simulate.wear_problem(case)
     size = MARGIN * case.hertz_radius / cells
-    window = Window((cells, cells), (size, size))
-    bodies = half_space(window, problem.composite_modulus)
+    window = Grid((cells, cells), (size, size))
+    bodies = window.half_space(problem.bodies.composite_modulus)
     limit = problem.limit if rough else math.inf
-    return ContactProblem(bodies, problem.surface.shape(window), problem.load, limit)
+    return ContactProblem(bodies, problem.unworn(window), problem.load, limit)

@@ -10,7 +10,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from fretwear.mechanics import passes
+from fretwear.mechanics import kernels
 
 ROOT = Path(__file__).resolve().parents[2]
 _PACKAGES = ("fretwear", "numpy", "scipy", "ducc0", "tamaas", "ContactMechanics", "muGrid")
@@ -108,7 +108,7 @@ def header() -> str:
 
 def surroundings() -> dict[str, Any]:
     """Machine, load, versions: what a reader needs to judge the numbers."""
-    versions = {"Python": platform.python_version(), "passes": passes_by()}
+    versions = {"Python": platform.python_version(), "kernels": kernels_by()}
     for package in _PACKAGES:
         try:
             versions[package] = version(package)
@@ -133,9 +133,9 @@ def falling_short(rows: Sequence[Row]) -> list[Row]:
     return [row for row in rows if row.verdict == "falls short"]
 
 
-def passes_by() -> str:
+def kernels_by() -> str:
     """What the arithmetic between the transforms is done by."""
-    return "compiled" if passes.COMPILED else "in NumPy"
+    return "compiled" if kernels.COMPILED else "in NumPy"
 
 
 def _processor() -> str:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from statistics import mean, median
 
@@ -11,10 +11,9 @@ from benchmarks.speed.rows import Row
 from benchmarks.speed.units import Spent, Stopwatch, Transforms, Units
 
 from fretwear import Case
-from fretwear.mechanics import passes, transforms
-from fretwear.mechanics.passes import in_numpy
+from fretwear.mechanics import contact, convolution, kernels
+from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.state import State
-from fretwear.mechanics.wear import evolve
 from fretwear.running import simulate
 from fretwear.theory import HertzContact, LimitingState
 
@@ -49,10 +48,10 @@ class Run:
     @property
     def cells(self) -> int:
         """Quarter cells of the last window."""
-        return math.prod(self.state.window.shape)
+        return math.prod(self.state.geometry.shape)
 
     def note(self) -> str:
-        nx, ny = self.state.window.shape
+        nx, ny = self.state.geometry.shape
         return (
             f"{self.state.step} steps, {self.state.convolutions} convolutions, {nx} × {ny} cells "
             f"at the end; {self.time.cpu:.1f} s ({self.time.wall:.1f} s by the clock, "
@@ -68,7 +67,7 @@ def timed_run(case: Case) -> Run:
         watch = Stopwatch()
         problem = simulate.wear_problem(case)
         for state in evolve(problem, [float(case.cycles)], case.tolerance):
-            shape = state.window.shape
+            shape = state.geometry.shape
             steps.append((shape, watch.read()))
             units[shape].sample()
             watch.read()
@@ -79,7 +78,7 @@ def timed_run(case: Case) -> Run:
     for shape, spent in steps:
         time += spent
         total += spent.over(units[shape].time)
-    last = time.cpu / units[state.window.shape].time.cpu
+    last = time.cpu / units[state.geometry.shape].time.cpu
     return Run(state, time, total, last, inside.seconds / time.cpu)
 
 
@@ -92,7 +91,7 @@ def smooth_rows(cells_on_radius: float = 128.0) -> Iterator[Row]:
     yield Row("smooth_steps", f"{job}: steps", run.state.step, "steps", 25, 25)
     hertz = HertzContact(case.radius, case.load, case.composite_modulus)
     limit = LimitingState(hertz, case.tangential_ratio).wear_volume
-    error = abs(run.state.window.integral(run.state.wear) / limit - 1.0)
+    error = abs(run.state.geometry.integral(run.state.wear) / limit - 1.0)
     yield Row("smooth_volume", f"{job}: wear volume off the limit", 100 * error, "%", 0.5, 0.5)
     yield _share("smooth_share", job, case, 5)
 
@@ -143,10 +142,10 @@ def _range(runs: list[Run]) -> str:
 def _share(name: str, job: str, case: Case, repeats: int) -> Row:
     shares = [100 * timed_run(case).share for _ in range(repeats)]
     notes = [f"median of {repeats} runs, {min(shares):.1f} to {max(shares):.1f}"]
-    if passes.COMPILED:
+    if kernels.COMPILED:
         with _numpy_alone():
-            notes.append(_without("the compiled passes", case))
-    if transforms.ducc0 is not None:
+            notes.append(_without("the compiled kernels", case))
+    if convolution.ducc0 is not None:
         with _scipy_alone():
             notes.append(_without("ducc0", case))
     job = f"{job}: inside transforms"
@@ -160,22 +159,21 @@ def _without(what: str, case: Case) -> str:
 
 @contextmanager
 def _numpy_alone() -> Iterator[None]:
-    """Passes in NumPy, as where there is no compiler."""
-    compiled = {name: getattr(passes, name) for name in in_numpy.__all__}
-    for name in compiled:
-        setattr(passes, name, getattr(in_numpy, name))
-    try:
+    """Kernels in NumPy, as where there is no compiler."""
+    with ExitStack() as changes:
+        for name, kernel in kernels.IN_NUMPY.items():
+            for module in (kernels, contact):
+                if hasattr(module, name):
+                    changes.callback(setattr, module, name, getattr(module, name))
+                    setattr(module, name, kernel)
         yield
-    finally:
-        for name, function in compiled.items():
-            setattr(passes, name, function)
 
 
 @contextmanager
 def _scipy_alone() -> Iterator[None]:
     """Transforms by scipy.fft, as where ducc0 is not installed."""
-    ducc0, transforms.ducc0 = transforms.ducc0, None
+    ducc0, convolution.ducc0 = convolution.ducc0, None
     try:
         yield
     finally:
-        transforms.ducc0 = ducc0
+        convolution.ducc0 = ducc0

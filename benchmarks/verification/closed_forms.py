@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from tests.mechanics.problems import COUPLING, FRICTION, HERTZ, LOAD, P0, A, fretting
 
 from fretwear.figures.style import JournalFigure, styled
-from fretwear.mechanics.loading import first_loading
+from fretwear.mechanics.integrator import first_loading
 from fretwear.mechanics.measures import measure
 from fretwear.theory import CattaneoMindlin
 
@@ -42,12 +42,12 @@ def deviations(cells: float, ratio: float) -> dict[str, float]:
     problem = fretting(cells, load_ratio=ratio)
     theory = CattaneoMindlin(HERTZ, FRICTION, ratio * FRICTION * LOAD, COUPLING)
     state = first_loading(problem)
-    found = measure(state, problem.friction)
-    window = state.window
+    found = measure(problem, state)
+    window = state.geometry
     r = np.hypot(*np.meshgrid(window.x, window.y, indexing="ij"))
     annulus = (r > theory.stick_radius) & (r < A)
     slip = theory.slip(r)[annulus]
-    slip_error = problem.friction.slip(state.reduced)[annulus] - slip
+    slip_error = problem.slip(state.reduced)[annulus] - slip
     stick_area = np.pi * theory.stick_radius**2
     return {
         "peak_pressure": found.peak_pressure / P0 - 1,

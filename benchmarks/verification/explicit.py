@@ -9,7 +9,8 @@ from benchmarks.verification.tables import percent, table, worst
 from tests.mechanics.explicit import Worn, explicit_wear
 from tests.mechanics.problems import ROUGH, SMOOTH, A, fretting
 
-from fretwear.mechanics.halfspace import Array, Window
+from fretwear.mechanics.geometry import Array
+from fretwear.mechanics.geometry.grid import Grid
 
 CELLS = 16
 CYCLES = 2500.0
@@ -33,17 +34,17 @@ def extrapolated(coarse: Worn, fine: Worn) -> tuple[Array, Array]:
 def compare(name: str) -> Data:
     surface, limit = CASES[name]
     extent = (1.7 * A, 1.7 * A)
-    problem = fretting(CELLS, surface=surface, limit=limit, extent=extent)
+    problem = fretting(CELLS, roughness=surface, limit=limit, extent=extent)
     implicit = {tol: snapshots(problem, [CYCLES], tol)[CYCLES].state for tol in TOLERANCES}
-    window = Window(implicit[TOLERANCES[-1]].window.shape, problem.spacing)
+    window = Grid(implicit[TOLERANCES[-1]].geometry.shape, problem.spacing)
     coarse = explicit_wear(problem, window, CYCLES, STEPS)
     fine = explicit_wear(problem, window, CYCLES, 2 * STEPS)
     wear, plastic = extrapolated(coarse, fine)
     volume, sunk = float(wear.sum()), float(plastic.sum())
     rows = []
     for tolerance, state in implicit.items():
-        worn = state.window.resized(state.wear, window.shape)
-        flowed = state.window.resized(state.plastic, window.shape)
+        worn = state.geometry.resized(state.wear, window)
+        flowed = state.geometry.resized(state.plastic, window)
         rows.append(
             {
                 "tolerance": tolerance,

@@ -8,11 +8,10 @@ import numpy as np
 from benchmarks.verification.problems import STUDY_LIMIT
 from benchmarks.verification.section import Check, Data, Section
 from benchmarks.verification.tables import table
-from tests.mechanics.problems import MODULUS, P0, RADIUS, SMOOTH, pressed, window
+from tests.mechanics.problems import MODULUS, P0, SMOOTH, Waves, pressed, window
 from tests.peers.drivers import contact_mechanics_pressure, tamaas_pressure
 
 from fretwear.mechanics.contact import ContactProblem, solve_contact
-from fretwear.mechanics.surfaces import Surface, Waves
 
 CELLS = (480, 96)
 HALF_WIDTH = 175e-6
@@ -29,20 +28,20 @@ class Job:
     """A contact and the peers that can solve it."""
 
     name: str
-    surface: Surface
+    surface: Waves | None
     limit: float
     peers: tuple[str, ...]
     noise: float = 0.0
 
     def problem(self) -> ContactProblem:
         grid = window(CELLS, HALF_WIDTH, quarter=False)
-        problem = pressed(grid, surface=self.surface, limit=self.limit)
+        problem = pressed(grid, roughness=self.surface, limit=self.limit)
         random = self.noise * np.random.default_rng(3).standard_normal(CELLS)
         return replace(problem, shape=problem.shape + random)
 
 
 BOTH = tuple(DRIVERS)
-ROUGH = Surface(RADIUS, STUDY_WAVES)
+ROUGH = STUDY_WAVES
 JOBS = (
     Job("smooth", SMOOTH, np.inf, BOTH),
     Job("rough (the study's waves)", ROUGH, np.inf, BOTH),

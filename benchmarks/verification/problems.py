@@ -6,9 +6,9 @@ import numpy as np
 from tests.mechanics.problems import COUPLING, FRICTION, P0, RADIUS, WEAR, A
 
 from fretwear import Case
+from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.measures import Measures, measure
 from fretwear.mechanics.state import State, WearProblem
-from fretwear.mechanics.wear import evolve
 
 DEPTH = A**2 / RADIUS
 VOLUME = A**4 / RADIUS
@@ -35,7 +35,7 @@ class Snapshot:
 
         A cell counts for the two circles around it, of radii that are multiples of the spacing.
         """
-        window = self.state.window
+        window = self.state.geometry
         radius = np.hypot(*np.meshgrid(window.x, window.y, indexing="ij")).ravel()
         inner, share = np.divmod(radius / window.spacing[0], 1.0)
         circle, wear = inner.astype(int), self.state.wear.ravel()
@@ -53,7 +53,7 @@ def snapshots(
     kept = {}
     for state in evolve(problem, cycles, tolerance):
         if state.cycle in cycles:
-            kept[state.cycle] = Snapshot(state, measure(state, problem.friction))
+            kept[state.cycle] = Snapshot(state, measure(problem, state))
     return kept
 
 

@@ -132,11 +132,11 @@ def text(data: Data) -> str:
     elastic = "\n\n".join(part(row) for row in data["elastic"])
     capped = "\n\n".join(part(row) for row in data["capped"])
     return f"""\
-`fretwear.mechanics.axisymmetric` solves the smooth case by other means: concentric rings instead of
-rectangles, dense matrices instead of transforms, small backward steps with extrapolation instead of
-the adaptive method. Its values with their uncertainties (at most 0.3 % where something yields, far
-less elsewhere) are in `tests/mechanics/reference/smooth_wear.csv`. Allowed: 0.5 % at every τ. Runs
-at the default tolerance; the spacing of each is the one this takes.
+`benchmarks/verification/reference_rings.py` solves the smooth case by other means: concentric rings
+instead of rectangles, dense matrices instead of transforms, small backward steps with extrapolation
+instead of the adaptive method. Its values with their uncertainties (at most 0.3 % where something
+yields, far less elsewhere) are in `tests/mechanics/reference/smooth_wear.csv`. Allowed: 0.5 % at
+every τ. Runs at the default tolerance; the spacing of each is the one this takes.
 
 X = 0.2 is shown twice: with the stick edge where the staircase of cells errs least (a/330.49) and
 where it errs most (a/329.95). The deepest wear, an extreme, meets the bound at the first only; to

@@ -9,10 +9,11 @@ from tests.mechanics.problems import COUPLING, FRICTION, LOAD, MODULUS, ROUGH, f
 from tests.mechanics.tangential import influence_matrix, tangential_step
 
 from fretwear.mechanics.contact import ContactProblem, solve_contact
-from fretwear.mechanics.halfspace import Array, Window
+from fretwear.mechanics.geometry import Array
+from fretwear.mechanics.geometry.grid import Grid
+from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.slip import ReducedContact
 from fretwear.mechanics.state import WearProblem
-from fretwear.mechanics.wear import evolve
 
 CELLS, WORN_AFTER = 14, 300.0
 RATIOS = (0.2, 0.5, 0.8, 0.95)
@@ -20,11 +21,11 @@ TOLERANCE = 1e-12
 REQUIRED = 1e-8
 
 
-def shapes(problem: WearProblem) -> tuple[Window, dict[str, Array]]:
+def shapes(problem: WearProblem) -> tuple[Grid, dict[str, Array]]:
     """Rough surfaces on one whole window: waves, the same with noise, the same worn."""
     *_, state = evolve(problem, [WORN_AFTER])
-    window = state.window
-    waves = problem.surface.shape(window)
+    window = state.geometry
+    waves = problem.unworn(window)
     noise = 0.1e-6 * np.random.default_rng(7).standard_normal(window.shape)
     return window, {
         "wavy": waves,
@@ -33,9 +34,9 @@ def shapes(problem: WearProblem) -> tuple[Window, dict[str, Array]]:
     }
 
 
-def compare(window: Window, shape: Array, ratio: float, problem: WearProblem) -> Data:
+def compare(window: Grid, shape: Array, ratio: float, problem: WearProblem) -> Data:
     """Largest differences over one cycle, relative to the largest slip or traction."""
-    bodies, friction = problem.half_space(window), problem.friction
+    bodies = problem.half_space(window)
     contact = solve_contact(ContactProblem(bodies, shape, LOAD), tolerance=TOLERANCE)
     small = solve_contact(ContactProblem(bodies, shape, LOAD * (1 - ratio)), tolerance=TOLERANCE)
     gap = np.where(small.pressure > 0, 0.0, small.gap)
@@ -45,17 +46,17 @@ def compare(window: Window, shape: Array, ratio: float, problem: WearProblem) ->
     force = ratio * FRICTION * LOAD
 
     def move(force: float, before: Array) -> tuple[Array, Array, float]:
-        step = tangential_step(influence, bound, before, window.cell_area, force)
+        step = tangential_step(influence, bound, before, window.unit_area, force)
         return step.traction, step.slip.reshape(window.shape), step.displacement
 
     traction, slip, displacement = move(force, np.zeros_like(bound))
     reversed_traction, back, _ = move(-force, traction)
     _, again, _ = move(force, reversed_traction)
     loaded = contact.pressure > 0
-    expected = friction.slip(reduced)[loaded]
+    expected = problem.slip(reduced)[loaded]
     scale = expected.max()
-    shear = friction.shear_traction(contact.pressure, reduced).ravel()
-    shift = friction.tangential_displacement(contact.approach, reduced)
+    shear = problem.shear_traction(contact.pressure, reduced).ravel()
+    shift = problem.tangential_displacement(contact.approach, reduced)
     return {
         "ratio": ratio,
         "slip": float(np.abs(slip[loaded] - expected).max() / scale),
@@ -69,7 +70,7 @@ def compare(window: Window, shape: Array, ratio: float, problem: WearProblem) ->
 
 
 def run() -> Data:
-    problem = replace(fretting(CELLS, surface=ROUGH), quarter=False)
+    problem = replace(fretting(CELLS, roughness=ROUGH), quarter=False)
     window, surfaces = shapes(problem)
     return {
         "cells": list(window.shape),

@@ -8,9 +8,8 @@ from benchmarks.speed.cases import WAVES, first_contact, rough_case, smooth_case
 
 from fretwear.mechanics.active_set import ActiveSet
 from fretwear.mechanics.contact import solve_contact
-from fretwear.mechanics.loading import first_loading
-from fretwear.mechanics.passes import inner
-from fretwear.mechanics.wear import evolve
+from fretwear.mechanics.integrator import evolve, first_loading
+from fretwear.mechanics.kernels import inner
 from fretwear.running import simulate
 
 from . import counts

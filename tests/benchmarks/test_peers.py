@@ -8,7 +8,8 @@ from benchmarks.peers.wear_loop import CYCLES, estimated_step, own_loop, whole_r
 from benchmarks.speed.cases import smooth_case
 
 from fretwear.mechanics.contact import solve_contact
-from fretwear.mechanics.wear import evolve
+from fretwear.mechanics.geometry import Workspace
+from fretwear.mechanics.integrator import evolve
 from fretwear.running import simulate
 
 
@@ -18,7 +19,7 @@ def test_a_peer_solves_from_nothing_and_from_a_start(kind):
     problem = cold.sphere(64)
     bodies = problem.half_space
     modulus = simulate.wear_problem(smooth_case(16)).composite_modulus
-    peer = kind(bodies.window, modulus, 1e-8)
+    peer = kind(bodies.geometry, modulus, 1e-8)
     first = peer.solve(problem.shape, problem.load)
     warm = peer.solve(problem.shape, problem.load, first.pressure)
     for found in (first, warm):
@@ -46,7 +47,7 @@ def test_the_quarter_unfolds_to_the_whole_contact():
 def test_the_explicit_loop_wears_as_the_run_does():
     problem = simulate.wear_problem(smooth_case(12))
     start, *_, end = evolve(problem, [600.0])
-    loop = own_loop(problem, start.on(problem, end.window))
+    loop = own_loop(problem, start.on(Workspace(problem), end.geometry))
     step = 0.25 * estimated_step(problem, start)
     count = round(600.0 / step)
     for _ in range(count):

@@ -6,21 +6,20 @@ from benchmarks.speed.cases import smooth_case
 from benchmarks.speed.runs import timed_run
 from benchmarks.speed.units import Transforms, Unit, bare_convolution
 
-from fretwear.mechanics.halfspace import half_space, influence_coefficients
-from fretwear.mechanics.window import Window
+from fretwear.mechanics.geometry.grid import Grid, influence_coefficients
 
 
 def test_the_unit_is_the_convolution_of_the_solver():
-    window = Window((12, 20), (1e-6, 2e-6))
+    window = Grid((12, 20), (1e-6, 2e-6))
     kernel = influence_coefficients((25, 41), window.spacing, 1e11)
     spectrum = scipy.fft.dctn(kernel, type=1)[:-1, :-1]
     pressure = np.random.default_rng(2).random(window.shape)
-    expected = half_space(window, 1e11).displacement(pressure)
+    expected = window.half_space(1e11).displacement(pressure)
     np.testing.assert_allclose(bare_convolution(pressure, spectrum), expected, rtol=1e-12)
 
 
 def test_transforms_are_counted_wherever_the_solver_calls_them():
-    bodies = half_space(Window((8, 8), (1e-6, 1e-6)), 1e11)
+    bodies = Grid((8, 8), (1e-6, 1e-6)).half_space(1e11)
     transforms = Transforms()
     with transforms.counted():
         bodies.displacement(np.ones((8, 8)))

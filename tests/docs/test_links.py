@@ -66,11 +66,9 @@ def test_files_that_contributors_are_sent_to_exist():
 @pytest.mark.parametrize(
     ("file", "names"),
     [
-        ("mechanics/slip.py", ["SlipModel"]),
-        ("mechanics/layers.py", ["WearLayer", "add_displacement", "tangent_in"]),
-        ("mechanics/stages.py", ["StageSolver", "solve"]),
-        ("mechanics/wear.py", ["_stages", "_exponent"]),
-        ("running/simulate.py", ["_surface", "_slip_model", "_fields"]),
+        ("mechanics/slip.py", ["SlipModel", "WearLayer", "add_displacement", "tangent_in"]),
+        ("mechanics/integrator.py", ["StageSolver", "solve", "_stages", "_exponent"]),
+        ("running/simulate.py", ["_fields"]),
         ("figures/style.py", ["JournalFigure", "styled"]),
     ],
 )

@@ -4,11 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fretwear.mechanics.arrays import Array
-from fretwear.mechanics.contact import solve_contact
-from fretwear.mechanics.contact_problem import ContactProblem
+from fretwear.mechanics.contact import ContactProblem, solve_contact
+from fretwear.mechanics.geometry import Array
+from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.state import WearProblem
-from fretwear.mechanics.window import Window
 
 _TOLERANCE = 1e-9
 
@@ -23,13 +22,13 @@ class Worn:
     reduced_gap: Array
 
 
-def explicit_wear(problem: WearProblem, window: Window, cycles: float, steps: int) -> Worn:
+def explicit_wear(problem: WearProblem, window: Grid, cycles: float, steps: int) -> Worn:
     """Euler's method for dW/dN = β p g* on a window that the contact never leaves.
 
     Before each step the bodies yield where the pressure reaches its limit, for good, and the
     contact at the reduced load is solved on the shape of that moment.
     """
-    bodies, unworn = problem.half_space(window), problem.surface.shape(window)
+    bodies, unworn = problem.half_space(window), problem.unworn(window)
     rate = problem.growth_rate * cycles / steps
     wear, plastic = np.zeros(window.shape), np.zeros(window.shape)
     pressure, reduced = None, None
@@ -43,7 +42,7 @@ def explicit_wear(problem: WearProblem, window: Window, cycles: float, steps: in
         plastic = plastic + contact.penetration
         if reduced is None or contact.penetration.any():
             reduced = solve_contact(
-                ContactProblem(bodies, unworn + wear + plastic, problem.slip_model.load),
+                ContactProblem(bodies, unworn + wear + plastic, problem.stick_load),
                 None if reduced is None else reduced.pressure,
                 _TOLERANCE,
             )

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq, lsq_linear
 
-from fretwear.mechanics.arrays import Array
+from fretwear.mechanics.geometry import Array
+from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.state import State, WearProblem
-from fretwear.mechanics.window import Window
 
 from .problems import unfolded
 
@@ -30,7 +30,7 @@ def love(x: Array, y: Array, spacing: tuple[float, float], modulus: float) -> Ar
     return total / (np.pi * modulus)
 
 
-def influence_matrix(window: Window, modulus: float) -> Array:
+def influence_matrix(window: Grid, modulus: float) -> Array:
     """Displacement of each cell of a whole window under unit pressure on each, m/Pa."""
     x, y = (c.ravel() for c in np.meshgrid(window.x, window.y, indexing="ij"))
     return love(x[:, None] - x, y[:, None] - y, window.spacing, modulus)
@@ -101,13 +101,13 @@ class Violations:
 
 def violations(problem: WearProblem, state: State) -> Violations:
     """Violations of the contact conditions by a state, from its pressure and its shape alone."""
-    shape = problem.surface.shape(state.window) + state.wear + state.plastic
+    shape = problem.unworn(state.geometry) + state.wear + state.plastic
     fields = (state.pressure, shape, state.gap)
-    if state.window.quarter:
+    if state.geometry.quarter:
         fields = tuple(unfolded(field) for field in fields)
     pressure, shape, reported = fields
-    spacing = state.window.spacing
-    gap = displacement(pressure, spacing, problem.composite_modulus) + shape - state.approach
+    spacing = state.geometry.spacing
+    gap = displacement(pressure, spacing, problem.bodies.composite_modulus) + shape - state.approach
     return Violations(
         load=abs(float(pressure.sum()) * spacing[0] * spacing[1] / problem.load - 1.0),
         loaded_gap=float(np.abs(gap[pressure > 0]).max()) / state.approach,

@@ -1,18 +1,20 @@
 """Problems that the tests of contact and wear share: the study's own, on coarse grids."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import pytest
 
-from fretwear.mechanics.arrays import Array, Mask
-from fretwear.mechanics.contact_problem import ContactProblem
-from fretwear.mechanics.halfspace import half_space
-from fretwear.mechanics.layers import Layer
-from fretwear.mechanics.slip import Friction, JaegerSlip
+from fretwear.mechanics.contact import Accuracy, ContactProblem, Layer
+from fretwear.mechanics.geometry import Array, HalfSpace, Mask
+from fretwear.mechanics.geometry.grid import Grid
+from fretwear.mechanics.loading import TangentialRatio
+from fretwear.mechanics.materials import Coulomb
+from fretwear.mechanics.slip import Jaeger, ReducedContact
 from fretwear.mechanics.state import WearProblem
-from fretwear.mechanics.surfaces import Surface, Waves
-from fretwear.mechanics.window import Window
+from fretwear.mechanics.surfaces import Sphere
+from fretwear.mechanics.wear_laws import Archard
 from fretwear.theory import HertzContact, composite_modulus, coupling_ratio
 
 STEEL = (208e9, 0.3)
@@ -22,17 +24,51 @@ RADIUS, LOAD, FRICTION, WEAR = 10e-3, 50.0, 0.5, 7e-13
 HERTZ = HertzContact(RADIUS, LOAD, MODULUS)
 A, P0 = HERTZ.contact_radius, HERTZ.peak_pressure
 
+SPHERE = Sphere(RADIUS)
+
+
+@dataclass(frozen=True)
+class Elastic:
+    """Bodies by their composite modulus, Pa, and κ alone."""
+
+    composite_modulus: float = MODULUS
+    coupling: float = COUPLING
+
+
+@dataclass(frozen=True)
+class Waves:
+    """Height A cos(k_x x) cos(k_y y), m, of any steepness."""
+
+    amplitude: float
+    wavenumber_x: float
+    wavenumber_y: float
+
+    def height(self, x: Array, y: Array) -> Array:
+        return self.amplitude * np.cos(self.wavenumber_x * x) * np.cos(self.wavenumber_y * y)
+
+    @property
+    def highest(self) -> float:
+        return self.amplitude
+
+    @property
+    def wavelengths(self) -> tuple[float, float]:
+        return 2 * np.pi / self.wavenumber_x, 2 * np.pi / self.wavenumber_y
+
+
 # Long enough for a grid of a/16, of different lengths so that x and y cannot be mixed up.
-WAVES = Waves(0.2e-6, 2 * np.pi / (0.7 * A), 2 * np.pi / A)
-ROUGH, SMOOTH = Surface(RADIUS, WAVES), Surface(RADIUS)
+ROUGH, SMOOTH = Waves(0.2e-6, 2 * np.pi / (0.7 * A), 2 * np.pi / A), None
+
+
+# At the usual tolerance, two ways to the same result agree to that tolerance only.
+CONVERGED = Accuracy.uniform(3e-12)
 
 
 def fretting(
     cells: float = 16,
     *,
     load_ratio: float = 0.8,
-    surface: Surface = SMOOTH,
     limit: float = np.inf,
+    wear_coefficient: float = WEAR,
     **changes: object,
 ) -> WearProblem:
     """The study's contact at Q/µP = ``load_ratio`` with ``cells`` cells on the Hertz radius.
@@ -40,12 +76,13 @@ def fretting(
     ``limit`` is in units of the Hertz pressure p0; other changes are those of `WearProblem`.
     """
     problem = WearProblem(
-        surface=surface,
-        composite_modulus=MODULUS,
-        load=LOAD,
-        friction=Friction(FRICTION, COUPLING),
-        slip_model=JaegerSlip(LOAD * (1 - load_ratio)),
-        wear_coefficient=WEAR,
+        indenter=SPHERE,
+        roughness=SMOOTH,
+        bodies=Elastic(),
+        loading=TangentialRatio(LOAD, load_ratio),
+        friction=Coulomb(FRICTION),
+        wear_law=Archard(wear_coefficient),
+        slip_model=Jaeger(),
         limit=limit * P0,
         spacing=(A / cells, A / cells),
         extent=(1.15 * A, 1.15 * A),
@@ -53,23 +90,33 @@ def fretting(
     return replace(problem, **changes)
 
 
-def window(cells: tuple[int, int], half_width: float = 1.15 * A, *, quarter: bool = True) -> Window:
+def reduced(load: float, bodies: HalfSpace, shape: Array, *args: Any) -> ReducedContact:
+    """The reduced contact of a shape at a reduced load, N, as Jäger has it."""
+    return Jaeger().reduced(fretting(load_ratio=1 - load / LOAD), bodies, shape, *args)
+
+
+def unworn(geometry: Grid, roughness: Waves | None = SMOOTH) -> Array:
+    """The unworn gap of the study's sphere, smooth or rough, m."""
+    return fretting(roughness=roughness).unworn(geometry)
+
+
+def window(cells: tuple[int, int], half_width: float = 1.15 * A, *, quarter: bool = True) -> Grid:
     """A window of a half-width along x and y, divided into ``cells``."""
     width = half_width if quarter else 2 * half_width
-    return Window(cells, (width / cells[0], width / cells[1]), quarter)
+    return Grid(cells, (width / cells[0], width / cells[1]), quarter)
 
 
 def pressed(
-    window: Window,
+    window: Grid,
     *,
-    surface: Surface = SMOOTH,
+    roughness: Waves | None = SMOOTH,
     load: float = LOAD,
     limit: float = np.inf,
     layer: Layer | None = None,
 ) -> ContactProblem:
     """The normal contact of a surface on a window; ``limit`` in units of p0."""
-    bodies = half_space(window, MODULUS)
-    return ContactProblem(bodies, surface.shape(window), load, limit * P0, layer)
+    bodies = window.half_space(MODULUS)
+    return ContactProblem(bodies, unworn(window, roughness), load, limit * P0, layer)
 
 
 def unfolded(field: Array) -> Array:
@@ -82,6 +129,13 @@ def folded(field: Array) -> Array:
     """The quarter x > 0, y > 0 of a whole field."""
     nx, ny = field.shape
     return field[nx // 2 :, ny // 2 :]
+
+
+def covered(outer: Grid, inner: Grid) -> Mask:
+    """Which cells of a window lie in a smaller one."""
+    result = np.zeros(outer.shape, np.bool_)
+    result[outer.where(inner)] = True
+    return result
 
 
 def matrix_of(apply, cells: Mask, precision: type = np.float64) -> Array:

@@ -5,17 +5,17 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.state import State
-from fretwear.mechanics.wear import evolve
 
 from .explicit import Worn, explicit_wear
 from .problems import P0, ROUGH, A, fretting
 
 RUNS = {
     "smooth": ({}, 2000),
-    "rough": ({"surface": ROUGH}, 1500),
+    "rough": ({"roughness": ROUGH}, 1500),
     "smooth capped": ({"limit": 1.5}, 2500),
-    "rough capped": ({"surface": ROUGH, "limit": 1.8}, 2500),
+    "rough capped": ({"roughness": ROUGH, "limit": 1.8}, 2500),
     "yielding from the first loading": ({"limit": 0.9}, 1200),
 }
 CAPPED = [name for name in RUNS if "capped" in name]
@@ -38,7 +38,7 @@ def reference(request) -> Reference:
     integrated = {}
     for tolerance in (0.01, 0.001):
         *_, integrated[tolerance] = evolve(problem, [cycles], tolerance)
-    window = integrated[0.01].window
+    window = integrated[0.01].geometry
     # 0.002 / (β p0) a step: a tenth of the stable one on this grid, and a twentieth.
     steps = round(problem.growth_rate * P0 * cycles / 0.02)
     coarse, fine = (explicit_wear(problem, window, cycles, n) for n in (steps, 2 * steps))
@@ -76,9 +76,9 @@ def test_the_stick_zone_of_the_capped_references_has_shrunk(reference: Reference
 
 LONG = {
     "smooth": ({}, 7000),
-    "rough": ({"surface": ROUGH}, 7000),
+    "rough": ({"roughness": ROUGH}, 7000),
     "smooth capped": ({"limit": 2.0}, 5000),
-    "rough capped": ({"surface": ROUGH, "limit": 2.5}, 4000),
+    "rough capped": ({"roughness": ROUGH, "limit": 2.5}, 4000),
 }
 
 
@@ -89,7 +89,7 @@ def test_a_halved_tolerance_changes_less_than_the_tolerance_promises(name: str):
     found = []
     for tolerance in (0.01, 0.005):
         *_, state = evolve(problem, [cycles], tolerance)
-        window = state.window
+        window = state.geometry
         found.append(
             (
                 window.integral(state.wear),
@@ -109,7 +109,7 @@ def test_smaller_tolerances_converge_to_one_result(name: str):
     volumes = []
     for tolerance in (0.02, 0.002, 0.0002):
         *_, state = evolve(problem, [cycles / 4], tolerance)
-        volumes.append(state.window.integral(state.wear))
+        volumes.append(state.geometry.integral(state.wear))
     errors = np.abs(np.diff(volumes)) / volumes[-1]
     assert errors[0] < 0.01
     assert errors[1] < 0.0005
@@ -117,7 +117,7 @@ def test_smaller_tolerances_converge_to_one_result(name: str):
 
 def test_the_error_estimate_of_each_step_is_within_the_tolerance():
     for tolerance in (0.01, 0.001):
-        states = list(evolve(fretting(12, surface=ROUGH, limit=2.0), [2000], tolerance))
+        states = list(evolve(fretting(12, roughness=ROUGH, limit=2.0), [2000], tolerance))
         estimates = [state.error_estimate for state in states[1:]]
         # A step a little above is kept, not made again.
         assert max(estimates) <= 1.3 * tolerance

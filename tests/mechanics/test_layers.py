@@ -8,9 +8,9 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from fretwear.mechanics.arrays import Array
 from fretwear.mechanics.contact import solve_contact
-from fretwear.mechanics.layers import WearLayer, WinklerLayer
+from fretwear.mechanics.geometry import Array
+from fretwear.mechanics.slip import WearLayer, WinklerLayer
 
 from .problems import P0, pressed, window
 

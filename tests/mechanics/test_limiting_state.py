@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from fretwear.mechanics.arrays import Array
+from fretwear.mechanics.geometry import Array, Workspace
+from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.measures import Measures, measure
 from fretwear.mechanics.state import State, WearProblem
-from fretwear.mechanics.wear import evolve
 from fretwear.theory import LimitingState
 
 from .oracles import violations
@@ -37,12 +37,12 @@ class Run:
 
     @property
     def distance(self) -> Array:
-        window = self.last.window
+        window = self.last.geometry
         return np.hypot(*np.meshgrid(window.x, window.y, indexing="ij"))
 
     def wear_of_rings(self) -> Array:
         """Mean wear depth, m, of rings one cell wide."""
-        ring = (self.distance / self.last.window.spacing[0]).astype(int).ravel()
+        ring = (self.distance / self.last.geometry.spacing[0]).astype(int).ravel()
         count = np.bincount(ring)
         return np.bincount(ring, self.last.wear.ravel())[count > 0] / count[count > 0]
 
@@ -104,9 +104,9 @@ def test_worn_surfaces_conform_without_pressure(run: Run):
 
 
 def test_stick_cells_are_the_same_in_every_state(run: Run):
-    first = run.states[0].on(run.problem, run.last.window).reduced
+    first = run.states[0].on(Workspace(run.problem), run.last.geometry).reduced
     for state in run.states:
-        reduced = state.on(run.problem, run.last.window).reduced
+        reduced = state.on(Workspace(run.problem), run.last.geometry).reduced
         np.testing.assert_array_equal(reduced.stick, first.stick)
         assert not reduced.gap[first.stick].any()
 

@@ -7,17 +7,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fretwear.mechanics.loading import first_loading
+from fretwear.mechanics.geometry.grid import Grid
+from fretwear.mechanics.integrator import evolve, first_loading
 from fretwear.mechanics.measures import CONTACT_GAP, Measures, half_width, in_contact, measure
-from fretwear.mechanics.slip import Friction
 from fretwear.mechanics.state import State
-from fretwear.mechanics.wear import evolve
-from fretwear.mechanics.window import Window
 from fretwear.theory import CattaneoMindlin
 
 from .problems import COUPLING, FRICTION, HERTZ, LOAD, P0, ROUGH, A, fretting, near
 
-LAW = Friction(FRICTION, COUPLING)
+PROBLEM = fretting()
 
 
 @pytest.fixture(scope="module")
@@ -27,7 +25,7 @@ def unworn() -> State:
 
 def test_measures_of_the_unworn_sphere_are_those_of_hertz_and_cattaneo(unworn: State):
     theory = CattaneoMindlin(HERTZ, FRICTION, 0.5 * FRICTION * LOAD, COUPLING)
-    found = measure(unworn, LAW)
+    found = measure(PROBLEM, unworn)
     expected = {
         "approach": HERTZ.approach,
         "tangential_displacement": theory.tangential_displacement,
@@ -52,7 +50,7 @@ def test_measures_of_the_unworn_sphere_are_those_of_hertz_and_cattaneo(unworn: S
 @given(edge=st.floats(2.0, 15.0), axis=st.sampled_from([0, 1]), quarter=st.booleans())
 def test_half_width_finds_the_edge_of_an_elastic_contact_inside_a_cell(edge, axis, quarter):
     spacing = (1e-6, 1.7e-6)
-    cells = Window((20, 20) if quarter else (40, 40), spacing, quarter)
+    cells = Grid((20, 20) if quarter else (40, 40), spacing, quarter)
     position = np.abs(cells.x[:, None] if axis == 0 else cells.y[None, :])
     distance = np.broadcast_to(position, cells.shape) / spacing[axis]
     gap = 1e-9 * np.maximum(distance - edge, 0.0) ** 1.5
@@ -62,7 +60,7 @@ def test_half_width_finds_the_edge_of_an_elastic_contact_inside_a_cell(edge, axi
 
 
 def test_half_width_is_zero_where_the_axis_is_open_and_the_window_at_most():
-    cells = Window((8, 8), (1e-6, 2e-6))
+    cells = Grid((8, 8), (1e-6, 2e-6))
     nothing = np.zeros(cells.shape, dtype=bool)
     off_axis = nothing.copy()
     off_axis[3, 4] = True
@@ -73,7 +71,7 @@ def test_half_width_is_zero_where_the_axis_is_open_and_the_window_at_most():
 
 
 def test_half_width_reaches_to_the_outermost_spot_of_a_rough_contact():
-    cells = Window((12, 6), (1e-6, 1e-6))
+    cells = Grid((12, 6), (1e-6, 1e-6))
     inside = np.zeros(cells.shape, dtype=bool)
     inside[[0, 1, 5, 6], 0] = True
     gap = np.where(inside, 0.0, 1e-9)
@@ -89,26 +87,28 @@ def test_contact_is_read_off_the_gap_not_off_the_pressure(unworn: State):
         gap=np.where(in_contact(unworn), 0.9 * CONTACT_GAP * unworn.approach, unworn.gap),
     )
     np.testing.assert_array_equal(in_contact(conforming), in_contact(unworn))
-    assert measure(conforming, LAW).contact_area == measure(unworn, LAW).contact_area
+    assert measure(PROBLEM, conforming).contact_area == measure(PROBLEM, unworn).contact_area
     raised = unworn.gap + 1.1 * CONTACT_GAP * unworn.approach
     opened = replace(unworn, pressure=np.zeros_like(raised), gap=raised)
-    assert measure(opened, LAW).contact_area == 0
+    assert measure(PROBLEM, opened).contact_area == 0
 
 
 @pytest.mark.parametrize("height", [1.0, 2.0])
 def test_contact_does_not_depend_on_where_the_approach_counts_from(unworn: State, height: float):
     # Waves that only touch in their valleys bring the approach down to zero and below.
     lowered = replace(unworn, approach=unworn.approach * (1.0 - height))
-    assert measure(lowered, LAW).contact_area == near(measure(unworn, LAW).contact_area, rel=1e-12)
+    assert measure(PROBLEM, lowered).contact_area == near(
+        measure(PROBLEM, unworn).contact_area, rel=1e-12
+    )
 
 
 @pytest.mark.parametrize("limit", [np.inf, 1.6])
 def test_quarter_and_whole_domain_measure_the_same(limit: float):
     found = []
     for quarter in (True, False):
-        problem = fretting(12, surface=ROUGH, limit=limit, quarter=quarter)
+        problem = fretting(12, roughness=ROUGH, limit=limit, quarter=quarter)
         *_, last = evolve(problem, [300])
-        found.append(measure(last, problem.friction))
+        found.append(measure(problem, last))
     for field in fields(Measures):
         one, four = (getattr(measures, field.name) for measures in found)
         # Both runs solve their contacts to 1e-6; widths add the slope of the gap at the edge.
@@ -118,7 +118,7 @@ def test_quarter_and_whole_domain_measure_the_same(limit: float):
 def test_volumes_and_energy_are_integrals_over_the_whole_contact():
     problem = fretting(12, limit=0.9)
     *_, state = evolve(problem, [500])
-    found = measure(state, problem.friction)
+    found = measure(problem, state)
     area = 4 * problem.spacing[0] * problem.spacing[1]
     assert found.wear_volume == near(area * state.wear.sum())
     assert found.plastic_volume == near(area * state.plastic.sum())
@@ -130,7 +130,9 @@ def test_volumes_and_energy_are_integrals_over_the_whole_contact():
 
 
 def test_the_stick_edge_of_an_elastic_run_stays_where_it_is_and_is_that_of_the_sphere():
-    widths = {measure(state, LAW).stick_half_width_x for state in evolve(fretting(40), [100, 3000])}
+    widths = {
+        measure(PROBLEM, state).stick_half_width_x for state in evolve(fretting(40), [100, 3000])
+    }
     assert len(widths) == 1
     # 0.15 of a cell: pressures next to the edge of a staircase are a few percent off, which put
     # the edge up to 0.12 of a cell too far out on grids from a/30 to a/110.

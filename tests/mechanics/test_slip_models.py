@@ -102,7 +102,7 @@ def test_a_tighter_tolerance_hardly_changes_the_wear():
         slip_model="cattaneo_mindlin", roughness=WAVES, plastic_limit="4500 MPa", cycles=7000
     )
     coarse, fine = (
-        float(simulate(case.model_copy(update={"tolerance": tolerance}))["wear_volume"][-1])
+        float(simulate(case.replace(tolerance=tolerance))["wear_volume"][-1])
         for tolerance in (0.01, 0.0025)
     )
     assert coarse == pytest.approx(fine, rel=2e-3)

@@ -5,24 +5,34 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fretwear.mechanics.contact import solve_contact
-from fretwear.mechanics.contact_problem import ContactProblem
-from fretwear.mechanics.loading import first_loading
-from fretwear.mechanics.outlook import grown_extent, touched_sides
-from fretwear.mechanics.slip import JaegerSlip
+from fretwear.mechanics.contact import ContactProblem, solve_contact
+from fretwear.mechanics.geometry import Workspace
+from fretwear.mechanics.geometry.grid import Grid
+from fretwear.mechanics.integrator import evolve, first_loading
+from fretwear.mechanics.slip import Jaeger
 from fretwear.mechanics.state import State
-from fretwear.mechanics.wear import evolve
-from fretwear.mechanics.window import Window, fast_shape
 from fretwear.theory import HertzContact
 
 from .oracles import violations
-from .problems import FRICTION, HERTZ, LOAD, MODULUS, P0, RADIUS, ROUGH, SMOOTH, A, fretting, near
+from .problems import (
+    FRICTION,
+    HERTZ,
+    LOAD,
+    MODULUS,
+    P0,
+    RADIUS,
+    ROUGH,
+    A,
+    covered,
+    fretting,
+    near,
+)
 
 KINDS = {
     "smooth": {},
-    "rough": {"surface": ROUGH},
+    "rough": {"roughness": ROUGH},
     "smooth capped": {"limit": 0.8},
-    "rough capped": {"surface": ROUGH, "limit": 1.2},
+    "rough capped": {"roughness": ROUGH, "limit": 1.2},
 }
 
 
@@ -55,15 +65,15 @@ def test_first_loading_yields_where_the_pressure_is_at_its_limit_and_sinks_for_g
     assert (state.plastic > 0).any()
     assert (state.pressure[state.plastic > 0] == problem.limit).all()
     # Once sunk, the shape carries the load without a limit, at the same pressure.
-    bodies = problem.half_space(state.window)
-    shape = problem.surface.shape(state.window) + state.plastic
+    bodies = problem.half_space(state.geometry)
+    shape = problem.unworn(state.geometry) + state.plastic
     again = solve_contact(ContactProblem(bodies, shape, LOAD), tolerance=1e-8)
     np.testing.assert_allclose(again.pressure, state.pressure, atol=1e-4 * P0)
-    reduced = JaegerSlip(0.2 * LOAD).reduced(bodies, shape)
+    reduced = Jaeger().reduced(problem, bodies, shape)
     np.testing.assert_allclose(state.reduced.gap, reduced.gap, atol=3e-8 * HERTZ.approach)
     assert not np.allclose(
         reduced.gap,
-        JaegerSlip(0.2 * LOAD).reduced(bodies, shape - state.plastic).gap,
+        Jaeger().reduced(problem, bodies, shape - state.plastic).gap,
         atol=1e-4 * HERTZ.approach,
     )
 
@@ -75,28 +85,28 @@ def test_first_window_grows_until_it_holds_the_contact(kind: str):
     reach = 0.5 if problem.limit == np.inf else 0.95
     small = first_loading(replace(problem, extent=(reach * A, 0.95 * A)))
     large = first_loading(replace(problem, extent=(2 * A, 2 * A)))
-    assert not any(touched_sides(small.window, small.pressure))
-    assert small.window.extent[0] < large.window.extent[0]
-    moved = small.on(problem, large.window)
+    assert not any(small.geometry.touched(small.pressure))
+    assert small.geometry.extent[0] < large.geometry.extent[0]
+    moved = small.on(Workspace(problem), large.geometry)
     # Two windows, two solutions to 1e-6 of the displacement: that much of K⁻¹ apart.
     np.testing.assert_allclose(moved.pressure, large.pressure, atol=1e-4 * P0)
     np.testing.assert_allclose(moved.gap, large.gap, atol=3e-6 * HERTZ.approach)
     np.testing.assert_allclose(moved.reduced.gap, large.reduced.gap, atol=3e-6 * HERTZ.approach)
 
 
-def grown(state: State, cells: int) -> Window:
-    nx, ny = state.window.shape
-    step = cells if state.window.quarter else 2 * cells
-    return Window((nx + step, ny + 2 * step), state.window.spacing, state.window.quarter)
+def grown(state: State, cells: int) -> Grid:
+    nx, ny = state.geometry.shape
+    step = cells if state.geometry.quarter else 2 * cells
+    return Grid((nx + step, ny + 2 * step), state.geometry.spacing, state.geometry.quarter)
 
 
 @pytest.mark.parametrize("quarter", [True, False])
 def test_a_larger_window_keeps_every_field_and_computes_the_gaps_outside(quarter: bool):
-    problem = fretting(12, surface=ROUGH, limit=1.2, quarter=quarter)
+    problem = fretting(12, roughness=ROUGH, limit=1.2, quarter=quarter)
     *_, state = evolve(problem, [200])
     window = grown(state, 7)
-    moved = state.on(problem, window)
-    inside = state.window.covered(window.shape)
+    moved = state.on(Workspace(problem), window)
+    inside = covered(window, state.geometry)
     for name in ("pressure", "gap", "wear", "plastic", "pressure_rate", "source_rate"):
         field, before = getattr(moved, name), getattr(state, name)
         np.testing.assert_array_equal(field[inside], before.ravel(), err_msg=name)
@@ -104,7 +114,7 @@ def test_a_larger_window_keeps_every_field_and_computes_the_gaps_outside(quarter
     np.testing.assert_array_equal(moved.reduced.gap[inside], state.reduced.gap.ravel())
     np.testing.assert_array_equal(moved.reduced.pressure[inside], state.reduced.pressure.ravel())
     # Where nothing touches, both gaps are those of the deformed surfaces and never negative.
-    bodies, unworn = problem.half_space(window), problem.surface.shape(window)
+    bodies, unworn = problem.half_space(window), problem.unworn(window)
     for gap, pressure, approach in (
         (moved.gap, moved.pressure, moved.approach),
         (moved.reduced.gap, moved.reduced.pressure, moved.reduced.approach),
@@ -117,35 +127,16 @@ def test_a_larger_window_keeps_every_field_and_computes_the_gaps_outside(quarter
 def test_a_window_of_the_same_shape_changes_nothing():
     problem = fretting(12)
     state = first_loading(problem)
-    assert state.on(problem, Window(state.window.shape, state.window.spacing)) is state
-
-
-@pytest.mark.parametrize("quarter", [True, False])
-def test_pressure_near_a_border_asks_for_growth_on_that_side_only(quarter: bool):
-    window = Window((10, 12), (1e-6, 1e-6), quarter)
-    sides = {(9, 4): (True, False), (4, 11): (False, True), (9, 11): (True, True)}
-    if not quarter:
-        sides |= {(0, 5): (True, False), (5, 0): (False, True)}
-    for cell, expected in sides.items():
-        pressure = np.zeros(window.shape)
-        pressure[5, 5] = pressure[cell] = 1.0
-        assert touched_sides(window, pressure) == expected
-        extent = grown_extent(window.extent, expected)
-        shape = fast_shape(extent, window.spacing, quarter=quarter)
-        for axis in (0, 1):
-            assert (shape[axis] > window.shape[axis]) or not expected[axis]
-            assert (extent[axis] > window.extent[axis]) == expected[axis]
-    assert touched_sides(window, np.zeros(window.shape)) == (False, False)
+    assert state.on(Workspace(problem), Grid(state.geometry.shape, state.geometry.spacing)) is state
 
 
 def test_growth_rate_is_four_times_wear_friction_and_coupling():
     problem = fretting(8)
     state = first_loading(problem)
-    slip = problem.friction.slip(state.reduced)
+    slip = problem.slip(state.reduced)
     # Δw = 4 K_w p s of one cycle is β p g*.
     worn = 4 * problem.wear_coefficient * state.pressure * slip
     np.testing.assert_allclose(
         problem.growth_rate * state.pressure * state.reduced.gap, worn, rtol=1e-13
     )
     assert problem.friction.coefficient == FRICTION
-    assert problem.surface == SMOOTH

@@ -8,15 +8,14 @@ import numpy as np
 import pytest
 
 from fretwear.mechanics.contact import ContactError
-from fretwear.mechanics.loading import first_loading
-from fretwear.mechanics.slip import JaegerSlip
-from fretwear.mechanics.wear import WearError, evolve
+from fretwear.mechanics.integrator import WearError, evolve, first_loading
+from fretwear.mechanics.slip import Jaeger
 
-from .problems import LOAD, P0, fretting, near
+from .problems import P0, fretting, near
 
 
 @dataclass(frozen=True)
-class TroubledSlip(JaegerSlip):
+class TroubledSlip(Jaeger):
     """The slip model of the tests, except that long steps or deep wear break it.
 
     Parameters
@@ -27,7 +26,6 @@ class TroubledSlip(JaegerSlip):
         Largest wear depth at the start of a stage, m.
     """
 
-    load: float = 0.2 * LOAD
     longest: float = math.inf
     deepest: float = math.inf
 
@@ -38,10 +36,9 @@ class TroubledSlip(JaegerSlip):
 
 
 @dataclass(frozen=True)
-class PoisonedSlip(JaegerSlip):
+class PoisonedSlip(Jaeger):
     """A slip model whose gap after long steps is not a number."""
 
-    load: float = 0.2 * LOAD
     most: float = 1e-8
 
     def gap_after(self, gap, wear):
@@ -71,7 +68,7 @@ def test_a_step_that_fails_is_halved_until_it_succeeds():
     steps = np.diff([state.cycle for state in states])
     assert steps.max() < 0.5 * longest
     assert states[-1].cycle == 2000
-    volumes = [state.window.integral(state.wear) for state in (states[-1], plain[-1])]
+    volumes = [state.geometry.integral(state.wear) for state in (states[-1], plain[-1])]
     assert volumes[0] == near(volumes[1], rel=0.01)
 
 

@@ -1,29 +1,26 @@
 """Wear over cycles: conditions of every step, what may never happen, going on from a state."""
 
-import functools
 from dataclasses import fields, replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
-from fretwear.mechanics import active_set, contact
-from fretwear.mechanics.contact import ContactError
-from fretwear.mechanics.loading import first_loading
-from fretwear.mechanics.outlook import touched_sides
-from fretwear.mechanics.slip import CattaneoMindlinSlip, JaegerSlip
+from fretwear.mechanics.contact import Accuracy, ContactError, Effort
+from fretwear.mechanics.geometry import Workspace
+from fretwear.mechanics.integrator import WearError, evolve, first_loading
+from fretwear.mechanics.slip import CattaneoMindlin, Jaeger
 from fretwear.mechanics.state import State, WearProblem
-from fretwear.mechanics.wear import WearError, evolve
 
 from .oracles import violations
-from .problems import HERTZ, LOAD, P0, ROUGH, A, folded, fretting, near
+from .problems import CONVERGED, HERTZ, P0, ROUGH, A, folded, fretting, near
 
 STOPS = (100, 1000, 2500)
 RUNS = {
     "smooth": {},
-    "rough": {"surface": ROUGH},
+    "rough": {"roughness": ROUGH},
     "smooth capped": {"limit": 1.5},
-    "rough capped": {"surface": ROUGH, "limit": 2.0},
+    "rough capped": {"roughness": ROUGH, "limit": 2.0},
     "yielding from the first loading": {"limit": 0.9},
     "mild": {"load_ratio": 0.2},
     "nearly sliding": {"load_ratio": 0.95, "limit": 2.0},
@@ -62,7 +59,10 @@ def test_pressure_stays_between_zero_and_its_limit_and_gaps_stay_open(runs, name
 def test_wear_and_plastic_depth_never_decrease(runs, name: str):
     _, states = runs[name]
     for field in ("wear", "plastic"):
-        depths = [getattr(state.on(runs[name][0], states[-1].window), field) for state in states]
+        depths = [
+            getattr(state.on(Workspace(runs[name][0]), states[-1].geometry), field)
+            for state in states
+        ]
         for before, after in pairwise(depths):
             assert (after >= before).all()
         assert not depths[0].any() or field == "plastic"
@@ -83,11 +83,11 @@ def test_states_land_exactly_on_the_cycles_asked_for(runs, name: str):
 @pytest.mark.parametrize("name", ELASTIC)
 def test_stick_cells_of_an_elastic_run_are_the_same_to_the_last_bit(runs, name: str):
     problem, states = runs[name]
-    first = states[0].on(problem, states[-1].window)
+    first = states[0].on(Workspace(problem), states[-1].geometry)
     stick = first.reduced.stick
     assert stick.any()
     for state in states:
-        moved = state.on(problem, states[-1].window)
+        moved = state.on(Workspace(problem), states[-1].geometry)
         np.testing.assert_array_equal(moved.reduced.stick, stick)
         np.testing.assert_array_equal(moved.reduced.pressure, first.reduced.pressure)
         assert not moved.reduced.gap[stick].any()
@@ -101,12 +101,12 @@ def test_stick_cells_of_an_elastic_run_are_the_same_to_the_last_bit(runs, name: 
 def test_slip_of_a_yielding_run_is_that_of_its_current_shape(runs, name: str):
     problem, states = runs[name]
     for state in states:
-        shape = problem.surface.shape(state.window) + state.wear + state.plastic
-        own = problem.slip_model.reduced(problem.half_space(state.window), shape)
+        shape = problem.unworn(state.geometry) + state.wear + state.plastic
+        own = problem.slip_model.reduced(problem, problem.half_space(state.geometry), shape)
         np.testing.assert_array_equal(state.reduced.stick, own.stick)
         # Steps without flow add wear to the gap; the contacts behind it were solved to 1e-8.
         np.testing.assert_allclose(state.reduced.gap, own.gap, atol=1e-6 * HERTZ.approach)
-    areas = [state.window.integral(state.reduced.stick.astype(float)) for state in states]
+    areas = [state.geometry.integral(state.reduced.stick.astype(float)) for state in states]
     assert areas[-1] <= areas[0]
     # Where yielding starts with the first loading, the stick zone holds out longest.
     assert areas[-1] < areas[0] or "first loading" in name
@@ -116,8 +116,8 @@ def test_slip_of_a_yielding_run_is_that_of_its_current_shape(runs, name: str):
 def test_the_window_holds_the_contact_with_room(runs, name: str):
     _, states = runs[name]
     for state in states:
-        assert not any(touched_sides(state.window, state.pressure))
-    extents = [state.window.extent for state in states]
+        assert not any(state.geometry.touched(state.pressure))
+    extents = [state.geometry.extent for state in states]
     assert all(b >= a for a, b in pairwise(extents))
 
 
@@ -135,7 +135,7 @@ def assert_identical(one: State, other: State) -> None:
 @pytest.mark.parametrize("name", ["rough", "smooth capped", "nearly sliding"])
 def test_going_on_from_a_state_gives_the_uninterrupted_run_bit_by_bit(runs, name: str):
     problem, states = runs[name]
-    windows = {state.window.shape for state in states}
+    windows = {state.geometry.shape for state in states}
     assert len(windows) > 1, "the run should outgrow its first window"
     for k in (0, 1, len(states) // 2, len(states) - 2):
         again = list(evolve(problem, STOPS, start=states[k]))
@@ -149,11 +149,10 @@ def test_going_on_from_the_last_state_yields_nothing_more(runs):
     assert list(evolve(problem, STOPS, start=states[-1])) == []
 
 
-@pytest.mark.usefixtures("converged")
 @pytest.mark.parametrize("name", RUNS)
 def test_quarter_and_whole_domain_wear_alike(name: str):
     one, four = (
-        list(evolve(fretting(16, quarter=quarter, **RUNS[name]), [800]))
+        list(evolve(fretting(16, quarter=quarter, **RUNS[name]), [800], accuracy=CONVERGED))
         for quarter in (True, False)
     )
     assert len(one) == len(four)
@@ -169,8 +168,8 @@ def test_a_growing_window_gives_what_a_large_one_gives(runs, name: str):
     problem, states = runs[name]
     roomy = replace(problem, extent=(1.9 * A, 1.9 * A))
     *_, large = evolve(roomy, STOPS)
-    small = states[-1].on(problem, large.window)
-    assert states[0].window.extent < states[-1].window.extent < large.window.extent
+    small = states[-1].on(Workspace(problem), large.geometry)
+    assert states[0].geometry.extent < states[-1].geometry.extent < large.geometry.extent
     # Contacts solved to 1e-6 of the displacement; the wear of one step enters the next.
     np.testing.assert_allclose(small.pressure, large.pressure, atol=1e-3 * P0)
     np.testing.assert_allclose(small.wear, large.wear, atol=1e-5 * HERTZ.approach)
@@ -178,44 +177,31 @@ def test_a_growing_window_gives_what_a_large_one_gives(runs, name: str):
 
 
 def test_wear_of_the_simple_slip_model_follows_pressure_alone():
-    disc = CattaneoMindlinSlip(HERTZ.with_load(0.2 * LOAD))
-    problem = fretting(16, surface=ROUGH, slip_model=disc)
+    problem = fretting(16, roughness=ROUGH, slip_model=CattaneoMindlin())
     states = list(evolve(problem, [500], 1e-3))
     for state in states:
-        moved = states[0].on(problem, state.window)
+        moved = states[0].on(Workspace(problem), state.geometry)
         np.testing.assert_allclose(state.reduced.gap, moved.reduced.gap, rtol=1e-9)
         assert violations(problem, state).worst <= 1e-5
-    full = [*evolve(replace(problem, slip_model=JaegerSlip(0.2 * LOAD)), [500], 1e-3)][-1]
+    full = [*evolve(replace(problem, slip_model=Jaeger()), [500], 1e-3)][-1]
     # The real slip grows with wear: the simple model must wear less.
     assert states[-1].wear.sum() < 0.95 * full.wear.sum()
 
 
-@pytest.fixture
-def impatient(monkeypatch):
-    """From its call on, contacts get few iterations and have to be better than rounding allows."""
-
-    def start():
-        few = functools.partial(contact.projected_gradient, largest_steps=2)
-        monkeypatch.setattr(contact, "projected_gradient", few)
-        monkeypatch.setattr(active_set, "_LARGEST_OUTER", 3)
-        for room in ("state", "stages"):
-            monkeypatch.setattr(f"fretwear.mechanics.{room}.CONTACT_TOLERANCE", 1e-19)
-
-    return start
+# Contacts with few iterations that have to be better than rounding allows.
+IMPATIENT = Accuracy(contact=1e-19, effort=Effort(3, 2))
 
 
-def test_a_step_that_never_converges_ends_the_run_with_an_error(impatient):
-    problem = fretting(12, surface=ROUGH, limit=1.2)
-    run = evolve(problem, [1000], start=first_loading(problem))
-    impatient()
+def test_a_step_that_never_converges_ends_the_run_with_an_error():
+    problem = fretting(12, roughness=ROUGH, limit=1.2)
+    run = evolve(problem, [1000], start=first_loading(problem), accuracy=IMPATIENT)
     with pytest.raises(WearError, match=r"no step after cycle 0 is accurate"):
         next(run)
 
 
-def test_a_first_loading_that_never_converges_is_an_error(impatient):
-    impatient()
+def test_a_first_loading_that_never_converges_is_an_error():
     with pytest.raises(ContactError, match="did not converge"):
-        next(evolve(fretting(12, surface=ROUGH), [10]))
+        next(evolve(fretting(12, roughness=ROUGH), [10], accuracy=IMPATIENT))
 
 
 def test_stops_are_met_to_the_last_bit():
@@ -240,7 +226,7 @@ def test_a_step_cut_short_by_a_stop_does_not_slow_down_the_next(runs):
 def test_yielding_runs_take_few_convolutions(name: str, most: int):
     changes, cycles = {
         "smooth capped": ({"limit": 2.0}, 7000),
-        "rough capped": ({"surface": ROUGH, "limit": 2.5}, 4000),
+        "rough capped": ({"roughness": ROUGH, "limit": 2.5}, 4000),
     }[name]
     *_, last = evolve(fretting(24, **changes), [cycles])
     # Measured 28 steps with 1880 convolutions and 21 with 1680; a start that forgets where the
@@ -260,5 +246,5 @@ def test_a_step_that_is_too_long_is_shortened_and_its_cost_counted():
     assert forced[0].convolutions > direct.convolutions > plain[0].convolutions
     np.testing.assert_array_equal(direct.wear, forced[0].wear)
     # A first try far too long must not spoil the result.
-    volume, expected = (s.window.integral(s.wear) for s in (forced[-1], plain[-1]))
+    volume, expected = (s.geometry.integral(s.wear) for s in (forced[-1], plain[-1]))
     assert volume == near(expected, rel=1e-3)

@@ -6,9 +6,9 @@ surface on an elastic half-space with the composite modulus, on the same grid.
 
 import numpy as np
 
-from fretwear.mechanics.arrays import Array
-from fretwear.mechanics.contact_problem import ContactProblem
-from fretwear.mechanics.window import Window
+from fretwear.mechanics.contact import ContactProblem
+from fretwear.mechanics.geometry import Array
+from fretwear.mechanics.geometry.grid import Grid
 
 _ITERATIONS = 20_000
 
@@ -68,7 +68,7 @@ def contact_mechanics_pressure(
     lengths = tuple(2 * extent for extent in window.extent)
     system = make_system(Topography(-problem.shape, lengths, periodic=False), young=modulus)
     # Hardness and forces are those of one cell, N.
-    hardness = problem.limit * window.cell_area if np.isfinite(problem.limit) else None
+    hardness = problem.limit * window.unit_area if np.isfinite(problem.limit) else None
     result = system.minimize_proxy(
         external_force=problem.load,
         hardness=hardness,
@@ -79,11 +79,11 @@ def contact_mechanics_pressure(
     if not result.success:
         raise RuntimeError(f"ContactMechanics did not converge: {result.message}")
     nx, ny = window.shape
-    return np.array(result.jac[:nx, :ny]) / window.cell_area
+    return np.array(result.jac[:nx, :ny]) / window.unit_area
 
 
-def _whole(problem: ContactProblem) -> Window:
-    window = problem.half_space.window
+def _whole(problem: ContactProblem) -> Grid:
+    window = problem.half_space.geometry
     if window.quarter or problem.layer is not None:
         raise ValueError("peers solve contacts on whole windows, without a layer")
     return window

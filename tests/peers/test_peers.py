@@ -8,18 +8,16 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from fretwear.mechanics.arrays import Array
-from fretwear.mechanics.contact import solve_contact
-from fretwear.mechanics.contact_problem import ContactProblem
-from fretwear.mechanics.surfaces import Surface, Waves
+from fretwear.mechanics.contact import ContactProblem, solve_contact
+from fretwear.mechanics.geometry import Array
 
-from ..mechanics.problems import MODULUS, RADIUS, SMOOTH, A, pressed, window
+from ..mechanics.problems import MODULUS, SMOOTH, A, Waves, pressed, window
 from .drivers import contact_mechanics_pressure, tamaas_pressure
 
 pytestmark = pytest.mark.peers
 
 # Waves of seven and twelve cells: asperities touch one by one.
-ROUGH = Surface(RADIUS, Waves(0.2e-6, 2 * np.pi / (0.17 * A), 2 * np.pi / (0.43 * A)))
+ROUGH = Waves(0.2e-6, 2 * np.pi / (0.17 * A), 2 * np.pi / (0.43 * A))
 CELLS = (96, 64)
 
 Solver = Callable[[ContactProblem, float], Array]
@@ -43,7 +41,7 @@ def assert_same(problem: ContactProblem, theirs: Array) -> None:
 
 @pytest.mark.parametrize("surface", [SMOOTH, ROUGH], ids=["smooth", "rough"])
 def test_a_peer_finds_the_same_elastic_contact(peer, surface):
-    problem = pressed(window(CELLS, quarter=False), surface=surface)
+    problem = pressed(window(CELLS, quarter=False), roughness=surface)
     assert_same(problem, peer(problem, MODULUS))
 
 
@@ -58,7 +56,7 @@ def test_a_peer_finds_the_same_contact_without_symmetry(peer):
 @pytest.mark.parametrize("limit", [0.8, 1.5])
 def test_contact_mechanics_yields_alike(limit):
     pytest.importorskip("ContactMechanics", reason="not installed (extra: bench)")
-    problem = pressed(window(CELLS, quarter=False), surface=ROUGH, limit=limit)
+    problem = pressed(window(CELLS, quarter=False), roughness=ROUGH, limit=limit)
     theirs = contact_mechanics_pressure(problem, MODULUS)
     assert theirs.max() == pytest.approx(problem.limit, rel=1e-9)
     assert_same(problem, theirs)

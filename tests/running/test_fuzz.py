@@ -13,7 +13,8 @@ from pydantic import ValidationError
 
 import fretwear
 from fretwear.mechanics.contact import ContactError
-from fretwear.mechanics.wear import WearError
+from fretwear.mechanics.geometry import Workspace
+from fretwear.mechanics.integrator import WearError
 from fretwear.running import simulate
 from fretwear.study.cost import estimate
 from fretwear.study.rules import (
@@ -142,7 +143,7 @@ class Inspector:
         assert all(map(math.isfinite, vars(step.measures).values()))
         assert state.pressure.min() >= 0.0, "negative pressure"
         assert state.pressure.max() <= case.plastic_limit * (1.0 + 1e-9)
-        carried = state.window.integral(state.pressure)
+        carried = state.geometry.integral(state.pressure)
         assert abs(carried - case.load) <= LOAD_TOLERANCE * case.load, "lost load"
         assert state.gap.min() >= -1e-5 * abs(state.approach), "bodies overlap"
         assert step.measures.contact_area > 0.0
@@ -159,7 +160,7 @@ class Inspector:
             assert not state.wear.any()
             return
         assert state.cycle > self.before.cycle
-        before = self.before.on(self.problem, state.window)
+        before = self.before.on(Workspace(self.problem), state.geometry)
         for name in ("wear", "plastic"):
             grown = getattr(state, name) - getattr(before, name)
             assert grown.min() >= -1e-12 * max(getattr(state, name).max(), 1e-300), (

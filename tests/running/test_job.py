@@ -1,13 +1,11 @@
 """One case to one file, whoever else works on it and whatever goes wrong."""
 
-import math
 import multiprocessing
 import random
 import re
 import shutil
 import signal
 import time
-from dataclasses import dataclass
 
 import pytest
 import xarray as xr
@@ -15,8 +13,8 @@ import xarray as xr
 from fretwear.data.files import open_case, open_history, write_case
 from fretwear.data.safe import DataFileError, Lock
 from fretwear.mechanics.contact import ContactError
-from fretwear.mechanics.slip import JaegerSlip
-from fretwear.mechanics.wear import WearError
+from fretwear.mechanics.integrator import WearError
+from fretwear.mechanics.slip import Jaeger
 from fretwear.running import simulate
 from fretwear.running.batch import simulate_to_file
 
@@ -160,16 +158,16 @@ def test_a_job_whose_lock_another_has_taken_leaves_without_writing(case, path):
     assert names(path) == ["a.nc"]
 
 
-@dataclass(frozen=True)
-class ShallowSlip(JaegerSlip):
-    """The slip model, except that it fails in every step from a depth of wear on."""
+def failing_below(deepest: float):
+    """The wear layer of the slip model, which fails in every step from a depth of wear on."""
+    wear_layer = Jaeger.wear_layer
 
-    deepest: float = math.inf
-
-    def wear_layer(self, wear, gap, shift, exponent, rate):
-        if wear.max() >= self.deepest:
+    def failing(self, wear, gap, shift, exponent, rate):
+        if wear.max() >= deepest:
             raise ContactError("the slip model does not go that far")
-        return super().wear_layer(wear, gap, shift, exponent, rate)
+        return wear_layer(self, wear, gap, shift, exponent, rate)
+
+    return failing
 
 
 def test_a_job_that_fails_on_its_way_keeps_the_checkpoint_to_resume_from(path, monkeypatch):
@@ -178,9 +176,7 @@ def test_a_job_that_fails_on_its_way_keeps_the_checkpoint_to_resume_from(path, m
     deepest = [float(step.state.wear.max()) for step in simulate.steps(case)][5]
     told = []
     with monkeypatch.context() as patch:
-        patch.setattr(
-            simulate, "_slip_model", lambda case, _: ShallowSlip(case.stick_load, deepest=deepest)
-        )
+        patch.setattr(Jaeger, "wear_layer", failing_below(deepest))
         with pytest.raises(WearError, match=r"no step after cycle \d+.* a residual of"):
             job(case, path, told)
     assert names(path) == ["a.checkpoint"]

@@ -2,14 +2,14 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import xarray as xr
 
 import fretwear
-from fretwear.mechanics.surfaces import Surface
-from fretwear.mechanics.window import Window
+from fretwear.mechanics.geometry.grid import Grid
 from fretwear.running.checkpoint import pack, unpack
 from fretwear.running.simulate import RunRecord, Step, run, simulate, wear_problem
 from fretwear.study.case import Case
@@ -145,8 +145,8 @@ def test_unworn_smooth_case_is_that_of_hertz_cattaneo_and_mindlin():
 def test_waves_lie_along_the_axes_of_their_slopes():
     case = make(roughness=ROUGH)
     problem = wear_problem(case)
-    window = Window((40, 30), problem.spacing)
-    waves = problem.surface.shape(window) - Surface(case.radius).shape(window)
+    window = Grid((40, 30), problem.spacing)
+    waves = problem.unworn(window) - replace(problem, roughness=None).unworn(window)
     # R = A cos(k_y y) sin(π/2 + k_x x) with k = (π/2) tanθ/A.
     k_x, k_y = (0.5 * np.pi * np.tan(np.deg2rad(slope)) / 0.2e-6 for slope in (0.4, 0.3))
     expected = 0.2e-6 * np.outer(np.sin(np.pi / 2 + k_x * window.x), np.cos(k_y * window.y))

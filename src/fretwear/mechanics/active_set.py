@@ -1,10 +1,9 @@
 """The active-set method of the normal contact.
 
 Cells are free (0 < p < p_lim), open (p = 0) or saturated (p = p_lim). The method solves the linear
-problem of the free cells by a few preconditioned conjugate-gradient steps, projects the result
-onto the bounds, searches the segment to it for the least energy, and moves cells between the
-sets. Along a segment K p is linear, so the search costs no convolution. Energy falls at every
-step, hence no set of cells repeats.
+problem of the free cells approximately, projects the result onto the bounds, searches the segment
+to it for the least energy, and moves cells between the sets. Along a segment K p is linear, so the
+search costs no convolution. Energy falls at every step, hence no set of cells repeats.
 
 The steps are computed in single precision, all else in double: what a step leaves, the next one
 sees. So the result is as good as asked for, at two thirds of the time; see Higham,
@@ -14,24 +13,24 @@ sees. So the result is as good as asked for, at two thirds of the time; see High
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf, isfinite
+from math import inf, isfinite, nan
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fretwear.mechanics import passes
-from fretwear.mechanics.arrays import Array, Mask, Single
-from fretwear.mechanics.contact_problem import ContactProblem
-from fretwear.mechanics.free_cells import FreeCells
-from fretwear.mechanics.preconditioner import Preconditioner
+from fretwear.mechanics import kernels
+from fretwear.mechanics.geometry import Array, FreeCells, Mask, Single
 
-_LARGEST_OUTER = 60
+if TYPE_CHECKING:
+    from fretwear.mechanics.contact import ContactProblem
+
 # A step reduces the residual of the free cells by so much: the first one from near the solution,
-# later ones and one from afar while more than a few cells changed sides, and when they are settled;
-# but not below a part of the tolerance.
+# later ones and one from afar while more than a few cells changed sides, and when the sets are the
+# final ones nearly; but not below a part of the tolerance.
 _NEAR = 0.02
 _FIRST = 0.05
-_UNSETTLED = 0.5
-_SETTLED = 0.05
+_WHILE_CHANGING = 0.5
+_AT_LAST = 0.05
 _FEW = 0.02
 _ENOUGH = 0.07
 # Descent of a clipped step where the gap and the step of each cell are opposite, as a rule, is 1.
@@ -43,6 +42,8 @@ _MORE_CARE = 0.1
 # and what part of the residual it may become until the displacement is computed anew.
 _SINGLE = 5e-7
 _TRUSTED = 0.1
+# Cells change sides where the gap is beyond this part of the tolerance.
+_MARGIN = 0.3
 
 
 @dataclass(frozen=True)
@@ -72,6 +73,7 @@ class ActiveSet:
     """
 
     _known_tangent: Single | None
+    _cells: FreeCells
 
     def __init__(self, problem: ContactProblem, start: Array) -> None:
         self.problem = problem
@@ -81,14 +83,14 @@ class ActiveSet:
 
     def restart(self, start: Array) -> None:
         """Take a pressure as the current one, scaled to the load and cut to the bounds."""
-        self.pressure = passes.carrying(start, self.problem.limit, self.problem.total)
+        self.pressure = self.problem.clip_to_load(start)
         self._known_tangent = None
         self._refresh()
         self.gap = np.empty_like(self.pressure)
         self.free = self._between_bounds()
         self._care = 1.0
         self._solved: Mask = ~self.free
-        self._preconditioner = Preconditioner(self.problem.half_space, self._tangent(), self.free)
+        self._linear = self.problem.half_space.preconditioned(self._tangent(), self.free)
 
     @property
     def saturated(self) -> Mask:
@@ -101,25 +103,22 @@ class ActiveSet:
         return result
 
     def _tangent(self) -> Single | None:
-        """Tangent of the layer in units of the influence of a cell on itself.
-
-        It is asked for twice before the first step.
-        """
+        """Tangent of the layer in units of the influence of a cell on itself."""
         layer = self.problem.layer
         if layer is not None and self._known_tangent is None:
             unit = self.problem.half_space.self_influence
             self._known_tangent = layer.tangent_in(unit, self.pressure)
         return self._known_tangent
 
-    def solve(self, tolerance: float, *, verified: bool = True) -> bool:
+    def solve(self, tolerance: float, largest_steps: int, *, verified: bool = True) -> bool:
         """Iterate until the residual is below the tolerance; whether it got there.
 
         ``verified`` asks for a last convolution, by which the residual owes nothing to what was
         carried along.
         """
         before = inf
-        for _ in range(_LARGEST_OUTER):
-            self._evaluate()
+        for _ in range(largest_steps):
+            self._evaluate(tolerance)
             error = self.residual
             if not isfinite(error):
                 return False
@@ -135,9 +134,6 @@ class ActiveSet:
                     return True
                 self._refresh()
                 continue
-            # Open cells that interpenetrate become free, and saturated ones that separate.
-            slack = 0.3 * tolerance * self.scale
-            self.free = passes.to_free(self.pressure, self.problem.limit, self.gap, slack)
             if not self._advance(tolerance):
                 return False
         return False
@@ -149,10 +145,20 @@ class ActiveSet:
         self.convolutions += 1
         self._rounding = 0.0
 
-    def _evaluate(self) -> None:
-        """Approach, gap and the largest violation of the conditions on it."""
-        self.approach, worst, self.scale, gaps = passes.judge(
-            self.separation, self.displacement, self.pressure, self.problem.limit, self.gap
+    def _evaluate(self, tolerance: float) -> None:
+        """Approach, gap, the largest violation of the conditions on it, and the free cells."""
+        given = self.problem.approach
+        # A new field: what was solved last is compared with it.
+        self.free = np.empty_like(self.free)
+        self.approach, worst, self.scale, gaps = kernels.evaluate(
+            self.separation,
+            self.displacement,
+            self.pressure,
+            self.problem.limit,
+            nan if given is None else given,
+            _MARGIN * tolerance,
+            self.gap,
+            self.free,
         )
         # The largest of some numbers hides one that is not a number; their sum does not.
         self.residual = (worst if isfinite(gaps) else inf) / self.scale
@@ -169,7 +175,7 @@ class ActiveSet:
             if steep:
                 self._search(clipped)
                 return True
-            # Clipping turned the direction uphill, or nearly so: a shorter step clips less.
+            # Clipping made the direction lead uphill, or nearly so: a shorter step clips less.
             target = 0.7 * self.pressure + 0.3 * target
         return False
 
@@ -186,9 +192,9 @@ class ActiveSet:
         # In double precision, the load is kept to the last digit.
         stray = found.missed / cells.uniform_sum
         step = np.empty_like(self.pressure)
-        lowest, highest, slope = passes.propose(
+        lowest, highest, slope = kernels.scale_step(
             self.pressure,
-            self.gap,
+            self.problem.weighted(self.gap),
             found.pressure,
             pressure_unit,
             cells.uniform,
@@ -201,23 +207,25 @@ class ActiveSet:
 
     def _clipped_step(self, target: Array) -> tuple[_Segment, bool]:
         """The step to a pressure cut to bounds and load; whether it leads downhill."""
-        step = passes.carrying(target, self.problem.limit, self.problem.total)
+        step = self.problem.clip_to_load(target)
         step -= self.pressure
         moved, unit = self.problem.half_space.relative_displacement(step)
         self.convolutions += 1
-        slope, magnitudes = passes.descent(self.gap, step)
+        slope, magnitudes = kernels.descent(self.problem.weighted(self.gap), step)
         largest = float(np.abs(moved).max()) * unit
         return _Segment(step, slope, moved, unit, 0.0, largest), -slope > _STEEP * magnitudes
 
     def _search(self, segment: _Segment) -> None:
         """Go along a feasible segment: all the way, or to its lowest energy if that overshoots."""
-        reached = 0.0
+        reached, weighted = 0.0, self.problem.weighted(segment.step)
+        level = self.problem.approach
 
         def slope(fraction: float) -> float:
             nonlocal reached
             self._move(segment, fraction - reached)
             reached = fraction
-            return passes.inner(segment.step, self.separation)
+            result = kernels.inner(weighted, self.separation)
+            return result if level is None else result - level * float(weighted.sum())
 
         self._rounding += _SINGLE * segment.largest
         low, high, first = 0.0, 1.0, segment.slope
@@ -238,7 +246,7 @@ class ActiveSet:
     def _move(self, segment: _Segment, fraction: float) -> None:
         """Go on by a fraction of a segment."""
         problem = self.problem
-        passes.move(
+        kernels.move(
             fraction,
             segment.step,
             problem.limit,
@@ -254,7 +262,7 @@ class ActiveSet:
             problem.layer.add_displacement(self.pressure, self.separation)
 
     def _prepare(self) -> float:
-        """Invert on the free cells; by what factor to reduce the residual there.
+        """Set up the linear problem; by what factor to reduce the residual of the free cells.
 
         While many cells still change sides it does not pay to solve for them exactly; what the
         caller started from has most of them right.
@@ -262,8 +270,8 @@ class ActiveSet:
         before, self._solved = self._solved, self.free
         changed = np.count_nonzero(before != self.free)
         if changed:
-            single = self.problem.half_space.single
-            self._cells = FreeCells(single, self._preconditioner, self.free)
+            under_load = self.problem.approach is None
+            self._cells = self._linear.on(self.free, under_load=under_load)
         if self.iterations == 0:
-            return _FIRST if self.residual < _NEAR else _UNSETTLED
-        return _SETTLED if changed <= _FEW * np.count_nonzero(self.free) else _UNSETTLED
+            return _FIRST if self.residual < _NEAR else _WHILE_CHANGING
+        return _AT_LAST if changed <= _FEW * np.count_nonzero(self.free) else _WHILE_CHANGING

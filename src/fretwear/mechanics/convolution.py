@@ -8,6 +8,11 @@ rounding.
 A DCT-II of n numbers and as many zeros is never made as such: its even frequencies are the DCT-II
 of the n numbers, its odd ones their DCT-IV. Half as long and without the zeros, both together
 take less time, and the spectra of the four parities of two axes are fields of the window's shape.
+
+Transforms are made by ducc0 where it is installed, which is up to twice as fast here, else by
+scipy.fft; both give the same to rounding. None is normalized: a cosine transform and its inverse
+(III undoes II, IV undoes itself) together multiply by twice the number of cells along each of the
+axes, a Fourier transform and its inverse by the number of cells.
 """
 
 from __future__ import annotations
@@ -19,9 +24,17 @@ from typing import Any, Generic
 
 import numpy as np
 import scipy.fft
+from numpy.typing import NDArray
 
-from fretwear.mechanics.arrays import Array, Real, Single, Spectrum, blocks_of_rows
-from fretwear.mechanics.transforms import dct2, dct3, dct4, fft, ifft, irfft, rfft
+from fretwear.mechanics.geometry import Array, Real, Single
+from fretwear.mechanics.kernels import blocks_of_rows
+
+try:
+    import ducc0
+except ImportError:
+    ducc0 = None
+
+Spectrum = NDArray[np.complexfloating[Any, Any]]
 
 _BLOCK_BYTES = 2**18
 
@@ -100,23 +113,23 @@ class CosineConvolution(Convolution[Real]):
 
     def __call__(self, field: Real) -> Real:
         """The convolution of a field, which is left as it is."""
-        even = dct2(field, (0,), self._workers, into=np.empty_like(field))
-        odd = dct4(field, (0,), self._workers, into=self._odd)
+        even = dct(2, field, (0,), self._workers, into=np.empty_like(field))
+        odd = dct(4, field, (0,), self._workers, into=self._odd)
         for parity, spectra in zip((even, odd), self._spectra, strict=True):
             for rows in self._blocks:
                 self._convolve_rows(parity[rows], spectra[0][rows], spectra[1][rows])
-        dct3(even, (0,), self._workers)
-        even += dct4(odd, (0,), self._workers)
+        dct(3, even, (0,), self._workers)
+        even += dct(4, odd, (0,), self._workers)
         return even
 
     def _convolve_rows(self, field: Real, even: Real, odd: Real) -> None:
         """Multiply rows by spectra of the even and the odd frequencies along y, in place."""
-        between = dct4(field, (1,), self._workers, into=self._between[: len(field)])
+        between = dct(4, field, (1,), self._workers, into=self._between[: len(field)])
         between *= odd
-        dct4(between, (1,), self._workers)
-        dct2(field, (1,), self._workers)
+        dct(4, between, (1,), self._workers)
+        dct(2, field, (1,), self._workers)
         field *= even
-        dct3(field, (1,), self._workers)
+        dct(3, field, (1,), self._workers)
         field += between
 
     # Memory that was used a moment ago is faster than new memory, and so are blocks of rows that
@@ -143,9 +156,9 @@ class CosineConvolution(Convolution[Real]):
         return result
 
     def _divided(self, inverse_spectrum: Real, field: Real) -> Real:
-        dct2(field, (0, 1), self._workers)
+        dct(2, field, (0, 1), self._workers)
         field *= inverse_spectrum
-        dct3(field, (0, 1), self._workers)
+        dct(3, field, (0, 1), self._workers)
         return field
 
 
@@ -192,7 +205,7 @@ class FourierConvolution(Convolution[Real]):
         columns[nx:] = 0.0
         fft(columns, self._workers)
         columns *= self._spectrum
-        ifft(columns, self._workers)
+        fft(columns, self._workers, forward=False)
         result: Real = irfft(columns[:nx], 2 * ny, self._workers)[:, :ny].copy()
         return result
 
@@ -216,6 +229,76 @@ class FourierConvolution(Convolution[Real]):
         columns = rfft(field, self._workers)
         fft(columns, self._workers)
         columns *= inverse_spectrum
-        ifft(columns, self._workers)
+        fft(columns, self._workers, forward=False)
         result: Real = irfft(columns, self._shape[1], self._workers)
         return result
+
+
+def dct(
+    kind: int, field: Real, axes: tuple[int, ...], workers: int = 1, into: Real | None = None
+) -> Real:
+    """Discrete cosine transform of a field.
+
+    II is 2 ∑ fⱼ cos(πk(2j + 1)/2n), III is f₀ + 2 ∑ fₖ cos(πk(2j + 1)/2n) with the sum over k > 0,
+    IV is 2 ∑ fⱼ cos(π(2k + 1)(2j + 1)/4n).
+
+    Parameters
+    ----------
+    kind
+        2, 3 or 4.
+    field
+        Contiguous along its last axis.
+    axes
+        Which to transform.
+    workers
+        Threads.
+    into
+        Room for the result, of the field's shape, if it is not to take the field's place.
+
+    Returns
+    -------
+    The result. It lies in the field's place or in the room given; scipy.fft makes room of its own.
+    """
+    if ducc0 is not None:
+        target = field if into is None else into
+        ducc0.fft.dct(field, axes=axes, type=kind, out=target, nthreads=workers)
+        return target
+    in_place = into is None
+    result: Real = scipy.fft.dctn(
+        field, type=kind, axes=axes, overwrite_x=in_place, workers=workers
+    )
+    return _put(result, field) if in_place else result
+
+
+def rfft(rows: Real, workers: int = 1) -> Spectrum:
+    """Fourier transform of real rows: their non-negative frequencies."""
+    result: Spectrum
+    if ducc0 is not None:
+        result = ducc0.fft.r2c(rows, axes=(1,), nthreads=workers)
+    else:
+        result = scipy.fft.rfft(rows, axis=1, workers=workers)
+    return result
+
+
+def irfft(spectrum: Spectrum, count: int, workers: int = 1) -> Any:
+    """Real rows of so many cells from their non-negative frequencies: `rfft` undone."""
+    if ducc0 is not None:
+        return ducc0.fft.c2r(spectrum, axes=(1,), lastsize=count, forward=False, nthreads=workers)
+    return scipy.fft.irfft(spectrum, n=count, axis=1, norm="forward", workers=workers)
+
+
+def fft(columns: Spectrum, workers: int = 1, *, forward: bool = True) -> None:
+    """Fourier transform of columns in place, or its inverse."""
+    if ducc0 is not None:
+        ducc0.fft.c2c(columns, axes=(0,), forward=forward, out=columns, nthreads=workers)
+        return
+    transform = scipy.fft.fft if forward else scipy.fft.ifft
+    norm = "backward" if forward else "forward"
+    _put(transform(columns, axis=0, norm=norm, overwrite_x=True, workers=workers), columns)
+
+
+def _put(result: NDArray[Any], target: NDArray[Any]) -> Any:
+    """Copy a result to where it belongs, unless it was made there."""
+    if not np.may_share_memory(result, target):
+        target[...] = result
+    return target

@@ -1,82 +1,137 @@
-"""The linear problem of the free cells, in single precision.
+"""The linear problem of the free cells of a grid, in single precision.
 
-Find a pressure s on the free cells, zero on all others and in sum, and a number α with
+`fretwear.mechanics.geometry.FreeCells` says what the problem is; conjugate gradients solve it, and
+what rounding leaves, the caller sees in the next residual.
 
-    (K + diag c) s = r − α   on the free cells.
-
-All is relative: displacements to some unit, K and the tangent c of a layer to the influence of a
-cell on itself. What rounding leaves, the caller sees in the next residual.
+The preconditioner inverts K + diag c nearly. Where c is uniform, the spectrum of the half-space
+does that. The layer of a wear step is not uniform: nothing wears in the stick zone, while in the
+slip zone the layer is softer than the half-space under waves of a cell's length and stiffer under
+those of the contact's. So two uniform layers are inverted, none and the mean one, and each cell
+takes from both in parts that depend on its own c: an additive Schwarz method whose parts overlap
+(Smith, Bjørstad and Gropp, "Domain Decomposition", Cambridge University Press, 1996).
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import sqrt
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fretwear.mechanics import passes
-from fretwear.mechanics.arrays import Array, Mask, Single
-from fretwear.mechanics.convolution import Convolution
-from fretwear.mechanics.preconditioner import Preconditioner
+from fretwear.mechanics import kernels
+from fretwear.mechanics.geometry import Array, Index, Mask, Single, Step
+
+if TYPE_CHECKING:
+    from fretwear.mechanics.convolution import Convolution
+    from fretwear.mechanics.geometry.grid import GridHalfSpace
 
 _LARGEST_ITERATIONS = 40
+# Below the first mean tangent a single layer, stiffer by the second for its scaling, does; above,
+# shares grow with the tangent around the third.
+_SOFT = 0.3
+_STIFFENING = 3.0
+_HALF_SHARE = 2.0
 
 
 @dataclass(frozen=True)
-class Step:
-    """An approximate solution.
+class _Part:
+    """The bodies with a uniform layer, the cells that they are given on, their shares."""
 
-    Attributes
-    ----------
-    pressure, displacement
-        s and K s, shape of the window.
-    largest
-        Largest magnitude of the displacement.
-    missed
-        Sum of s, zero but for rounding.
-    iterations
-        Conjugate-gradient steps, each with one convolution.
-    """
-
-    pressure: Single
-    displacement: Single
-    largest: float
-    missed: float
-    iterations: int
+    cells: Index
+    share: Single
+    invert: Callable[[Single], Single]
 
 
-class FreeCells:
-    """A set of free cells.
+class Preconditioner:
+    """Approximate inverses of K + diag c on sets of free cells.
 
     Parameters
     ----------
-    convolve
-        K.
-    preconditioner
-        Of K + diag c: M, an approximate inverse on the free cells.
+    half_space
+        The bodies, K.
+    tangent
+        c in units of the influence of a cell on itself, shape of the window; None without a layer.
     free
-        The set.
+        The free cells, or nearly: by their tangents the uniform layers are chosen.
+    """
+
+    def __init__(self, half_space: GridHalfSpace, tangent: Single | None, free: Mask) -> None:
+        self.convolve = half_space.single
+        self.parts = _parts(half_space, tangent, free)
+
+    def on(self, free: Mask, *, under_load: bool = True) -> GridFreeCells:
+        """The linear problem of the free cells, under a given load or at a given approach."""
+        return GridFreeCells(self.convolve, self.parts, free, under_load=under_load)
+
+
+def _parts(half_space: GridHalfSpace, tangent: Single | None, free: Mask) -> list[_Part]:
+    """A part on the whole window, and one on the inner cells if they differ much."""
+    invert, inside = half_space.single.inverse, free.astype(np.float32)
+    grid = half_space.geometry
+    everywhere = grid.where(grid)
+    count = int(np.count_nonzero(free))
+    if tangent is None or not count:
+        return [_Part(everywhere, np.ones_like(inside), invert())]
+    mean = kernels.inner(tangent, inside) / count
+    if mean < _SOFT:
+        # Harder than the half-space nearly everywhere: one layer scaled to each cell's own.
+        uniform = count / kernels.inner(1.0 / (tangent + 1.0), inside) - 1.0
+        share = np.sqrt((_STIFFENING + uniform) / (_STIFFENING + tangent))
+        return [_Part(everywhere, share, invert(max(uniform, 0.0)))]
+    # The square of the layer's share grows with the tangent from none to all at the mean and falls
+    # again above; the other one is what lacks to one, none above.
+    soft = tangent / (tangent + np.float32(_HALF_SHARE))
+    soft *= np.float32((mean + _HALF_SHARE) / mean)
+    np.minimum(soft, 1.0, out=soft)
+    hard = np.sqrt(1.0 - soft)
+    soft *= np.minimum((np.float32(mean) + np.float32(1.0)) / (tangent + 1.0), 1.0)
+    np.sqrt(soft, out=soft)
+    inner = half_space.around(hard > 0)
+    cells = grid.where(inner.geometry)
+    hard = np.ascontiguousarray(hard[cells])
+    return [_Part(everywhere, soft, invert(mean)), _Part(cells, hard, inner.single.inverse())]
+
+
+class GridFreeCells:
+    """A set of free cells; see `fretwear.mechanics.geometry.FreeCells`.
 
     Attributes
     ----------
     uniform
-        M 1: the pressure under which the free cells sink alike, nearly.
+        M 1, M the preconditioner: the pressure under which the free cells sink alike, nearly.
     uniform_sum
         Its sum.
     """
 
     def __init__(
-        self,
-        convolve: Convolution[Single],
-        preconditioner: Preconditioner,
-        free: Mask,
+        self, convolve: Convolution[Single], parts: list[_Part], free: Mask, *, under_load: bool
     ) -> None:
         self._convolve = convolve
         self._inside = free.astype(np.float32)
-        self._precondition = preconditioner.on(self._inside)
         self._count = np.count_nonzero(free)
-        self.uniform, self.uniform_sum = self._precondition(self._inside)
+        # Cells that are not free have no share.
+        self._shares = [part.share * self._inside[part.cells] for part in parts]
+        self._parts = parts
+        self.uniform, self.uniform_sum = self.apply_preconditioner(self._inside)
+        if not under_load:
+            self.uniform, self.uniform_sum = np.zeros_like(self._inside), np.inf
+
+    def apply_preconditioner(self, residual: Single) -> tuple[Single, float]:
+        """The pressure for a residual gap, zero on all other cells; their inner product."""
+        found = [
+            part.invert(share * residual[part.cells])
+            for part, share in zip(self._parts, self._shares, strict=True)
+        ]
+        pressure = found[0]
+        added, corner = None, (0, 0)
+        if len(found) > 1:
+            rows, columns = self._parts[1].cells
+            added, corner = found[1], (rows.start, columns.start)
+        inner_share = None if added is None else self._shares[1]
+        energy = kernels.blend(self._shares[0], inner_share, added, corner, residual, pressure)
+        return pressure, energy
 
     def solve(
         self, residual: Array, unit: float, tangent: Single | None, reduction: float, enough: float
@@ -95,32 +150,33 @@ class FreeCells:
         reduction, enough
             The root mean square of the residual is to become so many times smaller, or so small.
         """
-        start = passes.relative(residual, unit, self._inside)
+        start = kernels.in_single(residual, unit)
+        start *= self._inside
         left, pressure = start.copy(), np.zeros_like(start)
         direction: Single | None = None
         alpha = target = energy = 0.0
-        uniform = passes.inner(self.uniform, left)
+        uniform = kernels.inner(self.uniform, left)
         iterations = 0
         while True:
             shift = uniform / self.uniform_sum
             alpha += shift
-            spread = sqrt(passes.lower(shift, self._inside, left) / self._count)
+            spread = sqrt(kernels.project_mean(shift, self._inside, left) / self._count)
             if iterations == 0:
                 target = max(reduction * spread, enough)
             elif spread <= target or iterations == _LARGEST_ITERATIONS:
                 break
             previous = energy
-            z, energy = self._precondition(left)
+            preconditioned, energy = self.apply_preconditioner(left)
             if not energy > 0:
                 break
             if direction is None:
-                direction = z
+                direction = preconditioned
             else:
-                passes.turn(energy / previous, z, direction)
+                kernels.update_direction(energy / previous, preconditioned, direction)
             force = self._convolve(direction)
             iterations += 1
-            length = energy / passes.respond(tangent, direction, force)
-            uniform = passes.follow(length, direction, force, self.uniform, pressure, left)
+            length = energy / kernels.add_layer(tangent, direction, force)
+            uniform = kernels.advance(length, direction, force, self.uniform, pressure, left)
         # What is left on other cells tells how far the step moves the surface there.
-        largest = passes.settle(start, tangent, pressure, alpha, left)
-        return Step(pressure, left, largest, passes.total(pressure), iterations)
+        largest = kernels.recover_displacement(start, tangent, pressure, alpha, left)
+        return Step(pressure, left, largest, kernels.total(pressure), iterations)

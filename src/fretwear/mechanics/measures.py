@@ -6,10 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fretwear.mechanics.arrays import Array, Mask
-from fretwear.mechanics.slip import Friction
-from fretwear.mechanics.state import State
-from fretwear.mechanics.window import Window
+from fretwear.mechanics.geometry import Array, Geometry, Mask
+from fretwear.mechanics.state import State, WearProblem
 
 CONTACT_GAP = 1e-5
 """Largest gap of a cell in contact, relative to the approach.
@@ -25,8 +23,10 @@ class Measures:
 
     Attributes
     ----------
-    approach, tangential_displacement
-        m.
+    approach
+        δ, m.
+    tangential_displacement
+        Of distant points along x at +Q relative to each other, µκ (δ − δ*), m.
     contact_half_width_x, contact_half_width_y, stick_half_width_x, stick_half_width_y
         Outermost edge on the axis, interpolated within a cell, m.
     contact_area, stick_area
@@ -36,7 +36,7 @@ class Measures:
     wear_volume, plastic_volume
         m³.
     dissipated_energy
-        In one cycle, J.
+        In one cycle, D = ∬ 4 µ p s dA, J.
     """
 
     approach: float
@@ -54,26 +54,27 @@ class Measures:
     dissipated_energy: float
 
 
-def measure(state: State, friction: Friction) -> Measures:
-    """Measure a state of the contact under a friction law."""
-    window, reduced = state.window, state.reduced
+def measure(problem: WearProblem, state: State) -> Measures:
+    """Measure a state of the contact."""
+    geometry, reduced, friction = state.geometry, state.reduced, problem.friction
     contact = in_contact(state)
     stick = reduced.stick
-    center = tuple(0 if window.quarter else n // 2 for n in window.shape)
     return Measures(
         approach=state.approach,
-        tangential_displacement=friction.tangential_displacement(state.approach, reduced),
-        contact_half_width_x=half_width(window, contact, state.gap, 0),
-        contact_half_width_y=half_width(window, contact, state.gap, 1),
-        stick_half_width_x=stick_half_width(window, reduced.pressure, 0),
-        stick_half_width_y=stick_half_width(window, reduced.pressure, 1),
-        contact_area=window.integral(contact.astype(float)),
-        stick_area=window.integral(stick.astype(float)),
+        tangential_displacement=problem.tangential_displacement(state.approach, reduced),
+        contact_half_width_x=half_width(geometry, contact, state.gap, 0),
+        contact_half_width_y=half_width(geometry, contact, state.gap, 1),
+        stick_half_width_x=stick_half_width(geometry, reduced.pressure, 0),
+        stick_half_width_y=stick_half_width(geometry, reduced.pressure, 1),
+        contact_area=geometry.integral(contact.astype(float)),
+        stick_area=geometry.integral(stick.astype(float)),
         peak_pressure=float(state.pressure.max()),
-        central_pressure=float(state.pressure[center]),
-        wear_volume=window.integral(state.wear),
-        plastic_volume=window.integral(state.plastic),
-        dissipated_energy=friction.dissipated_energy(window, state.pressure, reduced),
+        central_pressure=float(state.pressure[geometry.along(0)[0]][0]),
+        wear_volume=geometry.integral(state.wear),
+        plastic_volume=geometry.integral(state.plastic),
+        dissipated_energy=4.0
+        * friction.coefficient
+        * geometry.integral(state.pressure * problem.slip(reduced)),
     )
 
 
@@ -87,7 +88,7 @@ def in_contact(state: State) -> Mask:
     return result
 
 
-def half_width(window: Window, inside: Mask, gap: Array, axis: int) -> float:
+def half_width(geometry: Geometry, inside: Mask, gap: Array, axis: int) -> float:
     """Distance of the outermost edge of a zone from the origin along an axis, m.
 
     Beyond the edge of an elastic contact the gap grows with the power 3/2 of the distance; the
@@ -96,7 +97,7 @@ def half_width(window: Window, inside: Mask, gap: Array, axis: int) -> float:
 
     Parameters
     ----------
-    window
+    geometry
         Where the fields are given.
     inside
         Cells of the zone.
@@ -109,22 +110,22 @@ def half_width(window: Window, inside: Mask, gap: Array, axis: int) -> float:
     -------
     float, m; 0 where the axis has no cell of the zone.
     """
-    along = _half_axis(window, axis)
+    along, distance = geometry.along(axis)
     zone = np.flatnonzero(inside[along])
     if zone.size == 0:
         return 0.0
-    spacing = window.spacing[axis]
     last = int(zone[-1])
-    center = (last + 0.5) * spacing
     outside = gap[along][last + 1 : last + 3]
     if outside.size < 2:
-        return center + 0.5 * spacing
+        return _border(distance, last)
     near, far = np.cbrt(outside) ** 2
-    beyond = float(near / (far - near)) if far > near else 0.5
-    return center + spacing * (1.0 - min(max(beyond, 0.0), 1.0))
+    center, first, second = (float(each) for each in distance[last : last + 3])
+    # Equal gaps say nothing of the edge.
+    edge = first - near / (far - near) * (second - first) if far > near else 0.5 * (center + first)
+    return float(min(max(edge, center), first))
 
 
-def stick_half_width(window: Window, pressure: Array, axis: int) -> float:
+def stick_half_width(geometry: Geometry, pressure: Array, axis: int) -> float:
     """Distance of the outermost edge of the stick zone from the origin along an axis, m.
 
     Near its edge the square of the pressure at the reduced load falls linearly in the square of
@@ -134,7 +135,7 @@ def stick_half_width(window: Window, pressure: Array, axis: int) -> float:
 
     Parameters
     ----------
-    window
+    geometry
         Where the pressure is given.
     pressure
         p*, Pa, zero outside the stick zone.
@@ -145,22 +146,22 @@ def stick_half_width(window: Window, pressure: Array, axis: int) -> float:
     -------
     float, m; 0 where the axis has no cell that sticks.
     """
-    line = pressure[_half_axis(window, axis)]
+    along, distance = geometry.along(axis)
+    line = pressure[along]
     zone = np.flatnonzero(line > 0)
     if zone.size == 0:
         return 0.0
-    spacing = window.spacing[axis]
     last = int(zone[-1])
-    center = (last + 0.5) * spacing
-    edge = center + 0.5 * spacing
+    center, border = float(distance[last]), _border(distance, last)
+    edge = border
     if last >= 2 and line[last - 1] > 0 and line[last - 2] > line[last - 1]:
         near, far = line[last - 1] ** 2, line[last - 2] ** 2
-        inner, innermost = ((last - 0.5) * spacing) ** 2, ((last - 1.5) * spacing) ** 2
+        inner, innermost = distance[last - 1] ** 2, distance[last - 2] ** 2
         edge = float(np.sqrt(inner + (inner - innermost) * near / (far - near)))
-    return min(max(edge, center), center + spacing)
+    return min(max(edge, center), 2.0 * border - center)
 
 
-def _half_axis(window: Window, axis: int) -> tuple[slice | int, slice | int]:
-    """Index of the cells on the positive half of an axis, or nearest to it."""
-    first = [0 if window.quarter else n // 2 for n in window.shape]
-    return (slice(first[0], None), first[1]) if axis == 0 else (first[0], slice(first[1], None))
+def _border(distance: Array, last: int) -> float:
+    """Outer border of a cell on an axis, halfway to the next one, m."""
+    inner, outer = (last, last + 1) if last + 1 < distance.size else (last - 1, last)
+    return float(distance[last] + 0.5 * (distance[outer] - distance[inner]))

@@ -1,30 +1,32 @@
-"""Partial slip from a second normal contact at a reduced load.
+"""Partial slip from a second normal contact at a reduced load, and the wear that it drives.
 
 Ciavarella (1998) and Jäger (1998): for equal bodies under P = const and Q rising to its
 amplitude, the shear traction is µ (p − p*), where p* is the normal pressure of the same shape at
 the load P* = P − Q/µ. The contact of that problem is the stick zone, its gap g* gives the slip
 s = µκ g*, κ = E*/G*.
+
+The wear of one implicit step is a layer between the bodies, because more pressure on a cell means
+a deeper cell.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 
-from fretwear.mechanics.arrays import Array, Mask
-from fretwear.mechanics.contact import solve_contact
-from fretwear.mechanics.contact_problem import ContactProblem
-from fretwear.mechanics.halfspace import HalfSpace
-from fretwear.mechanics.layers import Layer, WearLayer, WinklerLayer
-from fretwear.mechanics.window import Window
-from fretwear.theory import HertzContact
+from fretwear.mechanics import kernels
+from fretwear.mechanics.contact import ContactProblem, Layer, solve_contact
+from fretwear.mechanics.geometry import Array, HalfSpace, Mask, Real, Single
+from fretwear.parts import Part
 
-_FIRST_TOLERANCE = 1e-8
-_TOLERANCE = 1e-7
+if TYPE_CHECKING:
+    from fretwear.mechanics.state import WearProblem
+
 _COARSE = 1e-2
-_MARGIN = 4
+# From here on, displacements in single precision are good enough beyond the stick zone.
+_SINGLE_IS_ENOUGH = 1e-6
 
 
 @dataclass(frozen=True)
@@ -34,7 +36,7 @@ class ReducedContact:
     Attributes
     ----------
     pressure, gap
-        p*, Pa, and g*, m, shape of the window; the gap is exactly zero in the stick zone.
+        p*, Pa, and g*, m, shape of the geometry; the gap is exactly zero in the stick zone.
     approach
         δ*, m.
     convolutions
@@ -53,118 +55,108 @@ class ReducedContact:
         return result
 
 
-@dataclass(frozen=True)
-class Friction:
-    """Coulomb friction of elastically similar bodies.
+class SlipModel(Part):
+    """How slip follows from the contact, and how wear follows from slip within a step.
 
-    Parameters
+    A model says what the reduced contact is. As it stands here, slip is constant within a step;
+    one whose slip follows the shape says so and how its gap grows.
+
+    Attributes
     ----------
-    coefficient
-        µ.
-    coupling
-        κ = E*/G*.
+    follows_shape
+        Whether plastic flow of the shape changes the reduced contact.
     """
 
-    coefficient: float
-    coupling: float
-
-    def shear_traction(self, pressure: Array, reduced: ReducedContact) -> Array:
-        """Traction along x at +Q, Pa: µ p in the slip zone, µ (p − p*) in the stick zone."""
-        return self.coefficient * (pressure - reduced.pressure)
-
-    def slip(self, reduced: ReducedContact) -> Array:
-        """Slip amplitude from 0 to Q, m: s = µκ g*; a whole cycle travels 4 s."""
-        return self.coefficient * self.coupling * reduced.gap
-
-    def tangential_displacement(self, approach: float, reduced: ReducedContact) -> float:
-        """Relative displacement of distant points along x at +Q, m: µκ (δ − δ*)."""
-        return self.coefficient * self.coupling * (approach - reduced.approach)
-
-    def dissipated_energy(self, window: Window, pressure: Array, reduced: ReducedContact) -> float:
-        """Energy that one cycle dissipates in the contact, J: D = ∬ 4 µ p s dA."""
-        slip = self.slip(reduced)
-        return 4.0 * self.coefficient * window.integral(pressure * slip)
-
-
-class SlipModel(Protocol):
-    """How slip follows from the contact, and how wear follows from slip within a step."""
-
-    @property
-    def follows_shape(self) -> bool:
-        """Whether plastic flow of the shape changes the reduced contact."""
-        ...
+    follows_shape: ClassVar[bool] = False
 
     def reduced(
-        self, half_space: HalfSpace, shape: Array, start: Array | None = None, slack: float = 1.0
+        self,
+        problem: WearProblem,
+        half_space: HalfSpace,
+        shape: Array,
+        start: Array | None = None,
+        tolerance: float = 1e-8,
     ) -> ReducedContact:
         """The reduced contact of a shape, m.
 
-        ``start`` is a guess of its pressure, Pa, ``slack`` the tolerance in units of the usual one.
+        ``start`` is a guess of its pressure, Pa; ``tolerance`` as of `solve_contact`.
         """
-        ...
+        raise NotImplementedError
 
     def wear_layer(
-        self, wear: Array, gap: Array, shift: Array | None, exponent: Array, rate: float
+        self,
+        wear: Array,
+        gap: Array,
+        shift: Array | None,  # noqa: ARG002 - the reduced contact never shifts
+        exponent: Array,
+        rate: float,
     ) -> Layer:
-        """Wear depth at the end of a stage against pressure; see `WearLayer`."""
-        ...
+        """Wear depth at the end of a stage against pressure; see `WearLayer`.
 
-    def gap_after(self, gap: Array, wear: Array) -> Array:
+        Where slip is constant, in proportion to ∫p dN.
+        """
+        return WinklerLayer(rate * gap, wear + exponent * gap)
+
+    def gap_after(self, gap: Array, wear: Array) -> Array:  # noqa: ARG002 - slip is constant
         """g*, m, after wear by ``wear``, m, outside the stick zone and no plastic flow."""
-        ...
+        return gap
 
 
 @dataclass(frozen=True)
-class JaegerSlip:
-    """Slip of the current shape from the reduced-load problem.
+class Jaeger(SlipModel):
+    """Slip of the worn shape, from its contact at the reduced load."""
 
-    Parameters
-    ----------
-    load
-        P* = P − Q/µ, N.
-    """
-
-    load: float
-    follows_shape: bool = True
+    kind: Literal["jaeger"] = "jaeger"
+    told_as: ClassVar[str] = "slip of the worn shape"
+    follows_shape: ClassVar[bool] = True
 
     def reduced(
-        self, half_space: HalfSpace, shape: Array, start: Array | None = None, slack: float = 1.0
+        self,
+        problem: WearProblem,
+        half_space: HalfSpace,
+        shape: Array,
+        start: Array | None = None,
+        tolerance: float = 1e-8,
     ) -> ReducedContact:
         """Solve the normal contact of the shape at the reduced load.
 
-        The stick zone is smaller than the contact: the problem is solved on a window that holds
-        the start and a margin, and again on a larger one if the zone wants to leave it.
+        The stick zone is smaller than the contact: the problem is solved on a part of the cells
+        that holds the start and a margin, and again on a larger one if the zone wants to leave it.
         """
-        window = half_space.window
-        convolutions, tolerance = 0, slack * _TOLERANCE
+        geometry, load, convolutions = half_space.geometry, problem.stick_load, 0
         if start is None:
-            # An elastic run solves this once and lives on it for ever.
-            tolerance = _FIRST_TOLERANCE
-            problem = ContactProblem(half_space, shape, self.load)
-            coarse = solve_contact(problem, None, _COARSE, verified=False)
+            contact = ContactProblem(half_space, shape, load)
+            coarse = solve_contact(contact, None, _COARSE, verified=False)
             start, convolutions = coarse.pressure, coarse.convolutions
         held: Mask = start > 0
         while True:
-            part = half_space.part(window.holding(held, _MARGIN))
-            size = part.window.shape
-            problem = ContactProblem(part, window.resized(shape, size), self.load)
-            contact = solve_contact(problem, window.resized(start, size), tolerance, verified=False)
-            pressure = part.window.resized(contact.pressure, window.shape)
-            # The gap on the whole window comes from a convolution of its own; one in single
-            # precision is good enough beyond the part if the contact itself need not be better.
-            passing = slack > 1.0
-            displace = half_space.displacement_in_single if passing else half_space.displacement
-            gap = displace(pressure) + shape - contact.approach
-            if passing:
-                gap[window.part(size)] = contact.gap
-            convolutions += contact.convolutions + 1
-            missed = (gap < 0) & ~part.window.covered(window.shape)
+            bodies = half_space.around(held)
+            part = bodies.geometry
+            found = solve_contact(
+                ContactProblem(bodies, geometry.resized(shape, part), load),
+                geometry.resized(start, part),
+                tolerance,
+                verified=False,
+            )
+            pressure = part.resized(found.pressure, geometry)
+            # The gap on all cells comes from a convolution of its own; one in single precision is
+            # good enough beyond the part if the contact itself need not be better.
+            inside = geometry.where(part)
+            if tolerance >= _SINGLE_IS_ENOUGH:
+                moved, unit = half_space.relative_displacement(pressure)
+                gap = np.multiply(moved, unit, dtype=np.float64) + shape - found.approach
+                gap[inside] = found.gap
+            else:
+                gap = half_space.displacement(pressure) + shape - found.approach
+            convolutions += found.convolutions + 1
+            missed = gap < 0
+            missed[inside] = False
             if not missed.any():
                 break
             held, start = held | missed, pressure
         # Noise in the stick zone would grow with wear like exp(β∫p dN): zero means zero.
         gap = np.where(pressure > 0, 0.0, np.maximum(gap, 0.0))
-        return ReducedContact(pressure, gap, contact.approach, convolutions)
+        return ReducedContact(pressure, gap, found.approach, convolutions)
 
     def wear_layer(
         self, wear: Array, gap: Array, shift: Array | None, exponent: Array, rate: float
@@ -178,44 +170,118 @@ class JaegerSlip:
 
 
 @dataclass(frozen=True)
-class CattaneoMindlinSlip:
+class CattaneoMindlin(SlipModel):
     """Slip of the unworn smooth sphere, whatever the shape: the model of simpler studies.
 
     Stick is a disc of the radius c = a (1 − Q/µP)^(1/3) for ever, slip the closed form of
     Hertzian contact; both ignore wear and roughness.
-
-    Parameters
-    ----------
-    hertz
-        Contact of the smooth sphere at the reduced load P* = P − Q/µ; its radius is c.
     """
 
-    hertz: HertzContact
-    follows_shape: bool = False
+    kind: Literal["cattaneo_mindlin"] = "cattaneo_mindlin"
+    told_as: ClassVar[str] = "slip of the unworn sphere"
 
     def reduced(
         self,
+        problem: WearProblem,
         half_space: HalfSpace,
-        shape: Array,  # noqa: ARG002 - the model does not look at the shape
+        shape: Array,  # noqa: ARG002 - the model does not depend on it
         start: Array | None = None,  # noqa: ARG002
-        slack: float = 1.0,  # noqa: ARG002
+        tolerance: float = 1e-8,  # noqa: ARG002
     ) -> ReducedContact:
         """Hertz pressure and gap of the disc of radius c."""
-        window = half_space.window
-        r = np.hypot(*np.meshgrid(window.x, window.y, indexing="ij"))
-        return ReducedContact(self.hertz.pressure(r), self.hertz.gap(r), self.hertz.approach)
+        hertz, geometry = problem.stick_contact, half_space.geometry
+        r = np.hypot(*np.meshgrid(geometry.x, geometry.y, indexing="ij"))
+        return ReducedContact(hertz.pressure(r), hertz.gap(r), hertz.approach)
 
-    def wear_layer(
-        self,
-        wear: Array,
-        gap: Array,
-        shift: Array | None,  # noqa: ARG002 - the reduced contact never shifts
-        exponent: Array,
-        rate: float,
-    ) -> Layer:
-        """Wear in proportion to ∫p dN, because slip is constant."""
-        return WinklerLayer(rate * gap, wear + exponent * gap)
 
-    def gap_after(self, gap: Array, wear: Array) -> Array:  # noqa: ARG002
-        """Slip never changes."""
-        return gap
+@dataclass(frozen=True)
+class WinklerLayer:
+    """A linear layer: displacement ``offset + compliance · p``.
+
+    Parameters
+    ----------
+    compliance
+        m/Pa, shape of the geometry, not negative.
+    offset
+        Displacement without pressure, m, same shape.
+    """
+
+    compliance: Array
+    offset: Array
+
+    def displacement(self, pressure: Array) -> Array:
+        """Displacement, m, under a pressure, Pa."""
+        return self.offset + self.compliance * pressure
+
+    def add_displacement(self, pressure: Array, result: Array) -> None:
+        """Add the displacement, m, under a pressure, Pa, to a field."""
+        result += self.displacement(pressure)
+
+    def tangent_in(self, unit: float, pressure: Array) -> Single:  # noqa: ARG002 - a line's
+        """Derivative of the displacement in some unit, m/Pa."""
+        return (self.compliance / unit).astype(np.float32)
+
+
+@dataclass(frozen=True)
+class WearLayer:
+    """Wear depth at the end of an implicit stage as a function of the pressure there.
+
+    With the gap g* of the reduced-load problem, dW/dN = β p g* and dg*/dN = β p g* + dG/dN,
+    where G = g* − W changes by plastic flow only. For x = β∫p dN over the stage and G linear
+    in x, both integrate in closed form::
+
+        g* = eˣ g*₀ + ΔG φ(x),   W = W₀ + (eˣ − 1) g*₀ + ΔG (φ(x) − 1),   φ(x) = (eˣ − 1)/x
+
+    and x = x₀ + τ p with the stage's pressure p. Written for g* alone, an implicit step
+    diverges where τp > 1; written for x it is a convex problem for every step.
+
+    Parameters
+    ----------
+    wear
+        Wear depth W₀ at the start of the stage, m.
+    reduced_gap
+        g*₀ at the start of the stage, m, not negative.
+    shift
+        ΔG over the stage, m.
+    exponent
+        x₀, the part of the exponent that is already known.
+    rate
+        τ, 1/Pa.
+    """
+
+    wear: Array
+    reduced_gap: Array
+    shift: Array | None
+    exponent: Array
+    rate: float
+
+    def displacement(self, pressure: Array) -> Array:
+        """Wear depth, m, under a pressure, Pa; never less than at the start of the stage."""
+        result = np.zeros_like(pressure)
+        self.add_displacement(pressure, result)
+        return result
+
+    def add_displacement(self, pressure: Array, result: Array) -> None:
+        """Add the wear depth, m, under a pressure, Pa, to a field."""
+        kernels.wear(
+            pressure,
+            self.rate,
+            self.exponent,
+            self.wear,
+            self.reduced_gap,
+            self.shift,
+            result,
+        )
+
+    def tangent(self, pressure: Array) -> Array:
+        """Derivative of the wear depth, m/Pa; not negative."""
+        return self._put_tangent(pressure, 1.0, np.empty_like(pressure))
+
+    def tangent_in(self, unit: float, pressure: Array) -> Single:
+        """Derivative of the wear depth in some unit, m/Pa; not negative."""
+        return self._put_tangent(pressure, unit, np.empty(pressure.shape, np.float32))
+
+    def _put_tangent(self, pressure: Array, unit: float, result: Real) -> Real:
+        factor, gap = self.rate / unit, self.reduced_gap
+        kernels.wear_slope(pressure, self.rate, self.exponent, gap, self.shift, factor, result)
+        return result

@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import isfinite
+from typing import Any
 
-from fretwear.mechanics.arrays import Array
-from fretwear.mechanics.halfspace import HalfSpace, half_space
-from fretwear.mechanics.slip import Friction, ReducedContact, SlipModel
-from fretwear.mechanics.surfaces import Surface
-from fretwear.mechanics.window import Window
+import numpy as np
 
-CONTACT_TOLERANCE = 1e-6
+from fretwear.mechanics.contact import is_finite
+from fretwear.mechanics.geometry import Array, Geometry, HalfSpace, Workspace
+from fretwear.mechanics.geometry.grid import Grid
+from fretwear.mechanics.loading import Loading
+from fretwear.mechanics.materials import Bodies, Friction
+from fretwear.mechanics.slip import ReducedContact, SlipModel
+from fretwear.mechanics.surfaces import Indenter, Roughness
+from fretwear.mechanics.wear_laws import WearLaw
+from fretwear.theory import HertzContact
 
 
 @dataclass(frozen=True)
@@ -19,18 +25,12 @@ class WearProblem:
 
     Parameters
     ----------
-    surface
-        The unworn gap.
-    composite_modulus
-        E*, Pa.
-    load
-        Normal load P, N.
-    friction
-        Coulomb friction.
-    slip_model
-        How slip follows from the contact.
-    wear_coefficient
-        Archard's K_w, 1/Pa: worn depth per pressure and sliding distance.
+    indenter, roughness
+        The unworn gap; no roughness where smooth.
+    bodies, loading, friction
+        What deforms, what is imposed, what resists slip.
+    wear_law, slip_model
+        What is worn, and how slip follows from the contact.
     limit
         Largest pressure, Pa; infinite when elastic.
     spacing
@@ -41,109 +41,205 @@ class WearProblem:
         Whether to compute the quarter x > 0, y > 0 only.
     workers
         Threads of one transform.
+    geometry
+        What cells to compute on.
     """
 
-    surface: Surface
-    composite_modulus: float
-    load: float
+    indenter: Indenter
+    roughness: Roughness | None
+    bodies: Bodies
+    loading: Loading
     friction: Friction
+    wear_law: WearLaw
     slip_model: SlipModel
-    wear_coefficient: float
     limit: float
     spacing: tuple[float, float]
     extent: tuple[float, float]
     quarter: bool = True
     workers: int = 1
+    geometry: type[Geometry] = Grid
+
+    @property
+    def load(self) -> float:
+        """P, N."""
+        return self.loading.load
+
+    @property
+    def stick_load(self) -> float:
+        """Reduced load P* = P − Q/µ, N."""
+        return self.loading.stick_load(self.friction)
+
+    @property
+    def wear_coefficient(self) -> float:
+        """Worn depth per pressure and sliding distance K, 1/Pa."""
+        return self.wear_law.coefficient(self.friction)
 
     @property
     def growth_rate(self) -> float:
-        """β = 4 K_w µκ, 1/Pa per cycle: relative growth of g* per unit pressure."""
-        return 4.0 * self.wear_coefficient * self.friction.coefficient * self.friction.coupling
+        """β = 4 K µκ, 1/Pa per cycle: relative growth of g* per unit pressure."""
+        return 4.0 * self.wear_coefficient * self.friction.coefficient * self.bodies.coupling
 
-    def half_space(self, window: Window) -> HalfSpace:
-        """The elastic bodies on a window."""
-        return half_space(window, self.composite_modulus, self.workers)
+    @property
+    def stick_contact(self) -> HertzContact:
+        """The unworn smooth contact at the reduced load."""
+        radius = self.indenter.curvature_radius
+        return HertzContact(radius, self.stick_load, self.bodies.composite_modulus)
+
+    def half_space(self, geometry: Any, parts: dict[Any, Any] | None = None) -> HalfSpace:
+        """The elastic bodies on the cells of a geometry."""
+        modulus = self.bodies.composite_modulus
+        half_space: HalfSpace = geometry.half_space(modulus, self.workers, parts)
+        return half_space
+
+    def unworn(self, geometry: Any) -> Array:
+        """Gap at zero load and zero approach, m, on the cells of a geometry."""
+        x, y = geometry.x[:, None], geometry.y[None, :]
+        gap = self.indenter.gap(x, y)
+        return gap if self.roughness is None else gap + self.roughness.height(x, y)
+
+    @property
+    def wavelengths(self) -> tuple[float, float] | None:
+        """How far away the next asperity tip lies along x and y, m; None where smooth."""
+        if self.roughness is None:
+            return None
+        x, y = (each if isfinite(each) else 0.0 for each in self.roughness.wavelengths)
+        return x, y
+
+    def reach(self, approach: float) -> tuple[float, float]:
+        """Distance along x and y beyond which the unworn surface lies above an approach, m."""
+        height = approach + (0.0 if self.roughness is None else self.roughness.highest)
+        found, nothing = [], np.float64(0.0)
+        for axis in (0, 1):
+
+            def rises(distance: float, axis: int = axis) -> bool:
+                place = np.float64(distance)
+                at = (place, nothing) if axis == 0 else (nothing, place)
+                return bool(self.indenter.gap(*at) >= height)  # type: ignore[arg-type]
+
+            low, high = 0.0, self.extent[axis]
+            while not rises(high):
+                low, high = high, 2.0 * high
+            while high - low > 1e-12 * high:
+                middle = 0.5 * (low + high)
+                low, high = (low, middle) if rises(middle) else (middle, high)
+            found.append(high)
+        return found[0], found[1]
+
+    def shear_traction(self, pressure: Array, reduced: ReducedContact) -> Array:
+        """Traction along x at +Q, Pa: µ p in the slip zone, µ (p − p*) in the stick zone."""
+        return self.friction.coefficient * (pressure - reduced.pressure)
+
+    def slip(self, reduced: ReducedContact) -> Array:
+        """Slip amplitude from 0 to Q, m: s = µκ g*; a whole cycle travels 4 s."""
+        return self.friction.coefficient * self.bodies.coupling * reduced.gap
+
+    def tangential_displacement(self, approach: float, reduced: ReducedContact) -> float:
+        """Relative displacement of distant points along x at +Q, m: µκ (δ − δ*)."""
+        return self.friction.coefficient * self.bodies.coupling * (approach - reduced.approach)
 
 
-@dataclass(frozen=True)
-class State:
+@dataclass(frozen=True, kw_only=True)
+class Stage:
+    """A contact that is consistent in itself: that of a state, or at the end of a stage.
+
+    Attributes
+    ----------
+    pressure, gap, wear, plastic
+        p, Pa; gap, wear depth and plastic depth, m; shape of the geometry.
+    approach
+        δ, m.
+    residual
+        Largest violation of the gap conditions relative to the largest displacement.
+    reduced
+        The contact at the reduced load, from which slip follows.
+    yielded
+        Whether plastic flow in the last stage changed the reduced contact.
+    """
+
+    pressure: Array
+    gap: Array
+    wear: Array
+    plastic: Array
+    approach: float
+    residual: float
+    reduced: ReducedContact
+    yielded: bool = False
+
+    @property
+    def source(self) -> Array:
+        """G = g* − W, m: changes by plastic flow only."""
+        result: Array = self.reduced.gap - self.wear
+        return result
+
+    @property
+    def is_finite(self) -> bool:
+        """Whether every field is finite everywhere."""
+        fields = (self.pressure, self.gap, self.wear, self.plastic, self.reduced.gap)
+        return all(is_finite(each) for each in fields)
+
+
+@dataclass(frozen=True, kw_only=True)
+class State(Stage):
     """The contact after a number of cycles; all that a later step needs.
 
     Attributes
     ----------
     cycle
         Number of cycles N; between the requested ones not an integer.
-    window
+    geometry
         Where the fields are given. Outside, nothing has touched yet.
-    pressure, gap, wear, plastic
-        p, Pa; gap, wear depth and plastic depth, m; shape of the window.
-    approach
-        δ, m.
-    reduced
-        The contact at the reduced load, from which slip follows.
     next_step
         Number of cycles that the next step should try.
     pressure_rate, source_rate
         How p, Pa, and G = g* − W, m, changed per cycle in the last step: where the next one
         starts to look.
-    yielded
-        Whether plastic flow changed the reduced contact in the last step.
     step
         How many steps were accepted so far.
     error_estimate
         Estimated error of the last step's wear relative to the wear volume.
-    residual
-        Largest violation of the gap conditions relative to the largest displacement.
     convolutions
         Half-space convolutions spent so far, rejected steps included.
     """
 
     cycle: float
-    window: Window
-    pressure: Array
-    gap: Array
-    wear: Array
-    plastic: Array
-    approach: float
-    reduced: ReducedContact
+    geometry: Grid
     next_step: float
     pressure_rate: Array
     source_rate: Array
-    yielded: bool = False
     step: int = 0
     error_estimate: float = 0.0
-    residual: float = 0.0
     convolutions: int = 0
 
-    def on(self, problem: WearProblem, window: Window) -> State:
-        """The same state on a larger window; its gaps are computed where they were not known."""
-        if window.shape == self.window.shape:
+    def on(self, workspace: Workspace, geometry: Grid) -> State:
+        """The same state on a larger geometry; its gaps are computed where they were not known."""
+        old = self.geometry
+        if geometry.shape == old.shape:
             return self
-        old, shape = self.window, window.shape
-        bodies, unworn = problem.half_space(window), problem.surface.shape(window)
+        ground, problem = workspace.on(geometry), workspace.problem
 
         def gap(pressure: Array, approach: float, known: Array) -> Array:
-            outer = bodies.displacement(old.resized(pressure, shape)) + unworn - approach
-            outer[old.covered(shape)] = known.ravel()
+            moved = ground.half_space.displacement(old.resized(pressure, geometry))
+            outer = moved + ground.unworn - approach
+            outer[geometry.where(old)] = known
             return outer
 
         if problem.slip_model.follows_shape:
             reduced = replace(
                 self.reduced,
-                pressure=old.resized(self.reduced.pressure, shape),
+                pressure=old.resized(self.reduced.pressure, geometry),
                 gap=gap(self.reduced.pressure, self.reduced.approach, self.reduced.gap),
             )
         else:
-            reduced = problem.slip_model.reduced(bodies, unworn)
+            reduced = problem.slip_model.reduced(problem, ground.half_space, ground.unworn)
         return replace(
             self,
-            window=window,
-            pressure=old.resized(self.pressure, shape),
+            geometry=geometry,
+            pressure=old.resized(self.pressure, geometry),
             gap=gap(self.pressure, self.approach, self.gap),
-            wear=old.resized(self.wear, shape),
-            plastic=old.resized(self.plastic, shape),
+            wear=old.resized(self.wear, geometry),
+            plastic=old.resized(self.plastic, geometry),
             reduced=reduced,
-            pressure_rate=old.resized(self.pressure_rate, shape),
-            source_rate=old.resized(self.source_rate, shape),
+            pressure_rate=old.resized(self.pressure_rate, geometry),
+            source_rate=old.resized(self.source_rate, geometry),
             convolutions=self.convolutions + 2,
         )

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from io import StringIO
 from pathlib import Path
 from typing import Any
@@ -27,11 +28,11 @@ from fretwear.report.results import (
     levels_of,
     marked_label,
     point_results,
+    span,
 )
 from fretwear.running.records import failures, log_end, spent_on_simulations
 from fretwear.study.parameters import parameter, value_text
 from fretwear.study.plan import Plan
-from fretwear.study.points import Axis
 from fretwear.study.problems import StudyError
 from fretwear.study.study import Study
 from fretwear.study.yamlfile import read_document
@@ -39,7 +40,7 @@ from fretwear.units import cycle_text, duration_text, fixed_digits, size_text
 from fretwear.vocabulary import RESULTS, PointStatus
 
 _MOST_ROWS = 2000
-_MOST_LISTED = 8
+_MOST_LISTED = 12
 _NUMERICS = {"cell_x", "cell_y", "tolerance", "slip_model"}
 _DERIVED = ("hertz_radius", "hertz_pressure", "")
 
@@ -134,9 +135,8 @@ def _lead(plan: Plan, results: Sequence[PointResult]) -> str:
     varied = ""
     if words and plan.study.design.kind == "grid":
         counts = [len(axis.values) for axis in plan.study.axes]
-        first, *others = [f"{n} of the {name}" for n, name in zip(counts, words, strict=True)]
-        first = first.replace(" of", " values of", 1)
-        varied = f", every combination of {_and([first, *others])}"
+        values = [f"{name} ({n} values)" for name, n in zip(words, counts, strict=True)]
+        varied = f", all combinations of {_and(values)}"
     elif words:
         varied = f" that vary {_and(words)}"
     done = sum(result.done for result in results)
@@ -151,7 +151,7 @@ def _lead(plan: Plan, results: Sequence[PointResult]) -> str:
 
 def _cycles(plan: Plan) -> str:
     counts = {case.cycles for case in plan.study.cases().values()}
-    return " to ".join(dict.fromkeys(cycle_text(end(counts)) for end in (min, max)))
+    return span(counts, cycle_text)
 
 
 def _and(parts: Sequence[str]) -> str:
@@ -160,9 +160,9 @@ def _and(parts: Sequence[str]) -> str:
 
 @dataclass(frozen=True)
 class ParameterRow:
-    """A parameter of the study: name in the study file (or none), words, values for people.
+    """A parameter of the study: its name in the study file (or none), words and values.
 
-    `choices` has each value of a varied parameter; a fixed one has none.
+    `choices` has the distinct values of a varied parameter, `values` as many as can be listed.
     """
 
     name: str
@@ -178,46 +178,36 @@ class ParameterRow:
 
 def parameter_rows(plan: Plan) -> list[ParameterRow]:
     """Return the varied parameters in the order of the study, the others, and derived values."""
-    varied = [_varied_row(axis) for axis in plan.study.axes]
+    rows = []
+    for axis in plan.study.axes:
+        name, labels = axis.coordinate, [level.label for level in levels_of(axis)]
+        choices = tuple(dict.fromkeys(labels))
+        text = _listed(name, axis.values, labels)
+        rows.append(ParameterRow(name, parameter(name).words, text, choices))
+    values: dict[str, list[Any]] = {}
     cases = list(plan.study.cases().values())
-    values: dict[str, list[float | str]] = {}
     for case in cases:
         for name, (value, *_) in case.scalar_coordinates().items():
             # The slopes of a smooth surface say nothing.
             if case.roughness or not name.startswith("roughness_slope"):
                 values.setdefault(name, []).append(value)
-    left_out = {row.name for row in varied} | _NUMERICS
-    stick = _values_text("hertz_radius", [case.stick_radius for case in cases])
-    return [
-        *varied,
-        *(
-            ParameterRow(name, parameter(name).words, _values_text(name, known))
-            for name, known in values.items()
-            if name not in left_out
-        ),
-        ParameterRow("", "stick radius of the smooth elastic sphere", stick),
-    ]
+    left_out = {row.name for row in rows} | _NUMERICS
+    for name, known in values.items():
+        if name not in left_out:
+            rows.append(ParameterRow(name, parameter(name).words, _listed(name, known)))
+    stick = _listed("hertz_radius", [case.stick_radius for case in cases])
+    return [*rows, ParameterRow("", "stick radius of the smooth elastic sphere", stick)]
 
 
-def _varied_row(axis: Axis) -> ParameterRow:
-    name, choices = axis.coordinate, tuple(dict.fromkeys(level.label for level in levels_of(axis)))
-    if len(choices) <= 2 * _MOST_LISTED:
-        text = ", ".join(choices)
-    elif all(isinstance(value, float | int) for value in axis.values):
-        low, high = (value_text(name, end(axis.values)) for end in (min, max))
-        text = f"{low} to {high} ({len(choices)} values)"
-    else:
-        text = f"{choices[0]}, {choices[1]}, … {choices[-1]} ({len(choices)} values)"
-    return ParameterRow(name, parameter(name).words, text, choices)
-
-
-def _values_text(name: str, values: Sequence[float | str]) -> str:
-    """Return the distinct values in order, or their range when there are many."""
-    distinct = list(dict.fromkeys(value_text(name, value) for value in values))
+def _listed(name: str, values: Sequence[Any], labels: Sequence[str] = ()) -> str:
+    """Return the distinct values in order, or the range of the numbers when there are many."""
+    distinct = list(dict.fromkeys(labels or [value_text(name, value) for value in values]))
     if len(distinct) <= _MOST_LISTED:
         return ", ".join(distinct)
-    numbers = [value for value in values if not isinstance(value, str) and math.isfinite(value)]
-    return f"{value_text(name, min(numbers))} to {value_text(name, max(numbers))}"
+    numbers = [v for v in values if isinstance(v, float | int) and math.isfinite(v)]
+    if numbers:
+        return f"{span(numbers, partial(value_text, name))} ({len(distinct)} values)"
+    return f"{distinct[0]}, {distinct[1]}, … {distinct[-1]} ({len(distinct)} values)"
 
 
 def _cases(body: Any, parameters: Sequence[ParameterRow], results: Sequence[PointResult]) -> Markup:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib.metadata
 import platform
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from fretwear.data.files import HISTORY_GROUP, CaseFile, opened_case
 from fretwear.figures.datasets import representative_cycles
+from fretwear.report.results import span
 from fretwear.units import MICROMETRE, number_text
 from fretwear.vocabulary import CONVOLUTIONS, CYCLE, ERROR_ESTIMATE, MAXIMUM_WEAR_DEPTH
 
@@ -181,15 +182,11 @@ def residuals(
 
 
 def computation_facts(records: Sequence[CaseRecord], done: int) -> dict[str, str]:
-    """Return what there is to say about the numerics of cases, by name.
+    """Return what there is to say about the numerics of the cases read, of `done` in all."""
 
-    Parameters
-    ----------
-    records : sequence of CaseRecord
-        The cases that were read.
-    done : int
-        How many have results.
-    """
+    def of(name: str, unit: float = 1.0) -> str:
+        return _range(record.parameters[name] / unit for record in records)
+
     libraries = [f"{name} {importlib.metadata.version(name)}" for name in _LIBRARIES]
     versions = {"Report made with": ", ".join([*libraries, f"Python {platform.python_version()}"])}
     if not records:
@@ -197,10 +194,10 @@ def computation_facts(records: Sequence[CaseRecord], done: int) -> dict[str, str
     errors = [record.history[ERROR_ESTIMATE.name] for record in records]
     worst = [number_text(value, 2) for value in np.max([r.residuals for r in records], axis=0)]
     facts = {
-        "Grid spacing along x": f"{_span(records, 'cell_x', MICROMETRE.size)} µm",
-        "Grid spacing along y": f"{_span(records, 'cell_y', MICROMETRE.size)} µm",
-        "Cells stored": _range([record.cells for record in records]),
-        "Tolerance of the wear integration": _span(records, "tolerance"),
+        "Grid spacing along x": f"{of('cell_x', MICROMETRE.size)} µm",
+        "Grid spacing along y": f"{of('cell_y', MICROMETRE.size)} µm",
+        "Cells stored": _range(record.cells for record in records),
+        "Tolerance of the wear integration": of("tolerance"),
         "Largest error estimate of a step": _range(
             [float(error[np.isfinite(error)].max(initial=0.0)) for error in errors]
         ),
@@ -218,10 +215,5 @@ def computation_facts(records: Sequence[CaseRecord], done: int) -> dict[str, str
     return facts | versions
 
 
-def _span(records: Sequence[CaseRecord], name: str, size: float = 1.0) -> str:
-    return _range([record.parameters[name] / size for record in records])
-
-
-def _range(values: Sequence[float]) -> str:
-    low, high = number_text(min(values), 4), number_text(max(values), 4)
-    return low if low == high else f"{low} to {high}"
+def _range(values: Iterable[float]) -> str:
+    return span(values, lambda value: number_text(value, 4))

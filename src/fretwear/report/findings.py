@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from fretwear.report.results import FIRST, LAST, PointResult, display_units, levels_of
+from fretwear.report.results import FIRST, LAST, PointResult, display_units, levels_of, span
 from fretwear.study.plan import Plan
 from fretwear.units import Unit, fixed_digits, number_text, with_unit
 from fretwear.vocabulary import MAXIMUM_WEAR_DEPTH, RESULTS
@@ -17,8 +17,9 @@ CENTRAL, ENERGY = "central_pressure", "dissipated_energy"
 EFFECTS_ON = (VOLUME, DEPTH, CONTACT, STICK, ENERGY)
 
 _UNCHANGED = 5e-3
+_NOTICEABLE = 5e-4
 _CEASED = 1e-3
-_ROUND_OFF = 5e-4
+_ROUND_OFF = 5e-6
 _DIGITS = 3
 
 
@@ -54,7 +55,7 @@ def key_numbers(results: Sequence[PointResult], cycles: str) -> dict[str, str]:
         "case simulated" if len(done) == 1 else "cases simulated": str(len(done)),
         "cycles each": cycles,
         f"{RESULTS[VOLUME].words} at the end": _told(VOLUME, LAST, done, display_units(done)),
-        f"growth of the {RESULTS[CONTACT].words}": _percent_range(growth),
+        f"growth of the {RESULTS[CONTACT].words}": _growth(growth),
     }
 
 
@@ -72,7 +73,7 @@ def summary_sentences(results: Sequence[PointResult]) -> Iterator[str]:
     # Smooth surfaces only: the centre of a rough one may be a valley.
     smooth = [result for result in done if result.smooth and result.first(CENTRAL) > 0.0]
     if smooth:
-        ratios = _ratio_range([result.ratio(CENTRAL) for result in smooth])
+        ratios = _factors([result.ratio(CENTRAL) for result in smooth])
         yield (
             f"On smooth surfaces the final {RESULTS[CENTRAL].words} is {ratios} times the initial "
             f"one, {_told(CENTRAL, LAST, smooth, units)}."
@@ -108,7 +109,7 @@ def _on_sticking(done: Sequence[PointResult]) -> Iterator[str]:
         if largest >= _UNCHANGED:
             change = _change(changes)
         else:
-            within = f", within {100.0 * largest:.1f}\u00a0%" if largest >= _ROUND_OFF else ""
+            within = f", within {_percent(largest)}\u00a0%" if largest >= _NOTICEABLE else ""
             change = f"does not change{within}"
         yield f"In the {_cases(len(changes))} {limit} the {words} {change}."
 
@@ -119,7 +120,7 @@ def _on_energy(done: Sequence[PointResult], units: Mapping[str, Unit]) -> str:
     ceased = len(done) - len(ratios)
     if not ratios:
         return f"{text} finally vanishes: wear has ceased."
-    text += f" finally {_ratio_range(ratios)} times that"
+    text += f" finally {_factors(ratios)} times that"
     if ceased:
         text += f"; in {_cases(ceased)} it vanishes, as wear has ceased"
     return f"{text}."
@@ -177,10 +178,10 @@ def _has_ceased(result: PointResult) -> bool:
 
 def _told(name: str, cycle: str, among: Sequence[PointResult], units: Mapping[str, Unit]) -> str:
     """Return a key result of some points, or its range, with the unit."""
-    values = [units[name].of(result.values[name, cycle]) for result in among]
-    text = _range(*(number_text(end(values), _DIGITS) for end in (min, max)))
-    is_factor = " to " in text and units[name].is_power
-    return with_unit(f"({text})" if is_factor else text, units[name])
+    unit = units[name]
+    values = [unit.of(result.values[name, cycle]) for result in among]
+    text = span(values, lambda value: number_text(value, _DIGITS))
+    return with_unit(f"({text})" if " to " in text and unit.is_power else text, unit)
 
 
 def _cases(count: int) -> str:
@@ -188,22 +189,20 @@ def _cases(count: int) -> str:
 
 
 def _change(fractions: Sequence[float]) -> str:
-    low, high = 100.0 * min(fractions), 100.0 * max(fractions)
-    if low >= -_ROUND_OFF:
-        return f"grows by {_range(f'{max(0.0, low):.1f}', f'{high:.1f}')}\u00a0%"
-    if high <= _ROUND_OFF:
-        return f"shrinks by {_range(f'{abs(min(0.0, high)):.1f}', f'{abs(low):.1f}')}\u00a0%"
-    return f"changes by {_percent_range(fractions)}"
+    if min(fractions) >= -_ROUND_OFF:
+        return f"grows by {span([max(0.0, f) for f in fractions], _percent)}\u00a0%"
+    if max(fractions) <= _ROUND_OFF:
+        return f"shrinks by {span([max(0.0, -f) for f in fractions], _percent)}\u00a0%"
+    return f"changes by {_growth(fractions)}"
 
 
-def _percent_range(fractions: Sequence[float]) -> str:
-    texts = [f"{100.0 * end(fractions):+.1f}".replace("-", "−") for end in (min, max)]
-    return f"{_range(*('0.0' if text[1:] == '0.0' else text for text in texts))}\u00a0%"
+def _growth(fractions: Sequence[float]) -> str:
+    return f"{span(fractions, lambda f: '+' * (f > 0.0) + _percent(f))}\u00a0%"
 
 
-def _ratio_range(ratios: Sequence[float]) -> str:
-    return _range(*(fixed_digits(end(ratios), _DIGITS) for end in (min, max)))
+def _percent(fraction: float) -> str:
+    return f"{100.0 * fraction:.1f}".replace("-", "−")
 
 
-def _range(low: str, high: str) -> str:
-    return low if low == high else f"{low} to {high}"
+def _factors(ratios: Sequence[float]) -> str:
+    return span(ratios, lambda ratio: fixed_digits(ratio, _DIGITS))

@@ -6,12 +6,12 @@ import base64
 import gzip
 import hashlib
 import re
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
-from itertools import chain
 from pathlib import Path
+from typing import NamedTuple
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
@@ -54,44 +54,28 @@ class Section:
 
 def environment(package: str = "fretwear.report") -> Environment:
     """Return the environment that renders the templates of a package, from its ``templates``."""
-    rendering = Environment(
+    return Environment(
         loader=PackageLoader(package, "templates"),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    rendering.filters["script_number"] = _script_number
-    return rendering
 
 
-def _script_number(value: float) -> str:
-    """Return a number in the spelling of JavaScript, which does not know ``inf``."""
-    return repr(float(value)).replace("inf", "Infinity").replace("nan", "NaN")
-
-
-@dataclass(frozen=True)
-class Image:
+class Image(NamedTuple):
     """A figure inside the page.
 
-    Attributes
-    ----------
-    name, caption, category : str
-        As in the index of the figures.
-    uri : str
-        The image itself, as a data URI.
-    share : float
-        Its width as a share of a journal page's, so that text has the same size in every figure.
+    Its image is a data URI; its width is a share of a journal page's, so that text has the same
+    size in every figure.
     """
 
-    name: str
-    caption: str
-    category: str
+    entry: FigureEntry
     uri: str
     share: float
 
 
-def embedded(folder: Path, entries: Iterable[FigureEntry]) -> list[Image]:
+def embedded(folder: Path, entries: Sequence[FigureEntry]) -> list[Image]:
     """Return figures as parts of the page, those of a category together.
 
     Parameters
@@ -99,7 +83,7 @@ def embedded(folder: Path, entries: Iterable[FigureEntry]) -> list[Image]:
     folder : pathlib.Path
         Holds each figure as SVG and PNG. A vector file of more than 1 MB gives way to its bitmap
         if that is smaller.
-    entries : iterable of FigureEntry
+    entries : sequence of FigureEntry
         The figures.
 
     Raises
@@ -107,18 +91,16 @@ def embedded(folder: Path, entries: Iterable[FigureEntry]) -> list[Image]:
     fretwear.data.safe.DataFileError
         When a figure is missing or empty.
     """
-    by_category: dict[str, list[FigureEntry]] = {}
-    for entry in entries:
-        by_category.setdefault(entry.category, []).append(entry)
+    order = list(dict.fromkeys(entry.category for entry in entries))
     images = []
-    for entry in chain.from_iterable(by_category.values()):
+    for entry in sorted(entries, key=lambda entry: order.index(entry.category)):
         vector, bitmap = (folder / f"{entry.name}{suffix}" for suffix in _MIME)
         size = _size(vector)
         file = bitmap if size > _LARGE and _size(bitmap) < size else vector
         # An image of its own, not inline SVG: the ids inside two inlined SVGs would collide.
         text = base64.b64encode(file.read_bytes()).decode("ascii")
         uri = f"data:{_MIME[file.suffix]};base64,{text}"
-        images.append(Image(entry.name, entry.caption, entry.category, uri, _share(vector)))
+        images.append(Image(entry, uri, _share(vector)))
     return images
 
 

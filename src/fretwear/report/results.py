@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+import sys
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import NamedTuple
@@ -36,6 +37,7 @@ KEY_RESULTS: Mapping[str, tuple[str, ...]] = {
 
 _RUN_AGAIN = "Run and merge the study again"
 _POINTS_AT_A_TIME = 256
+_LARGEST = sys.float_info.max
 _UNKNOWN_REASON = "The simulation failed; its log tells why."
 
 
@@ -80,11 +82,6 @@ class PointResult:
     def done(self) -> bool:
         """Whether there are results."""
         return self.status == PointStatus.DONE
-
-    @property
-    def labels(self) -> dict[str, str]:
-        """The varied values alone, by name."""
-        return {name: level.label for name, level in self.levels.items()}
 
     @property
     def title(self) -> str:
@@ -163,8 +160,16 @@ def levels_of(axis: Axis) -> list[Level]:
         is_number = isinstance(value, float | int) and not isinstance(value, bool)
         shown = value if is_number else written
         texts = value_text(axis.coordinate, shown), words_text(axis.coordinate, shown)
-        levels.append(Level(*texts, float(value if is_number else place)))
+        # JavaScript does not read inf.
+        levels.append(Level(*texts, min(float(value if is_number else place), _LARGEST)))
     return levels
+
+
+def span(values: Iterable[float], text: Callable[[float], str]) -> str:
+    """Return the smallest and the largest of some values as text, once if they read the same."""
+    known = list(values)
+    low, high = text(min(known)), text(max(known))
+    return low if low == high else f"{low} to {high}"
 
 
 def marked_label(name: str) -> str:
@@ -200,19 +205,14 @@ def _evaluated(summary: xr.Dataset, name: str, when: str) -> Array:
 def _deepest(summary: xr.Dataset) -> Array:
     """Return the deepest wear of every point, reading the profiles of a few points at a time."""
     profiles = summary["wear_profile"].transpose(..., "cycle", "x")
-    if profiles.ndim == 2:
-        return np.asarray(_largest(profiles.values))
-    deepest = np.empty(profiles.shape[:-2])
-    for index in np.ndindex(*profiles.shape[:-3]):
-        for start in range(0, profiles.shape[-3], _POINTS_AT_A_TIME):
+    *outer, last = profiles.shape[:-2] or (1,)
+    deepest = np.empty((*outer, last))
+    for index in np.ndindex(*outer):
+        for start in range(0, last, _POINTS_AT_A_TIME):
             here = (*index, slice(start, start + _POINTS_AT_A_TIME))
-            deepest[here] = _largest(profiles[here].values)
-    return deepest
-
-
-def _largest(profiles: NDArray[np.floating]) -> Array:
-    known = np.where(np.isfinite(profiles), profiles, -np.inf)
-    return np.asarray(known.max(axis=(-2, -1)), dtype=np.float64)
+            some = profiles[here] if profiles.ndim > 2 else profiles
+            deepest[here] = np.fmax.reduce(some.values, axis=(-2, -1))
+    return deepest.reshape(profiles.shape[:-2])
 
 
 def _check_points(plan: Plan, layout: StudyLayout, summary: xr.Dataset) -> None:

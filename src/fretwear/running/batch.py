@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Protocol, TextIO
 from fretwear.data.files import is_finished_case, open_history, write_case
 from fretwear.data.safe import DataFileError, locked, uninterrupted
 from fretwear.mechanics.contact import ContactError
-from fretwear.mechanics.wear import WearError
+from fretwear.mechanics.integrator import WearError
 from fretwear.running.checkpoint import SECONDS_BETWEEN, Checkpoint
 from fretwear.running.records import failures, forget, log_file, record
 from fretwear.running.resources import require_memory
@@ -80,7 +80,7 @@ def simulate_to_file(
 
     Raises
     ------
-    fretwear.mechanics.contact.ContactError, fretwear.mechanics.wear.WearError
+    fretwear.mechanics.contact.ContactError, fretwear.mechanics.integrator.WearError
         When the solution does not converge. The checkpoint is kept.
     fretwear.data.safe.DataFileError
         When the file cannot be written, or another process has come to compute it meanwhile.

@@ -10,18 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fretwear.mechanics.arrays import Array
+from fretwear.mechanics.geometry import Array, Workspace
+from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.measures import Measures, in_contact, measure
-from fretwear.mechanics.slip import (
-    CattaneoMindlinSlip,
-    Friction,
-    JaegerSlip,
-    SlipModel,
-)
 from fretwear.mechanics.state import State, WearProblem
-from fretwear.mechanics.surfaces import Surface, Waves, WavyRoughness
-from fretwear.mechanics.wear import evolve
-from fretwear.theory import HertzContact
 from fretwear.vocabulary import FIELDS, ContactState
 
 if TYPE_CHECKING:
@@ -121,7 +113,7 @@ def simulate(case: Case, observers: Sequence[Observer] = (), *, quarter: bool = 
 
     Raises
     ------
-    fretwear.mechanics.wear.WearError, fretwear.mechanics.contact.ContactError
+    fretwear.mechanics.integrator.WearError, fretwear.mechanics.contact.ContactError
         When the solution does not converge.
     """
     return run(case, observers, quarter=quarter).dataset
@@ -161,7 +153,7 @@ def steps(case: Case, *, start: State | None = None, quarter: bool = True) -> It
     problem = wear_problem(case, quarter=quarter)
     stops = [float(cycle) for cycle in case.output_cycles]
     for state in evolve(problem, stops, case.tolerance, start):
-        yield Step(state, measure(state, problem.friction), case.cycles)
+        yield Step(state, measure(problem, state), case.cycles)
 
 
 def _result(case: Case, record: RunRecord, quarter: bool, title: str, command: str) -> Result:
@@ -172,13 +164,14 @@ def _result(case: Case, record: RunRecord, quarter: bool, title: str, command: s
     errors, convolutions = columns.pop("error_estimate"), columns.pop("convolutions")
     cycles = [state.cycle for state in record.snapshots]
     kept = np.isin(steps_at, cycles)
-    window = record.snapshots[-1].window
+    problem = wear_problem(case, quarter=quarter)
+    plane = record.snapshots[-1].geometry.plane(problem.spacing)
     dataset = case_dataset(
         case,
-        window.x,
-        window.y,
+        plane.x,
+        plane.y,
         cycles,
-        _snapshot_fields(wear_problem(case, quarter=quarter), record.snapshots),
+        _snapshot_fields(Workspace(problem), record.snapshots),
         {name: values[kept] for name, values in columns.items()},
         symmetry="even_xy" if quarter else "none",
         title=title,
@@ -190,17 +183,17 @@ def _result(case: Case, record: RunRecord, quarter: bool, title: str, command: s
 
 def wear_problem(case: Case, *, quarter: bool = True) -> WearProblem:
     """The mechanical problem of a case."""
-    hertz = HertzContact(case.radius, case.load, case.composite_modulus)
     # A contact at the limit everywhere is the smallest one that carries the load.
     carrying = math.sqrt(case.load / (math.pi * case.plastic_limit))
-    half_width = _MARGIN * max(hertz.contact_radius, carrying)
+    half_width = _MARGIN * max(case.hertz_radius, carrying)
     return WearProblem(
-        surface=_surface(case),
-        composite_modulus=case.composite_modulus,
-        load=case.load,
-        friction=Friction(case.friction, case.coupling),
-        slip_model=_slip_model(case, hertz),
-        wear_coefficient=case.wear_coefficient,
+        indenter=case.indenter,
+        roughness=case.roughness,
+        bodies=case.bodies,
+        loading=case.loading,
+        friction=case.friction_law,
+        wear_law=case.wear_law,
+        slip_model=case.slip_model,
         limit=case.plastic_limit,
         spacing=case.grid_spacing,
         extent=(half_width, half_width),
@@ -208,45 +201,32 @@ def wear_problem(case: Case, *, quarter: bool = True) -> WearProblem:
     )
 
 
-def _surface(case: Case) -> Surface:
-    roughness: Any = case.roughness
-    if roughness is None:
-        return Surface(case.radius)
-    assert isinstance(roughness, WavyRoughness)
-    waves = Waves(roughness.amplitude, roughness.wavenumber_x, roughness.wavenumber_y)
-    return Surface(case.radius, waves)
-
-
-def _slip_model(case: Case, hertz: HertzContact) -> SlipModel:
-    if case.slip_model.kind == "cattaneo_mindlin":
-        return CattaneoMindlinSlip(hertz.with_load(case.stick_load))
-    return JaegerSlip(case.stick_load)
-
-
-def _snapshot_fields(problem: WearProblem, snapshots: Sequence[State]) -> dict[str, NDArray[Any]]:
-    """The fields of a dataset over all snapshots on the last window, from the start as stored.
+def _snapshot_fields(workspace: Workspace, snapshots: Sequence[State]) -> dict[str, NDArray[Any]]:
+    """The fields of a dataset over all snapshots on the last geometry, from the start as stored.
 
     Many snapshots in double precision, listed and then stacked, took most of a run's memory.
     """
-    window = snapshots[-1].window
-    shape = (len(snapshots), *window.shape)
+    geometry = snapshots[-1].geometry
+    plane = geometry.plane(workspace.problem.spacing)
+    shape = (len(snapshots), *plane.shape)
     fields = {field.name: np.empty(shape, dtype=field.dtype) for field in FIELDS}
     for row, state in enumerate(snapshots):
-        for name, values in _fields(problem, state.on(problem, window)).items():
-            fields[name][row] = values
+        state = state.on(workspace, geometry)
+        for name, values in _fields(workspace.problem, state).items():
+            fields[name][row] = geometry.sampled(values, plane)
     return fields
 
 
 def _fields(problem: WearProblem, state: State) -> dict[str, Array]:
     """The fields of a dataset of one state."""
-    friction, reduced = problem.friction, state.reduced
-    slip = friction.slip(reduced)
+    reduced = state.reduced
+    slip = problem.slip(reduced)
     closed = in_contact(state)
     contact_state = np.where(closed, ContactState.SLIP, ContactState.OPEN)
     contact_state[reduced.stick & closed] = ContactState.STICK
     return {
         "pressure": state.pressure,
-        "shear_traction": friction.shear_traction(state.pressure, reduced),
+        "shear_traction": problem.shear_traction(state.pressure, reduced),
         "slip": slip,
         "wear_depth": state.wear,
         "wear_rate": 4.0 * problem.wear_coefficient * state.pressure * slip,

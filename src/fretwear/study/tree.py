@@ -16,7 +16,7 @@ from typing import Annotated, Any, get_type_hints
 
 from fretwear.mechanics.loading import Loading
 from fretwear.mechanics.materials import Bodies, Friction
-from fretwear.mechanics.slip_kinds import Jaeger, SlipModel
+from fretwear.mechanics.slip import Jaeger, SlipModel
 from fretwear.mechanics.surfaces import Indenter, Roughness
 from fretwear.mechanics.wear_laws import WearLaw
 from fretwear.parts import AlongXY, KindName, Parameter, Part, Quantity, WholeNumber

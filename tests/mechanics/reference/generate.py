@@ -1,6 +1,6 @@
 """Write smooth_wear.csv: wear of a smooth sphere by the solver on rings, with its uncertainty.
 
-    python tests/mechanics/reference/generate.py
+    python -m tests.mechanics.reference.generate
 
 takes about an hour on one core. Pressures are over p0, heights over a²/R, volumes over a⁴/R, radii
 over a, and τ = 4 K_w µ κ p0 N. An uncertainty is what halving the rings changed plus what is left
@@ -14,8 +14,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from benchmarks.verification.reference_rings import UNIT_HERTZ, Resolution, dimensionless_history
 
-from fretwear.mechanics.axisymmetric import UNIT_HERTZ, Resolution, dimensionless_history
 from fretwear.theory import HertzContact, composite_modulus, coupling_ratio
 
 STEEL = (208e9, 0.3)

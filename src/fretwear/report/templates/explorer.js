@@ -154,13 +154,8 @@
       color: colors.ink,
       gridcolor: colors.line,
       linecolor: colors.muted,
-      showline: true,
-      zeroline: false,
-      ticks: "outside",
-      ticklen: 4,
       tickcolor: colors.muted,
-      separatethousands: false,
-      exponentformat: "none",
+      showline: true, zeroline: false, ticks: "outside", ticklen: 4, exponentformat: "none",
       ...more,
     };
   }
@@ -180,20 +175,14 @@
       hoversubplots: "axis",
       height: 720 + 20 * shown.length,
       xaxis: axis(colors, words.x.label, {
-        range: [0, right],
-        anchor: axisId(count - 1),
-        hoverformat: ".4~g",
+        range: [0, right], anchor: axisId(count - 1), hoverformat: ".4~g",
       }),
       [axisKey(count)]: {
         domain: [1 - strip, 1],
         range: [-0.5, shown.length - 0.5],
         tickvals: rows,
         ticktext: shown.map((one) => one.key.toUpperCase()),
-        ticklabelstandoff: 5,
-        fixedrange: true,
-        showgrid: false,
-        zeroline: false,
-        color: colors.ink,
+        ticklabelstandoff: 5, fixedrange: true, showgrid: false, zeroline: false, color: colors.ink,
       },
       shapes: shown.flatMap((one) => edges(one, 1 - strip - between, colors)),
     };
@@ -247,12 +236,7 @@
     return Object.entries(markers).map(([state, marker]) => {
       const zones = one.data.zones(study.states[state], one.snapshot);
       return {
-        type: "bar",
-        orientation: "h",
-        width: 0.72,
-        xaxis: "x",
-        yaxis,
-        name: `${one.key} ${state}`,
+        type: "bar", orientation: "h", width: 0.72, xaxis: "x", yaxis, name: `${one.key} ${state}`,
         base: zones.map(([from]) => from),
         x: zones.map(([from, to]) => to - from),
         y: zones.map(() => row),
@@ -310,13 +294,17 @@
         shown.flatMap((one) => curve(one, name, axisId(place), lower ? 1.2 : 2.2, reached, colors))
       );
     });
-    /* The names of curves that share a panel stand at the first of them, the lower one's below. */
+    /* The names of curves that share a panel stand where they begin, that of the lower one below. */
+    const { history } = shown[0].data;
     for (const { curves } of study.histories.filter((panel) => panel.curves.length > 1)) {
-      const starts = curves.map(({ name }) => shown[0].data.history[name][0]);
-      curves.forEach(({ name, text }, place) => {
+      const starts = curves.map(({ name }) => history[name][0]);
+      curves.forEach(({ text }, place) => {
         const below = place && starts[place] > 0.5 * starts[0];
-        const line = data.find((trace) => trace.name === `${shown[0].key} ${name}`);
-        Object.assign(line, { mode: "lines+text", text: [text], textposition: below ? "bottom right" : "top right" });
+        layout.annotations.push({
+          x: reached.position(history.cycle[0]), y: starts[place], xref: "x", yref: "y", text, showarrow: false,
+          xanchor: "left", yanchor: below ? "top" : "bottom", xshift: 8, yshift: below ? -2 : 2,
+          font: { color: colors.ink, size: 12 },
+        });
       });
     }
     return { data, layout };
@@ -331,26 +319,19 @@
     const common = { type: "scatter", xaxis: "x", yaxis };
     return [
       {
-        ...common,
-        mode: "lines",
-        name: `${one.key} ${name}`,
+        ...common, mode: "lines", name: `${one.key} ${name}`,
         x: history.cycle.map(reached.position),
         y: history[name],
         line: { color, width, dash: DASH[one.key] },
         hovertemplate: history.cycle.map(text),
       },
       {
-        ...common,
-        mode: "markers",
-        name: `${one.key} ${name} snapshots`,
+        ...common, mode: "markers", name: `${one.key} ${name} snapshots`,
         x: cycles.map(reached.position),
         y: numbers[name],
         customdata: cycles,
         marker: {
-          color: shownOr(color, colors.ground),
-          size: shownOr(11, 6),
-          line: { color, width: 1.5 },
-          opacity: 1,
+          color: shownOr(color, colors.ground), size: shownOr(11, 6), line: { color, width: 1.5 }, opacity: 1,
         },
         hovertemplate: cycles.map(text),
       },
@@ -546,11 +527,6 @@
     }
   }
 
-  function print(yes) {
-    document.documentElement.classList.toggle("printing", yes);
-    draw();
-  }
-
   for (const key of ["a", "b"]) makeControls(key);
   get("explorer-body").hidden = false;
   compare.parentElement.hidden = study.points.length < 2;
@@ -558,8 +534,12 @@
   update();
   linkTable();
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
-  addEventListener("beforeprint", () => print(true));
-  addEventListener("afterprint", () => print(false));
+  for (const event of ["beforeprint", "afterprint"]) {
+    addEventListener(event, () => {
+      document.documentElement.classList.toggle("printing", event === "beforeprint");
+      draw();
+    });
+  }
   get("history-plot").on("plotly_click", ({ points }) => {
     const place = cycles.indexOf(points[0].customdata);
     if (place >= 0) go(place);

@@ -2,7 +2,6 @@
 (function () {
   const table = document.getElementById("case-table");
   const form = document.querySelector("form.filters");
-  if (!table || !form) return;
   const body = table.tBodies[0];
   const rows = Array.from(body.rows);
   const heads = Array.from(table.querySelectorAll("[data-sort]"));
@@ -44,14 +43,13 @@
   const selects = Array.from(form.querySelectorAll("select"));
   const search = form.querySelector("input[type=search]");
   const count = form.querySelector("output");
-  const labels = new Map(rows.map((row) => [row, JSON.parse(row.dataset.labels)]));
 
   function filter() {
     const wanted = search.value.trim().toLowerCase();
     let shown = 0;
     for (const row of rows) {
       const fits = selects.every(
-        (select) => !select.value || labels.get(row)[select.dataset.key] === select.value
+        ({ value, dataset }) => !value || row.cells[dataset.column].textContent === value
       );
       row.hidden = !(fits && row.textContent.toLowerCase().includes(wanted));
       shown += row.hidden ? 0 : 1;

@@ -1,4 +1,4 @@
-"""The compiled passes against those in NumPy, and what both promise."""
+"""The compiled kernels against those in NumPy, and what both promise."""
 
 import subprocess
 import sys
@@ -8,15 +8,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fretwear.mechanics import passes
+from fretwear.mechanics import contact, free_cells, kernels
 from fretwear.mechanics.contact import solve_contact
-from fretwear.mechanics.passes import in_numpy
-from fretwear.mechanics.wear import evolve
+from fretwear.mechanics.integrator import evolve
 
-from .problems import P0, ROUGH, fretting, pressed, window
+from .problems import CONVERGED, P0, ROUGH, fretting, pressed, window
 
 compiled = pytest.importorskip(
-    "fretwear.mechanics.passes.compiled", reason="the passes were not compiled here"
+    "fretwear.mechanics.compiled_kernels", reason="the kernels were not compiled here"
 )
 
 # Fewer cells than a vector has, a few vectors and a rest, more than a block of a sum.
@@ -41,13 +40,16 @@ class Fields:
     def inside(self) -> np.ndarray:
         return (self._random.random(self.shape) < 0.6).astype(np.float32)
 
+    def mask(self) -> np.ndarray:
+        return self._random.random(self.shape) < 0.5
+
     def pressure(self) -> np.ndarray:
         """Open cells, free ones and ones at the limit of 1."""
         return np.clip(self._random.normal(0.5, 0.8, self.shape), 0.0, 1.0)
 
 
 def arguments(name: str, f: Fields) -> tuple:
-    """What a pass is called with."""
+    """What a kernel is called with."""
     nx, ny = f.shape
     part = Fields((max(nx // 2, 1), max(ny // 3, 1)), 1)
     corner = (nx - part.shape[0], (ny - part.shape[1]) // 2)
@@ -55,26 +57,26 @@ def arguments(name: str, f: Fields) -> tuple:
         "inner": lambda: (f.single(), f.single()),
         "inner of doubles": lambda: (f.double(), f.double()),
         "total": lambda: (f.single(),),
-        "relative": lambda: (f.double(), -3e-9, f.inside()),
-        "scaled": lambda: (1e9 * f.double(),),
-        "scaled zeros": lambda: (np.zeros(f.shape),),
-        "lower": lambda: (0.3, f.inside(), f.single()),
-        "weighed": lambda: (part.single(), corner, f.single()),
-        "shares": lambda: (3.0 * f.inside() * f.positive().astype(np.float32), 0.7, 2.0),
+        "project_mean": lambda: (0.3, f.inside(), f.single()),
         "blend": lambda: (f.single(), part.single(), part.single(), corner, f.single(), f.single()),
         "blend one": lambda: (f.single(), None, None, (0, 0), f.single(), f.single()),
-        "turn": lambda: (0.7, f.single(), f.single()),
-        "respond": lambda: (f.single(), f.single(), f.single()),
-        "respond without a layer": lambda: (None, f.single(), f.single()),
-        "follow": lambda: (0.7, *(f.single() for _ in range(5))),
-        "settle": lambda: (f.single(), f.single(), f.single(), 0.3, f.single()),
-        "settle without a layer": lambda: (f.single(), None, f.single(), 0.3, f.single()),
-        "judge": lambda: (f.double(), f.double(), f.pressure(), 1.0, f.double()),
-        "judge elastic": lambda: (f.double(), f.double(), f.pressure() + 0.1, np.inf, f.double()),
-        "judge saturated": lambda: (f.double(), f.double(), np.ones(f.shape), 1.0, f.double()),
-        "to_free": lambda: (f.pressure(), 1.0, f.double(), 0.2),
-        "to_free elastic": lambda: (f.pressure(), np.inf, f.double(), 0.2),
-        "propose": lambda: (
+        "update_direction": lambda: (0.7, f.single(), f.single()),
+        "add_layer": lambda: (f.single(), f.single(), f.single()),
+        "add_layer without a layer": lambda: (None, f.single(), f.single()),
+        "advance": lambda: (0.7, *(f.single() for _ in range(5))),
+        "recover_displacement": lambda: (f.single(), f.single(), f.single(), 0.3, f.single()),
+        "recover_displacement without a layer": lambda: (
+            f.single(), None, f.single(), 0.3, f.single(),
+        ),
+        "evaluate": lambda: (*_gaps(f, f.pressure(), 1.0), 0.1, f.double(), f.mask()),
+        "evaluate elastic": lambda: (
+            *_gaps(f, f.pressure() + 0.1, np.inf), 0.1, f.double(), f.mask(),
+        ),
+        "evaluate saturated": lambda: (*_gaps(f, np.ones(f.shape), 1.0), 0.1, f.double(), f.mask()),
+        "evaluate at a given approach": lambda: (
+            *_gaps(f, f.pressure(), 1.0, 0.3), 0.1, f.double(), f.mask(),
+        ),
+        "scale_step": lambda: (
             f.pressure(), f.double(), f.single(), 0.3, f.single(), 0.01, f.double(),
         ),
         "descent": lambda: (f.double(), f.double()),
@@ -82,12 +84,9 @@ def arguments(name: str, f: Fields) -> tuple:
             0.8, f.double(), 1.0, f.single(), 0.3, 0.1, f.double(), f.pressure(), f.double(),
             f.double(),
         ),
-        "carrying": lambda: (f.double() + 0.5, 2.0, 0.3 * nx * ny),
-        "carrying nearly all": lambda: (f.pressure() + 0.1, 1.0, 0.99 * nx * ny),
-        "carrying less than the saturated": lambda: (
-            np.where(f.pressure() > 0.5, 3.0, 0.0) + 1e-3, 1.0, 0.02 * nx * ny,
-        ),
-        "carrying elastic": lambda: (f.pressure() + 0.1, np.inf, 5.0 * nx * ny),
+        "scale_and_clip": lambda: (1.3, 1.0, 1.0, None, f.pressure()),
+        "scale_and_clip weighted": lambda: (0.7, 1.0, 0.9, f.positive(), f.pressure()),
+        "scale_and_clip elastic": lambda: (1.3, np.inf, np.inf, None, f.double()),
         "wear": lambda: (*_stage(f), f.double(), f.double()),
         "wear without flow": lambda: (*_stage(f), None, f.double()),
         "wear_slope": lambda: (*_stage(f, start=False), f.double(), 1.7, f.double()),
@@ -103,26 +102,26 @@ def arguments(name: str, f: Fields) -> tuple:
 NAMES = {
     "inner": ["", "of doubles"],
     "total": [""],
-    "relative": [""],
-    "scaled": ["", "zeros"],
-    "lower": [""],
-    "weighed": [""],
-    "shares": [""],
+    "project_mean": [""],
     "blend": ["", "one"],
-    "turn": [""],
-    "respond": ["", "without a layer"],
-    "follow": [""],
-    "settle": ["", "without a layer"],
-    "judge": ["", "elastic", "saturated"],
-    "to_free": ["", "elastic"],
-    "propose": [""],
+    "update_direction": [""],
+    "add_layer": ["", "without a layer"],
+    "advance": [""],
+    "recover_displacement": ["", "without a layer"],
+    "evaluate": ["", "elastic", "saturated", "at a given approach"],
+    "scale_step": [""],
+    "scale_and_clip": ["", "weighted", "elastic"],
     "descent": [""],
     "move": [""],
-    "carrying": ["", "nearly all", "less than the saturated", "elastic"],
     "wear": ["", "without flow"],
     "wear_slope": ["", "without flow", "in single", "in single without flow"],
 }
 VARIANTS = [f"{name} {variant}".strip() for name, variants in NAMES.items() for variant in variants]
+
+
+def _gaps(f: Fields, pressure: np.ndarray, limit: float, approach: float = np.nan) -> tuple:
+    """Separation, displacement, pressure, limit and approach."""
+    return f.double(), f.double(), pressure, limit, approach
 
 
 def _stage(f: Fields, *, start: bool = True) -> list:
@@ -138,27 +137,26 @@ def as_tuple(result) -> tuple:
     return result if isinstance(result, tuple) else (result,)
 
 
-def test_without_the_compiled_ones_numpy_makes_the_passes():
+def test_without_the_compiled_ones_numpy_does_the_arithmetic():
     script = (
-        "import sys; sys.modules['fretwear.mechanics.passes.compiled'] = None\n"
-        "from fretwear.mechanics import passes\n"
-        "from fretwear.mechanics.passes import in_numpy\n"
-        "names = in_numpy.__all__\n"
-        "same = all(getattr(passes, name) is getattr(in_numpy, name) for name in names)\n"
-        "print(passes.COMPILED, same)"
+        "import sys; sys.modules['fretwear.mechanics.compiled_kernels'] = None\n"
+        "from fretwear.mechanics import kernels\n"
+        "known = kernels.IN_NUMPY.items()\n"
+        "same = all(getattr(kernels, name) is each for name, each in known)\n"
+        "print(kernels.COMPILED, same)"
     )
     done = subprocess.run(
         [sys.executable, "-c", script], capture_output=True, text=True, check=True
     )
     assert done.stdout.split() == ["False", "True"]
-    assert passes.COMPILED
+    assert kernels.COMPILED
 
 
-def test_every_pass_is_compiled_and_compared():
+def test_every_kernel_is_compiled_and_compared():
     offered = {name for name in vars(compiled) if not name.startswith("_")}
-    assert offered == set(in_numpy.__all__) == set(NAMES)
+    assert offered == set(kernels.IN_NUMPY) == set(NAMES)
     for name in offered:
-        assert getattr(passes, name) is getattr(compiled, name)
+        assert getattr(kernels, name) is getattr(compiled, name)
 
 
 @pytest.mark.parametrize("shape", SHAPES, ids=str)
@@ -168,7 +166,7 @@ def test_a_compiled_pass_does_what_numpy_does(variant, shape):
     ours, theirs = (arguments(variant, Fields(shape)) for _ in range(2))
     before = arguments(variant, Fields(shape))
     found = as_tuple(getattr(compiled, name)(*ours))
-    expected = as_tuple(getattr(in_numpy, name)(*theirs))
+    expected = as_tuple(kernels.IN_NUMPY[name](*theirs))
     assert len(found) == len(expected)
     single = any(getattr(each, "dtype", None) == np.float32 for each in (*ours, *found))
     rtol = 2e-6 if single else 2e-13
@@ -186,35 +184,37 @@ def test_a_compiled_pass_does_what_numpy_does(variant, shape):
         assert getattr(one, "dtype", None) == getattr(other, "dtype", None)
         if isinstance(was, np.ndarray):
             changed += not np.array_equal(one, was)
-    # Nothing but what a pass is to change has changed.
-    writes = {"blend": 1, "follow": 2, "move": 3, "inner": 0, "total": 0, "relative": 0}
-    writes |= dict.fromkeys(("scaled", "weighed", "shares", "to_free", "descent", "carrying"), 0)
+    # Nothing but what a kernel is to change has changed.
+    writes = {"advance": 2, "move": 3, "evaluate": 2}
+    writes |= dict.fromkeys(("inner", "total", "descent"), 0)
     assert changed <= writes.get(name, 1)
 
 
-@pytest.mark.parametrize("variant", ["lower", "judge", "propose", "wear", "blend"])
+@pytest.mark.parametrize("variant", ["project_mean", "evaluate", "scale_step", "wear", "blend"])
 def test_what_is_not_a_number_is_not_hidden(variant):
     name = variant.split()[0]
-    for module in (in_numpy, compiled):
+    for kernel in (kernels.IN_NUMPY[name], getattr(compiled, name)):
         given = arguments(variant, Fields((7, 13)))
         fields = [each for each in given if isinstance(each, np.ndarray)]
         # A pressure that is none never comes as far as a step: it is the step's here.
-        fields[2 if name == "propose" else 0][3, 5] = np.nan
-        result = getattr(module, name)(*given)
+        fields[2 if name == "scale_step" else 0][3, 5] = np.nan
+        result = kernel(*given)
         outcome = given[-1] if result is None else np.array(result)
-        assert not np.isfinite(outcome).all(), module.__name__
+        assert not np.isfinite(outcome).all(), kernel
 
 
 def test_fields_to_be_read_may_lie_as_they_like():
     f = Fields((6, 9))
     field, other = f.double(), f.double()
-    expected = in_numpy.inner(field, other)
+    expected = kernels.IN_NUMPY["inner"](field, other)
     wide = np.zeros((6, 18))
     wide[:, ::2] = field
     for same in (np.asfortranarray(field), wide[:, ::2], np.broadcast_to(field, (6, 9))):
         assert compiled.inner(same, other) == pytest.approx(expected, rel=1e-14)
     whole = f.single().round()
-    assert compiled.descent(field, whole) == pytest.approx(in_numpy.descent(field, whole))
+    assert compiled.descent(field, whole) == pytest.approx(
+        kernels.IN_NUMPY["descent"](field, whole)
+    )
     for wrong in (f.double(), "field", None, np.zeros(3, np.float32)):
         with pytest.raises(TypeError):
             compiled.total(wrong)
@@ -224,21 +224,19 @@ def test_fields_to_be_written_are_taken_as_they_are_or_not_at_all():
     f = Fields((6, 9))
     field, other = f.double(), f.double()
     step = f.single()
-    compiled.turn(0.5, f.single(), step)
+    compiled.update_direction(0.5, f.single(), step)
     for wrong in (step.astype(np.float64), step[:, ::2], np.asfortranarray(step), step.ravel()):
         kept = wrong.copy()
         with pytest.raises(TypeError):
-            compiled.turn(0.5, f.single(), wrong)
+            compiled.update_direction(0.5, f.single(), wrong)
         np.testing.assert_array_equal(wrong, kept)
     step.flags.writeable = False
     with pytest.raises(TypeError):
-        compiled.turn(0.5, f.single(), step)
+        compiled.update_direction(0.5, f.single(), step)
     with pytest.raises(ValueError, match="one shape"):
         compiled.inner(field, np.ascontiguousarray(other[:5]))
     for corner in ((-1, 0), (0, -1), (4, 0), (0, 7)):
         part = Fields((3, 3)).single()
-        with pytest.raises(ValueError, match="within"):
-            compiled.weighed(part, corner, f.single())
         with pytest.raises(ValueError, match="within"):
             compiled.blend(f.single(), part, part, corner, f.single(), f.single())
 
@@ -254,12 +252,15 @@ def test_the_exponential_is_good_to_two_units_in_the_last_place(exponent):
 
 @pytest.fixture
 def in_numpy_alone(monkeypatch):
-    for name in in_numpy.__all__:
-        monkeypatch.setattr(passes, name, getattr(in_numpy, name))
+    for name, kernel in kernels.IN_NUMPY.items():
+        monkeypatch.setattr(kernels, name, kernel)
+        for module in (contact, free_cells):
+            if hasattr(module, name):
+                monkeypatch.setattr(module, name, kernel)
 
 
-def test_a_contact_is_the_same_without_the_compiled_passes(request):
-    problem = pressed(window((40, 30)), surface=ROUGH, limit=0.9)
+def test_a_contact_is_the_same_without_the_compiled_kernels(request):
+    problem = pressed(window((40, 30)), roughness=ROUGH, limit=0.9)
     by_compiled = solve_contact(problem, tolerance=1e-11)
     request.getfixturevalue("in_numpy_alone")
     by_numpy = solve_contact(problem, tolerance=1e-11)
@@ -268,13 +269,12 @@ def test_a_contact_is_the_same_without_the_compiled_passes(request):
     assert by_compiled.approach == pytest.approx(by_numpy.approach, rel=1e-10)
 
 
-@pytest.mark.usefixtures("converged")
 @pytest.mark.parametrize("limit", [np.inf, 0.7])
-def test_a_run_is_the_same_without_the_compiled_passes(request, limit):
-    problem = fretting(16, surface=ROUGH, limit=limit)
-    *_, by_compiled = evolve(problem, [300])
+def test_a_run_is_the_same_without_the_compiled_kernels(request, limit):
+    problem = fretting(16, roughness=ROUGH, limit=limit)
+    *_, by_compiled = evolve(problem, [300], accuracy=CONVERGED)
     request.getfixturevalue("in_numpy_alone")
-    *_, by_numpy = evolve(problem, [300])
+    *_, by_numpy = evolve(problem, [300], accuracy=CONVERGED)
     assert by_compiled.step == by_numpy.step
     scale = by_numpy.wear.max()
     np.testing.assert_allclose(by_compiled.wear, by_numpy.wear, atol=1e-7 * scale)

@@ -1,6 +1,6 @@
-"""Elastic half-space against Love's formula, quadrature, dense matrices and its own symmetries."""
+"""Grids: half-space against Love's formula, dense matrices and symmetries; growth of windows."""
 
-from weakref import ref
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,13 +8,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import dblquad
 
-from fretwear.mechanics.arrays import Array
+from fretwear import Case
 from fretwear.mechanics.convolution import CosineConvolution, FourierConvolution
-from fretwear.mechanics.halfspace import HalfSpace, half_space, influence_coefficients
-from fretwear.mechanics.window import Window, fast_shape
+from fretwear.mechanics.geometry import Array, Mask, Workspace
+from fretwear.mechanics.geometry.grid import Grid, fast_shape, influence_coefficients
+from fretwear.mechanics.integrator import evolve, first_loading
+from fretwear.running.simulate import wear_problem
 
 from . import oracles
-from .problems import folded, matrix_of, near, unfolded
+from .problems import covered, folded, fretting, matrix_of, near, unfolded
 
 MODULUS = 114e9
 SPACING = (1.3e-6, 2.9e-6)
@@ -75,8 +77,8 @@ def test_far_cells_act_like_point_forces():
 @pytest.mark.parametrize("shape", [(9, 12), (16, 5)])
 def test_quarter_and_whole_half_space_agree(shape: tuple[int, int]):
     pressure = noise(shape)
-    whole = half_space(Window((2 * shape[0], 2 * shape[1]), SPACING, False), MODULUS)
-    quarter = half_space(Window(shape, SPACING), MODULUS)
+    whole = Grid((2 * shape[0], 2 * shape[1]), SPACING, False).half_space(MODULUS)
+    quarter = Grid(shape, SPACING).half_space(MODULUS)
     expected = folded(whole.displacement(unfolded(pressure)))
     assert_equal_to_rounding(quarter.displacement(pressure), expected)
     assert quarter.self_influence == near(whole.self_influence, rel=1e-14)
@@ -84,17 +86,17 @@ def test_quarter_and_whole_half_space_agree(shape: tuple[int, int]):
 
 @pytest.mark.parametrize("shape", [(8, 11), (7, 6)])
 def test_whole_half_space_is_the_dense_product(shape: tuple[int, int]):
-    window = Window(shape, SPACING, quarter=False)
+    window = Grid(shape, SPACING, quarter=False)
     pressure = noise(shape)
     expected = oracles.influence_matrix(window, MODULUS) @ pressure.ravel()
-    result = half_space(window, MODULUS).displacement(pressure)
+    result = window.half_space(MODULUS).displacement(pressure)
     assert_equal_to_rounding(result, expected.reshape(shape))
 
 
 def test_uniform_pressure_on_many_cells_is_love_of_the_large_rectangle():
     shape = (30, 20)
-    window = Window(shape, SPACING)
-    bodies = half_space(window, MODULUS)
+    window = Grid(shape, SPACING)
+    bodies = window.half_space(MODULUS)
     size = (2 * shape[0] * SPACING[0], 2 * shape[1] * SPACING[1])
     x, y = np.meshgrid(window.x, window.y, indexing="ij")
     result = bodies.displacement(np.ones(shape))
@@ -111,8 +113,8 @@ def test_uniform_pressure_on_many_cells_is_love_of_the_large_rectangle():
 
 @pytest.mark.parametrize("quarter", [True, False])
 def test_displacement_is_symmetric_and_positive(quarter: bool):
-    window = Window((14, 14), (1e-6, 1e-6), quarter)
-    matrix = matrix_of(half_space(window, MODULUS).displacement, np.ones(window.shape, np.bool_))
+    window = Grid((14, 14), (1e-6, 1e-6), quarter)
+    matrix = matrix_of(window.half_space(MODULUS).displacement, np.ones(window.shape, np.bool_))
     assert_equal_to_rounding(matrix, matrix.T)
     least = np.linalg.eigvalsh(matrix).min() * MODULUS / 1e-6
     # 0.58 is the infimum over all wavelengths, that of a checkerboard; a finite grid stays above.
@@ -122,17 +124,17 @@ def test_displacement_is_symmetric_and_positive(quarter: bool):
 @pytest.mark.parametrize("quarter", [True, False])
 @pytest.mark.parametrize("shape", [(14, 10), (150, 96)])
 def test_single_precision_is_good_to_some_parts_in_ten_million(quarter, shape):
-    bodies = half_space(Window(shape, SPACING, quarter), MODULUS)
+    bodies = Grid(shape, SPACING, quarter).half_space(MODULUS)
     pressure = noise(shape)
     result = bodies.single(pressure.astype(np.float32))
     assert result.dtype == np.float32
     expected = bodies.displacement(pressure) / bodies.self_influence
     assert_equal_to_rounding(result, expected, SINGLE_ROUNDING)
     for scale in (1e-30, 0.0, 3.0, 1e40):
-        result = bodies.displacement_in_single(scale * pressure)
+        result, unit = bodies.relative_displacement(scale * pressure)
         expected = bodies.displacement(scale * pressure)
-        assert result.dtype == np.float64
-        assert_equal_to_rounding(result, expected, SINGLE_ROUNDING)
+        assert result.dtype == np.float32
+        assert_equal_to_rounding(result * np.float64(unit), expected, SINGLE_ROUNDING)
 
 
 @pytest.mark.parametrize("quarter", [True, False])
@@ -156,47 +158,55 @@ def test_approximate_inverse_is_symmetric_positive_and_close(quarter, added, pre
     assert spread < plain.max() / plain.min()
 
 
+def corner(grid: Grid, reach: tuple[int, int]) -> Mask:
+    """Cells within so many of the origin."""
+    x, y = (n * d for n, d in zip(reach, SPACING, strict=True))
+    return np.logical_and.outer(np.abs(grid.x) < x, np.abs(grid.y) < y)
+
+
 @pytest.mark.parametrize("quarter", [True, False])
 def test_part_is_the_half_space_of_a_smaller_window(quarter: bool):
-    bodies = half_space(Window((24, 20), SPACING, quarter), MODULUS)
-    part = bodies.part((12, 10))
-    fresh = HalfSpace(Window((12, 10), SPACING, quarter), MODULUS)
-    assert part.window == fresh.window
-    pressure = noise((12, 10))
+    grid = Grid((24, 20) if quarter else (48, 40), SPACING, quarter)
+    bodies = grid.half_space(MODULUS)
+    part = bodies.around(corner(grid, (5, 2)))
+    assert part.geometry.shape == ((9, 6) if quarter else (18, 12))
+    fresh = part.geometry.half_space(MODULUS)
+    pressure = noise(part.geometry.shape)
     np.testing.assert_array_equal(part.displacement(pressure), fresh.displacement(pressure))
-    assert bodies.part((24, 20)) is bodies
+    assert bodies.around(np.ones(grid.shape, np.bool_)) is bodies
 
 
-def test_a_few_parts_are_kept():
-    bodies = half_space(Window((24, 20), SPACING), MODULUS)
-    parts = [ref(bodies.part((size, 8))) for size in (8, 9, 10, 12)]
-    assert bodies.part((8, 8)) is parts[0]()
+def test_a_few_parts_are_kept_also_when_the_window_grows():
+    workspace = Workspace(fretting(16))
+    small = workspace.on(Grid((24, 20), SPACING))
+
+    def part(bodies, count: int):
+        return bodies.around(corner(bodies.geometry, (count, 4)))
+
+    parts = [part(small.half_space, count) for count in (4, 5, 6, 8)]
+    assert part(small.half_space, 4) is parts[0]
+    large = workspace.on(Grid((30, 24), SPACING))
+    assert part(large.half_space, 8) is parts[3]
     # Of a fifth, the one longest out of use makes room.
-    bodies.part((15, 8))
-    assert [part() is None for part in parts] == [False, True, False, False]
+    part(large.half_space, 10)
+    assert part(large.half_space, 4) is parts[0]
+    assert part(large.half_space, 5) is not parts[1]
 
 
-def test_the_latest_parts_outlive_their_window():
-    small, large = (half_space(Window(shape, SPACING), MODULUS) for shape in ((24, 20), (30, 24)))
-    parts = [ref(small.part((size, 8))) for size in (8, 9, 10, 12)]
-    large.take_parts(small)
-    del small
-    assert [part() is None for part in parts] == [True, True, False, False]
-    assert large.part((12, 8)) is parts[-1]()
-
-
-def test_a_half_space_in_use_is_not_made_again():
-    cells = Window((12, 10), SPACING, True)
-    bodies = half_space(cells, MODULUS)
-    assert half_space(Window((12, 10), SPACING, True), MODULUS) is bodies
-    assert half_space(cells, 2 * MODULUS) is not bodies
-    assert half_space(cells, MODULUS, workers=2) is not bodies
+def test_the_bodies_on_the_two_latest_geometries_are_kept():
+    workspace = Workspace(fretting(16))
+    grids = [Grid((count, 8), SPACING) for count in (8, 9, 10)]
+    first, second, _ = (workspace.on(grid).half_space for grid in grids)
+    assert workspace.on(Grid((9, 8), SPACING)).half_space is second
+    assert workspace.on(grids[0]).half_space is not first
+    workspace.keep_only(grids[1])
+    assert workspace.on(grids[1]).half_space is second
 
 
 @pytest.mark.parametrize("quarter", [True, False])
 @pytest.mark.parametrize("precision", [np.float64, np.float32])
 def test_fields_given_are_left_as_they_are(quarter: bool, precision):
-    bodies = half_space(Window((12, 10), SPACING, quarter), MODULUS)
+    bodies = Grid((12, 10), SPACING, quarter).half_space(MODULUS)
     convolve = bodies.displacement if precision is np.float64 else bodies.single
     field = noise((12, 10)).astype(precision)
     kept = field.copy()
@@ -209,15 +219,15 @@ def test_fields_given_are_left_as_they_are(quarter: bool, precision):
 
 
 def test_threads_do_not_change_the_result():
-    window = Window((48, 36), SPACING)
+    window = Grid((48, 36), SPACING)
     pressure = noise(window.shape)
-    alone, together = (half_space(window, MODULUS, workers=n) for n in (1, 2))
+    alone, together = (window.half_space(MODULUS, workers=n) for n in (1, 2))
     np.testing.assert_array_equal(alone.displacement(pressure), together.displacement(pressure))
 
 
 @pytest.mark.parametrize("quarter", [True, False])
 def test_window_is_centered_and_measures_its_area(quarter: bool):
-    window = Window((6, 8), SPACING, quarter)
+    window = Grid((6, 8), SPACING, quarter)
     area = 4 * window.extent[0] * window.extent[1]
     assert window.integral(np.ones(window.shape)) == near(area, rel=1e-14)
     if quarter:
@@ -234,24 +244,24 @@ half_shapes = st.tuples(st.integers(1, 9), st.integers(1, 9))
 @given(half_shapes, half_shapes, st.booleans())
 def test_resizing_keeps_every_common_cell_where_it_is(old, new, quarter):
     factor = 1 if quarter else 2
-    first = Window((factor * old[0], factor * old[1]), SPACING, quarter)
-    second = Window((factor * new[0], factor * new[1]), SPACING, quarter)
+    first = Grid((factor * old[0], factor * old[1]), SPACING, quarter)
+    second = Grid((factor * new[0], factor * new[1]), SPACING, quarter)
     position = np.add.outer(first.x, 10 * first.y)
-    moved = first.resized(position, second.shape)
-    covered = first.covered(second.shape)
+    moved = first.resized(position, second)
+    common = covered(second, first)
     there = np.add.outer(second.x, 10 * second.y)
-    np.testing.assert_allclose(moved[covered], there[covered], atol=1e-18)
-    assert not moved[~covered].any()
+    np.testing.assert_allclose(moved[common], there[common], atol=1e-18)
+    assert not moved[~common].any()
     inside = np.logical_and.outer(
         np.abs(second.x) < first.extent[0], np.abs(second.y) < first.extent[1]
     )
-    np.testing.assert_array_equal(covered, inside)
+    np.testing.assert_array_equal(common, inside)
 
 
 @given(st.floats(1e-6, 3e-4), st.floats(1e-6, 3e-4), st.booleans())
 def test_fast_shapes_cover_the_extent_asked_for(along_x, along_y, quarter):
     shape = fast_shape((along_x, along_y), SPACING, quarter=quarter)
-    extent = Window(shape, SPACING, quarter).extent
+    extent = Grid(shape, SPACING, quarter).extent
     assert extent[0] >= along_x * (1 - 1e-8)
     assert extent[1] >= along_y * (1 - 1e-8)
     for n in shape:
@@ -262,14 +272,102 @@ def test_fast_shapes_cover_the_extent_asked_for(along_x, along_y, quarter):
         assert half == 1, f"{n} cells are slow to transform"
 
 
-@given(half_shapes, st.integers(0, 3), st.booleans())
-def test_smallest_window_holds_its_cells_and_the_margin(reach, margin, quarter):
-    window = Window((20, 24) if quarter else (40, 48), SPACING, quarter)
-    inside = np.logical_and.outer(
-        np.abs(window.x) < reach[0] * SPACING[0], np.abs(window.y) < reach[1] * SPACING[1]
+@given(half_shapes, st.booleans())
+def test_smallest_window_holds_its_cells_and_a_margin(reach, quarter):
+    grid = Grid((20, 24) if quarter else (40, 48), SPACING, quarter)
+    held = grid.around(corner(grid, reach))
+    for axis in (0, 1):
+        assert held.extent[axis] >= (min(reach[axis] + 4, 20) - 1e-6) * SPACING[axis]
+        assert held.shape[axis] <= grid.shape[axis]
+
+
+@pytest.fixture
+def problem():
+    case = Case(
+        radius="10 mm",
+        youngs_modulus="208 GPa",
+        poisson_ratio=0.3,
+        load="20 N",
+        tangential_ratio=0.8,
+        friction=0.6,
+        wear_coefficient="7e-13 / Pa",
+        roughness={"amplitude": "0.2 um", "slope_x": "3 deg", "slope_y": "1 deg"},
+        cell=("1.5 um", "3 um"),
+        cycles=1000,
     )
-    held = Window(window.holding(inside, margin), SPACING, quarter)
-    assert held.extent[0] >= (min(reach[0] + margin, 20) - 1e-6) * SPACING[0]
-    assert held.extent[1] >= (min(reach[1] + margin, 24) - 1e-6) * SPACING[1]
-    assert held.shape[0] <= window.shape[0]
-    assert held.shape[1] <= window.shape[1]
+    return wear_problem(case)
+
+
+def wider(window: Grid, factor: float) -> Grid:
+    nx, ny = (int(factor * n) for n in window.shape)
+    return Grid((nx, ny), window.spacing, window.quarter)
+
+
+def test_nothing_penetrates_beyond_the_window_at_any_step(problem):
+    for state in evolve(problem, [10, 100, 1000]):
+        wide = state.on(Workspace(problem), wider(state.geometry, 1.6))
+        assert wide.gap.min() >= -1e-5 * state.approach
+
+
+def test_a_tip_beyond_the_window_is_noticed(problem):
+    state = list(evolve(problem, [100]))[-1]
+    window = state.geometry
+    columns = np.flatnonzero(state.pressure.any(axis=1))
+    # Cut the window in the valley before the outermost row of tips that touch.
+    gaps = np.flatnonzero(np.diff(columns) > 1)
+    cut = int(columns[gaps[-1]]) + 3
+    small = Grid((cut, window.shape[1]), window.spacing, window.quarter)
+    inner = window.resized(state.pressure, small)
+    assert not inner[-2:].any()
+    grown = small.holding(Workspace(problem), inner, state.approach)
+    assert grown.shape[0] > columns[-1]
+
+
+def test_tips_that_the_displacement_keeps_open_are_not_touched(problem):
+    state = first_loading(problem)
+    wide = wider(state.geometry, 1.6)
+    outside = ~covered(wide, state.geometry)
+    # Rigid bodies would touch there.
+    assert (problem.unworn(wide)[outside] < state.approach).any()
+    held = state.geometry.holding(Workspace(problem), state.pressure, state.approach)
+    assert held is state.geometry
+
+
+def test_a_smooth_contact_grows_at_its_border_alone(problem):
+    smooth = replace(problem, roughness=None)
+    state, workspace = first_loading(smooth), Workspace(smooth)
+    assert state.geometry.holding(workspace, state.pressure, state.approach) is state.geometry
+    edge = np.zeros(state.geometry.shape)
+    edge[-1, 0] = 1.0
+    nx, ny = state.geometry.holding(workspace, edge, state.approach).shape
+    assert nx > state.geometry.shape[0]
+    assert ny == state.geometry.shape[1]
+
+
+def test_a_window_grows_before_the_contact_is_at_its_border(problem):
+    state = first_loading(replace(problem, roughness=None))
+    grid = state.geometry
+    reach = np.flatnonzero(state.pressure.any(axis=1))[-1] + 1
+    close, far = (np.zeros(grid.shape) for _ in range(2))
+    close[: grid.shape[0] - 1, 0] = 1.0
+    far[:reach, 0] = 1.0
+    grown = grid.ahead_of(close)
+    assert grown.shape[0] > grid.shape[0]
+    assert grown.shape[1] == grid.shape[1]
+    assert grid.ahead_of(far) is grid
+
+
+@pytest.mark.parametrize("quarter", [True, False])
+def test_pressure_near_a_border_asks_for_growth_on_that_side_only(quarter: bool):
+    window = Grid((10, 12), (1e-6, 1e-6), quarter)
+    sides = {(9, 4): (True, False), (4, 11): (False, True), (9, 11): (True, True)}
+    if not quarter:
+        sides |= {(0, 5): (True, False), (5, 0): (False, True)}
+    for cell, expected in sides.items():
+        pressure = np.zeros(window.shape)
+        pressure[5, 5] = pressure[cell] = 1.0
+        assert window.touched(pressure) == expected
+        grown = window.grown(expected)
+        for axis in (0, 1):
+            assert (grown.shape[axis] > window.shape[axis]) == expected[axis]
+    assert window.touched(np.zeros(window.shape)) == (False, False)

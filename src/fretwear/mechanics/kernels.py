@@ -1,51 +1,27 @@
-"""The passes in NumPy: what the compiled ones are to compute.
+"""Arithmetic on the cells between two transforms, where going over them once pays.
 
-Fields are contiguous and, unless said otherwise, of one shape. A field that a pass changes is its
-last argument or named in its first line; no pass keeps a field.
+Each function is here in NumPy. The same functions, compiled from ``kernels.cpp`` when the package
+is installed where there is a C++ compiler, go over their fields once, where NumPy goes over them
+once for each operation; they take the place of these. `COMPILED` tells whether they do, `IN_NUMPY`
+keeps these.
+
+Fields are contiguous and of one shape unless said otherwise. A field that a function changes is
+its last argument or named in its first line; no function keeps a field.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from importlib import import_module
 
 import numpy as np
 
-from fretwear.mechanics.arrays import Array, Mask, Real, Single, blocks_of_rows
-
-__all__ = [
-    "blend",
-    "carrying",
-    "descent",
-    "follow",
-    "inner",
-    "judge",
-    "lower",
-    "move",
-    "propose",
-    "relative",
-    "respond",
-    "scaled",
-    "settle",
-    "shares",
-    "to_free",
-    "total",
-    "turn",
-    "wear",
-    "wear_slope",
-    "weighed",
-]
+from fretwear.mechanics.geometry import Array, Mask, Real, Single
 
 _LARGEST_EXPONENT = 200.0
 _LARGEST_SLOPE = 1e30
 _TINY = 1e-12
 _SMALL = 3e-5
 _BLOCK = 2**14
-# Free cells that carry less of the load than this cannot be scaled to carry what is missing.
-_NOTHING = 1e-12
-_LARGEST_SCALINGS = 100
-
-
-# Conjugate gradients.
 
 
 def inner(a: Real, b: Real) -> float:
@@ -62,44 +38,61 @@ def total(field: Single) -> float:
     return float(field.sum(dtype=np.float64))
 
 
-def relative(field: Array, unit: float, inside: Single) -> Single:
-    """A field in some unit on the cells where ``inside`` is 1, zero where it is 0."""
-    result = (field / unit).astype(np.float32)
-    result *= inside
-    return result
+def blocks_of_rows(shape: tuple[int, ...], cells: int) -> list[slice]:
+    """The rows of a field in blocks of so many cells at most, but of one row at least.
+
+    What is done to a block, one operation after the other, stays in a core's cache.
+    """
+    count, length = shape
+    rows = max(1, cells // length)
+    return [slice(first, min(first + rows, count)) for first in range(0, count, rows)]
 
 
 def scaled(field: Array) -> tuple[Single, float]:
     """A field in units of its largest magnitude, and the unit; 1 for a field of zeros."""
-    unit = max(float(field.max()), -float(field.min())) or 1.0
-    return (field / unit).astype(np.float32), unit
+    unit = max(float(field.max()), -float(field.min()))
+    unit = unit if unit >= np.finfo(np.float64).tiny else 1.0
+    return in_single(field, unit), unit
 
 
-def lower(shift: float, inside: Single, residual: Single) -> float:
+def in_single(field: Array, unit: float) -> Single:
+    """A field in some unit, in single precision."""
+    return np.multiply(field, 1.0 / unit, dtype=np.float64).astype(np.float32)
+
+
+# Conjugate gradients.
+
+
+def project_mean(shift: float, inside: Single, residual: Single) -> float:
     """Take ``shift`` from a residual; the sum of its squares where ``inside`` is 1."""
     residual -= np.float32(shift)
     return inner(residual * inside, residual)
 
 
-def weighed(weight: Single, corner: tuple[int, int], field: Single) -> Single:
-    """Product of a weight and the part of a field of its shape that begins at ``corner``."""
-    (x, y), (nx, ny) = corner, weight.shape
-    result: Single = weight * field[x : x + nx, y : y + ny]
-    return result
+def add_layer(tangent: Single | None, direction: Single, force: Single) -> float:
+    """Add tangent times direction to a force; the inner product of direction and force."""
+    if tangent is not None:
+        force += tangent * direction
+    return inner(direction, force)
 
 
-def shares(tangent: Single, mean: float, turn: float) -> tuple[Single, Single]:
-    """Weights of a mean layer and of none where the tangent of the layer is given.
+def advance(
+    length: float,
+    direction: Single,
+    force: Single,
+    weight: Single,
+    pressure: Single,
+    residual: Single,
+) -> float:
+    """Go along a direction: add to a pressure, take the force from a residual.
 
-    The square of the layer's grows with the tangent from none to all at the mean, the sooner the
-    smaller ``turn`` is, and falls again above; the other one is what lacks to one, none above.
+    Returns
+    -------
+    The inner product of ``weight`` and the residual.
     """
-    share = tangent / (tangent + np.float32(turn))
-    share *= np.float32((mean + turn) / mean)
-    np.minimum(share, 1.0, out=share)
-    hard = np.sqrt(1.0 - share)
-    share *= np.minimum(np.float32(mean + 1.0) / (tangent + 1.0), 1.0)
-    return np.sqrt(share, out=share), hard
+    pressure += np.float32(length) * direction
+    residual -= np.float32(length) * force
+    return inner(weight, residual)
 
 
 def blend(
@@ -121,39 +114,13 @@ def blend(
     return inner(residual, field)
 
 
-def turn(factor: float, field: Single, direction: Single) -> None:
+def update_direction(factor: float, field: Single, direction: Single) -> None:
     """The next direction: ``field`` plus a multiple of the last one."""
     direction *= np.float32(factor)
     direction += field
 
 
-def respond(tangent: Single | None, direction: Single, force: Single) -> float:
-    """Add tangent times direction to a force; the inner product of direction and force."""
-    if tangent is not None:
-        force += tangent * direction
-    return inner(direction, force)
-
-
-def follow(
-    length: float,
-    direction: Single,
-    force: Single,
-    weight: Single,
-    pressure: Single,
-    residual: Single,
-) -> float:
-    """Go along a direction: add to a pressure, take the force from a residual.
-
-    Returns
-    -------
-    The inner product of ``weight`` and the residual.
-    """
-    pressure += np.float32(length) * direction
-    residual -= np.float32(length) * force
-    return inner(weight, residual)
-
-
-def settle(
+def recover_displacement(
     start: Single, tangent: Single | None, pressure: Single, shift: float, residual: Single
 ) -> float:
     """Put the half-space's displacement of a pressure in the place of the residual it leaves.
@@ -175,41 +142,61 @@ def settle(
 # The active set.
 
 
-def judge(
-    separation: Array, displacement: Array, pressure: Array, limit: float, gap: Array
-) -> tuple[float, float, float, float]:
-    """Approach and gap of a pressure and what they violate.
+def scale_and_clip(
+    factor: float, limit: float, rigid: float, weights: Array | None, pressure: Array
+) -> tuple[float, float]:
+    """Scale a pressure and cut it to 0 … ``limit``, except on cells at ``rigid`` or above.
 
     Returns
     -------
-    Approach, the separation of the cells with 0 < p < ``limit`` in the mean, or if there are none
-    the largest of those at the limit; the largest violation of g = 0 there, of g ≥ 0 where p = 0
-    and of g ≤ 0 at the limit; the largest displacement; the sum of all gaps, which tells of values
-    that are not numbers.
+    The weighted sums of the pressure and of the cells at the limit.
+    """
+    fixed = pressure >= rigid
+    np.copyto(pressure, np.clip(pressure * factor, 0.0, limit), where=~fixed)
+    saturated = pressure >= limit
+    if weights is None:
+        return float(pressure.sum()), float(np.count_nonzero(saturated))
+    return inner(weights, pressure), float(weights.sum(where=saturated))
+
+
+def evaluate(
+    separation: Array,
+    displacement: Array,
+    pressure: Array,
+    limit: float,
+    approach: float,
+    margin: float,
+    gap: Array,
+    free: Mask,
+) -> tuple[float, float, float, float]:
+    """Approach and gap of a pressure, what they violate, and which cells are to be free.
+
+    Those are the cells between the bounds, the ones at zero that interpenetrate and the ones at
+    the limit that part, both by more than ``margin`` times the largest displacement.
+
+    Returns
+    -------
+    Approach: as given, or if that is not a number, the separation of the cells with
+    0 < p < ``limit`` in the mean, or if there are none the largest of those at the limit; the
+    largest violation of g = 0 there, of g ≥ 0 where p = 0 and of g ≤ 0 at the limit; the largest
+    displacement; the sum of all gaps, which tells of values that are not numbers.
     """
     open_, saturated = pressure <= 0, pressure >= limit
-    free = ~(open_ | saturated)
-    approach = np.mean(separation, where=free) if free.any() else separation[saturated].max()
+    np.logical_or(open_, saturated, out=free)
+    np.logical_not(free, out=free)
+    if np.isnan(approach):
+        level = np.mean(separation, where=free) if free.any() else separation[saturated].max()
+        approach = float(level)
     np.subtract(separation, approach, out=gap)
     violation = np.abs(gap)
     np.copyto(violation, gap, where=saturated)
     np.negative(gap, out=violation, where=open_)
-    worst = max(float(violation.max()), 0.0)
-    return float(approach), worst, float(displacement.max()), float(gap.sum())
+    worst, scale = max(float(violation.max()), 0.0), float(displacement.max())
+    free |= (open_ & (gap < -margin * scale)) | (saturated & (gap > margin * scale))
+    return approach, worst, scale, float(gap.sum())
 
 
-def to_free(pressure: Array, limit: float, gap: Array, slack: float) -> Mask:
-    """Cells between the bounds, those at zero that interpenetrate, those at the limit that part.
-
-    Both by more than ``slack``.
-    """
-    free: Mask = np.where(
-        pressure <= 0, gap < -slack, np.where(pressure >= limit, gap > slack, True)
-    )
-    return free
-
-
-def propose(
+def scale_step(
     pressure: Array,
     gap: Array,
     found: Single,
@@ -260,35 +247,8 @@ def move(
     np.add(displacement, shape, out=separation)
 
 
-def carrying(pressure: Array, limit: float, total: float) -> Array:
-    """The pressure cut to the bounds, its free cells scaled so that its sum is ``total``, Pa.
-
-    Scaling leaves open cells open and saturated cells saturated; a shift would free them.
-    """
-    result = np.clip(pressure, 0.0, limit)
-    for _ in range(_LARGEST_SCALINGS):
-        carried = float(result.sum())
-        missing = total - carried
-        if abs(missing) <= 1e-14 * total:
-            break
-        saturated = result >= limit
-        count = np.count_nonzero(saturated)
-        movable = carried - limit * count if count else carried
-        if movable <= -missing:
-            # Saturated cells have to give way too.
-            result *= total / carried
-        elif movable <= _NOTHING * carried:
-            # All loaded cells are at the limit and still do not carry the load.
-            np.maximum(result, 1e-3 * limit, out=result)
-        else:
-            result *= 1.0 + missing / movable
-            np.minimum(result, limit, out=result)
-            np.copyto(result, limit, where=saturated)
-    return result
-
-
-# The wear of a stage, see `fretwear.mechanics.layers.WearLayer`; by blocks of rows, which stay in
-# a core's cache from one operation to the next.
+# The wear of a stage, see `fretwear.mechanics.slip.WearLayer`; by blocks of rows, which stay in a
+# core's cache from one operation to the next.
 
 
 def wear(
@@ -301,7 +261,7 @@ def wear(
     result: Array,
 ) -> None:
     """Add the wear depth: W₀ and what wears off, (eˣ − 1) g*₀ + ΔG (φ(x) − 1), not negative."""
-    for rows in _blocks(pressure):
+    for rows in blocks_of_rows(pressure.shape, _BLOCK):
         x = _exponent(pressure[rows], rate, known[rows])
         growth = np.expm1(x)
         worn = growth * reduced_gap[rows]
@@ -327,7 +287,7 @@ def wear_slope(
     result: Real,
 ) -> None:
     """The derivative of `wear` by the exponent, times a factor, not negative; any precision."""
-    for rows in _blocks(pressure):
+    for rows in blocks_of_rows(pressure.shape, _BLOCK):
         x = _exponent(pressure[rows], rate, known[rows])
         if shift is None:
             np.exp(x, out=x)
@@ -359,5 +319,17 @@ def _exponent(pressure: Array, rate: float, known: Array) -> Array:
     return np.minimum(x, _LARGEST_EXPONENT, out=x)
 
 
-def _blocks(field: Array) -> Iterator[slice]:
-    yield from blocks_of_rows(field.shape, _BLOCK)
+IN_NUMPY = {
+    each.__name__: each
+    for each in (
+        inner, total, project_mean, blend, update_direction, add_layer, advance,
+        recover_displacement, scale_and_clip, evaluate, scale_step, descent, move, wear, wear_slope,
+    )
+}  # fmt: skip
+try:
+    _compiled = import_module("fretwear.mechanics.compiled_kernels")
+    COMPILED = True
+except ImportError:
+    COMPILED = False
+else:
+    globals().update({name: getattr(_compiled, name) for name in IN_NUMPY})

@@ -6,22 +6,24 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-from fretwear.mechanics.axisymmetric import (
+from benchmarks.verification.reference_rings import (
     UNIT_HERTZ,
     Resolution,
+    Rings,
     SmoothWear,
     WearState,
     dimensionless_history,
+    graded_rings,
+    solve_contact,
     wear_history,
 )
-from fretwear.mechanics.rings import Rings, graded_rings, solve_contact
+
 from fretwear.theory import CattaneoMindlin, HertzContact, LimitingState
 
 P0 = UNIT_HERTZ.peak_pressure
 LIMIT = 4.162242
 APPROACH, CENTRAL, DEEPEST, VOLUME, PLASTIC, CONTACT, STICK = range(7)
-REFERENCE = Path(__file__).parent / "reference" / "smooth_wear.csv"
+REFERENCE = Path(__file__).parents[1] / "mechanics" / "reference" / "smooth_wear.csv"
 
 
 def coarse_rings(load_ratio: float, widest: float = 0.02) -> Rings:

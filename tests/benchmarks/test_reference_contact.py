@@ -4,16 +4,16 @@ import math
 
 import numpy as np
 import pytest
-from scipy.integrate import quad
-from scipy.special import ellipk
-
-from fretwear.mechanics.rings import (
+from benchmarks.verification.reference_rings import (
     RingContact,
     Rings,
     disc_displacement,
     graded_rings,
     solve_contact,
 )
+from scipy.integrate import quad
+from scipy.special import ellipk
+
 from fretwear.theory import HertzContact
 
 HERTZ = HertzContact(radius=1.0, load=4.0 / 3.0, composite_modulus=1.0)

@@ -1,0 +1,234 @@
+"""What the contact solver and the integrator ask of a geometry.
+
+A geometry is a set of cells: rectangles (`fretwear.mechanics.geometry.grid`) or concentric rings
+(`fretwear.mechanics.geometry.rings`). It says where the cells lie, what area each of them stands
+for, and what a larger self is. Its half-space is the elastic bodies on these cells: displacement
+under a pressure, and the linear problem of the cells in contact.
+
+Every field has two axes; on rings the second one has a single cell.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from fretwear.mechanics.state import WearProblem
+
+Array = NDArray[np.float64]
+Single = NDArray[np.float32]
+Mask = NDArray[np.bool_]
+# A field in double or in single precision; what goes in is what comes out.
+Real = TypeVar("Real", Array, Single)
+Index = tuple[slice, slice]
+
+
+class Geometry(Protocol):
+    """Cells around the origin: a value that can be compared, hashed and stored."""
+
+    @classmethod
+    def first(cls, problem: WearProblem) -> Geometry:
+        """The geometry that the first loading of a problem begins with."""
+        ...
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Of fields."""
+        ...
+
+    @property
+    def x(self) -> Array:
+        """Coordinates along x, m."""
+        ...
+
+    @property
+    def y(self) -> Array:
+        """Coordinates along y, m."""
+        ...
+
+    @property
+    def extent(self) -> tuple[float, float]:
+        """Distance of the border from the origin along x and y, m."""
+        ...
+
+    @property
+    def unit_area(self) -> float:
+        """Area of the whole contact that a cell of weight 1 stands for, m²."""
+        ...
+
+    @property
+    def weights(self) -> Array | None:
+        """Areas of the cells over the unit; None where all are alike."""
+        ...
+
+    def integral(self, field: Array) -> float:
+        """Integral of a field over the whole contact (field unit times m²)."""
+        ...
+
+    def half_space(
+        self, modulus: float, workers: int = 1, parts: dict[Any, Any] | None = None
+    ) -> HalfSpace:
+        """The elastic bodies on the cells; ``parts`` are half-spaces made before, to be shared."""
+        ...
+
+    def resized(self, field: Array, other: Any) -> Array:
+        """A field on a larger or smaller self: zero on the cells that this one lacks."""
+        ...
+
+    def where(self, smaller: Any) -> Index:
+        """Where the cells of a smaller self lie."""
+        ...
+
+    def along(self, axis: int) -> tuple[tuple[slice | int, slice | int], Array]:
+        """Index of the cells from the origin along an axis, and their distances, m."""
+        ...
+
+    def ahead_of(self, pressure: Array) -> Geometry:
+        """A larger self if the next step may bring the pressure to the border, or itself."""
+        ...
+
+    def holding(self, workspace: Workspace, pressure: Array, approach: float) -> Geometry:
+        """Itself, or the smallest of a row of larger ones that the contact fits into."""
+        ...
+
+    def plane(self, spacing: tuple[float, float]) -> Any:
+        """The grid of rectangles on which fields are written."""
+        ...
+
+    def sampled(self, field: NDArray[Any], plane: Any) -> NDArray[Any]:
+        """A field on such a grid."""
+        ...
+
+
+class HalfSpace(Protocol):
+    """The elastic bodies on the cells of a geometry."""
+
+    @property
+    def geometry(self) -> Any:
+        """The cells."""
+        ...
+
+    @property
+    def self_influence(self) -> float:
+        """Displacement of a cell per pressure on itself, m/Pa: the unit of compliance."""
+        ...
+
+    def displacement(self, pressure: Array) -> Array:
+        """Normal surface displacement w, m, of a pressure, Pa."""
+        ...
+
+    def relative_displacement(self, pressure: Array) -> tuple[Single, float]:
+        """`displacement` to some parts in 10⁷ in some unit, m, and the unit."""
+        ...
+
+    def around(self, cells: Mask) -> HalfSpace:
+        """The same bodies on the smallest self that holds some cells and a margin."""
+        ...
+
+    def preconditioned(self, tangent: Single | None, free: Mask) -> LinearContact:
+        """The linear problems of sets of cells near ``free`` under a layer; see `FreeCells`."""
+        ...
+
+
+class LinearContact(Protocol):
+    """Linear problems of one half-space and layer."""
+
+    def on(self, free: Mask, *, under_load: bool) -> FreeCells:
+        """That of the free cells, under a given load or at a given approach."""
+        ...
+
+
+class FreeCells(Protocol):
+    """The linear problem of some free cells, in units of the self-influence.
+
+    Find a pressure s on the free cells, zero on all others, and a number α with
+
+        (K + diag c) s = r − α   on the free cells,
+
+    of no load in sum, or with α = 0 at a given approach.
+    """
+
+    @property
+    def uniform(self) -> Single:
+        """Pressure under which the free cells sink alike, nearly."""
+        ...
+
+    @property
+    def uniform_sum(self) -> float:
+        """Its weighted sum."""
+        ...
+
+    def solve(
+        self, residual: Array, unit: float, tangent: Single | None, reduction: float, enough: float
+    ) -> Step:
+        """Approximate solution for r in some unit and the tangent c of the layer.
+
+        The root mean square of the residual becomes at least so many times smaller, or so small.
+        """
+        ...
+
+
+@dataclass(frozen=True)
+class Step:
+    """An approximate solution of the problem of `FreeCells`.
+
+    Attributes
+    ----------
+    pressure, displacement
+        s and K s.
+    largest
+        Largest magnitude of the displacement.
+    missed
+        Weighted sum of s, zero under a given load but for rounding.
+    iterations
+        Conjugate-gradient steps, each with one convolution.
+    """
+
+    pressure: Single
+    displacement: Single
+    largest: float
+    missed: float
+    iterations: int
+
+
+class Ground:
+    """The unworn bodies of a problem on one geometry, each part made when it is needed."""
+
+    def __init__(self, problem: WearProblem, geometry: Any, parts: dict[Any, Any]) -> None:
+        self._problem, self.geometry, self._parts = problem, geometry, parts
+
+    @cached_property
+    def half_space(self) -> HalfSpace:
+        """The elastic bodies."""
+        return self._problem.half_space(self.geometry, self._parts)
+
+    @cached_property
+    def unworn(self) -> Array:
+        """Gap at zero load and zero approach, m."""
+        return self._problem.unworn(self.geometry)
+
+
+class Workspace:
+    """What a run has at hand: the unworn bodies on the two geometries that it asked for last."""
+
+    def __init__(self, problem: WearProblem) -> None:
+        self.problem = problem
+        self._grounds: dict[Any, Ground] = {}
+        self._parts: dict[Any, Any] = {}
+
+    def on(self, geometry: Any) -> Ground:
+        """The unworn bodies on a geometry."""
+        ground = self._grounds.pop(geometry, None) or Ground(self.problem, geometry, self._parts)
+        self._grounds[geometry] = ground
+        if len(self._grounds) > 2:
+            del self._grounds[next(iter(self._grounds))]
+        return ground
+
+    def keep_only(self, geometry: Any) -> None:
+        """Forget the bodies on all geometries but one."""
+        self._grounds = {geometry: self.on(geometry)}

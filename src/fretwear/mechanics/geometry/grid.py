@@ -1,0 +1,352 @@
+"""Equal rectangular cells: a window around the origin, its half-space, and how it grows.
+
+Pressure exists only near the contact, so fields live on a window a little larger than it. A smooth
+contact grows at its border, and pressure near the window's border announces it. Between the
+contact and the next asperity tip of a rough one lies up to a wavelength without contact: the
+surface beyond the window is checked too. There it is unworn, and its gap is the displacement by
+the pressure inside, plus the shape, minus the approach.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+import scipy.fft
+from numpy.typing import NDArray
+
+from fretwear.mechanics import kernels
+from fretwear.mechanics.convolution import Convolution, CosineConvolution, FourierConvolution
+from fretwear.mechanics.free_cells import Preconditioner
+from fretwear.mechanics.geometry import Array, Index, Mask, Single, Workspace
+
+if TYPE_CHECKING:
+    from fretwear.mechanics.state import WearProblem
+
+# Cells at the border in which pressure makes a window grow, the same as a part of the window
+# before a step, and the factor of its half-width by which it grows.
+_BORDER = 2
+_AHEAD = 0.02
+_GROWTH = 1.12
+# Cells around the zone of a part of the half-space, and how many parts are kept.
+_MARGIN = 4
+_PARTS = 4
+
+
+@dataclass(frozen=True)
+class Grid:
+    """A rectangle of equal cells around the origin, whole or only its quarter x > 0, y > 0.
+
+    Parameters
+    ----------
+    shape
+        Number of cells along x and y (of the quarter, if ``quarter``).
+    spacing
+        Cell size along x and y, m.
+    quarter
+        Whether the cells are those of the quarter x > 0, y > 0 of an even problem.
+    """
+
+    shape: tuple[int, int]
+    spacing: tuple[float, float]
+    quarter: bool = True
+
+    weights: ClassVar[None] = None
+
+    @classmethod
+    def first(cls, problem: WearProblem) -> Grid:
+        """The window that the first loading of a problem begins with."""
+        shape = fast_shape(problem.extent, problem.spacing, quarter=problem.quarter)
+        return cls(shape, problem.spacing, problem.quarter)
+
+    @property
+    def unit_area(self) -> float:
+        """Area of one cell and its images by symmetry, m²."""
+        return self.spacing[0] * self.spacing[1] * (4 if self.quarter else 1)
+
+    @cached_property
+    def x(self) -> Array:
+        """Cell centers along x, m, shape (nx,)."""
+        return self._centers(0)
+
+    @cached_property
+    def y(self) -> Array:
+        """Cell centers along y, m, shape (ny,)."""
+        return self._centers(1)
+
+    def _centers(self, axis: int) -> Array:
+        first = 0.5 if self.quarter else 0.5 * (1 - self.shape[axis])
+        cells = np.arange(self.shape[axis], dtype=np.float64)
+        return (cells + first) * self.spacing[axis]
+
+    @property
+    def extent(self) -> tuple[float, float]:
+        """Distance of the window's border from the origin along x and y, m."""
+        half = 1.0 if self.quarter else 0.5
+        return (half * self.shape[0] * self.spacing[0], half * self.shape[1] * self.spacing[1])
+
+    def integral(self, field: Array) -> float:
+        """Integral of a field over the whole contact (field unit times m²)."""
+        return float(field.sum()) * self.unit_area
+
+    def half_space(
+        self,
+        modulus: float,
+        workers: int = 1,
+        parts: dict[tuple[int, int], GridHalfSpace] | None = None,
+    ) -> GridHalfSpace:
+        """The elastic bodies on the cells; ``parts`` are smaller ones made before."""
+        return GridHalfSpace(self, modulus, workers, parts)
+
+    def resized(self, field: Array, other: Grid) -> Array:
+        """A field of this window on another one around the same origin.
+
+        Cells that this window lacks get zero; cells that the other lacks are dropped.
+        """
+        result = np.zeros(other.shape, dtype=field.dtype)
+        result[other.where(self)] = field[self.where(other)]
+        return result
+
+    def where(self, smaller: Grid) -> Index:
+        """Where in this window the cells lie that another one has too."""
+        slices = []
+        for own, other in zip(self.shape, smaller.shape, strict=True):
+            kept = min(own, other)
+            first = 0 if self.quarter else (own - kept) // 2
+            slices.append(slice(first, first + kept))
+        return slices[0], slices[1]
+
+    def along(self, axis: int) -> tuple[tuple[slice | int, slice | int], Array]:
+        """Index of the cells on the positive half of an axis or nearest to it, and distances, m."""
+        first = [0 if self.quarter else n // 2 for n in self.shape]
+        cells = np.arange(self.shape[axis] - first[axis], dtype=np.float64)
+        distances: Array = (cells + 0.5) * self.spacing[axis]
+        if axis == 0:
+            return (slice(first[0], None), first[1]), distances
+        return (first[0], slice(first[1], None)), distances
+
+    def around(self, cells: Mask) -> Grid:
+        """The smallest window, fast to transform, that holds some cells and a margin."""
+        extents = []
+        for axis, count in enumerate(self.shape):
+            occupied = np.flatnonzero(cells.any(axis=1 - axis))
+            reach = count if self.quarter else (count + 1) // 2
+            last = 0 if occupied.size == 0 else int(occupied[-1])
+            first = 0 if occupied.size == 0 else int(occupied[0])
+            half = last + 1 if self.quarter else max(last + 1 - reach, count - reach - first)
+            extents.append(min(half + _MARGIN, reach) * self.spacing[axis])
+        shape = fast_shape((extents[0], extents[1]), self.spacing, quarter=self.quarter)
+        return self.of_shape((min(shape[0], self.shape[0]), min(shape[1], self.shape[1])))
+
+    def of_shape(self, shape: tuple[int, int]) -> Grid:
+        """A window of another shape with the same cells."""
+        return self if shape == self.shape else Grid(shape, self.spacing, self.quarter)
+
+    def covering(self, extent: tuple[float, float]) -> Grid:
+        """The smallest window, fast to transform, that holds this one and an extent."""
+        shape = fast_shape(extent, self.spacing, quarter=self.quarter)
+        return self.of_shape((max(shape[0], self.shape[0]), max(shape[1], self.shape[1])))
+
+    def plane(self, spacing: tuple[float, float]) -> Grid:  # noqa: ARG002 - it is one
+        """The grid on which fields are written: this one."""
+        return self
+
+    def sampled(self, field: NDArray[Any], plane: Grid) -> NDArray[Any]:  # noqa: ARG002
+        """A field on the grid on which it is written."""
+        return field
+
+    # How a window grows.
+
+    def ahead_of(self, pressure: Array) -> Grid:
+        """A larger window if the next step may bring the contact to the border, or this one.
+
+        A step seldom widens a contact by more than a part in fifty. To grow the window before
+        such a step costs less than to make it twice.
+        """
+        nx, ny = self.shape
+        ahead = max(_BORDER, math.ceil(_AHEAD * nx)), max(_BORDER, math.ceil(_AHEAD * ny))
+        return self.grown(self.touched(pressure, ahead))
+
+    def holding(self, workspace: Workspace, pressure: Array, approach: float) -> Grid:
+        """Itself, or the smallest of a row of larger ones that the contact fits into."""
+        grid = self
+        while True:
+            held = self.resized(pressure, grid)
+            border, beyond = grid.touched(held), grid._beyond(workspace, held, approach)
+            sides = border[0] or beyond[0], border[1] or beyond[1]
+            if not any(sides):
+                return grid
+            grid = grid.grown(sides)
+
+    def grown(self, sides: tuple[bool, bool]) -> Grid:
+        """The next larger window along x, along y or both; this one for none."""
+        x, y = (
+            each * (_GROWTH if side else 1.0) for each, side in zip(self.extent, sides, strict=True)
+        )
+        return self.covering((x, y)) if any(sides) else self
+
+    def touched(
+        self, pressure: Array, border: tuple[int, int] = (_BORDER, _BORDER)
+    ) -> tuple[bool, bool]:
+        """Whether there is pressure in the outermost cells, so many along x and along y."""
+        along_x = bool(pressure[-border[0] :].any())
+        along_y = bool(pressure[:, -border[1] :].any())
+        if not self.quarter:
+            along_x |= bool(pressure[: border[0]].any())
+            along_y |= bool(pressure[:, : border[1]].any())
+        return along_x, along_y
+
+    def _beyond(self, workspace: Workspace, pressure: Array, approach: float) -> tuple[bool, bool]:
+        """Whether the surface touches beyond the window, along x and along y."""
+        wide = self._wider(workspace.problem, approach)
+        if wide.shape == self.shape:
+            return False, False
+        ground = workspace.on(wide)
+        outside = np.ones(wide.shape, dtype=np.bool_)
+        outside[wide.where(self)] = False
+        # Displacement only opens the gap: where the surface lies above the approach it stays open.
+        if not ((ground.unworn < approach) & outside).any():
+            return False, False
+        moved, unit = ground.half_space.relative_displacement(self.resized(pressure, wide))
+        gap = np.multiply(moved, unit, dtype=np.float64)
+        gap += ground.unworn
+        closed = (gap < approach) & outside
+        beyond_x, beyond_y = abs(wide.x) > self.extent[0], abs(wide.y) > self.extent[1]
+        return bool(closed[beyond_x].any()), bool(closed[:, beyond_y].any())
+
+    def _wider(self, problem: WearProblem, approach: float) -> Grid:
+        """The window and a wavelength more, as far as the surface lies below the approach."""
+        wavelengths = problem.wavelengths
+        if wavelengths is None:
+            return self
+        x, y = (
+            max(each, min(each + wavelength, reach))
+            for each, wavelength, reach in zip(
+                self.extent, wavelengths, problem.reach(approach), strict=True
+            )
+        )
+        return self.covering((x, y))
+
+
+def fast_shape(
+    extent: tuple[float, float], spacing: tuple[float, float], *, quarter: bool = True
+) -> tuple[int, int]:
+    """Smallest shape that is fast to transform and covers a half-extent (m) along x and y."""
+    cells = [max(4, int(np.ceil(e / s - 1e-9))) for e, s in zip(extent, spacing, strict=True)]
+    nx, ny = (scipy.fft.next_fast_len(n, real=True) for n in cells)
+    return (nx, ny) if quarter else (2 * nx, 2 * ny)
+
+
+def influence_coefficients(
+    shape: tuple[int, int], spacing: tuple[float, float], composite_modulus: float
+) -> Array:
+    """Normal displacement of cell (i, j) per unit pressure on cell (0, 0).
+
+    Love, "The stress produced in a semi-infinite solid by pressure on part of the boundary",
+    Phil. Trans. R. Soc. A 228 (1929), for a rectangle; the four corner terms of neighbouring
+    cells coincide, so the logarithms are taken once per corner.
+
+    Parameters
+    ----------
+    shape
+        Number of offsets i = 0 … nx-1 and j = 0 … ny-1.
+    spacing
+        Cell size along x and y, m.
+    composite_modulus
+        E*, Pa.
+
+    Returns
+    -------
+    Array, m/Pa, shape (nx, ny).
+    """
+    dx, dy = spacing
+    x = ((np.arange(shape[0] + 1) - 0.5) * dx)[:, None]
+    y = ((np.arange(shape[1] + 1) - 0.5) * dy)[None, :]
+    # x arsinh(y/|x|) + y arsinh(x/|y|), in as little memory as can be.
+    corner, other = y / np.abs(x), x / np.abs(y)
+    for ratio, side in ((corner, x), (other, y)):
+        np.arcsinh(ratio, out=ratio)
+        ratio *= side
+    corner += other
+    coefficients: Array = np.diff(np.diff(corner, axis=0), axis=1)
+    coefficients /= np.pi * composite_modulus
+    return coefficients
+
+
+class GridHalfSpace:
+    """The elastic half-space under a pressure that is uniform on each cell of a window.
+
+    Its displacement is a discrete convolution with the influence coefficients of Love.
+
+    Parameters
+    ----------
+    geometry
+        The cells.
+    composite_modulus
+        E*, Pa.
+    workers
+        Threads of one transform.
+    parts
+        The same bodies on smaller windows, made before; shared and added to.
+
+    Attributes
+    ----------
+    self_influence
+        Displacement of a cell per pressure on itself, m/Pa.
+    """
+
+    def __init__(
+        self,
+        geometry: Grid,
+        composite_modulus: float,
+        workers: int = 1,
+        parts: dict[tuple[int, int], GridHalfSpace] | None = None,
+    ) -> None:
+        self.geometry = geometry
+        self._modulus = composite_modulus
+        self._workers = workers
+        self._parts: dict[tuple[int, int], GridHalfSpace] = {} if parts is None else parts
+        kind = CosineConvolution if geometry.quarter else FourierConvolution
+        kernel = influence_coefficients(
+            kind.offsets(geometry.shape), geometry.spacing, composite_modulus
+        )
+        self.self_influence = float(kernel[0, 0])
+        self._convolution: Convolution[Array] = kind.with_kernel(kernel, workers)
+
+    def displacement(self, pressure: Array) -> Array:
+        """Normal surface displacement w, m, of a pressure, Pa; both of the window's shape."""
+        return self._convolution(pressure)
+
+    @cached_property
+    def single(self) -> Convolution[Single]:
+        """`displacement` in units of `self_influence`, and its inverse, in single precision.
+
+        Good to some parts in 10⁷: enough for a step to the solution, not for the solution itself.
+        """
+        return self._convolution.in_single(self.self_influence)
+
+    def relative_displacement(self, pressure: Array) -> tuple[Single, float]:
+        """`displacement` in single precision in some unit, m, and the unit."""
+        field, unit = kernels.scaled(pressure)
+        return self.single(field), unit * self.self_influence
+
+    def around(self, cells: Mask) -> GridHalfSpace:
+        """The same bodies on the smallest window that holds some cells and a margin."""
+        grid = self.geometry.around(cells)
+        if grid.shape == self.geometry.shape:
+            return self
+        part = self._parts.pop(grid.shape, None)
+        if part is None:
+            part = GridHalfSpace(grid, self._modulus, self._workers, self._parts)
+            if len(self._parts) == _PARTS:
+                # Zones that change their size seldom change it back: the one longest out of use.
+                del self._parts[next(iter(self._parts))]
+        self._parts[grid.shape] = part
+        return part
+
+    def preconditioned(self, tangent: Single | None, free: Mask) -> Preconditioner:
+        """The linear problems of sets of cells near ``free`` under a layer."""
+        return Preconditioner(self, tangent, free)

@@ -1,0 +1,542 @@
+// Arithmetic on the cells between two transforms, compiled: see kernels.py for what each function is.
+//
+// Every kernel is a loop that the compiler turns into vector instructions, on x86-64 with glibc in
+// one version for each generation of processors, chosen when the library is loaded. Sums are taken
+// over blocks of cells and the blocks added in double precision. Bounds are written so that what is
+// not a number stays so.
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#if defined(__GNUC__) && !defined(__clang__) && __GNUC__ >= 12 && defined(__x86_64__) && \
+    defined(__GLIBC__)
+#define VECTORIZED __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
+#else
+#define VECTORIZED
+#endif
+
+#if defined(__GNUC__)
+#define RESTRICT __restrict__
+#define INLINED inline __attribute__((always_inline))
+#else
+#define RESTRICT
+#define INLINED inline
+#endif
+
+namespace py = pybind11;
+
+using Index = py::ssize_t;
+constexpr Index BLOCK = 1024;
+constexpr double INFINITE = std::numeric_limits<double>::infinity();
+
+// What a kernel is given: a contiguous field of one type. One to be written is taken as it is or not at
+// all, one that is only read is copied where it must be.
+template <class T>
+struct Field {
+    T *data = nullptr;
+    Index rows = 0, columns = 0;
+    py::object kept;
+    Index size() const { return rows * columns; }
+};
+
+namespace pybind11::detail {
+template <class T>
+struct type_caster<Field<T>> {
+    PYBIND11_TYPE_CASTER(Field<T>, const_name("field"));
+    bool load(handle source, bool convert) {
+        using Taken = array_t<std::remove_const_t<T>, array::c_style>;
+        const bool fits = Taken::check_(source), read_only = std::is_const_v<T>;
+        if (!fits && !(read_only && convert)) return false;
+        const auto field = fits ? reinterpret_borrow<Taken>(source) : Taken::ensure(source);
+        if (!field || field.ndim() != 2 || !(read_only || field.writeable())) return false;
+        value.data = const_cast<T *>(static_cast<const T *>(field.data()));
+        value.rows = field.shape(0);
+        value.columns = field.shape(1);
+        value.kept = field;
+        return true;
+    }
+};
+}  // namespace pybind11::detail
+
+// How the arguments of a kernel come from Python: what points to cells is a field, all of one size;
+// what may point to none is a field or None.
+template <class T>
+struct Maybe {
+    const T *data;
+};
+template <class P>
+struct Argument {
+    using Given = P;
+    static P passed(const P &given) { return given; }
+    static Index size(const P &, Index n) { return n; }
+};
+template <class T>
+struct Argument<T *> {
+    using Given = Field<T>;
+    static T *passed(const Given &given) { return given.data; }
+    static Index size(const Given &given, Index) { return given.size(); }
+};
+template <class T>
+struct Argument<Maybe<T>> {
+    using Given = std::optional<Field<const T>>;
+    static Maybe<T> passed(const Given &given) { return {given ? given->data : nullptr}; }
+    static Index size(const Given &given, Index n) { return given ? given->size() : n; }
+};
+
+static void require(bool holds, const char *message) {
+    if (!holds) throw std::invalid_argument(message);
+}
+
+template <class R, class... P>
+static void bind(py::module_ &module, const char *name, R (*kernel)(Index, P...)) {
+    module.def(name, [kernel](const typename Argument<P>::Given &...given) {
+        const Index n = std::max({Argument<P>::size(given, 0)...});
+        require(((Argument<P>::size(given, n) == n) && ...), "fields must be of one shape");
+        return kernel(n, Argument<P>::passed(given)...);
+    });
+}
+
+// Conjugate gradients.
+
+template <class T>
+INLINED static double inner_product(Index n, const T *RESTRICT a, const T *RESTRICT b) {
+    double result = 0;
+    for (Index first = 0; first < n; first += BLOCK) {
+        const Index end = std::min(first + BLOCK, n);
+        T sum = 0;
+#pragma omp simd reduction(+ : sum)
+        for (Index i = first; i < end; i++) sum += a[i] * b[i];
+        result += sum;
+    }
+    return result;
+}
+
+VECTORIZED static double inner32(Index n, const float *a, const float *b) {
+    return inner_product(n, a, b);
+}
+
+VECTORIZED static double inner64(Index n, const double *a, const double *b) {
+    return inner_product(n, a, b);
+}
+
+VECTORIZED static double total(Index n, const float *field) {
+    double result = 0;
+#pragma omp simd reduction(+ : result)
+    for (Index i = 0; i < n; i++) result += field[i];
+    return result;
+}
+
+VECTORIZED static double project_mean(Index n, float shift, const float *RESTRICT inside,
+                               float *RESTRICT residual) {
+    double result = 0;
+    for (Index first = 0; first < n; first += BLOCK) {
+        const Index end = std::min(first + BLOCK, n);
+        float sum = 0;
+#pragma omp simd reduction(+ : sum)
+        for (Index i = first; i < end; i++) {
+            const float value = residual[i] - shift;
+            residual[i] = value;
+            sum += value * value * inside[i];
+        }
+        result += sum;
+    }
+    return result;
+}
+
+// Some cells of one row; the inner product with the residual.
+VECTORIZED static float weigh(Index n, const float *RESTRICT weight, const float *RESTRICT residual,
+                              float *RESTRICT field) {
+    float sum = 0;
+#pragma omp simd reduction(+ : sum)
+    for (Index i = 0; i < n; i++) {
+        const float value = field[i] * weight[i];
+        field[i] = value;
+        sum += value * residual[i];
+    }
+    return sum;
+}
+
+VECTORIZED static float weigh_both(Index n, const float *RESTRICT weight,
+                                   const float *RESTRICT inner_weight, const float *RESTRICT inner,
+                                   const float *RESTRICT residual, float *RESTRICT field) {
+    float sum = 0;
+#pragma omp simd reduction(+ : sum)
+    for (Index i = 0; i < n; i++) {
+        const float value = field[i] * weight[i] + inner[i] * inner_weight[i];
+        field[i] = value;
+        sum += value * residual[i];
+    }
+    return sum;
+}
+
+static double blend(Field<const float> weight, const std::optional<Field<const float>> &inner_weight,
+                    const std::optional<Field<const float>> &inner,
+                    std::pair<Index, Index> corner, Field<const float> residual,
+                    Field<float> field) {
+    const Index columns = field.columns;
+    require(weight.size() == field.size() && residual.size() == field.size(),
+            "fields must be of one shape");
+    const auto [x, y] = corner;
+    Index nx = 0, ny = 0;
+    if (inner && inner_weight) {
+        nx = inner->rows, ny = inner->columns;
+        require(inner->size() == inner_weight->size(), "fields must be of one shape");
+        require(x >= 0 && y >= 0 && x + nx <= field.rows && y + ny <= columns,
+                "the inner field must lie within the other");
+    }
+    double result = 0;
+    for (Index row = 0; row < field.rows; row++) {
+        const Index start = row * columns;
+        const float *w = weight.data + start, *r = residual.data + start;
+        float *f = field.data + start;
+        if (row < x || row >= x + nx) {
+            result += weigh(columns, w, r, f);
+            continue;
+        }
+        const Index inside = (row - x) * ny, end = y + ny;
+        result += weigh(y, w, r, f);
+        result += weigh_both(ny, w + y, inner_weight->data + inside, inner->data + inside, r + y,
+                             f + y);
+        result += weigh(columns - end, w + end, r + end, f + end);
+    }
+    return result;
+}
+
+VECTORIZED static void update_direction(Index n, float factor, const float *RESTRICT field,
+                            float *RESTRICT direction) {
+#pragma omp simd
+    for (Index i = 0; i < n; i++) direction[i] = factor * direction[i] + field[i];
+}
+
+VECTORIZED static double add_layer(Index n, Maybe<float> tangent, const float *RESTRICT direction,
+                                   float *RESTRICT force) {
+    if (!tangent.data) return inner_product(n, direction, force);
+    double result = 0;
+    for (Index first = 0; first < n; first += BLOCK) {
+        const Index end = std::min(first + BLOCK, n);
+        float sum = 0;
+#pragma omp simd reduction(+ : sum)
+        for (Index i = first; i < end; i++) {
+            const float value = force[i] + tangent.data[i] * direction[i];
+            force[i] = value;
+            sum += value * direction[i];
+        }
+        result += sum;
+    }
+    return result;
+}
+
+VECTORIZED static double advance(Index n, float length, const float *RESTRICT direction,
+                                const float *RESTRICT force, const float *RESTRICT weight,
+                                float *RESTRICT pressure, float *RESTRICT residual) {
+    double result = 0;
+    for (Index first = 0; first < n; first += BLOCK) {
+        const Index end = std::min(first + BLOCK, n);
+        float sum = 0;
+#pragma omp simd reduction(+ : sum)
+        for (Index i = first; i < end; i++) {
+            pressure[i] += length * direction[i];
+            const float value = residual[i] - length * force[i];
+            residual[i] = value;
+            sum += value * weight[i];
+        }
+        result += sum;
+    }
+    return result;
+}
+
+VECTORIZED static float recover_displacement(Index n, const float *RESTRICT start,
+                                             Maybe<float> tangent, const float *RESTRICT pressure,
+                                             float shift, float *RESTRICT residual) {
+    float largest = 0;
+    const float *RESTRICT layer = tangent.data;
+    if (layer) {
+#pragma omp simd reduction(max : largest)
+        for (Index i = 0; i < n; i++) {
+            const float value = start[i] - residual[i] - shift - layer[i] * pressure[i];
+            residual[i] = value;
+            largest = std::fabs(value) > largest ? std::fabs(value) : largest;
+        }
+    } else {
+#pragma omp simd reduction(max : largest)
+        for (Index i = 0; i < n; i++) {
+            const float value = start[i] - residual[i] - shift;
+            residual[i] = value;
+            largest = std::fabs(value) > largest ? std::fabs(value) : largest;
+        }
+    }
+    return largest;
+}
+
+// The active set.
+
+template <bool WEIGHTED>
+INLINED static std::pair<double, double> scaled_and_clipped(Index n, double factor, double limit,
+                                                            double rigid, const double *weight,
+                                                            double *RESTRICT pressure) {
+    double carried = 0, saturated = 0;
+    for (Index first = 0; first < n; first += BLOCK) {
+        const Index end = std::min(first + BLOCK, n);
+        double sum = 0, count = 0;
+#pragma omp simd reduction(+ : sum, count)
+        for (Index i = first; i < end; i++) {
+            const double before = pressure[i], unit = WEIGHTED ? weight[i] : 1.0;
+            double value = before * factor;
+            value = value < 0 ? 0 : value;
+            value = value > limit ? limit : value;
+            value = before >= rigid ? before : value;
+            pressure[i] = value;
+            sum += unit * value;
+            count += value >= limit ? unit : 0.0;
+        }
+        carried += sum;
+        saturated += count;
+    }
+    return {carried, saturated};
+}
+
+VECTORIZED static std::pair<double, double> scale_and_clip(Index n, double factor, double limit,
+                                                           double rigid, Maybe<double> weights,
+                                                           double *RESTRICT pressure) {
+    return weights.data ? scaled_and_clipped<true>(n, factor, limit, rigid, weights.data, pressure)
+                        : scaled_and_clipped<false>(n, factor, limit, rigid, nullptr, pressure);
+}
+
+VECTORIZED static std::tuple<double, double, double, double> evaluate(
+    Index n, const double *RESTRICT separation, const double *RESTRICT displacement,
+    const double *RESTRICT pressure, double limit, double approach, double margin,
+    double *RESTRICT gap, bool *RESTRICT to_be_free) {
+    double free_sum = 0, free_count = 0, highest = -INFINITE;
+    for (Index first = 0; first < n; first += BLOCK) {
+        const Index end = std::min(first + BLOCK, n);
+        double sum = 0, count = 0;
+#pragma omp simd reduction(+ : sum, count) reduction(max : highest)
+        for (Index i = first; i < end; i++) {
+            const double free = (pressure[i] > 0) & (pressure[i] < limit) ? 1.0 : 0.0;
+            sum += free * separation[i];
+            count += free;
+            highest = displacement[i] > highest ? displacement[i] : highest;
+        }
+        free_sum += sum;
+        free_count += count;
+    }
+    if (std::isnan(approach) && free_count > 0) {
+        approach = free_sum / free_count;
+    } else if (std::isnan(approach)) {
+        approach = -INFINITE;
+        for (Index i = 0; i < n; i++)
+            if (pressure[i] >= limit && separation[i] > approach) approach = separation[i];
+    }
+    double worst = 0, all = 0;
+    const double slack = margin * highest;
+    for (Index first = 0; first < n; first += BLOCK) {
+        const Index end = std::min(first + BLOCK, n);
+        double sum = 0;
+#pragma omp simd reduction(+ : sum) reduction(max : worst)
+        for (Index i = first; i < end; i++) {
+            const double value = separation[i] - approach;
+            gap[i] = value;
+            sum += value;
+            double violation = pressure[i] >= limit ? value : std::fabs(value);
+            violation = pressure[i] > 0 ? violation : -value;
+            worst = violation > worst ? violation : worst;
+            const bool open = pressure[i] <= 0, saturated = pressure[i] >= limit;
+            const bool closes = value < -slack, parts = value > slack;
+            to_be_free[i] = (open & closes) | (saturated & parts) | !(open | saturated);
+        }
+        all += sum;
+    }
+    return {approach, worst, highest, all};
+}
+
+VECTORIZED static std::tuple<double, double, double> scale_step(
+    Index n, const double *RESTRICT pressure, const double *RESTRICT gap,
+    const float *RESTRICT found, double unit, const float *RESTRICT uniform, double share,
+    double *RESTRICT step) {
+    double lowest = INFINITE, highest = -INFINITE, along = 0;
+    for (Index first = 0; first < n; first += BLOCK) {
+        const Index end = std::min(first + BLOCK, n);
+        double sum = 0;
+#pragma omp simd reduction(+ : sum) reduction(min : lowest) reduction(max : highest)
+        for (Index i = first; i < end; i++) {
+            const double value = found[i] * unit - uniform[i] * share;
+            step[i] = value;
+            const double target = pressure[i] + value;
+            lowest = target < lowest ? target : lowest;
+            highest = target > highest ? target : highest;
+            sum += value * gap[i];
+        }
+        along += sum;
+    }
+    return {lowest, highest, along};
+}
+
+VECTORIZED static std::pair<double, double> descent(Index n, const double *RESTRICT gap,
+                                                    const double *RESTRICT step) {
+    double along = 0, magnitude = 0;
+    for (Index first = 0; first < n; first += BLOCK) {
+        const Index end = std::min(first + BLOCK, n);
+        double sum = 0, magnitudes = 0;
+#pragma omp simd reduction(+ : sum, magnitudes)
+        for (Index i = first; i < end; i++) {
+            const double product = gap[i] * step[i];
+            sum += product;
+            magnitudes += std::fabs(product);
+        }
+        along += sum;
+        magnitude += magnitudes;
+    }
+    return {along, magnitude};
+}
+
+VECTORIZED static void move(Index n, double fraction, const double *RESTRICT step, double limit,
+                            const float *RESTRICT moved, double unit, double offset,
+                            const double *RESTRICT shape, double *RESTRICT pressure,
+                            double *RESTRICT displacement, double *RESTRICT separation) {
+    const double part = fraction * unit, shift = fraction * offset;
+#pragma omp simd
+    for (Index i = 0; i < n; i++) {
+        double target = pressure[i] + fraction * step[i];
+        target = target < 0 ? 0 : target;
+        pressure[i] = target > limit ? limit : target;
+        const double value = displacement[i] + part * moved[i] + shift;
+        displacement[i] = value;
+        separation[i] = value + shape[i];
+    }
+}
+
+// The wear of a stage.
+
+constexpr double LARGEST_EXPONENT = 200.0;
+constexpr double LARGEST_SLOPE = 1e30;
+constexpr double TINY = 1e-12;
+constexpr double SMALL = 3e-5;
+
+// eˣ − 1 as 2ᵏ (eʳ − 1) + (2ᵏ − 1) with x = k ln 2 + r and the Taylor series of eʳ − 1, |r| < 0.35:
+// good to two units in the last place, for x up to 700 in magnitude.
+INLINED static double expm1_of(double x) {
+    constexpr double ROUNDING = 6755399441055744.0;  // 1.5 · 2⁵²: adding it rounds to an integer
+    constexpr double LN2_HIGH = 6.93147180369123816490e-01, LN2_LOW = 1.90821492927058770002e-10;
+    const double rounded = x * 1.4426950408889634 + ROUNDING;
+    const double k = rounded - ROUNDING;
+    std::uint64_t bits;
+    std::memcpy(&bits, &rounded, sizeof bits);
+    bits = (bits + 1023) << 52;
+    double power;
+    std::memcpy(&power, &bits, sizeof power);
+    const double r = (x - k * LN2_HIGH) - k * LN2_LOW;
+    double series = 1.0 / 6227020800.0;
+    series = series * r + 1.0 / 479001600.0;
+    series = series * r + 1.0 / 39916800.0;
+    series = series * r + 1.0 / 3628800.0;
+    series = series * r + 1.0 / 362880.0;
+    series = series * r + 1.0 / 40320.0;
+    series = series * r + 1.0 / 5040.0;
+    series = series * r + 1.0 / 720.0;
+    series = series * r + 1.0 / 120.0;
+    series = series * r + 1.0 / 24.0;
+    series = series * r + 1.0 / 6.0;
+    series = series * r + 0.5;
+    series = series * r * r + r;
+    return power * series + (power - 1.0);
+}
+
+INLINED static double exponent_of(double pressure, double rate, double known) {
+    const double x = rate * pressure + known;
+    return x > LARGEST_EXPONENT ? LARGEST_EXPONENT : x;
+}
+
+VECTORIZED static void wear(Index n, const double *RESTRICT pressure, double rate,
+                            const double *RESTRICT known, const double *RESTRICT start,
+                            const double *RESTRICT reduced_gap, Maybe<double> flow,
+                            double *RESTRICT result) {
+    const double *RESTRICT shift = flow.data;
+    if (shift) {
+#pragma omp simd
+        for (Index i = 0; i < n; i++) {
+            const double x = exponent_of(pressure[i], rate, known[i]);
+            const double growth = expm1_of(x), divisor = x < TINY ? TINY : x;
+            const double worn = growth * reduced_gap[i] + (growth - x) / divisor * shift[i];
+            result[i] += (worn < 0 ? 0 : worn) + start[i];
+        }
+    } else {
+#pragma omp simd
+        for (Index i = 0; i < n; i++) {
+            const double x = exponent_of(pressure[i], rate, known[i]);
+            result[i] += expm1_of(x) * reduced_gap[i] + start[i];
+        }
+    }
+}
+
+template <class T>
+INLINED static void slope_of_wear(Index n, const double *RESTRICT pressure, double rate,
+                                  const double *RESTRICT known,
+                                  const double *RESTRICT reduced_gap,
+                                  const double *RESTRICT shift, double factor,
+                                  T *RESTRICT result) {
+    if (shift) {
+#pragma omp simd
+        for (Index i = 0; i < n; i++) {
+            const double x = exponent_of(pressure[i], rate, known[i]);
+            const double above = x < SMALL ? SMALL : x, growth = expm1_of(above);
+            const double per_above = 1.0 / above;
+            const double phi_slope = ((above - growth) * per_above + growth) * per_above;
+            const double below = x < SMALL ? (x - SMALL) / 3.0 : 0.0;
+            double slope = (growth + 1.0) * reduced_gap[i] + (phi_slope + below) * shift[i];
+            slope = slope < 0 ? 0 : slope * factor;
+            result[i] = static_cast<T>(slope > LARGEST_SLOPE ? LARGEST_SLOPE : slope);
+        }
+    } else {
+#pragma omp simd
+        for (Index i = 0; i < n; i++) {
+            const double x = exponent_of(pressure[i], rate, known[i]);
+            const double slope = (expm1_of(x) + 1.0) * reduced_gap[i] * factor;
+            result[i] = static_cast<T>(slope > LARGEST_SLOPE ? LARGEST_SLOPE : slope);
+        }
+    }
+}
+
+VECTORIZED static void slope32(Index n, const double *pressure, double rate, const double *known,
+                               const double *reduced_gap, Maybe<double> shift, double factor,
+                               float *result) {
+    slope_of_wear(n, pressure, rate, known, reduced_gap, shift.data, factor, result);
+}
+
+VECTORIZED static void slope64(Index n, const double *pressure, double rate, const double *known,
+                               const double *reduced_gap, Maybe<double> shift, double factor,
+                               double *result) {
+    slope_of_wear(n, pressure, rate, known, reduced_gap, shift.data, factor, result);
+}
+
+PYBIND11_MODULE(compiled_kernels, module) {
+    module.doc() = "The functions of kernels.py, compiled.";
+    bind(module, "inner", &inner32);
+    bind(module, "inner", &inner64);
+    bind(module, "total", &total);
+    bind(module, "project_mean", &project_mean);
+    module.def("blend", &blend);
+    bind(module, "update_direction", &update_direction);
+    bind(module, "add_layer", &add_layer);
+    bind(module, "advance", &advance);
+    bind(module, "recover_displacement", &recover_displacement);
+    bind(module, "scale_and_clip", &scale_and_clip);
+    bind(module, "evaluate", &evaluate);
+    bind(module, "scale_step", &scale_step);
+    bind(module, "descent", &descent);
+    bind(module, "move", &move);
+    bind(module, "wear", &wear);
+    bind(module, "wear_slope", &slope32);
+    bind(module, "wear_slope", &slope64);
+}
