@@ -70,6 +70,21 @@ def content():
     return tiny_study()
 
 
+class HandClock:
+    """A clock that stands still until it is set."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+@pytest.fixture
+def clock():
+    return HandClock()
+
+
 @pytest.fixture(scope="session")
 def case_file(tmp_path_factory):
     """A case file that the command line has written."""

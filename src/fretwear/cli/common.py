@@ -21,12 +21,13 @@ if TYPE_CHECKING:
     from fretwear.cli.progress import Log
     from fretwear.study.study import Study
 
+Completion = Callable[..., list[str]]
+
 FIGURE_FORMATS = (".png", ".svg", ".pdf")
 """Endings of the files into which figures are drawn."""
 
 LOG_FORMAT_OPTION, LOG_FORMAT_VARIABLE = "--log-format", "FRETWEAR_LOG_FORMAT"
 
-_STUDY_FILES = (".yaml", ".yml")
 _LISTED = 5
 
 
@@ -39,19 +40,10 @@ class Status(IntEnum):
 
 
 class CommandError(Exception):
-    """What ends a command with a message, which the group of commands prints.
-
-    Attributes
-    ----------
-    message : str
-        What was wrong and what to do.
-    status : Status
-        Exit status.
-    """
+    """What ends a command with a message and an exit status: what was wrong and what to do."""
 
     def __init__(self, message: str, status: Status = Status.WRONG_INPUT) -> None:
         super().__init__(message)
-        self.message = message
         self.status = status
 
 
@@ -94,50 +86,41 @@ def begin(context: typer.Context, log_format: LogFormat, *, quiet: bool) -> Log:
     return call.log
 
 
-def results_file(metavar: str, help_: str) -> Any:
-    """Return an argument that is a file of results."""
-    return typer.Argument(
-        metavar=metavar, help=help_, show_default=False, autocompletion=completion.case_files
+def argument(metavar: str, help_: str, complete: Completion) -> Any:
+    """Return an argument that is an existing file."""
+    return typer.Argument(metavar=metavar, help=help_, show_default=False, autocompletion=complete)
+
+
+def option(
+    names: str,
+    metavar: str,
+    help_: str,
+    default: str = "",
+    complete: Callable[..., Any] | None = None,
+) -> Any:
+    """Return an option that takes a value; `default` says what happens without it."""
+    return typer.Option(
+        *names.split("/"),
+        metavar=metavar,
+        help=help_,
+        show_default=default or False,
+        autocompletion=complete,
     )
 
 
-def output_file(metavar: str, help_: str, default: str) -> Any:
-    """Return the option that names the file to write."""
-    return typer.Option("-o", "--output", metavar=metavar, help=help_, show_default=default)
-
-
-StudyFile = Annotated[
-    Path,
-    typer.Argument(
-        metavar="FILE",
-        help="Study file (YAML).",
-        show_default=False,
-        autocompletion=completion.study_files,
-    ),
-]
-CaseFile = Annotated[Path, results_file("OUT.nc", "Case file (netCDF).")]
+StudyFile = Annotated[Path, argument("FILE", "Study file (YAML).", completion.study_files)]
+CaseFile = Annotated[Path, argument("OUT.nc", "Case file (netCDF).", completion.case_files)]
+_ASSIGNMENTS = "Change a parameter for this call, such as 'load=30 N'; may be repeated."
 Assignments = Annotated[
     list[str] | None,
-    typer.Option(
-        "--set",
-        metavar="NAME=VALUE",
-        help="Change a parameter for this call, such as 'load=30 N'; may be repeated.",
-        autocompletion=completion.assignments,
-        show_default=False,
-    ),
+    option("--set", "NAME=VALUE", _ASSIGNMENTS, complete=completion.assignments),
 ]
+_RESULTS = "Folder of the study's results, with its case files in cases/."
 Results = Annotated[
-    Path | None,
-    typer.Option(
-        "--results",
-        metavar="FOLDER",
-        help="Folder of the study's results, with its case files in cases/.",
-        show_default="results/ and the name of the study",
-    ),
+    Path | None, option("--results", "FOLDER", _RESULTS, "results/ and the name of the study")
 ]
 Quiet = Annotated[
-    bool,
-    typer.Option("--quiet", "-q", help="Print errors only.", rich_help_panel="Messages"),
+    bool, typer.Option("--quiet", "-q", help="Print errors only.", rich_help_panel="Messages")
 ]
 Format = Annotated[
     LogFormat,
@@ -231,18 +214,17 @@ def check_results(file: Path) -> None:
     """
     if file.is_dir():
         found = sorted([*file.glob("*.nc"), *file.glob("cases/*.nc")])
-        more = f" and {len(found) - _LISTED} more" if len(found) > _LISTED else ""
+        more = f"\n    and {len(found) - _LISTED} more" if len(found) > _LISTED else ""
         names = "".join(f"\n    {name}" for name in found[:_LISTED])
         hint = f"; name one of its files, such as{names}{more}" if found else " without results"
         raise CommandError(f"{file}: is a folder{hint}")
     if not file.exists():
-        present = file.parent.iterdir() if file.parent.is_dir() else ()
-        near = difflib.get_close_matches(file.name, [p.name for p in present], n=1, cutoff=0.7)
+        present = [path.name for path in file.parent.iterdir()] if file.parent.is_dir() else []
         hint = "the cases of a study are in results/STUDY/cases/; fretwear run computes one"
-        if near:
+        if near := difflib.get_close_matches(file.name, present, n=1, cutoff=0.7):
             hint = f"did you mean {str(file.with_name(near[0]))!r}?"
         raise CommandError(f"{file}: there is no such file\n    {hint}")
-    if file.suffix in _STUDY_FILES:
+    if file.suffix in completion.STUDY_FILES:
         raise CommandError(
             f"{file}: is a study file, not a file of results\n"
             f"    fretwear plan {file} lists its cases, fretwear run computes them"

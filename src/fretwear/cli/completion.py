@@ -12,7 +12,9 @@ from pathlib import Path
 
 import typer
 
-_STUDY_FILES = (".yaml", ".yml")
+STUDY_FILES = (".yaml", ".yml")
+"""Endings of study files."""
+
 _STUDIES = "studies/"
 _ODD_CHARACTERS = frozenset(" \t\n\"'\\$&;<>|*?[](){}!#`~")
 # All ids of a large study take seconds, too long for a key that seems to do nothing.
@@ -21,9 +23,9 @@ _MOST_POINTS = 2000
 
 def study_files(incomplete: str) -> list[str]:
     """Offer study files: those of the folder, and of ``studies/`` where no folder was typed."""
-    found = _entries(incomplete, _STUDY_FILES)
+    found = _entries(incomplete, STUDY_FILES)
     if _STUDIES in found:
-        inside = [name for name in _entries(_STUDIES, _STUDY_FILES) if not name.endswith("/")]
+        inside = [name for name in _entries(_STUDIES, STUDY_FILES) if not name.endswith("/")]
         found = [name for name in found if name != _STUDIES or not inside] + inside
     return _unless_shells_do_better(found)
 

@@ -17,14 +17,19 @@ from fretwear.cli.common import (
     begin,
     check_output,
     opened,
-    output_file,
+    option,
 )
+
+_FIGURE = "File to write: .png, .svg or .pdf."
+_FILM = "File to write: .gif, or .mp4 where the program ffmpeg is installed."
+_DOTS = "Dots per inch; the pictures are 190 mm wide, at 120 dpi 897 pixels."
 
 
 def plot(
     file: CaseFile,
     output: Annotated[
-        Path | None, output_file("FIG.png", "File to write: .png, .svg or .pdf.", "OUT.png")
+        Path | None,
+        option("-o/--output", "FIG.png", "File to write: .png, .svg or .pdf.", "OUT.png"),
     ] = None,
 ) -> None:
     """Draw pressure, shear, gap and wear along x, and a map of the scar."""
@@ -40,23 +45,9 @@ def plot(
 def animate(
     context: typer.Context,
     file: CaseFile,
-    output: Annotated[
-        Path | None,
-        output_file(
-            "WEAR.gif",
-            "File to write: .gif, or .mp4 where the program ffmpeg is installed.",
-            "OUT.gif",
-        ),
-    ] = None,
+    output: Annotated[Path | None, option("-o/--output", "WEAR.gif", _FILM, "OUT.gif")] = None,
     dots: Annotated[
-        float,
-        typer.Option(
-            "--dpi",
-            metavar="NUMBER",
-            min=30.0,
-            max=600.0,
-            help="Dots per inch; the pictures are 190 mm wide, at 120 dpi 897 pixels.",
-        ),
+        float, typer.Option("--dpi", metavar="NUMBER", min=30.0, max=600.0, help=_DOTS)
     ] = 120.0,
     quiet: Quiet = False,
     log_format: Format = LogFormat.AUTO,

@@ -19,7 +19,7 @@ from fretwear.cli.common import (
     StudyFile,
     begin,
     check_output,
-    output_file,
+    option,
     study_and_results,
 )
 from fretwear.cli.completion import case_ids
@@ -27,23 +27,19 @@ from fretwear.cli.completion import case_ids
 if TYPE_CHECKING:
     from fretwear.study.study import Study
 
+_CASE = "Which case, by its id in `fretwear plan` or its beginning; needless if there is only one."
+_OUTPUT = "File to write."
+_POINTS = "Numbers of the points, counted from 1 as in the report."
+_FINISHED = "File to write when all of the cases are done, for the workflow."
+_SUPERVISE = "Run the other cases if the process is killed, as it is without memory."
+
 
 def run(
     context: typer.Context,
     file: StudyFile,
-    case_id: Annotated[
-        str | None,
-        typer.Option(
-            "--case",
-            metavar="ID",
-            help="Which case, by its id in `fretwear plan` or the beginning of it; "
-            "not needed where there is only one.",
-            show_default=False,
-            autocompletion=case_ids,
-        ),
-    ] = None,
+    case_id: Annotated[str | None, option("--case", "ID", _CASE, complete=case_ids)] = None,
     set_: Assignments = None,
-    output: Annotated[Path | None, output_file("OUT.nc", "File to write.", "ID.nc")] = None,
+    output: Annotated[Path | None, option("-o/--output", "OUT.nc", _OUTPUT, "ID.nc")] = None,
     quiet: Quiet = False,
     log_format: Format = LogFormat.AUTO,
 ) -> None:
@@ -72,32 +68,10 @@ def run(
 def batch(
     context: typer.Context,
     file: StudyFile,
-    points: Annotated[
-        str | None,
-        typer.Option(
-            "--points",
-            metavar="FIRST-LAST",
-            help="Numbers of the points, counted from 1 as in the report.",
-            show_default="all",
-        ),
-    ] = None,
+    points: Annotated[str | None, option("--points", "FIRST-LAST", _POINTS, "all")] = None,
     results: Results = None,
-    finished: Annotated[
-        Path | None,
-        typer.Option(
-            "--finished",
-            metavar="OUT.json",
-            help="File to write when all of the cases are done, for the workflow.",
-            show_default=False,
-        ),
-    ] = None,
-    supervised: Annotated[
-        bool,
-        typer.Option(
-            "--supervise",
-            help="Run the other cases if the process is killed, as it is without memory.",
-        ),
-    ] = False,
+    finished: Annotated[Path | None, option("--finished", "OUT.json", _FINISHED)] = None,
+    supervised: Annotated[bool, typer.Option("--supervise", help=_SUPERVISE)] = False,
     quiet: Quiet = False,
     log_format: Format = LogFormat.AUTO,
 ) -> None:

@@ -15,12 +15,13 @@ import typer
 from fretwear.cli.common import (
     FIGURE_FORMATS,
     aligned,
+    argument,
     check_output,
     check_results,
     opened,
-    output_file,
-    results_file,
+    option,
 )
+from fretwear.cli.completion import case_files
 from fretwear.units import (
     number_text,
     readable_unit,
@@ -47,12 +48,13 @@ _CASE_RESULTS = (
     "plastic_volume",
 )
 _STUDY_RESULTS = ("contact_half_width_x", "stick_half_width_x", "peak_pressure", "wear_volume")
+_BOTH = "Draw both over each other, to this file: .png, .svg or .pdf."
 _MOST_POINTS = 100
 _DIGITS = 4
 
 
 def show(
-    file: Annotated[Path, results_file("OUT.nc", "Case file, or summary.nc of a study.")],
+    file: Annotated[Path, argument("OUT.nc", "Case file, or summary.nc of a study.", case_files)],
     as_json: Annotated[
         bool, typer.Option("--json", help="Print JSON in SI units, for scripts.")
     ] = False,
@@ -82,16 +84,9 @@ def show(
 
 
 def compare(
-    first: Annotated[Path, results_file("A.nc", "Case file (netCDF).")],
-    second: Annotated[Path, results_file("B.nc", "Case file to compare it with.")],
-    output: Annotated[
-        Path | None,
-        output_file(
-            "FIG.png",
-            "Draw both over each other, to this file: .png, .svg or .pdf.",
-            "no figure",
-        ),
-    ] = None,
+    first: Annotated[Path, argument("A.nc", "Case file (netCDF).", case_files)],
+    second: Annotated[Path, argument("B.nc", "Case file to compare it with.", case_files)],
+    output: Annotated[Path | None, option("-o/--output", "FIG.png", _BOTH, "no figure")] = None,
 ) -> None:
     """Print the parameters in which two cases differ, and their key results with the ratios."""
     path = None if output is None else check_output(output, *FIGURE_FORMATS)

@@ -92,7 +92,10 @@ def supervise(case_ids: Collection[str], results: Path) -> None:
         sys.stderr.flush()
         child = os.fork()
         if child == 0:
-            _stop_with_parent()
+            if sys.platform == "linux":  # which stops this process when its parent is killed
+                import ctypes
+
+                ctypes.CDLL(None).prctl(_PARENT_DEATH_SIGNAL, signal.SIGTERM, 0, 0, 0)
             return
         status, before = _exit_status_of(child), vanished
         reasons = {case_id: failure.reason for case_id, failure in failures(results).items()}
@@ -116,11 +119,3 @@ def _exit_status_of(child: int) -> int:
         os.kill(child, signal.SIGTERM)
         status = os.waitpid(child, 0)[1]
     return os.waitstatus_to_exitcode(status)
-
-
-def _stop_with_parent() -> None:
-    """Have the kernel stop this process when its parent is killed, where it can."""
-    if sys.platform == "linux":
-        import ctypes
-
-        ctypes.CDLL(None).prctl(_PARENT_DEATH_SIGNAL, signal.SIGTERM, 0, 0, 0)

@@ -1,7 +1,36 @@
 import json
 import shutil
+import struct
 
 import pytest
+
+
+@pytest.mark.parametrize(("name", "begins"), [("a.png", b"\x89PNG"), ("a.svg", b"<?xml")])
+def test_plot_draws_the_case(desk, case_file, name, begins):
+    result = desk.call("plot", case_file, "-o", name)
+    assert result.exit_code == 0
+    content = (desk.folder / name).read_bytes()
+    assert content.startswith(begins)
+    if name.endswith(".png"):
+        width, height = struct.unpack(">II", content[16:24])
+        assert (width, height) > (1000, 600)
+
+
+def test_plot_puts_the_figure_beside_the_case(desk, case_file):
+    shutil.copy(case_file, "mine.nc")
+    assert desk.call("plot", "mine.nc").exit_code == 0
+    assert desk.files() == ["mine.nc", "mine.png", "tiny.yaml"]
+
+
+@pytest.mark.parametrize(
+    ("output", "reason"),
+    [("a.doc", ".png, .svg or .pdf"), ("tiny.yaml/a.png", "is not a folder")],
+)
+def test_a_figure_that_cannot_be_written_is_refused(desk, case_file, output, reason):
+    result = desk.call("plot", case_file, "-o", output)
+    assert result.exit_code == 2
+    assert reason in result.stderr
+    assert desk.files() == ["tiny.yaml"]
 
 
 def test_animate_writes_a_gif_beside_the_case_and_advises_more_snapshots(desk, case_file):
