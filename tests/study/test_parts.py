@@ -7,9 +7,12 @@ from typing import Annotated, Literal
 import numpy as np
 import pytest
 
+from fretwear import figures
+from fretwear.mechanics.slip import ReducedContact, SlipModel
 from fretwear.mechanics.surfaces import Roughness
 from fretwear.mechanics.wear_laws import WearLaw
 from fretwear.parts import Quantity, WholeNumber
+from fretwear.running.simulate import simulate
 from fretwear.study.case import Case, CaseError
 from fretwear.study.parameters import parameter, symbol_text, words_text
 from fretwear.study.sections import study_schema
@@ -55,7 +58,19 @@ class WearPerEnergy(WearLaw):
         return self.energy_coefficient * friction.coefficient
 
 
-MADE_UP = {Dimple: "dimple", WearPerEnergy: "energy"}
+@dataclass(frozen=True)
+class UniformSlip(SlipModel):
+    """All points slip alike, as in reciprocating gross slip; nothing sticks."""
+
+    slip_gap: Annotated[float, Quantity("m", "$g_0$", "gap that stands for slip", "um", above=0.0)]
+    kind: Literal["uniform"] = "uniform"
+
+    def reduced(self, problem, half_space, shape, *guess, **accuracy):
+        del problem, half_space, guess, accuracy
+        return ReducedContact(np.zeros_like(shape), np.full_like(shape, self.slip_gap), 0.0)
+
+
+MADE_UP = {Dimple: "dimple", WearPerEnergy: "energy", UniformSlip: "uniform"}
 
 
 def register(*, there):
@@ -101,7 +116,9 @@ def examples():
     """One case for each kind of part, so that every parameter occurs."""
     ratio = {**STEEL, "tangential_load": None, "tangential_ratio": 0.8}
     energy = {**STEEL, "wear_coefficient": None, "energy_coefficient": "5e-14 / Pa"}
-    return [steel(), Case(**ratio), Case(**energy), steel(roughness=DIMPLE, cell=None)]
+    uniform = {"kind": "uniform", "slip_gap": "1 um"}
+    rough = steel(roughness=DIMPLE, cell=None)
+    return [steel(), Case(**ratio), Case(**energy), rough, steel(slip_model=uniform)]
 
 
 def moved(leaf, value):
@@ -201,3 +218,28 @@ def test_a_case_can_be_changed():
     assert steel().replace(tangential_ratio=0.5).tangential_load == pytest.approx(12.5)
     with pytest.raises(CaseError, match="gross sliding"):
         steel().replace(load="30 N")
+
+
+def test_new_kinds_run_from_a_study_file_to_a_figure(studies, content, tmp_path):
+    content["base"] |= {
+        "plastic_limit": "4500 MPa",
+        "roughness": {**DIMPLE, "width": "60 um"},
+        "slip_model": {"kind": "uniform", "slip_gap": "1 um"},
+        "energy_coefficient": "5e-14 / Pa",
+        "cell": "6 um",
+        "cycles": 100,
+    }
+    del content["base"]["wear_coefficient"]
+    content["output"] = {"cycles": [10]}
+    case = studies.load(content, ["load=50 N"]).points()[0].case
+    dataset = simulate(case)
+    assert dataset["slip_model_slip_gap"] == 1e-6
+    # Archard for constant slip: the volume is that of the load on the path, by 4 K P µκg per cycle.
+    path = 4 * case.friction * case.coupling * 1e-6 * dataset["cycle"]
+    expected = case.wear_law.coefficient(case.friction_law) * case.load * path
+    np.testing.assert_allclose(dataset["wear_volume"], expected, rtol=1e-3, atol=1e-24)
+    # The dimple leaves the load to the ground around it.
+    assert float(dataset["pressure"].isel(cycle=0, x=0, y=0)) < 0.3 * case.hertz_pressure
+    file = tmp_path / "figure.png"
+    figures.pressure_profiles(dataset).savefig(file)
+    assert file.stat().st_size > 10_000
