@@ -12,7 +12,6 @@ import pytest
 import yaml
 
 import fretwear
-from fretwear.study.problems import StudyError
 from fretwear.study.study import load_study
 
 REPOSITORY = Path(__file__).parents[2]
@@ -61,24 +60,10 @@ def write_study(file, content):
     return file
 
 
-class Studies:
-    """Writes study files and loads them."""
-
-    def __init__(self, folder):
-        self.folder = folder
-
-    def load(self, content):
-        return load_study(write_study(self.folder / "study.yaml", content))
-
-    def error(self, content):
-        with pytest.raises(StudyError) as caught:
-            self.load(content)
-        return caught.value
-
-
 @pytest.fixture
-def studies(tmp_path):
-    return Studies(tmp_path)
+def load(tmp_path):
+    """Load a study with this content."""
+    return lambda content: load_study(write_study(tmp_path / "study.yaml", content))
 
 
 class Checkout:
@@ -99,18 +84,19 @@ class Checkout:
     def write(self, content, name="demo"):
         write_study(self.folder / f"studies/{name}.yaml", content)
 
-    def snakemake(self, *arguments):
+    def snakemake(self, *arguments, status):
+        """Run Snakemake and return what it said; it must end with this status."""
         command = [sys.executable, "-m", "snakemake", "--cores", "2", *arguments]
-        return subprocess.run(command, cwd=self.folder, capture_output=True, text=True, check=False)
+        done = subprocess.run(command, cwd=self.folder, capture_output=True, text=True, check=False)
+        assert done.returncode == status, done.stdout + done.stderr
+        return done.stdout + done.stderr
 
     def jobs(self, *arguments):
         """What a run would do: slugs of the cases to simulate one by one, and the other rules."""
-        done = self.snakemake("--dry-run", *arguments)
-        assert done.returncode == 0, done.stderr
-        messages = re.findall(r"^Job \d+: (.*)$", done.stdout + done.stderr, re.MULTILINE)
-        cases = {
-            line.split()[1].split("-mu")[0] for line in messages if line.startswith("Simulating")
-        }
+        said = self.snakemake("--dry-run", *arguments, status=0)
+        messages = re.findall(r"^Job \d+: (.*)$", said, re.MULTILINE)
+        simulated = [line.split()[1] for line in messages if line.startswith("Simulating")]
+        cases = {name.split("-mu")[0] for name in simulated}
         return cases, {line.split()[0] for line in messages} - {"Simulating"}
 
 

@@ -19,6 +19,7 @@ from fretwear.study.study import load_study
 from .conftest import HOPELESS, TINY, contents, damage_file, wait_for, write_study
 
 STUDY = {**TINY, "vary": {"load": ["25 N", "50 N", "60 N"]}}
+BEGAN = re.compile(r"^case \d of 3: (.*)$", re.MULTILINE)
 SLOW = {**STUDY, "base": {**STUDY["base"], "cell": "2 um", "cycles": 30000}}
 
 
@@ -33,9 +34,12 @@ class Bench:
     def write(self, content):
         write_study(self.folder / "tiny.yaml", content)
 
-    def batch(self, *arguments):
+    def batch(self, *arguments, status=0):
+        """Run a batch and return what it said; it must end with this status."""
         with chdir(self.folder):
-            return CliRunner().invoke(app, ["batch", "tiny.yaml", *map(str, arguments)])
+            done = CliRunner().invoke(app, ["batch", "tiny.yaml", *map(str, arguments)])
+        assert done.exit_code == status, done.stderr
+        return done.stderr
 
     def cases(self):
         return sorted((self.results / "cases").glob("*.nc"))
@@ -53,8 +57,7 @@ def bench(tmp_path):
 def whole(tmp_path_factory):
     """A study whose three cases ran in one batch."""
     bench = Bench(tmp_path_factory.mktemp("whole"))
-    done = bench.batch("--finished", "results/tiny/batches/all.json")
-    assert done.exit_code == 0, done.stderr
+    bench.batch("--finished", "results/tiny/batches/all.json")
     return bench
 
 
@@ -69,32 +72,29 @@ def test_each_case_of_a_batch_has_its_file_and_its_log(whole):
 
 def test_results_are_the_same_to_the_last_bit_whatever_the_batch(whole, bench):
     for points in ("3-3", "1-2"):
-        assert bench.batch("--points", points).exit_code == 0
+        bench.batch("--points", points)
     assert [path.name for path in bench.cases()] == [path.name for path in whole.cases()]
     for apart, together in zip(bench.cases(), whole.cases(), strict=True):
         assert contents(apart) == contents(together)
 
 
 def test_what_is_done_is_left_as_it_is(bench):
-    assert bench.batch("--points", "1-2").exit_code == 0
+    bench.batch("--points", "1-2")
     before = {path: path.stat().st_mtime_ns for path in bench.cases()}
-    done = bench.batch()
-    assert done.exit_code == 0
-    assert "2 of 3 cases were done before" in done.stderr
+    assert "2 of 3 cases were done before" in bench.batch()
     assert all(path.stat().st_mtime_ns == time for path, time in before.items())
     assert len(bench.cases()) == 3
 
 
 def test_a_damaged_file_and_one_of_other_snapshots_are_made_again(bench):
-    assert bench.batch("--points", "1-2").exit_code == 0
+    bench.batch("--points", "1-2")
     first, second = bench.cases()
     damage_file(first)
-    done = bench.batch("--points", "1-2")
-    assert "1 of 2 cases were done before" in done.stderr
-    assert f"case {first.stem}" in done.stderr
+    said = bench.batch("--points", "1-2")
+    assert "1 of 2 cases were done before" in said
+    assert f"case {first.stem}" in said
     bench.write({**STUDY, "output": {"cycles": [0, 30]}})
-    done = bench.batch("--points", "2-2")
-    assert done.exit_code == 0
+    bench.batch("--points", "2-2")
     with fretwear.open_case(second) as case:
         assert list(case["cycle"].values) == [0, 30, 100]
 
@@ -102,28 +102,27 @@ def test_a_damaged_file_and_one_of_other_snapshots_are_made_again(bench):
 def test_a_failed_case_keeps_no_other_from_running(bench):
     bench.write(HOPELESS)
     finished = bench.results / "batches/all.json"
-    done = bench.batch("--finished", finished)
-    assert done.exit_code == 1
+    said = bench.batch("--finished", finished, status=1)
     assert not finished.exists()
     (failed,) = failures(bench.results).values()
     assert failed.reason.startswith("no step after cycle 0")
-    assert f"1 of 2 cases failed\n  {failed.case_id}: {failed.reason}" in done.stderr
+    assert f"1 of 2 cases failed\n  {failed.case_id}: {failed.reason}" in said
     assert failed.reason in (bench.results / failed.log).read_text()
     (path,) = bench.cases()
     with fretwear.open_case(path) as case:
         assert float(case["wear_coefficient"]) == 7e-13
     # A rerun tries it again; once it has a result, nothing of the failure is left.
-    assert bench.batch("--points", "1-1").exit_code == 1
+    bench.batch("--points", "1-1", status=1)
     bench.write({**HOPELESS, "vary": {"wear_coefficient": ["7e-13 / Pa"]}})
     record(bench.results, path.stem, "broken before")
-    assert bench.batch().exit_code == 0
+    bench.batch()
     assert path.stem not in failures(bench.results)
 
 
 def test_a_case_that_needs_more_memory_than_there_is_fails_with_the_reason(bench):
     large = {**STUDY["base"], "cell": "0.002 um"}
     bench.write({**STUDY, "base": large, "vary": {"load": ["50 N"]}})
-    assert bench.batch().exit_code == 1
+    bench.batch(status=1)
     (failed,) = failures(bench.results).values()
     assert "of memory for" in failed.reason
 
@@ -138,16 +137,9 @@ def test_a_batch_that_is_killed_goes_on_after_the_cases_that_are_done(bench, sta
     assert len(done) < 3
     for failure in failures(bench.results).values():
         assert failure.reason == ENDED
-    again = bench.batch()
-    assert again.exit_code == 0, again.stderr
-    assert f"{len(done)} of 3 cases were done before" in again.stderr
+    assert f"{len(done)} of 3 cases were done before" in bench.batch()
     assert len(bench.cases()) == 3
     assert failures(bench.results) == {}
-
-
-def processes_of(parent):
-    children = Path(f"/proc/{parent}/task/{parent}/children")
-    return [int(pid) for pid in children.read_text().split()]
 
 
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="only Linux tells of children")
@@ -156,13 +148,12 @@ def test_the_others_are_done_when_one_case_kills_its_process(bench, start):
     first, *others = load_study(bench.folder / "tiny.yaml").cases()
     process = start("batch", "tiny.yaml", "--supervise", folder=bench.folder)
     wait_for(lambda: first in failures(bench.results), process)
-    (child,) = processes_of(process.pid)
-    os.kill(child, signal.SIGKILL)
+    children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
+    os.kill(int(children.read_text()), signal.SIGKILL)
     _, said = process.communicate()
     assert process.returncode == 0, said
     assert f"killed during {first}" in said
-    began = re.findall(r"^case \d of 3: (.*)$", said, re.MULTILINE)
-    assert began[-3:] == [*others, first]
+    assert BEGAN.findall(said)[-3:] == [*others, first]
     assert len(bench.cases()) == 3
     assert failures(bench.results) == {}
 
@@ -184,9 +175,7 @@ def test_a_supervised_batch_can_be_stopped(bench, start, number, status):
 def test_a_case_whose_process_vanished_comes_last(bench, whole):
     first, *others = (path.stem for path in whole.cases())
     record(bench.results, first)
-    done = bench.batch()
-    began = re.findall(r"^case \d of 3: (.*)$", done.stderr, re.MULTILINE)
-    assert began == [*others, first]
+    assert BEGAN.findall(bench.batch()) == [*others, first]
 
 
 def test_a_batch_is_finished_as_long_as_its_files_are_as_it_left_them(whole, tmp_path):
@@ -210,7 +199,5 @@ def test_a_batch_is_finished_as_long_as_its_files_are_as_it_left_them(whole, tmp
 
 @pytest.mark.parametrize("points", ["0-2", "2-1", "1-4", "1", "a-b", "-1-2"])
 def test_points_that_are_not_there_are_refused(bench, points):
-    done = bench.batch(f"--points={points}")
-    assert done.exit_code == 2
-    assert f"--points {points}: " in done.stderr
+    assert f"--points {points}: " in bench.batch(f"--points={points}", status=2)
     assert not bench.results.exists()

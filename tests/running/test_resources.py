@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 
@@ -24,6 +25,7 @@ from fretwear.running.resources import (
 )
 from fretwear.study.cost import SECONDS_TO_START, estimate
 from fretwear.study.plan import plan_study
+from fretwear.study.problems import StudyError
 
 from .conftest import BASE, make_case, without
 
@@ -31,83 +33,62 @@ GB = 10**9
 STUDY = {"base": without(BASE, "load"), "vary": {"load": ["25 N", "50 N"]}}
 
 
-@pytest.fixture
-def groups(tmp_path):
-    """What is available on a machine whose control groups have these files."""
-
-    def write(files):
-        for name, text in files.items():
-            path = tmp_path / name
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(f"{text}\n")
-        return available_memory(tmp_path / "proc", tmp_path / "cgroup")
-
-    return write
-
-
+# What the process is told of its groups; limit, use and statistics of each; what is left.
+TWO, ONE = (
+    ("memory.max", "memory.current", "memory.stat"),
+    ("memory.limit_in_bytes", "memory.usage_in_bytes", "memory.stat"),
+)
 CONTROL_GROUPS = {
-    "limit of the job's own, where cached files are given back on demand": (
+    "the job's own, where cached files are given back on demand": (
+        "0::/slurm/job_7",
+        {"slurm/job_7": (TWO, 4_000, 3_000, "anon 5\ninactive_file 1000")},
         2_000,
-        {
-            "proc/self/cgroup": "0::/slurm/job_7",
-            "cgroup/slurm/job_7/memory.max": 4_000,
-            "cgroup/slurm/job_7/memory.current": 3_000,
-            "cgroup/slurm/job_7/memory.stat": "anon 5\ninactive_file 1000",
-        },
     ),
-    "limit of a group around the own": (
+    "one around the own": (
+        "0::/slurm/job_7/step_0",
+        {"slurm/job_7/step_0": (TWO, "max", 1_000), "slurm": (TWO, 5_000, 2_000)},
         3_000,
-        {
-            "proc/self/cgroup": "0::/slurm/job_7/step_0",
-            "cgroup/slurm/job_7/step_0/memory.max": "max",
-            "cgroup/slurm/job_7/step_0/memory.current": 1_000,
-            "cgroup/slurm/memory.max": 5_000,
-            "cgroup/slurm/memory.current": 2_000,
-        },
     ),
-    "container that sees its limit at the root": (
-        2_000,
+    "that of a container, at the root": ("0::/docker/0123", {"": (TWO, 2_000, 0)}, 2_000),
+    "one of version one": (
+        "9:name=systemd:/\n4:cpu,memory:/job\n0::/",
         {
-            "proc/self/cgroup": "0::/docker/0123",
-            "cgroup/memory.max": 2_000,
-            "cgroup/memory.current": 0,
+            "memory/job": (ONE, 6_000, 5_000, "inactive_file 9000\ntotal_inactive_file 500"),
+            "memory": (ONE, 9223372036854771712, 0),
         },
-    ),
-    "version one": (
         1_500,
-        {
-            "proc/self/cgroup": "9:name=systemd:/\n4:cpu,memory:/job\n0::/",
-            "cgroup/memory/job/memory.limit_in_bytes": 6_000,
-            "cgroup/memory/job/memory.usage_in_bytes": 5_000,
-            "cgroup/memory/job/memory.stat": "inactive_file 9000\ntotal_inactive_file 500",
-            "cgroup/memory/memory.limit_in_bytes": 9223372036854771712,
-            "cgroup/memory/memory.usage_in_bytes": 0,
-        },
     ),
-    "beyond its limit": (
-        0,
-        {
-            "proc/self/cgroup": "0::/job",
-            "cgroup/job/memory.max": 5,
-            "cgroup/job/memory.current": 7,
-        },
-    ),
+    "one that is exceeded": ("0::/job", {"job": (TWO, 5, 7)}, 0),
 }
 
 
-@pytest.mark.parametrize("kind", CONTROL_GROUPS)
-def test_the_limit_of_a_control_group_counts(groups, kind):
-    left, files = CONTROL_GROUPS[kind]
-    assert groups(files) == left
+@pytest.fixture
+def available(tmp_path):
+    """What is available to a process in these control groups."""
+
+    def tell(own="", groups=()):
+        files = {"proc/self/cgroup": own}
+        for group, (names, *values) in dict(groups).items():
+            files |= {f"cgroup/{group}/{n}": v for n, v in zip(names, values, strict=False)}
+        for name, text in files.items():
+            (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+            (tmp_path / name).write_text(f"{text}\n" if text != "" else "")
+        return available_memory(tmp_path / "proc", tmp_path / "cgroup")
+
+    return tell
 
 
-def test_without_control_groups_the_machine_says_what_is_available(groups, monkeypatch):
-    assert groups({}) > GB / 10
+@pytest.mark.parametrize("which", CONTROL_GROUPS)
+def test_the_limit_of_a_control_group_counts(available, which):
+    own, groups, left = CONTROL_GROUPS[which]
+    assert available(own, groups) == left
+
+
+def test_without_control_groups_the_machine_says_what_is_available(available, monkeypatch):
     assert available_memory() > GB / 10
-    memory, swap = (type("", (), {"available": 16_000, "free": free})() for free in (0, 500))
-    monkeypatch.setattr("psutil.virtual_memory", lambda: memory)
-    monkeypatch.setattr("psutil.swap_memory", lambda: swap)
-    assert groups({}) == 16_500
+    monkeypatch.setattr("psutil.virtual_memory", lambda: SimpleNamespace(available=16_000))
+    monkeypatch.setattr("psutil.swap_memory", lambda: SimpleNamespace(free=500))
+    assert available() == 16_500
 
 
 def test_a_case_is_too_large_only_where_that_is_certain():
@@ -180,40 +161,42 @@ def test_a_batch_knows_its_points_its_time_and_its_memory():
     assert core_seconds([job, job], speed=2.0) == 3.0 + SECONDS_TO_START
 
 
-def test_a_study_says_how_it_is_joined(studies):
+def test_a_study_says_how_it_is_joined(load):
     content = {**STUDY, "vary": {"load": ["25 N", "30 N", "35 N", "40 N", "50 N"]}}
     for said, sizes in (({}, [1] * 5), ({"batch": 2}, [2, 2, 1]), ({"batch": "auto"}, [1] * 5)):
-        jobs = batches(plan_study(studies.load({**content, **said})))
+        jobs = batches(plan_study(load({**content, **said})))
         assert [len(job.case_ids) for job in jobs] == sizes
-    assert studies.load({**content, "batch": "auto"}).batch is None
+    assert load({**content, "batch": "auto"}).batch is None
 
 
 @pytest.mark.parametrize("wrong", [0, -3, 1.5, True, None, "many", [2], 10**9])
-def test_other_batches_are_refused(studies, wrong):
-    (problem,) = studies.error({**STUDY, "batch": wrong}).problems
+def test_other_batches_are_refused(load, wrong):
+    with pytest.raises(StudyError) as error:
+        load({**STUDY, "batch": wrong})
+    (problem,) = error.value.problems
     assert problem.key == "batch"
     assert "must be auto, or a whole number of cases" in problem.rule
 
 
-def test_points_that_come_to_one_case_are_run_and_counted_once(studies):
+def test_points_that_come_to_one_case_are_run_and_counted_once(load):
     waves = {"amplitude": "0 um", "slope_x": "5 deg", "slope_y": "1 deg"}
     base = {**STUDY["base"], "roughness": waves, "cell": ["10 um", "10 um"]}
-    single = batches(plan_study(studies.load({**STUDY, "base": base})))
+    single = batches(plan_study(load({**STUDY, "base": base})))
     slopes = {"roughness.slope_x": ["5 deg", "6 deg"], **STUDY["vary"]}
-    study = studies.load({"base": base, "vary": slopes})
+    study = load({"base": base, "vary": slopes})
     double = batches(plan_study(study))
     assert study.size == 4
     assert ids(double) == ids(single) == list(study.cases())
     assert core_seconds(double) == pytest.approx(core_seconds(single))
 
 
-def test_cases_of_one_job_start_python_once(studies):
-    apart, together = (batches(plan_study(studies.load({**STUDY, "batch": n}))) for n in (1, 2))
+def test_cases_of_one_job_start_python_once(load):
+    apart, together = (batches(plan_study(load({**STUDY, "batch": n}))) for n in (1, 2))
     assert core_seconds(apart) - core_seconds(together) == pytest.approx(SECONDS_TO_START)
 
 
-def test_a_machine_twice_as_fast_has_the_same_batches(studies):
-    plan = plan_study(studies.load(STUDY))
+def test_a_machine_twice_as_fast_has_the_same_batches(load):
+    plan = plan_study(load(STUDY))
     assert batches(replace(plan, speed=2.0)) == batches(plan)
 
 
@@ -229,10 +212,10 @@ def test_a_speed_is_measured_for_small_and_for_huge_windows():
 
 
 @pytest.fixture
-def plan(studies):
+def plan(load):
     def make(base=(), **vary):
         base = without({**BASE, **dict(base)}, *vary)
-        return plan_study(studies.load({"base": base, **({"vary": vary} if vary else {})}))
+        return plan_study(load({"base": base, **({"vary": vary} if vary else {})}))
 
     return make
 

@@ -11,6 +11,7 @@ import pytest
 
 import fretwear
 from fretwear.data.files import open_summary
+from fretwear.data.safe import DataFileError
 from fretwear.running.records import failures, record
 from fretwear.running.workflow import StudyJobs, chosen_study, study_file, write_finished
 from fretwear.study.problems import StudyError
@@ -24,8 +25,7 @@ AFTERWARDS = {"Merging", "Drawing", "Writing", "Done:"}
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
     checkout = Checkout.make(tmp_path_factory.mktemp("finished"))
-    done = checkout.snakemake()
-    assert done.returncode == 0, done.stdout + done.stderr
+    checkout.snakemake(status=0)
     return checkout
 
 
@@ -33,6 +33,11 @@ def finished(tmp_path_factory):
 def copy(finished, tmp_path):
     """A copy of the finished study with everything that Snakemake remembers of it."""
     return Checkout(shutil.copytree(finished.folder, tmp_path / "copy"))
+
+
+def written(checkout):
+    """When each case file was written."""
+    return {path: path.stat().st_mtime_ns for path in (checkout.results / "cases").glob("*.nc")}
 
 
 @pytest.mark.slow
@@ -58,37 +63,33 @@ def test_a_study_ends_in_datasets_figures_and_a_report(finished):
     assert all(name in page for name in cases)
 
 
-@pytest.mark.slow
-def test_an_unchanged_study_has_nothing_to_do(finished):
-    done = finished.snakemake("--dry-run")
-    assert done.returncode == 0
-    assert "Nothing to be done" in done.stdout + done.stderr
+BOTH = {"P25N-Q9N", "P50N-Q9N"}
+CHANGES = {
+    "nothing": ({}, set(), set()),
+    "one value": ({"vary": {"load": ["25 N", "60 N"]}}, {"P60N-Q9N"}, AFTERWARDS),
+    "a value of all": ({"base": {**TINY["base"], "friction": 0.6}}, BOTH, AFTERWARDS),
+    "snapshots, but no id": ({"output": {"cycles": [0, 30]}}, BOTH, AFTERWARDS),
+    "the title": ({"title": "Two loads"}, set(), AFTERWARDS),
+}
 
 
 @pytest.mark.slow
-def test_a_comment_in_the_study_file_changes_nothing(copy):
+@pytest.mark.parametrize("what", CHANGES)
+def test_a_change_reruns_what_it_touches(copy, what):
+    change, cases, others = CHANGES[what]
+    copy.write({**TINY, **change})
     file = copy.folder / "studies/demo.yaml"
     file.write_text(f"# measured in spring\n{file.read_text()}")
-    assert copy.jobs() == (set(), set())
-
-
-@pytest.mark.slow
-def test_a_changed_value_reruns_the_cases_it_touches(copy):
-    copy.write({**TINY, "vary": {"load": ["25 N", "60 N"]}})
-    assert copy.jobs() == ({"P60N-Q9N"}, AFTERWARDS)
-    copy.write({**TINY, "base": {**TINY["base"], "friction": 0.6}})
-    assert copy.jobs() == ({"P25N-Q9N", "P50N-Q9N"}, AFTERWARDS)
+    assert copy.jobs() == (cases, others)
 
 
 @pytest.mark.slow
 def test_an_extended_study_computes_the_new_case_only(copy):
     copy.write({**TINY, "vary": {"load": ["25 N", "30 N", "50 N"]}})
     assert copy.jobs() == ({"P30N-Q9N"}, AFTERWARDS)
-    kept = sorted((copy.results / "cases").iterdir())
-    before = [path.stat().st_mtime_ns for path in kept]
-    done = copy.snakemake("results/demo/summary.nc")
-    assert done.returncode == 0, done.stderr
-    assert [path.stat().st_mtime_ns for path in kept] == before
+    before = written(copy)
+    copy.snakemake("results/demo/summary.nc", status=0)
+    assert written(copy).items() > before.items()
     with open_summary(copy.results / "summary.nc") as summary:
         assert list(summary["load"].values) == [25.0, 30.0, 50.0]
         assert (summary["status"] == 0).all()
@@ -99,24 +100,11 @@ def test_a_case_file_that_was_removed_is_made_again_and_no_other(copy):
     first, second = sorted((copy.results / "cases").iterdir())
     first.unlink()
     assert copy.jobs() == ({"P25N-Q9N"}, AFTERWARDS)
-    before = second.stat().st_mtime_ns
-    done = copy.snakemake("results/demo/summary.nc")
-    assert done.returncode == 0, done.stderr
-    assert first.exists()
-    assert second.stat().st_mtime_ns == before
+    before = written(copy)
+    copy.snakemake("results/demo/summary.nc", status=0)
+    assert written(copy).keys() == {first, second}
+    assert written(copy).items() > before.items()
     assert copy.jobs("results/demo/summary.nc") == (set(), set())
-
-
-@pytest.mark.slow
-def test_other_snapshots_rerun_the_cases_which_keep_their_ids(copy):
-    copy.write({**TINY, "output": {"cycles": [0, 30]}})
-    assert copy.jobs() == ({"P25N-Q9N", "P50N-Q9N"}, AFTERWARDS)
-
-
-@pytest.mark.slow
-def test_another_title_reruns_no_case(copy):
-    copy.write({**TINY, "title": "Two loads"})
-    assert copy.jobs() == (set(), AFTERWARDS)
 
 
 @pytest.mark.slow
@@ -124,15 +112,13 @@ def test_another_version_of_the_package_reruns_everything(copy):
     file = copy.folder / "Snakefile"
     text = file.read_text().replace("try:", "import fretwear\nfretwear.__version__ = '0'\ntry:", 1)
     file.write_text(text)
-    assert copy.jobs() == ({"P25N-Q9N", "P50N-Q9N"}, AFTERWARDS)
+    assert copy.jobs() == (BOTH, AFTERWARDS)
 
 
 @pytest.mark.slow
 def test_an_invalid_point_stops_the_study_before_any_job(checkout):
     checkout.write({**TINY, "vary": {"load": ["50 N", "15 N"]}})
-    done = checkout.snakemake()
-    assert done.returncode == 2
-    message = done.stdout + done.stderr
+    message = checkout.snakemake(status=2)
     assert "studies/demo.yaml: base.tangential_load = 9 N" in message
     assert "gross sliding" in message
     assert "load = 15 N" in message
@@ -143,9 +129,7 @@ def test_an_invalid_point_stops_the_study_before_any_job(checkout):
 @pytest.mark.slow
 def test_a_results_folder_that_cannot_be_written_stops_the_study_before_any_job(checkout):
     checkout.results.parent.write_text("not a folder")
-    done = checkout.snakemake()
-    assert done.returncode != 0
-    message = done.stdout + done.stderr
+    message = checkout.snakemake(status=2)
     assert "results/demo: cannot be written to, because" in message
     assert "Traceback" not in message
 
@@ -155,17 +139,14 @@ def test_another_study_is_chosen_by_name_or_path(checkout):
     checkout.write({**TINY, "vary": {"load": ["40 N"]}}, "other")
     assert checkout.jobs("--config", "study=other")[0] == {"P40N-Q9N"}
     assert checkout.jobs("--config", "study=studies/other.yaml")[0] == {"P40N-Q9N"}
-    done = checkout.snakemake("--config", "study=othr")
-    assert done.returncode != 0
-    assert "studies/othr.yaml: there is no such file" in done.stdout + done.stderr
+    message = checkout.snakemake("--config", "study=othr", status=2)
+    assert "studies/othr.yaml: there is no such file" in message
 
 
 @pytest.mark.slow
 def test_a_failed_case_stops_what_follows_and_is_named_with_the_reason(checkout):
     checkout.write({**HOPELESS, "batch": 2})
-    done = checkout.snakemake()
-    assert done.returncode == 1
-    message = done.stdout + done.stderr
+    message = checkout.snakemake(status=1)
     assert "1 of 2 cases failed" in message
     assert "no step after cycle 0" in message
     assert not (checkout.results / "summary.nc").exists()
@@ -174,9 +155,7 @@ def test_a_failed_case_stops_what_follows_and_is_named_with_the_reason(checkout)
 @pytest.mark.slow
 def test_with_keep_going_what_is_done_is_merged_drawn_and_reported(checkout):
     checkout.write({**HOPELESS, "batch": 2})
-    done = checkout.snakemake("--keep-going")
-    assert done.returncode == 1
-    assert "fretwear: 1 of 2 cases failed\n" in done.stderr
+    assert "fretwear: 1 of 2 cases failed\n" in checkout.snakemake("--keep-going", status=1)
     (failure,) = failures(checkout.results)
     with open_summary(checkout.results / "summary.nc") as summary:
         assert summary["status"].values.tolist() == [1, 0]
@@ -188,17 +167,14 @@ def test_with_keep_going_what_is_done_is_merged_drawn_and_reported(checkout):
     assert f"logs/simulate/{failure}.log" in page
     assert list((checkout.results / "figures").glob("*.svg"))
     # The next run tries the failed one again, and what is done is left as it is.
-    before = {path: path.stat().st_mtime_ns for path in (checkout.results / "cases").glob("*.nc")}
-    again = checkout.snakemake()
-    assert again.returncode == 1
-    assert "1 of 2 cases were done before" in again.stdout + again.stderr
-    assert before == {p: p.stat().st_mtime_ns for p in (checkout.results / "cases").glob("*.nc")}
+    before = written(checkout)
+    assert "1 of 2 cases were done before" in checkout.snakemake(status=1)
+    assert written(checkout) == before
 
 
 @pytest.mark.slow
 def test_the_report_of_the_workflow_itself_holds_the_figures_with_their_captions(copy):
-    done = copy.snakemake("--report", "workflow.html")
-    assert done.returncode == 0, done.stderr
+    copy.snakemake("--report", "workflow.html", status=0)
     page = (copy.folder / "workflow.html").read_text(encoding="utf-8")
     figures = json.loads((copy.results / "figures/index.json").read_text(encoding="utf-8"))
     assert len(figures) == 10
@@ -231,18 +207,15 @@ def jobs(checkout, monkeypatch):
 
 
 def test_a_job_depends_on_all_that_its_files_hold(jobs, monkeypatch):
-    names = [set(jobs(TINY).batches)]
-    base = {**TINY["base"], "friction": 0.6}
-    names.append(set(jobs({**TINY, "base": base}).batches))
-    names.append(set(jobs({**TINY, "output": {"cycles": [0, 30]}}).batches))
+    changes = ({}, {"base": {**TINY["base"], "friction": 0.6}}, {"output": {"cycles": [0, 30]}})
+    names = [set(jobs({**TINY, **change}).batches) for change in changes]
     monkeypatch.setattr(fretwear, "__version__", "0.0.0")
     names.append(set(jobs(TINY).batches))
     assert sum(map(len, names)) == len(set.union(*names)) == 8
 
 
 def test_what_follows_depends_on_the_study_but_not_on_its_batches(jobs):
-    content = json.loads(jobs(TINY).content)
-    assert content == TINY
+    assert json.loads(jobs(TINY).content) == TINY
     assert jobs({**TINY, "batch": 2}).content == jobs(TINY).content
     assert jobs({**TINY, "title": "Other"}).content != jobs(TINY).content
 
@@ -257,32 +230,35 @@ def test_a_job_asks_for_more_than_the_plan_expects(jobs):
 
 
 def test_a_job_of_several_cases_asks_for_the_memory_of_the_largest_and_the_time_of_all(jobs):
-    single = jobs(TINY)
-    (target,) = jobs({**TINY, "batch": 2}).targets
-    both = jobs({**TINY, "batch": 2})
+    single, both = jobs(TINY), jobs({**TINY, "batch": 2})
+    (target,) = both.targets
     assert both.points(target) == "1-2"
     assert both.memory_mb(target) == max(single.memory_mb(each) for each in single.targets)
     assert both.batch(target).seconds == sum(single.batch(t).seconds for t in single.targets)
 
 
 def test_what_a_batch_has_left_holds_until_a_case_file_is_removed_or_changed(jobs):
-    batched = {**TINY, "batch": 2}
-    (target,) = jobs(batched).targets
-    assert target.endswith("-0")
-    results = Path(jobs(batched).folder)
-    ids = jobs(batched).batch(target).case_ids
-    (results / "cases").mkdir(parents=True)
-    for case_id in ids:
-        (results / "cases" / f"{case_id}.nc").write_bytes(b"whole")
-    write_finished(results / "batches" / f"{target}.json", results / "cases", ids)
-    assert jobs(batched).targets == (target,)
-    (results / "cases" / f"{ids[1]}.nc").write_bytes(b"another")
-    (second,) = jobs(batched).targets
-    assert second == f"{target[:-1]}1"
-    write_finished(results / "batches" / f"{second}.json", results / "cases", ids)
-    assert jobs(batched).targets == (second,)
-    (results / "cases" / f"{ids[0]}.nc").unlink()
-    assert jobs(batched).targets == (f"{target[:-1]}2",)
+    def targets():
+        return jobs({**TINY, "batch": 2}).targets
+
+    study = jobs({**TINY, "batch": 2})
+    (first,) = study.targets
+    name, ids = first.removesuffix("-0"), study.batch(first).case_ids
+    results = Path(study.folder)
+    files = [results / "cases" / f"{case_id}.nc" for case_id in ids]
+    files[0].parent.mkdir(parents=True)
+    for file in files:
+        file.write_bytes(b"whole")
+    write_finished(results / f"batches/{first}.json", results / "cases", ids)
+    assert targets() == (f"{name}-0",)
+    files[1].write_bytes(b"another")
+    assert targets() == (f"{name}-1",)
+    write_finished(results / f"batches/{name}-1.json", results / "cases", ids)
+    assert targets() == (f"{name}-1",)
+    files[0].unlink()
+    assert targets() == (f"{name}-2",)
+    with pytest.raises(DataFileError, match="was removed while"):
+        write_finished(results / f"batches/{name}-2.json", results / "cases", ids)
 
 
 def test_the_verdict_names_what_failed_but_not_what_other_studies_left(jobs):
@@ -361,8 +337,7 @@ def test_names_of_folders_and_titles_are_never_commands(checkout):
     title = "$(touch harm) `touch harm` {x} <b>'\""
     write_study(checkout.folder / HARMFUL / "study.yaml", {**TINY, "title": title})
     config = f"study={HARMFUL}/study.yaml"
-    done = checkout.snakemake("results/study/points.csv", "--config", config)
-    assert done.returncode == 0, done.stderr
+    checkout.snakemake("results/study/points.csv", "--config", config, status=0)
     assert (checkout.folder / "results/study/summary.nc").exists()
     assert not list(checkout.folder.rglob("harm"))
 

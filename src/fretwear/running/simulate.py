@@ -1,10 +1,10 @@
-"""A case in, a dataset out: where the study, the mechanics and the data meet."""
+"""A case in, a dataset out: case, problem, steps, run record, dataset."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,11 +20,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from fretwear.study.case import Case
-
-_STATE_ARRAYS = ("pressure", "gap", "wear", "plastic", "pressure_rate", "source_rate")
-_REDUCED_ARRAYS = ("pressure", "gap")
-_MEASURES = tuple(each.name for each in fields(Measures))
-
 
 _MARGIN = 1.15
 
