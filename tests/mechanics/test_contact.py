@@ -68,6 +68,28 @@ def test_hertz_pressure_converges_with_the_grid():
     assert errors[2] < 2e-3
 
 
+@pytest.mark.parametrize("limit", [np.inf, 0.8])
+@pytest.mark.parametrize("rough", [False, True], ids=["smooth", "rough"])
+def test_a_given_approach_carries_the_load_that_leads_to_it(limit: float, rough: bool):
+    problem = pressed(window((48, 48)), roughness=ROUGH if rough else SMOOTH, limit=limit)
+    loaded = solve_contact(problem, tolerance=1e-10)
+    at_approach = replace(problem, load=None, approach=loaded.approach)
+    held = solve_contact(at_approach, tolerance=1e-10)
+    assert held.approach == loaded.approach
+    np.testing.assert_allclose(held.pressure, loaded.pressure, atol=1e-7 * P0)
+    np.testing.assert_array_equal(held.saturated, loaded.saturated)
+    if not rough and np.isinf(limit):
+        smooth = solve_contact(replace(at_approach, approach=HERTZ.approach))
+        assert problem.half_space.geometry.integral(smooth.pressure) == near(LOAD, rel=2e-3)
+
+
+def test_a_contact_is_given_a_load_or_an_approach():
+    problem = pressed(window((8, 8)))
+    for given_values in ({"load": None}, {"approach": HERTZ.approach}):
+        with pytest.raises(ValueError, match="either a load or an approach"):
+            replace(problem, **given_values)
+
+
 def test_gap_beside_the_contact_is_that_of_hertz():
     cells = window((96, 96), 1.5 * A)
     found = solve_contact(pressed(cells))

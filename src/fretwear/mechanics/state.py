@@ -11,6 +11,7 @@ import numpy as np
 from fretwear.mechanics.contact import is_finite
 from fretwear.mechanics.geometry import Array, Geometry, HalfSpace, Workspace
 from fretwear.mechanics.geometry.grid import Grid
+from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.loading import Loading
 from fretwear.mechanics.materials import Bodies, Friction
 from fretwear.mechanics.slip import ReducedContact, SlipModel
@@ -202,7 +203,7 @@ class State(Stage):
     """
 
     cycle: float
-    geometry: Grid
+    geometry: Grid | Rings
     next_step: float
     pressure_rate: Array
     source_rate: Array
@@ -210,7 +211,7 @@ class State(Stage):
     error_estimate: float = 0.0
     convolutions: int = 0
 
-    def on(self, workspace: Workspace, geometry: Grid) -> State:
+    def on(self, workspace: Workspace, geometry: Grid | Rings) -> State:
         """The same state on a larger geometry; its gaps are computed where they were not known."""
         old = self.geometry
         if geometry.shape == old.shape:

@@ -101,7 +101,7 @@ class Grid:
         """The elastic bodies on the cells; ``parts`` are smaller ones made before."""
         return GridHalfSpace(self, modulus, workers, parts)
 
-    def resized(self, field: Array, other: Grid) -> Array:
+    def resized(self, field: NDArray[Any], other: Any) -> NDArray[Any]:
         """A field of this window on another one around the same origin.
 
         Cells that this window lacks get zero; cells that the other lacks are dropped.
@@ -110,7 +110,7 @@ class Grid:
         result[other.where(self)] = field[self.where(other)]
         return result
 
-    def where(self, smaller: Grid) -> Index:
+    def where(self, smaller: Any) -> Index:
         """Where in this window the cells lie that another one has too."""
         slices = []
         for own, other in zip(self.shape, smaller.shape, strict=True):

@@ -1,0 +1,206 @@
+"""Smooth contacts on rings: closed forms, the independent reference, output on a grid."""
+
+import csv
+import math
+from dataclasses import fields
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.special import ellipe
+
+from fretwear.mechanics.contact import ContactProblem, solve_contact
+from fretwear.mechanics.geometry import Workspace
+from fretwear.mechanics.geometry.rings import Rings, mean_influence
+from fretwear.mechanics.integrator import evolve, first_loading
+from fretwear.mechanics.measures import measure
+from fretwear.running.checkpoint import pack, unpack
+from fretwear.theory import CattaneoMindlin, LimitingState
+
+from .problems import (
+    COUPLING,
+    FRICTION,
+    HERTZ,
+    LOAD,
+    MODULUS,
+    P0,
+    RADIUS,
+    ROUGH,
+    A,
+    fretting,
+    near,
+)
+
+TABLE = Path(__file__).parent / "reference" / "smooth_wear.csv"
+DEPTH, VOLUME = A**2 / RADIUS, A**4 / RADIUS
+STUDY_LIMIT = 4500e6 / P0
+
+
+def contact_on(rings: Rings, **conditions: float):
+    bodies = rings.half_space(MODULUS)
+    problem = ContactProblem(bodies, fretting().unworn(rings), **conditions)
+    return solve_contact(problem, tolerance=1e-9)
+
+
+@pytest.fixture(scope="module")
+def rings() -> Rings:
+    return Rings.graded(A, 2.0 * A, A)
+
+
+def test_influence_is_symmetric_and_that_of_discs():
+    edges = np.array([0.0, 0.3, 0.31, 0.7, 1.4, 1.9])
+    influence = mean_influence(edges)
+    np.testing.assert_allclose(influence, influence.T, rtol=1e-13)
+    # Everything under one pressure is a disc: in the mean it sinks by 16 p a/3πE*.
+    assert influence.sum() == near(16.0 / 3.0 * 1.9**3, rel=1e-13)
+
+    def sunk(r: float) -> float:
+        """Displacement × E* at r within a disc of radius 1.4 minus that within one of 0.7."""
+        outer, inner = (4 / math.pi * b * ellipe((r / b) ** 2) for b in (1.4, 0.7))
+        return 2 * math.pi * r * (outer - inner)
+
+    expected = [quad(sunk, *edges[i : i + 2], epsabs=0)[0] for i in range(3)]
+    np.testing.assert_allclose(influence[:3, 3], expected, rtol=1e-11)
+
+
+def test_rings_cover_the_disc_and_are_finest_at_the_edge(rings: Rings):
+    widths = np.diff(rings.edges)
+    assert rings.edges[0] == 0.0
+    assert rings.edges[-1] == near(2.0 * A)
+    assert widths.min() > 0
+    assert min(abs(each - A) for each in rings.edges) < 1e-12 * A
+    assert widths[np.argmin(np.abs(rings.x - A))] == near(2e-4 * A, rel=0.1)
+    assert widths.max() <= 0.008 * A * (1 + 1e-9)
+    assert rings.integral(np.ones(rings.shape)) == near(4 * math.pi * A**2)
+    # The mean of r² over a ring is that of its radii.
+    assert (rings.areas[:, 0] * rings.x**2).sum() == near(0.5 * math.pi * (2 * A) ** 4)
+
+
+@pytest.mark.parametrize("condition", ["load", "approach"])
+def test_hertz_under_a_load_and_at_an_approach(rings: Rings, condition: str):
+    given = {"load": LOAD} if condition == "load" else {"load": None, "approach": HERTZ.approach}
+    found = contact_on(rings, **given)
+    assert found.approach == near(HERTZ.approach, rel=1e-5)
+    assert rings.integral(found.pressure) == near(LOAD, rel=1e-5)
+    np.testing.assert_allclose(found.pressure[:, 0], HERTZ.pressure(rings.x), atol=2e-3 * P0)
+    outside = rings.x > A
+    np.testing.assert_allclose(
+        found.gap[outside, 0], HERTZ.gap(rings.x[outside]), atol=1e-5 * HERTZ.approach
+    )
+
+
+def test_a_capped_contact_meets_its_conditions(rings: Rings):
+    limit = 0.7 * P0
+    found = contact_on(rings, load=LOAD, limit=limit)
+    moved = rings.half_space(MODULUS).displacement(found.pressure)
+    gap = moved + fretting().unworn(rings) - found.approach
+    slack = 2e-9 * moved.max()
+    assert rings.integral(found.pressure) == near(LOAD, rel=1e-12)
+    free = (found.pressure > 0) & (found.pressure < limit)
+    assert np.abs(gap[free]).max() < slack
+    assert gap[found.pressure == 0].min() > -slack
+    assert gap[found.pressure == limit].max() < slack
+    assert found.saturated.sum() > 20
+
+
+@pytest.mark.parametrize("ratio", [0.2, 0.5, 0.9])
+def test_unworn_contact_is_that_of_cattaneo_and_mindlin(ratio: float):
+    problem = fretting(load_ratio=ratio, geometry=Rings)
+    found = measure(problem, first_loading(problem))
+    theory = CattaneoMindlin(HERTZ, FRICTION, ratio * FRICTION * LOAD, COUPLING)
+    assert found.approach == near(HERTZ.approach, rel=1e-4)
+    assert found.central_pressure == near(P0, rel=1e-4)
+    assert found.contact_half_width_x == near(A, rel=2e-3)
+    assert found.contact_half_width_y == found.contact_half_width_x
+    assert found.stick_half_width_x == near(theory.stick_radius, rel=2e-4)
+    assert found.tangential_displacement == near(theory.tangential_displacement, rel=2e-4)
+    assert found.dissipated_energy == near(theory.dissipated_energy, rel=3e-3)
+
+
+@pytest.mark.parametrize("ratio", [0.2, 0.5, 0.9])
+def test_endless_wear_reaches_the_limiting_state(ratio: float):
+    problem = fretting(load_ratio=ratio, geometry=Rings)
+    *_, last = evolve(problem, [60 / (problem.growth_rate * P0)])
+    found, limit = measure(problem, last), LimitingState(HERTZ, ratio)
+    assert found.approach == near(limit.approach, rel=1e-4)
+    assert found.central_pressure == near(limit.central_pressure, rel=1e-3)
+    assert last.wear.max() == near(limit.deepest_wear, rel=3e-3)
+    assert found.wear_volume == near(limit.wear_volume, rel=3e-3)
+    assert found.contact_half_width_x == near(limit.contact_radius, rel=3e-3)
+    assert found.stick_half_width_x == near(limit.stick_radius, rel=1e-3)
+
+
+def reference(ratio: float, limit: float) -> dict[float, dict[str, float]]:
+    """What the independent solver found at each τ."""
+    with TABLE.open(newline="", encoding="utf-8") as file:
+        rows = [{key: float(value) for key, value in row.items()} for row in csv.DictReader(file)]
+    return {
+        row["tau"]: row
+        for row in rows
+        if row["load_ratio"] == ratio
+        and (row["limit_ratio"] == limit or math.isclose(row["limit_ratio"], limit, rel_tol=1e-6))
+    }
+
+
+@pytest.mark.parametrize("ratio", [0.2, 0.5, 0.8, 0.9])
+@pytest.mark.parametrize("limit", [math.inf, STUDY_LIMIT], ids=["elastic", "capped"])
+def test_wear_is_that_of_the_independent_reference(ratio: float, limit: float):
+    known = reference(ratio, limit)
+    problem = fretting(load_ratio=ratio, limit=limit, geometry=Rings)
+    times = {tau / (problem.growth_rate * P0): tau for tau in (0.5, 1.0, 3.0, 5.0, 10.0)}
+    # The tolerance of a step is 1 %; where nothing yields a run stays a tenth below it.
+    bound = 5e-3 if math.isinf(limit) else 1e-2
+    for state in evolve(problem, sorted(times)):
+        if state.cycle not in times:
+            continue
+        found, expected = measure(problem, state), known[times[state.cycle]]
+        assert found.approach / DEPTH == near(expected["approach"], rel=0.2 * bound)
+        assert found.central_pressure / P0 == near(expected["central_pressure"], rel=0.2 * bound)
+        assert state.wear.max() / DEPTH == near(expected["deepest_wear"], rel=bound)
+        assert found.wear_volume / VOLUME == near(expected["wear_volume"], rel=bound)
+    if limit == STUDY_LIMIT:
+        assert found.plastic_volume > 0
+        assert found.plastic_volume / VOLUME == near(expected["plastic_volume"], rel=0.2)
+
+
+def test_a_run_resumes_from_a_stored_state_with_the_same_bits():
+    problem = fretting(load_ratio=0.9, limit=STUDY_LIMIT, geometry=Rings)
+    states = list(evolve(problem, [100, 8000]))
+    assert states[-1].geometry.shape > states[0].geometry.shape, "it should outgrow its first rings"
+    middle = states[len(states) // 2]
+    arrays: dict[str, np.ndarray] = {}
+    stored = unpack(type(middle), pack(middle, "state", arrays), arrays)
+    assert stored.geometry == middle.geometry
+    *_, again = evolve(problem, [100, 8000], start=stored)
+    for field in fields(again):
+        if field.name != "reduced":
+            np.testing.assert_array_equal(
+                getattr(again, field.name), getattr(states[-1], field.name)
+            )
+    moved = states[0].on(Workspace(problem), states[-1].geometry)
+    assert not moved.wear.any()
+    assert moved.gap[-1, 0] > states[0].gap[-1, 0]
+
+
+def test_fields_on_a_plane_are_those_along_the_radius():
+    problem = fretting(geometry=Rings)
+    state = first_loading(problem)
+    rings = state.geometry
+    plane = rings.plane(problem.spacing)
+    assert plane.spacing == problem.spacing
+    assert np.hypot(*plane.extent) <= rings.edges[-1]
+    assert plane.extent[0] > 1.1 * A
+    r = np.hypot(plane.x[:, None], plane.y)
+    pressure = rings.sampled(state.pressure, plane)
+    np.testing.assert_allclose(pressure, HERTZ.pressure(r), atol=0.05 * P0)
+    np.testing.assert_allclose(pressure[r < 0.95 * A], HERTZ.pressure(r[r < 0.95 * A]), rtol=2e-3)
+    sticks = rings.sampled(state.reduced.stick, plane)
+    assert sticks.dtype == np.bool_
+    edge = problem.stick_contact.contact_radius
+    np.testing.assert_array_equal(sticks, r < edge)
+
+
+def test_rings_refuse_what_has_no_rotational_symmetry():
+    with pytest.raises(ValueError, match="rotational symmetry"):
+        first_loading(fretting(roughness=ROUGH, geometry=Rings))
