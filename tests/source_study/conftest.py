@@ -44,7 +44,7 @@ Doctor = Callable[..., Evolution]
 Cases = dict[str, Evolution]
 
 
-class Finished(NamedTuple):
+class Merged(NamedTuple):
     """A study that has been run and merged, and its cases with the slip of the worn shape."""
 
     summary: xr.Dataset
@@ -53,7 +53,7 @@ class Finished(NamedTuple):
 
 
 @pytest.fixture(scope="session")
-def finished(tmp_path_factory: pytest.TempPathFactory) -> Finished:
+def merged(tmp_path_factory: pytest.TempPathFactory) -> Merged:
     folder = tmp_path_factory.mktemp("source")
     file = folder / "source.yaml"
     file.write_text(STUDY, encoding="utf-8")
@@ -64,12 +64,12 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Finished:
     merge_study(study, folder / "cases", folder / "summary.nc")
     summary = xr.load_dataset(folder / "summary.nc")
     first, *_ = reference_cases(summary, folder / "cases")
-    return Finished(summary, folder / "cases", first.load())
+    return Merged(summary, folder / "cases", first.load())
 
 
 @pytest.fixture(scope="session")
-def cases(finished: Finished) -> Cases:
-    return finished.cases
+def cases(merged: Merged) -> Cases:
+    return merged.cases
 
 
 @pytest.fixture

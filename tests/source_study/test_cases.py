@@ -7,11 +7,11 @@ import xarray as xr
 from fretwear.source_study.cases import TITLES, reference_cases
 
 
-def test_both_slip_models_are_found_first_the_one_that_knows_the_worn_shape(finished):
-    groups = reference_cases(finished.summary, finished.folder)
+def test_both_slip_models_are_found_first_the_one_that_knows_the_worn_shape(merged):
+    groups = reference_cases(merged.summary, merged.folder)
     assert [group.slip_model for group in groups] == ["jaeger", "cattaneo_mindlin"]
-    backwards = finished.summary.isel(slip_model=[1, 0])
-    assert reference_cases(backwards, finished.folder) == groups
+    backwards = merged.summary.isel(slip_model=[1, 0])
+    assert reference_cases(backwards, merged.folder) == groups
 
 
 def test_cases_are_what_they_are_called(cases):
@@ -27,27 +27,27 @@ def test_cases_are_what_they_are_called(cases):
 @pytest.mark.parametrize(
     "name", ["load", "tangential_load", "friction", "wear_coefficient", "roughness_slope_y"]
 )
-def test_other_parameters_make_another_study(finished, name):
-    other = finished.summary.assign_coords({name: finished.summary[name] * 1.01})
-    assert reference_cases(other, finished.folder) == []
+def test_other_parameters_make_another_study(merged, name):
+    other = merged.summary.assign_coords({name: merged.summary[name] * 1.01})
+    assert reference_cases(other, merged.folder) == []
 
 
-def test_bodies_of_two_materials_make_another_study(finished):
-    other = finished.summary.assign_coords(youngs_modulus="208 GPa, 70 GPa")
-    assert reference_cases(other, finished.folder) == []
+def test_bodies_of_two_materials_make_another_study(merged):
+    other = merged.summary.assign_coords(youngs_modulus="208 GPa, 70 GPa")
+    assert reference_cases(other, merged.folder) == []
 
 
-def test_the_radius_nearest_10_mm_comes_first(finished):
-    radii = [finished.summary.assign_coords(radius=radius) for radius in (0.04, 0.008, 0.005)]
+def test_the_radius_nearest_10_mm_comes_first(merged):
+    radii = [merged.summary.assign_coords(radius=radius) for radius in (0.04, 0.008, 0.005)]
     summary = xr.concat(radii, "radius", data_vars="all", coords="minimal")
-    groups = reference_cases(summary, finished.folder)
+    groups = reference_cases(summary, merged.folder)
     assert [group.radius for group in groups] == [0.008, 0.008, 0.04, 0.04, 0.005, 0.005]
 
 
-def test_a_group_with_a_case_that_is_not_done_is_left_out(finished):
-    status = finished.summary["status"].copy()
+def test_a_group_with_a_case_that_is_not_done_is_left_out(merged):
+    status = merged.summary["status"].copy()
     status[dict.fromkeys(status.dims, 0)] = 1
-    groups = reference_cases(finished.summary.assign(status=status), finished.folder)
+    groups = reference_cases(merged.summary.assign(status=status), merged.folder)
     assert [group.slip_model for group in groups] == ["cattaneo_mindlin"]
 
 

@@ -9,8 +9,8 @@ NUMBERS = (4, 5, 6, 7, 8, 9, 10, 11, 13, 14, 15, 16)
 
 
 @pytest.fixture(scope="module")
-def figures(finished):
-    return {figure.name: figure for figure in source_figures(finished.summary, finished.folder)}
+def figures(merged):
+    return {figure.name: figure for figure in source_figures(merged.summary, merged.folder)}
 
 
 def found(figures, number):
@@ -23,14 +23,14 @@ def test_every_figure_of_the_source_study_is_there_under_its_number(figures):
     assert list(figures)[-1] == "slip_models"
 
 
-def test_another_study_has_none_of_them(finished):
-    other = finished.summary.assign_coords(load=40.0)
-    assert list(source_figures(other, finished.folder)) == []
+def test_another_study_has_none_of_them(merged):
+    other = merged.summary.assign_coords(load=40.0)
+    assert list(source_figures(other, merged.folder)) == []
 
 
-def test_without_the_simpler_model_it_is_not_compared(finished):
-    summary = finished.summary.isel(slip_model=[0])
-    names = [figure.name for figure in source_figures(summary, finished.folder)]
+def test_without_the_simpler_model_it_is_not_compared(merged):
+    summary = merged.summary.isel(slip_model=[0])
+    names = [figure.name for figure in source_figures(summary, merged.folder)]
     assert len(names) == len(NUMBERS)
 
 
@@ -60,9 +60,9 @@ def test_rough_profiles_come_with_their_mean_and_a_zoom(figures, number):
         assert labels.count("_raw") == len(labels) / 2
 
 
-def test_pressure_of_the_smooth_elastic_contact_is_drawn_as_computed(finished, figures):
+def test_pressure_of_the_smooth_elastic_contact_is_drawn_as_computed(merged, figures):
     line = found(figures, 4).figure.axes[0].lines[0]
-    picked = finished.summary.isel(roughness_amplitude=0, plastic_limit=0, slip_model=0)
+    picked = merged.summary.isel(roughness_amplitude=0, plastic_limit=0, slip_model=0)
     profile = picked["pressure_profile"].sel(cycle=0)
     drawn = np.interp(1e6 * profile["x"], *line.get_data())
     np.testing.assert_allclose(drawn, 1e-6 * profile, rtol=1e-6, atol=1e-3)

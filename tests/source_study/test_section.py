@@ -12,13 +12,13 @@ from fretwear.source_study.section import excess_shear, source_sections
 
 
 @pytest.fixture(scope="module")
-def sections(finished):
-    return {section.id: section for section in source_sections(finished.summary, finished.folder)}
+def sections(merged):
+    return {section.id: section for section in source_sections(merged.summary, merged.folder)}
 
 
 @pytest.fixture(scope="module")
-def simple(finished):
-    _, simple = reference_cases(finished.summary, finished.folder)
+def simple(merged):
+    _, simple = reference_cases(merged.summary, merged.folder)
     return simple.load()
 
 
@@ -60,16 +60,16 @@ def test_sections_are_whole_html(sections):
             assert opened == section.body.count(f"</{tag}>"), tag
 
 
-def test_another_study_has_no_such_sections(finished):
-    other = finished.summary.assign_coords(load=40.0)
-    assert list(source_sections(other, finished.folder)) == []
+def test_another_study_has_no_such_sections(merged):
+    other = merged.summary.assign_coords(load=40.0)
+    assert list(source_sections(other, merged.folder)) == []
 
 
-def test_radii_are_compared_where_a_study_has_several(finished):
-    one_model = finished.summary.isel(slip_model=[0])
+def test_radii_are_compared_where_a_study_has_several(merged):
+    one_model = merged.summary.isel(slip_model=[0])
     radii = [one_model.assign_coords(radius=radius) for radius in (0.01, 0.04)]
     summary = xr.concat(radii, "radius", data_vars="all", coords="minimal")
-    (section,) = source_sections(summary, finished.folder)
+    (section,) = source_sections(summary, merged.folder)
     text = words(section)
     assert "R = 40 mm, slip that follows the worn shape" in text
     # Both radii stand for the same files here.

@@ -56,23 +56,17 @@ _CUT = (
 _STEPS = "A rough contact widens by steps: one more row of tips at a time."
 
 
-def _first_stick_edge(profiles: HalfProfiles) -> float:
-    return float(profiles.stick_half_width[0])
-
-
-def _contact_edge(profiles: HalfProfiles) -> float:
-    return 0.5 * float(profiles.contact_half_width[0] + profiles.contact_half_width[-1])
-
-
-def _middle_of_slip(profiles: HalfProfiles) -> float:
-    return 0.5 * float(profiles.stick_half_width[0] + profiles.contact_half_width[0])
-
-
 _ZOOMS: dict[str, tuple[Callable[[HalfProfiles], float], str]] = {
-    "pressure": (_first_stick_edge, "at the first edge of stick"),
-    "shear_traction": (_first_stick_edge, "at the first edge of stick"),
-    "gap": (_contact_edge, "at the edge of the contact"),
-    "wear_rate": (_middle_of_slip, "in the middle of the slip zone"),
+    "pressure": (lambda p: p.stick_half_width[0], "at the first edge of stick"),
+    "shear_traction": (lambda p: p.stick_half_width[0], "at the first edge of stick"),
+    "gap": (
+        lambda p: 0.5 * (p.contact_half_width[0] + p.contact_half_width[-1]),
+        "at the edge of the contact",
+    ),
+    "wear_rate": (
+        lambda p: 0.5 * (p.stick_half_width[0] + p.contact_half_width[0]),
+        "in the middle of the slip zone",
+    ),
 }
 """Middle of the few waves that a figure enlarges, m, and what its caption says of the place."""
 
@@ -135,7 +129,7 @@ def source_figures(summary: xr.Dataset, folder: Path) -> Iterator[StudyFigure]:
         "fig16_contact_half_width_zoom",
         edge_of_contact(histories),
         "The edge of the contact enlarged; the axis of cycles is logarithmic to the right of the "
-        "break. With a plastic limit the contact goes on to grow.",
+        "break. With a plastic limit the contact continues to grow.",
         _STEPS,
     )
     if len(groups) > 1 and groups[1].radius == groups[0].radius:
@@ -199,7 +193,7 @@ def smooth_profiles(cases: Mapping[str, xr.Dataset], field: Field, cycles: Seque
     colors = cycle_colors(cycles)
     tops = [_top(case, profile) for case, profile in zip(cases.values(), profiles, strict=True)]
     for axes, title, profile, top in zip(panels, cases, profiles, tops, strict=True):
-        # What is to be seen at the edge is of another size in each contact.
+        # What a smooth contact shows at its edge differs in size from case to case.
         top = top if at_edge(field) else max(tops)
         draw_profiles(axes, profile, colors, replace(_frame(profile), top=top))
         axes.set_title(title if len(cases) > 1 else "")
@@ -332,7 +326,7 @@ def edge_of_contact(histories: Mapping[str, xr.Dataset]) -> Figure:
     room = _MARGIN * float(np.ptp(values))
     axes.set_ylim(float(values.min()) - room, float(values.max()) + 4.0 * room)
     cycles = np.concatenate([history["cycle"].values for history in histories.values()])
-    # Early steps are of fractions of a cycle; nothing is to be seen before the first.
+    # Early steps are fractions of a cycle, in which nothing happens.
     set_cycle_axis(axes, cycles[(cycles == 0.0) | (cycles >= 1.0)])
     _width_key(figure, axes, histories)
     return figure

@@ -170,7 +170,7 @@ def differences(
     zone = (rough.radius > inner) & (rough.radius <= outer)
     if not zone.any():
         return math.nan, math.nan, math.nan
-    # Linear between the cells of the smooth case; nearer the middle its first value goes on.
+    # Linear between the cells of the smooth case; nearer the middle its first value holds.
     given = smooth.dataset[field].sel(cycle=cycle).astype(float)
     places = {n: rough.dataset[n].clip(given[n].min(), given[n].max()) for n in ("x", "y")}
     reference = given.interp(places).transpose("x", "y").values[zone]
