@@ -1,6 +1,6 @@
 """The compiled kernels; what else there is to say about the package stands in pyproject.toml.
 
-Where there is no C++ compiler, the installation goes on without them.
+Without a C++ compiler the package is installed without them, and NumPy does the same.
 """
 
 import sys
@@ -8,8 +8,8 @@ import sys
 from pybind11.setup_helpers import Pybind11Extension
 from setuptools import setup
 
-# Vector instructions for the loops that are marked for them. No option that takes values for
-# finite: sums are to show those that are not.
+# Vector instructions for the loops marked for them. No option that assumes finite values, because
+# sums have to show those that are not.
 FLAGS = ["-O3", "-fopenmp-simd", "-fno-math-errno", "-fno-trapping-math", "-fno-signed-zeros"]
 
 setup(

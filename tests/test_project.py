@@ -67,7 +67,7 @@ DANGEROUS = {
 
 def test_nothing_that_is_read_can_run():
     sources = [*(REPOSITORY / "src").rglob("*.py")]
-    assert len(sources) > 100
+    assert len(sources) > 50
     for source in sources:
         for node in ast.walk(ast.parse(source.read_text(encoding="utf-8"))):
             names = {getattr(node, "id", ""), getattr(node, "attr", "")}

@@ -154,7 +154,8 @@ class Session:
         os.chdir(self.folder)
         try:
             with contextlib.redirect_stdout(printed):
-                exec(compile(block.text, f"line {block.line}", "exec"), self._names)
+                code = compile(block.text, f"line {block.line}", "exec", dont_inherit=True)
+                exec(code, self._names)
         except Exception as error:
             raise ExampleError(f"line {block.line}: {error!r} in\n{block.text}") from error
         finally:

@@ -28,7 +28,7 @@ from fretwear.figures.datasets import (
 )
 from fretwear.figures.style import Columns, JournalFigure, root_figure, styled
 from fretwear.units import MICROMETRE, Unit, cycle_text, readable_unit
-from fretwear.vocabulary import ContactState
+from fretwear.vocabulary import RESULTS, ContactState
 
 Array = NDArray[np.float64]
 
@@ -253,7 +253,7 @@ def _outline(x: Array, y: Array, inside: NDArray[np.bool_]) -> Array:
 
 def _add_scale(figure: Figure, axes: list[Axes], image: AxesImage, unit: Unit) -> None:
     bar = figure.colorbar(image, ax=axes, aspect=30, fraction=0.05, pad=0.02)
-    bar.set_label(f"Wear depth ({unit.name})")
+    bar.set_label(f"{RESULTS['wear_depth'].label} ({unit.name})")
     bar.outline.set_visible(False)
 
 

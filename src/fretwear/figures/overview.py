@@ -94,7 +94,7 @@ def overview(
     place, zones = grid[:, 2]
     unit = readable_unit(scar.depth, "m")
     image = draw_wear_map(place, scar, unit, depth_scale([float(unit.of(scar.depth).max())]))
-    place.set_title(f"Wear depth ({unit.name}), cycle {cycle_text(scar.cycle)}")
+    place.set_title(f"{RESULTS['wear_depth'].label} ({unit.name}), cycle {cycle_text(scar.cycle)}")
     bar = figure.colorbar(image, ax=place, aspect=24, fraction=0.05, pad=0.02)
     bar.outline.set_visible(False)
     curves = draw_zone_widths(zones, dataset if history is None else history)

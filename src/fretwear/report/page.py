@@ -19,6 +19,7 @@ from markupsafe import Markup
 from fretwear.data.safe import DataFileError
 from fretwear.figures.study import FigureEntry
 from fretwear.figures.style import COLUMN_WIDTH
+from fretwear.vocabulary import RESULTS
 
 _LARGE = 1_000_000
 _HEAD = 2000
@@ -54,13 +55,15 @@ class Section:
 
 def environment(package: str = "fretwear.report") -> Environment:
     """Return the environment that renders the templates of a package, from its ``templates``."""
-    return Environment(
+    rendering = Environment(
         loader=PackageLoader(package, "templates"),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    rendering.globals["results"] = RESULTS
+    return rendering
 
 
 class Image(NamedTuple):

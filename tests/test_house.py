@@ -1,0 +1,140 @@
+"""The house as CONTRIBUTING.md describes it: rooms, arrows, and one name for each quantity."""
+
+import ast
+import re
+from collections.abc import Iterator
+from graphlib import TopologicalSorter
+from pathlib import Path
+
+from fretwear.vocabulary import RESULTS
+
+REPOSITORY = Path(__file__).parents[1]
+SOURCE = REPOSITORY / "src/fretwear"
+GUIDE = (REPOSITORY / "CONTRIBUTING.md").read_text(encoding="utf-8")
+MODULES = {
+    ".".join(("fretwear", *file.relative_to(SOURCE).with_suffix("").parts)).removesuffix(
+        ".__init__"
+    ): file
+    for file in SOURCE.rglob("*.py")
+}
+# The package and `python -m fretwear` only pass on what users call.
+DOORS = {"fretwear", "fretwear.__main__"}
+
+
+def parsed(file):
+    return ast.parse(file.read_text(encoding="utf-8"))
+
+
+def imports(tree: ast.AST, *, when_loaded: bool = False) -> Iterator[str]:
+    """Modules of the package that a module imports, or only those it needs to be loaded."""
+    for node in ast.iter_child_nodes(tree):
+        if when_loaded and isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            continue
+        if when_loaded and isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
+            continue
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            names = [f"{node.module}.{alias.name}" for alias in node.names]
+        else:
+            yield from imports(node, when_loaded=when_loaded)
+            continue
+        for name in names:
+            found = name if name in MODULES else name.rpartition(".")[0]
+            if found in MODULES and found not in DOORS:
+                yield found
+
+
+def room(module):
+    return module.split(".")[1]
+
+
+def rooms():
+    """What each room may import, by the table of rooms in CONTRIBUTING.md."""
+    rows = re.findall(r"^\| `(\w+)(?:\.py|/)` \|[^|]*\| ([^|]*) \|$", GUIDE, re.MULTILINE)
+    return {name: set(re.findall(r"`(\w+)`", known)) for name, known in rows}
+
+
+def test_the_guide_knows_every_room():
+    assert set(rooms()) == {room(module) for module in MODULES.keys() - DOORS}
+
+
+def test_arrows_run_one_way():
+    """A room imports rooms above it in the table alone, and only those named in its row."""
+    found = {name: set() for name in rooms()}
+    for module in MODULES.keys() - DOORS:
+        found[room(module)] |= {room(each) for each in imports(parsed(MODULES[module]))}
+    for index, (name, known) in enumerate(rooms().items()):
+        assert found[name] - {name} <= known, name
+        assert known <= set(list(rooms())[:index]), name
+
+
+def test_no_modules_import_each_other_in_a_circle():
+    graph = {
+        module: set(imports(parsed(file), when_loaded=True)) - {module}
+        for module, file in MODULES.items()
+    }
+    assert len(list(TopologicalSorter(graph).static_order())) == len(MODULES)
+
+
+def labels(file: Path) -> Iterator[str]:
+    """Texts of a source file that stand by themselves, a unit in brackets behind them aside."""
+    text = file.read_text(encoding="utf-8")
+    if file.suffix == ".py":
+        tree = ast.parse(text)
+        docstrings = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
+        found = [
+            node.value
+            for node in ast.walk(tree)
+            if isinstance(node, ast.Constant)
+            and isinstance(node.value, str)
+            and id(node) not in docstrings
+        ]
+    elif file.suffix == ".js":
+        found = [each for _, each in re.findall(r"""(["'`])(.*?)\1""", text)]
+    else:
+        found = re.findall(r">([^<>{}]+)<", text)
+    for each in found:
+        yield re.sub(r"\s*[,(].*", "", each, flags=re.DOTALL).strip().lower()
+
+
+SOURCES = [
+    file
+    for file in sorted(SOURCE.rglob("*"))
+    if file.suffix in (".py", ".js", ".j2") and file.name != "vocabulary.py"
+]
+
+
+def test_words_of_results_are_written_in_the_vocabulary_alone():
+    """A label, a long name or the head of a column anywhere else would be a second table."""
+    words = {result.words for result in RESULTS.values()} - set(RESULTS)
+    again = {file.name: words & set(labels(file)) for file in SOURCES}
+    assert not {name: found for name, found in again.items() if found}
+
+
+def test_the_guide_lists_the_results_as_the_vocabulary_has_them():
+    listed = re.findall(r"^\| `(\w+)` \| ([^|]*) \| ([^|]*) \| ([^|]*) \|$", GUIDE, re.MULTILINE)
+    assert listed == [
+        (name, result.words, result.si_unit or "–", result.symbol or "–")
+        for name, result in RESULTS.items()
+    ]
+    assert len({result.words for result in RESULTS.values()}) == len(RESULTS)
+
+
+OTHER_WORDS = (
+    "pressure in the middle",
+    "energy dissipated per cycle",
+    "greatest wear depth",
+    "largest wear depth",
+    "deepest wear depth",
+    "maximum pressure",
+    "half width",
+)
+
+
+def test_no_page_calls_a_result_otherwise():
+    pages = [*REPOSITORY.glob("*.md"), *(REPOSITORY / "docs").rglob("*.md"), *SOURCES]
+    for page in pages:
+        if "generated" not in page.parts and page.name != "CONTRIBUTING.md":
+            text = " ".join(page.read_text(encoding="utf-8").lower().split())
+            assert not [words for words in OTHER_WORDS if words in text], page
