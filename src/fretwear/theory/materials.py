@@ -1,6 +1,8 @@
 """Elastic constants of two bodies in contact, combined into those of one half-space.
 
-All moduli in Pa; Poisson's ratios in (-1, 0.5].
+Every function takes Young's modulus E, Pa, and Poisson's ratio ν, in (-1, 0.5], of the bodies; a
+rigid body is approached by a large modulus.  A modulus that is not positive, or a ratio out of
+its range, raises a ValueError.
 
 References
 ----------
@@ -18,116 +20,51 @@ def require_positive(**values: float) -> None:
             raise ValueError(f"{name} is {value!r}, but must be a positive, finite number")
 
 
-def _require_poisson_ratio(**values: float) -> None:
-    for name, value in values.items():
-        if not -1.0 < value <= 0.5:
-            raise ValueError(f"{name} is {value!r}, but a Poisson's ratio lies in (-1, 0.5]")
+def _require_elastic(body: str, youngs_modulus: float, poisson_ratio: float) -> None:
+    require_positive(**{f"youngs_modulus{body}": youngs_modulus})
+    if not -1.0 < poisson_ratio <= 0.5:
+        raise ValueError(
+            f"poisson_ratio{body} is {poisson_ratio!r}, but a Poisson's ratio lies in (-1, 0.5]"
+        )
 
 
 def shear_modulus(youngs_modulus: float, poisson_ratio: float) -> float:
-    """Shear modulus of one isotropic body, G = E / (2 (1 + ν)), in Pa.
-
-    Parameters
-    ----------
-    youngs_modulus : float
-        Young's modulus E, Pa.
-    poisson_ratio : float
-        Poisson's ratio ν, in (-1, 0.5].
-
-    Raises
-    ------
-    ValueError
-        If the modulus is not positive or the ratio lies outside (-1, 0.5].
-    """
-    require_positive(youngs_modulus=youngs_modulus)
-    _require_poisson_ratio(poisson_ratio=poisson_ratio)
+    """Shear modulus of one isotropic body, G = E / (2 (1 + ν)), in Pa."""
+    _require_elastic("", youngs_modulus, poisson_ratio)
     return youngs_modulus / (2.0 * (1.0 + poisson_ratio))
 
 
 def composite_modulus(
-    youngs_modulus_1: float,
-    poisson_ratio_1: float,
-    youngs_modulus_2: float,
-    poisson_ratio_2: float,
+    youngs_modulus_1: float, poisson_ratio_1: float, youngs_modulus_2: float, poisson_ratio_2: float
 ) -> float:
-    """Composite modulus of normal contact, 1/E* = (1 - ν1²)/E1 + (1 - ν2²)/E2, in Pa.
-
-    Parameters
-    ----------
-    youngs_modulus_1, youngs_modulus_2 : float
-        Young's moduli of the two bodies, Pa.
-    poisson_ratio_1, poisson_ratio_2 : float
-        Poisson's ratios, in (-1, 0.5].
-
-    Raises
-    ------
-    ValueError
-        If a modulus is not positive or a ratio lies outside (-1, 0.5].
-
-    Notes
-    -----
-    Johnson (1985), equation 4.31. A rigid body is approached by a large modulus.
-    """
-    require_positive(youngs_modulus_1=youngs_modulus_1, youngs_modulus_2=youngs_modulus_2)
-    _require_poisson_ratio(poisson_ratio_1=poisson_ratio_1, poisson_ratio_2=poisson_ratio_2)
+    """Modulus of normal contact, 1/E* = (1 - ν1²)/E1 + (1 - ν2²)/E2, in Pa: Johnson, eq. 4.31."""
+    _require_elastic("_1", youngs_modulus_1, poisson_ratio_1)
+    _require_elastic("_2", youngs_modulus_2, poisson_ratio_2)
     compliance_1 = (1.0 - poisson_ratio_1**2) / youngs_modulus_1
     compliance_2 = (1.0 - poisson_ratio_2**2) / youngs_modulus_2
     return 1.0 / (compliance_1 + compliance_2)
 
 
 def composite_shear_modulus(
-    youngs_modulus_1: float,
-    poisson_ratio_1: float,
-    youngs_modulus_2: float,
-    poisson_ratio_2: float,
+    youngs_modulus_1: float, poisson_ratio_1: float, youngs_modulus_2: float, poisson_ratio_2: float
 ) -> float:
-    """Composite modulus of tangential contact, 1/G* = (2 - ν1)/4G1 + (2 - ν2)/4G2, in Pa.
+    """Modulus of tangential contact, 1/G* = (2 - ν1)/4G1 + (2 - ν2)/4G2, in Pa: Mindlin (1949).
 
-    Parameters
-    ----------
-    youngs_modulus_1, youngs_modulus_2 : float
-        Young's moduli of the two bodies, Pa.
-    poisson_ratio_1, poisson_ratio_2 : float
-        Poisson's ratios, in (-1, 0.5].
-
-    Raises
-    ------
-    ValueError
-        If a modulus is not positive or a ratio lies outside (-1, 0.5].
-
-    Notes
-    -----
-    Mindlin (1949). A traction q distributed like a normal pressure p moves the surfaces by the
-    normal displacement times E*/G*; exact for the circular contact of a sphere on its average
-    over directions, and pointwise where the anisotropy of the tangential kernel is neglected.
+    A traction q distributed like a normal pressure p moves the surfaces by the normal displacement
+    times E*/G*; exact for the circular contact of a sphere on its average over directions, and
+    pointwise where the anisotropy of the tangential kernel is neglected.
     """
+    _require_elastic("_1", youngs_modulus_1, poisson_ratio_1)
+    _require_elastic("_2", youngs_modulus_2, poisson_ratio_2)
     # (2 − ν)/4G with G = E/(2 (1 + ν)).
-    require_positive(youngs_modulus_1=youngs_modulus_1, youngs_modulus_2=youngs_modulus_2)
-    _require_poisson_ratio(poisson_ratio_1=poisson_ratio_1, poisson_ratio_2=poisson_ratio_2)
     compliance_1 = (2.0 - poisson_ratio_1) * (1.0 + poisson_ratio_1) / (2.0 * youngs_modulus_1)
     compliance_2 = (2.0 - poisson_ratio_2) * (1.0 + poisson_ratio_2) / (2.0 * youngs_modulus_2)
     return 1.0 / (compliance_1 + compliance_2)
 
 
 def coupling_ratio(
-    youngs_modulus_1: float,
-    poisson_ratio_1: float,
-    youngs_modulus_2: float,
-    poisson_ratio_2: float,
+    youngs_modulus_1: float, poisson_ratio_1: float, youngs_modulus_2: float, poisson_ratio_2: float
 ) -> float:
-    """Ratio of tangential to normal compliance, κ = E*/G*; (2 - ν)/(2 (1 - ν)) for equal bodies.
-
-    Parameters
-    ----------
-    youngs_modulus_1, youngs_modulus_2 : float
-        Young's moduli of the two bodies, Pa.
-    poisson_ratio_1, poisson_ratio_2 : float
-        Poisson's ratios, in (-1, 0.5].
-
-    Raises
-    ------
-    ValueError
-        If a modulus is not positive or a ratio lies outside (-1, 0.5].
-    """
+    """Tangential over normal compliance, κ = E*/G*; (2 - ν)/(2 (1 - ν)) for equal bodies."""
     materials = (youngs_modulus_1, poisson_ratio_1, youngs_modulus_2, poisson_ratio_2)
     return composite_modulus(*materials) / composite_shear_modulus(*materials)
