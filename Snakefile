@@ -8,9 +8,9 @@ import shlex
 import sys
 from pathlib import Path
 
-from fretwear.study.problems import StudyError
-from fretwear.running.workflow import BATCHES, StudyJobs, chosen_study
 from fretwear.data.safe import why_leading_out, why_not_writable
+from fretwear.running.workflow import BATCHES, StudyJobs, chosen_study
+from fretwear.study.problems import StudyError
 
 try:
     JOBS = StudyJobs.of(chosen_study(config))

@@ -2,13 +2,17 @@
 
 import json
 import random
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass, replace
 
 import numpy as np
 import pytest
 import xarray as xr
 
 from fretwear.data.files import add_checksum
+from fretwear.mechanics.geometry.grid import Grid
+from fretwear.mechanics.geometry.rings import Rings
+from fretwear.mechanics.integrator import evolve
+from fretwear.mechanics.state import State
 from fretwear.running import simulate
 from fretwear.running.checkpoint import (
     Checkpoint,
@@ -159,14 +163,27 @@ def test_every_field_of_a_run_record_comes_back_from_the_file(case, path):
     assert_same(read_checkpoint(path, {}), record)
 
 
+@pytest.mark.parametrize("geometry", [Grid, Rings])
+def test_a_run_on_any_geometry_resumes_from_its_packed_state(geometry):
+    case = make_case(cycles=1000)
+    problem = replace(simulate.wear_problem(case), geometry=geometry)
+    states = list(evolve(problem, [0.0, 1000.0], case.tolerance))
+    arrays = {}
+    packed = json.loads(json.dumps(pack(states[3], "last", arrays)))
+    again = unpack(State, packed, arrays)
+    assert_same(again, states[3])
+    *_, last = evolve(problem, [0.0, 1000.0], case.tolerance, again)
+    assert_same(last, states[-1])
+
+
 @dataclass(frozen=True)
-class Rings:
+class Line:
     radii: np.ndarray
     graded: bool
 
 
 @dataclass(frozen=True)
-class Grid:
+class Plane:
     shape: tuple[int, int]
     levels: tuple[float, ...]
 
@@ -177,18 +194,18 @@ class Future:
 
     debris: np.ndarray
     of_both: list[np.ndarray]
-    geometry: Rings | Grid | None
-    others: list[Rings | Grid]
+    geometry: Line | Plane | None
+    others: list[Line | Plane]
     cycle: float
     regime: str
 
 
 @pytest.mark.parametrize(
-    "geometry", [Rings(np.array([1e-3, 2.0]), True), Grid((3, 4), (0.1, 1e-300)), None]
+    "geometry", [Line(np.array([1e-3, 2.0]), True), Plane((3, 4), (0.1, 1e-300)), None]
 )
 def test_a_new_field_of_a_state_is_packed_by_itself(geometry):
     depth = np.array([[0.1, np.inf], [np.nan, -0.0]])
-    others = [Grid((1, 2), ()), Rings(depth, False)]
+    others = [Plane((1, 2), ()), Line(depth, False)]
     value = Future(depth, [depth, depth[0]], geometry, others, 1 / 3, "gross slip")
     arrays = {}
     packed = json.loads(json.dumps(pack(value, "last", arrays)))

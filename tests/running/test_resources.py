@@ -97,6 +97,12 @@ def test_a_case_is_too_large_only_where_that_is_certain():
     assert "MB of memory for" in why_too_large(expected, expected.memory_bytes // 2)
 
 
+def test_where_nothing_is_left_no_case_fits(monkeypatch):
+    monkeypatch.setattr("fretwear.running.resources.available_memory", lambda: 0)
+    with pytest.raises(MemoryError, match="but 0 kB are available"):
+        require_memory(make_case())
+
+
 def test_a_case_that_does_not_fit_is_told_a_cell_that_does(monkeypatch):
     require_memory(make_case())
     with pytest.raises(MemoryError, match=r"needs about .* GB of memory") as error:

@@ -25,6 +25,7 @@ from fretwear.units import LENGTH, format_quantity, size_text
 # Estimates are above what runs take, by up to a quarter: below that a case might still fit.
 _CERTAIN = 1.25
 _ADVISED = 0.8
+_LEAST_BYTES = 1e6
 
 # Where versions of Linux control groups keep their folders, and in these the limit of the memory,
 # what is used, and what of that is given back on demand.
@@ -99,7 +100,7 @@ def _left_to_control_groups(proc: Path, control_groups: Path) -> Iterator[int]:
             with suppress(ValueError):
                 left = int(_text(group / limit)) - int(_text(group / used))
                 rows = (row.split() for row in _text(group / "memory.stat").splitlines())
-                yield left + sum(int(row[1]) for row in rows if row[0] == given_back)
+                yield left + sum(int(row[1]) for row in rows if row[:1] == [given_back])
 
 
 def _text(path: Path) -> str:
@@ -136,7 +137,7 @@ def require_memory(case: Case) -> None:
     """
     available, expected = available_memory(), estimate(case)
     if problem := why_too_large(expected, available):
-        coarser = math.sqrt(expected.memory_bytes / (_ADVISED * available))
+        coarser = math.sqrt(expected.memory_bytes / max(_ADVISED * available, _LEAST_BYTES))
         dx, dy = (_rounded_up(1e6 * coarser * spacing) for spacing in case.grid_spacing)
         raise MemoryError(
             f"case {case.case_id}: {problem}. Choose a coarser grid, such as "

@@ -221,8 +221,8 @@ def case_files(folder: Path) -> dict[str, FileTrace]:
     """Return the traces of the case files in a folder, by case id; the files are not opened."""
     try:
         with os.scandir(folder) as entries:
-            files = [entry for entry in entries if entry.name.endswith(".nc")]
-            return {entry.name[:-3]: _trace(entry.stat()) for entry in files}
+            found = {each.name[:-3]: each.stat() for each in entries if each.name.endswith(".nc")}
+            return {name: (file.st_size, round(file.st_mtime, 3)) for name, file in found.items()}
     except OSError:
         return {}
 
@@ -252,14 +252,10 @@ def is_finished(path: Path, case_ids: Iterable[str], present: Mapping[str, FileT
     """
     try:
         left = json.loads(path.read_text(encoding="utf-8"))["cases"]
-        return all(_agree(left[case_id], present[case_id]) for case_id in case_ids)
+        for size, modified, case_id in ((*left[case_id], case_id) for case_id in case_ids):
+            found = present[case_id]
+            if found[0] != size or abs(found[1] - modified) > _SECONDS_OF_DOUBT:
+                return False
     except (OSError, ValueError, KeyError, TypeError):
         return False
-
-
-def _trace(status: os.stat_result) -> FileTrace:
-    return status.st_size, round(status.st_mtime, 3)
-
-
-def _agree(one: FileTrace, other: FileTrace) -> bool:
-    return one[0] == other[0] and abs(one[1] - other[1]) <= _SECONDS_OF_DOUBT
+    return True
