@@ -12,9 +12,22 @@ import yaml
 
 from fretwear.data.dataset import case_dataset, history_dataset
 from fretwear.data.files import write_case
+from fretwear.data.merge import merge_study
 from fretwear.study.case import Case
 from fretwear.study.study import Study, load_study
 from fretwear.theory import CattaneoMindlin, HertzContact
+
+PARAMETERS = {
+    "radius": "10 mm",
+    "youngs_modulus": "208 GPa",
+    "poisson_ratio": 0.3,
+    "load": "50 N",
+    "tangential_ratio": 0.8,
+    "friction": 0.5,
+    "wear_coefficient": "7e-13 / Pa",
+    "cycles": 1000,
+    "cell": ["10 um", "12 um"],
+}
 
 
 class Results(NamedTuple):
@@ -36,21 +49,7 @@ class Arrays(NamedTuple):
 
 @pytest.fixture
 def make_case() -> Callable[..., Case]:
-    def make(**changes: object) -> Case:
-        given = {
-            "radius": "10 mm",
-            "youngs_modulus": "208 GPa",
-            "poisson_ratio": 0.3,
-            "load": "50 N",
-            "tangential_ratio": 0.8,
-            "friction": 0.5,
-            "wear_coefficient": "7e-13 / Pa",
-            "cycles": 1000,
-            "cell": ("10 um", "12 um"),
-        }
-        return Case(**(given | changes))
-
-    return make
+    return lambda **changes: Case(**(PARAMETERS | changes))
 
 
 @pytest.fixture
@@ -58,11 +57,12 @@ def case(make_case: Callable[..., Case]) -> Case:
     return make_case()
 
 
-def _arrays(case: Case, extent: float = 1.3, cycles: tuple[int, ...] = (0, 1000)) -> Arrays:
+def _arrays(case: Case, cycles: tuple[int, ...] = (0, 1000)) -> Arrays:
     """Closed forms at cell centres of the quarter; wear at the unworn rate, so linear in time."""
-    dx, dy = case.grid_spacing
-    x = (np.arange(math.ceil(extent * case.hertz_radius / dx)) + 0.5) * dx
-    y = (np.arange(math.ceil(extent * case.hertz_radius / dy)) + 0.5) * dy
+    x, y = (
+        (np.arange(math.ceil(1.3 * case.hertz_radius / spacing)) + 0.5) * spacing
+        for spacing in case.grid_spacing
+    )
     hertz = HertzContact(case.radius, case.load, case.composite_modulus)
     state = CattaneoMindlin(
         hertz,
@@ -73,39 +73,35 @@ def _arrays(case: Case, extent: float = 1.3, cycles: tuple[int, ...] = (0, 1000)
     r = np.hypot(x[:, None], y[None, :])
     slip = np.where(r < hertz.contact_radius, state.slip(r), 0.0)
     wear_rate = 4.0 * case.wear_coefficient * hertz.pressure(r) * slip
-    inside = np.where(r < state.stick_radius, 2, np.where(r < hertz.contact_radius, 1, 0))
     number = np.array(cycles, dtype=float)
-
-    def held(values: np.ndarray | float) -> np.ndarray:
-        return np.repeat(np.asarray(values, dtype=float)[None], number.size, axis=0)
-
     wear_depth = number[:, None, None] * wear_rate
-    fields = {
-        "pressure": held(hertz.pressure(r)),
-        "shear_traction": held(state.shear_traction(r)),
-        "slip": held(slip),
-        "wear_depth": wear_depth,
-        "wear_rate": held(wear_rate),
-        "plastic_depth": held(np.zeros_like(r)),
-        "gap": held(hertz.gap(r)) + wear_depth,
-        "contact_state": held(inside).astype(int),
+    constant_fields = {
+        "pressure": hertz.pressure(r),
+        "shear_traction": state.shear_traction(r),
+        "slip": slip,
+        "wear_rate": wear_rate,
+        "plastic_depth": np.zeros_like(r),
+        "gap": hertz.gap(r),
+        "contact_state": np.where(r < state.stick_radius, 2, r < hertz.contact_radius),
     }
-    scalars = {
-        "approach": held(hertz.approach),
-        "tangential_displacement": held(state.tangential_displacement),
-        "contact_half_width_x": held(hertz.contact_radius),
-        "contact_half_width_y": held(hertz.contact_radius),
-        "stick_half_width_x": held(state.stick_radius),
-        "stick_half_width_y": held(state.stick_radius),
-        "contact_area": held(math.pi * hertz.contact_radius**2),
-        "stick_area": held(math.pi * state.stick_radius**2),
-        "peak_pressure": held(hertz.peak_pressure),
-        "central_pressure": held(hertz.peak_pressure),
-        "wear_volume": 4.0 * wear_depth.sum(axis=(1, 2)) * dx * dy,
-        "plastic_volume": held(0.0),
-        "dissipated_energy": held(state.dissipated_energy),
+    constants = {
+        "approach": hertz.approach,
+        "tangential_displacement": state.tangential_displacement,
+        **dict.fromkeys(("contact_half_width_x", "contact_half_width_y"), hertz.contact_radius),
+        **dict.fromkeys(("stick_half_width_x", "stick_half_width_y"), state.stick_radius),
+        "contact_area": math.pi * hertz.contact_radius**2,
+        "stick_area": math.pi * state.stick_radius**2,
+        **dict.fromkeys(("peak_pressure", "central_pressure"), hertz.peak_pressure),
+        "plastic_volume": 0.0,
+        "dissipated_energy": state.dissipated_energy,
     }
-    return Arrays(x, y, number, fields, scalars)
+    fields, scalars = (
+        {name: np.repeat(np.asarray(value)[None], number.size, axis=0) for name, value in some}
+        for some in (constant_fields.items(), constants.items())
+    )
+    fields |= {"wear_depth": wear_depth, "gap": fields["gap"] + wear_depth}
+    volume = 4.0 * wear_depth.sum(axis=(1, 2)) * math.prod(case.grid_spacing)
+    return Arrays(x, y, number, fields, scalars | {"wear_volume": volume})
 
 
 @pytest.fixture
@@ -141,35 +137,21 @@ def case_path(tmp_path: Path, results: Results) -> Path:
     return path
 
 
-STUDY = {
-    "title": "Loads and limits",
-    "base": {
-        "radius": "10 mm",
-        "youngs_modulus": "208 GPa",
-        "poisson_ratio": 0.3,
-        "load": "50 N",
-        "tangential_ratio": 0.8,
-        "friction": 0.5,
-        "wear_coefficient": "7e-13 / Pa",
-        "plastic_limit": "none",
-        "roughness": "none",
-        "cycles": 1000,
-        "cell": ["10 um", "12 um"],
-    },
-    "output": {"cycles": [0, 100, 1000]},
-}
-
-
 @pytest.fixture
 def make_study(tmp_path: Path) -> Callable[..., Study]:
     def make(vary: dict[str, object], **sections: object) -> Study:
-        base = {name: v for name, v in STUDY["base"].items() if name not in vary}
-        if "tangential_load" in vary:
-            del base["tangential_ratio"]
+        base = {**PARAMETERS, "plastic_limit": "none", "roughness": "none"}
         if any(name.startswith("roughness.") for name in vary):
             base["roughness"] = {"kind": "wavy", "slope_x": "0.2 deg", "slope_y": "0.2 deg"}
+        replaced = {*vary, "tangential_ratio"} if "tangential_load" in vary else vary
+        content = {
+            "title": "Loads and limits",
+            "base": {name: value for name, value in base.items() if name not in replaced},
+            "vary": vary,
+            "output": {"cycles": [0, 100, 1000]},
+            **sections,
+        }
         path = tmp_path / "study.yaml"
-        content = {**STUDY, "base": base, "vary": vary, **sections}
         path.write_text(yaml.safe_dump(content, sort_keys=False))
         return load_study(path)
 
@@ -185,5 +167,19 @@ def run_study(tmp_path: Path, make_results: Callable[..., Results]) -> Callable[
             results = make_results(case, cycles=case.output_cycles)
             write_case(*results, tmp_path / "cases" / f"{name}.nc")
         return tmp_path / "cases"
+
+    return run
+
+
+@pytest.fixture
+def merged(run_study: Callable[[Study], Path]) -> Callable[..., Path]:
+    """Write and merge the cases of a study; gives the folder of its results."""
+
+    def run(study: Study, remove: tuple[str, ...] = ()) -> Path:
+        cases = run_study(study)
+        for name in remove:
+            (cases / f"{name}.nc").unlink()
+        merge_study(study, cases, cases.parent / "summary.nc")
+        return cases.parent
 
     return run

@@ -20,6 +20,8 @@ from fretwear.data.dataset import (
     different_parameters,
     history_dataset,
     history_line,
+    positions_inside,
+    resampled,
     source,
 )
 from fretwear.study.case import Case
@@ -147,6 +149,43 @@ def test_history_of_unequal_lengths_is_refused(results):
     scalars = {name: results.history[name].values for name in (v.name for v in SCALARS)}
     with pytest.raises(ValueError, match=r"error_estimate has shape \(4,\), expected \(5,\)"):
         history_dataset(np.arange(5.0), scalars, np.zeros(4), np.zeros(5))
+
+
+CELLS = (np.arange(6) + 0.5) * 3.0
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.int8])
+@pytest.mark.parametrize("some", [[0, 1, 2, 3, 4, 5], [0, 5, 3]])
+def test_at_cell_centres_values_are_kept_to_the_last_bit(dtype, some):
+    values = (100 * np.random.default_rng(1).random((6, 4))).astype(dtype)
+    kept = resampled(values, CELLS, CELLS[some], axis=0)
+    assert kept.dtype == dtype
+    assert (kept == values[some]).all()
+
+
+def test_interpolation_agrees_with_numpy_on_both_sides_of_the_middle():
+    values = np.random.default_rng(1).random((6, 4)).astype(np.float32)
+    positions = np.linspace(-20.0, 20.0, 101)
+    between = resampled(values, CELLS, positions, axis=0)
+    for column in range(4):
+        expected = np.interp(np.abs(positions), CELLS, values[:, column])
+        np.testing.assert_allclose(between[:, column], expected, rtol=1e-6)
+
+
+def test_a_whole_contact_is_not_taken_for_a_quarter():
+    cells = np.r_[-CELLS[::-1], CELLS]
+    between = resampled(cells[None], cells, np.array([-6.0, 6.0]), axis=1)
+    np.testing.assert_allclose(between, [[-6.0, 6.0]], rtol=1e-14)
+
+
+def test_states_are_those_of_the_nearest_cell():
+    states = np.array([2, 2, 1, 1, 0, 0], dtype=np.int8)
+    positions = np.array([0.1, 5.9, 6.1, 11.9, 12.1, 30.0])
+    assert resampled(states, CELLS, positions, axis=0).tolist() == [2, 2, 1, 1, 0, 0]
+
+
+def test_outside_begins_after_the_last_cell_centre():
+    assert positions_inside(CELLS, np.array([0.0, 16.5, 16.6, -16.6])).tolist() == [0, 1]
 
 
 def test_source_names_the_version_and_the_commit_of_a_checkout():

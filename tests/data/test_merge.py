@@ -7,28 +7,32 @@ import numpy as np
 import pytest
 
 from fretwear.data.files import open_case, open_history, open_summary, write_case
-from fretwear.data.merge import PROFILES, Tally, _inside, linear, merge_study, nearest
+from fretwear.data.merge import (
+    MOST_POSITIONS,
+    PROFILES,
+    Tally,
+    _common_positions,
+    _Window,
+    merge_study,
+)
 from fretwear.data.safe import CaseFilesError, DataFileError
 from fretwear.vocabulary import SCALARS, PointStatus
 
 LOADS = {"load": ["20 N", "50 N", "40 N"], "plastic_limit": ["none", "4500 MPa"]}
 ROUGH = {"kind": "wavy", "amplitude": "0.1 um", "slope_x": "0.2 deg", "slope_y": "0.2 deg"}
-CELLS = (np.arange(6) + 0.5) * 3.0
 
 
 @pytest.fixture
-def merge(tmp_path, run_study):
-    def merged(study):
-        tally = merge_study(study, run_study(study), tmp_path / "summary.nc")
-        with open_summary(tmp_path / "summary.nc") as summary:
-            return summary.load(), tally
+def summary_of(merged):
+    def summary(study, remove=()):
+        with open_summary(merged(study, remove) / "summary.nc") as opened:
+            return opened.load()
 
-    return merged
+    return summary
 
 
-def test_dimensions_are_the_varied_names_in_the_order_of_the_study(make_study, merge):
-    summary, tally = merge(make_study(LOADS))
-    assert tally == Tally(done=6, failed=0, invalid=0)
+def test_dimensions_are_the_varied_names_in_the_order_of_the_study(make_study, summary_of):
+    summary = summary_of(make_study(LOADS))
     for variable in SCALARS:
         assert summary[variable.name].dims == ("load", "plastic_limit", "cycle")
         assert summary[variable.name].attrs["units"] == variable.si_unit
@@ -58,12 +62,11 @@ def test_dimensions_are_the_varied_names_in_the_order_of_the_study(make_study, m
         ),
     ],
 )
-def test_dimensions_follow_from_the_design(make_study, merge, vary, sections, dims):
+def test_dimensions_follow_from_the_design(make_study, summary_of, vary, sections, dims):
     study = make_study(vary, **sections)
-    summary, tally = merge(study)
+    summary = summary_of(study)
     assert summary.wear_volume.dims == dims
     assert summary.gap_profile.dims == (*dims, "x")
-    assert tally == Tally(len(study.cases()), 0, 0)
     assert (summary.status == PointStatus.DONE).all()
     if dims[0] == "point":
         assert summary.point.values.tolist() == list(range(len(study.cases())))
@@ -73,9 +76,9 @@ def test_dimensions_follow_from_the_design(make_study, merge, vary, sections, di
             assert summary[name].values.tolist() == expected
 
 
-def test_every_point_has_the_values_of_its_case(make_study, merge, tmp_path):
+def test_every_point_has_the_values_of_its_case(make_study, summary_of, tmp_path):
     study = make_study(LOADS)
-    summary, _ = merge(study)
+    summary = summary_of(study)
     largest = max(case.hertz_radius for case in study.cases().values())
     assert summary.sizes["x"] == math.ceil(1.3 * largest / 10e-6)
     for point in study.points():
@@ -92,8 +95,8 @@ def test_every_point_has_the_values_of_its_case(make_study, merge, tmp_path):
                 np.testing.assert_array_equal(inside, case[field.name].isel(y=0))
 
 
-def test_outside_a_window_nothing_touches_and_the_gap_is_not_known(make_study, merge):
-    summary, _ = merge(make_study(LOADS))
+def test_outside_a_window_nothing_touches_and_the_gap_is_not_known(make_study, summary_of):
+    summary = summary_of(make_study(LOADS))
     small = summary.isel(load=0, plastic_limit=0)
     outside = small.x > 1.3 * small.hertz_radius + 10e-6
     assert outside.any()
@@ -104,9 +107,9 @@ def test_outside_a_window_nothing_touches_and_the_gap_is_not_known(make_study, m
     assert summary.isel(load=1).gap_profile.notnull().all()
 
 
-def test_cases_of_different_spacing_are_interpolated_on_the_finest(make_study, merge):
+def test_cases_of_different_spacing_are_interpolated_on_the_finest(make_study, summary_of):
     study = make_study({"cell": [["10 um", "12 um"], ["4 um", "12 um"]]})
-    summary, _ = merge(study)
+    summary = summary_of(study)
     np.testing.assert_allclose(np.diff(summary.x), 4e-6, rtol=1e-9)
     assert float(summary.x[0]) == pytest.approx(2e-6, rel=1e-12)
     coarse, fine = (summary.pressure_profile.isel(cycle=0, cell=i) for i in (0, 1))
@@ -119,41 +122,19 @@ def test_cases_of_different_spacing_are_interpolated_on_the_finest(make_study, m
     np.testing.assert_allclose(coarse[smooth], fine[smooth], rtol=0, atol=bound)
 
 
-def test_at_cell_centres_values_are_kept_to_the_last_bit():
-    values = np.random.default_rng(1).random((6, 4)).astype(np.float32)
-    for some in ([0, 1, 2, 3, 4, 5], [0, 5, 3]):
-        assert (linear(values, CELLS, CELLS[some], 0) == values[some]).all()
-        assert (nearest(values, CELLS, CELLS[some], 0) == values[some]).all()
+def test_positions_are_as_fine_as_the_finest_case_but_not_without_end():
+    fine, wide = _Window(1e-6, 30.5e-6, False), _Window(3e-6, 99e-6, False)
+    np.testing.assert_allclose(_common_positions([fine, wide]), (np.arange(99) + 0.5) * 1e-6)
+    extreme = _common_positions([_Window(1e-10, 1e-6, False), wide])
+    assert extreme.size == MOST_POSITIONS
+    assert extreme[-1] < 99e-6 < extreme[-1] + (extreme[1] - extreme[0])
+    both = _common_positions([fine, _Window(3e-6, 9e-6, True)])
+    assert both.size == 2 * 31
+    np.testing.assert_array_equal(both, -both[::-1])
 
 
-def test_linear_interpolation_agrees_with_numpy_on_both_sides_of_the_middle():
-    values = np.random.default_rng(1).random((6, 4)).astype(np.float32)
-    positions = np.linspace(-20.0, 20.0, 101)
-    resampled = linear(values, CELLS, positions, 0)
-    for column in range(4):
-        expected = np.interp(np.abs(positions), CELLS, values[:, column])
-        np.testing.assert_allclose(resampled[:, column], expected, rtol=1e-6)
-
-
-def test_a_whole_contact_is_not_taken_for_a_quarter():
-    cells = np.r_[-CELLS[::-1], CELLS]
-    resampled = linear(cells[None], cells, np.array([-6.0, 6.0]), 1)
-    np.testing.assert_allclose(resampled, [[-6.0, 6.0]], rtol=1e-14)
-
-
-def test_states_are_those_of_the_nearest_cell():
-    states = np.array([2, 2, 1, 1, 0, 0], dtype=np.int8)
-    resampled = nearest(states, CELLS, np.array([0.1, 5.9, 6.1, 11.9, 12.1, 30.0]), 0)
-    assert resampled.tolist() == [2, 2, 1, 1, 0, 0]
-    assert resampled.dtype == np.int8
-
-
-def test_outside_begins_after_the_last_cell_centre():
-    assert _inside(CELLS, np.array([0.0, 16.5, 16.6, -16.6])).tolist() == [0, 1]
-
-
-def test_words_stand_for_values_that_are_not_numbers(make_study, merge):
-    summary, _ = merge(make_study({"roughness": ["none", ROUGH], "slip_model": ["jaeger"]}))
+def test_words_stand_for_values_that_are_not_numbers(make_study, summary_of):
+    summary = summary_of(make_study({"roughness": ["none", ROUGH], "slip_model": ["jaeger"]}))
     assert summary.wear_volume.dims == ("roughness", "slip_model", "cycle")
     assert summary.slip_model.values.tolist() == ["jaeger"]
     assert summary.roughness.values[0] == "none"
@@ -162,8 +143,8 @@ def test_words_stand_for_values_that_are_not_numbers(make_study, merge):
     np.testing.assert_allclose(summary.roughness_amplitude, [[0.0], [1e-7]], rtol=1e-12)
 
 
-def test_a_dotted_name_becomes_one_word(make_study, merge):
-    summary, _ = merge(make_study({"roughness.amplitude": ["0 um", "0.1 um"]}))
+def test_a_dotted_name_becomes_one_word(make_study, summary_of):
+    summary = summary_of(make_study({"roughness.amplitude": ["0 um", "0.1 um"]}))
     assert summary.wear_volume.dims == ("roughness_amplitude", "cycle")
     np.testing.assert_allclose(summary.roughness_amplitude, [0.0, 1e-7], rtol=1e-12)
     assert summary.roughness_amplitude.attrs["units"] == "m"
@@ -191,8 +172,8 @@ def test_what_is_not_done_is_nan_and_says_why(make_study, run_study, tmp_path):
         assert math.isnan(summary.hertz_radius.sel(load=20.0, tangential_load=16.0))
 
 
-def test_snapshots_that_a_case_does_not_have_are_nan(make_study, merge):
-    summary, _ = merge(make_study({"cycles": [500, 1000]}, output={"cycles": [0, 100]}))
+def test_snapshots_that_a_case_does_not_have_are_nan(make_study, summary_of):
+    summary = summary_of(make_study({"cycles": [500, 1000]}, output={"cycles": [0, 100]}))
     assert summary.wear_volume.dims == ("cycles", "cycle")
     assert summary.cycle.values.tolist() == [0.0, 100.0, 500.0, 1000.0]
     there = summary.wear_volume.notnull().values.tolist()
@@ -200,9 +181,9 @@ def test_snapshots_that_a_case_does_not_have_are_nan(make_study, merge):
     assert summary.pressure_profile[0, 3].isnull().all()
 
 
-def test_parameters_that_all_cases_share_are_scalars(make_study, merge):
+def test_parameters_that_all_cases_share_are_scalars(make_study, summary_of):
     study = make_study(LOADS)
-    summary, _ = merge(study)
+    summary = summary_of(study)
     assert summary.radius.ndim == 0
     assert summary.radius.attrs["units"] == "m"
     assert summary.slip_model == "jaeger"
@@ -248,11 +229,11 @@ def test_every_file_that_cannot_be_used_is_named_and_nothing_is_written(
     assert not (tmp_path / "summary.nc").exists()
 
 
-def test_a_damaged_summary_is_not_opened(make_study, run_study, tmp_path):
-    study, path = make_study({}), tmp_path / "summary.nc"
+def test_a_damaged_summary_is_not_opened(make_study, merged, tmp_path):
+    path = tmp_path / "summary.nc"
     with pytest.raises(DataFileError, match="no such file"):
         open_summary(path)
-    merge_study(study, run_study(study), path)
+    merged(make_study({}))
     path.write_bytes(path.read_bytes()[:-100])
     with pytest.raises(DataFileError, match=r"cut short.*Merge the study again"):
         open_summary(path)

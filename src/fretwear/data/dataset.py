@@ -268,6 +268,53 @@ def mirrored(dataset: xr.Dataset) -> xr.Dataset:
     return whole
 
 
+def resampled(
+    values: NDArray[Any], cells: NDArray[np.float64], positions: NDArray[np.float64], axis: int
+) -> NDArray[Any]:
+    """Bring values at cell centres to other positions along one direction.
+
+    Physical quantities are interpolated linearly; states, which are whole numbers, are those of
+    the nearest cell. At a cell centre the value is that of the cell to the last bit. Beyond the
+    outermost cells, and nearer the middle than the first cell of a quarter, it stays that of the
+    cell.
+
+    Parameters
+    ----------
+    values : numpy.ndarray
+        n values along `axis`.
+    cells : numpy.ndarray, shape (n,)
+        Cell centres in m, increasing; all positive for the quarter of a contact that is even.
+    positions : numpy.ndarray, shape (m,)
+        Where values are wanted, m.
+    axis : int
+        Which one.
+
+    Returns
+    -------
+    numpy.ndarray
+        m values along `axis`, type as given.
+    """
+    if np.array_equal(cells, positions):
+        return values
+    where = np.abs(positions) if cells[0] > 0.0 else positions
+    lower = np.clip(np.searchsorted(cells, where, side="right") - 1, 0, cells.size - 2)
+    weight = (where - cells[lower]) / (cells[lower + 1] - cells[lower])
+    weight = np.clip(weight, 0.0, 1.0)
+    along = np.moveaxis(values, axis, -1)
+    if values.dtype.kind == "f":
+        between = (1.0 - weight) * along[..., lower] + weight * along[..., lower + 1]
+    else:
+        between = along[..., lower + (weight >= 0.5)]
+    return np.moveaxis(between.astype(values.dtype), -1, axis)
+
+
+def positions_inside(
+    cells: NDArray[np.float64], positions: NDArray[np.float64]
+) -> NDArray[np.intp]:
+    """Return which positions are not beyond the outermost cell centres, both in m."""
+    return np.flatnonzero(np.abs(positions) <= np.abs(cells).max() * (1.0 + 1e-12))
+
+
 @cache
 def source() -> str:
     """Package name and version, with the commit when the package runs from a checkout."""

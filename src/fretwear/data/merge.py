@@ -19,7 +19,13 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from fretwear.data.dataset import CONVENTIONS, history_line, source
+from fretwear.data.dataset import (
+    CONVENTIONS,
+    history_line,
+    positions_inside,
+    resampled,
+    source,
+)
 from fretwear.data.files import (
     COMPRESSION,
     CaseFile,
@@ -396,11 +402,11 @@ def _write_profiles(
         for point in done:
             columns = np.searchsorted(cycles, point.case.output_cycles)
             cells, profiles = np.load(spool), np.load(spool)
-            inside = _inside(cells, positions)
+            inside = positions_inside(cells, positions)
             for (name, field), own in zip(PROFILES.items(), profiles, strict=True):
                 values = np.full((cycles.size, positions.size), np.nan, dtype=np.float32)
                 values[columns] = field.outside
-                values[np.ix_(columns, inside)] = linear(own, cells, positions[inside], axis=1)
+                values[np.ix_(columns, inside)] = resampled(own, cells, positions[inside], axis=1)
                 file[name][point.position] = values
 
 
@@ -413,62 +419,6 @@ def _profile_attributes(field: Field) -> dict[str, str]:
     )
     comment = "; ".join(comment for comment in comments if comment)
     return {"long_name": field.words, "units": field.si_unit, "comment": comment}
-
-
-def linear(
-    values: NDArray[Any], cells: NDArray[np.float64], positions: NDArray[np.float64], axis: int
-) -> NDArray[Any]:
-    """Interpolate linearly between the cells of a case.
-
-    Where a position is a cell centre, the value is that of the cell to the last bit. Beyond the
-    outermost cells, and nearer the middle than the first cell of a quarter, the value of that
-    cell continues.
-
-    Parameters
-    ----------
-    values : numpy.ndarray
-        n values along `axis`.
-    cells : numpy.ndarray, shape (n,)
-        Cell centres in m, increasing; all positive for the quarter of a contact that is even.
-    positions : numpy.ndarray, shape (m,)
-        Where values are wanted, m.
-    axis : int
-        Which one.
-
-    Returns
-    -------
-    numpy.ndarray
-        m values along `axis`, type as given.
-    """
-    if np.array_equal(cells, positions):
-        return values
-    lower, weight = _places(cells, positions)
-    along = np.moveaxis(values, axis, -1)
-    between = (1.0 - weight) * along[..., lower] + weight * along[..., lower + 1]
-    return np.moveaxis(between.astype(values.dtype), -1, axis)
-
-
-def nearest(
-    values: NDArray[Any], cells: NDArray[np.float64], positions: NDArray[np.float64], axis: int
-) -> NDArray[Any]:
-    """Take the value of the nearest cell of a case; arguments as for `linear`."""
-    lower, weight = _places(cells, positions)
-    return np.take(values, lower + (weight >= 0.5), axis)
-
-
-def _places(
-    cells: NDArray[np.float64], positions: NDArray[np.float64]
-) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
-    """Cell below each position, and how far the position is on the way to the next one."""
-    where = np.abs(positions) if cells[0] > 0.0 else positions
-    lower = np.clip(np.searchsorted(cells, where, side="right") - 1, 0, cells.size - 2)
-    weight = (where - cells[lower]) / (cells[lower + 1] - cells[lower])
-    return lower, np.clip(weight, 0.0, 1.0)
-
-
-def _inside(cells: NDArray[np.float64], positions: NDArray[np.float64]) -> NDArray[np.intp]:
-    """Which positions are not beyond the outermost cell centres."""
-    return np.flatnonzero(np.abs(positions) <= np.abs(cells).max() * (1.0 + 1e-12))
 
 
 def open_study(path: str | PathLike[str]) -> xr.Dataset:
@@ -513,86 +463,64 @@ def open_study(path: str | PathLike[str]) -> xr.Dataset:
     with closing(opened) as store:
         # What xarray itself takes for the netCDF library, which no two threads may use at once.
         lock = store.lock
-    y = xr.Variable((Y.name,), _common_positions(windows), Y.attributes)
-    stacked = summary.assign_coords({Y.name: y})
-    cycles, x = summary[CYCLE.name].to_numpy(), summary[X.name].to_numpy()
+    y = _common_positions(windows)
+    stacked = summary.assign_coords({Y.name: ((Y.name,), y, Y.attributes)})
+    axes = (summary[CYCLE.name].to_numpy(), summary[X.name].to_numpy(), y)
     for field in FIELDS:
-        array = _StackedField(files, field, cycles, x, y.to_numpy(), lock)
-        lazy = da.from_array(array, array.chunks, name=False)  # type: ignore[no-untyped-call]
+        array = _StackedField(files, field, axes, lock)
+        cycle_bytes = axes[1].size * axes[2].size * array.dtype.itemsize
+        cycles = min(axes[0].size, max(1, _CHUNK_BYTES // cycle_bytes))
+        chunks = (*(1 for _ in files.shape), cycles, axes[1].size, axes[2].size)
+        lazy = da.from_array(array, chunks, name=False)  # type: ignore[no-untyped-call]
         stacked[field.name] = ((*status.dims, CYCLE.name, X.name, Y.name), lazy, field.attributes)
     stacked.set_close(summary.close)
     return stacked
 
 
-@dataclass(frozen=True)
 class _StackedField:
     """One field of all cases as one array; every part that is taken reads the case files.
 
-    Attributes
+    Parameters
     ----------
     files : numpy.ndarray of pathlib.Path or None
         Case files, laid out as the points of the study; None where a point is not done.
     field : Field
         The field.
-    cycles, x, y : numpy.ndarray
-        Cycles, and positions in m, that all cases share.
+    axes : tuple of numpy.ndarray
+        Cycles, and positions along x and y in m, that all cases share.
     lock : context manager
         Held by whoever uses the netCDF library.
     """
 
-    files: NDArray[Any]
-    field: Field
-    cycles: NDArray[np.float64]
-    x: NDArray[np.float64]
-    y: NDArray[np.float64]
-    lock: AbstractContextManager[Any]
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Points, cycles, cells along x, along y."""
-        return (*self.files.shape, self.cycles.size, self.x.size, self.y.size)
-
-    @property
-    def ndim(self) -> int:
-        """Number of dimensions."""
-        return len(self.shape)
-
-    @property
-    def dtype(self) -> np.dtype[Any]:
-        """Type of the values."""
-        return np.dtype(self.field.dtype)
-
-    @property
-    def chunks(self) -> tuple[int, ...]:
-        """Sizes of pieces: one case, and as many cycles of it as make a reasonable piece."""
-        cycle_bytes = self.x.size * self.y.size * self.dtype.itemsize
-        cycles = min(self.cycles.size, max(1, _CHUNK_BYTES // cycle_bytes))
-        return (*(1 for _ in self.files.shape), cycles, self.x.size, self.y.size)
+    def __init__(
+        self,
+        files: NDArray[Any],
+        field: Field,
+        axes: tuple[NDArray[np.float64], ...],
+        lock: AbstractContextManager[Any],
+    ) -> None:
+        self.files, self.field, self.axes, self.lock = files, field, axes, lock
+        self.shape = (*files.shape, *(axis.size for axis in axes))
+        self.ndim = len(self.shape)
+        self.dtype = np.dtype(field.dtype)
 
     def __getitem__(self, key: tuple[int | slice, ...]) -> NDArray[Any]:
         """Read a part, along every dimension a slice or an index."""
-        points = self.files.ndim
-        files = np.asarray(self.files[key[:points]], dtype=object)
-        cycles, x, y = (
-            np.atleast_1d(axis[part])
-            for axis, part in zip((self.cycles, self.x, self.y), key[points:], strict=True)
-        )
+        at, within = key[: self.files.ndim], key[self.files.ndim :]
+        files = np.asarray(self.files[at], dtype=object)
+        axes = [np.atleast_1d(axis[part]) for axis, part in zip(self.axes, within, strict=True)]
         missing = NOT_DONE if self.field.flags else np.nan
-        values = np.full((*files.shape, cycles.size, x.size, y.size), missing, dtype=self.dtype)
+        values = np.full((*files.shape, *map(len, axes)), missing, dtype=self.dtype)
         for position, file in np.ndenumerate(files):
             if file is not None:
-                self._read_case(file, cycles, x, y, values[position])
-        single: list[Any] = [0 if isinstance(part, Integral) else np.s_[:] for part in key[points:]]
+                self._read_case(file, axes, values[position])
+        single: list[Any] = [0 if isinstance(part, Integral) else np.s_[:] for part in within]
         return np.asarray(values[(..., *single)])
 
     def _read_case(
-        self,
-        path: Path,
-        cycles: NDArray[np.float64],
-        x: NDArray[np.float64],
-        y: NDArray[np.float64],
-        into: NDArray[Any],
+        self, path: Path, axes: Sequence[NDArray[np.float64]], into: NDArray[Any]
     ) -> None:
+        cycles, x, y = axes
         # Opening a file is a use of the library too.
         with self.lock, netCDF4.Dataset(path) as file:
             file.set_auto_mask(False)
@@ -603,9 +531,10 @@ class _StackedField:
                 if cycle in stored
             }
             cells_x, cells_y = file[X.name][:], file[Y.name][:]
-        inside_x, inside_y = _inside(cells_x, x), _inside(cells_y, y)
-        bring = nearest if self.field.flags else linear
+        inside_x, inside_y = positions_inside(cells_x, x), positions_inside(cells_y, y)
         for place, values in snapshots.items():
-            along_x = bring(values, cells_x, x[inside_x], 0)
+            along_x = resampled(values, cells_x, x[inside_x], axis=0)
             into[place] = self.field.outside
-            into[place][np.ix_(inside_x, inside_y)] = bring(along_x, cells_y, y[inside_y], 1)
+            into[place][np.ix_(inside_x, inside_y)] = resampled(
+                along_x, cells_y, y[inside_y], axis=1
+            )
