@@ -2,19 +2,18 @@
 
 import subprocess
 import sys
-from dataclasses import replace
 
 import numpy as np
 import pytest
 import xarray as xr
 
 import fretwear
-from fretwear.mechanics.geometry.grid import Grid
-from fretwear.running.checkpoint import pack, unpack
-from fretwear.running.simulate import RunRecord, Step, run, simulate, wear_problem
+from fretwear.running.simulate import Step, run, simulate
 from fretwear.study.case import Case
 from fretwear.theory import CattaneoMindlin, HertzContact
 from fretwear.vocabulary import ContactState
+
+from .conftest import make_case
 
 ROUGH = {"amplitude": "0.2 um", "slope_x": "0.4 deg", "slope_y": "0.3 deg"}
 
@@ -22,20 +21,11 @@ ROUGH = {"amplitude": "0.2 um", "slope_x": "0.4 deg", "slope_y": "0.3 deg"}
 SINGLE = 2e-7
 
 
+CASE = {"cycles": 1000, "cell": ("7 um", "9 um"), "output_cycles": (0, 1, 10, 300, 1000)}
+
+
 def make(**changes: object) -> Case:
-    given = {
-        "radius": "10 mm",
-        "youngs_modulus": "208 GPa",
-        "poisson_ratio": 0.3,
-        "load": "50 N",
-        "tangential_ratio": 0.8,
-        "friction": 0.5,
-        "wear_coefficient": "7e-13 / Pa",
-        "cycles": 1000,
-        "cell": ("7 um", "9 um"),
-        "output_cycles": (0, 1, 10, 300, 1000),
-    }
-    return Case(**(given | changes))
+    return make_case(**(CASE | changes))
 
 
 KINDS = {
@@ -142,17 +132,6 @@ def test_unworn_smooth_case_is_that_of_hertz_cattaneo_and_mindlin():
     assert np.abs(first.slip - theory.slip(r)).max() < 2e-3 * theory.slip(r).max()
 
 
-def test_waves_lie_along_the_axes_of_their_slopes():
-    case = make(roughness=ROUGH)
-    problem = wear_problem(case)
-    window = Grid((40, 30), problem.spacing)
-    waves = problem.unworn(window) - replace(problem, roughness=None).unworn(window)
-    # R = A cos(k_y y) sin(π/2 + k_x x) with k = (π/2) tanθ/A.
-    k_x, k_y = (0.5 * np.pi * np.tan(np.deg2rad(slope)) / 0.2e-6 for slope in (0.4, 0.3))
-    expected = 0.2e-6 * np.outer(np.sin(np.pi / 2 + k_x * window.x), np.cos(k_y * window.y))
-    np.testing.assert_allclose(waves, expected, atol=1e-18)
-
-
 def test_gap_outside_an_earlier_window_is_evaluated_not_made_up():
     case = make(tangential_ratio=0.9, cycles=3000, output_cycles=())
     ds = simulate(case)
@@ -192,26 +171,6 @@ def test_history_holds_every_step_and_observers_see_each():
         np.testing.assert_array_equal(history[key][at_snapshots], ds[key])
     assert int(history.convolutions.sum()) == seen[-1].state.convolutions
     assert {step.last_cycle for step in seen} == {1000}
-
-
-def test_a_run_resumes_from_its_record_with_the_same_bits(datasets):
-    case = make(**KINDS["rough capped"])
-    record = RunRecord()
-
-    class PulledPlugError(Exception):
-        pass
-
-    def pull_the_plug(step: Step) -> None:
-        if step.state.cycle >= 100:
-            raise PulledPlugError
-
-    with pytest.raises(PulledPlugError):
-        run(case, [pull_the_plug], record=record)
-    assert 100 <= record.last.cycle < 1000
-    arrays = {}
-    again = unpack(RunRecord, pack(record, "record", arrays), arrays)
-    resumed = run(case, record=again).dataset
-    xr.testing.assert_equal(resumed, datasets["rough capped"])
 
 
 def with_same_composite(case: Case) -> dict[str, object]:
