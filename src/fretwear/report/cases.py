@@ -38,7 +38,7 @@ HISTORY = ("contact_half_width_x", "stick_half_width_x", "wear_volume")
 """Numbers at every step."""
 
 _MOST_SNAPSHOTS = 60
-_BEYOND_CONTACT = 1.15
+_BEYOND_CONTACT = 1.3
 _LIBRARIES = ("numpy", "scipy", "xarray", "netCDF4", "matplotlib")
 
 

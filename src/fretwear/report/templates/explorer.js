@@ -188,7 +188,7 @@
     };
     study.profiles.forEach((name, place) => {
       const top = 1 - strip - between - place * (height + between);
-      const scale = 1.06 * (highest(shown, name) || 1);
+      const scale = 1.06 * (highest(shown, name, right) || 1);
       layout[axisKey(place)] = axis(colors, words[name].label, {
         domain: [Math.max(0, top - height), top],
         range: name === "wear_depth" ? [scale, 0] : [0, scale],
@@ -217,12 +217,16 @@
     return { data, layout };
   }
 
-  /* The highest value of a profile, of all snapshots or of the one shown. Outside the contact the
-     gap grows as the contact does, backwards in the cycles: that of the last snapshot scales it. */
-  function highest(shown, name) {
-    return LEVELS * largest(shown.flatMap(({ data, snapshot }) => {
-      const scales = data.profiles[name].map(({ scale }) => scale);
-      return ownScale.checked ? scales[snapshot] : name === "gap" ? scales.at(-1) : scales;
+  /* The highest value of a profile, of all snapshots or of the one shown. The gap, which grows
+     without bound outside the contact, is scaled by what is in view of the last snapshot. */
+  function highest(shown, name, right) {
+    return largest(shown.flatMap(({ data, snapshot }) => {
+      if (name === "gap") {
+        const place = ownScale.checked ? snapshot : data.cycles.length - 1;
+        return data.profile(name, place).filter((_, cell) => data.x[cell] <= right);
+      }
+      const tops = data.profiles[name].map(({ scale }) => scale * LEVELS);
+      return ownScale.checked ? tops[snapshot] : tops;
     }));
   }
 
