@@ -141,7 +141,7 @@ def test_points_drawn_at_random_are_told_by_panels_and_one_colour_bar() -> None:
     lines = study_lines(sampled, "wear_volume")
     layout = choose_layout(lines)
     assert (layout.across, layout.color, layout.style) == (("plastic_limit",), "load", None)
-    assert layout.followers == ("tangential_ratio",)
+    assert layout.paired == ("tangential_ratio",)
     assert len(shown_lines(lines, layout)) == 30
 
 

@@ -87,5 +87,5 @@ def test_panels_share_one_scale_of_depth(
 
 
 def test_a_cycle_without_a_snapshot_is_refused(smooth: xr.Dataset) -> None:
-    with pytest.raises(ValueError, match=r"cycle = 7.*\[0, 1, 10, 100, 1000\]"):
+    with pytest.raises(ValueError, match=r"no snapshot at \[7\].*\[0, 1, 10, 100, 1000\]"):
         figures.wear_map(smooth, cycle=7)

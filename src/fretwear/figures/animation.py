@@ -49,6 +49,11 @@ ZONE_COLORS = {
 }
 """Light to dark: they can be told apart in grey too."""
 
+_ZONES: dict[str, Any] = {
+    "cmap": ListedColormap([ZONE_COLORS[zone] for zone in ContactState]),
+    "vmin": min(ContactState),
+    "vmax": max(ContactState),
+}
 _FIELDS = ("pressure", "wear_depth", "contact_state")
 _HEIGHT = 104.0
 _BEYOND_CONTACT = 1.1
@@ -124,13 +129,7 @@ class CaseAnimation:
         fill = axes.fill_between(x, 0.0, 0.0, color="#d9d9d9", lw=0)
         (line,) = axes.plot(x, values[0], color=INK, label=half.field.label)
         edge = x[-1] + 0.5 * (x[1] - x[0])
-        strip = axes.imshow(
-            zones[:1],
-            extent=(-edge, edge, bottom, 0.0),
-            origin="lower",
-            aspect="auto",
-            **_zone_colours(),
-        )
+        strip = axes.imshow(zones[:1], extent=(-edge, edge, bottom, 0.0), aspect="auto", **_ZONES)
         axes.set_xlim(MICROMETRE.of(-reach), MICROMETRE.of(reach))
         axes.set_ylim((top, bottom) if is_downward else (bottom, top))
 
@@ -144,7 +143,7 @@ class CaseAnimation:
     def _add_map(self, axes: Axes, whole: xr.Dataset, reach: float) -> None:
         zones = whole["contact_state"].transpose("cycle", "x", "y").values
         x, y = (whole[name].values.astype(np.float64) for name in ("x", "y"))
-        image = draw_map(axes, x, y, zones[0], reach, **_zone_colours())
+        image = draw_map(axes, x, y, zones[0], reach, **_ZONES)
         axes.set_facecolor(ZONE_COLORS[ContactState.OPEN])
         self._updates.append(lambda index: image.set_data(zones[index].T))
 
@@ -167,16 +166,10 @@ class CaseAnimation:
     def _add_key(self) -> None:
         zones = list(reversed(ContactState))
         first = Line2D([], [], color=MUTED, lw=_FIRST_WIDTH)
-        outside_key(
-            self.figure,
-            [*(Patch(color=ZONE_COLORS[zone]) for zone in zones), first],
-            [
-                *(zone.name.lower() for zone in zones),
-                f"pressure at cycle {cycle_text(self.cycles[0])}",
-            ],
-            "outside lower left",
-            handlelength=1.2,
-        )
+        handles = [*(Patch(color=ZONE_COLORS[zone]) for zone in zones), first]
+        words = f"pressure at cycle {cycle_text(self.cycles[0])}"
+        labels = [*(zone.name.lower() for zone in zones), words]
+        outside_key(self.figure, handles, labels, "outside lower left", handlelength=1.2)
 
     def _draw(self, index: int) -> None:
         for update in self._updates:
@@ -292,14 +285,9 @@ def well_spaced_cycles(last: int, number: int = 30) -> list[int]:
 
 
 def check_format(path: Path) -> None:
-    """Refuse a name whose ending tells no film, or one that cannot be written here.
+    """Raise a `ValueError` for a name that ends in neither .gif nor .mp4.
 
-    Raises
-    ------
-    ValueError
-        When the name ends in something else.
-    FfmpegMissingError
-        For MP4 where there is no ffmpeg.
+    It is an `FfmpegMissingError` for MP4 where there is no ffmpeg.
     """
     ending = path.suffix.lower()
     if ending not in FORMATS:
@@ -360,9 +348,3 @@ def _label_widths(axes: Axes) -> None:
     label_curves(axes, curves, [str(curve.get_label()) for curve in curves])
     for curve in curves:
         curve.set_marker("None")
-
-
-def _zone_colours() -> dict[str, Any]:
-    """Return how matplotlib's images show zones."""
-    colormap = ListedColormap([ZONE_COLORS[zone] for zone in ContactState])
-    return {"cmap": colormap, "vmin": min(ContactState), "vmax": max(ContactState)}

@@ -107,18 +107,18 @@ def _cycle_tick(value: float) -> str:
 
 
 def _draw_break(axes: Axes, position: float) -> None:
-    for offset in (-0.10, 0.10):
-        axes.plot(
-            [position * (1.0 + offset)],
-            [0.0],
-            marker=[(-2.0, -2.0), (0.0, 2.0)],
-            markersize=5,
-            color=MUTED,
-            markeredgewidth=0.6,
-            transform=axes.get_xaxis_transform(),
-            clip_on=False,
-            label="_break",
-        )
+    axes.plot(
+        [0.9 * position, 1.1 * position],
+        [0.0, 0.0],
+        linestyle="none",
+        marker=[(-2.0, -2.0), (0.0, 2.0)],
+        markersize=5,
+        color=MUTED,
+        markeredgewidth=0.6,
+        transform=axes.get_xaxis_transform(),
+        clip_on=False,
+        label="_break",
+    )
 
 
 @dataclass(frozen=True)
@@ -242,55 +242,55 @@ def outside_key(
     return key
 
 
-@dataclass(frozen=True)
-class _Labelled:
-    """A label with the pixels of the curves that it belongs to, row 0 at the bottom."""
-
-    text: str
-    color: str
-    mask: Mask
-
-
 def label_curves(axes: Axes, curves: Sequence[Line2D], labels: Sequence[str]) -> bool:
     """Label every curve beside itself, or none of them.
 
     A place is taken when the text box is clear of all curves and labels, and nearer to its own
     curve than to any other. Successive curves that cannot be told apart have one label, in the
-    last one's colour. Call this last, when limits and labels of the axes are final.
-
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-        Axes that show the curves.
-    curves : sequence of matplotlib.lines.Line2D
-        The curves to label, as they are drawn.
-    labels : sequence of str
-        The label of each.
-
-    Returns
-    -------
-    bool
-        Whether there was room; if not, nothing was added and a legend is called for.
+    last one's colour. Call this last, when limits and labels of the axes are final. Where there is
+    no room, the result is False: nothing was added, and a legend is called for.
     """
     root_figure(axes).draw_without_rendering()
-    labelled: list[_Labelled] = []
-    for curve, text in zip(curves, labels, strict=True):
+    texts: list[Text] = []
+    masks: list[Mask] = []
+    for curve, label in zip(curves, labels, strict=True):
         mask = _covered(axes, curve)
-        if labelled and _coincide(labelled[-1].mask, mask):
-            before = labelled.pop()
-            text, mask = f"{before.text}, {text}", mask | before.mask
-        labelled.append(_Labelled(text, to_hex(curve.get_color()), mask))
-    sizes = [_text_size(axes, label) for label in labelled]
-    distances = [_distance(label.mask) for label in labelled]
-    there = list(range(len(labelled)))
+        if masks and _coincide(masks[-1], mask):
+            before = texts.pop()
+            before.remove()
+            label, mask = f"{before.get_text()}, {label}", mask | masks.pop()
+        texts.append(_add_text(axes, label, to_hex(curve.get_color())))
+        masks.append(mask)
+    boxes = [text.get_window_extent() for text in texts]
+    margin = 2 * _LABEL_MARGIN
+    sizes = [(math.ceil(box.height) + margin, math.ceil(box.width) + margin) for box in boxes]
+    distances = [_distance(mask) for mask in masks]
+    there = list(range(len(texts)))
     found = [_placed(order, distances, sizes) for order in (there, there[::-1])]
-    places = min((each for each in found if each), key=lambda each: each[0], default=None)
-    if places is None:
+    cheapest = min((each for each in found if each), key=lambda each: each[0], default=None)
+    if cheapest is None:
+        for text in texts:
+            text.remove()
         return False
-    height, width = distances[0].shape
-    for label, (row, column) in zip(labelled, places[1], strict=True):
-        _add_text(axes, label, ((column + 0.5) / width, (row + 0.5) / height))
+    height, width = masks[0].shape
+    for text, (row, column) in zip(texts, cheapest[1], strict=True):
+        text.set_position(((column + 0.5) / width, (row + 0.5) / height))
     return True
+
+
+def _add_text(axes: Axes, label: str, color: str) -> Text:
+    text = axes.text(
+        0.5,
+        0.5,
+        label,
+        color=text_colour(color),
+        fontsize=_LABEL_SIZE,
+        ha="center",
+        va="center_baseline",
+        transform=axes.transAxes,
+    )
+    text.set_in_layout(False)
+    return text
 
 
 def _covered(axes: Axes, curve: Line2D) -> Mask:
@@ -320,27 +320,6 @@ def _distance(mask: Mask) -> Array:
     if not mask.any():
         return np.full(mask.shape, float(max(mask.shape)))
     return np.asarray(ndimage.distance_transform_edt(~mask), dtype=np.float64)
-
-
-def _add_text(axes: Axes, label: _Labelled, position: tuple[float, float]) -> Text:
-    text = axes.text(
-        *position,
-        label.text,
-        color=text_colour(label.color),
-        fontsize=_LABEL_SIZE,
-        ha="center",
-        va="center_baseline",
-        transform=axes.transAxes,
-    )
-    text.set_in_layout(False)
-    return text
-
-
-def _text_size(axes: Axes, label: _Labelled) -> tuple[int, int]:
-    probe = _add_text(axes, label, (0.5, 0.5))
-    box = probe.get_window_extent()
-    probe.remove()
-    return math.ceil(box.height) + 2 * _LABEL_MARGIN, math.ceil(box.width) + 2 * _LABEL_MARGIN
 
 
 def _placed(

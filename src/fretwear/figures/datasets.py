@@ -28,24 +28,11 @@ _PEAKS_MATTER = ("pressure", "shear_traction", "wear_rate")
 
 @dataclass(frozen=True)
 class HalfProfiles:
-    """One field along x > 0 at several cycles.
+    """One field along x > 0 at several cycles, in SI units.
 
-    Parameters
-    ----------
-    field : Field
-        What the values are.
-    x : array of shape (n,)
-        Cell centres in m.
-    cycles : array of shape (k,)
-        The cycles.
-    values : array of shape (k, n)
-        The field in its SI unit.
-    contact_half_width, stick_half_width : array of shape (k,)
-        Half-widths along x in m.
-    wavelength : float
-        Wavelength of the roughness along x in m; 0 when smooth along x.
-    is_capped : bool
-        Whether the pressure has a plastic limit.
+    `x` are the n cell centres, `values` of shape (k, n) the field at the k `cycles`, at which the
+    zones have the half-widths given. `wavelength` is that of the roughness along x, 0 where it is
+    smooth along x; `is_capped` tells whether the pressure has a plastic limit.
     """
 
     field: Field
@@ -67,10 +54,7 @@ class HalfProfiles:
     def readable(self, envelope: Envelope | None = None) -> HalfProfiles:
         """Return the profiles themselves or, where waves crowd them, their envelopes.
 
-        Parameters
-        ----------
-        envelope : callable, optional
-            `peak_envelope` or `wave_mean`; left out, the one that suits the field.
+        `envelope` is `peak_envelope` or `wave_mean`; left out, the one that suits the field.
         """
         if not self.is_wavy:
             return self
@@ -126,13 +110,7 @@ def half_profiles(dataset: xr.Dataset, field: Field | str, cycles: Cycles = None
 
 
 def field_of(quantity: Field | str) -> Field:
-    """Return a field given by its name.
-
-    Raises
-    ------
-    ValueError
-        When there are no profiles of it; the error names those there are.
-    """
+    """Return a field by its name; a `ValueError` names those of which there are profiles."""
     if isinstance(quantity, Field):
         return quantity
     fields = {field.name: field for field in FIELDS if not field.flags}
@@ -177,10 +155,10 @@ def available_cycles(dataset: xr.Dataset) -> list[int]:
 
 
 def representative_cycles(available: Collection[int], most: int = 6) -> tuple[int, ...]:
-    """Return at most `most` cycles, first and last included, that look different.
+    """Return at most `most` cycles, first and last included, whose profiles differ.
 
     They are evenly spread in the fourth root of the cycle: in the logarithm too many early ones
-    would be among them, whose profiles coincide.
+    would be among them.
     """
     ordered = sorted(available)
     if len(ordered) <= most:
@@ -217,19 +195,9 @@ def envelope_of(field: Field) -> Envelope:
 def peak_envelope(x: Array, values: Array, wavelength: float) -> Array:
     """Return the curve through the highest value of every wave.
 
-    Parameters
-    ----------
-    x : array of shape (n,)
-        Cell centres in m.
-    values : array of shape (n,)
-        A quantity that is nowhere negative, in any unit, of a surface even in x.
-    wavelength : float
-        Wavelength along x in m.
-
-    Returns
-    -------
-    array of shape (n,)
-        Shape-preserving cubics through the peaks: they overshoot none of them.
+    `x` are the n cell centres in m, `values` n values that are nowhere negative, of a surface even
+    in x, and `wavelength` is that along x in m. The n values returned are those of
+    shape-preserving cubics through the peaks: they overshoot none of them.
     """
     crest_in_the_middle = float(np.nansum(values * np.cos(2.0 * np.pi * x / wavelength))) >= 0.0
     wave = np.floor(x / wavelength + (0.5 if crest_in_the_middle else 0.0)).astype(np.int64)
@@ -265,16 +233,11 @@ def wave_mean(x: Array, values: Array, wavelength: float) -> Array:
 
 
 def check_dataset(dataset: Any) -> None:
-    """Refuse what is no dataset.
-
-    Raises
-    ------
-    TypeError
-        With what was given, and how to come to a dataset from it.
-    """
+    """Raise a `TypeError` for what is no dataset, with how to come to a dataset from it."""
     if isinstance(dataset, xr.Dataset):
         return
     given = type(dataset).__name__
+    remedy = "open_case and simulate of fretwear return such a dataset"
     if isinstance(dataset, str | PathLike):
         remedy = f"open the file first: fretwear.open_case({str(dataset)!r})"
     elif isinstance(dataset, xr.DataArray):
@@ -283,20 +246,13 @@ def check_dataset(dataset: Any) -> None:
         remedy = "give one of its datasets; several cases are drawn by the functions compare_..."
     elif given == "Case":
         remedy = "simulate it first: fretwear.simulate(case)"
-    else:
-        remedy = "open_case and simulate of fretwear return such a dataset"
     raise TypeError(f"A figure is drawn from an xarray.Dataset, not from a {given}; {remedy}.")
 
 
 def check_cases(cases: Any, *fields: str) -> None:
-    """Refuse what is no mapping of titles to datasets, an empty one, or one without the fields.
+    """Raise a `TypeError` for what is no mapping of titles to datasets.
 
-    Raises
-    ------
-    TypeError
-        When it is something else.
-    ValueError
-        When there is no case, or one lacks a field.
+    It is a `ValueError` when there is no case, or one lacks a field.
     """
     if not isinstance(cases, Mapping) or isinstance(cases, xr.Dataset):
         raise TypeError(
@@ -311,13 +267,7 @@ def check_cases(cases: Any, *fields: str) -> None:
 
 
 def require(dataset: xr.Dataset, *names: str) -> None:
-    """Refuse a dataset that lacks a variable.
-
-    Raises
-    ------
-    ValueError
-        With what the dataset is, and what to give instead.
-    """
+    """Raise a `ValueError` for a dataset that lacks a variable, with what to give instead."""
     missing = next((name for name in names if name not in dataset), None)
     if missing is None:
         return

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter
 
 from fretwear.figures.axes import (
     ValueAxis,
@@ -32,6 +34,7 @@ from fretwear.figures.lines import (
     shown_lines,
     study_lines,
 )
+from fretwear.figures.maps import add_scale
 from fretwear.figures.style import (
     CATEGORICAL,
     INK,
@@ -74,7 +77,7 @@ def contact_half_width(
     Returns
     -------
     matplotlib.figure.Figure
-        Half-width in µm over cycles; panels, colours and line styles follow from what the study
+        Half-width in µm over cycles; panels, colours and line styles are for what the study
         varies (`fretwear.figures.lines.choose_layout`).
 
     Raises
@@ -230,27 +233,18 @@ def _add_keys(
     if palette.norm is not None and layout.color:
         color_texts = []
         shown = parameter(layout.color)
-        bar = figure.colorbar(
-            ScalarMappable(palette.norm, sequential_colormap()),
-            ax=panels,
-            aspect=40,
-            fraction=0.04,
-            format=lambda value, _: f"{value / shown.unit.size:g}",
-        )
-        bar.set_label(f"{shown.words} ({shown.unit.name})" if shown.unit.name else shown.words)
-        bar.outline.set_visible(False)
+        label = f"{shown.words} ({shown.unit.name})" if shown.unit.name else shown.words
+        colours = ScalarMappable(palette.norm, sequential_colormap())
+        numbers = FuncFormatter(lambda value, _: f"{shown.unit.of(value):g}")
+        add_scale(figure, panels, colours, label, aspect=40, fraction=0.04, format=numbers)
+    marks = zip(palette.colors, cycle(MARKERS), color_texts, strict=False)
+    styles = zip(cycle(LINE_STYLES), style_texts, strict=False)
     handles = [
-        *(
-            Line2D([], [], color=palette.colors[i], marker=MARKERS[i % len(MARKERS)])
-            for i in range(len(color_texts))
-        ),
-        *(
-            Line2D([], [], color="#555555", linestyle=LINE_STYLES[i % len(LINE_STYLES)])
-            for i in range(len(style_texts))
-        ),
+        *(Line2D([], [], color=color, marker=mark, label=text) for color, mark, text in marks),
+        *(Line2D([], [], color="#555555", linestyle=style, label=text) for style, text in styles),
     ]
     if handles and inside:
-        panels[0].legend(handles, color_texts + style_texts)
+        panels[0].legend(handles=handles)
     elif handles:
         outside_key(figure, handles, color_texts + style_texts)
 
@@ -259,7 +253,7 @@ def _key_texts(layout: Layout, lines: Sequence[Line], name: str | None) -> list[
     """Return the key of a name's values, with those of the names that it tells."""
     if name is None:
         return []
-    told = layout.followers if name == layout.color else ()
+    told = layout.paired if name == layout.color else ()
     texts = []
     for value in layout.levels[name]:
         line = next(line for line in lines if line.values[name] == value)

@@ -45,20 +45,11 @@ class Line:
 
 
 def study_lines(summary: xr.Dataset, variable: str) -> list[Line]:
-    """Return one line per finished point of a merged study.
+    """Return one line per finished point of a study, of a quantity such as ``wear_volume``.
 
-    Parameters
-    ----------
-    summary : xarray.Dataset
-        A merged study (varied names, then ``cycle``; or ``point``, ``cycle``), the dataset of one
-        case, or the history of one case (``step``, with ``cycle`` a variable).
-    variable : str
-        A quantity that depends on the cycle, such as ``wear_volume``.
-
-    Raises
-    ------
-    ValueError
-        When the dataset lacks the quantity.
+    The dataset is a merged study (varied names, then ``cycle``; or ``point``, ``cycle``), that of
+    one case, or the history of one case (``step``, with ``cycle`` a variable). It is a `ValueError`
+    when it lacks the quantity.
     """
     require(summary, variable)
     along = "step" if "step" in summary[variable].dims else "cycle"
@@ -98,25 +89,16 @@ def _parameters(
 class Layout:
     """Which varied names make rows, panels across, colours and line styles of a figure.
 
-    Parameters
-    ----------
-    rows, across : tuple of str
-        Names whose combinations make the rows, and the panels of a row.
-    color, style : str or None
-        Name told by colour, and by line style.
-    followers : tuple of str
-        Names whose value is told by that of the colour's name, as in paired lists.
-    levels : mapping of str to tuple
-        The values of each name that the figure shows, in the study's order.
-    thinned : mapping of str to int
-        How many values a name has, for names of which only some are shown.
+    The value of `paired` names is told by that of the colour's name, as in paired lists. `levels`
+    are the values that the figure shows of each name; of those of which it shows only some,
+    `thinned` has how many there are.
     """
 
     rows: tuple[str, ...] = ()
     across: tuple[str, ...] = ()
     color: str | None = None
     style: str | None = None
-    followers: tuple[str, ...] = ()
+    paired: tuple[str, ...] = ()
     levels: Levels = field(default_factory=dict)
     thinned: Mapping[str, int] = field(default_factory=dict)
 
@@ -142,36 +124,31 @@ def choose_layout(lines: Sequence[Line]) -> Layout:
     evenly.
     """
     levels = _levels(lines)
-    names, followers = _independent(levels, lines)
+    names, told_by = _independent(levels, lines)
     crowded = any(len(levels[name]) > MOST_KEYED_COLORS for name in names)
     style = None if crowded else _style_name(names, levels)
     rest = [name for name in names if name != style]
-    color = _first_of(_PREFERRED_COLOR, rest) or max(
-        rest, key=lambda name: len(levels[name]), default=None
-    )
+    finest = max(rest, key=lambda name: len(levels[name]), default=None)
+    color = _first_of(_PREFERRED_COLOR, rest) or finest
     facets = [name for name in rest if name != color]
-    rows, across, held = (
-        (facets[:1], facets[1:2], facets[2:]) if len(facets) > 1 else ([], facets, [])
-    )
-    most = dict.fromkeys(rows, MOST_ROWS) | dict.fromkeys(
-        across, MOST_PANELS_ACROSS if rows else MOST_ROWS * MOST_PANELS_ACROSS
-    )
-    if color is not None:
-        most[color] = MOST_COLORS
+    rows, facets = (facets[:1], facets[1:]) if len(facets) > 1 else ([], facets)
+    across, held = facets[:1], facets[1:]
+    most: dict[str | None, int] = {color: MOST_COLORS}
+    most |= dict.fromkeys(rows, MOST_ROWS)
+    most |= dict.fromkeys(across, MOST_PANELS_ACROSS * (1 if rows else MOST_ROWS))
     shown = {name: _evenly(values, most.get(name)) for name, values in levels.items()}
     shown |= {name: (levels[name][-1],) for name in held}
     thinned = {n: len(levels[n]) for n in names if len(shown[n]) < len(levels[n])}
-    told = tuple(follower for follower, leader in followers.items() if leader == color)
-    return Layout(tuple(rows), tuple(across), color, style, told, shown, thinned)
+    paired = tuple(name for name, leader in told_by.items() if leader == color)
+    return Layout(tuple(rows), tuple(across), color, style, paired, shown, thinned)
 
 
 def shown_lines(lines: Sequence[Line], layout: Layout) -> list[Line]:
     """Return the lines all of whose values the layout shows."""
-    encoded = {*layout.rows, *layout.across, layout.color, layout.style, *layout.thinned} - {None}
     return [
         line
         for line in lines
-        if all(line.values[name] in layout.levels[name] for name in encoded if name is not None)
+        if all(line.values[name] in layout.levels[name] for name in layout.thinned)
     ]
 
 
@@ -191,27 +168,26 @@ def _style_name(names: Sequence[str], levels: Levels) -> str | None:
     if len(names) < 2:
         return None
     few = [name for name in names if len(levels[name]) <= MOST_STYLES]
-    others = [name for name in few if name not in _PREFERRED_COLOR]
-    return _first_of(_PREFERRED_STYLE, few) or min(
-        others, key=lambda name: len(levels[name]), default=None
-    )
+    others = (name for name in few if name not in _PREFERRED_COLOR)
+    fewest = min(others, key=lambda name: len(levels[name]), default=None)
+    return _first_of(_PREFERRED_STYLE, few) or fewest
 
 
 def _independent(levels: Levels, lines: Sequence[Line]) -> tuple[list[str], dict[str, str]]:
     """Part the varied names into those that vary on their own, and those that another one tells."""
     kept: list[str] = []
-    followers: dict[str, str] = {}
+    told_by: dict[str, str] = {}
     for name in (name for name, values in levels.items() if len(values) > 1):
         for other in kept:
             pairs = {(line.values[other], line.values[name]) for line in lines}
             # Not few values off a colour bar: nobody can read them there.
             readable = len(levels[other]) <= MOST_KEYED_COLORS or len(levels[name]) > MOST_STYLES
             if readable and len(pairs) == len(levels[other]):
-                followers[name] = other
+                told_by[name] = other
                 break
         else:
             kept.append(name)
-    return kept, followers
+    return kept, told_by
 
 
 def _evenly(values: tuple[Value, ...], most: int | None) -> tuple[Value, ...]:
@@ -223,16 +199,10 @@ def _evenly(values: tuple[Value, ...], most: int | None) -> tuple[Value, ...]:
 
 @dataclass(frozen=True)
 class RepresentativeCases:
-    """Cases that differ in at most two names and agree, where possible, in the others.
+    """Cases that differ in the names of `contrasts` and agree, where possible, in the others.
 
-    Parameters
-    ----------
-    contrasts : tuple of str
-        The names in which the cases differ.
-    ids : mapping of str to str
-        Case ids by title, as ``smooth, elastic``.
-    common : str
-        The values that all of them have of the study's other varied names, in words.
+    `ids` are the case ids by title, as ``smooth, elastic``; `common` says in words which values of
+    the study's other varied names all of them have.
     """
 
     contrasts: tuple[str, ...]
@@ -245,17 +215,8 @@ def representative_cases(summary: xr.Dataset) -> RepresentativeCases:
 
     They span the extremes of roughness amplitude and plastic limit, or of the first two other
     names if the study does not vary these. All other names have their last value for which all
-    of the cases are done, or as many as possible; the slip model is that of the worn shape.
-
-    Parameters
-    ----------
-    summary : xarray.Dataset
-        A merged study, with the case ids in ``case_id``.
-
-    Raises
-    ------
-    ValueError
-        When no point is done.
+    of the cases are done, or as many as possible; the slip model is that of the worn shape. It is a
+    `ValueError` when no point is done.
     """
     lines = study_lines(summary, "wear_volume")
     if not lines:

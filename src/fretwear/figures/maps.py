@@ -1,14 +1,15 @@
-"""Maps over the contact, seen along the load."""
+"""Maps over the contact."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize, PowerNorm
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
@@ -20,13 +21,13 @@ from scipy.spatial import ConvexHull
 from fretwear.data.dataset import mirrored
 from fretwear.figures.axes import label_outer, make_panels, outside_key
 from fretwear.figures.datasets import (
-    available_cycles,
     check_cases,
     check_dataset,
+    checked_cycles,
     require,
     with_cycles,
 )
-from fretwear.figures.style import Columns, JournalFigure, root_figure, styled
+from fretwear.figures.style import COLUMN_WIDTH, Columns, JournalFigure, root_figure, styled
 from fretwear.units import MICROMETRE, Unit, cycle_text, readable_unit
 from fretwear.vocabulary import RESULTS, ContactState
 
@@ -37,24 +38,15 @@ _SHALLOW = 0.01
 _UNEQUAL = 4.0
 _SQUARE_ROOT = 0.5
 _CORNERS_OF_A_CIRCLE = 181
-_CONTACT_LINE: LineStyleType = "-"
-_STICK_LINE: LineStyleType = (0, (3, 1.5))
+_EDGES: dict[str, LineStyleType] = {"edge of contact": "-", "edge of stick zone": (0, (3, 1.5))}
 
 
 @dataclass(frozen=True)
 class WearMap:
-    """The final scar on the whole contact.
+    """The scar on the whole contact at a cycle, in m.
 
-    Parameters
-    ----------
-    x, y : array of shape (nx,), (ny,)
-        Cell centres in m, from −L to L.
-    depth : array of shape (nx, ny)
-        Wear depth in m.
-    contact_edge, stick_edge : array of shape (k, 2)
-        Closed outlines in m, empty when there is no such zone.
-    cycle : int
-        The cycle shown.
+    `x` and `y` are the nx and ny cell centres from −L to L, `depth` is of shape (nx, ny); the edges
+    are closed outlines of shape (k, 2), empty when there is no such zone.
     """
 
     x: Array
@@ -75,11 +67,7 @@ class WearMap:
 
 @styled
 def wear_map(
-    dataset: xr.Dataset,
-    cycle: int | None = None,
-    *,
-    columns: Columns = 1,
-    axes: Axes | None = None,
+    dataset: xr.Dataset, cycle: int | None = None, *, columns: Columns = 1, axes: Axes | None = None
 ) -> Figure:
     """Draw the wear depth over the whole contact with the edges of contact and stick zone.
 
@@ -112,13 +100,13 @@ def wear_map(
     if axes is None:
         figure: Figure = JournalFigure(columns, 80.0 if columns == 1 else 144.0)
         panel = figure.subplots()
-        _add_edge_key(figure)
+        outside_key(figure, _edge_lines("#333333"), list(_EDGES))
     else:
         figure, panel = root_figure(axes), axes
-        panel.legend(handles=_edge_handles("white"), labelcolor="white", loc="upper right")
-    image = draw_wear_map(panel, scar, unit, depth_scale([float(unit.of(scar.depth).max())]))
+        panel.legend(_edge_lines("white"), list(_EDGES), labelcolor="white", loc="upper right")
+    image = draw_wear_map(panel, scar, unit, depth_scale(unit.of(scar.depth.max())))
     panel.set_title(f"cycle {cycle_text(scar.cycle)}")
-    _add_scale(figure, [panel], image, unit)
+    add_scale(figure, [panel], image, f"{RESULTS['wear_depth'].label} ({unit.name})")
     return figure
 
 
@@ -141,24 +129,22 @@ def compare_wear_maps(
     -------
     matplotlib.figure.Figure
         One panel per case; otherwise as `wear_map`. Where one scar is more than four times as
-        deep as another, colours follow the square root of the depth, so that both are seen.
+        deep as another, colours vary as the square root of the depth, so that both are visible.
     """
     check_cases(cases)
     scars = {title: take_wear_map(case, cycle) for title, case in cases.items()}
     depths = np.array([scar.depth.max() for scar in scars.values()])
     unit = readable_unit(depths, "m")
-    scale = depth_scale(unit.of(depths))
     across = min(len(scars), columns)
-    down = -(-len(scars) // across)
-    width = (190.0 if columns == 2 else 90.0) - 34.0
-    figure = JournalFigure(columns, 20.0 + down * (width / across + 6.0))
+    panel_height = (COLUMN_WIDTH[columns] - 34.0) / across + 6.0
+    figure = JournalFigure(columns, 20.0 + panel_height * -(-len(scars) // across))
     panels = make_panels(figure, len(scars), across, "all")
     for axes, (title, scar) in zip(panels, scars.items(), strict=True):
-        image = draw_wear_map(axes, scar, unit, scale)
+        image = draw_wear_map(axes, scar, unit, depth_scale(unit.of(depths)))
         axes.set_title(title)
     label_outer(panels, across)
-    _add_scale(figure, panels, image, unit)
-    _add_edge_key(figure)
+    add_scale(figure, panels, image, f"{RESULTS['wear_depth'].label} ({unit.name})")
+    outside_key(figure, _edge_lines("#333333"), list(_EDGES))
     return figure
 
 
@@ -167,12 +153,7 @@ def take_wear_map(dataset: xr.Dataset, cycle: int | None) -> WearMap:
     check_dataset(dataset)
     require(dataset, "wear_depth", "contact_state")
     dataset = with_cycles(dataset)
-    available = available_cycles(dataset)
-    shown = available[-1] if cycle is None else cycle
-    if shown not in available:
-        raise ValueError(
-            f"cycle = {cycle}: there is no such snapshot; this dataset has {available}."
-        )
+    shown = checked_cycles(dataset, cycle)[-1]
     state = dataset.sel(cycle=shown)
     whole = mirrored(state[["wear_depth", "contact_state"]]).transpose("x", "y")
     x, y, depth = (whole[name].values.astype(np.float64) for name in ("x", "y", "wear_depth"))
@@ -186,17 +167,13 @@ def take_wear_map(dataset: xr.Dataset, cycle: int | None) -> WearMap:
 
 
 def depth_scale(deepest: ArrayLike) -> Normalize:
-    """Return the scale of colours for scars whose greatest depths are given, in their unit."""
-    depths = np.asarray(deepest, dtype=np.float64)
-    highest = float(depths.max()) or 1.0
-    if float(depths.min()) < highest / _UNEQUAL:
-        return PowerNorm(_SQUARE_ROOT, 0.0, highest)
-    return Normalize(0.0, highest)
+    """Return the scale of colours for scars of these greatest depths, in their unit.
 
-
-def is_stretched(scale: Normalize) -> bool:
-    """Tell whether colours follow the square root of the depth."""
-    return isinstance(scale, PowerNorm)
+    Where they differ much it is a `PowerNorm`: colours vary as the square root of the depth.
+    """
+    highest = float(np.max(deepest)) or 1.0
+    is_unequal = float(np.min(deepest)) < highest / _UNEQUAL
+    return PowerNorm(_SQUARE_ROOT, 0.0, highest) if is_unequal else Normalize(0.0, highest)
 
 
 def draw_wear_map(axes: Axes, scar: WearMap, unit: Unit, scale: Normalize) -> AxesImage:
@@ -205,7 +182,7 @@ def draw_wear_map(axes: Axes, scar: WearMap, unit: Unit, scale: Normalize) -> Ax
     image = draw_map(
         axes, scar.x, scar.y, values, scar.reach, norm=scale, interpolation="antialiased"
     )
-    for outline, style in ((scar.contact_edge, _CONTACT_LINE), (scar.stick_edge, _STICK_LINE)):
+    for outline, style in zip((scar.contact_edge, scar.stick_edge), _EDGES.values(), strict=True):
         axes.plot(*MICROMETRE.of(outline).T, color="white", linewidth=1.0, linestyle=style)
     axes.set_facecolor(image.get_cmap()(0.0))
     axes.set_xlabel("x (µm), direction of slip")
@@ -251,20 +228,14 @@ def _outline(x: Array, y: Array, inside: NDArray[np.bool_]) -> Array:
     return outline
 
 
-def _add_scale(figure: Figure, axes: list[Axes], image: AxesImage, unit: Unit) -> None:
-    bar = figure.colorbar(image, ax=axes, aspect=30, fraction=0.05, pad=0.02)
-    bar.set_label(f"{RESULTS['wear_depth'].label} ({unit.name})")
+def _edge_lines(color: str) -> list[Line2D]:
+    return [Line2D([], [], linestyle=style, lw=1.2, color=color) for style in _EDGES.values()]
+
+
+def add_scale(
+    figure: Figure, axes: Sequence[Axes], image: ScalarMappable, label: str, **options: Any
+) -> None:
+    """Add the scale of an image's colours beside axes; `options` are those of `colorbar`."""
+    options = {"aspect": 30, "fraction": 0.05, "pad": 0.02} | options
+    bar = figure.colorbar(image, ax=axes, label=label, **options)
     bar.outline.set_visible(False)
-
-
-def _add_edge_key(figure: Figure) -> None:
-    handles = _edge_handles("#333333")
-    outside_key(figure, handles, [str(handle.get_label()) for handle in handles])
-
-
-def _edge_handles(color: str) -> list[Line2D]:
-    edges = ((_CONTACT_LINE, "edge of contact"), (_STICK_LINE, "edge of stick zone"))
-    return [
-        Line2D([], [], label=label, linestyle=style, linewidth=1.2, color=color)
-        for style, label in edges
-    ]

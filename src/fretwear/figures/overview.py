@@ -22,7 +22,7 @@ from fretwear.data.dataset import (
 from fretwear.figures.axes import ValueAxis, label_curves, outside_key, set_cycle_axis
 from fretwear.figures.datasets import Cycles, HalfProfiles, check_cases, half_profiles
 from fretwear.figures.history import HALF_WIDTH_LABEL, draw_zone_widths
-from fretwear.figures.maps import depth_scale, draw_wear_map, take_wear_map
+from fretwear.figures.maps import add_scale, depth_scale, draw_wear_map, take_wear_map
 from fretwear.figures.profiles import (
     Frame,
     cycle_colors,
@@ -93,10 +93,10 @@ def overview(
         draw_profiles(axes, profiles, colors)
     place, zones = grid[:, 2]
     unit = readable_unit(scar.depth, "m")
-    image = draw_wear_map(place, scar, unit, depth_scale([float(unit.of(scar.depth).max())]))
-    place.set_title(f"{RESULTS['wear_depth'].label} ({unit.name}), cycle {cycle_text(scar.cycle)}")
-    bar = figure.colorbar(image, ax=place, aspect=24, fraction=0.05, pad=0.02)
-    bar.outline.set_visible(False)
+    image = draw_wear_map(place, scar, unit, depth_scale(unit.of(scar.depth.max())))
+    label = f"{RESULTS['wear_depth'].label} ({unit.name})"
+    place.set_title(f"{label}, cycle {cycle_text(scar.cycle)}")
+    add_scale(figure, [place], image, "", aspect=24)
     curves = draw_zone_widths(zones, dataset if history is None else history)
     zones.set_title("Contact and stick zone")
     figure.suptitle(headline(dataset), fontsize=8, x=0.005, ha="left")

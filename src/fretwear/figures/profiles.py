@@ -190,23 +190,21 @@ def compare_profiles(
     snapshots = {title: available_cycles(case) for title, case in cases.items()}
     shown = _shown_cycles(snapshots, cycles)
     colors = cycle_colors(shown)
-    profiles = {
-        title: half_profiles(case, field, [n for n in shown if n in snapshots[title]])
+    profiles = [
+        half_profiles(case, field, [n for n in shown if n in snapshots[title]])
         for title, case in cases.items()
-    }
+    ]
     across = min(len(cases), 2 if columns == 2 else 1)
     figure = JournalFigure(columns, 14.0 + 50.0 * -(-len(cases) // across))
     # The edge of the contact is elsewhere for rough and for smooth cases.
     panels = make_panels(figure, len(cases), across, "row", "row" if at_edge(field) else "all")
-    everything = frame_of(list(profiles.values()))
-    for start in range(0, len(panels), across):
-        row = dict(list(profiles.items())[start : start + across])
-        frame = frame_of(list(row.values()))
-        if not at_edge(field):
-            frame = replace(everything, top=frame.top)
-        for axes, (title, profile) in zip(panels[start:], row.items(), strict=False):
-            draw_profiles(axes, profile, colors, frame)
-            axes.set_title(title)
+    everything = frame_of(profiles)
+    for index, (axes, title) in enumerate(zip(panels, cases, strict=True)):
+        start = index - index % across
+        frame = frame_of(profiles[start : start + across])
+        frame = frame if at_edge(field) else replace(everything, top=frame.top)
+        draw_profiles(axes, profiles[index], colors, frame)
+        axes.set_title(title)
     label_outer(panels, across, every_x=at_edge(field))
     cycle_key(figure, colors)
     return figure
@@ -247,7 +245,7 @@ class Frame:
 
 
 def at_edge(field: Field) -> bool:
-    """Tell whether a field is to be seen at the edge of the contact: it vanishes inside only."""
+    """Tell whether a field matters at the edge of the contact: it vanishes inside."""
     return math.isnan(field.outside)
 
 

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import xarray as xr
+from matplotlib.colors import PowerNorm
 from matplotlib.figure import Figure
 
 from fretwear.data.files import open_case
@@ -30,7 +31,7 @@ from fretwear.figures.lines import (
     shown_lines,
     study_lines,
 )
-from fretwear.figures.maps import compare_wear_maps, depth_scale, is_stretched
+from fretwear.figures.maps import compare_wear_maps, depth_scale
 from fretwear.figures.profiles import at_edge, compare_profiles, is_traction
 from fretwear.figures.style import save_figure
 from fretwear.study.parameters import parameter
@@ -81,20 +82,10 @@ class FigureEntry:
 
 
 def study_figures(summary: xr.Dataset, cases: Path) -> Iterator[StudyFigure]:
-    """Yield the figures of a study.
+    """Yield the figures of a merged study, whose case files are in the folder `cases`.
 
-    Parameters
-    ----------
-    summary : xarray.Dataset
-        The merged study.
-    cases : pathlib.Path
-        Folder of its case files, ``<case id>.nc``.
-
-    Yields
-    ------
-    StudyFigure
-        First the quantities of all cases over the cycles, then profiles and wear maps of a few
-        representative cases. A study of which no point is done has no figures.
+    First come the quantities of all cases over the cycles, then profiles and wear maps of a few
+    representative cases. A study of which no point is done has no figures.
     """
     if not study_lines(summary, "wear_volume"):
         return
@@ -120,21 +111,10 @@ def study_figures(summary: xr.Dataset, cases: Path) -> Iterator[StudyFigure]:
 def write_study_figures(
     summary: xr.Dataset, cases: Path, folder: Path, extra: Iterable[StudyFigure] = ()
 ) -> list[FigureEntry]:
-    """Write every figure of a study as SVG and PNG, and an index of their captions.
+    """Write every figure of `study_figures` as SVG and PNG to a folder, and an index of them.
 
-    Parameters
-    ----------
-    summary, cases
-        As for `study_figures`.
-    folder : pathlib.Path
-        Where the files go; it is made if need be.
-    extra : iterable of StudyFigure
-        More figures, placed after those of `study_figures`; each is drawn only when it is written.
-
-    Returns
-    -------
-    list of FigureEntry
-        The figures written; ``index.json`` holds the same and appears last.
+    `extra` figures come after those; each is drawn only when it is written. The entries returned
+    are those of ``index.json``, which appears last.
     """
     entries = []
     for name, caption, category, figure in chain(study_figures(summary, cases), extra):
@@ -148,10 +128,7 @@ def write_study_figures(
 def read_figure_index(folder: Path) -> list[FigureEntry]:
     """Return what `write_study_figures` has written to a folder, in the same order.
 
-    Raises
-    ------
-    fretwear.data.safe.DataFileError
-        When the index is not there or is none.
+    It raises a `DataFileError` when the index is not there or is none.
     """
     index = folder / INDEX_NAME
     try:
@@ -224,10 +201,10 @@ def _encoding(layout: Layout) -> Iterator[str]:
         yield f"Panels: {_names([*layout.rows, *layout.across])}."
     if layout.color:
         named = len(layout.levels[layout.color]) <= MOST_KEYED_COLORS
-        together = f", with {_names(layout.followers)}" if layout.followers and named else ""
+        together = f", with {_names(layout.paired)}" if layout.paired and named else ""
         yield f"Colour: {parameter(layout.color).words}{together}."
-        if layout.followers and not named:
-            yield f"From line to line, {_names(layout.followers)} changes too."
+        if layout.paired and not named:
+            yield f"From line to line, {_names(layout.paired)} changes too."
     if layout.style:
         yield f"Line and filling of marks: {parameter(layout.style).words}."
 
@@ -268,8 +245,8 @@ def _map_caption(where: str, cases: Mapping[str, xr.Dataset]) -> str:
             "On a rough surface the outlines of contact and stick zone go around its asperities."
         )
     deepest = [float(case["wear_depth"].isel(cycle=-1).max()) for case in cases.values()]
-    if is_stretched(depth_scale(deepest)):
-        sentences.append("Colours follow the square root of the depth.")
+    if isinstance(depth_scale(deepest), PowerNorm):
+        sentences.append("Colours vary as the square root of the depth.")
     return " ".join(sentences)
 
 

@@ -56,12 +56,7 @@ T = TypeVar("T")
 class JournalFigure(Figure):
     """A matplotlib Figure of journal size that a notebook shows without pyplot.
 
-    Parameters
-    ----------
-    columns : {1, 2}
-        Journal columns that the figure spans, 90 mm or 190 mm.
-    height : float
-        Height in mm.
+    It spans 1 or 2 journal columns, 90 mm or 190 mm, and has a height in mm.
     """
 
     def __init__(self, columns: Columns, height: float) -> None:
@@ -74,14 +69,8 @@ class JournalFigure(Figure):
     def savefig(self, fname: Any, **options: Any) -> None:
         """Save as matplotlib does, in fretwear's style whatever the user's settings are.
 
-        Bitmaps have 300 dots per inch, PDF files bring their fonts along.
-
-        Parameters
-        ----------
-        fname : str, path or file object
-            Where to; the ending tells the format.
-        **options
-            Those of `matplotlib.figure.Figure.savefig`.
+        Bitmaps have 300 dots per inch, PDF files bring their fonts along. Parameters are those of
+        `matplotlib.figure.Figure.savefig`.
         """
         with style_context():
             super().savefig(fname, **options)
@@ -107,7 +96,7 @@ def root_figure(axes: Axes) -> Figure:
 
 
 def style_context() -> Any:
-    """Return a context in which matplotlib follows fretwear's style sheet."""
+    """Return a context in which matplotlib draws by fretwear's style sheet."""
     return matplotlib.style.context(["default", str(STYLE_SHEET)])
 
 
@@ -127,19 +116,9 @@ def save_figure(
 ) -> list[Path]:
     """Write a figure once per format; each file appears only when it is whole.
 
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure
-        The figure.
-    stem : pathlib.Path
-        Folder and name of the files, without the ending.
-    formats : tuple of str
-        Endings, such as ``svg``, ``png`` (300 dots per inch) and ``pdf``.
-
-    Returns
-    -------
-    list of pathlib.Path
-        The files written. They carry no date, and their inner names follow from the content.
+    `stem` is folder and name of the files without their endings, `formats`, such as ``svg``,
+    ``png`` (300 dots per inch) and ``pdf``. The files returned carry no date, and their inner names
+    depend on the content alone: the same data always give the same bytes.
     """
     return [save_as(figure, f"{fspath(stem)}.{ending}") for ending in formats]
 
@@ -184,9 +163,8 @@ def sequential_colours(count: int) -> list[str]:
 
     The light end of viridis is left out: it is lost on white paper.
     """
-    positions = np.linspace(_LIGHTEST, _DARKEST, count) if count > 1 else [_DARKEST]
-    colormap = matplotlib.colormaps["viridis"]
-    return [matplotlib.colors.to_hex(colormap(position)) for position in positions]
+    shades = sequential_colormap()(np.linspace(1.0, 0.0, count)[::-1])
+    return [matplotlib.colors.to_hex(shade) for shade in shades]
 
 
 def sequential_colormap() -> matplotlib.colors.Colormap:
