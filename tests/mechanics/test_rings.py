@@ -45,7 +45,7 @@ def contact_on(rings: Rings, **conditions: float):
 
 @pytest.fixture(scope="module")
 def rings() -> Rings:
-    return Rings.graded(A, 2.0 * A, A)
+    return Rings.graded(A, 2.0 * A, 2e-4 * A, 8e-3 * A)
 
 
 def test_influence_is_symmetric_and_that_of_discs():
@@ -149,8 +149,8 @@ def test_wear_is_that_of_the_independent_reference(ratio: float, limit: float):
     known = reference(ratio, limit)
     problem = fretting(load_ratio=ratio, limit=limit, geometry=Rings)
     times = {tau / (problem.growth_rate * P0): tau for tau in (0.5, 1.0, 3.0, 5.0, 10.0)}
-    # The tolerance of a step is 1 %; where nothing yields a run stays a tenth below it.
-    bound = 5e-3 if math.isinf(limit) else 1e-2
+    # The tolerance of a step is 1 %, and errors of steps mend each other.
+    bound = 5e-3
     for state in evolve(problem, sorted(times)):
         if state.cycle not in times:
             continue
@@ -161,7 +161,7 @@ def test_wear_is_that_of_the_independent_reference(ratio: float, limit: float):
         assert found.wear_volume / VOLUME == near(expected["wear_volume"], rel=bound)
     if limit == STUDY_LIMIT:
         assert found.plastic_volume > 0
-        assert found.plastic_volume / VOLUME == near(expected["plastic_volume"], rel=0.2)
+        assert found.plastic_volume / VOLUME == near(expected["plastic_volume"], rel=0.1)
 
 
 def test_a_run_resumes_from_a_stored_state_with_the_same_bits():

@@ -32,6 +32,7 @@ from fretwear.mechanics.contact import (
     solve_contact,
 )
 from fretwear.mechanics.geometry import Array, Workspace
+from fretwear.mechanics.slip import WearLayer
 from fretwear.mechanics.state import Stage, State, WearProblem
 
 # First stage at γ = 2 − √2; both stages are implicit with the same weight, which makes them alike.
@@ -433,7 +434,9 @@ class StageSolver:
             missing = stage.source - base.source
             if shift is not None:
                 missing -= shift
-            change = integral(np.abs(missing) * np.expm1(known + rate * start))
+            # What the flow that is missing would have worn off.
+            lost = WearLayer(np.zeros_like(wear), np.abs(missing), None, known, rate)
+            change = integral(lost.displacement(start))
             if change <= self.accuracy.sweep * self.tolerance * integral(wear):
                 break
             if change > 0.5 * before:

@@ -110,25 +110,26 @@ static void bind(py::module_ &module, const char *name, R (*kernel)(Index, P...)
 
 // Conjugate gradients.
 
-template <class T>
-INLINED static double inner_product(Index n, const T *RESTRICT a, const T *RESTRICT b) {
+// Sum over the cells of what a function gives for each: in the precision of T within a block.
+template <class T, class F>
+INLINED static double sum_of(Index n, F term) {
     double result = 0;
     for (Index first = 0; first < n; first += BLOCK) {
         const Index end = std::min(first + BLOCK, n);
         T sum = 0;
 #pragma omp simd reduction(+ : sum)
-        for (Index i = first; i < end; i++) sum += a[i] * b[i];
+        for (Index i = first; i < end; i++) sum += term(i);
         result += sum;
     }
     return result;
 }
 
 VECTORIZED static double inner32(Index n, const float *a, const float *b) {
-    return inner_product(n, a, b);
+    return sum_of<float>(n, [=](Index i) { return a[i] * b[i]; });
 }
 
 VECTORIZED static double inner64(Index n, const double *a, const double *b) {
-    return inner_product(n, a, b);
+    return sum_of<double>(n, [=](Index i) { return a[i] * b[i]; });
 }
 
 VECTORIZED static double total(Index n, const float *field) {
@@ -139,32 +140,19 @@ VECTORIZED static double total(Index n, const float *field) {
 }
 
 VECTORIZED static double project_mean(Index n, float shift, const float *RESTRICT inside,
-                               float *RESTRICT residual) {
-    double result = 0;
-    for (Index first = 0; first < n; first += BLOCK) {
-        const Index end = std::min(first + BLOCK, n);
-        float sum = 0;
-#pragma omp simd reduction(+ : sum)
-        for (Index i = first; i < end; i++) {
-            const float value = residual[i] - shift;
-            residual[i] = value;
-            sum += value * value * inside[i];
-        }
-        result += sum;
-    }
-    return result;
+                                      float *RESTRICT residual) {
+    return sum_of<float>(n, [=](Index i) {
+        residual[i] -= shift;
+        return residual[i] * residual[i] * inside[i];
+    });
 }
 
-// Some cells of one row; the inner product with the residual.
+// Some cells of one row, weighted and with another field's added; the product with the residual.
 VECTORIZED static float weigh(Index n, const float *RESTRICT weight, const float *RESTRICT residual,
                               float *RESTRICT field) {
     float sum = 0;
 #pragma omp simd reduction(+ : sum)
-    for (Index i = 0; i < n; i++) {
-        const float value = field[i] * weight[i];
-        field[i] = value;
-        sum += value * residual[i];
-    }
+    for (Index i = 0; i < n; i++) sum += (field[i] *= weight[i]) * residual[i];
     return sum;
 }
 
@@ -174,9 +162,8 @@ VECTORIZED static float weigh_both(Index n, const float *RESTRICT weight,
     float sum = 0;
 #pragma omp simd reduction(+ : sum)
     for (Index i = 0; i < n; i++) {
-        const float value = field[i] * weight[i] + inner[i] * inner_weight[i];
-        field[i] = value;
-        sum += value * residual[i];
+        field[i] = field[i] * weight[i] + inner[i] * inner_weight[i];
+        sum += field[i] * residual[i];
     }
     return sum;
 }
@@ -185,20 +172,17 @@ static double blend(Field<const float> weight, const std::optional<Field<const f
                     const std::optional<Field<const float>> &inner,
                     std::pair<Index, Index> corner, Field<const float> residual,
                     Field<float> field) {
-    const Index columns = field.columns;
-    require(weight.size() == field.size() && residual.size() == field.size(),
-            "fields must be of one shape");
     const auto [x, y] = corner;
-    Index nx = 0, ny = 0;
-    if (inner && inner_weight) {
-        nx = inner->rows, ny = inner->columns;
-        require(inner->size() == inner_weight->size(), "fields must be of one shape");
-        require(x >= 0 && y >= 0 && x + nx <= field.rows && y + ny <= columns,
-                "the inner field must lie within the other");
-    }
+    const bool both = inner && inner_weight;
+    const Index nx = both ? inner->rows : 0, ny = both ? inner->columns : 0;
+    require(weight.size() == field.size() && residual.size() == field.size() &&
+                (!both || inner->size() == inner_weight->size()),
+            "fields must be of one shape");
+    require(x >= 0 && y >= 0 && x + nx <= field.rows && y + ny <= field.columns,
+            "the inner field must lie within the other");
     double result = 0;
     for (Index row = 0; row < field.rows; row++) {
-        const Index start = row * columns;
+        const Index start = row * field.columns, columns = field.columns;
         const float *w = weight.data + start, *r = residual.data + start;
         float *f = field.data + start;
         if (row < x || row >= x + nx) {
@@ -222,62 +206,44 @@ VECTORIZED static void update_direction(Index n, float factor, const float *REST
 
 VECTORIZED static double add_layer(Index n, Maybe<float> tangent, const float *RESTRICT direction,
                                    float *RESTRICT force) {
-    if (!tangent.data) return inner_product(n, direction, force);
-    double result = 0;
-    for (Index first = 0; first < n; first += BLOCK) {
-        const Index end = std::min(first + BLOCK, n);
-        float sum = 0;
-#pragma omp simd reduction(+ : sum)
-        for (Index i = first; i < end; i++) {
-            const float value = force[i] + tangent.data[i] * direction[i];
-            force[i] = value;
-            sum += value * direction[i];
-        }
-        result += sum;
-    }
-    return result;
+    const float *RESTRICT layer = tangent.data;
+    if (!layer) return sum_of<float>(n, [=](Index i) { return direction[i] * force[i]; });
+    return sum_of<float>(n, [=](Index i) {
+        force[i] += layer[i] * direction[i];
+        return force[i] * direction[i];
+    });
 }
 
 VECTORIZED static double advance(Index n, float length, const float *RESTRICT direction,
-                                const float *RESTRICT force, const float *RESTRICT weight,
-                                float *RESTRICT pressure, float *RESTRICT residual) {
-    double result = 0;
-    for (Index first = 0; first < n; first += BLOCK) {
-        const Index end = std::min(first + BLOCK, n);
-        float sum = 0;
-#pragma omp simd reduction(+ : sum)
-        for (Index i = first; i < end; i++) {
-            pressure[i] += length * direction[i];
-            const float value = residual[i] - length * force[i];
-            residual[i] = value;
-            sum += value * weight[i];
-        }
-        result += sum;
+                                 const float *RESTRICT force, const float *RESTRICT weight,
+                                 float *RESTRICT pressure, float *RESTRICT residual) {
+    return sum_of<float>(n, [=](Index i) {
+        pressure[i] += length * direction[i];
+        residual[i] -= length * force[i];
+        return residual[i] * weight[i];
+    });
+}
+
+template <class F>
+INLINED static float largest_of(Index n, F value) {
+    float largest = 0;
+#pragma omp simd reduction(max : largest)
+    for (Index i = 0; i < n; i++) {
+        const float magnitude = std::fabs(value(i));
+        largest = magnitude > largest ? magnitude : largest;
     }
-    return result;
+    return largest;
 }
 
 VECTORIZED static float recover_displacement(Index n, const float *RESTRICT start,
                                              Maybe<float> tangent, const float *RESTRICT pressure,
                                              float shift, float *RESTRICT residual) {
-    float largest = 0;
     const float *RESTRICT layer = tangent.data;
-    if (layer) {
-#pragma omp simd reduction(max : largest)
-        for (Index i = 0; i < n; i++) {
-            const float value = start[i] - residual[i] - shift - layer[i] * pressure[i];
-            residual[i] = value;
-            largest = std::fabs(value) > largest ? std::fabs(value) : largest;
-        }
-    } else {
-#pragma omp simd reduction(max : largest)
-        for (Index i = 0; i < n; i++) {
-            const float value = start[i] - residual[i] - shift;
-            residual[i] = value;
-            largest = std::fabs(value) > largest ? std::fabs(value) : largest;
-        }
-    }
-    return largest;
+    if (!layer)
+        return largest_of(n, [=](Index i) { return residual[i] = start[i] - residual[i] - shift; });
+    return largest_of(n, [=](Index i) {
+        return residual[i] = start[i] - residual[i] - shift - layer[i] * pressure[i];
+    });
 }
 
 // The active set.

@@ -25,7 +25,7 @@ from scipy.special import ellipe, ellipkm1
 from fretwear.mechanics import kernels
 from fretwear.mechanics.geometry import Array, Index, Mask, Single, Step, Workspace
 from fretwear.mechanics.geometry.grid import Grid
-from fretwear.theory import HertzContact
+from fretwear.theory import HertzContact, LimitingState
 
 if TYPE_CHECKING:
     from fretwear.mechanics.state import WearProblem
@@ -35,6 +35,10 @@ if TYPE_CHECKING:
 _NARROWEST = 2e-4
 _WIDEST = 0.008
 _GRADING = 0.1
+# Where bodies yield, the stick edge moves inward, and the band that yields moves with it: there
+# rings stay narrow longer, and a band in the limit of many cycles has so many of them at first.
+_INWARD_GRADING = 0.03
+_ACROSS_BAND = 6.0
 # The square plane of the output lies within the outermost ring, the contact within this part of it.
 _ROOM = 0.94
 _GROWTH = 1.12
@@ -65,15 +69,36 @@ class Rings:
             raise ValueError("rings need a smooth indenter with rotational symmetry")
         modulus = problem.bodies.composite_modulus
         hertz = HertzContact(problem.indenter.curvature_radius, problem.load, modulus)
-        outer = math.sqrt(2.0) * max(problem.extent)
-        return cls.graded(problem.stick_contact.contact_radius, outer, hertz.contact_radius)
+        edge, scale = problem.stick_contact.contact_radius, hertz.contact_radius
+        outer, narrowest = math.sqrt(2.0) * max(problem.extent), _NARROWEST * scale
+        if math.isinf(problem.limit):
+            return cls.graded(edge, outer, narrowest, _WIDEST * scale)
+        limiting = LimitingState(hertz, 1.0 - problem.stick_load / problem.load)
+        narrowest = min(narrowest, limiting.width_above(problem.limit) / _ACROSS_BAND)
+        return cls.graded(edge, outer, narrowest, _WIDEST * scale, _INWARD_GRADING)
 
     @classmethod
-    def graded(cls, edge: float, outer: float, scale: float) -> Rings:
-        """Rings that are fine about an edge; all in m, widths in proportion to the scale."""
-        narrowest, widest = _NARROWEST * scale, _WIDEST * scale
-        inner = edge - _distances(edge, narrowest, widest)[::-1]
-        outside = edge + _distances(outer - edge, narrowest, widest)[1:]
+    def graded(
+        cls,
+        edge: float,
+        outer: float,
+        narrowest: float,
+        widest: float,
+        inward: float = _GRADING,
+    ) -> Rings:
+        """Rings that are fine about an edge.
+
+        Parameters
+        ----------
+        edge, outer
+            Where they are narrowest, and where they end, m.
+        narrowest, widest
+            Their widths, m.
+        inward
+            Growth of the width with the distance inward from the edge.
+        """
+        inner = edge - _distances(edge, narrowest, widest, inward)[::-1]
+        outside = edge + _distances(outer - edge, narrowest, widest, _GRADING)[1:]
         inner[0] = 0.0
         return cls(tuple(float(each) for each in (*inner, *outside)))
 
@@ -184,20 +209,20 @@ class Rings:
         return nearest
 
 
-def _distances(length: float, narrowest: float, widest: float) -> Array:
+def _distances(length: float, narrowest: float, widest: float, grading: float) -> Array:
     """Distances from 0 to a length whose spacing grows with the distance between two bounds."""
-    first, last = narrowest / _GRADING, widest / _GRADING
-    middle = math.log(last / first) / _GRADING
+    first, last = narrowest / grading, widest / grading
+    middle = math.log(last / first) / grading
     # The count of rings up to a distance: linear, logarithmic, linear.
     start = first / narrowest
     total = (
         length / narrowest
         if length < first
-        else start + math.log(min(length, last) / first) / _GRADING
+        else start + math.log(min(length, last) / first) / grading
     )
     total += max(length - last, 0.0) / widest
     count = np.linspace(0.0, total, math.ceil(total) + 1)
-    growing = first * np.exp(_GRADING * np.clip(count - start, 0.0, middle))
+    growing = first * np.exp(grading * np.clip(count - start, 0.0, middle))
     result: Array = np.where(count < start, count * narrowest, growing)
     result += np.maximum(count - start - middle, 0.0) * widest
     result[-1] = length
