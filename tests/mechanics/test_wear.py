@@ -9,6 +9,7 @@ import pytest
 from fretwear.mechanics.contact import Accuracy, ContactError, Effort
 from fretwear.mechanics.geometry import Workspace
 from fretwear.mechanics.integrator import WearError, evolve, first_loading
+from fretwear.mechanics.measures import in_contact
 from fretwear.mechanics.slip import CattaneoMindlin, Jaeger
 from fretwear.mechanics.state import State, WearProblem
 
@@ -67,6 +68,24 @@ def test_wear_and_plastic_depth_never_decrease(runs, name: str):
             assert (after >= before).all()
         assert not depths[0].any() or field == "plastic"
     assert depths[-1].any() == (name in CAPPED)
+
+
+@pytest.mark.parametrize(
+    ("cells", "cycles", "changes"),
+    [
+        (A / 3e-6, 10**6, {}),
+        (A / 3e-6, 10**6, {"load_ratio": 0.5}),
+        (32, 10**6, {"roughness": ROUGH}),
+        (32, 10**5, {"roughness": ROUGH, "load_ratio": 0.4}),
+    ],
+)
+def test_contact_never_shrinks_while_nothing_yields(cells, cycles, changes):
+    """Wear makes surfaces conform; what has touched once touches for ever."""
+    problem = fretting(cells, **changes)
+    states = list(evolve(problem, [cycles]))
+    touching = [in_contact(state.on(Workspace(problem), states[-1].geometry)) for state in states]
+    for before, after in pairwise(touching):
+        assert not (before & ~after).any()
 
 
 @pytest.mark.parametrize("name", RUNS)

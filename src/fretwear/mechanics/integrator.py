@@ -54,6 +54,8 @@ _FLOW_EXPONENT = 1.0
 _OVERESTIMATE = 3.0
 _DEFAULT_TOLERANCE = 0.01
 _LARGEST_SWEEPS = 12
+# A cell with less than this part of the mean pressure carries none.
+_IDLE = 1e-3
 
 
 class WearError(RuntimeError):
@@ -471,12 +473,15 @@ class StageSolver:
 
 
 def _overshoot(contact: Contact, wear: Array) -> Array | None:
-    """What a long step removes, m, after a cell has lost its pressure; None if there is no such.
+    """Wear beyond the surface of the other body, m; None if there is none.
 
-    Wear needs pressure, so it cannot open a gap: an open cell that wore in this stage touches.
+    Wear needs pressure, so it cannot open a gap: a cell that wore in this stage touches.  A long
+    step removes too much where a cell loses its pressure on the way, and a contact solved to a
+    tolerance removes a little too much where hardly any is left; either would stay open for ever.
     """
-    lost = (contact.pressure <= 0) & (wear > 0)
-    if not lost.any():
+    idle = contact.pressure <= _IDLE * contact.pressure.mean()
+    beyond = (contact.gap > 0) & (wear > 0) & idle
+    if not beyond.any():
         return None
-    result: Array = np.where(lost, np.minimum(contact.gap, wear), 0.0)
-    return np.maximum(result, 0.0, out=result)
+    result: Array = np.where(beyond, np.minimum(contact.gap, wear), 0.0)
+    return result
