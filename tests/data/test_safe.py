@@ -63,10 +63,10 @@ def test_why_a_file_was_not_written_is_said_in_words(tmp_path, number, words):
 def test_the_name_appears_on_a_clean_exit_only(tmp_path):
     target = tmp_path / "new" / "folder" / "a.txt"
     with atomic_path(target) as temporary:
-        temporary.write_text("whole")
         assert temporary.parent == target.parent
         assert not target.exists()
-    assert target.read_text() == "whole"
+    write_text(target, "load,µ\r\n1,2\n")
+    assert target.read_bytes() == "load,µ\r\n1,2\n".encode()
     assert list(target.parent.iterdir()) == [target]
 
 
@@ -84,11 +84,6 @@ def test_a_failure_leaves_the_old_file_and_no_temporary(tmp_path, failure):
         write_half()
     assert target.read_text() == "old"
     assert list(tmp_path.iterdir()) == [target]
-
-
-def test_text_is_written_as_it_is(tmp_path):
-    write_text(tmp_path / "a.csv", "load,µ\r\n1,2\n")
-    assert (tmp_path / "a.csv").read_bytes() == "load,µ\r\n1,2\n".encode()
 
 
 def test_two_writers_of_one_file_do_not_mix(tmp_path):
@@ -139,21 +134,17 @@ def test_what_a_killed_writer_left_is_removed_by_the_next(tmp_path):
     assert not left.exists()
 
 
-def test_a_temporary_of_another_machine_is_left_for_a_week(tmp_path):
+def test_a_temporary_of_another_machine_is_left_for_a_week_and_that_of_another_file_alone(tmp_path):
     target = tmp_path / "a.txt"
     foreign = tmp_path / ".a.txt.other-machine.1.0123abcd.tmp"
+    other = tmp_path / ".b.a.txt.other-machine.1.0123abcd.tmp"
+    eight_days_ago = time.time() - 8 * 24 * 3600
     foreign.write_text("half")
     assert remove_stale_temporaries(target) == []
-    eight_days_ago = time.time() - 8 * 24 * 3600
-    os.utime(foreign, (eight_days_ago, eight_days_ago))
-    assert remove_stale_temporaries(target) == [foreign]
-
-
-def test_temporaries_of_other_files_are_left_alone(tmp_path):
-    other = tmp_path / ".b.a.txt.other-machine.1.0123abcd.tmp"
     other.write_text("half")
-    os.utime(other, (0.0, 0.0))
-    assert remove_stale_temporaries(tmp_path / "a.txt") == []
+    for file in (foreign, other):
+        os.utime(file, (eight_days_ago, eight_days_ago))
+    assert remove_stale_temporaries(target) == [foreign]
     assert remove_stale_temporaries(tmp_path / "b.a.txt") == [other]
 
 
