@@ -271,16 +271,14 @@
     const at = reached.position(cycle);
     const last = study.histories.length - 1;
     const height = (1 - 0.08 * last) / (last + 1);
-    const xaxis = axis(colors, words.cycle.label, {
-      range: reached.range, anchor: axisId(last), ...reached.ticks,
-    });
-    const upright = { type: "line", x0: at, x1: at, yref: "paper", y0: 0, y1: 1 };
     const layout = {
       ...baseLayout(colors, width),
       hovermode: "closest",
       height: 420,
-      xaxis,
-      shapes: [{ ...upright, line: { color: colors.ink, width: 1.2 } }],
+      xaxis: axis(colors, words.cycle.label, { range: reached.range, anchor: axisId(last), ...reached.ticks }),
+      shapes: [{
+        type: "line", x0: at, x1: at, yref: "paper", y0: 0, y1: 1, line: { color: colors.ink, width: 1.2 },
+      }],
       annotations: [],
     };
     if (reached.gap !== undefined) {
