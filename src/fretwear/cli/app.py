@@ -148,11 +148,11 @@ def what_is_wrong(error: typer.TyperException, arguments: Sequence[str]) -> str:
     message = error.format_message().rstrip(".").replace("Value error, ", "")
     command = next((word for word in arguments if not word.startswith("-")), "")
     path = f"fretwear {command}".rstrip() if context is None else context.command_path
-    hints = [f"'{path} --help' tells how to call it"]
+    hints = [f"see '{path} --help'"]
     if near := getattr(error, "possibilities", None):
         message = f"{error.message}; did you mean {near[0]}?"
     if message.startswith(_TOO_MANY):
-        message = f"unexpected: {message.removeprefix(_TOO_MANY).strip(' ()')}"
+        message = f"unexpected argument: {message.removeprefix(_TOO_MANY).strip(' ()')}"
         if "--set" in arguments:
             hints.insert(0, "put a value with a space in quotes, such as --set 'load=30 N'")
     if context is not None and isinstance(context.command, TyperGroup):
