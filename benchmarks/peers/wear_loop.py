@@ -14,8 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from benchmarks.peers.cold import tuned
-from benchmarks.peers.solvers import PEERS, Peer, Pressed, unfolded
+from benchmarks.peers.contacts import PEERS, TUNING_CELLS, Peer, Pressed, tuned, unfolded
 from benchmarks.speed.cases import smooth_case
 from benchmarks.speed.units import Stopwatch, middle
 
@@ -27,7 +26,6 @@ from fretwear.mechanics.measures import in_contact
 from fretwear.mechanics.state import State, WearProblem
 from fretwear.running import simulate
 
-TUNING_CELLS = 128
 _SOFTEST = 0.58
 _DOUBLINGS = 8
 _TRIAL_STEPS = 20
@@ -142,8 +140,8 @@ def own_loop(problem: WearProblem, state: State) -> Loop:
 
 def peer_loop(peers: tuple[Peer, Peer], problem: WearProblem, state: State) -> Loop:
     """The loop with a peer, from a state of this simulator's run."""
-    window = peers[0].geometry
-    quarter = (window.shape[0] // 2, window.shape[1] // 2)
+    window = peers[0].window
+    quarter = Grid((window.shape[0] // 2, window.shape[1] // 2), window.spacing)
 
     def whole(field: Array) -> Array:
         return unfolded(state.geometry.resized(field, quarter))

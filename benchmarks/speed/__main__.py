@@ -1,16 +1,16 @@
 """Command line of the table of speeds."""
 
 import argparse
-import json
 import sys
 import time
 from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
-from benchmarks.peers import rows as peers
-from benchmarks.speed.rows import Row, document, falling_short
-from benchmarks.speed.table import groups, measure
+from benchmarks.pages import write_json
+from benchmarks.peers import __main__ as peers
+from benchmarks.speed.jobs import groups, measure
+from benchmarks.speed.table import Row, document, falling_short
 
 DEFAULT = Path("benchmarks/results/speed.json")
 
@@ -35,8 +35,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     table = measure(known[name] for name in options.group or names)
     seconds = round(time.perf_counter() - started, 1)
     result = document(table, seconds=seconds, coarser=options.coarser)
-    options.output.parent.mkdir(parents=True, exist_ok=True)
-    options.output.write_text(json.dumps(result, indent=1, ensure_ascii=False) + "\n", "utf-8")
+    write_json(options.output, result)
     print(f"{seconds:.0f} s; written to {options.output}")
     return 1 if falling_short(table) else 0
 

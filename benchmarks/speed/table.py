@@ -1,51 +1,159 @@
-"""The groups of rows that the table is made of."""
+"""The table of speeds: what was asked, what was aimed at, what was measured."""
 
-from collections.abc import Callable, Iterable, Iterator
-from functools import partial
+import math
+import os
+import platform
+import subprocess
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
 
-from benchmarks.speed import contacts, resources, runs
-from benchmarks.speed.rows import Row, header, line
+from benchmarks.pages import ROOT
 
-Group = Callable[[], Iterator[Row]]
+from fretwear.mechanics import kernels
+
+_PACKAGES = ("fretwear", "numpy", "scipy", "ducc0", "tamaas", "ContactMechanics", "muGrid")
 
 
-def groups(*, full: bool = False, coarser: float = 1.0, repeats: int = 5) -> dict[str, Group]:
-    """What can be measured, by name.
+@dataclass(frozen=True)
+class Row:
+    """One line of the table.
 
     Parameters
     ----------
-    full
-        Whether to run at half the spacing too, which takes minutes.
-    coarser
-        Factor on the spacings, to try the command out.
-    repeats
-        Repetitions of the short jobs.
+    name
+        Key of the row.
+    job
+        What was run.
+    measured
+        The number; NaN where it was not measured.
+    unit
+        Its unit.
+    asked, aim
+        What must be reached and what is aimed at.
+    at_least
+        Whether large is good.
+    note
+        Further numbers of the same job.
     """
 
-    def contact() -> Iterator[Row]:
-        for rough in (False, True):
-            yield contacts.beside_a_power_of_two(
-                rough=rough, cells=max(16, round(256 / coarser)), repeats=repeats
-            )
+    name: str
+    job: str
+    measured: float
+    unit: str
+    asked: float
+    aim: float
+    at_least: bool = False
+    note: str = ""
 
-    def memory() -> Iterator[Row]:
-        yield resources.peak_memory(256 / coarser)
+    @property
+    def verdict(self) -> str:
+        """How the number compares with both bounds."""
+        if math.isnan(self.measured):
+            return "not measured"
+        if self._reaches(self.aim):
+            return "reaches the aim"
+        return "holds" if self._reaches(self.asked) else "falls short"
 
+    def _reaches(self, bound: float) -> bool:
+        return self.measured >= bound if self.at_least else self.measured <= bound
+
+    def as_json(self) -> dict[str, Any]:
+        entry = asdict(self) | {"verdict": self.verdict}
+        return entry | {"measured": None} if math.isnan(self.measured) else entry
+
+
+def from_json(entry: dict[str, Any]) -> Row:
+    """A row that `Row.as_json` has written."""
+    fields = {key: value for key, value in entry.items() if key != "verdict"}
+    return Row(
+        **{**fields, "measured": math.nan if entry["measured"] is None else entry["measured"]}
+    )
+
+
+def missing(name: str, job: str, unit: str, asked: float, aim: float, why: str) -> Row:
+    """A row that was not measured, and why."""
+    return Row(name, job, math.nan, unit, asked, aim, note=why)
+
+
+def number(value: float) -> str:
+    """Three significant digits, no powers of ten."""
+    if math.isnan(value):
+        return "–"
+    return f"{value:.0f}" if abs(value) >= 100 else f"{value:.3g}"
+
+
+HEADER = ("job", "asked", "aim", "measured", "unit", "verdict")
+
+
+def cells(row: Row) -> list[str]:
+    """The texts of a row, in the order of `HEADER`."""
+    sign = "≥ " if row.at_least else "≤ "
+    bounds = [sign + number(bound) for bound in (row.asked, row.aim)]
+    return [row.job, *bounds, number(row.measured), row.unit, row.verdict]
+
+
+def line(row: Row) -> str:
+    """A row for a terminal."""
+    job, asked, aim, measured, unit, verdict = cells(row)
+    return f"{job:<58}{asked:>8}{aim:>8}{measured:>9} {unit:<8}{verdict:<16}{row.note}"
+
+
+def header() -> str:
+    """The heading above the lines."""
+    job, asked, aim, measured, unit, verdict = HEADER
+    return f"{job:<58}{asked:>8}{aim:>8}{measured:>9} {unit:<8}{verdict:<16}also"
+
+
+def surroundings() -> dict[str, Any]:
+    """Machine, load, versions: what a reader needs to judge the numbers."""
+    versions = {"Python": platform.python_version(), "kernels": kernels_by()}
+    for package in _PACKAGES:
+        try:
+            versions[package] = version(package)
+        except PackageNotFoundError:
+            continue
     return {
-        "contact": contact,
-        "smooth": partial(runs.smooth_rows, 128 / coarser),
-        "rough": partial(runs.rough_rows, coarser, halved=full),
-        "memory": memory,
-        "start": partial(resources.start_times, 2 * repeats - 1),
+        "processor": _processor(),
+        "cores": len(os.sched_getaffinity(0)),
+        "load_average": round(os.getloadavg()[0], 2),
+        "versions": versions,
+        "commit": _commit(),
     }
 
 
-def measure(wanted: Iterable[Group]) -> list[Row]:
-    """Measure some groups and print each line as it comes."""
-    rows = []
-    print(header(), flush=True)
-    for group in wanted:
-        for row in group():
-            rows.append(row)
-            print(line(row), flush=True)
-    return rows
+def document(rows: Iterable[Row], **more: Any) -> dict[str, Any]:
+    """What the JSON file holds."""
+    return {**surroundings(), **more, "rows": [row.as_json() for row in rows]}
+
+
+def falling_short(rows: Sequence[Row]) -> list[Row]:
+    """The rows that were measured and do not reach what was asked."""
+    return [row for row in rows if row.verdict == "falls short"]
+
+
+def kernels_by() -> str:
+    """What the arithmetic between the transforms is done by."""
+    return "compiled" if kernels.COMPILED else "in NumPy"
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return platform.processor()
+    names = [text.partition(":")[2].strip() for text in lines if text.startswith("model name")]
+    return names[0] if names else platform.processor()
+
+
+def _commit() -> str:
+    done = subprocess.run(
+        ["git", "describe", "--always", "--dirty"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    return done.stdout.strip()

@@ -1,39 +1,75 @@
-"""Command line of the verification."""
+"""The page docs/verification.md: run ``python -m benchmarks.verification``."""
 
-import argparse
+import platform
 import sys
-from pathlib import Path
+import time
+from importlib.metadata import version
 
-from benchmarks.verification import page
-from benchmarks.verification.store import Store
+from benchmarks.pages import Data, Page
+from benchmarks.verification import (
+    closed_forms,
+    convergence,
+    explicit,
+    limiting_state,
+    peak,
+    peers,
+    rings,
+    tangential,
+)
 
-ROOT = Path(__file__).resolve().parents[2]
+PARTS = (closed_forms, limiting_state, rings, tangential, explicit, convergence, peak, peers)
+
+INTRODUCTION = """\
+# Verification
+
+Every number on this page is measured by one command,
+
+```
+python -m benchmarks.verification
+```
+
+from the repository's root, with the package installed together with its extras `test` and `bench`.
+It takes about {minutes} minutes of one core, keeps what it found in `verification.json` beside this
+page, and writes the page and its figures from that file. `--render` only writes the page; names of
+sections ({names})
+run just those. The page is generated: edit the sections in `benchmarks/verification/`, not this
+file.
+
+Unless a section says otherwise the contact is that of the study: a steel sphere on a steel flat,
+R = 10 mm (our choice: the study gives no radius), P = 50 N, µ = 0.5, E = 208 GPa, ν = 0.3,
+K_w = 7e-13 / Pa; Hertz radius a = 148.6 µm, pressure p0 = 1081 MPa; X = Q/µP is the load ratio,
+κ = E*/G*, and τ = 4 K_w µ κ p0 N the number of cycles without dimension (30000 cycles are
+τ = 55.1). Spacings are given as fractions of a. "Capped" is elastic–perfectly plastic with
+p ≤ 4500 MPa = 4.16 p0. Deviations are signed: computed over reference, minus one.
+
+## Summary
+
+A check *falls short* when its largest deviation is above the bound; its section says why.
+
+{summary}
+"""
 
 
-def main() -> int:
-    """Run comparisons and write the page; with ``--render`` or ``--check`` run none."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.verification", description=__doc__)
-    names = [section.name for section in page.SECTIONS]
-    parser.add_argument(
-        "sections", nargs="*", metavar="SECTION", help=f"what to run, of {', '.join(names)}"
-    )
-    parser.add_argument("--render", action="store_true", help="write the page from stored data")
-    parser.add_argument("--check", action="store_true", help="say whether the page is up to date")
-    parser.add_argument("--docs", type=Path, default=ROOT / "docs", help="folder of the page")
-    options = parser.parse_args()
-    unknown = sorted(set(options.sections) - set(names))
-    if unknown:
-        parser.error(f"no such section: {', '.join(unknown)}; there are {', '.join(names)}")
-    store = Store(options.docs / "verification.json")
-    if options.check:
-        return page.check(options.docs, store)
-    if not options.render:
-        for section in page.SECTIONS:
-            if not options.sections or section.name in options.sections:
-                store.measure(section)
-    page.write(options.docs, store)
-    return 0
+def surroundings() -> Data:
+    """Versions of what computes."""
+    packages = {name: version(name) for name in ("fretwear", "numpy", "scipy")}
+    return {"versions": {"Python": platform.python_version(), **packages}}
 
+
+def footer(entry: Data) -> str:
+    """Time and versions."""
+    versions = ", ".join(f"{name} {number}" for name, number in entry["versions"].items())
+    return f"{entry['seconds']} s of one core; {versions}"
+
+
+PAGE = Page(
+    "verification",
+    INTRODUCTION,
+    tuple(part.SECTION for part in PARTS),
+    surroundings,
+    footer,
+    time.process_time,
+)
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(PAGE.main())

@@ -1,9 +1,17 @@
 """The unworn smooth sphere: Hertz, Cattaneo and Mindlin against the spacing."""
 
 import numpy as np
-from benchmarks.verification.plots import order_of, points, slope_guide
-from benchmarks.verification.section import Check, Data, Section
-from benchmarks.verification.tables import bound, percent, table
+from benchmarks.pages import (
+    Check,
+    Data,
+    Section,
+    bound,
+    order_of,
+    percent,
+    points,
+    slope_guide,
+    table,
+)
 from matplotlib.figure import Figure
 from tests.mechanics.problems import COUPLING, FRICTION, HERTZ, LOAD, P0, A, fretting
 

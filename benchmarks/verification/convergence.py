@@ -3,10 +3,8 @@
 from collections.abc import Iterable
 from dataclasses import asdict, replace
 
-from benchmarks.verification.plots import allowed, points
+from benchmarks.pages import Check, Data, Section, allowed, percent, points, table, worst
 from benchmarks.verification.problems import snapshots, study_case
-from benchmarks.verification.section import Check, Data, Section
-from benchmarks.verification.tables import percent, table, worst
 from matplotlib.figure import Figure
 
 from fretwear.figures.style import JournalFigure, styled

@@ -3,9 +3,8 @@
 import math
 
 import numpy as np
+from benchmarks.pages import Check, Data, Section, percent, table, worst
 from benchmarks.verification.problems import snapshots
-from benchmarks.verification.section import Check, Data, Section
-from benchmarks.verification.tables import percent, table, worst
 from tests.mechanics.explicit import Worn, explicit_wear
 from tests.mechanics.problems import ROUGH, SMOOTH, A, fretting
 

@@ -1,10 +1,8 @@
 """The smooth elastic sphere after 30000 cycles against the limit of infinitely many."""
 
 import numpy as np
-from benchmarks.verification.plots import allowed, points
+from benchmarks.pages import Check, Data, Section, allowed, bound, percent, points, table, worst
 from benchmarks.verification.problems import DEPTH, VOLUME, Snapshot, snapshots
-from benchmarks.verification.section import Check, Data, Section
-from benchmarks.verification.tables import bound, percent, table, worst
 from matplotlib.figure import Figure
 from tests.mechanics.problems import HERTZ, P0, A, fretting
 

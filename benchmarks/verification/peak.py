@@ -1,9 +1,7 @@
 """What does not converge: the peak pressure of an elastic run."""
 
-from benchmarks.verification.plots import order_of, points, slope_guide
+from benchmarks.pages import Data, Section, order_of, points, slope_guide, table
 from benchmarks.verification.problems import snapshots
-from benchmarks.verification.section import Data, Section
-from benchmarks.verification.tables import table
 from matplotlib.figure import Figure
 from tests.mechanics.problems import P0, fretting
 

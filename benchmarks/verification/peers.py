@@ -5,11 +5,10 @@ from importlib import import_module
 from importlib.metadata import version
 
 import numpy as np
+from benchmarks.pages import Check, Data, Section, table
+from benchmarks.peers.contacts import PEERS, pressed_by
 from benchmarks.verification.problems import STUDY_LIMIT
-from benchmarks.verification.section import Check, Data, Section
-from benchmarks.verification.tables import table
 from tests.mechanics.problems import MODULUS, P0, SMOOTH, Waves, pressed, window
-from tests.peers.drivers import contact_mechanics_pressure, tamaas_pressure
 
 from fretwear.mechanics.contact import ContactProblem, solve_contact
 
@@ -17,7 +16,7 @@ CELLS = (480, 96)
 HALF_WIDTH = 175e-6
 TOLERANCE = 1e-9
 REQUIRED, REQUIRED_AREA = 1e-3, 1e-2
-DRIVERS = {"tamaas": tamaas_pressure, "ContactMechanics": contact_mechanics_pressure}
+DRIVERS = {kind.name: kind for kind in PEERS}
 
 AMPLITUDE, SLOPE_X, SLOPE_Y = 0.2e-6, np.tan(np.deg2rad(5.7)), np.tan(np.deg2rad(1.0))
 STUDY_WAVES = Waves(AMPLITUDE, np.pi / 2 * SLOPE_X / AMPLITUDE, np.pi / 2 * SLOPE_Y / AMPLITUDE)
@@ -58,7 +57,7 @@ def run() -> Data:
         problem = job.problem()
         ours = solve_contact(problem, tolerance=TOLERANCE).pressure
         for peer in job.peers:
-            theirs = DRIVERS[peer](problem, MODULUS)
+            theirs = pressed_by(DRIVERS[peer], problem, MODULUS)
             rows.append(
                 {
                     "job": job.name,

@@ -4,7 +4,7 @@ import csv
 import math
 from pathlib import Path
 
-from benchmarks.verification.plots import allowed, points
+from benchmarks.pages import Check, Data, Section, allowed, percent, points, table, worst
 from benchmarks.verification.problems import (
     DEPTH,
     STUDY_LIMIT,
@@ -12,8 +12,6 @@ from benchmarks.verification.problems import (
     VOLUME,
     snapshots,
 )
-from benchmarks.verification.section import Check, Data, Section
-from benchmarks.verification.tables import percent, table, worst
 from matplotlib.figure import Figure
 from tests.mechanics import reference
 from tests.mechanics.problems import HERTZ, P0, A, fretting

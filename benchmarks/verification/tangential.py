@@ -3,8 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
-from benchmarks.verification.section import Check, Data, Section
-from benchmarks.verification.tables import table
+from benchmarks.pages import Check, Data, Section, table
 from tests.mechanics.problems import COUPLING, FRICTION, LOAD, MODULUS, ROUGH, fretting
 from tests.mechanics.tangential import influence_matrix, tangential_step
 

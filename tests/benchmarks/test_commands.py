@@ -5,7 +5,7 @@ import math
 
 import pytest
 from benchmarks.speed.__main__ import main as speed
-from benchmarks.speed.rows import Row, from_json, missing
+from benchmarks.speed.table import Row, from_json, missing
 
 ROWS = [
     "cold_smooth", "cold_rough", "smooth_run", "smooth_steps", "smooth_volume", "smooth_share",

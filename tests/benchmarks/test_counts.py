@@ -1,6 +1,11 @@
-"""The jobs of the table of speeds, by what they take on any machine."""
+"""How many steps and convolutions the jobs of the table of speeds take.
+
+Counts do not depend on the machine but for rounding, which can move a few of them; a test fails
+above `TOLERATED` times these. Lower them when the solver gets better.
+"""
 
 from collections import deque
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -12,7 +17,28 @@ from fretwear.mechanics.integrator import evolve, first_loading
 from fretwear.mechanics.kernels import inner
 from fretwear.running import simulate
 
-from . import counts
+TOLERATED = 1.15
+
+
+@dataclass(frozen=True)
+class Counts:
+    """Accepted steps, 0 for a contact, and half-space convolutions."""
+
+    steps: int
+    convolutions: int
+
+    def hold(self, steps: int, convolutions: int) -> bool:
+        """Whether a job took no more than it may."""
+        return steps <= TOLERATED * self.steps and convolutions <= TOLERATED * self.convolutions
+
+
+COLD_SMOOTH = Counts(0, 28)
+COLD_ROUGH_CAPPED = Counts(0, 51)
+FIRST_LOADING = Counts(0, 106)
+"""Of the rough run, on its own grid."""
+SMOOTH_RUN = Counts(15, 315)
+ROUGH_RUN_COARSE = Counts(9, 836)
+"""On twice the spacing and for 438 cycles; the row itself took 61 steps, 4712 convolutions."""
 
 
 def last_state(case):
@@ -22,7 +48,7 @@ def last_state(case):
 
 @pytest.mark.parametrize(
     ("rough", "expected"),
-    [(False, counts.COLD_SMOOTH), (True, counts.COLD_ROUGH_CAPPED)],
+    [(False, COLD_SMOOTH), (True, COLD_ROUGH_CAPPED)],
     ids=["smooth", "rough, capped"],
 )
 def test_a_cold_contact_takes_few_convolutions(rough, expected):
@@ -33,7 +59,7 @@ def test_a_cold_contact_takes_few_convolutions(rough, expected):
 
 def test_the_first_loading_of_the_rough_capped_run_takes_few_convolutions():
     state = first_loading(simulate.wear_problem(rough_case()))
-    assert counts.FIRST_LOADING.hold(0, state.convolutions), state.convolutions
+    assert FIRST_LOADING.hold(0, state.convolutions), state.convolutions
 
 
 def test_no_step_of_the_solver_is_downhill_by_rounding_only(monkeypatch):
@@ -55,12 +81,12 @@ def test_no_step_of_the_solver_is_downhill_by_rounding_only(monkeypatch):
 
 def test_a_smooth_run_of_30000_cycles_takes_few_steps():
     state = last_state(smooth_case(128))
-    assert counts.SMOOTH_RUN.hold(state.step, state.convolutions), (state.step, state.convolutions)
+    assert SMOOTH_RUN.hold(state.step, state.convolutions), (state.step, state.convolutions)
 
 
 def test_a_rough_capped_run_takes_few_steps_on_a_coarse_grid():
     state = last_state(rough_case(2.0, cycles=438))
-    assert counts.ROUGH_RUN_COARSE.hold(state.step, state.convolutions), (
+    assert ROUGH_RUN_COARSE.hold(state.step, state.convolutions), (
         state.step,
         state.convolutions,
     )

@@ -1,24 +1,94 @@
-"""Peers are driven rightly: what they are timed for is the contact that was asked."""
+"""Other libraries find the same contact, each with its own kernel and its own solver.
+
+They are optional: install the extra ``bench``. Where one is missing, its tests are skipped.
+"""
 
 import numpy as np
 import pytest
-from benchmarks.peers import cold
-from benchmarks.peers.solvers import PEERS, Pressed, residual, unfolded
+from benchmarks.peers import contacts
+from benchmarks.peers.contacts import (
+    PEERS,
+    ContactMechanics,
+    Pressed,
+    pressed_by,
+    residual,
+    unfolded,
+)
 from benchmarks.peers.wear_loop import CYCLES, estimated_step, own_loop, whole_run
 from benchmarks.speed.cases import smooth_case
 
-from fretwear.mechanics.contact import solve_contact
+from fretwear.mechanics.contact import ContactProblem, solve_contact
 from fretwear.mechanics.geometry import Workspace
 from fretwear.mechanics.integrator import evolve
 from fretwear.running import simulate
 
+from ..mechanics.problems import MODULUS, SMOOTH, A, Waves, pressed, window
 
-@pytest.mark.parametrize("kind", PEERS, ids=[kind.name for kind in PEERS])
+# Waves of seven and twelve cells: asperities touch one by one.
+ROUGH = Waves(0.2e-6, 2 * np.pi / (0.17 * A), 2 * np.pi / (0.43 * A))
+CELLS = (96, 64)
+
+
+@pytest.fixture(params=PEERS, ids=[kind.name for kind in PEERS])
+def kind(request):
+    pytest.importorskip(request.param.name, reason="not installed (extra: bench)")
+    return request.param
+
+
+def assert_same(problem, theirs):
+    # Both solvers stop at 1e-8 of the gap or below, so what is left is ten times that at most.
+    ours = solve_contact(problem, tolerance=1e-9).pressure
+    assert np.abs(theirs - ours).sum() <= 1e-6 * ours.sum()
+    differ = (theirs > 0) != (ours > 0)
+    assert differ.sum() <= 1e-3 * (ours > 0).sum()
+
+
+@pytest.mark.peers
+@pytest.mark.parametrize("surface", [SMOOTH, ROUGH], ids=["smooth", "rough"])
+def test_a_peer_finds_the_same_elastic_contact(kind, surface):
+    problem = pressed(window(CELLS, quarter=False), roughness=surface)
+    assert_same(problem, pressed_by(kind, problem, MODULUS))
+
+
+@pytest.mark.peers
+def test_a_peer_finds_the_same_contact_without_symmetry(kind):
+    noise = 0.1e-6 * np.random.default_rng(11).standard_normal(CELLS)
+    smooth = pressed(window(CELLS, quarter=False))
+    problem = ContactProblem(smooth.half_space, smooth.shape + noise, smooth.load)
+    assert_same(problem, pressed_by(kind, problem, MODULUS))
+
+
+@pytest.mark.peers
+@pytest.mark.parametrize("limit", [0.8, 1.5])
+def test_contact_mechanics_yields_alike(limit):
+    pytest.importorskip("ContactMechanics", reason="not installed (extra: bench)")
+    problem = pressed(window(CELLS, quarter=False), roughness=ROUGH, limit=limit)
+    theirs = pressed_by(ContactMechanics, problem, MODULUS)
+    assert theirs.max() == pytest.approx(problem.limit, rel=1e-9)
+    assert_same(problem, theirs)
+
+
+@pytest.mark.peers
+def test_the_influence_of_tamaas_is_ours():
+    tamaas = pytest.importorskip("tamaas", reason="tamaas is not installed (extra: bench)")
+    grid = window(CELLS, quarter=False)
+    lengths = [2 * extent for extent in grid.extent]
+    model = tamaas.ModelFactory.createModel(tamaas.model_type.basic_2d, lengths, grid.shape)
+    model.E, model.nu = MODULUS, 0.0
+    tamaas.ModelFactory.registerNonPeriodic(model, "free")
+    pressure = np.random.default_rng(5).uniform(0.0, 1e9, CELLS)
+    theirs = np.zeros(CELLS)
+    model.operators["free"](pressure, theirs)
+    # Both transform with rounding errors only.
+    ours = pressed(grid).half_space.displacement(pressure)
+    np.testing.assert_allclose(theirs, ours, rtol=1e-12)
+
+
+@pytest.mark.peers
 def test_a_peer_solves_from_nothing_and_from_a_start(kind):
-    pytest.importorskip(kind.name, reason=f"{kind.name} is not installed (extra: bench)")
-    problem = cold.sphere(64)
+    problem = contacts.sphere(64)
     bodies = problem.half_space
-    modulus = simulate.wear_problem(smooth_case(16)).composite_modulus
+    modulus = simulate.wear_problem(smooth_case(16)).bodies.composite_modulus
     peer = kind(bodies.geometry, modulus, 1e-8)
     first = peer.solve(problem.shape, problem.load)
     warm = peer.solve(problem.shape, problem.load, first.pressure)
@@ -32,15 +102,15 @@ def test_a_peer_solves_from_nothing_and_from_a_start(kind):
 
 
 def test_the_residual_is_that_of_the_solver():
-    problem = cold.sphere(32)
+    problem = contacts.sphere(32)
     contact = solve_contact(problem, tolerance=1e-4)
     assert residual(problem, contact.pressure) == pytest.approx(contact.residual, rel=0.5)
     assert residual(problem, 0.99 * contact.pressure) > 0.005
 
 
 def test_the_quarter_unfolds_to_the_whole_contact():
-    quarter = solve_contact(cold.sphere(32, quarter=True), tolerance=1e-9).pressure
-    whole = solve_contact(cold.sphere(32), tolerance=1e-9).pressure
+    quarter = solve_contact(contacts.sphere(32, quarter=True), tolerance=1e-9).pressure
+    whole = solve_contact(contacts.sphere(32), tolerance=1e-9).pressure
     np.testing.assert_allclose(unfolded(quarter), whole, atol=1e-6 * whole.max())
 
 

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 import scipy.fft
-from benchmarks.scale.growth import exponent
+from benchmarks.scale import exponent
 from benchmarks.speed.cases import smooth_case
-from benchmarks.speed.runs import timed_run
+from benchmarks.speed.jobs import timed_run
 from benchmarks.speed.units import Transforms, Unit, bare_convolution
 
 from fretwear.mechanics.geometry.grid import Grid, influence_coefficients

@@ -1,44 +1,43 @@
-"""What the page is made of: how each part is measured, and what it says."""
+"""The page docs/performance.md: everything that is measured of the simulator's speed."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
+import sys
 
-from benchmarks.peers.cold import RESIDUAL, TUNING_CELLS
-from benchmarks.scale import cases, cells
-from benchmarks.scale.figures import cases_figure, cells_figure
-from benchmarks.speed.rows import HEADER, Row, from_json, number
-from benchmarks.speed.rows import cells as texts
-from benchmarks.speed.table import groups, measure
-from benchmarks.verification.tables import table
-from matplotlib.figure import Figure
+from benchmarks.pages import Data, Page, Section, table
+from benchmarks.peers import __main__ as peers
+from benchmarks.peers.contacts import RESIDUAL, TUNING_CELLS
+from benchmarks.scale import LARGEST, cases_curve, cases_figure, cells_curve, cells_figure
+from benchmarks.speed.jobs import groups, measure
+from benchmarks.speed.table import HEADER, Row, from_json, number, surroundings
+from benchmarks.speed.table import cells as texts
 
-Data = dict[str, Any]
+INTRODUCTION = """\
+# Performance
 
+Every number on this page is measured by one command, from the repository's root, with the package
+and its extra `bench` installed:
 
-@dataclass(frozen=True)
-class Part:
-    """A part of the page.
+```
+python -m benchmarks.performance
+```
 
-    Parameters
-    ----------
-    name
-        Key of its data.
-    title
-        Heading.
-    measure
-        Finds its data; numbers, texts, lists and dictionaries of them.
-    text
-        Markdown below the heading, with ``{figure}`` where the figure goes.
-    figure
-        Draws it, or None.
-    """
+It keeps what it found in `performance.json` beside this page, and writes the page and its figures
+from that file. Parts can be measured alone ({names}); `--render` only writes the page. For a
+quick look without changing the page: `python -m benchmarks.speed` (the table, a minute or two),
+`python -m benchmarks.peers`, `python -m benchmarks.scale`.
 
-    name: str
-    title: str
-    measure: Callable[[], Data]
-    text: Callable[[Data], str]
-    figure: Callable[[Data], Figure] | None = None
+**1 CE** is the time of one bare convolution by scipy.fft on the same quarter window, on one thread:
+cosine transform of the rows that are not zero, then of all columns, multiplication, inverse. It is
+measured in the same process, in turn with the job: around each cold solve, after each step of a
+run. The time of a run in CE is the sum over its steps, each in the unit of the window that it was
+made on; a window grows with the contact, so units of the last window would give a smaller number,
+which is noted too. All CE are ratios of medians of processor times, which other work on the machine
+disturbs less than the clock; what the clock says is noted. Rows of the transforms' share count the
+processor time inside the calls of transforms, of whichever library, as medians of some runs. Start
+times are the shortest of nine on the clock: what else the machine does can only add. The time per
+cell at half the spacing is a ratio of means of runs that take turns. scipy's convolution is dearer
+per cell where the cells along an axis are a power of two, as in the cold solves: their numbers in
+CE are smaller for it. What the same solves take on 250² cells is noted beside.
+"""
 
 
 def _measure_table() -> Data:
@@ -46,10 +45,7 @@ def _measure_table() -> Data:
 
 
 def _measure_peers() -> Data:
-    from benchmarks.peers.__main__ import measure as compare
-    from benchmarks.peers.rows import CELLS, CELLS_ON_RADIUS
-
-    rows, found = compare(CELLS, CELLS_ON_RADIUS)
+    rows, found = peers.measure(peers.CELLS, peers.CELLS_ON_RADIUS)
     return {"rows": [row.as_json() for row in rows], **found}
 
 
@@ -166,7 +162,7 @@ def _cells_text(data: Data) -> str:
     return f"""\
 Smooth elastic, 30000 cycles, one thread, each run in a process of its own; memory is the most that
 the process held above what it holds with everything imported, about
-{data["points"][0]["start_bytes"] / 1e6:.0f} MB. Between the {cells.LARGEST} largest, time grows
+{data["points"][0]["start_bytes"] / 1e6:.0f} MB. Between the {LARGEST} largest, time grows
 like cells^{data["time_exponent"]:.2f} and memory like cells^{data["memory_exponent"]:.2f}.
 
 {table(header, rows)}
@@ -207,9 +203,34 @@ largest process so far.
 """
 
 
-PARTS = (
-    Part("table", "What was asked, and what was measured", _measure_table, _table_text),
-    Part("peers", "Other libraries", _measure_peers, _peers_text),
-    Part("cells", "Time and memory against cells", cells.curve, _cells_text, cells_figure),
-    Part("cases", "Time against the number of cases", cases.curve, _cases_text, cases_figure),
+def footer(entry: Data) -> str:
+    """Time, machine and versions."""
+    versions = ", ".join(f"{name} {number}" for name, number in entry["versions"].items())
+    return (
+        f"{entry['seconds']} s on {entry['cores']} cores of {entry['processor']}, "
+        f"load average {entry['load_average']} at the start; {versions}"
+    )
+
+
+SECTIONS = (
+    Section("table", "What was asked, and what was measured", _measure_table, _table_text),
+    Section("peers", "Other libraries", _measure_peers, _peers_text),
+    Section(
+        "cells",
+        "Time and memory against cells",
+        cells_curve,
+        _cells_text,
+        figures=lambda data: {"": cells_figure(data)},
+    ),
+    Section(
+        "cases",
+        "Time against the number of cases",
+        cases_curve,
+        _cases_text,
+        figures=lambda data: {"": cases_figure(data)},
+    ),
 )
+PAGE = Page("performance", INTRODUCTION, SECTIONS, surroundings, footer)
+
+if __name__ == "__main__":
+    sys.exit(PAGE.main())

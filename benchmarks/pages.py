@@ -1,0 +1,293 @@
+"""Pages of the documentation that are made of measurements: measured, kept as JSON, written.
+
+A page is a row of sections. What a section measures is kept in a JSON file beside the page, from
+which page and figures are written, so that a page can be rewritten without measuring anew.
+"""
+
+import argparse
+import json
+import math
+import re
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from fretwear.figures import save_figure
+from fretwear.figures.style import CATEGORICAL, MARKERS, MUTED
+
+ROOT = Path(__file__).resolve().parents[1]
+DIGITS = 6
+
+Data = dict[str, Any]
+"""What a section has measured: numbers, texts, lists and dictionaries of them, as JSON has them."""
+
+
+@dataclass(frozen=True)
+class Check:
+    """A number that had to be reached.
+
+    Parameters
+    ----------
+    what
+        What is compared, in a few words.
+    measured, required
+        The largest deviation found and the largest allowed, relative.
+    """
+
+    what: str
+    measured: float
+    required: float
+
+    @property
+    def holds(self) -> bool:
+        return abs(self.measured) <= self.required
+
+
+def no_checks(_: Data) -> list[Check]:
+    """The checks of a section that has none."""
+    return []
+
+
+def no_figures(_: Data) -> dict[str, Figure]:
+    """The figures of a section that has none."""
+    return {}
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of a page.
+
+    Parameters
+    ----------
+    name
+        Key of its data and beginning of its figures' names.
+    title
+        Heading.
+    measure
+        Finds its data.
+    text
+        Markdown below the heading; a figure goes where the text has ``{figure:name}``, or
+        ``{figure}`` for the one that is named by an empty string.
+    checks, figures
+        The numbers with a bound, and figures by name.
+    """
+
+    name: str
+    title: str
+    measure: Callable[[], Data]
+    text: Callable[[Data], str]
+    checks: Callable[[Data], list[Check]] = no_checks
+    figures: Callable[[Data], dict[str, Figure]] = no_figures
+
+    def stem(self, figure: str) -> str:
+        """Name of a figure's file without its ending."""
+        return f"{self.name}_{figure}" if figure else self.name
+
+
+@dataclass(frozen=True)
+class Page:
+    """A page ``docs/NAME.md``, its data ``NAME.json`` and its figures ``images/NAME/*.svg``.
+
+    Parameters
+    ----------
+    name
+        Of the page, and of the module that measures it: ``python -m benchmarks.NAME``.
+    introduction
+        Text above the sections, with ``{names}`` of these, ``{minutes}`` that they took and the
+        ``{summary}`` of all checks.
+    sections
+        What it is made of.
+    surroundings
+        What is kept of machine and versions beside the data of a section.
+    footer
+        A line below a section, from what was kept of it.
+    clock
+        Measures the seconds that a section takes.
+    """
+
+    name: str
+    introduction: str
+    sections: tuple[Section, ...]
+    surroundings: Callable[[], Data]
+    footer: Callable[[Data], str]
+    clock: Callable[[], float] = time.perf_counter
+
+    def load(self, docs: Path) -> Data:
+        """What was measured so far, by section."""
+        path = docs / f"{self.name}.json"
+        return json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+
+    def measure(self, docs: Path, section: Section) -> None:
+        """Measure a section and keep what it finds; a library it lacks leaves the old data."""
+        print(f"== {section.title}", flush=True)
+        surroundings, started = self.surroundings(), self.clock()
+        try:
+            data = section.measure()
+        except ModuleNotFoundError as missing:
+            print(f"skipped: {missing.name} is not installed")
+            return
+        seconds = round(self.clock() - started)
+        print(f"{seconds} s", flush=True)
+        entry = {**surroundings, "seconds": seconds, "data": rounded(data)}
+        write_json(docs / f"{self.name}.json", self.load(docs) | {section.name: entry})
+
+    def render(self, entries: Data) -> str:
+        """The page in Markdown."""
+        rows, parts, seconds = [], [], 0
+        for section in self.sections:
+            if section.name not in entries:
+                continue
+            entry = entries[section.name]
+            seconds += entry["seconds"]
+            link = f"[{section.title}](#{_anchor(section.title)})"
+            for check in section.checks(entry["data"]):
+                verdict = "holds" if check.holds else "**falls short**"
+                numbers = [bound(check.required), percent(check.measured)]
+                rows.append([link, check.what, *numbers, verdict])
+
+            def image(match: re.Match[str], section: Section = section) -> str:
+                stem = section.stem(match[1] or "")
+                return f"![{section.title}](images/{self.name}/{stem}.svg)"
+
+            body = re.sub(r"\{figure(?::(\w+))?\}", image, section.text(entry["data"])).rstrip()
+            parts.append(f"## {section.title}\n\n{body}\n\n*{self.footer(entry)}*\n")
+        head = self.introduction.format(
+            minutes=-(-seconds // 60),
+            names=", ".join(f"`{section.name}`" for section in self.sections),
+            summary=table(["section", "check", "allowed", "measured", "verdict"], rows),
+        )
+        return "\n".join([head, *parts])
+
+    def write(self, docs: Path) -> None:
+        """Write the page and its figures to a folder."""
+        entries = self.load(docs)
+        folder = docs / "images" / self.name
+        folder.mkdir(parents=True, exist_ok=True)
+        for section in self.sections:
+            if section.name in entries:
+                for name, figure in section.figures(entries[section.name]["data"]).items():
+                    save_figure(figure, folder / section.stem(name), ("svg",))
+        (docs / f"{self.name}.md").write_text(self.render(entries), encoding="utf-8")
+
+    def check(self, docs: Path) -> int:
+        """Exit status: 0 where the page in a folder is what its data say, else 1."""
+        page = docs / f"{self.name}.md"
+        if page.exists() and page.read_text(encoding="utf-8") == self.render(self.load(docs)):
+            return 0
+        print(f"{page} is not what its data say: python -m benchmarks.{self.name} --render")
+        return 1
+
+    def main(self, arguments: Sequence[str] | None = None) -> int:
+        """Measure sections and write the page; with ``--render`` or ``--check`` measure none."""
+        names = [section.name for section in self.sections]
+        parser = argparse.ArgumentParser(prog=f"python -m benchmarks.{self.name}")
+        parser.add_argument(
+            "sections", nargs="*", metavar="SECTION", help=f"what to measure, of {', '.join(names)}"
+        )
+        parser.add_argument("--render", action="store_true", help="write the page from stored data")
+        parser.add_argument("--check", action="store_true", help="say whether the page is current")
+        parser.add_argument("--docs", type=Path, default=ROOT / "docs", help="folder of the page")
+        options = parser.parse_args(arguments)
+        if unknown := sorted(set(options.sections) - set(names)):
+            parser.error(f"no such section: {', '.join(unknown)}; there are {', '.join(names)}")
+        if options.check:
+            return self.check(options.docs)
+        wanted = [each for each in self.sections if each.name in (options.sections or names)]
+        if not options.render and len(wanted) == 1:
+            self.measure(options.docs, wanted[0])
+        elif not options.render:
+            # Each in a process of its own, whose largest memory counts all that it ever had.
+            for section in wanted:
+                alone = [sys.executable, "-m", f"benchmarks.{self.name}", section.name]
+                subprocess.run([*alone, "--docs", str(options.docs)], check=True, cwd=ROOT)
+        self.write(options.docs)
+        return 0
+
+
+def write_json(path: Path, content: Data) -> None:
+    """Write data as an indented JSON file, into a folder that is made if it is missing."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    text = json.dumps(content, indent=1, ensure_ascii=False) + "\n"
+    path.write_text(text, encoding="utf-8")
+
+
+def rounded(value: object) -> object:
+    """The same data with floats of as many digits as a reader can use."""
+    if isinstance(value, dict):
+        return {str(key): rounded(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [rounded(entry) for entry in value]
+    return float(f"{value:.{DIGITS}g}") if isinstance(value, float) else value
+
+
+def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A Markdown table, the first column to the left, the others to the right."""
+    lines = [list(header), ["---", *["---:"] * (len(header) - 1)], *map(list, rows)]
+    return "\n".join(f"| {' | '.join(cells)} |" for cells in lines)
+
+
+def percent(fraction: float) -> str:
+    """A signed deviation in per cent with two significant digits; tiny ones as powers of ten."""
+    if fraction == 0.0:
+        return "0"
+    if abs(fraction) < 1e-6:
+        return scientific(fraction, "+.1e")
+    decimals = min(max(1 - math.floor(math.log10(abs(100.0 * fraction))), 0), 6)
+    return f"{100.0 * fraction:+.{decimals}f} %"
+
+
+def bound(fraction: float) -> str:
+    """An allowed deviation."""
+    return f"{100.0 * fraction:g} %" if fraction >= 1e-4 else scientific(fraction)
+
+
+def scientific(value: float, form: str = ".0e") -> str:
+    """A number in powers of ten, without zeros before the exponent."""
+    return f"{value:{form}}".replace("e-0", "e-")
+
+
+def worst(deviations: Iterable[float]) -> float:
+    """The deviation that is largest in size, with its sign."""
+    return max(deviations, key=abs)
+
+
+def points(
+    axes: Axes, x: Sequence[float], y: Sequence[float], index: int, label: str, **options: Any
+) -> None:
+    """Points of one series joined by a line, in the series' color and marker."""
+    marker, color = MARKERS[index % len(MARKERS)], CATEGORICAL[index % len(CATEGORICAL)]
+    axes.plot(x, y, marker=marker, color=color, label=label, **options)
+
+
+def slope_guide(axes: Axes, x: Sequence[float], start: float, order: float, label: str) -> None:
+    """A thin line that grows like x to a power through (x[0], start)."""
+    first, last = x[0], x[-1]
+    end = start * (last / first) ** order
+    axes.plot([first, last], [start, end], color=MUTED, lw=0.7, ls=(0, (4, 2)))
+    axes.annotate(label, (last, end), color=MUTED, fontsize=6.5, ha="left", va="center")
+
+
+def allowed(axes: Axes, deviation: float, label: str) -> None:
+    """Shade the deviations that are allowed."""
+    axes.axhspan(-deviation, deviation, color="#eaf3ea", lw=0, zorder=0)
+    axes.annotate(
+        label, (1.0, deviation), xycoords=("axes fraction", "data"), fontsize=6.5, color=MUTED,
+        ha="right", va="bottom", xytext=(-2, 1), textcoords="offset points",
+    )  # fmt: skip
+
+
+def order_of(spacing: Sequence[float], error: Sequence[float]) -> float:
+    """Order of convergence: the slope of log |error| against log spacing, least squares."""
+    return float(np.polyfit(np.log(spacing), np.log(np.abs(error)), 1)[0])
+
+
+def _anchor(title: str) -> str:
+    return re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-")

@@ -1,0 +1,311 @@
+"""tamaas and ContactMechanics as contact solvers that keep what a next solve can use.
+
+Both are driven as their documentation says for a contact that is not periodic: tamaas with its
+operator for free surfaces, named to the solver; ContactMechanics with its free half-space. A
+solver object keeps model and Green's function. A warm start is the pressure of the solve before:
+tamaas goes on from the traction in its model, ContactMechanics from the forces it is given.
+
+`compare` lets everyone solve the same cold contact: shape in, pressure out, equal residual.
+"""
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib.metadata import version
+from typing import Any, ClassVar
+
+import numpy as np
+from benchmarks.speed.cases import MARGIN, study_case
+from benchmarks.speed.units import Spent, Stopwatch, middle
+
+from fretwear.mechanics.contact import ContactProblem, solve_contact
+from fretwear.mechanics.geometry import Array
+from fretwear.mechanics.geometry.grid import Grid
+from fretwear.running import simulate
+
+_ITERATIONS = 20_000
+
+
+@dataclass(frozen=True)
+class Pressed:
+    """What a peer finds: pressure, Pa, and displacement, m but for a constant, on the window."""
+
+    pressure: Array
+    displacement: Array
+
+    def gap(self, shape: Array) -> Array:
+        """The gap, m, zero on the mean of the contact."""
+        separation = self.displacement + shape
+        gap: Array = separation - separation[self.pressure > 0].mean()
+        return gap
+
+
+class Peer(ABC):
+    """Another library's elastic contact on a whole window.
+
+    Parameters
+    ----------
+    window
+        The cells.
+    modulus
+        E*, Pa.
+    tolerance
+        Of the library's own measure of the error.
+    """
+
+    name: ClassVar[str]
+    settings: ClassVar[str]
+
+    def __init__(self, window: Grid, modulus: float, tolerance: float) -> None:
+        if window.quarter:
+            raise ValueError("peers solve contacts on whole windows")
+        self.window = window
+        self.tolerance = tolerance
+        self.lengths = [2 * extent for extent in window.extent]
+        self._make(modulus)
+
+    @classmethod
+    def title(cls) -> str:
+        """Name and version."""
+        return f"{cls.name} {version(cls.name)}"
+
+    @abstractmethod
+    def _make(self, modulus: float) -> None:
+        """What belongs to the bodies and the window, not to the shape."""
+
+    @abstractmethod
+    def solve(
+        self, shape: Array, load: float, start: Array | None = None, limit: float = math.inf
+    ) -> Pressed:
+        """Press a shape, m, with a load, N.
+
+        ``start`` is a pressure, Pa, to start from, ``limit`` the largest one that the body bears.
+        """
+
+
+class Tamaas(Peer):
+    """The solver of Polonsky, Keer and Rey."""
+
+    name = "tamaas"
+    settings = "PolonskyKeerRey, pressure as the variable, operator of registerNonPeriodic"
+
+    def _make(self, modulus: float) -> None:
+        import tamaas
+
+        tamaas.set_log_level(tamaas.LogLevel.error)
+        kind = tamaas.model_type.basic_2d
+        self._model = tamaas.ModelFactory.createModel(kind, self.lengths, self.window.shape)
+        # The operator keeps the modulus that the model has when it is registered.
+        self._model.E, self._model.nu = modulus, 0.0
+        tamaas.ModelFactory.registerNonPeriodic(self._model, "free")
+
+    def solve(
+        self, shape: Array, load: float, start: Array | None = None, limit: float = math.inf
+    ) -> Pressed:
+        import tamaas
+
+        if limit < math.inf:
+            raise ValueError("this driver of tamaas is for elastic contact")
+        self._model.traction[...] = 0.0 if start is None else start
+        # The solver looks at this surface as long as it lives.
+        surface = np.ascontiguousarray(-shape)
+        solver = tamaas.PolonskyKeerRey(self._model, surface, self.tolerance)
+        solver.setIntegralOperator("free")
+        solver.max_iter = _ITERATIONS
+        error = solver.solve(load / (self.lengths[0] * self.lengths[1]))
+        if not error <= self.tolerance:
+            raise RuntimeError(f"tamaas stopped at {error:.1e}, not {self.tolerance:.0e}")
+        return Pressed(np.array(self._model.traction), np.array(self._model.displacement))
+
+
+class ContactMechanics(Peer):
+    """The constrained conjugate gradients of Polonsky and Keer."""
+
+    name = "ContactMechanics"
+    settings = "minimize_proxy of a NonSmoothContactSystem on a FreeFFTElasticHalfSpace"
+
+    def _make(self, modulus: float) -> None:
+        from ContactMechanics import FreeFFTElasticHalfSpace
+
+        self._bodies: Any = FreeFFTElasticHalfSpace(self.window.shape, modulus, tuple(self.lengths))
+
+    def solve(
+        self, shape: Array, load: float, start: Array | None = None, limit: float = math.inf
+    ) -> Pressed:
+        from ContactMechanics.Systems import NonSmoothContactSystem
+        from SurfaceTopography import Topography
+
+        nx, ny = self.window.shape
+        surface = Topography(-shape, tuple(self.lengths), periodic=False)
+        forces = None
+        if start is not None:
+            # Forces of cells, N, negative in contact, on the padded window.
+            forces = np.zeros(self._bodies.nb_subdomain_grid_pts)
+            forces[:nx, :ny] = -self.window.unit_area * start
+        result = NonSmoothContactSystem(self._bodies, surface).minimize_proxy(
+            external_force=load,
+            initial_forces=forces,
+            # As the forces, that of one cell, N.
+            hardness=limit * self.window.unit_area if limit < math.inf else None,
+            pentol=self.tolerance * float(np.ptp(shape)),
+            forcetol=1e-9 * load,
+            maxiter=_ITERATIONS,
+        )
+        if not result.success:
+            raise RuntimeError(f"ContactMechanics did not converge: {result.message}")
+        pressure = np.array(result.jac[:nx, :ny]) / self.window.unit_area
+        return Pressed(pressure, np.array(result.x[:nx, :ny]))
+
+
+PEERS: tuple[type[Peer], ...] = (Tamaas, ContactMechanics)
+
+
+def pressed_by(
+    kind: type[Peer], problem: ContactProblem, modulus: float, tolerance: float = 1e-10
+) -> Array:
+    """The pressure, Pa, with which a peer solves a contact without a layer."""
+    peer = kind(problem.half_space.geometry, modulus, tolerance)
+    return peer.solve(problem.shape, problem.load, limit=problem.limit).pressure
+
+
+def residual(problem: ContactProblem, pressure: Array) -> float:
+    """Largest violation of the gap conditions relative to the largest displacement.
+
+    Computed here from nothing but the pressure, by one convolution, for all solvers alike.
+    """
+    displacement = problem.half_space.displacement(pressure)
+    loaded = pressure > 0
+    separation = displacement + problem.shape
+    gap = separation - separation[loaded].mean()
+    worst = max(float(np.abs(gap[loaded]).max()), -float(gap[~loaded].min(initial=0.0)))
+    missing = abs(float(pressure.sum()) / problem.total - 1.0)
+    return max(worst / float(displacement.max()), missing)
+
+
+def unfolded(field: Array) -> Array:
+    """The whole of a field that is even in x and y, from its quarter x > 0, y > 0."""
+    half = np.concatenate([field[::-1], field], axis=0)
+    return np.concatenate([half[:, ::-1], half], axis=1)
+
+
+RESIDUAL = 1e-6
+TUNING_CELLS = 128
+_LADDER = tuple(10.0 ** (-0.5 * step) for step in range(8, 19))
+
+
+@dataclass(frozen=True)
+class Contestant:
+    """Someone who can solve the contact from nothing.
+
+    Parameters
+    ----------
+    name
+        Of the library, with version and what it is given.
+    settings
+        How it is driven.
+    solve
+        Makes everything that it needs and returns the pressure, Pa, on the whole window.
+    """
+
+    name: str
+    settings: str
+    solve: Callable[[], Array]
+
+
+def sphere(cells: int, *, quarter: bool = False, workers: int = 1) -> ContactProblem:
+    """The smooth first loading on so many whole cells along x and y."""
+    case = study_case()
+    problem = simulate.wear_problem(case)
+    width = MARGIN * case.hertz_radius
+    count = cells // 2 if quarter else cells
+    window = Grid((count, count), (2 * width / cells, 2 * width / cells), quarter)
+    bodies = window.half_space(problem.bodies.composite_modulus, workers)
+    return ContactProblem(bodies, problem.unworn(window), problem.load)
+
+
+def own(cells: int, *, quarter: bool, workers: int) -> Contestant:
+    """This simulator's solver, on the quarter or on the whole window."""
+
+    def solve() -> Array:
+        problem = sphere(cells, quarter=quarter, workers=workers)
+        pressure = solve_contact(problem, tolerance=RESIDUAL).pressure
+        return unfolded(pressure) if quarter else pressure
+
+    part = "quarter" if quarter else "whole window"
+    return Contestant(f"fretwear, {part}", f"solve_contact, tolerance {RESIDUAL:g}", solve)
+
+
+def other(kind: type[Peer], cells: int, tolerance: float) -> Contestant:
+    """A peer on the whole window."""
+    problem = sphere(cells)
+    modulus = simulate.wear_problem(study_case()).bodies.composite_modulus
+
+    def solve() -> Array:
+        peer = kind(problem.half_space.geometry, modulus, tolerance)
+        return peer.solve(problem.shape, problem.load).pressure
+
+    return Contestant(kind.title(), f"{kind.settings}, tolerance {tolerance:.1e}", solve)
+
+
+def tuned(kind: type[Peer], cells: int, target: float = RESIDUAL) -> float:
+    """The largest tolerance with which a peer reaches a residual, on so many cells."""
+    problem = sphere(cells)
+    for tolerance in _LADDER:
+        if residual(problem, other(kind, cells, tolerance).solve()) <= target:
+            return tolerance
+    return _LADDER[-1]
+
+
+@dataclass(frozen=True)
+class Result:
+    """Median times of one contestant, s, and the residual of its pressure."""
+
+    name: str
+    settings: str
+    time: Spent
+    residual: float
+
+    def as_json(self) -> dict[str, Any]:
+        times = {"cpu": self.time.cpu, "wall": self.time.wall}
+        return {"name": self.name, "settings": self.settings, "residual": self.residual} | times
+
+
+def compare(cells: int = 512, workers: int = 1, repeats: int = 3) -> list[Result]:
+    """Everyone in turn, several times; the fastest of this simulator first.
+
+    Each peer runs with the largest tolerance that gives the residual: found on fewer cells, made
+    smaller here as long as it does not.
+    """
+    _threads(workers)
+    problem = sphere(cells)
+    contestants = [own(cells, quarter=quarter, workers=workers) for quarter in (True, False)]
+    residuals = {}
+    for kind in PEERS:
+        tolerance = tuned(kind, min(cells, TUNING_CELLS))
+        while True:
+            peer = other(kind, cells, tolerance)
+            residuals[peer.name] = residual(problem, peer.solve())
+            if residuals[peer.name] <= RESIDUAL or tolerance < 1e-10:
+                break
+            tolerance /= math.sqrt(10.0)
+        contestants.append(peer)
+    for contestant in contestants[:2]:
+        residuals[contestant.name] = residual(problem, contestant.solve())
+    times: dict[str, list[Spent]] = {contestant.name: [] for contestant in contestants}
+    for _ in range(repeats):
+        for contestant in contestants:
+            watch = Stopwatch()
+            contestant.solve()
+            times[contestant.name].append(watch.read())
+    return [
+        Result(one.name, one.settings, middle(times[one.name]), residuals[one.name])
+        for one in contestants
+    ]
+
+
+def _threads(workers: int) -> None:
+    """Tell tamaas how many threads to use; ContactMechanics has no such setting."""
+    import tamaas
+
+    tamaas.initialize(workers)

@@ -1,1 +1,0 @@
-"""The page docs/performance.md: everything that is measured of the simulator's speed."""
