@@ -2,7 +2,7 @@
 
 import csv
 import math
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -10,13 +10,16 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import ellipe
 
+import fretwear
 from fretwear.mechanics.contact import ContactProblem, solve_contact
 from fretwear.mechanics.geometry import Workspace
 from fretwear.mechanics.geometry.rings import Rings, mean_influence
 from fretwear.mechanics.integrator import evolve, first_loading
 from fretwear.mechanics.measures import measure
+from fretwear.running import simulate
 from fretwear.running.checkpoint import pack, unpack
 from fretwear.theory import CattaneoMindlin, LimitingState
+from fretwear.vocabulary import ContactState
 
 from .problems import (
     COUPLING,
@@ -204,3 +207,24 @@ def test_fields_on_a_plane_are_those_along_the_radius():
 def test_rings_refuse_what_has_no_rotational_symmetry():
     with pytest.raises(ValueError, match="rotational symmetry"):
         first_loading(fretting(roughness=ROUGH, geometry=Rings))
+
+
+def test_a_case_on_rings_is_a_dataset_on_a_plane(monkeypatch):
+    own = simulate.wear_problem
+    monkeypatch.setattr(
+        simulate, "wear_problem", lambda case, **given: replace(own(case, **given), geometry=Rings)
+    )
+    case = fretwear.Case(
+        radius="10 mm", youngs_modulus="208 GPa", poisson_ratio=0.3, load="50 N",
+        tangential_ratio=0.5, friction=0.5, wear_coefficient="7e-13 / Pa",
+        cycles=2000, cell=("2 um", "3 um"),
+    )  # fmt: skip
+    dataset = simulate.simulate(case)
+    depth = dataset["wear_depth"].isel(cycle=-1)
+    assert depth.shape == (dataset.sizes["x"], dataset.sizes["y"])
+    # The plane samples what the rings integrate.
+    volume = 4 * 2e-6 * 3e-6 * float(depth.astype(float).sum())
+    assert volume == near(float(dataset["wear_volume"][-1]), rel=2e-3)
+    sticks = dataset["contact_state"].isel(cycle=-1) == ContactState.STICK
+    area = 4 * 2e-6 * 3e-6 * float(sticks.sum())
+    assert area == near(float(dataset["stick_area"][-1]), rel=2e-2)
