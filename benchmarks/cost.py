@@ -28,6 +28,7 @@ from pathlib import Path
 from typing import Any
 
 import yaml
+from benchmarks.speed.cases import STUDY, WAVES
 
 from fretwear.data.files import open_case, open_history
 from fretwear.running.resources import machine_speed, transform_seconds
@@ -35,18 +36,12 @@ from fretwear.study.case import Case
 from fretwear.study.cost import Estimate, estimate
 
 BASE: dict[str, Any] = {
-    "radius": "10 mm",
-    "youngs_modulus": "208 GPa",
-    "poisson_ratio": 0.3,
-    "load": "50 N",
+    **{name: value for name, value in STUDY.items() if name != "tangential_load"},
     "tangential_ratio": 0.8,
-    "friction": 0.5,
-    "wear_coefficient": "7e-13 / Pa",
     "plastic_limit": "none",
     "roughness": "none",
     "cycles": 7000,
 }
-ROUGH = {"kind": "wavy", "amplitude": "0.2 um", "slope_x": "5.7 deg", "slope_y": "1 deg"}
 LONG_WAVES = {"kind": "wavy", "amplitude": "0.2 um", "slope_x": "2 deg", "slope_y": "1 deg"}
 FLAT = {"kind": "wavy", "amplitude": "0.05 um", "slope_x": "1 deg", "slope_y": "1 deg"}
 CAPPED = {"plastic_limit": "4500 MPa"}
@@ -64,14 +59,14 @@ SPREAD: dict[str, dict[str, Any]] = {
     "smooth, capped, tight tolerance": {**CAPPED, "tolerance": 0.003, "cycles": 3000},
     "smooth, capped low": {"plastic_limit": "2000 MPa", "cycles": 2000},
     "smooth, capped, coarse": {**CAPPED, "cell": "3 um", "cycles": 2000},
-    "rough": {"roughness": ROUGH},
+    "rough": {"roughness": WAVES},
     "rough, long waves": {"roughness": LONG_WAVES},
     "rough, flat": {"roughness": FLAT},
     "rough, 30000 cycles": {"roughness": LONG_WAVES, "cycles": 30000},
     "rough, few cycles": {"roughness": LONG_WAVES, "cycles": 100},
     "rough, tight tolerance": {"roughness": LONG_WAVES, "tolerance": 0.002},
     "rough, Cattaneo-Mindlin": {"roughness": LONG_WAVES, "slip_model": "cattaneo_mindlin"},
-    "rough, capped": {"roughness": ROUGH, **CAPPED},
+    "rough, capped": {"roughness": WAVES, **CAPPED},
     "rough, capped, long waves": {"roughness": LONG_WAVES, **CAPPED},
     "rough, capped, flat": {"roughness": FLAT, **CAPPED, "cycles": 2000},
     "rough, capped low": {"roughness": LONG_WAVES, "plastic_limit": "2500 MPa", "cycles": 2000},

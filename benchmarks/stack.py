@@ -20,12 +20,13 @@ from pathlib import Path
 import netCDF4
 import numpy as np
 import yaml
+from benchmarks.speed.cases import STUDY
 
 from fretwear.data.files import add_checksum
 from fretwear.running.batch import simulate_to_file
 from fretwear.study.study import Study, load_study
 
-_SEAL_BYTES = 25
+_CHECKSUM_BYTES = 25
 
 # What the kernel tells of a child at its end includes the parent that it was forked from.
 PEAK = """
@@ -57,12 +58,7 @@ def study_of(folder: Path, cases: int, cycles: int, cells: int) -> Study:
     content = {
         "title": "A stack",
         "base": {
-            "radius": "10 mm",
-            "youngs_modulus": "208 GPa",
-            "poisson_ratio": 0.3,
-            "tangential_ratio": 0.8,
-            "friction": 0.5,
-            "wear_coefficient": "7e-13 / Pa",
+            **{name: value for name, value in STUDY.items() if name not in ("load", "cycles")},
             "plastic_limit": "none",
             "roughness": "none",
             "cycles": 1000,
@@ -79,7 +75,7 @@ def study_of(folder: Path, cases: int, cycles: int, cells: int) -> Study:
 def copied(first: Path, path: Path, case_id: str) -> None:
     """Copy a case file under another id."""
     shutil.copyfile(first, path)
-    os.truncate(path, path.stat().st_size - _SEAL_BYTES)
+    os.truncate(path, path.stat().st_size - _CHECKSUM_BYTES)
     with netCDF4.Dataset(path, "a") as file:
         file.setncattr("case_id", case_id)
     add_checksum(path)

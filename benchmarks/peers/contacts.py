@@ -162,7 +162,7 @@ PEERS: tuple[type[Peer], ...] = (Tamaas, ContactMechanics)
 
 
 def pressed_by(
-    kind: type[Peer], problem: ContactProblem, modulus: float, tolerance: float = 1e-10
+    kind: type[Peer], problem: ContactProblem, modulus: float, tolerance: float = 1e-9
 ) -> Array:
     """The pressure, Pa, with which a peer solves a contact without a layer."""
     peer = kind(problem.half_space.geometry, modulus, tolerance)

@@ -259,7 +259,7 @@ import json, sys, time
 from pathlib import Path
 import fretwear, netCDF4, scipy.fft
 from fretwear.running import simulate
-from fretwear.data import dataset as schema
+import fretwear.data.dataset
 
 def held(what):
     lines = Path("/proc/self/status").read_text().splitlines()
@@ -284,7 +284,7 @@ print(json.dumps({
     "wall": time.perf_counter() - wall,
     "start_bytes": before,
     "peak_bytes": held("VmHWM"),
-    "shape": last.window.shape,
+    "shape": last.geometry.shape,
     "steps": last.step,
     "convolutions": last.convolutions,
 }))

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
+from benchmarks.speed import cases
+from benchmarks.speed.cases import WAVES
 from tests.mechanics.problems import COUPLING, FRICTION, P0, RADIUS, WEAR, A
 
 from fretwear import Case
@@ -59,17 +61,5 @@ def snapshots(
 
 def study_case(*, rough: bool, limit: str = "4500 MPa", **changes: object) -> Case:
     """The study's contact, 50 N and 20 N, on the default spacing."""
-    waves = {"kind": "wavy", "amplitude": "0.2 um", "slope_x": "5.7 deg", "slope_y": "1 deg"}
-    parameters = {
-        "radius": "10 mm",
-        "youngs_modulus": "208 GPa",
-        "poisson_ratio": 0.3,
-        "load": "50 N",
-        "tangential_load": "20 N",
-        "friction": 0.5,
-        "wear_coefficient": "7e-13 / Pa",
-        "plastic_limit": limit,
-        "roughness": waves if rough else None,
-        "cycles": 30000,
-    }
-    return Case(**{**parameters, **changes})
+    waves = WAVES if rough else None
+    return cases.study_case(plastic_limit=limit, roughness=waves, **changes)

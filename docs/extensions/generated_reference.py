@@ -23,6 +23,7 @@ from fretwear.study.tree import (
     CaseTree,
     example_of,
     kinds,
+    leaves_of,
     member_of,
     members,
     parameter_names,
@@ -78,7 +79,7 @@ def _range(name: str) -> str:
         case Quantity() as quantity:
             return quantity.range_text() + ("; or `none`" if quantity.infinite else "")
         case WholeNumber() as number:
-            return f"whole, {number.at_least:g} to {number.at_most:g}"
+            return f"whole, {_whole(number.at_least)} to {_whole(number.at_most)}"
     choices = ["`none`"] if part_named(name).none else []
     return " or ".join([*choices, *(f"`{kind.kind}`" for kind in kinds(name))])
 
@@ -90,6 +91,10 @@ def _presence(name: str) -> str:
         return "one of them"
     if "." in name:
         return "a part of it"
+    if short := getattr(about, "short", ""):
+        (kind,) = (kind for kind in kinds(member) if kind.kind == short)
+        others = [member] if name != member else [leaf.name for leaf in leaves_of(kind)]
+        return "needed, or " + ", ".join(f"`{other}`" for other in others)
     if member in required(CaseTree) or about.must_be_written:
         return "needed"
     default = getattr(CaseTree, member)
@@ -105,7 +110,7 @@ def sections() -> str:
         (
             f"`{name}`",
             _kinds(part),
-            f"`{part['default']}`" if "default" in part else "",
+            f"`{part['default']}`" if part.get("default") is not None else "",
             part.get("description", ""),
         )
         for name, part in schema["properties"].items()
@@ -128,13 +133,19 @@ def _kinds(part: Mapping[str, Any]) -> str:
         return f"{{{inside}}}"
     if kind == "integer":
         bounds = (("from", part.get("minimum")), ("to", part.get("maximum")))
-        return " ".join(["whole number", *(f"{w} {b:g}" for w, b in bounds if b is not None)])
+        return " ".join(["whole number", *(f"{w} {_whole(b)}" for w, b in bounds if b is not None)])
     if kind == "array":
         return f"list, each a {_kinds(part['items'])}" if "items" in part else "list"
     if kind == "string" and "pattern" in part:
         # Numbers such as 1e4 are text to YAML; nobody needs to be told.
         return "value with a unit" if "examples" in part else ""
     return {"object": "section", "string": "text"}.get(kind, kind)
+
+
+def _whole(number: int) -> str:
+    """Write a whole number exactly, round millions as a power of ten."""
+    short = f"{number:g}".replace("e+0", "e")
+    return short if float(short) == number else str(number)
 
 
 def variables(chosen: Iterable[Variable]) -> str:

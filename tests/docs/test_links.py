@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 REPOSITORY = Path(__file__).resolve().parents[2]
+GUIDE = (REPOSITORY / "CONTRIBUTING.md").read_text(encoding="utf-8")
 PAGES = sorted(
     [
         *(REPOSITORY / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")),
@@ -55,9 +56,15 @@ def test_pages_link_to_nothing_outside():
         assert found <= outside, page.name
 
 
-def test_files_that_contributors_are_sent_to_exist():
-    text = (REPOSITORY / "CONTRIBUTING.md").read_text(encoding="utf-8")
-    named = set(re.findall(r"`([\w./-]+(?:\.py|\.md|/))`", text))
+def test_files_that_readers_are_sent_to_exist():
+    """Those named in any page, and those that the guide for contributors names by their room."""
+    for page in PAGES:
+        text = page.read_text(encoding="utf-8")
+        for name in re.findall(
+            r"\b(?:tests|benchmarks|docs|src)/[\w./-]+\.(?:py|md|csv|cpp)\b", text
+        ):
+            assert (REPOSITORY / name).exists(), f"{page.name}: {name}"
+    named = set(re.findall(r"`([\w./-]+(?:\.py|\.md|/))`", GUIDE))
     assert len(named) > 20
     for name in named:
         places = (REPOSITORY / name, REPOSITORY / "src/fretwear" / name)
@@ -65,9 +72,8 @@ def test_files_that_contributors_are_sent_to_exist():
 
 
 def test_families_that_contributors_derive_from_have_the_methods_named():
-    text = (REPOSITORY / "CONTRIBUTING.md").read_text(encoding="utf-8")
     rows = re.findall(
-        r"^\| [^|]*\| ((?:`\w+`(?:, )?)+) in `(.*?)\.py`[^|]*\| ([^|]*) \|$", text, re.M
+        r"^\| [^|]*\| ((?:`\w+`(?:, )?)+) in `(.*?)\.py`[^|]*\| ([^|]*) \|$", GUIDE, re.M
     )
     assert len(rows) == 6
     for classes, file, methods in rows:
