@@ -448,7 +448,8 @@ class Part:
         """The kinds of a family by name, in the order in which they were defined."""
         found: dict[str, type[Self]] = {}
         for each in cls.__subclasses__():
-            if "__dataclass_fields__" in vars(each) and each.kind:
+            # One derived from a kind is that kind unless it has a name of its own.
+            if vars(each).get("kind"):
                 found[each.kind] = each
             found.update(each.kinds())
         return found

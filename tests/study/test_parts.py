@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fretwear import figures
-from fretwear.mechanics.slip import ReducedContact, SlipModel
+from fretwear.mechanics.slip import Jaeger, ReducedContact, SlipModel
 from fretwear.mechanics.surfaces import Roughness
 from fretwear.mechanics.wear_laws import WearLaw
 from fretwear.parts import Quantity, WholeNumber
@@ -202,6 +202,14 @@ def test_names_that_may_be_given_are_those_of_the_declared_fields():
     names = set(base_names())
     assert {"indenter", "radius", "load", "friction", "roughness", "slip_model", *OWN} <= names
     assert {"roughness.amplitude", "roughness.depth", "indenter.radius"} <= set(parameter_names())
+
+
+def test_a_class_derived_from_a_kind_is_no_kind_of_its_own():
+    class Counted(Jaeger):
+        """The same model, watched."""
+
+    assert Counted not in SlipModel.kinds().values()
+    assert steel(slip_model=Counted()).slip_model == Counted()
 
 
 def test_the_long_form_of_an_indenter_is_the_short_one():

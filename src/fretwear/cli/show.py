@@ -118,6 +118,7 @@ def case_content(case: xr.Dataset, history: xr.Dataset) -> dict[str, Any]:
         "case_id": case.attrs["case_id"],
         "title": case.attrs["title"],
         "source": case.attrs["source"],
+        "warnings": case.attrs.get("warnings", "").splitlines(),
         "cells": [case.sizes["x"], case.sizes["y"]],
         "symmetry": case.attrs["symmetry"],
         "steps": history.sizes["step"] - 1,
@@ -150,6 +151,8 @@ def case_lines(content: dict[str, Any]) -> Iterator[str]:
         f"{cells[0]} x {cells[1]} cells ({part} of the contact), {content['steps']} steps, "
         f"{content['convolutions']} convolutions"
     )
+    for warning in content["warnings"]:
+        yield f"Doubtful: {warning}"
     yield ""
     yield "Parameters"
     parameters = content["parameters"].items()

@@ -18,6 +18,7 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 import fretwear
+from fretwear.study.rules import doubts
 from fretwear.vocabulary import (
     CASE_DIMS,
     CONVOLUTIONS,
@@ -130,6 +131,7 @@ def case_dataset(
         "parameters": json.dumps(case.canonical_parameters(), sort_keys=True, allow_nan=False),
         "case_id": case.case_id,
         "symmetry": symmetry,
+        "warnings": "\n".join(map(str, doubts(case))),
     }
     return xr.Dataset(variables, coordinates, attributes)
 

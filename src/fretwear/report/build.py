@@ -126,7 +126,17 @@ def build_report(
 def _summary(body: Any, plan: Plan, results: Sequence[PointResult]) -> Markup:
     numbers, sentences = key_numbers(results, _cycles(plan)), list(summary_sentences(results))
     labels = [RESULTS[name].label for name in EFFECTS_ON]
-    return Markup(body.summary(numbers, sentences, effects(plan, results), labels))
+    warnings = [
+        {
+            "cases": f"{len(cases)} case{'s' * (len(cases) != 1)}",
+            "what": doubt.what,
+            "first": next(iter(cases)),
+            "detail": doubt.detail,
+            "remedy": doubt.remedy,
+        }
+        for doubt, cases in plan.doubts.items()
+    ]
+    return Markup(body.summary(warnings, numbers, sentences, effects(plan, results), labels))
 
 
 def _lead(plan: Plan, results: Sequence[PointResult]) -> str:

@@ -19,6 +19,7 @@ from fretwear.running.checkpoint import SECONDS_BETWEEN, Checkpoint
 from fretwear.running.records import failures, forget, log_file, record
 from fretwear.running.resources import require_memory
 from fretwear.running.simulate import run
+from fretwear.study.rules import doubts
 
 if TYPE_CHECKING:
     from fretwear.running.simulate import Observer
@@ -90,6 +91,8 @@ def simulate_to_file(
     """
     started = time.monotonic()
     require_memory(case)
+    for doubt in doubts(case):
+        tell(f"warning: {doubt}")
     with locked(path, tell) as lock:
         if lock.waited and is_finished_case(path, case):
             with open_history(path) as history:

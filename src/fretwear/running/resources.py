@@ -19,8 +19,8 @@ from pathlib import Path
 
 from fretwear.study.case import Case
 from fretwear.study.cost import SECONDS_TO_START, Estimate, estimate
-from fretwear.study.plan import Plan, PlannedPoint, yielding_ring_width
-from fretwear.units import LENGTH, format_quantity, size_text
+from fretwear.study.plan import Plan
+from fretwear.units import size_text
 
 # Estimates are above what runs take, by up to a quarter: below that a case might still fit.
 _CERTAIN = 1.25
@@ -311,22 +311,9 @@ def machine_warnings(plan: Plan, available: int | None = None) -> Iterator[str]:
             f"snakemake with --resources mem_mb={available // 1_000_000}, which lets fewer run at "
             "once"
         )
-    if unseen := plan.unseen_rings:
-        yield (
-            f"{_cases(len(unseen))} will yield in a ring around the stick zone that is narrower "
-            f"than a cell of the grid, which therefore gets its wear wrong:"
-            f"{_listed([_ring(each) for each in unseen])}\n    choose a cell below the width of "
-            "the ring where that is practical, or a larger tangential load or a lower plastic limit"
-        )
-
-
-def _ring(planned: PlannedPoint) -> str:
-    assert planned.case is not None
-    ring, cell = yielding_ring_width(planned.case), max(planned.case.grid_spacing)
-    return (
-        f"{planned.id}: ring {format_quantity(ring, LENGTH, 3)}, "
-        f"cell {format_quantity(cell, LENGTH, 3)}"
-    )
+    for doubt, numbers in plan.doubts.items():
+        listed = [f"{case_id}: {detail}" for case_id, detail in numbers.items()]
+        yield f"{_cases(len(numbers))} {doubt.what}:{_listed(listed)}\n    {doubt.remedy}"
 
 
 def _cases(count: int) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -14,6 +15,8 @@ from fretwear.mechanics.geometry import Array, Workspace
 from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.measures import Measures, in_contact, measure
 from fretwear.mechanics.state import State, WearProblem
+from fretwear.running.resources import require_memory
+from fretwear.study.rules import doubts
 from fretwear.vocabulary import FIELDS, ContactState
 
 if TYPE_CHECKING:
@@ -80,6 +83,10 @@ class RunRecord:
             self.snapshots.append(state)
 
 
+class DoubtfulResultWarning(UserWarning):
+    """The results of a case are not to be trusted as they stand."""
+
+
 @dataclass(frozen=True)
 class Result:
     """What a run leaves: the dataset of the case and the history of every step."""
@@ -110,7 +117,17 @@ def simulate(case: Case, observers: Sequence[Observer] = (), *, quarter: bool = 
     ------
     fretwear.mechanics.integrator.WearError, fretwear.mechanics.contact.ContactError
         When the solution does not converge.
+    MemoryError
+        When the case certainly does not fit in the memory.
+
+    Warns
+    -----
+    DoubtfulResultWarning
+        For each reason not to trust the results as they stand.
     """
+    require_memory(case)
+    for doubt in doubts(case):
+        warnings.warn(str(doubt), DoubtfulResultWarning, stacklevel=2)
     return run(case, observers, quarter=quarter).dataset
 
 

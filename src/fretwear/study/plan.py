@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,8 +12,8 @@ from typing import IO
 from fretwear.study.case import Case
 from fretwear.study.cost import Estimate, estimate
 from fretwear.study.points import Point
+from fretwear.study.rules import Doubt, doubts
 from fretwear.study.study import Study
-from fretwear.theory import LimitingState
 from fretwear.units import duration_text, size_text
 
 
@@ -60,15 +59,15 @@ class Plan:
         """Estimates by case id, each case once."""
         return {point.id: point.estimate for point in self.points if point.estimate is not None}
 
-    @property
-    def unseen_rings(self) -> tuple[PlannedPoint, ...]:
-        """Points whose smooth contact yields in a ring narrower than a cell, each case once."""
-        found = {
-            planned.id: planned
-            for planned in self.points
-            if planned.case is not None and is_ring_unseen(planned.case)
-        }
-        return tuple(found.values())
+    @cached_property
+    def doubts(self) -> Mapping[Doubt, Mapping[str, str]]:
+        """What makes results doubtful: numbers by case id, for a first case of each kind."""
+        found: dict[str, tuple[Doubt, dict[str, str]]] = {}
+        for planned in self.points:
+            for doubt in doubts(planned.case) if planned.case is not None else ():
+                _, numbers = found.setdefault(doubt.what, (doubt, {}))
+                numbers[planned.id] = doubt.detail
+        return dict(found.values())
 
     @property
     def memory_bytes(self) -> int:
@@ -140,29 +139,6 @@ def write_points(study: Study, path: str | Path) -> None:
     """Write the table of points of a study as CSV."""
     with Path(path).open("w", newline="", encoding="utf-8") as stream:
         plan_study(study).write_csv(stream)
-
-
-def yielding_ring_width(case: Case) -> float:
-    """Return the width in m of the ring at the edge of stick that comes to yield.
-
-    Wear moves all pressure of a smooth contact into its stick zone, where it tends to
-    `LimitingState.pressure`; the ring is where that exceeds the plastic limit: zero for an elastic
-    case, the whole stick radius where everything does.
-    """
-    if math.isinf(case.plastic_limit):
-        return 0.0
-    limit = LimitingState(case.hertz, case.tangential_ratio)
-    return limit.width_above(case.plastic_limit)
-
-
-def is_ring_unseen(case: Case) -> bool:
-    """Whether a smooth contact yields in a ring narrower than a cell of its grid.
-
-    Of a rough one every tip yields by itself, which the grid of the waves sees.
-    """
-    if case.roughness is not None or math.isinf(case.plastic_limit):
-        return False
-    return yielding_ring_width(case) < max(case.grid_spacing)
 
 
 def _parameters(planned: PlannedPoint) -> dict[str, float | str]:

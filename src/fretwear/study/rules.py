@@ -1,4 +1,4 @@
-"""Rules that tie several parameters of a case together.
+"""Rules that tie several parameters of a case together, and what makes its results doubtful.
 
 Each rule names the parameters it needs, so that the rules whose parameters are sound can be
 tried while others are still wrong: a study file gets all of its problems in one go.
@@ -11,7 +11,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from fretwear.mechanics.loading import TangentialRatio
+from fretwear.mechanics.materials import ElasticBodies
+from fretwear.parts import pair
 from fretwear.study.tree import CaseTree
+from fretwear.theory import LimitingState
 from fretwear.units import FORCE, LENGTH, PRESSURE, format_quantity
 
 LEAST_CELLS_PER_CONTACT_RADIUS = 8
@@ -27,6 +30,16 @@ in a half-space theory, is 1 % off the sphere, as much as the default tolerance 
 LEAST_LOAD_RATIO = 1e-6
 """Smallest Q/(µP): there the slip annulus is a 3 000 000th of the contact radius wide, and where
 the ratio vanishes against 1 it would have no width at all."""
+
+
+GREATEST_DUNDURS = 0.1
+"""Largest |β|/µ at which the coupling of pressure and slip between unlike bodies is small."""
+
+FEW_CELLS = 5
+"""Cells on a stick radius below which its edge is hardly one."""
+
+GREATEST_SLOPE = 0.3
+"""Steepest slope of a roughness that half-space theory, which takes slopes for small, may have."""
 
 
 @dataclass(frozen=True)
@@ -250,3 +263,123 @@ def findings(case: CaseTree) -> list[Finding]:
     """Return every rule that a case with sound single values breaks."""
     found = (rule.find(case) for rule in RULES)
     return [finding for finding in found if finding is not None]
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """Why the results of a case that can be run are not to be trusted as they stand.
+
+    Attributes
+    ----------
+    what : str
+        What will happen, as a sentence without its subject; the same for every case of a kind.
+    detail : str
+        The numbers of this case.
+    remedy : str
+        What to do.
+    """
+
+    what: str
+    detail: str
+    remedy: str
+
+    def __str__(self) -> str:
+        return f"The contact {self.what} ({self.detail}); {self.remedy}"
+
+
+def yielding_ring_width(case: CaseTree) -> float:
+    """Return the width in m of the ring at the edge of stick that comes to yield.
+
+    Wear moves all pressure of a smooth contact into its stick zone, where it tends to
+    `LimitingState.pressure`; the ring is where that exceeds the plastic limit: zero for an elastic
+    case, the whole stick radius where everything does.
+    """
+    if math.isinf(case.plastic_limit):
+        return 0.0
+    return LimitingState(case.hertz, case.tangential_ratio).width_above(case.plastic_limit)
+
+
+def _ring_is_unseen(case: CaseTree) -> Doubt | None:
+    """Of a rough contact every tip yields by itself, which the grid of the waves sees."""
+    ring, cell = yielding_ring_width(case), max(case.grid_spacing)
+    if case.roughness is not None or math.isinf(case.plastic_limit) or ring >= cell:
+        return None
+    return Doubt(
+        "will yield in a ring around the stick zone that is narrower than a cell of the grid, "
+        "which therefore gets its wear wrong",
+        f"ring {format_quantity(ring, LENGTH, 3)}, cell {format_quantity(cell, LENGTH, 3)}",
+        "choose a cell below the width of the ring where that is practical, or a larger "
+        "tangential load or a lower plastic limit",
+    )
+
+
+def _bodies_are_unlike(case: CaseTree) -> Doubt | None:
+    """Dundurs' β = ½ |(1−2ν1)/G1 − (1−2ν2)/G2| / ((1−ν1)/G1 + (1−ν2)/G2) couples p and slip."""
+    if not isinstance(case.bodies, ElasticBodies):
+        return None
+    moduli, ratios = pair(case.bodies.youngs_modulus), pair(case.bodies.poisson_ratio)
+    bodies = [((1.0 + nu) / modulus, nu) for modulus, nu in zip(moduli, ratios, strict=True)]
+    (first, nu1), (second, nu2) = bodies
+    difference = abs((1.0 - 2.0 * nu1) * first - (1.0 - 2.0 * nu2) * second)
+    beta = 0.5 * difference / ((1.0 - nu1) * first + (1.0 - nu2) * second)
+    friction = case.friction_law.coefficient
+    if beta <= GREATEST_DUNDURS * friction:
+        return None
+    return Doubt(
+        "will couple pressure and slip, as bodies of unlike stiffness do, which the model neglects",
+        f"Dundurs' β = {beta:.2g}, {beta / friction:.2g} times µ",
+        f"trust no local value, and integrals only where β is below {GREATEST_DUNDURS:g} µ",
+    )
+
+
+def _limit_is_low(case: CaseTree) -> Doubt | None:
+    mean = 2.0 / 3.0 * case.hertz_pressure
+    if case.plastic_limit >= mean:
+        return None
+    numbers = (format_quantity(pressure, PRESSURE, 3) for pressure in (case.plastic_limit, mean))
+    return Doubt(
+        "will yield all over at the first loading, beyond what a limit of the pressure describes",
+        "plastic limit {}, mean Hertz pressure {}".format(*numbers),
+        "choose a lower load, a larger radius or a plastic limit of about the hardness",
+    )
+
+
+def _stick_is_coarse(case: CaseTree) -> Doubt | None:
+    cell = max(case.grid_spacing)
+    if case.stick_radius >= FEW_CELLS * cell:
+        return None
+    return Doubt(
+        "will stick in a zone of few cells, whose edge is a staircase",
+        f"radius {format_quantity(case.stick_radius, LENGTH, 3)}, "
+        f"cell {format_quantity(cell, LENGTH, 3)}",
+        "choose a finer cell, or leave cell out",
+    )
+
+
+def _slopes_are_steep(case: CaseTree) -> Doubt | None:
+    """The steepest slope of a cosine wave is π/2 times its mean slope 4A/λ."""
+    if case.roughness is None:
+        return None
+    slope = 2.0 * math.pi * case.roughness.highest / min(case.roughness.finest)
+    if slope <= GREATEST_SLOPE:
+        return None
+    return Doubt(
+        "will touch on slopes that half-space theory takes for small",
+        f"steepest slope {slope:.2g}",
+        f"trust the results where slopes stay below {GREATEST_SLOPE:g}",
+    )
+
+
+_DOUBTS = (
+    _ring_is_unseen,
+    _bodies_are_unlike,
+    _limit_is_low,
+    _stick_is_coarse,
+    _slopes_are_steep,
+)
+
+
+def doubts(case: CaseTree) -> tuple[Doubt, ...]:
+    """Return why the results of a sound case are not to be trusted; usually nothing."""
+    found = (doubt(case) for doubt in _DOUBTS)
+    return tuple(doubt for doubt in found if doubt is not None)
