@@ -89,10 +89,8 @@ def arguments(name: str, f: Fields) -> tuple:
         "scale_and_clip elastic": lambda: (1.3, np.inf, np.inf, None, f.double()),
         "wear": lambda: (*_stage(f), f.double(), f.double()),
         "wear without flow": lambda: (*_stage(f), None, f.double()),
-        "wear_slope": lambda: (*_stage(f, start=False), f.double(), 1.7, f.double()),
-        "wear_slope without flow": lambda: (*_stage(f, start=False), None, 1.7, f.double()),
-        "wear_slope in single": lambda: (*_stage(f, start=False), f.double(), 1.7, f.single()),
-        "wear_slope in single without flow": lambda: (
+        "wear_slope": lambda: (*_stage(f, start=False), f.double(), 1.7, f.single()),
+        "wear_slope without flow": lambda: (
             *_stage(f, start=False), None, 1.7, f.single(),
         ),
     }  # fmt: skip
@@ -114,7 +112,7 @@ NAMES = {
     "descent": [""],
     "move": [""],
     "wear": ["", "without flow"],
-    "wear_slope": ["", "without flow", "in single", "in single without flow"],
+    "wear_slope": ["", "without flow"],
 }
 VARIANTS = [f"{name} {variant}".strip() for name, variants in NAMES.items() for variant in variants]
 

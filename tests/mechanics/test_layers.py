@@ -8,6 +8,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
+from fretwear.mechanics import kernels
 from fretwear.mechanics.contact import solve_contact
 from fretwear.mechanics.geometry import Array
 from fretwear.mechanics.slip import WearLayer, WinklerLayer
@@ -32,6 +33,13 @@ def integrated(
 def layer(wear: float, gap: float, shift: float | None, known: float, rate: float) -> WearLayer:
     given_shift = None if shift is None else np.array([[shift]])
     return WearLayer(np.array([[wear]]), np.array([[gap]]), given_shift, np.array([[known]]), rate)
+
+
+def tangent(stage: WearLayer, pressure: Array) -> Array:
+    """Derivative of the wear depth in double precision, by NumPy, which has any."""
+    result, slope = np.empty_like(pressure), kernels.IN_NUMPY["wear_slope"]
+    slope(pressure, stage.rate, stage.exponent, stage.reduced_gap, stage.shift, stage.rate, result)
+    return result
 
 
 stages = {
@@ -69,7 +77,7 @@ def test_wear_never_decreases_with_pressure_nor_below_its_start(
     stage = layer(wear, gap, shift, known, rate)
     low, high = (stage.displacement(np.array([[p]]))[0, 0] for p in (pressure, 1.1 * pressure))
     assert wear <= low <= high * (1 + 1e-15)
-    assert stage.tangent(np.array([[pressure]]))[0, 0] >= 0
+    assert tangent(stage, np.array([[pressure]]))[0, 0] >= 0
 
 
 @given(**stages, shift=st.floats(0, 1) | st.none())
@@ -79,7 +87,7 @@ def test_tangent_is_the_derivative_of_the_displacement(wear, gap, shift, known, 
     stage = layer(0.0 * wear, gap, shift, known, rate)
     step = 1e-5 * pressure
     up, down = (stage.displacement(np.array([[pressure + s]]))[0, 0] for s in (step, -step))
-    slope = stage.tangent(np.array([[pressure]]))[0, 0]
+    slope = tangent(stage, np.array([[pressure]]))[0, 0]
     # Truncation is (step·τ)²; rounding 1e-16 of the displacement over a step of 1e-5.
     assert slope == pytest.approx((up - down) / (2 * step), rel=1e-6, abs=1e-9)
 
@@ -94,7 +102,7 @@ def test_short_stages_keep_their_accuracy():
     error = np.abs(stage.displacement(exponents) - series)
     assert (error <= 1e-13 * series + 2e-15).all()
     derivative = sum(n * exponents ** (n - 1) / np.prod(np.arange(2, n + 2)) for n in range(1, 9))
-    np.testing.assert_allclose(stage.tangent(exponents), derivative, rtol=1e-9)
+    np.testing.assert_allclose(tangent(stage, exponents), derivative, rtol=1e-9)
 
 
 @pytest.mark.parametrize("shift", [True, False])
@@ -106,12 +114,12 @@ def test_the_solver_is_told_the_same_wear_in_its_own_units(shift: bool):
     np.testing.assert_allclose(above, 0.25 + stage.displacement(pressure), rtol=1e-15)
     relative = stage.tangent_in(3e-4, pressure)
     assert relative.dtype == np.float32
-    np.testing.assert_allclose(relative, stage.tangent(pressure) / 3e-4, rtol=1e-7)
+    np.testing.assert_allclose(relative, tangent(stage, pressure) / 3e-4, rtol=1e-7)
 
 
 def test_endless_stages_stay_finite():
     stage = layer(0.0, 1e-9, 1e-9, 0.0, 1.0)
-    for value in (stage.displacement(np.array([[1e9]])), stage.tangent(np.array([[1e9]]))):
+    for value in (stage.displacement(np.array([[1e9]])), tangent(stage, np.array([[1e9]]))):
         assert np.isfinite(value).all()
 
 
@@ -131,7 +139,7 @@ def test_layers_leave_what_they_are_given():
     kept = [field.copy() for field in given_fields]
     stage = WearLayer(*given_fields, rate=0.7)
     pressure = np.full((4, 4), 1.3)
-    results = [stage.displacement(pressure), stage.tangent(pressure)]
+    results = [stage.displacement(pressure), tangent(stage, pressure)]
     for field, before in zip(given_fields, kept, strict=True):
         np.testing.assert_array_equal(field, before)
         assert not any(np.shares_memory(field, result) for result in results)
@@ -148,9 +156,9 @@ def test_large_fields_are_what_their_rows_are(shift: bool):
         for row in range(0, shape[0], 7):
             k = slice(row, row + 1)
             part = WearLayer(wear[k], gap[k], flow[k] if shift else None, known[k], 1.7)
-            for method in ("displacement", "tangent"):
-                result = getattr(whole, method)(pressure)[k]
-                np.testing.assert_allclose(result, getattr(part, method)(pressure[k]), rtol=1e-14)
+            for method in (WearLayer.displacement, tangent):
+                result = method(whole, pressure)[k]
+                np.testing.assert_allclose(result, method(part, pressure[k]), rtol=1e-14)
 
 
 def test_a_contact_with_a_wear_layer_is_the_contact_of_the_worn_shape():

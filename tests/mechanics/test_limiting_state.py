@@ -33,7 +33,7 @@ class Run:
 
     @property
     def measures(self) -> Measures:
-        return measure(self.last, self.problem.friction)
+        return measure(self.problem, self.last)
 
     @property
     def distance(self) -> Array:

@@ -98,4 +98,4 @@ def test_the_convolutions_of_a_run_are_those_expected_within_a_factor_of_two(cha
     *_, last = steps(case)
     expected = estimate(case)
     assert 0.5 < expected.convolutions / last.state.convolutions < 2.0
-    assert 0.5 < expected.cells / math.prod(last.state.window.shape) < 2.0
+    assert 0.5 < expected.cells / math.prod(last.state.geometry.shape) < 2.0

@@ -446,12 +446,11 @@ VECTORIZED static void wear(Index n, const double *RESTRICT pressure, double rat
     }
 }
 
-template <class T>
 INLINED static void slope_of_wear(Index n, const double *RESTRICT pressure, double rate,
                                   const double *RESTRICT known,
                                   const double *RESTRICT reduced_gap,
                                   const double *RESTRICT shift, double factor,
-                                  T *RESTRICT result) {
+                                  float *RESTRICT result) {
     if (shift) {
 #pragma omp simd
         for (Index i = 0; i < n; i++) {
@@ -462,27 +461,21 @@ INLINED static void slope_of_wear(Index n, const double *RESTRICT pressure, doub
             const double below = x < SMALL ? (x - SMALL) / 3.0 : 0.0;
             double slope = (growth + 1.0) * reduced_gap[i] + (phi_slope + below) * shift[i];
             slope = slope < 0 ? 0 : slope * factor;
-            result[i] = static_cast<T>(slope > LARGEST_SLOPE ? LARGEST_SLOPE : slope);
+            result[i] = static_cast<float>(slope > LARGEST_SLOPE ? LARGEST_SLOPE : slope);
         }
     } else {
 #pragma omp simd
         for (Index i = 0; i < n; i++) {
             const double x = exponent_of(pressure[i], rate, known[i]);
             const double slope = (expm1_of(x) + 1.0) * reduced_gap[i] * factor;
-            result[i] = static_cast<T>(slope > LARGEST_SLOPE ? LARGEST_SLOPE : slope);
+            result[i] = static_cast<float>(slope > LARGEST_SLOPE ? LARGEST_SLOPE : slope);
         }
     }
 }
 
-VECTORIZED static void slope32(Index n, const double *pressure, double rate, const double *known,
-                               const double *reduced_gap, Maybe<double> shift, double factor,
-                               float *result) {
-    slope_of_wear(n, pressure, rate, known, reduced_gap, shift.data, factor, result);
-}
-
-VECTORIZED static void slope64(Index n, const double *pressure, double rate, const double *known,
-                               const double *reduced_gap, Maybe<double> shift, double factor,
-                               double *result) {
+VECTORIZED static void wear_slope(Index n, const double *pressure, double rate, const double *known,
+                                  const double *reduced_gap, Maybe<double> shift, double factor,
+                                  float *result) {
     slope_of_wear(n, pressure, rate, known, reduced_gap, shift.data, factor, result);
 }
 
@@ -503,6 +496,5 @@ PYBIND11_MODULE(compiled_kernels, module) {
     bind(module, "descent", &descent);
     bind(module, "move", &move);
     bind(module, "wear", &wear);
-    bind(module, "wear_slope", &slope32);
-    bind(module, "wear_slope", &slope64);
+    bind(module, "wear_slope", &wear_slope);
 }

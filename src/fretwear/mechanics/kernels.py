@@ -284,9 +284,9 @@ def wear_slope(
     reduced_gap: Array,
     shift: Array | None,
     factor: float,
-    result: Real,
+    result: Single,
 ) -> None:
-    """The derivative of `wear` by the exponent, times a factor, not negative; any precision."""
+    """The derivative of `wear` by the exponent, times a factor, not negative."""
     for rows in blocks_of_rows(pressure.shape, _BLOCK):
         x = _exponent(pressure[rows], rate, known[rows])
         if shift is None:

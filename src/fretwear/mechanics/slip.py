@@ -18,7 +18,7 @@ import numpy as np
 
 from fretwear.mechanics import kernels
 from fretwear.mechanics.contact import ContactProblem, Layer, solve_contact
-from fretwear.mechanics.geometry import Array, HalfSpace, Mask, Real, Single
+from fretwear.mechanics.geometry import Array, HalfSpace, Mask, Single
 from fretwear.parts import Part
 
 if TYPE_CHECKING:
@@ -273,15 +273,10 @@ class WearLayer:
             result,
         )
 
-    def tangent(self, pressure: Array) -> Array:
-        """Derivative of the wear depth, m/Pa; not negative."""
-        return self._put_tangent(pressure, 1.0, np.empty_like(pressure))
-
     def tangent_in(self, unit: float, pressure: Array) -> Single:
         """Derivative of the wear depth in some unit, m/Pa; not negative."""
-        return self._put_tangent(pressure, unit, np.empty(pressure.shape, np.float32))
-
-    def _put_tangent(self, pressure: Array, unit: float, result: Real) -> Real:
-        factor, gap = self.rate / unit, self.reduced_gap
-        kernels.wear_slope(pressure, self.rate, self.exponent, gap, self.shift, factor, result)
+        result, factor = np.empty(pressure.shape, np.float32), self.rate / unit
+        kernels.wear_slope(
+            pressure, self.rate, self.exponent, self.reduced_gap, self.shift, factor, result
+        )
         return result
