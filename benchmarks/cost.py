@@ -1,4 +1,4 @@
-"""How well the plan of a study foretells what its cases take on this machine.
+"""How well the plan of a study predicts what its cases take on this machine.
 
     python -m benchmarks.cost [--quick] [--output FILE.json]
     python -m benchmarks.cost --measured FILE.json
@@ -6,7 +6,7 @@
 
 Runs a spread of cases, each in a process of its own on one thread, and prints estimated against
 measured numbers of steps, convolutions, processor seconds and memory. The constants at the top of
-`fretwear.study.cost` are to be changed until no ratio of seconds leaves the range from 0.5 to 2;
+`fretwear.study.cost` have to be changed until no ratio of seconds leaves the range from 0.5 to 2;
 with ``--measured`` the numbers of an earlier call are compared with what is expected now. What
 ``--speed`` prints belongs at the top of `fretwear.running.resources`: the time of bare transforms
 on the machine of the other constants.

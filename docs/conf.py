@@ -12,8 +12,9 @@ sys.path.insert(0, str(Path(__file__).parent / "extensions"))
 
 import fretwear
 
-# Fonts that are put into the pictures tell how; nobody wants to know.
-logging.getLogger("fontTools").setLevel(logging.WARNING)
+# Embedded fonts and animations are logged at length.
+for library in ("fontTools", "matplotlib.animation"):
+    logging.getLogger(library).setLevel(logging.WARNING)
 
 project = "fretwear"
 author = "The fretwear developers"

@@ -3,7 +3,7 @@
 Both are driven as their documentation says for a contact that is not periodic: tamaas with its
 operator for free surfaces, named to the solver; ContactMechanics with its free half-space. A
 solver object keeps model and Green's function. A warm start is the pressure of the solve before:
-tamaas goes on from the traction in its model, ContactMechanics from the forces it is given.
+tamaas starts from the traction in its model, ContactMechanics from the forces it is given.
 
 `compare` lets everyone solve the same cold contact: shape in, pressure out, equal residual.
 """

@@ -158,7 +158,7 @@ def peer_loop(peers: tuple[Peer, Peer], problem: WearProblem, state: State) -> L
 
 
 def timed_steps(loop: Loop, cycles: float, count: int) -> float:
-    """Median processor time, s, of warm steps; the first one only settles."""
+    """Median processor time, s, of warm steps; the first is not timed."""
     loop.step(cycles)
     times = []
     for _ in range(count):

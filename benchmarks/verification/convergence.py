@@ -25,7 +25,7 @@ OTHERS = {"contact_area": "contact area", "dissipated_energy": "dissipated energ
 
 
 def results(problem: WearProblem, tolerance: float) -> Data:
-    """Scalars at the chosen cycles, and what the run took."""
+    """Scalars at some cycles, and what the run took."""
     found = snapshots(problem, list(CYCLES), tolerance)
     last = found[CYCLES[-1]].state
     return {

@@ -168,7 +168,7 @@ def solve_contact(
     Raises
     ------
     RuntimeError
-        If the sets of loaded and yielding rings do not settle.
+        If the sets of loaded and yielding rings do not converge.
     """
     loaded, yielding, approach = start.loaded, start.yielding, start.approach
     pressure = start.pressure
@@ -189,12 +189,12 @@ def solve_contact(
         gap = layer(pressure)[0] + rings.influence @ pressure - approach
         carries = np.where(loaded, pressure > 0.0, gap < 0.0)
         yields = np.where(yielding, gap <= 0.0, loaded & (pressure > limit))
-        settled = np.array_equal(carries, loaded) and np.array_equal(yields, yielding)
-        if settled and np.all(np.abs(gap[free]) < 1e-11):
+        unchanged = np.array_equal(carries, loaded) and np.array_equal(yields, yielding)
+        if unchanged and np.all(np.abs(gap[free]) < 1e-11):
             return RingContact(pressure, gap, approach, loaded, yielding)
         loaded, yielding = carries, yields
     raise RuntimeError(
-        f"the contact of {rings.radii.size} rings did not settle; refine the rings or the step"
+        f"the contact of {rings.radii.size} rings did not converge; refine the rings or the step"
     )
 
 

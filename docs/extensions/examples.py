@@ -1,4 +1,4 @@
-"""Run what a page of the documentation shows, and compare what it says comes of it.
+"""Run what a page of the documentation shows, and compare its output with what the page says.
 
 The blocks of a page run in order, in one folder that begins as a copy of what the page needs of
 the repository (`Snakefile`, `profiles/`, `studies/`):

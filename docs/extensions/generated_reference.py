@@ -100,7 +100,7 @@ def _presence(name: str) -> str:
     default = getattr(CaseTree, member)
     if isinstance(default, Part):
         default = default.kind
-    return "left out: chosen by the case" if default is None else f"left out: `{default}`"
+    return "left out: follows from the case" if default is None else f"left out: `{default}`"
 
 
 def sections() -> str:
@@ -137,7 +137,7 @@ def _kinds(part: Mapping[str, Any]) -> str:
     if kind == "array":
         return f"list, each a {_kinds(part['items'])}" if "items" in part else "list"
     if kind == "string" and "pattern" in part:
-        # Numbers such as 1e4 are text to YAML; nobody needs to be told.
+        # Numbers written as text are accepted, but not documented.
         return "value with a unit" if "examples" in part else ""
     return {"object": "section", "string": "text"}.get(kind, kind)
 
@@ -148,11 +148,11 @@ def _whole(number: int) -> str:
     return short if float(short) == number else str(number)
 
 
-def variables(chosen: Iterable[Variable]) -> str:
+def variables(listed: Iterable[Variable]) -> str:
     """Write a table of variables."""
     rows = [
         (f"`{one.name}`", one.si_unit or "–", one.dtype, _meaning(one.words, one.comment))
-        for one in chosen
+        for one in listed
     ]
     return table(("variable", "units", "type", "meaning"), rows)
 

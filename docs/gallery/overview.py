@@ -1,4 +1,4 @@
-"""One case at a glance.
+"""Overview of one case.
 
 What `fretwear plot` draws: profiles, the scar, and the zones over the cycles.
 """

@@ -36,7 +36,7 @@ return [x + scrollX, y + scrollY, width, height];
 
 
 def picture(report: Path) -> Image.Image:
-    """Open a report, lay a second case over the first at one cycle, and return what is seen."""
+    """Open a report, superimpose a second case at one cycle, and return the picture."""
     with tempfile.TemporaryDirectory() as profile:
         options = Options()
         options.binary_location = str(shutil.which("chromium"))

@@ -215,9 +215,9 @@ def stored(load_ratio: float, limit_ratio: float) -> np.ndarray:
     """Rows of the reference table: τ, the seven values, their uncertainties."""
     with REFERENCE.open(newline="") as file:
         rows = [[float(value) for value in row] for row in list(csv.reader(file))[1:]]
-    chosen = [row[2:] for row in rows if row[0] == load_ratio and row[1] == limit_ratio]
-    assert chosen, "the table lacks these ratios"
-    return np.array(chosen)
+    found = [row[2:] for row in rows if row[0] == load_ratio and row[1] == limit_ratio]
+    assert found, "the table lacks these ratios"
+    return np.array(found)
 
 
 STORED_LIMIT = 4.1622421

@@ -1,4 +1,4 @@
-"""The pages run: every block of commands, Python and YAML, and they show what comes of it."""
+"""The pages run: every block of commands, Python and YAML, and they show its output."""
 
 import re
 import subprocess
