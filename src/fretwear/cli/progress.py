@@ -25,7 +25,6 @@ from typing import TYPE_CHECKING, Any, TextIO
 import typer
 
 import fretwear
-from fretwear.cli.common import LogFormat
 from fretwear.units import LENGTH, duration_text, format_quantity
 
 if TYPE_CHECKING:
@@ -62,7 +61,7 @@ class Log:
 
     Parameters
     ----------
-    log_format : LogFormat
+    log_format : {"auto", "lines", "json"}
         How messages are written.
     quiet : bool
         Whether only errors are.
@@ -74,14 +73,14 @@ class Log:
 
     def __init__(
         self,
-        log_format: LogFormat = LogFormat.LINES,
+        log_format: str = "lines",
         *,
         quiet: bool = False,
         stream: TextIO | None = None,
         clock: Clock = time.monotonic,
     ) -> None:
-        self._is_json = log_format is LogFormat.JSON
-        self._has_bar = log_format is LogFormat.AUTO and not quiet and _can_redraw(sys.stderr)
+        self._is_json = log_format == "json"
+        self._has_bar = log_format == "auto" and not quiet and _can_redraw(sys.stderr)
         self._clock = clock
         self._batch: TimeLeft | None = None
         self._command: tuple[str, float] | None = None
