@@ -2,7 +2,7 @@
 
 import sys
 
-from benchmarks.pages import Data, Page, Section, table
+from benchmarks.pages import Data, Page, Section, scientific, table
 from benchmarks.peers import __main__ as peers
 from benchmarks.peers.contacts import RESIDUAL, TUNING_CELLS
 from benchmarks.scale import LARGEST, cases_curve, cases_figure, cells_curve, cells_figure
@@ -70,7 +70,7 @@ def _peers_text(data: Data) -> str:
             f"{entry['cpu'] / fastest:.3g}",
             f"{entry['wall']:.3g}",
             f"{both['wall']:.3g}",
-            f"{entry['residual']:.0e}".replace("e-0", "e-"),
+            scientific(entry["residual"]),
         ]
         for entry, both in zip(one, two, strict=True)
     ]
@@ -84,7 +84,7 @@ def _peers_text(data: Data) -> str:
     ]
     loops = [
         [
-            f"{entry['name']}, residual {entry['residual']:.0e}".replace("e-0", "e-"),
+            f"{entry['name']}, residual {scientific(entry['residual'])}",
             f"{entry[kind]['steps']:.0f}",
             f"{entry[kind]['seconds']:.0f}",
             number(entry[kind]["ratio"]),

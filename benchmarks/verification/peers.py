@@ -5,7 +5,7 @@ from importlib import import_module
 from importlib.metadata import version
 
 import numpy as np
-from benchmarks.pages import Check, Data, Section, table
+from benchmarks.pages import Check, Data, Section, scientific, table
 from benchmarks.peers.contacts import PEERS, pressed_by
 from benchmarks.verification.problems import STUDY_LIMIT
 from tests.mechanics.problems import MODULUS, P0, SMOOTH, Waves, pressed, window
@@ -84,16 +84,13 @@ def checks(data: Data) -> list[Check]:
 
 
 def text(data: Data) -> str:
-    def small(value: float) -> str:
-        return f"{value:.1e}".replace("e-0", "e-")
-
     rows = [
         [
             f"{row['job']}, {row['peer']}",
-            small(row["pressure"]),
-            small(row["largest"]),
+            scientific(row["pressure"], ".1e"),
+            scientific(row["largest"], ".1e"),
             str(row["cells"]),
-            "the same" if row["area"] == 0 else small(row["area"]),
+            "the same" if row["area"] == 0 else scientific(row["area"], ".1e"),
             f"{row['peak']:.3f}",
         ]
         for row in data["rows"]

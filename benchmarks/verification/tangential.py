@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
-from benchmarks.pages import Check, Data, Section, table
+from benchmarks.pages import Check, Data, Section, scientific, table
 from tests.mechanics.problems import COUPLING, FRICTION, LOAD, MODULUS, ROUGH, fretting
 from tests.mechanics.tangential import influence_matrix, tangential_step
 
@@ -103,7 +103,7 @@ def text(data: Data) -> str:
         [
             f"{surface['name']}, X = {row['ratio']}",
             f"{row['slipping']} of {row['loaded']}",
-            *(f"{row[name]:.0e}".replace("e-0", "e-") for name in names),
+            *(scientific(row[name]) for name in names),
         ]
         for surface in data["surfaces"]
         for row in surface["ratios"]
