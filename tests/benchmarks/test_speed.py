@@ -1,0 +1,102 @@
+"""The table of speeds: its unit, its rows, its command on grids too coarse to say anything."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+import scipy.fft
+from benchmarks.scale import exponent
+from benchmarks.speed.__main__ import main as speed
+from benchmarks.speed.cases import smooth_case
+from benchmarks.speed.jobs import timed_run
+from benchmarks.speed.table import Row, from_json, missing
+from benchmarks.speed.units import Transforms, Unit, bare_convolution
+
+from fretwear.mechanics.geometry.grid import Grid, influence_coefficients
+
+ROWS = [
+    "cold_smooth", "cold_rough", "smooth_run", "smooth_steps", "smooth_volume", "smooth_share",
+    "rough_run", "rough_share", "memory", "help", "plan", "cold_peers", "wear_peers",
+]  # fmt: skip
+
+
+@pytest.mark.slow
+def test_the_table_has_every_row(tmp_path, capsys):
+    output = tmp_path / "speed.json"
+    speed(["--coarser", "8", "--repeats", "1", "--output", str(output)])
+    rows = [from_json(entry) for entry in json.loads(output.read_text("utf-8"))["rows"]]
+    assert [row.name for row in rows] == ROWS
+    assert all(row.measured > 0 for row in rows if not row.name.endswith("_peers"))
+    printed = capsys.readouterr().out
+    assert all(row.job in printed for row in rows)
+
+
+def test_an_unknown_group_is_refused(capsys):
+    with pytest.raises(SystemExit):
+        speed(["contacts"])
+    assert "there are contact, smooth" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("measured", "at_least", "verdict"),
+    [
+        (40.0, False, "holds"),
+        (30.0, False, "reaches the aim"),
+        (51.0, False, "falls short"),
+        (51.0, True, "reaches the aim"),
+        (29.0, True, "falls short"),
+    ],
+)
+def test_a_row_is_judged_by_both_bounds(measured, at_least, verdict):
+    asked, aim = (30.0, 50.0) if at_least else (50.0, 30.0)
+    assert Row("row", "job", measured, "CE", asked, aim, at_least).verdict == verdict
+
+
+def test_what_was_not_measured_is_no_success_and_survives_json():
+    row = missing("row", "job", "×", 10.0, 20.0, "no library")
+    assert row.verdict == "not measured"
+    again = from_json(json.loads(json.dumps(row.as_json())))
+    assert math.isnan(again.measured)
+    assert again.note == "no library"
+
+
+def test_the_unit_is_the_convolution_of_the_solver():
+    window = Grid((12, 20), (1e-6, 2e-6))
+    kernel = influence_coefficients((25, 41), window.spacing, 1e11)
+    spectrum = scipy.fft.dctn(kernel, type=1)[:-1, :-1]
+    pressure = np.random.default_rng(2).random(window.shape)
+    expected = window.half_space(1e11).displacement(pressure)
+    np.testing.assert_allclose(bare_convolution(pressure, spectrum), expected, rtol=1e-12)
+
+
+def test_transforms_are_counted_wherever_the_solver_calls_them():
+    bodies = Grid((8, 8), (1e-6, 1e-6)).half_space(1e11)
+    transforms = Transforms()
+    with transforms.counted():
+        bodies.displacement(np.ones((8, 8)))
+    counted = transforms.calls
+    assert counted >= 2
+    bodies.displacement(np.ones((8, 8)))
+    assert transforms.calls == counted
+
+
+def test_a_unit_is_no_transform_of_the_job():
+    transforms, unit = Transforms(), Unit((8, 8))
+    with transforms.counted():
+        unit.sample(3)
+    assert transforms.calls == 0
+    assert unit.samples == 3
+
+
+def test_a_run_on_more_than_one_window_is_counted_in_the_unit_of_each():
+    run = timed_run(smooth_case(12))
+    assert run.state.cycle == 30000
+    assert 0 < run.share < 1
+    assert run.units.cpu > 0
+
+
+def test_an_exponent_is_that_of_the_largest_sizes():
+    sizes = [1.0, 10.0, 100.0, 1000.0]
+    assert exponent(sizes, [5.0, 5.0, 50.0, 500.0], last=3) == pytest.approx(1.0)
+    assert exponent(sizes, [s**1.5 for s in sizes]) == pytest.approx(1.5)

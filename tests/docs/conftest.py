@@ -1,6 +1,0 @@
-import sys
-from pathlib import Path
-
-REPOSITORY = Path(__file__).resolve().parents[2]
-
-sys.path.insert(0, str(REPOSITORY / "docs" / "extensions"))
