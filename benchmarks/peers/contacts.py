@@ -19,9 +19,10 @@ import numpy as np
 from benchmarks.speed.cases import MARGIN, study_case
 from benchmarks.speed.units import Spent, Stopwatch, middle
 
-from fretwear.mechanics.contact import ContactProblem, solve_contact
+from fretwear.mechanics.contact import ContactProblem
 from fretwear.mechanics.geometry import Array
 from fretwear.mechanics.geometry.grid import Grid
+from fretwear.mechanics.solver import solve_contact
 from fretwear.running import simulate
 
 _ITERATIONS = 20_000

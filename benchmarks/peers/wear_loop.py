@@ -18,11 +18,12 @@ from benchmarks.peers.contacts import PEERS, TUNING_CELLS, Peer, Pressed, tuned,
 from benchmarks.speed.cases import smooth_case
 from benchmarks.speed.units import Stopwatch, middle
 
-from fretwear.mechanics.contact import ContactError, ContactProblem, solve_contact
+from fretwear.mechanics.contact import ContactError, ContactProblem
 from fretwear.mechanics.geometry import Array
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.measures import in_contact
+from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.state import State, WearProblem
 from fretwear.running import simulate
 

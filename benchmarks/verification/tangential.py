@@ -7,11 +7,12 @@ from benchmarks.pages import Check, Data, Section, scientific, table
 from tests.mechanics.problems import COUPLING, FRICTION, LOAD, MODULUS, ROUGH, fretting
 from tests.mechanics.tangential import influence_matrix, tangential_step
 
-from fretwear.mechanics.contact import ContactProblem, solve_contact
+from fretwear.mechanics.contact import ContactProblem
 from fretwear.mechanics.geometry import Array
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.slip import ReducedContact
+from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.state import WearProblem
 
 CELLS, WORN_AFTER = 14, 300.0

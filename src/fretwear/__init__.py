@@ -5,6 +5,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from fretwear.version import __version__
+
 if TYPE_CHECKING:
     from fretwear import figures
     from fretwear.data.files import open_case, open_history
@@ -13,8 +15,6 @@ if TYPE_CHECKING:
     from fretwear.running.simulate import simulate
     from fretwear.study.case import Case
     from fretwear.study.study import load_study
-
-__version__ = "0.1.0"
 
 __all__ = [
     "Case",

@@ -12,9 +12,9 @@ import pytest
 from benchmarks.speed.cases import WAVES, first_contact, rough_case, smooth_case, study_case
 
 from fretwear.mechanics.active_set import ActiveSet
-from fretwear.mechanics.contact import solve_contact
 from fretwear.mechanics.integrator import evolve, first_loading
 from fretwear.mechanics.kernels import inner
+from fretwear.mechanics.solver import solve_contact
 from fretwear.running import simulate
 
 TOLERATED = 1.15

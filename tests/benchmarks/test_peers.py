@@ -17,9 +17,10 @@ from benchmarks.peers.contacts import (
 from benchmarks.peers.wear_loop import CYCLES, estimated_step, own_loop, whole_run
 from benchmarks.speed.cases import smooth_case
 
-from fretwear.mechanics.contact import ContactProblem, solve_contact
+from fretwear.mechanics.contact import ContactProblem
 from fretwear.mechanics.geometry import Workspace
 from fretwear.mechanics.integrator import evolve
+from fretwear.mechanics.solver import solve_contact
 from fretwear.running import simulate
 
 from ..mechanics.problems import MODULUS, SMOOTH, A, Waves, pressed, window

@@ -4,9 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fretwear.mechanics.contact import ContactProblem, solve_contact
+from fretwear.mechanics.contact import ContactProblem
 from fretwear.mechanics.geometry import Array
 from fretwear.mechanics.geometry.grid import Grid
+from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.state import WearProblem
 
 _TOLERANCE = 1e-9

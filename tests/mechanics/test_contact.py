@@ -7,19 +7,13 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from fretwear.mechanics import contact
-from fretwear.mechanics.contact import (
-    ContactError,
-    ContactProblem,
-    Effort,
-    project,
-    projected_gradient,
-    solve_contact,
-)
+from fretwear.mechanics import solver
+from fretwear.mechanics.contact import ContactError, ContactProblem, Effort
 from fretwear.mechanics.geometry import Array
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.measures import half_width
 from fretwear.mechanics.slip import WearLayer, WinklerLayer
+from fretwear.mechanics.solver import project, projected_gradient, solve_contact
 from fretwear.mechanics.surfaces import Sphere
 
 from . import oracles
@@ -261,7 +255,7 @@ def test_where_the_active_set_stalls_the_projected_gradient_brings_the_solution(
         calls.append(args)
         return projected_gradient(*args)
 
-    monkeypatch.setattr(contact, "projected_gradient", counted)
+    monkeypatch.setattr(solver, "projected_gradient", counted)
     start = np.ones(problem.shape.shape)
     found = solve_contact(problem, start, tolerance=1e-5, effort=Effort(active_set=2))
     assert len(calls) == 1

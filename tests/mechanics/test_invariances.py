@@ -7,11 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fretwear.mechanics.contact import Accuracy, solve_contact
+from fretwear.mechanics.contact import Accuracy
 from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.loading import TangentialRatio
 from fretwear.mechanics.materials import Coulomb
 from fretwear.mechanics.slip import Jaeger
+from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.state import State, WearProblem
 from fretwear.mechanics.surfaces import Sphere
 from fretwear.mechanics.wear_laws import Archard

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fretwear.mechanics import contact, free_cells, kernels
-from fretwear.mechanics.contact import solve_contact
 from fretwear.mechanics.integrator import evolve
+from fretwear.mechanics.solver import solve_contact
 
 from .problems import CONVERGED, P0, ROUGH, fretting, pressed, window
 

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from fretwear.mechanics import kernels
-from fretwear.mechanics.contact import solve_contact
 from fretwear.mechanics.geometry import Array
 from fretwear.mechanics.slip import WearLayer, WinklerLayer
+from fretwear.mechanics.solver import solve_contact
 
 from .problems import P0, pressed, window
 

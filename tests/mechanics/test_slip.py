@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from fretwear.mechanics.contact import ContactProblem, solve_contact
+from fretwear.mechanics.contact import ContactProblem
 from fretwear.mechanics.integrator import first_loading
 from fretwear.mechanics.measures import measure
 from fretwear.mechanics.slip import CattaneoMindlin, Jaeger, WearLayer, WinklerLayer
+from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.state import State
 from fretwear.theory import CattaneoMindlin as UnwornSlip
 

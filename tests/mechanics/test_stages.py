@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from fretwear.mechanics import integrator
-from fretwear.mechanics.contact import ContactError, ContactProblem, solve_contact
+from fretwear.mechanics.contact import ContactError, ContactProblem
 from fretwear.mechanics.geometry import Workspace
 from fretwear.mechanics.integrator import StageSolver, evolve
 from fretwear.mechanics.slip import CattaneoMindlin, Jaeger, WearLayer
+from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.state import Stage, WearProblem
 
 from .problems import HERTZ, LOAD, P0, ROUGH, SMOOTH, fretting, near

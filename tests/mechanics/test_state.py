@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fretwear.mechanics.contact import ContactProblem, solve_contact
+from fretwear.mechanics.contact import ContactProblem
 from fretwear.mechanics.geometry import Workspace
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.integrator import evolve, first_loading
 from fretwear.mechanics.slip import Jaeger
+from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.state import State
 from fretwear.theory import HertzContact
 

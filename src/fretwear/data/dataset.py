@@ -17,8 +17,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-import fretwear
 from fretwear.study.rules import doubts
+from fretwear.version import __version__
 from fretwear.vocabulary import (
     CASE_DIMS,
     CONVOLUTIONS,
@@ -320,8 +320,8 @@ def positions_inside(
 @cache
 def source() -> str:
     """Package name and version, with the commit when the package runs from a checkout."""
-    version = f"fretwear {fretwear.__version__}"
-    commit = _commit(Path(fretwear.__file__).resolve().parents[2])
+    version = f"fretwear {__version__}"
+    commit = _commit(Path(__file__).resolve().parents[3])
     return f"{version} (commit {commit})" if commit else version
 
 

@@ -22,9 +22,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-import fretwear
 from fretwear.data.dataset import mirrored
 from fretwear.data.safe import CaseFileError, DataFileError, atomic_path, uninterrupted
+from fretwear.version import __version__
 from fretwear.vocabulary import CASE_DIMS, CYCLE, FIELDS, SCALARS, X, Y
 
 if TYPE_CHECKING:
@@ -215,7 +215,7 @@ def is_finished_case(path: str | PathLike[str], case: Case) -> bool:
             cycles = file.read(CYCLE.name)
     except CaseFileError:
         return False
-    is_of_version = version == f"fretwear {fretwear.__version__}"
+    is_of_version = version == f"fretwear {__version__}"
     return same and is_of_version and np.array_equal(cycles, case.output_cycles)
 
 

@@ -14,15 +14,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import inf, isfinite, nan
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fretwear.mechanics import kernels
+from fretwear.mechanics.contact import ContactProblem
 from fretwear.mechanics.geometry import Array, FreeCells, Mask, Single
-
-if TYPE_CHECKING:
-    from fretwear.mechanics.contact import ContactProblem
 
 # A step reduces the residual of the free cells by so much: the first one from near the solution,
 # later ones and one from afar while more than a few cells changed sides, and when the sets are the

@@ -16,16 +16,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import sqrt
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
 from fretwear.mechanics import kernels
-from fretwear.mechanics.geometry import Array, Index, Mask, Single, Step
-
-if TYPE_CHECKING:
-    from fretwear.mechanics.convolution import Convolution
-    from fretwear.mechanics.geometry.grid import GridHalfSpace
+from fretwear.mechanics.convolution import Convolution
+from fretwear.mechanics.geometry import Array, HalfSpace, Index, Mask, Single, Step
 
 _LARGEST_ITERATIONS = 40
 # Below the first mean tangent a single layer, stiffer by the second for its scaling, does; above,
@@ -33,6 +30,19 @@ _LARGEST_ITERATIONS = 40
 _SOFT = 0.3
 _STIFFENING = 3.0
 _HALF_SHARE = 2.0
+
+
+class ConvolvingHalfSpace(HalfSpace, Protocol):
+    """A half-space whose displacement is a convolution."""
+
+    @property
+    def single(self) -> Convolution[Single]:
+        """In single precision, in units of the self-influence."""
+        ...
+
+    def around(self, cells: Mask) -> ConvolvingHalfSpace:
+        """The same bodies on the smallest self that holds some cells and a margin."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -57,7 +67,7 @@ class Preconditioner:
         The free cells, or nearly: by their tangents the uniform layers are chosen.
     """
 
-    def __init__(self, half_space: GridHalfSpace, tangent: Single | None, free: Mask) -> None:
+    def __init__(self, half_space: ConvolvingHalfSpace, tangent: Single | None, free: Mask) -> None:
         self.convolve = half_space.single
         self.parts = _parts(half_space, tangent, free)
 
@@ -66,7 +76,7 @@ class Preconditioner:
         return GridFreeCells(self.convolve, self.parts, free, under_load=under_load)
 
 
-def _parts(half_space: GridHalfSpace, tangent: Single | None, free: Mask) -> list[_Part]:
+def _parts(half_space: ConvolvingHalfSpace, tangent: Single | None, free: Mask) -> list[_Part]:
     """A part on the whole window, and one on the inner cells if they differ much."""
     invert, inside = half_space.single.inverse, free.astype(np.float32)
     grid = half_space.geometry

@@ -23,16 +23,10 @@ from typing import Any
 
 import numpy as np
 
-from fretwear.mechanics.contact import (
-    Accuracy,
-    Contact,
-    ContactError,
-    ContactProblem,
-    Layer,
-    solve_contact,
-)
+from fretwear.mechanics.contact import Accuracy, Contact, ContactError, ContactProblem, Layer
 from fretwear.mechanics.geometry import Array, Workspace
 from fretwear.mechanics.slip import WearLayer
+from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.state import Stage, State, WearProblem
 
 # First stage at γ = 2 − √2; both stages are implicit with the same weight, which makes them alike.
@@ -312,7 +306,8 @@ class _Integrator:
         such times sees it before and after, not the flow in between.
         """
         exponent = _FLOW_EXPONENT * sqrt(self.tolerance / _DEFAULT_TOLERANCE)
-        return exponent / (self.problem.growth_rate * self.problem.limit)
+        longest: float = exponent / (self.problem.growth_rate * self.problem.limit)
+        return longest
 
     def _move_to(self, geometry: Any) -> None:
         """Put the state on a larger geometry."""

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Literal
 
-from fretwear import theory
 from fretwear.parts import Part, PerBody, Quantity, pair
+from fretwear.theory import composite_modulus, coupling_ratio
 
 
 class Bodies(Part):
@@ -64,12 +64,12 @@ class ElasticBodies(Bodies):
     @cached_property
     def composite_modulus(self) -> float:
         """E* in Pa, from 1/E* = (1−ν1²)/E1 + (1−ν2²)/E2."""
-        return theory.composite_modulus(*self._constants)
+        return composite_modulus(*self._constants)
 
     @cached_property
     def coupling(self) -> float:
         """κ = E*/G*, with 1/G* = (2−ν1)/(4G1) + (2−ν2)/(4G2)."""
-        return theory.coupling_ratio(*self._constants)
+        return coupling_ratio(*self._constants)
 
     @property
     def slug(self) -> str:

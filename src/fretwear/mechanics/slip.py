@@ -12,17 +12,15 @@ a deeper cell.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
 from fretwear.mechanics import kernels
-from fretwear.mechanics.contact import ContactProblem, Layer, solve_contact
-from fretwear.mechanics.geometry import Array, HalfSpace, Mask, Single
+from fretwear.mechanics.contact import ContactProblem, Layer
+from fretwear.mechanics.geometry import Array, HalfSpace, Mask, Problem, Single
+from fretwear.mechanics.solver import solve_contact
 from fretwear.parts import Part
-
-if TYPE_CHECKING:
-    from fretwear.mechanics.state import WearProblem
 
 _COARSE = 1e-2
 # From here on, displacements in single precision are good enough beyond the stick zone.
@@ -71,7 +69,7 @@ class SlipModel(Part):
 
     def reduced(
         self,
-        problem: WearProblem,
+        problem: Problem,
         half_space: HalfSpace,
         shape: Array,
         start: Array | None = None,
@@ -112,7 +110,7 @@ class Jaeger(SlipModel):
 
     def reduced(
         self,
-        problem: WearProblem,
+        problem: Problem,
         half_space: HalfSpace,
         shape: Array,
         start: Array | None = None,
@@ -182,14 +180,14 @@ class CattaneoMindlin(SlipModel):
 
     def reduced(
         self,
-        problem: WearProblem,
+        problem: Problem,
         half_space: HalfSpace,
         shape: Array,  # noqa: ARG002 - the model does not depend on it
         start: Array | None = None,  # noqa: ARG002
         tolerance: float = 1e-8,  # noqa: ARG002
     ) -> ReducedContact:
         """Hertz pressure and gap of the disc of radius c."""
-        hertz, geometry = problem.stick_contact, half_space.geometry
+        hertz, geometry = problem.hertz.with_load(problem.stick_load), half_space.geometry
         r = np.hypot(*np.meshgrid(geometry.x, geometry.y, indexing="ij"))
         return ReducedContact(hertz.pressure(r), hertz.gap(r), hertz.approach)
 

@@ -81,10 +81,15 @@ class WearProblem:
         return 4.0 * self.wear_coefficient * self.friction.coefficient * self.bodies.coupling
 
     @property
-    def stick_contact(self) -> HertzContact:
-        """The unworn smooth contact at the reduced load."""
+    def hertz(self) -> HertzContact:
+        """The unworn smooth contact."""
         radius = self.indenter.curvature_radius
-        return HertzContact(radius, self.stick_load, self.bodies.composite_modulus)
+        return HertzContact(radius, self.load, self.bodies.composite_modulus)
+
+    @property
+    def is_axisymmetric(self) -> bool:
+        """Whether the unworn gap depends on the distance from the axis alone."""
+        return self.roughness is None and self.indenter.is_axisymmetric
 
     def half_space(self, geometry: Any, parts: dict[Any, Any] | None = None) -> HalfSpace:
         """The elastic bodies on the cells of a geometry."""

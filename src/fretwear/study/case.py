@@ -260,7 +260,9 @@ def _part_problem(
         case "missing" | "missing_argument":
             return Problem(place, None, "is missing", such_as(f"{member}.{location[-1]}"))
         case "unexpected_keyword_argument":
-            known = ["kind", *of_kind[str(raw["kind"])].parameters()]
+            kind = raw["kind"]
+            own = of_kind[kind].parameters() if kind in list(of_kind) else ()
+            known = ["kind", *own]
             remedy = f"known are {', '.join(known)}"
             return Problem(place, given, "is not known", remedy, written=location[-1], known=known)
         case "union_tag_invalid" | "literal_error":

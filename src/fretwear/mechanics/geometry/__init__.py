@@ -12,13 +12,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from fretwear.mechanics.state import WearProblem
+from fretwear.theory import HertzContact
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
@@ -28,11 +27,72 @@ Real = TypeVar("Real", Array, Single)
 Index = tuple[slice, slice]
 
 
+class Problem(Protocol):
+    """What a geometry and a slip model ask of `fretwear.mechanics.state.WearProblem`."""
+
+    @property
+    def spacing(self) -> tuple[float, float]:
+        """Cell size along x and y, m."""
+        ...
+
+    @property
+    def extent(self) -> tuple[float, float]:
+        """Half-widths along x and y, m, of the first window."""
+        ...
+
+    @property
+    def quarter(self) -> bool:
+        """Whether to compute the quarter x > 0, y > 0 only."""
+        ...
+
+    @property
+    def is_axisymmetric(self) -> bool:
+        """Whether the unworn gap depends on the distance from the axis alone."""
+        ...
+
+    @property
+    def limit(self) -> float:
+        """Largest pressure, Pa."""
+        ...
+
+    @property
+    def load(self) -> float:
+        """P, N."""
+        ...
+
+    @property
+    def stick_load(self) -> float:
+        """P*, N."""
+        ...
+
+    @property
+    def hertz(self) -> HertzContact:
+        """The unworn smooth contact."""
+        ...
+
+    @property
+    def wavelengths(self) -> tuple[float, float] | None:
+        """How far away the next asperity tip lies along x and y, m; None where smooth."""
+        ...
+
+    def reach(self, approach: float) -> tuple[float, float]:
+        """Distance along x and y beyond which the unworn surface lies above an approach, m."""
+        ...
+
+    def half_space(self, geometry: Any, parts: dict[Any, Any] | None = None) -> HalfSpace:
+        """The elastic bodies on the cells of a geometry."""
+        ...
+
+    def unworn(self, geometry: Any) -> Array:
+        """Gap at zero load and zero approach, m, on the cells of a geometry."""
+        ...
+
+
 class Geometry(Protocol):
     """Cells around the origin: a value that can be compared, hashed and stored."""
 
     @classmethod
-    def first(cls, problem: WearProblem) -> Geometry:
+    def first(cls, problem: Problem) -> Geometry:
         """The geometry that the first loading of a problem begins with."""
         ...
 
@@ -199,7 +259,7 @@ class Step:
 class Ground:
     """The unworn bodies of a problem on one geometry, each part made when it is needed."""
 
-    def __init__(self, problem: WearProblem, geometry: Any, parts: dict[Any, Any]) -> None:
+    def __init__(self, problem: Problem, geometry: Any, parts: dict[Any, Any]) -> None:
         self._problem, self.geometry, self._parts = problem, geometry, parts
 
     @cached_property
@@ -216,7 +276,7 @@ class Ground:
 class Workspace:
     """What a run has at hand: the unworn bodies on the two geometries that it asked for last."""
 
-    def __init__(self, problem: WearProblem) -> None:
+    def __init__(self, problem: Any) -> None:
         self.problem = problem
         self._grounds: dict[Any, Ground] = {}
         self._parts: dict[Any, Any] = {}

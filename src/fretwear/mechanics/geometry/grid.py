@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import scipy.fft
@@ -21,10 +21,7 @@ from numpy.typing import NDArray
 from fretwear.mechanics import kernels
 from fretwear.mechanics.convolution import Convolution, CosineConvolution, FourierConvolution
 from fretwear.mechanics.free_cells import Preconditioner
-from fretwear.mechanics.geometry import Array, Index, Mask, Single, Workspace
-
-if TYPE_CHECKING:
-    from fretwear.mechanics.state import WearProblem
+from fretwear.mechanics.geometry import Array, Index, Mask, Problem, Single, Workspace
 
 # Cells at the border in which pressure makes a window grow, the same as a part of the window
 # before a step, and the factor of its half-width by which it grows.
@@ -57,7 +54,7 @@ class Grid:
     weights: ClassVar[None] = None
 
     @classmethod
-    def first(cls, problem: WearProblem) -> Grid:
+    def first(cls, problem: Problem) -> Grid:
         """The window that the first loading of a problem begins with."""
         shape = fast_shape(problem.extent, problem.spacing, quarter=problem.quarter)
         return cls(shape, problem.spacing, problem.quarter)
@@ -217,7 +214,7 @@ class Grid:
         beyond_x, beyond_y = abs(wide.x) > self.extent[0], abs(wide.y) > self.extent[1]
         return bool(closed[beyond_x].any()), bool(closed[:, beyond_y].any())
 
-    def _wider(self, problem: WearProblem, approach: float) -> Grid:
+    def _wider(self, problem: Problem, approach: float) -> Grid:
         """The window and a wavelength more, as far as the surface lies below the approach."""
         wavelengths = problem.wavelengths
         if wavelengths is None:

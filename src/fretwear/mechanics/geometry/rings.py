@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,12 +23,9 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.special import ellipe, ellipkm1
 
 from fretwear.mechanics import kernels
-from fretwear.mechanics.geometry import Array, Index, Mask, Single, Step, Workspace
+from fretwear.mechanics.geometry import Array, Index, Mask, Problem, Single, Step, Workspace
 from fretwear.mechanics.geometry.grid import Grid
-from fretwear.theory import HertzContact, LimitingState
-
-if TYPE_CHECKING:
-    from fretwear.mechanics.state import WearProblem
+from fretwear.theory import LimitingState
 
 # Widths in units of the Hertzian contact radius: at the stick edge, where the elastic pressure
 # grows without bound, and of the widest rings; and how the width grows with the distance from it.
@@ -57,7 +54,7 @@ class Rings:
     edges: tuple[float, ...]
 
     @classmethod
-    def first(cls, problem: WearProblem) -> Rings:
+    def first(cls, problem: Problem) -> Rings:
         """Rings for the first loading of a problem, graded to the edge of its stick zone.
 
         Raises
@@ -65,11 +62,11 @@ class Rings:
         ValueError
             If the problem has no rotational symmetry.
         """
-        if problem.roughness is not None or not problem.indenter.is_axisymmetric:
+        if not problem.is_axisymmetric:
             raise ValueError("rings need a smooth indenter with rotational symmetry")
-        modulus = problem.bodies.composite_modulus
-        hertz = HertzContact(problem.indenter.curvature_radius, problem.load, modulus)
-        edge, scale = problem.stick_contact.contact_radius, hertz.contact_radius
+        hertz = problem.hertz
+        stick = hertz.with_load(problem.stick_load)
+        edge, scale = stick.contact_radius, hertz.contact_radius
         outer, narrowest = math.sqrt(2.0) * max(problem.extent), _NARROWEST * scale
         if math.isinf(problem.limit):
             return cls.graded(edge, outer, narrowest, _WIDEST * scale)

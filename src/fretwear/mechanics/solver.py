@@ -1,0 +1,205 @@
+"""The solver of the normal contact: fast as a rule, convergent in any case.
+
+The active-set method of `fretwear.mechanics.active_set` solves a contact; where that stalls, the
+slower projected gradient brings it on its way again.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import replace
+
+import numpy as np
+
+from fretwear.mechanics.active_set import ActiveSet
+from fretwear.mechanics.contact import Contact, ContactError, ContactProblem, Effort, is_finite
+from fretwear.mechanics.geometry import Array
+from fretwear.mechanics.kernels import inner
+
+_COARSE = 1e-2
+_NEGLIGIBLE = 1e-6
+_MEMORY = 10
+
+
+def solve_contact(
+    problem: ContactProblem,
+    start: Array | None = None,
+    tolerance: float = 1e-6,
+    *,
+    verified: bool = True,
+    effort: Effort | None = None,
+) -> Contact:
+    """Solve a normal contact.
+
+    Parameters
+    ----------
+    problem
+        What to solve.
+    start
+        A first guess of the pressure, Pa, for example the solution of a similar problem.
+    tolerance
+        Largest violation of the conditions on the gap, relative to the largest displacement.
+    verified
+        Whether to compute the displacement of the result once more by a convolution. The one that
+        was carried along from step to step is good to a tenth of the tolerance.
+    effort
+        Steps that it may take.
+
+    Returns
+    -------
+    Contact
+
+    Raises
+    ------
+    ContactError
+        If the limit cannot carry the load on this geometry, or nothing converges.
+    ValueError
+        If the shape or the start is not finite.
+    """
+    effort = effort or Effort()
+    if not (is_finite(problem.shape) and (start is None or is_finite(start))):
+        raise ValueError("the shape and the start of a contact problem must be finite everywhere")
+    geometry = problem.half_space.geometry
+    if problem.load is not None:
+        capacity = geometry.integral(np.ones_like(problem.shape))
+        if not problem.limit * capacity > problem.load:
+            raise ContactError(
+                f"a pressure limit of {problem.limit:.4g} Pa cannot carry {problem.load:.4g} N on "
+                f"a window of half-widths {geometry.extent[0]:.3g} m and {geometry.extent[1]:.3g} m"
+            )
+    spent = (0, 0)
+    if start is None or float(start.max()) * start.size <= _NEGLIGIBLE * problem.total:
+        start = _first_guess(problem)
+        if np.isfinite(problem.limit):
+            # Both bounds at once from far away lead to wrong sets: yield from the elastic state.
+            elastic = ActiveSet(replace(problem, limit=np.inf), start)
+            elastic.solve(_COARSE, effort.active_set, verified=False)
+            start, spent = elastic.pressure, (elastic.iterations, elastic.convolutions)
+    method = ActiveSet(problem, start)
+    if not method.solve(tolerance, effort.active_set, verified=verified):
+        method.restart(projected_gradient(problem, method.pressure, tolerance, effort.gradient))
+        if not method.solve(tolerance, effort.active_set, verified=verified):
+            raise ContactError(
+                f"the normal contact did not converge: residual {method.residual:.2e} instead "
+                f"of {tolerance:.0e} after {method.convolutions} convolutions",
+                method.convolutions,
+            )
+    return Contact(
+        pressure=method.pressure,
+        gap=method.gap,
+        approach=method.approach,
+        saturated=method.saturated,
+        residual=method.residual,
+        iterations=method.iterations + spent[0],
+        convolutions=method.convolutions + spent[1],
+    )
+
+
+def _first_guess(problem: ContactProblem) -> Array:
+    """A pressure that grows with depth.
+
+    Under a load it lies on the lowest fifth of the surface, in an arbitrary scale; at a given
+    approach on all that lies below it, as large as makes the least energy.
+    """
+    shape = problem.shape
+    level = problem.approach
+    if level is None:
+        level = float(np.quantile(shape, 0.2))
+    guess: Array = np.maximum(level - shape, 0.0)
+    if problem.approach is not None:
+        stiff = inner(guess, problem.weighted(problem.half_space.displacement(guess)))
+        return guess * (inner(guess, problem.weighted(guess)) / stiff) if stiff > 0 else guess
+    # A flat surface has no lowest fifth.
+    return guess if guess.any() else np.ones_like(shape)
+
+
+def projected_gradient(
+    problem: ContactProblem, start: Array, tolerance: float, largest_steps: int
+) -> Array:
+    """Pressure of a normal contact by the spectral projected gradient: slow, but from anywhere.
+
+    Birgin, Martínez and Raydan, "Nonmonotone spectral projected gradient methods on convex sets",
+    SIAM J. Optim. 10 (2000), for the convex program of the normal contact: the set
+    {0 ≤ p ≤ p_lim, ∑p = P} is convex, its projection a shift and a clipping.
+
+    Parameters
+    ----------
+    problem
+        What to solve.
+    start
+        A first guess of the pressure, Pa.
+    tolerance
+        Stops when a gradient step of the size of one cell's own compliance changes the gap by
+        less than this part of the largest displacement.
+    largest_steps
+        Stops after so many steps in any case; the caller judges the result.
+
+    Returns
+    -------
+    Array, Pa, within the bounds and of the right sum.
+    """
+    half_space, level = problem.half_space, problem.approach or 0.0
+    pressure = project(problem, start)
+    displacement = half_space.displacement(pressure)
+    gradient = problem.separation(pressure, displacement) - level
+    stiffness = 1.0 / half_space.self_influence
+    length = stiffness
+    energies: deque[float] = deque([0.0], maxlen=_MEMORY)
+    energy = 0.0
+    for _ in range(largest_steps):
+        move = project(problem, pressure - stiffness * gradient) - pressure
+        if np.abs(move).max() <= tolerance * stiffness * displacement.max():
+            break
+        step = project(problem, pressure - length * gradient) - pressure
+        weighted = problem.weighted(step)
+        moved = half_space.displacement(step)
+        slope = inner(gradient, weighted)
+        fraction = 1.0
+        while True:
+            trial = pressure + fraction * step
+            new_gradient = problem.separation(trial, displacement + fraction * moved) - level
+            # The energy itself would need the layer's potential; its change by Simpson's rule
+            # from three gradients on the segment needs none.
+            middle = problem.separation(
+                pressure + 0.5 * fraction * step, displacement + 0.5 * fraction * moved
+            )
+            middle -= level
+            change = fraction * inner(weighted, gradient + 4.0 * middle + new_gradient) / 6.0
+            if energy + change <= max(energies) + 1e-4 * fraction * slope or fraction < 1e-6:
+                break
+            fraction *= 0.5
+        curvature = inner(weighted, new_gradient - gradient) * fraction
+        size = inner(step, weighted) * fraction**2
+        length = stiffness * 1e3 if curvature <= 0 else min(size / curvature, stiffness * 1e3)
+        pressure = trial
+        displacement = displacement + fraction * moved
+        gradient = new_gradient
+        energy += change
+        energies.append(energy)
+    return pressure
+
+
+def project(problem: ContactProblem, pressure: Array) -> Array:
+    """The nearest pressure (least squares) within the bounds that carries the load."""
+    limit, total = problem.limit, problem.total
+    result: Array = np.clip(pressure, 0.0, limit)
+    if problem.load is None:
+        return result
+    area = float(problem.weighted(np.ones_like(pressure)).sum())
+    low, high = -float(pressure.max()), total / area - float(pressure.min())
+    if np.isfinite(limit):
+        high = limit - float(pressure.min())
+    shift = 0.0
+    for _ in range(200):
+        missing = total - float(problem.weighted(result).sum())
+        if abs(missing) <= 1e-14 * total:
+            break
+        if missing > 0:
+            low = shift
+        else:
+            high = shift
+        free = float(problem.weighted((result > 0) & (result < limit)).sum())
+        newton = shift + missing / free if free else np.inf
+        shift = newton if low < newton < high else 0.5 * (low + high)
+        result = np.clip(pressure + shift, 0.0, limit)
+    return result
