@@ -394,7 +394,7 @@ def _point_with(study: Study, case_id: str, points: Mapping[str, Point]) -> Poin
     else:
         near = difflib.get_close_matches(case_id, points, n=1, cutoff=0.6)
         hint = f"did you mean {near[0]!r}?" if near else "fretwear plan lists the cases"
-        rule = f"is none of the {len(points)} cases of this study"
+        rule = f"is not one of the {len(points)} cases of this study"
     raise StudyError(study.file, [Problem("--case", case_id, rule, hint)])
 
 

@@ -117,7 +117,7 @@ def _read_text(file: Path) -> str:
     if len(content) > MAX_BYTES:
         raise refused(f"is larger than {MAX_BYTES // 1000} kB, the limit for study files")
     if content.startswith(_NETCDF):
-        raise refused("is a netCDF file, not a study file", f"fretwear show {file} tells of it")
+        raise refused("is a netCDF file, not a study file", f"fretwear show {file} describes it")
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
