@@ -38,7 +38,7 @@ from fretwear.units import (
 )
 
 if TYPE_CHECKING:
-    from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+    from pydantic import GetCoreSchemaHandler
     from pydantic_core import PydanticCustomError, core_schema
 
 STUDY_FILE: Mapping[str, bool] = {"units_required": True}
@@ -140,11 +140,8 @@ class Parameter(ABC):
 
         return core_schema.with_info_plain_validator_function(validate)
 
-    def __get_pydantic_json_schema__(
-        self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
-    ) -> dict[str, Any]:
-        """Describe values by `schema`."""
-        del schema, handler
+    def described(self) -> dict[str, Any]:
+        """Return the JSON Schema with a sentence that says what the parameter is."""
         return {"description": self.description or f"{self.words.capitalize()}.", **self.schema()}
 
 

@@ -101,21 +101,14 @@ class Case(CaseTree):
         kept: dict[str, Any] = {}
         for name, about in members().items():
             value = getattr(self, name)
-            if (
-                isinstance(about, Member)
-                and value is not None
-                and value.kind
-                in (
-                    about.short,
-                    *(kind.kind for kind in kinds(name) if about.inline),
-                )
-            ):
-                if member_alternatives(name) & set(changes):
-                    names = [_names_of(kind) for kind in kinds(name)]
-                    shared = names[0].intersection(*names)
-                    kept |= {each: getattr(self, each) for each in shared}
-                else:
-                    kept |= {leaf.name: vars(value)[leaf.field] for leaf in leaves_of(type(value))}
+            if isinstance(about, Parameter) or value is None:
+                kept[name] = value
+            elif about.inline or value.kind == about.short:
+                given = {leaf.name: vars(value)[leaf.field] for leaf in leaves_of(type(value))}
+                # Another kind takes the place of this one, and what both have in common stays.
+                telling = member_alternatives(name)
+                replaced = telling if telling & changes.keys() else set()
+                kept |= {each: given[each] for each in given if each not in replaced}
             else:
                 kept[name] = value
         return Case(**{**kept, "output_cycles": self.output_cycles, **changes})
@@ -319,18 +312,17 @@ def missing(given: Iterable[str], *, in_file: bool) -> Iterator[Problem]:
         elif isinstance(about, Member) and about.inline:
             yield from _alternatives_broken(member, given)
             chosen = _chosen_kind(member, given)
-            needed = {leaf.name for leaf in leaves_of(chosen) if leaf.field in required(chosen)}
-            wanted = [name for name in needed if name not in member_alternatives(member)]
+            telling = member_alternatives(member)
+            needed = [leaf.name for leaf in leaves_of(chosen) if leaf.field in required(chosen)]
+            wanted = [name for name in needed if name not in telling]
         elif isinstance(about, Member) and about.short:
             short = next(kind for kind in kinds(member) if kind.kind == about.short)
             wanted = [leaf.name for leaf in leaves_of(short)]
         if isinstance(about, Member) and member in given:
-            for name in sorted(
-                given & {leaf.name for kind in kinds(member) for leaf in leaves_of(kind)}
-            ):
-                if "." not in name:
-                    rule = f"is one too many: {member} is given as well"
-                    yield Problem(name, None, rule, "give one of the two")
+            own = {leaf.name for kind in kinds(member) for leaf in leaves_of(kind)}
+            for name in sorted(name for name in own & given if "." not in name):
+                rule = f"is one too many: {member} is given as well"
+                yield Problem(name, None, rule, "give one of the two")
         for name in wanted:
             parts_given = any(each.startswith(f"{name}.") for each in given)
             misspelt = any(nearest(key, (name,)) for key in unknown)
@@ -385,13 +377,12 @@ def schema_of(name: str) -> dict[str, Any]:
     """Return the JSON Schema of a value in a study file: of a parameter, or of a whole part."""
     parameter = SNAPSHOT if name == "output.cycles" else parameter_of(name)
     if parameter is not None:
-        return {"description": parameter.description, **parameter.schema()}
+        return parameter.described()
     about, bare = part_named(name), [kind.kind for kind in kinds(name) if not required(kind)]
     choices: list[dict[str, Any]] = [{"const": "none"}] if about.none else []
     choices += [{"enum": bare}] if bare else []
     for kind in kinds(name):
-        parts = {leaf.field: leaf.parameter for leaf in leaves_of(kind)}
-        described = {n: {"description": p.description, **p.schema()} for n, p in parts.items()}
+        described = {leaf.field: leaf.parameter.described() for leaf in leaves_of(kind)}
         choices.append(
             {
                 "type": "object",
