@@ -12,12 +12,13 @@ if TYPE_CHECKING:
     from fretwear.data.files import open_case, open_history
     from fretwear.data.merge import open_study
     from fretwear.mechanics.surfaces import WavyRoughness
-    from fretwear.running.simulate import simulate
+    from fretwear.running.simulate import DoubtfulResultWarning, simulate
     from fretwear.study.case import Case
     from fretwear.study.study import load_study
 
 __all__ = [
     "Case",
+    "DoubtfulResultWarning",
     "WavyRoughness",
     "__version__",
     "figures",
@@ -29,6 +30,7 @@ __all__ = [
 ]
 
 _HOMES = {
+    "DoubtfulResultWarning": "fretwear.running.simulate",
     "Case": "fretwear.study.case",
     "WavyRoughness": "fretwear.mechanics.surfaces",
     "load_study": "fretwear.study.study",

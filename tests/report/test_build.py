@@ -159,6 +159,15 @@ def test_points_without_results_have_reasons(finished, parsed: Page) -> None:
     assert f"Of 16 points, {len(done)} have results." in parsed.text
 
 
+def test_what_makes_results_doubtful_is_said_before_the_results(finished, parsed: Page) -> None:
+    told = parsed.text.index("cases simulated")
+    assert finished.plan.doubts
+    for doubt, cases in finished.plan.doubts.items():
+        sentence = f"{len(cases)} case{'s' * (len(cases) > 1)} {doubt.what}"
+        assert parsed.text.index(sentence) < told
+        assert doubt.detail in parsed.text
+
+
 def test_the_page_says_how_it_was_computed(parsed: Page) -> None:
     for words in ("Tolerance of the wear integration", "0.01", "Convolutions", "fretwear 0.1"):
         assert words in parsed.text
