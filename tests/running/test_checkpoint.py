@@ -53,8 +53,13 @@ def interrupted(case, checkpoint, after):
         simulate.run(case, [checkpoint, stop], record=checkpoint.record)
 
 
+ROUGH = {"roughness": {"amplitude": "0.2 um", "slope_x": "0.4 deg", "slope_y": "0.3 deg"}}
+
+
 @pytest.mark.parametrize("after", [0, 1, 5, 15])
-def test_an_interrupted_run_resumes_to_the_same_bits(case, path, after):
+@pytest.mark.parametrize("changes", [{}, ROUGH], ids=["smooth", "rough"])
+def test_an_interrupted_run_resumes_to_the_same_bits(path, changes, after):
+    case = make_case(**CHANGES, **changes)
     undisturbed = simulate.run(case)
     interrupted(case, Checkpoint(path, case, print), after)
     with Checkpoint(path, case, print) as checkpoint:
