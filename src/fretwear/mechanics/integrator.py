@@ -400,7 +400,7 @@ class StageSolver:
             start = contact.pressure
             wear, gap = layer.displacement(start), np.maximum(contact.gap, 0.0)
             worn = wear - base.wear
-            overshoot = _overshoot(contact, worn)
+            overshoot = _overshoot(contact, worn, self.geometry.weights)
             if overshoot is not None:
                 for field in (wear, worn, gap):
                     field -= overshoot
@@ -467,14 +467,15 @@ class StageSolver:
         return contact
 
 
-def _overshoot(contact: Contact, wear: Array) -> Array | None:
+def _overshoot(contact: Contact, wear: Array, weights: Array | None) -> Array | None:
     """Wear beyond the surface of the other body, m; None if there is none.
 
     Wear needs pressure, so it cannot open a gap: a cell that wore in this stage touches.  A long
     step removes too much where a cell loses its pressure on the way, and a contact solved to a
     tolerance removes a little too much where hardly any is left; either would stay open for ever.
     """
-    idle = contact.pressure <= _IDLE * contact.pressure.mean()
+    mean = np.average(contact.pressure, weights=weights)
+    idle = contact.pressure <= _IDLE * mean
     beyond = (contact.gap > 0) & (wear > 0) & idle
     if not beyond.any():
         return None
