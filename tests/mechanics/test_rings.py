@@ -2,7 +2,7 @@
 
 import csv
 import math
-from dataclasses import fields, replace
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +17,6 @@ from fretwear.mechanics.geometry.rings import Rings, mean_influence
 from fretwear.mechanics.integrator import evolve, first_loading
 from fretwear.mechanics.measures import measure
 from fretwear.mechanics.solver import solve_contact
-from fretwear.running import simulate
 from fretwear.running.checkpoint import pack, unpack
 from fretwear.theory import CattaneoMindlin, LimitingState
 from fretwear.vocabulary import ContactState
@@ -210,17 +209,13 @@ def test_rings_refuse_what_has_no_rotational_symmetry():
         first_loading(fretting(roughness=ROUGH, geometry=Rings))
 
 
-def test_a_case_on_rings_is_a_dataset_on_a_plane(monkeypatch):
-    own = simulate.wear_problem
-    monkeypatch.setattr(
-        simulate, "wear_problem", lambda case, **given: replace(own(case, **given), geometry=Rings)
-    )
+def test_a_case_on_rings_is_a_dataset_on_a_plane():
     case = fretwear.Case(
         radius="10 mm", youngs_modulus="208 GPa", poisson_ratio=0.3, load="50 N",
         tangential_ratio=0.5, friction=0.5, wear_coefficient="7e-13 / Pa",
         cycles=2000, cell=("2 um", "3 um"),
     )  # fmt: skip
-    dataset = simulate.simulate(case)
+    dataset = fretwear.simulate(case, rings=True)
     depth = dataset["wear_depth"].isel(cycle=-1)
     assert depth.shape == (dataset.sizes["x"], dataset.sizes["y"])
     # The plane samples what the rings integrate.

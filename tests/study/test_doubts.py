@@ -89,6 +89,24 @@ def test_a_simulation_warns_and_its_dataset_remembers():
     assert fine.attrs["warnings"] == ""
 
 
+def test_rings_resolve_what_the_grid_is_warned_of():
+    steel = {**STEEL, "cycles": 7000, "output_cycles": ()}
+    case = Case(**steel, tangential_ratio=0.48, plastic_limit=4.5e9)
+    with pytest.warns(DoubtfulResultWarning, match="rings=True"):
+        grid = simulate(case)
+    rings = simulate(case, rings=True)
+    assert rings.attrs["warnings"] == ""
+    # As `docs/explanation/limits.md` says.
+    volumes = (float(each["wear_volume"][-1]) for each in (grid, rings))
+    assert next(volumes) / next(volumes) == pytest.approx(0.86, abs=0.01)
+
+
+def test_rings_are_refused_where_the_contact_is_not_round():
+    waves = {"amplitude": 2e-7, "slope_x": 0.05, "slope_y": 0.02}
+    with pytest.raises(ValueError, match="rotational symmetry"):
+        simulate(Case(**STEEL, tangential_ratio=0.5, roughness=waves), rings=True)
+
+
 def test_a_simulation_too_large_says_so_before_it_starts():
     with pytest.raises(MemoryError, match="Choose a coarser grid"):
         simulate(Case(**STEEL, tangential_ratio=1e-4))

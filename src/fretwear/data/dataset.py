@@ -72,6 +72,7 @@ def case_dataset(
     scalars: Mapping[str, ArrayLike],
     *,
     symmetry: Symmetry = "even_xy",
+    rings: bool = False,
     title: str = "",
     command: str = "fretwear.simulate",
 ) -> xr.Dataset:
@@ -91,6 +92,8 @@ def case_dataset(
         Every variable of `fretwear.vocabulary.SCALARS`, SI units, for the whole contact.
     symmetry : {"even_xy", "none"}
         ``"even_xy"`` when the arrays are the quarter x > 0, y > 0 of a contact even in both.
+    rings : bool
+        Whether the contact was computed on concentric rings, and the fields are samples of them.
     title : str
         Title of the dataset; the case's id serves when it is empty.
     command : str
@@ -131,7 +134,7 @@ def case_dataset(
         "parameters": json.dumps(case.canonical_parameters(), sort_keys=True, allow_nan=False),
         "case_id": case.case_id,
         "symmetry": symmetry,
-        "warnings": "\n".join(map(str, doubts(case))),
+        "warnings": "\n".join(map(str, doubts(case, rings=rings))),
     }
     return xr.Dataset(variables, coordinates, attributes)
 

@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretwear.mechanics.geometry import Array, Workspace
+from fretwear.mechanics.geometry.grid import Grid
+from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.measures import Measures, in_contact, measure
 from fretwear.mechanics.state import State, WearProblem
@@ -95,7 +97,9 @@ class Result:
     history: xr.Dataset
 
 
-def simulate(case: Case, observers: Sequence[Observer] = (), *, quarter: bool = True) -> xr.Dataset:
+def simulate(
+    case: Case, observers: Sequence[Observer] = (), *, quarter: bool = True, rings: bool = False
+) -> xr.Dataset:
     """Run a case.
 
     Parameters
@@ -106,6 +110,10 @@ def simulate(case: Case, observers: Sequence[Observer] = (), *, quarter: bool = 
         Called with each accepted `Step`, cycle 0 included.
     quarter
         Compute only the quarter x > 0, y > 0 of the contact, which is even in both.
+    rings
+        Compute on concentric rings, graded to the edge of the stick zone, instead of a grid. Only
+        for a smooth sphere; the ring that yields around the stick zone is resolved, however narrow.
+        Scalars are those of the rings; fields are sampled on the quarter of the case's grid.
 
     Returns
     -------
@@ -119,6 +127,8 @@ def simulate(case: Case, observers: Sequence[Observer] = (), *, quarter: bool = 
         When the solution does not converge.
     MemoryError
         When the case certainly does not fit in the memory.
+    ValueError
+        When rings are asked for a contact without rotational symmetry.
 
     Warns
     -----
@@ -126,9 +136,9 @@ def simulate(case: Case, observers: Sequence[Observer] = (), *, quarter: bool = 
         For each reason not to trust the results as they stand.
     """
     require_memory(case)
-    for doubt in doubts(case):
+    for doubt in doubts(case, rings=rings):
         warnings.warn(str(doubt), DoubtfulResultWarning, stacklevel=2)
-    return run(case, observers, quarter=quarter).dataset
+    return run(case, observers, quarter=quarter, rings=rings).dataset
 
 
 def run(
@@ -137,6 +147,7 @@ def run(
     *,
     record: RunRecord | None = None,
     quarter: bool = True,
+    rings: bool = False,
     title: str = "",
     command: str = "fretwear.simulate",
 ) -> Result:
@@ -144,7 +155,7 @@ def run(
 
     Parameters
     ----------
-    case, observers, quarter
+    case, observers, quarter, rings
         As for `simulate`.
     record
         Takes every step; one that an earlier run has left makes this one resume there, with the
@@ -153,22 +164,30 @@ def run(
         For the attributes of the dataset.
     """
     record = RunRecord() if record is None else record
-    for step in steps(case, start=record.last, quarter=quarter):
+    problem = wear_problem(case, quarter=quarter, rings=rings)
+    for step in _steps(case, problem, record.last):
         record.add(step, keep_fields=step.state.cycle in case.output_cycles)
         for observer in observers:
             observer(step)
-    return _result(case, record, quarter, title, command)
+    return _result(case, record, problem, title, command)
 
 
-def steps(case: Case, *, start: State | None = None, quarter: bool = True) -> Iterator[Step]:
+def steps(
+    case: Case, *, start: State | None = None, quarter: bool = True, rings: bool = False
+) -> Iterator[Step]:
     """Yield each accepted step of a case: cycle 0 and all others, or those after ``start``."""
-    problem = wear_problem(case, quarter=quarter)
+    return _steps(case, wear_problem(case, quarter=quarter, rings=rings), start)
+
+
+def _steps(case: Case, problem: WearProblem, start: State | None) -> Iterator[Step]:
     stops = [float(cycle) for cycle in case.output_cycles]
     for state in evolve(problem, stops, case.tolerance, start):
         yield Step(state, measure(problem, state), case.cycles)
 
 
-def _result(case: Case, record: RunRecord, quarter: bool, title: str, command: str) -> Result:
+def _result(
+    case: Case, record: RunRecord, problem: WearProblem, title: str, command: str
+) -> Result:
     from fretwear.data.dataset import case_dataset, history_dataset
 
     columns = {name: np.array([row[name] for row in record.history]) for name in record.history[0]}
@@ -176,7 +195,6 @@ def _result(case: Case, record: RunRecord, quarter: bool, title: str, command: s
     errors, convolutions = columns.pop("error_estimate"), columns.pop("convolutions")
     cycles = [state.cycle for state in record.snapshots]
     kept = np.isin(steps_at, cycles)
-    problem = wear_problem(case, quarter=quarter)
     plane = record.snapshots[-1].geometry.plane(problem.spacing)
     dataset = case_dataset(
         case,
@@ -185,7 +203,8 @@ def _result(case: Case, record: RunRecord, quarter: bool, title: str, command: s
         cycles,
         _snapshot_fields(Workspace(problem), record.snapshots),
         {name: values[kept] for name, values in columns.items()},
-        symmetry="even_xy" if quarter else "none",
+        symmetry="even_xy" if problem.quarter else "none",
+        rings=problem.geometry is Rings,
         title=title,
         command=command,
     )
@@ -193,7 +212,7 @@ def _result(case: Case, record: RunRecord, quarter: bool, title: str, command: s
     return Result(dataset, history)
 
 
-def wear_problem(case: Case, *, quarter: bool = True) -> WearProblem:
+def wear_problem(case: Case, *, quarter: bool = True, rings: bool = False) -> WearProblem:
     """The mechanical problem of a case."""
     # A contact at the limit everywhere is the smallest one that carries the load.
     carrying = math.sqrt(case.load / (math.pi * case.plastic_limit))
@@ -209,7 +228,8 @@ def wear_problem(case: Case, *, quarter: bool = True) -> WearProblem:
         limit=case.plastic_limit,
         spacing=case.grid_spacing,
         extent=(half_width, half_width),
-        quarter=quarter,
+        quarter=quarter or rings,
+        geometry=Rings if rings else Grid,
     )
 
 

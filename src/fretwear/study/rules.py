@@ -309,7 +309,8 @@ def _ring_is_unseen(case: CaseTree) -> Doubt | None:
         "which therefore gets its wear wrong",
         f"ring {format_quantity(ring, LENGTH, 3)}, cell {format_quantity(cell, LENGTH, 3)}",
         "choose a cell below the width of the ring where that is practical, or a larger "
-        "tangential load or a lower plastic limit",
+        "tangential load or a lower plastic limit; from Python, "
+        "`fretwear.simulate(case, rings=True)` resolves the ring",
     )
 
 
@@ -377,9 +378,13 @@ _DOUBTS = (
     _stick_is_coarse,
     _slopes_are_steep,
 )
+_OF_CELLS = {_ring_is_unseen, _stick_is_coarse}
 
 
-def doubts(case: CaseTree) -> tuple[Doubt, ...]:
-    """Return why the results of a sound case are not to be trusted; usually nothing."""
-    found = (doubt(case) for doubt in _DOUBTS)
+def doubts(case: CaseTree, *, rings: bool = False) -> tuple[Doubt, ...]:
+    """Return why the results of a sound case are not to be trusted; usually nothing.
+
+    Concentric rings are fine where cells of a grid may be too coarse.
+    """
+    found = (doubt(case) for doubt in _DOUBTS if not (rings and doubt in _OF_CELLS))
     return tuple(doubt for doubt in found if doubt is not None)
