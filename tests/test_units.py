@@ -17,9 +17,16 @@ from fretwear.units import (
     NUMBER,
     PRESSURE,
     QuantityError,
+    cycle_text,
+    duration_text,
     exact_text,
+    fixed_digits,
     format_quantity,
+    number_text,
     parse_quantity,
+    readable_unit,
+    size_text,
+    with_unit,
 )
 
 PHYSICAL = (LENGTH, FORCE, PRESSURE, COMPLIANCE, ANGLE)
@@ -177,3 +184,55 @@ def test_usual_units_are_read_without_the_library_of_units():
         "parse_quantity('0.2 um', LENGTH); assert 'pint' not in sys.modules"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def three_digits(value):
+    return fixed_digits(value, 3)
+
+
+@pytest.mark.parametrize(
+    ("write", "value", "text"),
+    [
+        # No programmer's exponent, a minus sign instead of a hyphen.
+        (number_text, 0.0, "0"),
+        (number_text, 1234567.0, "1.2346·10⁶"),
+        (number_text, 13871.3, "13871"),
+        (number_text, -0.5, "−0.5"),
+        (number_text, 5.32e-6, "5.32·10⁻⁶"),
+        (number_text, 1e20, "1·10²⁰"),
+        # Numbers that stand below each other have as many digits.
+        (three_digits, 1.7, "1.70"),
+        (three_digits, 15.82, "15.8"),
+        (three_digits, 0.8291, "0.829"),
+        (three_digits, 100.2, "100"),
+        (three_digits, 38384.0, "38400"),
+        (three_digits, -0.5, "−0.500"),
+        (three_digits, 0.0, "0"),
+        (three_digits, 2.5e-7, "2.5·10⁻⁷"),
+        (cycle_text, 7000, "7000"),
+        (cycle_text, 30000.0, "30\u2009000"),
+        (duration_text, 59.6, "60 s"),
+        (duration_text, 125.4, "2 min"),
+        (duration_text, 9000.0, "2.5 h"),
+        (size_text, 2e5, "200 kB"),
+        (size_text, 1.5e9, "1.5 GB"),
+    ],
+)
+def test_numbers_as_people_read_them(write, value, text):
+    assert write(value) == text
+
+
+@pytest.mark.parametrize(
+    ("largest", "si_unit", "text"),
+    [
+        (8.4e-7, "m", "840 nm"),
+        (1.2e-6, "m", "1.2 µm"),
+        (3e-13, "m", "0.3 pm"),
+        (6.3e-15, "m3", "6.3 × 10³ µm³"),
+        (4e-6, "J", "4 µJ"),
+        (0.0, "J", "0 pJ"),
+    ],
+)
+def test_a_readable_unit_makes_the_largest_value_one_to_a_thousand(largest, si_unit, text):
+    unit = readable_unit([0.1 * largest, -largest, math.nan, math.inf], si_unit)
+    assert with_unit(number_text(largest / unit.size), unit) == text
