@@ -19,7 +19,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
 from scipy.special import ellipe, ellipkm1
 
 from fretwear.mechanics import kernels
@@ -324,6 +323,8 @@ class FreeRings:
         enough: float,  # noqa: ARG002
     ) -> Step:
         """Solution by Cholesky's factors."""
+        from scipy.linalg import cho_factor, cho_solve
+
         rings, matrix = self._rings, self._matrix.copy()
         if tangent is not None:
             matrix[np.diag_indices(rings.size)] += self._weights * tangent[rings, 0]
