@@ -12,11 +12,11 @@ from matplotlib.backends.backend_agg import RendererAgg
 from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
-from fretwear.data.files import write_case
-from fretwear.data.merge import merge_study
 from fretwear.running.simulate import Result, run
 from fretwear.study.case import Case
 from fretwear.study.study import Study, load_study
+
+from ..studies import run_study
 
 WAVES = {"kind": "wavy", "amplitude": "0.3 um", "slope_x": "1.8 deg", "slope_y": "1 deg"}
 
@@ -140,10 +140,7 @@ def small_study(tmp_path_factory: pytest.TempPathFactory) -> SmallStudy:
     file = folder / "small.yaml"
     file.write_text(STUDY, encoding="utf-8")
     study = load_study(file)
-    for case_id, case in study.cases().items():
-        result = run(case)
-        write_case(result.dataset, result.history, folder / "cases" / f"{case_id}.nc")
-    merge_study(study, folder / "cases", folder / "summary.nc")
+    run_study(study, folder)
     return SmallStudy(study, xr.load_dataset(folder / "summary.nc"), folder / "cases")
 
 

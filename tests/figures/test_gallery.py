@@ -7,10 +7,9 @@ import pytest
 from matplotlib.figure import Figure
 
 from fretwear import figures
-from fretwear.data.files import write_case
-from fretwear.data.merge import merge_study
-from fretwear.running.simulate import run
 from fretwear.study.study import load_study
+
+from ..studies import run_study
 
 GALLERY = Path(__file__).parents[2] / "docs" / "gallery"
 pytestmark = pytest.mark.slow
@@ -25,10 +24,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("gallery")
     results = folder / "results" / "gallery"
     study = load_study(GALLERY / "gallery.yaml")
-    for case_id, case in study.cases().items():
-        result = run(case)
-        write_case(result.dataset, result.history, results / "cases" / f"{case_id}.nc")
-    merge_study(study, results / "cases", results / "summary.nc")
+    run_study(study, results)
     return folder
 
 

@@ -8,14 +8,14 @@ import pytest
 import xarray as xr
 import yaml
 
-from fretwear.data.files import write_case
 from fretwear.data.merge import merge_study
 from fretwear.figures.study import INDEX_NAME, write_study_figures
 from fretwear.report import build_report
 from fretwear.running.records import log_file, record
-from fretwear.running.simulate import run
 from fretwear.study.plan import Plan, plan_study
 from fretwear.study.study import load_study
+
+from ..studies import run_study
 
 STUDY = """
 title: "Loads & <b>friction</b>"
@@ -83,10 +83,7 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Finished:
     file.write_text(STUDY, encoding="utf-8")
     study = load_study(file)
     *rest, failed = study.cases()
-    for case_id in rest:
-        result = run(study.cases()[case_id])
-        write_case(result.dataset, result.history, folder / "cases" / f"{case_id}.nc")
-    merge_study(study, folder / "cases", folder / "summary.nc")
+    run_study(study, folder, rest)
     summary = xr.load_dataset(folder / "summary.nc")
     write_study_figures(summary, folder / "cases", folder / "figures")
     record(folder, failed, REASON)

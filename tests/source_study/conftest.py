@@ -9,13 +9,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fretwear.data.files import write_case
-from fretwear.data.merge import merge_study
-from fretwear.running.simulate import run
 from fretwear.source_study.cases import Evolution, reference_cases
 from fretwear.study.study import load_study
 
 from ..figures.conftest import check_texts, drawn_texts
+from ..studies import run_study
 
 __all__ = ["check_texts", "drawn_texts"]
 
@@ -58,10 +56,7 @@ def merged(tmp_path_factory: pytest.TempPathFactory) -> Merged:
     file = folder / "source.yaml"
     file.write_text(STUDY, encoding="utf-8")
     study = load_study(file)
-    for case_id, case in study.cases().items():
-        result = run(case)
-        write_case(result.dataset, result.history, folder / "cases" / f"{case_id}.nc")
-    merge_study(study, folder / "cases", folder / "summary.nc")
+    run_study(study, folder)
     summary = xr.load_dataset(folder / "summary.nc")
     first, *_ = reference_cases(summary, folder / "cases")
     return Merged(summary, folder / "cases", first.load())
