@@ -114,6 +114,7 @@ MEGAPASCAL = Unit("MPa", 1e6)
 GIGAPASCAL = Unit("GPa", 1e9)
 PER_PASCAL = Unit("Pa⁻¹", 1.0, "/ Pa")
 DEGREE = Unit("°", float(_DEGREE), "deg")
+PERCENT = Unit("%", 0.01)
 
 
 @dataclass(frozen=True)
@@ -189,6 +190,7 @@ _READABLE = {
     ),
     "N": FORCE.units,
     "Pa": PRESSURE.units,
+    "1": (PERCENT,),
 }
 
 

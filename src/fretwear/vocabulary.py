@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
 
-from fretwear.units import MEGAPASCAL, MICROMETRE, Unit
+from fretwear.units import MEGAPASCAL, MICROMETRE, PERCENT, Unit
 
 CASE_DIMS = ("cycle", "x", "y")
 SYMMETRIES = ("even_xy", "none")
@@ -80,6 +80,11 @@ class Variable:
     from_zero: bool = True
     may_be_logarithmic: bool = False
     is_headline: bool = True
+
+    @property
+    def marked(self) -> str:
+        """The words, with a dagger where the value means little by itself."""
+        return self.words + ("" if self.is_headline else " †")
 
     @property
     def label(self) -> str:
@@ -217,6 +222,21 @@ SCALARS: tuple[Variable, ...] = (
     Variable("contact_area", "m2", "contact area"),
     Variable("stick_area", "m2", "stick area"),
     Variable(
+        "mean_stick_pressure",
+        "Pa",
+        "mean stick pressure",
+        r"$\bar{p}_\mathrm{stick}$",
+        "load in the stick zone over its area; zero where nothing sticks",
+        MEGAPASCAL,
+    ),
+    Variable(
+        "stick_load_share",
+        "1",
+        "stick share of the load",
+        r"$P_\mathrm{stick}/P$",
+        unit=PERCENT,
+    ),
+    Variable(
         "peak_pressure",
         "Pa",
         "peak pressure",
@@ -242,6 +262,13 @@ SCALARS: tuple[Variable, ...] = (
         "of both bodies since cycle 0",
         may_be_logarithmic=True,
     ),
+    Variable(
+        "maximum_wear_depth",
+        "m",
+        "maximum wear depth",
+        r"$w_\mathrm{max}$",
+        "of both bodies together since cycle 0",
+    ),
     Variable("plastic_volume", "m3", "plastic volume", comment="displaced since cycle 0"),
     Variable(
         "dissipated_energy",
@@ -252,19 +279,19 @@ SCALARS: tuple[Variable, ...] = (
     ),
 )
 
-MAXIMUM_WEAR_DEPTH = Variable(
-    "maximum_wear_depth",
-    "m",
-    "maximum wear depth",
-    r"$w_\mathrm{max}$",
-    "of both bodies together since cycle 0",
-)
-"""Read off the wear depth; no variable of the dataset."""
-
 ERROR_ESTIMATE = Variable("error_estimate", "1", "estimated relative error of the step")
 CONVOLUTIONS = Variable("convolutions", "1", "convolutions spent on the step", dtype="int32")
 
-RESULTS: dict[str, Variable] = {
-    variable.name: variable for variable in (*FIELDS, *SCALARS, MAXIMUM_WEAR_DEPTH)
-}
+HEADLINES = (
+    "wear_volume",
+    "maximum_wear_depth",
+    "contact_half_width_x",
+    "stick_half_width_x",
+    "mean_stick_pressure",
+    "stick_load_share",
+    "dissipated_energy",
+)
+"""The scalars that answer what a study asked, in the order in which they are told."""
+
+RESULTS: dict[str, Variable] = {variable.name: variable for variable in (*FIELDS, *SCALARS)}
 """Every field and scalar by name."""

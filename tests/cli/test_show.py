@@ -20,20 +20,21 @@ def test_show_tells_parameters_and_results_beside_the_closed_forms(desk, case_fi
     assert hertz == pytest.approx(case.hertz_radius * 1e6, rel=1e-3)
     assert first == pytest.approx(hertz, rel=0.02)
     assert last > first
-    pressure = [cell.strip() for cell in rows["central pressure"] if cell]
+    pressure = [cell.strip() for cell in rows["central pressure †"] if cell]
     assert pressure[-1] == f"{case.hertz_pressure * 1e-9:.4g} GPa"
 
 
 def test_every_result_has_a_unit_for_people(desk, case_file):
     lines = desk.call("show", case_file).stdout.splitlines()
-    results = lines[lines.index("Results") + 2 : -2]
-    assert len(results) == 13
+    results = lines[lines.index("Results") + 2 : -3]
+    assert len(results) == 15
     for line in results:
-        assert line.split()[-1] in ("µm", "nm", "µm²", "µm³", "MPa", "GPa", "µJ", "-")
+        assert line.split()[-1] in ("µm", "nm", "µm²", "µm³", "MPa", "GPa", "µJ", "%", "-")
 
 
 def test_a_case_fits_on_a_line_of_80(desk, case_file):
-    *lines, explanation = desk.call("show", case_file).stdout.splitlines()
+    *lines, mark, explanation = desk.call("show", case_file).stdout.splitlines()
+    assert mark.startswith("† Of a single cell")
     assert explanation.startswith("Unworn: ")
     assert max(map(len, lines)) <= 80
 

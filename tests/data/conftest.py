@@ -91,6 +91,8 @@ def _arrays(case: Case, cycles: tuple[int, ...] = (0, 1000)) -> Arrays:
         **dict.fromkeys(("stick_half_width_x", "stick_half_width_y"), state.stick_radius),
         "contact_area": math.pi * hertz.contact_radius**2,
         "stick_area": math.pi * state.stick_radius**2,
+        "mean_stick_pressure": hertz.load / (math.pi * hertz.contact_radius**2),
+        "stick_load_share": 0.5,
         **dict.fromkeys(("peak_pressure", "central_pressure"), hertz.peak_pressure),
         "plastic_volume": 0.0,
         "dissipated_energy": state.dissipated_energy,
@@ -101,7 +103,8 @@ def _arrays(case: Case, cycles: tuple[int, ...] = (0, 1000)) -> Arrays:
     )
     fields |= {"wear_depth": wear_depth, "gap": fields["gap"] + wear_depth}
     volume = 4.0 * wear_depth.sum(axis=(1, 2)) * math.prod(case.grid_spacing)
-    return Arrays(x, y, number, fields, scalars | {"wear_volume": volume})
+    worn = {"wear_volume": volume, "maximum_wear_depth": wear_depth.max(axis=(1, 2))}
+    return Arrays(x, y, number, fields, scalars | worn)
 
 
 @pytest.fixture

@@ -78,9 +78,14 @@ def test_scalars_are_the_integrals_and_extremes_of_the_fields(datasets, name: st
     ds = datasets[name]
     closed = (ds.contact_state != ContactState.OPEN).sum(("x", "y")) * 4 * ds.cell_x * ds.cell_y
     stick = (ds.contact_state == ContactState.STICK).sum(("x", "y")) * 4 * ds.cell_x * ds.cell_y
+    sticks = ds.contact_state == ContactState.STICK
+    stuck = integral(ds.assign(pressure=ds.pressure.where(sticks, 0)), "pressure")
     expected = {
         "wear_volume": integral(ds, "wear_depth"),
         "plastic_volume": integral(ds, "plastic_depth"),
+        "maximum_wear_depth": ds.wear_depth.max(("x", "y")),
+        "stick_load_share": stuck / float(ds["load"]),
+        "mean_stick_pressure": stuck / stick,
         "peak_pressure": ds.pressure.max(("x", "y")),
         "central_pressure": ds.pressure.isel(x=0, y=0),
         "contact_area": closed,

@@ -28,26 +28,24 @@ from fretwear.units import (
     smallest_unit,
     with_unit,
 )
-from fretwear.vocabulary import MAXIMUM_WEAR_DEPTH, RESULTS, PointStatus
+from fretwear.vocabulary import HEADLINES, RESULTS, PointStatus
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _CASE_RESULTS = (
-    "contact_half_width_x",
+    *HEADLINES,
     "contact_half_width_y",
-    "stick_half_width_x",
     "contact_area",
     "stick_area",
-    "central_pressure",
-    "peak_pressure",
     "approach",
     "tangential_displacement",
-    "dissipated_energy",
-    "wear_volume",
     "plastic_volume",
+    "central_pressure",
+    "peak_pressure",
 )
-_STUDY_RESULTS = ("contact_half_width_x", "stick_half_width_x", "peak_pressure", "wear_volume")
+_STUDY_RESULTS = HEADLINES[:4]
+_MARK = "† Of a single cell: at an edge of elastic bodies it grows with a finer grid, without end."
 _BOTH = "Draw both over each other, to this file: .png, .svg or .pdf."
 _MOST_POINTS = 100
 _DIGITS = 4
@@ -113,7 +111,6 @@ def case_content(case: xr.Dataset, history: xr.Dataset) -> dict[str, Any]:
         Its dense history.
     """
     results = {name: case[name] for name in _CASE_RESULTS}
-    results[MAXIMUM_WEAR_DEPTH.name] = case["wear_depth"].max(("x", "y"), keep_attrs=True)
     return {
         "case_id": case.attrs["case_id"],
         "title": case.attrs["title"],
@@ -162,9 +159,10 @@ def case_lines(content: dict[str, Any]) -> Iterator[str]:
     rows = [("", *(f"cycle {content['cycle'][i]:.0f}" for i in (0, -1)), "unworn")]
     for name, result in content["results"].items():
         values = [result["values"][0], result["values"][-1], content["unworn"].get(name)]
-        rows.append((RESULTS[name].words, *_texts(values, result["units"])))
+        rows.append((RESULTS[name].marked, *_texts(values, result["units"])))
     yield from aligned(rows)
     yield ""
+    yield _MARK
     yield (
         "Unworn: closed forms for a smooth elastic sphere with these parameters "
         "(Hertz, Cattaneo and Mindlin)."
@@ -245,8 +243,9 @@ def comparison_lines(a: xr.Dataset, b: xr.Dataset) -> Iterator[str]:
     for result in compared_results(a, b):
         values = _texts([result.first, result.second], result.variable.si_unit)
         ratio = f"{result.ratio:.3g}" if result.first else "-"
-        rows.append((result.variable.words, *values, ratio))
+        rows.append((result.variable.marked, *values, ratio))
     yield from aligned(rows)
+    yield f"\n{_MARK}"
 
 
 def _unworn(dataset: xr.Dataset) -> dict[str, float]:
@@ -257,12 +256,16 @@ def _unworn(dataset: xr.Dataset) -> dict[str, float]:
     case = Case(**json.loads(dataset.attrs["parameters"]))
     hertz = HertzContact(case.radius, case.load, case.composite_modulus)
     sliding = CattaneoMindlin(hertz, case.friction, case.tangential_load, case.coupling)
+    # What Hertz's pressure carries inside the stick radius.
+    share = 1.0 - (1.0 - (sliding.stick_radius / hertz.contact_radius) ** 2) ** 1.5
     return {
         "contact_half_width_x": hertz.contact_radius,
         "contact_half_width_y": hertz.contact_radius,
         "stick_half_width_x": sliding.stick_radius,
         "contact_area": math.pi * hertz.contact_radius**2,
         "stick_area": math.pi * sliding.stick_radius**2,
+        "mean_stick_pressure": share * case.load / (math.pi * sliding.stick_radius**2),
+        "stick_load_share": share,
         "central_pressure": hertz.peak_pressure,
         "peak_pressure": hertz.peak_pressure,
         "approach": hertz.approach,

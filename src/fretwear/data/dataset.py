@@ -25,7 +25,7 @@ from fretwear.vocabulary import (
     CYCLE,
     ERROR_ESTIMATE,
     FIELDS,
-    MAXIMUM_WEAR_DEPTH,
+    HEADLINES,
     RESULTS,
     SCALARS,
     STEP,
@@ -41,20 +41,8 @@ if TYPE_CHECKING:
 
 CONVENTIONS = "CF-1.11"
 
-KEY_RESULTS: tuple[Variable, ...] = (
-    *(
-        RESULTS[name]
-        for name in (
-            "contact_half_width_x",
-            "stick_half_width_x",
-            "central_pressure",
-            "peak_pressure",
-            "dissipated_energy",
-            "wear_volume",
-            "plastic_volume",
-        )
-    ),
-    MAXIMUM_WEAR_DEPTH,
+KEY_RESULTS: tuple[Variable, ...] = tuple(
+    RESULTS[name] for name in (*HEADLINES, "plastic_volume", "central_pressure", "peak_pressure")
 )
 """What tells two cases apart."""
 
@@ -392,8 +380,7 @@ def compared_results(first: xr.Dataset, second: xr.Dataset) -> list[Compared]:
     states = [case.sel(cycle=cycle) for case, cycle in zip((first, second), cycles, strict=True)]
     results = []
     for variable in KEY_RESULTS:
-        name = "wear_depth" if variable is MAXIMUM_WEAR_DEPTH else variable.name
-        results.append(Compared(variable, *(float(state[name].max()) for state in states)))
+        results.append(Compared(variable, *(float(state[variable.name]) for state in states)))
     return results
 
 

@@ -31,10 +31,15 @@ class Measures:
         Outermost edge on the axis, interpolated within a cell, m.
     contact_area, stick_area
         m².
+    mean_stick_pressure, stick_load_share
+        Load that the stick zone carries, over its area, Pa, and over the whole load; 0 where
+        nothing sticks.
     peak_pressure, central_pressure
         Pa.
     wear_volume, plastic_volume
         m³.
+    maximum_wear_depth
+        m.
     dissipated_energy
         In one cycle, D = ∬ 4 µ p s dA, J.
     """
@@ -47,9 +52,12 @@ class Measures:
     stick_half_width_y: float
     contact_area: float
     stick_area: float
+    mean_stick_pressure: float
+    stick_load_share: float
     peak_pressure: float
     central_pressure: float
     wear_volume: float
+    maximum_wear_depth: float
     plastic_volume: float
     dissipated_energy: float
 
@@ -58,7 +66,8 @@ def measure(problem: WearProblem, state: State) -> Measures:
     """Measure a state of the contact."""
     geometry, reduced, friction = state.geometry, state.reduced, problem.friction
     contact = in_contact(state)
-    stick = reduced.stick
+    stick_area = geometry.integral(reduced.stick.astype(float))
+    stick_load = geometry.integral(np.where(reduced.stick, state.pressure, 0.0))
     return Measures(
         approach=state.approach,
         tangential_displacement=problem.tangential_displacement(state.approach, reduced),
@@ -67,10 +76,13 @@ def measure(problem: WearProblem, state: State) -> Measures:
         stick_half_width_x=stick_half_width(geometry, reduced.pressure, 0),
         stick_half_width_y=stick_half_width(geometry, reduced.pressure, 1),
         contact_area=geometry.integral(contact.astype(float)),
-        stick_area=geometry.integral(stick.astype(float)),
+        stick_area=stick_area,
+        mean_stick_pressure=stick_load / stick_area if stick_area else 0.0,
+        stick_load_share=stick_load / (geometry.integral(state.pressure) or 1.0),
         peak_pressure=float(state.pressure.max()),
         central_pressure=float(state.pressure[geometry.along(0)[0]][0]),
         wear_volume=geometry.integral(state.wear),
+        maximum_wear_depth=float(state.wear.max()),
         plastic_volume=geometry.integral(state.plastic),
         dissipated_energy=4.0
         * friction.coefficient

@@ -16,7 +16,7 @@ from fretwear.data.files import HISTORY_GROUP, CaseFile, opened_case
 from fretwear.figures.datasets import representative_cycles
 from fretwear.report.results import span
 from fretwear.units import MICROMETRE, number_text
-from fretwear.vocabulary import CONVOLUTIONS, CYCLE, ERROR_ESTIMATE, MAXIMUM_WEAR_DEPTH
+from fretwear.vocabulary import CONVOLUTIONS, CYCLE, ERROR_ESTIMATE
 
 Array = NDArray[np.float64]
 
@@ -28,7 +28,7 @@ READOUT = (
     "stick_half_width_x",
     "peak_pressure",
     "central_pressure",
-    MAXIMUM_WEAR_DEPTH.name,
+    "maximum_wear_depth",
     "wear_volume",
     "dissipated_energy",
 )
@@ -129,12 +129,7 @@ def read_case(path: Path) -> CaseRecord:
             for name, field in fields.items() if is_kept else ():
                 lines[name].append(field[inside, row].astype(np.float64))
         profiles = {name: np.array(rows) for name, rows in lines.items()}
-        numbers = {
-            name: profiles["wear_depth"].max(axis=1)
-            if name == MAXIMUM_WEAR_DEPTH.name
-            else _floats(file, name)[kept]
-            for name in READOUT
-        }
+        numbers = {name: _floats(file, name)[kept] for name in READOUT}
         steps = (CYCLE.name, *HISTORY, ERROR_ESTIMATE.name, CONVOLUTIONS.name)
         return CaseRecord(
             id=file.attribute("case_id"),

@@ -16,7 +16,7 @@ from fretwear.report.results import PointResult, levels_of, marked_label
 from fretwear.study.parameters import parameter
 from fretwear.study.plan import Plan
 from fretwear.units import MICROMETRE, Unit, readable_unit
-from fretwear.vocabulary import CYCLE, MAXIMUM_WEAR_DEPTH, RESULTS, ContactState, X
+from fretwear.vocabulary import CYCLE, RESULTS, ContactState, X
 
 _MOST_CASES = 300
 _MOST_VALUES = 4_000_000
@@ -161,8 +161,8 @@ def _units(records: Sequence[CaseRecord]) -> dict[str, Unit]:
         values = np.concatenate([record.numbers[name] for record in records])
         return readable_unit(values, RESULTS[name].si_unit)
 
-    depths = ("gap", "wear_depth", MAXIMUM_WEAR_DEPTH.name)
-    depth = fitting(MAXIMUM_WEAR_DEPTH.name)
+    depths = ("gap", "wear_depth", "maximum_wear_depth")
+    depth = fitting("maximum_wear_depth")
     return {
         name: depth if name in depths else RESULTS[name].unit or fitting(name)
         for name in (*PROFILES, *READOUT)

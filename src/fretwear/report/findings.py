@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from fretwear.report.results import FIRST, LAST, PointResult, display_units, levels_of, span
 from fretwear.study.plan import Plan
 from fretwear.units import Unit, fixed_digits, number_text, with_unit
-from fretwear.vocabulary import MAXIMUM_WEAR_DEPTH, RESULTS
+from fretwear.vocabulary import RESULTS
 
-VOLUME, DEPTH = "wear_volume", MAXIMUM_WEAR_DEPTH.name
+VOLUME, DEPTH = "wear_volume", "maximum_wear_depth"
 CONTACT, STICK = "contact_half_width_x", "stick_half_width_x"
 CENTRAL, ENERGY = "central_pressure", "dissipated_energy"
 EFFECTS_ON = (VOLUME, DEPTH, CONTACT, STICK, ENERGY)

@@ -19,7 +19,7 @@ from fretwear.study.parameters import value_text, words_text
 from fretwear.study.plan import Plan
 from fretwear.study.points import Axis
 from fretwear.units import Unit, readable_unit
-from fretwear.vocabulary import MAXIMUM_WEAR_DEPTH, RESULTS, PointStatus
+from fretwear.vocabulary import RESULTS, PointStatus
 
 Array = NDArray[np.float64]
 
@@ -29,14 +29,13 @@ KEY_RESULTS: Mapping[str, tuple[str, ...]] = {
     "stick_half_width_x": (FIRST, LAST),
     "central_pressure": (FIRST, LAST),
     "peak_pressure": (LAST,),
-    MAXIMUM_WEAR_DEPTH.name: (LAST,),
+    "maximum_wear_depth": (LAST,),
     "wear_volume": (LAST,),
     "dissipated_energy": (FIRST, LAST),
 }
 """Results of the table of cases, and whether those of the first or of the last cycle."""
 
 _RUN_AGAIN = "Run and merge the study again"
-_POINTS_AT_A_TIME = 256
 _LARGEST = sys.float_info.max
 _UNKNOWN_REASON = "The simulation failed; its log tells why."
 
@@ -191,8 +190,6 @@ def display_units(results: Sequence[PointResult]) -> dict[str, Unit]:
 
 def _evaluated(summary: xr.Dataset, name: str, when: str) -> Array:
     """Return a key result of every point of a merged study, NaN where it is not done."""
-    if name == MAXIMUM_WEAR_DEPTH.name:
-        return _deepest(summary)
     values = summary[name].transpose(..., "cycle").values.astype(np.float64)
     if when == FIRST:
         return values[..., 0]
@@ -200,19 +197,6 @@ def _evaluated(summary: xr.Dataset, name: str, when: str) -> Array:
     backwards = np.isfinite(values)[..., ::-1]
     place = values.shape[-1] - 1 - backwards.argmax(axis=-1)
     return np.take_along_axis(values, place[..., None], axis=-1)[..., 0]
-
-
-def _deepest(summary: xr.Dataset) -> Array:
-    """Return the deepest wear of every point, reading the profiles of a few points at a time."""
-    profiles = summary["wear_profile"].transpose(..., "cycle", "x")
-    *outer, last = profiles.shape[:-2] or (1,)
-    deepest = np.empty((*outer, last))
-    for index in np.ndindex(*outer):
-        for start in range(0, last, _POINTS_AT_A_TIME):
-            here = (*index, slice(start, start + _POINTS_AT_A_TIME))
-            some = profiles[here] if profiles.ndim > 2 else profiles
-            deepest[here] = np.fmax.reduce(some.values, axis=(-2, -1))
-    return deepest.reshape(profiles.shape[:-2])
 
 
 def _check_points(plan: Plan, layout: StudyLayout, summary: xr.Dataset) -> None:
