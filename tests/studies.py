@@ -1,12 +1,55 @@
-"""Studies run and merged without the workflow, for tests that share their results."""
+"""The steel sphere of the tests, studies of it, and their results without the workflow."""
 
 from collections.abc import Iterable
 from pathlib import Path
 
+import pytest
+import yaml
+
 from fretwear.data.files import write_case
 from fretwear.data.merge import merge_study
 from fretwear.running.simulate import run
+from fretwear.study.case import Case, CaseError
 from fretwear.study.study import Study
+
+STEEL = {
+    "radius": "10 mm",
+    "youngs_modulus": "208 GPa",
+    "poisson_ratio": 0.3,
+    "load": "50 N",
+    "tangential_ratio": 0.8,
+    "friction": 0.5,
+    "wear_coefficient": "7e-13 / Pa",
+    "cycles": 1000,
+}
+WAVES = {"kind": "wavy", "amplitude": "0.2 um", "slope_x": "5.7 deg", "slope_y": "1 deg"}
+
+
+def steel(**changes: object) -> Case:
+    """The steel sphere with changes; a tangential load takes the place of the ratio."""
+    given = STEEL | ({"tangential_ratio": None} if "tangential_load" in changes else {})
+    return Case(**(given | changes))
+
+
+def refusal(**changes: object) -> str:
+    """Why a steel sphere with these changes is no case."""
+    with pytest.raises(CaseError) as caught:
+        steel(**changes)
+    return str(caught.value)
+
+
+def base(**changes: object) -> dict[str, object]:
+    """The steel sphere as the base of a study, smooth and elastic; None removes a key."""
+    given = {**STEEL, "plastic_limit": "none", "roughness": "none"} | changes
+    return {name: value for name, value in given.items() if value is not None}
+
+
+def write_study(file: Path, content: object) -> Path:
+    """Write a study file, of a text or of its content."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    text = content if isinstance(content, str) else yaml.safe_dump(content, sort_keys=False)
+    file.write_text(text, encoding="utf-8")
+    return file
 
 
 def run_study(study: Study, folder: Path, case_ids: Iterable[str] | None = None) -> None:

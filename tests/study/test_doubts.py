@@ -3,43 +3,34 @@ import math
 import pytest
 
 from fretwear.running.simulate import DoubtfulResultWarning, simulate
-from fretwear.study.case import Case
 from fretwear.study.rules import doubts, yielding_ring_width
 from fretwear.theory import HertzContact, LimitingState
 
-STEEL = {
-    "radius": 0.01,
-    "youngs_modulus": 208e9,
-    "poisson_ratio": 0.3,
-    "load": 50.0,
-    "friction": 0.5,
-    "wear_coefficient": 7e-13,
-    "cycles": 1000,
-}
+from ..studies import steel
 
 
 def kinds(**changes):
     """The first words of each doubt."""
-    told = [doubt.what for doubt in doubts(Case(**STEEL, **changes))]
+    told = [doubt.what for doubt in doubts(steel(**changes))]
     return [" ".join(what.split()[:5]) for what in told]
 
 
 @pytest.mark.parametrize("ratio", [0.1, 0.5, 0.8, 0.95])
 @pytest.mark.parametrize("limit", [1.1e9, 2e9, 4.5e9, 9e9])
 def test_the_ring_is_as_wide_as_the_limiting_state_says(ratio, limit):
-    case = Case(**STEEL, tangential_ratio=ratio, plastic_limit=limit)
+    case = steel(tangential_ratio=ratio, plastic_limit=limit)
     hertz = HertzContact(case.radius, case.load, case.composite_modulus)
     expected = LimitingState(hertz, ratio).width_above(limit)
     assert yielding_ring_width(case) == expected
 
 
 def test_a_contact_above_the_limit_everywhere_yields_as_a_whole():
-    case = Case(**STEEL, tangential_ratio=0.8, plastic_limit=0.5e9)
+    case = steel(tangential_ratio=0.8, plastic_limit=0.5e9)
     assert yielding_ring_width(case) == case.stick_radius
 
 
 def test_an_elastic_contact_has_no_ring():
-    case = Case(**STEEL, tangential_ratio=0.8)
+    case = steel(tangential_ratio=0.8)
     assert math.isinf(case.plastic_limit)
     assert yielding_ring_width(case) == 0.0
     assert not doubts(case)
@@ -66,7 +57,7 @@ def test_a_rough_contact_yields_on_every_tip_which_the_grid_sees():
     ],
 )
 def test_what_makes_results_doubtful_is_told_with_its_numbers(changes, told):
-    (doubt,) = doubts(Case(**{**STEEL, "tangential_ratio": 0.8, **changes}))
+    (doubt,) = doubts(steel(**changes))
     assert told in doubt.what
     assert any(digit.isdigit() for digit in doubt.detail)
     assert doubt.remedy
@@ -74,14 +65,14 @@ def test_what_makes_results_doubtful_is_told_with_its_numbers(changes, told):
 
 def test_dundurs_constant_is_that_of_the_closed_form():
     """Steel on a rigid body: β = (1 − 2ν)/(2 (1 − ν)); alike or incompressible bodies have none."""
-    rigid = {"youngs_modulus": (208e9, 208e18), "tangential_ratio": 0.8}
-    (doubt,) = doubts(Case(**{**STEEL, **rigid}))
+    rigid = {"youngs_modulus": (208e9, 208e18)}
+    (doubt,) = doubts(steel(**rigid))
     assert f"β = {(1 - 2 * 0.3) / (2 * (1 - 0.3)):.2g}," in doubt.detail
-    assert not doubts(Case(**{**STEEL, **rigid, "poisson_ratio": (0.5, 0.3)}))
+    assert not doubts(steel(**rigid, poisson_ratio=(0.5, 0.3)))
 
 
 def test_a_simulation_warns_and_its_dataset_remembers():
-    case = Case(**{**STEEL, "cycles": 1, "cell": 18e-6}, tangential_ratio=0.8)
+    case = steel(cycles=1, cell=18e-6)
     with pytest.warns(DoubtfulResultWarning, match="zone of few cells"):
         dataset = simulate(case)
     assert dataset.attrs["warnings"] == "\n".join(map(str, doubts(case)))
@@ -90,8 +81,7 @@ def test_a_simulation_warns_and_its_dataset_remembers():
 
 
 def test_rings_resolve_what_the_grid_is_warned_of():
-    steel = {**STEEL, "cycles": 7000, "output_cycles": ()}
-    case = Case(**steel, tangential_ratio=0.48, plastic_limit=4.5e9)
+    case = steel(cycles=7000, tangential_ratio=0.48, plastic_limit=4.5e9)
     with pytest.warns(DoubtfulResultWarning, match="rings=True"):
         grid = simulate(case)
     rings = simulate(case, rings=True)
@@ -104,9 +94,9 @@ def test_rings_resolve_what_the_grid_is_warned_of():
 def test_rings_are_refused_where_the_contact_is_not_round():
     waves = {"amplitude": 2e-7, "slope_x": 0.05, "slope_y": 0.02}
     with pytest.raises(ValueError, match="rotational symmetry"):
-        simulate(Case(**STEEL, tangential_ratio=0.5, roughness=waves), rings=True)
+        simulate(steel(tangential_ratio=0.5, roughness=waves), rings=True)
 
 
 def test_a_simulation_too_large_says_so_before_it_starts():
     with pytest.raises(MemoryError, match="Choose a coarser grid"):
-        simulate(Case(**STEEL, tangential_ratio=1e-4))
+        simulate(steel(tangential_ratio=1e-4))

@@ -2,11 +2,10 @@ import copy
 
 import pytest
 
-from fretwear.study.case import Case
 from fretwear.study.problems import StudyError
 from fretwear.study.study import load_study
 
-WAVES = {"kind": "wavy", "amplitude": "0.2 um", "slope_x": "5.7 deg", "slope_y": "1 deg"}
+from ..studies import WAVES, steel
 
 
 def change(content, key, value):
@@ -118,32 +117,22 @@ BAD_VALUES = [
 
 
 @pytest.mark.parametrize(("changes", "key", "value", "parts"), BAD_VALUES)
-def test_bad_input_is_refused_with_file_key_value_and_rule(
+def test_one_mistake_is_refused_once_with_file_key_value_and_rule(
     studies, content, changes, key, value, parts
 ):
-    for place, new in changes.items():
-        change(content, place, new)
-    error = studies.error(content)
-    problem = next(problem for problem in error.problems if problem.key == key)
-    assert problem.value.startswith(value)
-    assert bool(problem.value) == bool(value)
-    message = str(error)
-    assert str(studies.folder / "study.yaml") in message
-    assert key in message
-    assert value in message
-    said = f"{problem.rule} {problem.hint}"
-    for part in parts:
-        assert part in said
-
-
-@pytest.mark.parametrize(("changes", "key", "value", "parts"), BAD_VALUES)
-def test_one_mistake_makes_one_problem(studies, content, changes, key, value, parts):
-    del key, value, parts
     if not any(place.startswith(("vary", "design")) for place in changes):
         del content["vary"]
     for place, new in changes.items():
         change(content, place, new)
-    assert len(studies.error(content).problems) == 1
+    error = studies.error(content)
+    (problem,) = error.problems
+    assert problem.key == key
+    assert problem.value.startswith(value)
+    assert bool(problem.value) == bool(value)
+    for part in (str(studies.folder / "study.yaml"), key, value):
+        assert part in str(error)
+    for part in parts:
+        assert part in f"{problem.rule} {problem.hint}"
 
 
 def test_unequal_lists_under_zip_are_refused_with_their_lengths(studies, content):
@@ -274,11 +263,9 @@ def test_a_study_says_its_points_in_order(studies, content):
 
 
 def test_surfaces_that_differ_in_their_last_part_have_labels_of_their_own(studies, content):
-    waves = {"kind": "wavy", "amplitude": "0.2 um", "slope_x": "5.7 deg"}
-    content["vary"] = {"roughness": [{**waves, "slope_y": f"{slope} deg"} for slope in (1, 2)]}
-    first, second = (point.labels["roughness"] for point in studies.load(content).points())
-    assert first.endswith("slope_y: 1 deg}")
-    assert second.endswith("slope_y: 2 deg}")
+    content["vary"] = {"roughness": [{**WAVES, "slope_y": f"{slope} deg"} for slope in (1, 2)]}
+    labels = [point.labels["roughness"] for point in studies.load(content).points()]
+    assert [label.partition("slope_y: ")[2] for label in labels] == ["1 deg}", "2 deg}"]
 
 
 def test_points_are_the_cases_that_python_would_make(studies, content):
@@ -290,24 +277,8 @@ def test_points_are_the_cases_that_python_would_make(studies, content):
     }
     for point in studies.load(content).points():
         assert point.case.replace() == point.case
-    rough = Case(
-        radius="10 mm",
-        youngs_modulus="208 GPa",
-        poisson_ratio=0.3,
-        load="50 N",
-        tangential_ratio=0.8,
-        friction=0.5,
-        wear_coefficient="7e-13 / Pa",
-        roughness=WAVES,
-        cycles=1000,
-        output_cycles=(0, 100),
-    )
+    rough = steel(roughness=WAVES, output_cycles=(0, 100))
     assert studies.load(content).points()[4].case == rough
-
-
-def test_a_varied_value_takes_the_place_of_the_one_in_base(studies, content):
-    content["base"]["load"] = "99 N"
-    assert {case.load for case in studies.load(content).cases().values()} == {25.0, 50.0}
 
 
 def test_ids_do_not_depend_on_what_else_is_varied(studies, content):
@@ -327,16 +298,12 @@ def test_points_that_come_to_one_case_share_it(studies, content):
     assert len(study.cases()) == 3
 
 
-def test_a_study_without_anything_varied_is_one_case(studies, content):
-    del content["vary"]
+def test_a_study_without_anything_varied_is_one_case_and_its_title_may_be_its_name(
+    studies, content
+):
+    del content["vary"], content["title"]
     study = studies.load(content)
-    assert len(study.cases()) == 1
-    assert study.shape == ()
-
-
-def test_the_title_defaults_to_the_name(studies, content):
-    del content["title"]
-    assert studies.load(content).title == "study"
+    assert (len(study.cases()), study.shape, study.title) == (1, (), "study")
 
 
 @pytest.mark.parametrize(

@@ -1,15 +1,35 @@
-"""Whatever a file holds, reading it ends in a study or in a list of problems."""
+"""Whatever a file holds, reading it ends in a study to be planned or in a list of problems."""
 
+import math
+from copy import deepcopy
+
+import pytest
 import yaml
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
+from fretwear.running.resources import batches, core_seconds
+from fretwear.study.plan import plan_study
 from fretwear.study.problems import StudyError
-from fretwear.study.sections import NAMES
+from fretwear.study.sections import NAMES as SECTIONS
 from fretwear.study.study import Study, load_study
 from fretwear.study.tree import parameter_names
 
-anything = st.recursive(
+# fmt: off
+ODD = (
+    "!!int ''", "!!int -", "!!int 1:x", "!!bool x", "!!null x", "!!float ''", "!!float 0x10",
+    "!!timestamp x", "!!timestamp 2001-99-99", "2001-99-99", "!!binary '%'", "!!binary aGFsbG8=",
+    "!!set {a, b}", "!!omap [a: 1]", "!!merge x", "!!python/object/apply:os.system ['exit 1']",
+    "!!python/name:os.system", "!unknown x", "&a [*a]", "&a {b: *a}", "*unknown",
+    "{<<: {load: 3 N}}", "{a: 1, a: 2}", "{1: 2, null: 3, [a]: 4}", "? - complex\n    : key",
+    "0x" + "F" * 5000, "-0b" + "1" * 20000, "1" * 5000, "1:" * 3000 + "1", ".nan", "-.inf",
+    "1e400 N", "1e-400 N", "-0.0 N", "１ N", "1_000 N", '"\\ud800"', '"\\0"', "\u2028", "\ufeff",
+    "[" * 100, "{a: " * 50, "'", "|\n  text", "- -", "---", "...", "%YAML 9.9", "\t", "@",
+)
+# fmt: on
+NAMES = list(parameter_names())
+
+plain = st.recursive(
     st.one_of(
         st.none(),
         st.booleans(),
@@ -30,63 +50,130 @@ anything = st.recursive(
     ),
     max_leaves=8,
 )
-names = st.sampled_from(list(parameter_names()))
-settings_of_files = settings(
-    max_examples=150,
-    deadline=None,
-    suppress_health_check=[HealthCheck.function_scoped_fixture],
-)
+fragments = st.one_of(st.sampled_from(ODD), st.text(max_size=20))
+magnitudes = st.one_of(st.floats(5e-324, 1.7e308), st.floats(-30, 30).map(lambda x: 10.0**x))
+of_files = settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
-def outcome(file, text):
-    file.write_text(text, encoding="utf-8", errors="replace")
-    found: Study | StudyError
-    try:
-        found = load_study(file)
-    except StudyError as error:
-        found = error
-    if isinstance(found, StudyError):
-        assert found.problems
-        assert str(file) in str(found)
-        assert all(problem.rule for problem in found.problems)
-    return found
+def told(error, file):
+    assert error.problems
+    assert all(problem.rule for problem in error.problems)
+    assert str(file) in str(error)
+    assert str(error).encode()
+    return error
 
 
-@settings_of_files
-@given(text=st.text(max_size=200))
-def test_any_text(tmp_path, text):
-    assert isinstance(outcome(tmp_path / "study.yaml", text), StudyError)
+@pytest.fixture
+def outcome(tmp_path):
+    """A study that can be planned, or problems that can be printed."""
+
+    def read(content, assignments=()) -> Study | StudyError:
+        file = tmp_path / "study.yaml"
+        text = content if isinstance(content, bytes) else content.encode("utf-8", "surrogatepass")
+        file.write_bytes(text)
+        try:
+            found = load_study(file, assignments)
+        except StudyError as error:
+            return told(error, file)
+        planned = plan_study(found)
+        assert core_seconds(batches(planned)) >= 0.0
+        for row in planned.rows():
+            assert "\n".join(row).encode()
+        return found
+
+    return read
 
 
-@settings_of_files
-@given(changes=st.dictionaries(st.sampled_from(NAMES), anything, min_size=1))
-def test_any_value_of_any_section(tmp_path, content, changes):
-    content.update(changes)
-    outcome(tmp_path / "study.yaml", yaml.safe_dump(content))
+@of_files
+@given(content=st.binary(max_size=300) | st.text(max_size=200))
+def test_any_bytes(outcome, content):
+    assert isinstance(outcome(content), StudyError)
 
 
-@settings_of_files
+@of_files
 @given(
-    base=st.dictionaries(names, anything, max_size=4),
-    vary=st.dictionaries(names, anything, max_size=3),
+    sections=st.dictionaries(st.sampled_from(SECTIONS), plain, max_size=2),
+    base=st.dictionaries(st.sampled_from(NAMES), plain, max_size=4),
+    vary=st.dictionaries(st.sampled_from(NAMES), plain, max_size=3),
 )
-def test_any_value_of_any_parameter(tmp_path, content, base, vary):
+def test_any_plain_value_of_any_section_and_parameter(outcome, content, sections, base, vary):
+    content = deepcopy(content)
     content["base"].update(base)
     content["vary"].update(vary)
-    outcome(tmp_path / "study.yaml", yaml.safe_dump(content))
+    outcome(yaml.safe_dump(content | sections))
 
 
-@settings_of_files
+@of_files
+@given(fragment=fragments, section=st.sampled_from([*SECTIONS, *NAMES, ""]), vary=st.booleans())
+def test_any_yaml_in_the_place_of_a_value(outcome, content, fragment, section, vary):
+    content = deepcopy(content)
+    if section in SECTIONS:
+        content[section] = "PLACE"
+    elif section and vary:
+        content["vary"][section] = ["PLACE"]
+    elif section:
+        content["base"][section] = "PLACE"
+    text = yaml.safe_dump(content, sort_keys=False)
+    outcome(text.replace("PLACE", fragment) if section else f"{text}\n{fragment}\n")
+
+
+LONG = "0x" + "F" * 5000  # too long to be printed
+
+
+@pytest.mark.parametrize(
+    ("section", "fragment"),
+    [
+        *(("friction", fragment) for fragment in ODD),
+        *((section, fragment) for section in SECTIONS for fragment in (LONG, f"[{LONG}]")),
+    ],
+)
+def test_odd_yaml_is_neither_a_number_nor_a_section(outcome, content, section, fragment):
+    (content if section in SECTIONS else content["base"])[section] = "PLACE"
+    text = yaml.safe_dump(content, sort_keys=False).replace("PLACE", fragment)
+    assert isinstance(outcome(text), StudyError)
+
+
+@of_files
+@given(numbers=st.dictionaries(st.sampled_from(NAMES), magnitudes, max_size=6))
+@example(numbers={"radius": 5e-324})
+@example(numbers={"tangential_ratio": 1e-17})
+@example(numbers={"tangential_ratio": 1e-16, "cell": 1.0})
+@example(numbers={"tangential_load": 1e-20})
+def test_numbers_of_any_magnitude(outcome, content, numbers):
+    content = deepcopy(content)
+    units = {"radius": "m", "load": "N", "youngs_modulus": "Pa", "wear_coefficient": "/ Pa"}
+    units |= {"plastic_limit": "Pa", "cell": "m", "tangential_load": "N"}
+    units |= {"roughness.amplitude": "m", "roughness.slope_x": "rad", "roughness.slope_y": "rad"}
+    for name, number in numbers.items():
+        content["base"][name] = f"{number!r} {units.get(name, '')}".strip()
+    if "tangential_load" in numbers:
+        content["base"].pop("tangential_ratio")
+    found = outcome(yaml.safe_dump(content))
+    if isinstance(found, Study):
+        for case in found.cases().values():
+            assert all(map(math.isfinite, (case.hertz_radius, case.hertz_pressure, case.coupling)))
+            assert min(case.hertz_radius, case.hertz_pressure, *case.grid_spacing) > 0.0
+
+
+@of_files
+@given(name=st.one_of(st.sampled_from(NAMES), st.text(max_size=8)), value=fragments)
+def test_any_assignment(outcome, content, name, value):
+    text = yaml.safe_dump(content)
+    outcome(text, [f"{name}={value}"])
+    outcome(text, [f"{name}{value}"])
+
+
+@settings(of_files, max_examples=50)
 @given(
-    load=st.lists(st.floats(0.1, 1000.0), min_size=1, max_size=3, unique=True),
-    ratio=st.lists(st.floats(0.01, 1.2), min_size=1, max_size=3, unique=True),
+    load=st.lists(st.floats(0.1, 1000.0), min_size=1, max_size=2, unique=True),
+    ratio=st.lists(st.floats(0.01, 1.2), min_size=1, max_size=2, unique=True),
     limit=st.floats(1.0, 10000.0),
     slope=st.floats(0.0, 44.0),
-    amplitude=st.lists(st.floats(0.0, 2.0), min_size=1, max_size=3, unique=True),
+    amplitude=st.lists(st.floats(0.0, 2.0), min_size=1, max_size=2, unique=True),
     skip=st.booleans(),
 )
 def test_every_sound_study_has_cases_that_python_accepts(
-    tmp_path, content, load, ratio, limit, slope, amplitude, skip
+    outcome, content, load, ratio, limit, slope, amplitude, skip
 ):
     content["invalid"] = "skip" if skip else "stop"
     content["base"]["roughness"] = {"slope_x": f"{slope} deg", "slope_y": "1 deg"}
@@ -96,7 +183,7 @@ def test_every_sound_study_has_cases_that_python_accepts(
         "plastic_limit": ["none", f"{limit} MPa"],
         "roughness.amplitude": [f"{value!r} um" for value in amplitude],
     }
-    found = outcome(tmp_path / "study.yaml", yaml.safe_dump(content))
+    found = outcome(yaml.safe_dump(content))
     if isinstance(found, Study):
         for point in found.points():
             if point.case is not None:

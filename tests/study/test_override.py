@@ -3,12 +3,7 @@ import pytest
 from fretwear.study.problems import StudyError
 from fretwear.study.study import override, select_case
 
-WAVES = {"kind": "wavy", "amplitude": "0.2 um", "slope_x": "5.7 deg", "slope_y": "1 deg"}
-
-
-def test_a_set_value_replaces_base_and_ends_the_variation(studies, content):
-    (case,) = studies.load(content, ["load=30 N"]).cases().values()
-    assert case.load == 30.0
+from ..studies import WAVES
 
 
 def test_the_content_given_stays_as_it_is(content):
@@ -17,21 +12,16 @@ def test_the_content_given_stays_as_it_is(content):
     assert repr(content) == before
 
 
-def test_parts_of_the_roughness_can_be_set(studies, content):
+def test_a_set_value_replaces_base_and_ends_the_variation(studies, content):
+    (case,) = studies.load(content, ["load=30 N"]).cases().values()
+    assert case.load == 30.0
     content["base"]["roughness"] = WAVES
-    for case in studies.load(content, ["roughness.amplitude=0.1 um"]).cases().values():
-        assert case.roughness.amplitude == 1e-7
-
-
-def test_setting_one_tangential_parameter_drops_the_other(studies, content):
-    for case in studies.load(content, ["tangential_load=5 N"]).cases().values():
-        assert case.tangential_load == 5.0
-
-
-def test_snapshots_and_title_can_be_set(studies, content):
-    study = studies.load(content, ["output.cycles=[0, 7]", "title=Seven"])
+    changes = ["roughness.amplitude=0.1 um", "tangential_load=5 N", "output.cycles=[0, 7]"]
+    study = studies.load(content, [*changes, "title=Seven"])
     assert study.title == "Seven"
-    assert study.points()[0].case.output_cycles == (0, 7, 1000)
+    for case in study.cases().values():
+        assert (case.roughness.amplitude, case.tangential_load) == (1e-7, 5.0)
+        assert case.output_cycles == (0, 7, 1000)
 
 
 @pytest.mark.parametrize(
@@ -64,12 +54,6 @@ def test_a_part_cannot_be_set_where_the_whole_is_varied(studies, content):
     assert error.problems[0].key == "--set roughness.amplitude"
 
 
-def test_a_case_is_found_by_its_id(studies, content):
-    file = studies.write(content)
-    for case_id, case in studies.load(content).cases().items():
-        assert select_case(file, case_id) == case
-
-
 def test_a_chosen_case_can_be_changed(studies, content):
     content["base"]["roughness"] = WAVES
     content["vary"] = {"roughness.amplitude": ["0.1 um", "0.2 um"], "load": ["25 N", "50 N"]}
@@ -88,24 +72,19 @@ def test_a_drawn_case_can_be_changed_without_losing_a_bit_of_the_rest(studies, c
     file = studies.write(content)
     chosen = studies.load(content).points()[2]
     assert select_case(file, chosen.id, ["friction=0.7"]).load == chosen.case.load
-
-
-def test_setting_all_that_is_sampled_leaves_one_case(studies, content):
-    content["design"] = {"kind": "sobol", "points": 4}
-    content["vary"] = {"load": {"from": "10 N", "to": "20 N"}}
+    # Setting all that is sampled leaves one case.
     assert len(studies.load(content, ["load=30 N"]).cases()) == 1
 
 
-def test_the_only_case_needs_no_id(studies, content):
-    assert select_case(studies.write(content), None, ["load=30 N"]).load == 30.0
-
-
-def test_without_an_id_several_cases_are_listed(studies, content):
+def test_a_case_is_found_by_its_id_which_the_only_one_does_not_need(studies, content):
     file = studies.write(content)
+    cases = studies.load(content).cases()
     with pytest.raises(StudyError) as caught:
         select_case(file)
-    for case_id in studies.load(content).cases():
+    for case_id, case in cases.items():
         assert case_id in str(caught.value)
+        assert select_case(file, case_id) == case
+    assert select_case(file, None, ["load=30 N"]).load == 30.0
 
 
 def test_an_unknown_id_is_refused_with_the_nearest(studies, content):

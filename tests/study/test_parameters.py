@@ -4,7 +4,6 @@ import math
 
 import pytest
 
-from fretwear.study.case import Case
 from fretwear.study.parameters import symbol_text, value_text, words_text
 
 
@@ -45,21 +44,3 @@ def test_a_name_that_no_case_has_is_that_of_a_plain_number_or_word() -> None:
     assert symbol_text("run_number", 3.0) == "run_number = 3"
     assert words_text("run_number", 3.0) == "run number 3"
     assert words_text("laboratory", "north") == "north"
-
-
-def test_every_parameter_of_a_case_has_words_of_its_own() -> None:
-    case = Case(
-        radius=0.01,
-        youngs_modulus=(208e9, 70e9),
-        poisson_ratio=(0.3, 0.33),
-        load=50.0,
-        tangential_ratio=0.8,
-        friction=0.5,
-        wear_coefficient=7e-13,
-        cycles=10,
-    )
-    for name, (value, units, _) in case.scalar_coordinates().items():
-        text = words_text(name, value)
-        assert "_" not in text or isinstance(value, str)
-        plain_number = units in ("", "1") or text in ("smooth", "elastic")
-        assert plain_number or any(letter.isalpha() or letter == "°" for letter in text.split()[-1])

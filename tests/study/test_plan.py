@@ -1,19 +1,20 @@
 import csv
-import io
 import subprocess
 import sys
 
 import pytest
 
 from fretwear.study.plan import plan_study, write_points
-from fretwear.units import duration_text, size_text
 
 
-def table(study):
-    stream = io.StringIO(newline="")
-    plan_study(study).write_csv(stream)
-    stream.seek(0)
-    return list(csv.DictReader(stream))
+@pytest.fixture
+def table(tmp_path):
+    def written(study):
+        write_points(study, tmp_path / "points.csv")
+        with (tmp_path / "points.csv").open(newline="", encoding="utf-8") as stream:
+            return list(csv.DictReader(stream))
+
+    return written
 
 
 def test_a_plan_has_a_row_for_every_point(studies, content):
@@ -24,24 +25,21 @@ def test_a_plan_has_a_row_for_every_point(studies, content):
     assert [row[1] for row in rows] == ["25 N", "50 N"]
 
 
-def test_the_table_of_points_is_in_si_units(studies, content):
+def test_the_table_of_points_is_in_si_units_to_the_last_bit(table, studies, content):
     content["vary"]["plastic_limit"] = ["none", "4500 MPa"]
-    rows = table(studies.load(content))
+    study = studies.load(content)
+    rows = table(study)
     assert [float(row["load"]) for row in rows] == [25.0, 25.0, 50.0, 50.0]
     assert [float(row["plastic_limit"]) for row in rows] == [float("inf"), 4.5e9] * 2
     assert all(float(row["estimated_seconds"]) > 0 for row in rows)
     assert all(int(row["cells"]) > 0 for row in rows)
     assert all(row["problem"] == "" for row in rows)
-
-
-def test_numbers_in_the_table_read_back_to_the_last_bit(studies, content):
-    study = studies.load(content)
-    for row, point in zip(table(study), study.points(), strict=True):
+    for row, point in zip(rows, study.points(), strict=True):
         assert float(row["hertz_radius"]) == point.case.hertz_radius
         assert float(row["cell_x"]) == point.case.grid_spacing[0]
 
 
-def test_what_is_varied_as_a_whole_has_a_column_in_the_words_of_the_file(studies, content):
+def test_what_is_varied_as_a_whole_has_a_column_in_the_words_of_the_file(table, studies, content):
     waves = {"kind": "wavy", "amplitude": "0.2 um", "slope_x": "0.2 deg", "slope_y": "1 deg"}
     content["vary"] = {"roughness": ["none", waves], "youngs_modulus": [["208 GPa", "70 GPa"]]}
     smooth, rough = table(studies.load(content))
@@ -54,7 +52,7 @@ def test_what_is_varied_as_a_whole_has_a_column_in_the_words_of_the_file(studies
     assert float(rough["youngs_modulus_2"]) == 70e9
 
 
-def test_invalid_points_are_in_the_table_with_the_reason(studies, content):
+def test_invalid_points_are_in_the_table_with_the_reason(table, studies, content):
     content["invalid"] = "skip"
     content["vary"] = {"tangential_ratio": [0.8, 1.5]}
     good, bad = table(studies.load(content))
@@ -77,25 +75,6 @@ def test_contacts_that_yield_in_an_unseen_ring_are_found_once_each(studies, cont
     ((doubt, cases),) = plan.doubts.items()
     assert doubt.what.startswith("will yield in a ring")
     assert list(cases) == [plan.points[0].id]
-
-
-def test_the_table_is_written_to_a_file(studies, content, tmp_path):
-    study = studies.load(content)
-    write_points(study, tmp_path / "points.csv")
-    with (tmp_path / "points.csv").open(newline="") as stream:
-        assert list(csv.DictReader(stream)) == table(study)
-
-
-@pytest.mark.parametrize(
-    ("seconds", "text"), [(3.2, "3 s"), (119, "119 s"), (600, "10 min"), (9000, "2.5 h")]
-)
-def test_times_for_people(seconds, text):
-    assert duration_text(seconds) == text
-
-
-def test_sizes_for_people():
-    sizes = [size_text(200_000), size_text(20_400_000), size_text(1_540_000_000)]
-    assert sizes == ["200 kB", "20 MB", "1.5 GB"]
 
 
 def test_planning_imports_nothing_of_the_computation(studies, content):
