@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 from fretwear.data.safe import why_leading_out, why_not_writable
-from fretwear.running.workflow import BATCHES, StudyJobs, chosen_study
+from fretwear.running.workflow import BATCHES, CAPTION, StudyJobs, chosen_study
 from fretwear.study.problems import StudyError
 
 try:
@@ -18,7 +18,8 @@ except StudyError as error:
     print(f"fretwear: error: {error}", file=sys.stderr)
     sys.exit(2)
 
-if problem := why_leading_out(Path(JOBS.folder)) or why_not_writable(Path(JOBS.folder)):
+FOLDER = Path(JOBS.folder)
+if problem := why_leading_out(FOLDER, FOLDER.parent) or why_not_writable(FOLDER):
     print(f"fretwear: error: {problem}", file=sys.stderr)
     sys.exit(2)
 
@@ -121,7 +122,7 @@ rule figures:
         report(
             local(directory(f"{RESULTS}/figures")),
             patterns=["{figure}.svg"],
-            caption=Path(f"{RESULTS}/figures/captions.rst").absolute(),
+            caption=CAPTION,
             category=lambda wildcards: JOBS.figure_category(wildcards.figure),
             labels=lambda wildcards: JOBS.figure_labels(wildcards.figure),
         ),
@@ -131,6 +132,8 @@ rule figures:
         f"{RESULTS}/benchmarks/figures.tsv"
     params:
         version=JOBS.version,
+        # Derived from the output, for captions that change are nothing to draw figures again for.
+        captions=lambda wildcards, output: JOBS.captions,
     message:
         "Drawing the figures of {JOBS.study.name}"
     shell:

@@ -192,7 +192,7 @@ def _meaning(long_name: str, comment: str) -> str:
 def command_line() -> str:
     """Write the commands, arguments and options as typer documents them, with their examples."""
     done = subprocess.run(
-        [sys.executable, "-m", "typer", "fretwear.cli.app", "utils", "docs", "--name", "fretwear"],
+        [sys.executable, "-m", "typer", "fretwear.cli.program", "utils", "docs", "--name", "fretwear"],
         check=True,
         capture_output=True,
         text=True,

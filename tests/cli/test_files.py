@@ -173,16 +173,27 @@ def test_a_damaged_checkpoint_is_told_and_not_used(desk, damage):
     assert result.exit_code == 0
 
 
-@pytest.mark.parametrize("place", ["results/tiny", "results/tiny/figures"])
-def test_a_link_out_of_the_results_is_refused(copied, tmp_path, place):
+@pytest.mark.parametrize(
+    ("place", "where"),
+    [
+        ("results/tiny", "out of results, to"),
+        ("results/tiny/figures", "to"),
+        ("results/tiny/logs/simulate", "to"),
+        ("results/tiny/logs/merge.log", "to"),
+    ],
+)
+def test_a_link_out_of_the_results_is_refused(copied, tmp_path, place, where):
+    Path("results/tiny/logs/simulate").mkdir(parents=True)
+    Path("results/tiny/logs/merge.log").touch()
     elsewhere = tmp_path / "elsewhere"
     shutil.move(place, elsewhere)
     Path(place).symlink_to(elsewhere)
     before = everything(elsewhere)
-    for step in ("merge", "figures", "report"):
-        result = copied.call(step, "tiny.yaml")
-        assert result.exit_code == 2
-        assert f"{place}: is a link that leads out of results, to {elsewhere}" in result.stderr
+    for step in ("batch", "merge", "figures", "report"):
+        for option in [()] if place == "results/tiny" else [(), ("--results", "results/tiny")]:
+            result = copied.call(step, "tiny.yaml", *option)
+            assert result.exit_code == 2
+            assert f"{place}: is a link that leads {where} {elsewhere}" in result.stderr
     assert everything(elsewhere) == before
 
 

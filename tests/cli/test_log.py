@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from fretwear.cli.app import format_in_call
 from fretwear.cli.common import LogFormat
+from fretwear.cli.program import format_in_call
 from fretwear.cli.progress import Log, step_text
 from fretwear.running.simulate import steps
 from fretwear.study.study import load_study, select_case

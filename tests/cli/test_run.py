@@ -1,7 +1,14 @@
+import fcntl
+import os
+import pty
 import re
+import shlex
 import signal
 import subprocess
 import sys
+import termios
+from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -103,7 +110,7 @@ def test_a_case_that_does_not_fit_in_the_memory_says_so_before_it_starts(desk):
     assert desk.files() == ["tiny.yaml"]
 
 
-@pytest.mark.parametrize(("name", "status"), [("SIGINT", 130), ("SIGTERM", 143)])
+@pytest.mark.parametrize(("name", "status"), [("SIGINT", 130), ("SIGTERM", 143), ("SIGHUP", 129)])
 def test_a_stopped_run_says_so_and_leaves_no_case_file(desk, name, status):
     command = (*FRETWEAR, "run", "tiny.yaml", "--set", "load=50 N", "--set", "cell=1 um")
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
@@ -115,9 +122,60 @@ def test_a_stopped_run_says_so_and_leaves_no_case_file(desk, name, status):
         process.send_signal(getattr(signal, name))
         message = process.stderr.read()
         assert process.wait(30) == status
-    assert "fretwear: stopped: by " in message
+    assert re.search(r"fretwear: stopped: (by|because its) ", message)
     assert "Traceback" not in message
-    assert not any(".nc" in file for file in desk.files())
+    # The lock goes with its process, and so does every temporary file; a checkpoint may stay.
+    assert {Path(file).suffix for file in desk.files()} <= {".yaml", ".checkpoint"}
+
+
+def test_a_run_whose_terminal_is_gone_leaves_its_checkpoint(desk):
+    """The kernel sends SIGHUP when the other end is closed, and fails whatever is written then."""
+    near, far = pty.openpty()
+
+    def as_session():
+        os.setsid()
+        fcntl.ioctl(2, termios.TIOCSCTTY, 0)
+
+    command = (*FRETWEAR, "run", "tiny.yaml", "--set", "load=50 N", "--set", "cell=0.7 um")
+    process = subprocess.Popen(command, stderr=far, stdout=far, preexec_fn=as_session)
+    os.close(far)
+    while b"half-width" not in os.read(near, 4096):
+        assert process.poll() is None
+    os.close(near)
+    assert process.wait(60) == 129
+    assert {Path(file).suffix for file in desk.files()} == {".yaml", ".checkpoint"}
+
+
+@pytest.mark.usefixtures("desk")
+def test_nohup_outlives_its_terminal():
+    command = (*FRETWEAR, "run", "tiny.yaml", "--set", "load=50 N")
+    ignore = partial(signal.signal, signal.SIGHUP, signal.SIG_IGN)
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, preexec_fn=ignore) as process:
+        assert "case" in process.stderr.readline()
+        process.send_signal(signal.SIGHUP)
+        process.stderr.read()
+        assert process.wait(60) == 0
+
+
+@pytest.mark.parametrize("how", ["2>/dev/full", "2>&-", "2> >(true)", ">&-", "| true"])
+@pytest.mark.usefixtures("desk")
+def test_a_run_whose_messages_find_no_reader_ends_well(how):
+    call = shlex.join([*FRETWEAR, "run", "tiny.yaml", "--set", "load=50 N", "-o", "a.nc"])
+    done = subprocess.run(["bash", "-o", "pipefail", "-c", f"{call} {how}"], check=False)
+    assert done.returncode == 0
+    with fretwear.open_case("a.nc") as case:
+        assert case.attrs["complete"] == 1
+
+
+@pytest.mark.parametrize("how", ["| true", ">/dev/full"])
+@pytest.mark.usefixtures("desk")
+def test_a_table_that_finds_no_reader_ends_without_a_traceback(how):
+    call = shlex.join([*FRETWEAR, "schema"])
+    command = ["bash", "-o", "pipefail", "-c", f"{call} {how}"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    words = "standard output: cannot be written: No space left on device"
+    assert done.stderr == (f"fretwear: error: {words}\n" if "full" in how else "")
 
 
 def test_the_beginning_of_an_id_chooses_the_case_where_there_is_only_one(desk):

@@ -1,4 +1,4 @@
-"""Files that are whole or not there, locks held by real processes, and what is said of trouble."""
+"""Files that are whole or not there, what is never written through, what is said of trouble."""
 
 import copy
 import errno
@@ -16,11 +16,14 @@ from fretwear.data.safe import (
     CaseFileError,
     CaseFilesError,
     DataFileError,
-    Lock,
+    Unfailing,
+    _host,
     atomic_path,
-    locked,
+    open_log,
+    read_data,
     remove_stale_temporaries,
     uninterrupted,
+    why_leading_out,
     write_error,
     write_text,
 )
@@ -148,170 +151,124 @@ def test_a_temporary_of_another_machine_is_left_for_a_week_and_that_of_another_f
     assert remove_stale_temporaries(tmp_path / "b.a.txt") == [other]
 
 
-HOLDER = """
-import sys
-from pathlib import Path
-from fretwear.data.safe import locked
-with locked(Path(sys.argv[1]), print):
-    print("held")
-    sys.stdin.readline()
-"""
-COUNTER = """
-import sys
-from pathlib import Path
-from fretwear.data.safe import locked
-path = Path(sys.argv[1])
-for _ in range(30):
-    with locked(path, lambda line: None):
-        number = int(path.read_text())
-        # Two inside at once would lose a count here.
-        path.write_text("")
-        path.write_text(str(number + 1))
-"""
-
-
 @pytest.fixture
-def path(tmp_path):
-    return tmp_path / "cases" / "a.nc"
+def precious(tmp_path):
+    """A file of the user's, elsewhere."""
+    file = tmp_path / "elsewhere" / "old.tex"
+    file.parent.mkdir()
+    file.write_text("mine")
+    return file
 
 
-@pytest.fixture
-def holder(path):
-    """Another process that holds the lock until a line is sent to it."""
-    with python(HOLDER, path) as process:
-        assert process.stdout.readline() == "held\n"
-        yield process
-        process.kill()
+def point_to(name: Path, precious: Path, how: str) -> None:
+    name.parent.mkdir(parents=True, exist_ok=True)
+    if how == "pipe":
+        os.mkfifo(name)
+    else:
+        (name.symlink_to if how == "link" else name.hardlink_to)(precious)
 
 
-def quiet(line):
-    raise AssertionError(line)
+HOW = pytest.mark.parametrize("how", ["link", "second name", "pipe"])
 
 
-def test_a_lock_without_rivals_leaves_nothing_behind(path):
-    with locked(path, quiet) as lock:
-        assert not lock.waited
-        assert lock.file.exists()
-        lock.ensure(quiet)
-    assert list(path.parent.iterdir()) == []
-
-
-def test_who_waits_is_told_for_which_process_on_which_machine(path, holder):
-    told = []
-
-    def tell(line):
-        told.append(line)
-        holder.communicate("go\n")
-
-    host = os.uname().nodename
-    with locked(path, tell) as lock:
-        assert lock.waited
-        assert lock.holder() == f"process {os.getpid()} on {host}"
-    assert told == [f"{path}: process {holder.pid} on {host} is computing this; waiting for it"]
-
-
-def test_a_lock_dies_with_its_process_however_that_dies(path, holder):
-    rival = Lock(path)
-    assert not rival._try(quiet)
-    holder.send_signal(signal.SIGKILL)
-    holder.wait()
-    assert rival.file.exists(), "nobody was there to remove it"
-    rival.acquire(quiet)
-    assert not rival.waited
-    rival.release()
-
-
-def test_a_lock_whose_file_was_removed_is_not_held_beside_another(path, holder):
-    with locked(path.with_name("b.nc"), quiet) as lock:
-        lock.file.unlink()
-        lock.ensure(quiet)
-        assert lock.file.exists(), "nobody has come, so it is taken again"
-    mine = Lock(path)
-    # A lock got on the file of another name: as if the holder had come after a removal.
-    mine._descriptor = os.open(path.parent / "removed", os.O_CREAT | os.O_RDWR)
-    with pytest.raises(DataFileError, match=f"process {holder.pid} on .* is computing it now"):
-        mine.ensure(quiet)
-    mine.release()
-    assert not Lock(path)._try(quiet), "the other one still holds its lock"
-
-
-def test_a_lock_got_on_a_removed_file_does_not_count(path, monkeypatch):
-    first, second, third = (Lock(path) for _ in range(3))
-    first.acquire(quiet)
-    opened = os.open(first.file, os.O_RDWR)
-    first.release()
-    second.acquire(quiet)
-    with monkeypatch.context() as patch:
-        # The third opened the file before it was removed, and nobody else holds a lock on that.
-        patch.setattr(os, "open", lambda *_: opened)
-        assert not third._try(quiet)
-    second.release()
-
-
-@pytest.mark.parametrize("number", [errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP])
-def test_a_file_system_without_locks_is_told(path, monkeypatch, number):
-    def refuse(*_):
-        raise OSError(number, "no locks")
-
-    monkeypatch.setattr("fcntl.flock", refuse)
-    told = []
-    with locked(path, told.append) as lock:
-        lock.ensure(quiet)
-    assert told == [f"{path}: no locks on this file system; let one process compute it"]
-
-
-def test_many_processes_are_never_inside_at_once(path):
-    path.parent.mkdir()
-    path.write_text("0")
-    counters = [python(COUNTER, path) for _ in range(4)]
-    assert [counter.wait() for counter in counters] == [0] * 4
-    assert path.read_text() == "120"
-
-
-def test_a_link_in_the_place_of_the_lock_is_not_followed(path, tmp_path):
-    path.parent.mkdir()
-    precious = tmp_path / "precious"
-    precious.write_text("mine")
-    Lock(path).file.symlink_to(precious)
-    with pytest.raises(DataFileError, match=str(path)):
-        Lock(path).acquire(quiet)
+@HOW
+def test_nothing_elsewhere_is_emptied_in_the_name_of_a_stale_temporary(tmp_path, precious, how):
+    target = tmp_path / "results" / "a.txt"
+    left = target.with_name(f".a.txt.{_host()}.999999999.deadbeef.tmp")
+    point_to(left, precious, how)
+    write_text(target, "whole")
     assert precious.read_text() == "mine"
+    assert list(target.parent.iterdir()) == [target]
 
 
-@pytest.mark.usefixtures("holder")
-def test_a_holder_that_does_not_say_its_name_is_another_process(path):
-    lock = Lock(path)
-    lock.file.write_text("")
-    assert lock.holder() == "another process"
-    assert not lock._try(quiet)
+@HOW
+def test_a_log_is_never_written_to_elsewhere(tmp_path, precious, how):
+    log = tmp_path / "logs" / "a.log"
+    point_to(log, precious, how)
+    with open_log(log) as stream:
+        stream.write("new")
+    assert precious.read_text() == "mine"
+    assert log.read_text() == "new"
+    assert not log.is_symlink()
 
 
-def test_waiting_can_be_interrupted(path, holder):
-    with python(HOLDER, path) as waiting:
-        assert "waiting" in waiting.stdout.readline()
-        waiting.send_signal(signal.SIGINT)
-        waiting.communicate(timeout=30)
-    assert holder.poll() is None
+def test_a_log_that_another_process_still_writes_to_stays_one_file(tmp_path):
+    log = tmp_path / "a.log"
+    with open_log(log) as first, open_log(log) as second:
+        first.write("first\n")
+        second.write("second\n")
+    assert log.read_text() == "first\nsecond\n"
+
+
+@pytest.mark.parametrize("how", ["link", "pipe"])
+def test_data_are_read_from_plain_files_alone(tmp_path, precious, how):
+    file = tmp_path / "index.json"
+    point_to(file, precious, how)
+    with pytest.raises(OSError, match=r"symbolic links|no plain file"):
+        read_data(file, 100)
+    assert read_data(precious, 4) == b"mine"
+    with pytest.raises(OSError, match="larger than 3 bytes"):
+        read_data(precious, 3)
+
+
+def test_results_hold_no_links(tmp_path, precious):
+    results = tmp_path / "results" / "demo"
+    assert why_leading_out(results, results.parent) == ""
+    deep = results / "logs" / "simulate" / "a.log"
+    point_to(deep, precious, "link")
+    for root in (None, results.parent):
+        assert why_leading_out(results, root).startswith(f"{deep}: is a link that leads to")
+
+
+def test_a_process_of_another_container_of_the_same_name_is_not_taken_for_dead(
+    tmp_path, monkeypatch
+):
+    target = tmp_path / "a.txt"
+    spaces = iter(["pid:[1]", "pid:[2]"])
+    monkeypatch.setattr("fretwear.data.safe.os.readlink", lambda _: next(spaces))
+    hosts = [_host.__wrapped__() for _ in range(2)]
+    assert hosts[0] != hosts[1]
+    monkeypatch.setattr("fretwear.data.safe._host", lambda: hosts[0])
+    live = target.with_name(f".a.txt.{hosts[1]}.999999999.0123abcd.tmp")
+    live.write_text("half")
+    assert remove_stale_temporaries(target) == []
+    monkeypatch.setattr("fretwear.data.safe._host", lambda: hosts[1])
+    assert remove_stale_temporaries(target) == [live]
+
+
+def test_a_stream_that_fails_ends_nothing():
+    with Path("/dev/full").open("w", buffering=1) as full:
+        stream = Unfailing(full)
+        assert stream.write("text\n") == 5
+        stream.flush()
+        assert not stream.isatty()
+        os.close(full.fileno())
+        stream.write("text\n")
+        os.open(os.devnull, os.O_WRONLY)  # for the file to close
+    Unfailing(None).write("text")
 
 
 class AskedError(Exception):
     """What the handlers of these tests raise."""
 
 
+STOPS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+
 @pytest.fixture
 def ask():
-    """A handler of Ctrl-C and SIGTERM that raises."""
+    """A handler of Ctrl-C, SIGTERM and SIGHUP that raises."""
 
     def ask(number, _):
         raise AskedError(number)
 
-    before = {each: signal.signal(each, ask) for each in (signal.SIGINT, signal.SIGTERM)}
+    before = {each: signal.signal(each, ask) for each in STOPS}
     yield ask
     for each, handler in before.items():
         signal.signal(each, handler)
 
 
-@pytest.mark.parametrize("asked", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("asked", STOPS)
 def test_a_signal_waits_until_the_outermost_work_is_done(ask, asked):
     done = []
 

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable
+from dataclasses import asdict
 from pathlib import Path
 
 import pytest
@@ -10,16 +11,18 @@ from jinja2 import Environment
 from matplotlib.figure import Figure
 
 from fretwear.data.merge import merge_study
+from fretwear.data.safe import DataFileError
 from fretwear.figures.study import (
     INDEX_NAME,
     FigureEntry,
-    caption_template,
+    captions,
     figure_category,
     figure_labels,
     read_figure_index,
     study_figures,
     write_study_figures,
 )
+from fretwear.running.workflow import CAPTION
 
 NAMES = [
     "contact_half_width",
@@ -98,17 +101,23 @@ ENTRIES = [
 class _Snakemake:
     """What Snakemake hands to the template of a caption."""
 
-    def __init__(self, figure: str) -> None:
+    def __init__(self, folder: Path, figure: str) -> None:
         self.wildcards = type("Wildcards", (), {"figure": figure})
+        self.params = type("Params", (), {"captions": captions(folder)})
 
 
-def _rendered(figure: str) -> str:
-    template = Environment().from_string(caption_template(ENTRIES))
-    text = template.render(snakemake=_Snakemake(figure))
-    return str(publish_parts(text, writer="html")["body"])
+def write_index(folder: Path, entries: object) -> None:
+    (folder / INDEX_NAME).write_text(json.dumps(entries), encoding="utf-8")
 
 
-def test_a_caption_is_read_as_it_was_written() -> None:
+def test_a_caption_is_read_as_it_was_written_and_never_run(tmp_path: Path) -> None:
+    write_index(tmp_path, [asdict(entry) for entry in ENTRIES])
+
+    def _rendered(figure: str) -> str:
+        template = Environment().from_string(Path(CAPTION).read_text(encoding="utf-8"))
+        text = template.render(snakemake=_Snakemake(tmp_path, figure))
+        return str(publish_parts(text, writer="html")["body"])
+
     expected = ODD.replace("<", "&lt;").replace(">", "&gt;").replace('"', "&quot;")
     assert _rendered("wear_map").strip() == f"<p>{expected}</p>"
     assert _rendered("wear_volume").strip() == "<p>Wear volume.</p>"
@@ -117,9 +126,28 @@ def test_a_caption_is_read_as_it_was_written() -> None:
 def test_category_and_labels_are_those_of_the_index(tmp_path: Path) -> None:
     caption = "Wear over the contact. Lines: edges."
     index = [{"name": "wear_map", "caption": caption, "category": "Over the contact"}]
-    (tmp_path / INDEX_NAME).write_text(json.dumps(index), encoding="utf-8")
+    write_index(tmp_path, index)
     assert figure_category(tmp_path, "wear_map") == "Over the contact"
     assert figure_labels(tmp_path, "wear_map") == {
         "figure": "wear_map",
         "shows": "Wear over the contact",
     }
+
+
+@pytest.mark.parametrize(
+    "entry",
+    [
+        {"name": "../../private", "caption": "", "category": ""},
+        {"name": ".hidden", "caption": "", "category": ""},
+        {"name": "a/b", "caption": "", "category": ""},
+        {"name": "a", "caption": 3, "category": ""},
+        {"name": ["a"], "caption": "", "category": ""},
+        {"name": "a"},
+    ],
+)
+def test_an_index_that_names_other_things_than_figures_is_none(
+    tmp_path: Path, entry: dict[str, object]
+) -> None:
+    write_index(tmp_path, [entry])
+    with pytest.raises(DataFileError, match="no list of figures"):
+        read_figure_index(tmp_path)

@@ -197,6 +197,24 @@ def test_a_batch_is_finished_as_long_as_its_files_are_as_it_left_them(whole, tmp
     assert case_files(tmp_path / "missing") == {}
 
 
+def full(_):
+    return Path("/dev/full").open("a", buffering=1)
+
+
+@pytest.mark.parametrize("how", ["on a full disk", "without a folder"])
+def test_cases_whose_logs_cannot_be_written_are_computed_all_the_same(
+    bench, whole, monkeypatch, how
+):
+    if how == "on a full disk":
+        for module in ("batch", "records"):
+            monkeypatch.setattr(f"fretwear.running.{module}.open_log", full)
+    else:
+        bench.results.mkdir(parents=True)
+        (bench.results / "logs").write_text("")
+    bench.batch()
+    assert [path.name for path in bench.cases()] == [path.name for path in whole.cases()]
+
+
 @pytest.mark.parametrize("points", ["0-2", "2-1", "1-4", "1", "a-b", "-1-2"])
 def test_points_that_are_not_there_are_refused(bench, points):
     assert f"--points {points}: " in bench.batch(f"--points={points}", status=2)

@@ -11,7 +11,8 @@ import pytest
 import xarray as xr
 
 from fretwear.data.files import open_case, open_history, write_case
-from fretwear.data.safe import DataFileError, Lock
+from fretwear.data.locks import Lock
+from fretwear.data.safe import DataFileError
 from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.integrator import WearError
 from fretwear.mechanics.slip import Jaeger

@@ -87,3 +87,31 @@ def test_what_was_not_measured_counts_for_nothing(tmp_path):
     spent = spent_on_simulations(tmp_path)
     assert (spent.jobs, spent.seconds, spent.processor_seconds) == (1, 0.2, 0.0)
     assert spent.memory_bytes != spent.memory_bytes
+
+
+def test_records_that_cannot_be_written_or_lead_elsewhere_end_nothing(tmp_path):
+    (tmp_path / "logs").write_text("no folder")
+    record(tmp_path, "a", "broken")
+    forget(tmp_path, "a")
+    assert failures(tmp_path) == {}
+    precious = tmp_path / "precious"
+    precious.write_text("mine")
+    (tmp_path / "logs").unlink()
+    for file in (log_file(tmp_path, "a"), tmp_path / "logs/simulate/a.failed.json"):
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.symlink_to(precious)
+    assert log_end(tmp_path, "a") == "", "nobody else's file is shown in a report"
+    record(tmp_path, "a", "broken")
+    assert failures(tmp_path)["a"].reason == "broken"
+    assert precious.read_text() == "mine"
+
+
+def test_nested_json_and_odd_tables_are_passed_over(tmp_path):
+    folder = tmp_path / "logs/simulate"
+    folder.mkdir(parents=True)
+    (folder / "a.failed.json").write_text("[" * 50_000)
+    assert failures(tmp_path) == {}
+    table = tmp_path / "benchmarks/batches/a.tsv"
+    table.parent.mkdir(parents=True)
+    table.write_text(HEAD + "1\t0:01\t" + "9" * 200_000)
+    assert spent_on_simulations(tmp_path) is None

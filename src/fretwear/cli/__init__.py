@@ -3,6 +3,30 @@
 Nothing heavy is imported before a command needs it, so that help and plans come at once.
 """
 
-from fretwear.cli.app import app, main
+from __future__ import annotations
+
+from typing import Any
+
+from fretwear.cli.supervise import Stopped, stopping
 
 __all__ = ["app", "main"]
+
+
+def main() -> None:
+    """Run the command line and leave with its exit status."""
+    try:
+        # From here on: whoever asks a process to stop does not wait until it has started.
+        with stopping():
+            from fretwear.cli.program import app
+
+            app()
+    except Stopped as stopped:
+        stopped.leave()
+
+
+def __getattr__(name: str) -> Any:
+    if name == "app":
+        from fretwear.cli.program import app
+
+        return app
+    raise AttributeError(f"module 'fretwear.cli' has no attribute {name!r}")

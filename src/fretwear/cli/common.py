@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import difflib
+import errno
+import os
 import shlex
+import sys
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
 from pathlib import Path
@@ -14,6 +17,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fretwear.cli import completion
+from fretwear.study.problems import printable
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -135,6 +139,25 @@ Format = Annotated[
 ]
 
 
+def say(text: str) -> None:
+    """Print to standard output; what comes from files sends no commands to the terminal.
+
+    Raises
+    ------
+    CommandError, typer.Exit
+        When nothing can be written there, without a word where nobody reads it any more.
+    """
+    try:
+        typer.echo(printable(text))
+    except OSError as error:
+        with suppress(OSError, ValueError):  # What is held back would fail again at the end.
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        if error.errno in (errno.EPIPE, errno.EIO):
+            raise typer.Exit(Status.FAILED) from error
+        reason = f"standard output: cannot be written: {error.strerror}"
+        raise CommandError(reason, Status.FAILED) from error
+
+
 def study_and_results(file: Path, results: Path | None) -> tuple[Study, Path]:
     """Return a study and the folder of its results, which can be written to.
 
@@ -150,7 +173,7 @@ def study_and_results(file: Path, results: Path | None) -> tuple[Study, Path]:
 
     study = load_study(file)
     folder = results or Path("results", study.name)
-    if results is None and (problem := why_leading_out(folder)):
+    if problem := why_leading_out(folder, None if results else folder.parent):
         raise CommandError(problem)
     _check_folder(folder)
     return study, folder

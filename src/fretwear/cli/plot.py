@@ -18,6 +18,7 @@ from fretwear.cli.common import (
     check_output,
     opened,
     option,
+    say,
 )
 
 _FIGURE = "File to write: .png, .svg or .pdf."
@@ -39,7 +40,7 @@ def plot(
         from fretwear.figures import overview, save_as
 
         save_as(overview(case, history), path)
-    typer.echo(str(path))
+    say(str(path))
 
 
 def animate(

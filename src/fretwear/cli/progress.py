@@ -16,7 +16,7 @@ import time
 import warnings
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from itertools import pairwise
 from pathlib import Path
@@ -25,6 +25,9 @@ from typing import TYPE_CHECKING, Any, TextIO
 import typer
 
 import fretwear
+from fretwear.cli.common import CommandError, say
+from fretwear.data.safe import Unfailing
+from fretwear.study.problems import printable
 from fretwear.units import LENGTH, duration_text, format_quantity
 
 if TYPE_CHECKING:
@@ -80,7 +83,10 @@ class Log:
         clock: Clock = time.monotonic,
     ) -> None:
         self._is_json = log_format == "json"
-        self._has_bar = log_format == "auto" and not quiet and _can_redraw(sys.stderr)
+        output: Any = Unfailing(stream or sys.stderr)
+        self._has_bar = (
+            log_format == "auto" and not quiet and stream is None and _can_redraw(output)
+        )
         self._clock = clock
         self._batch: TimeLeft | None = None
         self._command: tuple[str, float] | None = None
@@ -90,13 +96,13 @@ class Log:
         self._logger = logging.Logger("fretwear", logging.ERROR if quiet else level)
         self._console: Console | None = None
         if self._is_json:
-            self._logger.addHandler(_JsonHandler())
+            self._logger.addHandler(_JsonHandler(output))
         else:
             from rich.console import Console
 
             colours: Any = "auto" if stream is None else None
             self._console = Console(
-                stderr=stream is None, file=stream, color_system=colours, highlight=False
+                stderr=stream is None, file=output, color_system=colours, highlight=False
             )
             self._logger.addHandler(_TextHandler(self._console))
 
@@ -139,7 +145,8 @@ class Log:
         self._file = str(file)
         self._say("result", {"file": str(file), "message": message, **numbers})
         if not self._is_json and self._logger.isEnabledFor(logging.INFO):
-            typer.echo(f"{file}: {message}")
+            with suppress(CommandError, typer.Exit):  # The file is there all the same.
+                say(f"{file}: {message}")
 
     @contextmanager
     def batch(self, cases: Mapping[str, Case]) -> Iterator[None]:
@@ -275,7 +282,7 @@ class _TextHandler(logging.Handler):
         if record.msg:
             is_error = record.levelno >= logging.ERROR
             label = f"fretwear: {vars(record)['event']}: " if is_error else ""
-            text = Text.assemble((label, "bold red"), self.format(record))
+            text = Text.assemble((label, "bold red"), printable(self.format(record)))
             self._console.print(text, soft_wrap=True)
 
 

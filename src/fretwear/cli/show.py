@@ -20,6 +20,7 @@ from fretwear.cli.common import (
     check_results,
     opened,
     option,
+    say,
 )
 from fretwear.cli.completion import case_files
 from fretwear.units import (
@@ -78,7 +79,7 @@ def show(
     if as_json:
         lines = [json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False)]
     for line in lines:
-        typer.echo(line)
+        say(line if as_json else line.replace("\n", "\\n"))
 
 
 def compare(
@@ -89,15 +90,15 @@ def compare(
     """Print the parameters in which two cases differ, and their key results with the ratios."""
     path = None if output is None else check_output(output, *FIGURE_FORMATS)
     with opened(first) as (a, history_a), opened(second) as (b, history_b):
-        typer.echo(f"A  {first}\nB  {second}\n")
+        say(f"A  {first}\nB  {second}\n")
         for line in comparison_lines(a, b):
-            typer.echo(line)
+            say(line.replace("\n", "\\n"))
         if path is not None:
             from fretwear.figures import compare_cases, save_as
 
             figure = compare_cases({"A": a, "B": b}, {"A": history_a, "B": history_b})
             save_as(figure, path)
-            typer.echo(f"\n{path}")
+            say(f"\n{path}")
 
 
 def case_content(case: xr.Dataset, history: xr.Dataset) -> dict[str, Any]:

@@ -20,6 +20,7 @@ from fretwear.cli.common import (
     StudyFile,
     aligned,
     begin,
+    say,
     study_and_results,
 )
 
@@ -48,8 +49,8 @@ def plan(
     planned = plan_study(load_study(file, set_ or ()))
     planned = replace(planned, speed=machine_speed(planned.estimates.values()))
     for line in _table(planned, every):
-        typer.echo(line)
-    typer.echo(f"\n{_total(planned)}")
+        say(line)
+    say(f"\n{_total(planned)}")
     for warning in machine_warnings(planned):
         typer.echo(f"\nfretwear: warning: {warning}", err=True)
 
@@ -58,7 +59,7 @@ def schema() -> None:
     """Print the JSON Schema of the study file, for editors that complete and check it."""
     from fretwear.study.sections import study_schema
 
-    typer.echo(json.dumps(study_schema(), indent=2, ensure_ascii=False))
+    say(json.dumps(study_schema(), indent=2, ensure_ascii=False))
 
 
 def merge(
@@ -101,14 +102,12 @@ def figures(
     _, folder = study_and_results(file, results)
 
     from fretwear.data.files import open_summary
-    from fretwear.data.safe import write_text
-    from fretwear.figures.study import CAPTIONS_NAME, caption_template, write_study_figures
+    from fretwear.figures.study import write_study_figures
     from fretwear.source_study import source_figures
 
     cases, drawn = folder / "cases", folder / "figures"
     with open_summary(folder / "summary.nc") as summary:
         entries = write_study_figures(summary, cases, drawn, extra=source_figures(summary, cases))
-        write_text(drawn / CAPTIONS_NAME, caption_template(entries))
     log.result(drawn, f"{len(entries)} figures", figures=len(entries))
 
 

@@ -8,12 +8,16 @@ import sys
 import threading
 import time
 from collections.abc import Collection, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import FrameType
 from typing import NoReturn
 
-_WORDS = {signal.SIGINT: "by Ctrl-C", signal.SIGTERM: "by SIGTERM"}
+_WORDS = {
+    signal.SIGINT: "by Ctrl-C",
+    signal.SIGTERM: "by SIGTERM",
+    signal.SIGHUP: "because its terminal was closed",
+}
 
 # A terminal and a workflow may both tell a process to stop: that is one wish. Later, it is another.
 _SAME_WISH_SECONDS = 1.0
@@ -34,11 +38,19 @@ class Stopped(BaseException):
         super().__init__(_WORDS[signal.Signals(number)])
         self.exit_status = 128 + number
 
+    def leave(self) -> NoReturn:
+        """End the process before it has a log: with a word and the exit status."""
+        with suppress(OSError):
+            os.write(2, f"fretwear: stopped: {self}\n".encode())
+        os._exit(self.exit_status)
+
 
 @contextmanager
 def stopping() -> Iterator[None]:
     """Raise `Stopped` where the process is at when it is asked to stop, so that it cleans up."""
-    before = {number: signal.signal(number, _stop) for number in _WORDS}
+    # Started by nohup, a process is to outlive its terminal.
+    heard = [number for number in _WORDS if signal.getsignal(number) != signal.SIG_IGN]
+    before = {number: signal.signal(number, _stop) for number in heard}
     try:
         yield
     finally:
@@ -55,7 +67,8 @@ def _stop(number: int, _frame: FrameType | None) -> NoReturn:
 
     # The scheduler's signal must not interrupt the cleaning up of the first; people who press
     # Ctrl-C again mean it. Files are whole or not there, so nothing is spoilt.
-    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    for each in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(each, signal.SIG_IGN)
     signal.signal(signal.SIGINT, hurry)
     # What was interrupted inside of a library may have left it unable to clean up.
     watch = threading.Timer(_LONGEST_CLEANING_SECONDS, _end, [number])
@@ -65,7 +78,8 @@ def _stop(number: int, _frame: FrameType | None) -> NoReturn:
 
 
 def _end(number: int) -> NoReturn:
-    os.write(2, b"fretwear: stopped: at once, without cleaning up\n")
+    with suppress(OSError):
+        os.write(2, b"fretwear: stopped: at once, without cleaning up\n")
     os._exit(128 + number)
 
 
@@ -84,12 +98,13 @@ def supervise(case_ids: Collection[str], results: Path) -> None:
     results : pathlib.Path
         Folder of the study's results.
     """
+    from fretwear.data.safe import Unfailing
     from fretwear.running.records import ENDED, failures
 
     vanished: set[str] = set()
     while hasattr(os, "fork"):
-        sys.stdout.flush()
-        sys.stderr.flush()
+        for stream in (sys.stdout, sys.stderr):
+            Unfailing(stream).flush()
         child = os.fork()
         if child == 0:
             if sys.platform == "linux":  # which stops this process when its parent is killed
@@ -103,10 +118,9 @@ def supervise(case_ids: Collection[str], results: Path) -> None:
         if status != -signal.SIGKILL or vanished <= before:
             # What there was to say the child has said.
             os._exit(status if status >= 0 else 128 - status)
-        print(
+        Unfailing(sys.stderr).write(
             f"killed during {', '.join(sorted(vanished - before))}: out of memory?\n"
-            "the other cases are run first, then this one is tried again",
-            file=sys.stderr,
+            "the other cases are run first, then this one is tried again\n"
         )
 
 

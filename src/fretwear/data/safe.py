@@ -1,22 +1,26 @@
-"""Files that are whole or not there, one writer to a file, and errors that say what to do."""
+"""Files that are whole or not there, data that is never followed, errors that say what to do."""
 
 from __future__ import annotations
 
 import errno
-import fcntl
+import hashlib
 import os
 import re
 import secrets
 import shutil
 import signal
 import socket
+import stat
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
+from functools import cache
+from io import StringIO
 from pathlib import Path
 from types import FrameType
+from typing import Any, BinaryIO, TextIO
 
 _AGAIN = "then run the same command again"
 _NEARLY_FULL = 1 << 20
@@ -41,11 +45,10 @@ _WHY_NOT_WRITTEN = (
 
 _FOREIGN_LIFETIME = 7 * 24 * 3600.0
 
-_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
-_HELD_BY_ANOTHER = {errno.EWOULDBLOCK, errno.EACCES}
-_NO_LOCKS_HERE = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL}
-_SECONDS_BETWEEN_TRIES = (0.1, 2.0)
+# A link is not followed, a pipe is not waited for.
+_PLAINLY = os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK
 
 
 class DataFileError(Exception):
@@ -145,29 +148,114 @@ def why_not_writable(path: Path) -> str:
         return f"{path}: cannot be written to: {reason}; choose another place"
 
 
-def why_leading_out(folder: Path) -> str:
-    """Say why results would be written outside of the folder of all results; empty if they stay.
+def why_leading_out(folder: Path, root: Path | None = None) -> str:
+    """Say why results might be written elsewhere than where they seem to; empty if they stay.
 
     The folder of all results may be a link, to a larger disk for example: that is a choice for all
-    studies. A link in the place of one study, or of a folder in it, could come from anywhere.
+    studies. A link in the place of one study could come from anywhere, and so could any link in
+    it, through which Snakemake and its shells would write.
 
     Parameters
     ----------
     folder
-        Folder of one study's results, in the folder of all results.
+        Folder of one study's results.
+    root
+        What a link in its place must not lead out of; None where the user has named the folder.
     """
-    root = folder.parent.resolve()
-    links: list[Path] = []
-    with suppress(OSError):
-        links = sorted(Path(entry) for entry in os.scandir(folder) if entry.is_symlink())
-    for each in (folder, *links):
-        target = each.resolve()
-        if not target.is_relative_to(root):
-            return (
-                f"{each}: is a link that leads out of {folder.parent}, to {target}; remove it, "
-                f"make {folder.parent} itself the link, or name the folder by --results"
-            )
+    if root is not None and not folder.resolve().is_relative_to(root.resolve()):
+        return (
+            f"{folder}: is a link that leads out of {root}, to {folder.resolve()}; remove it, "
+            f"make {root} itself the link, or name the folder by --results"
+        )
+    for link in _links(folder):
+        return (
+            f"{link}: is a link that leads to {link.readlink()}; remove it: the results of a study "
+            "hold no links, lest something else is written to"
+        )
     return ""
+
+
+def _links(folder: Path) -> Iterator[Path]:
+    try:
+        with os.scandir(folder) as entries:
+            found = sorted(entries, key=lambda entry: entry.name)
+    except OSError:
+        return
+    for entry in found:
+        if entry.is_symlink():
+            yield Path(entry)
+        elif entry.is_dir(follow_symlinks=False):
+            yield from _links(Path(entry))
+
+
+def open_data(path: Path) -> BinaryIO:
+    """Open a file of a results folder for reading; an OSError for what is no plain file."""
+    stream = os.fdopen(os.open(path, os.O_RDONLY | _PLAINLY), "rb")
+    if not stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
+        stream.close()
+        raise OSError(errno.EINVAL, "is no plain file", str(path))
+    return stream
+
+
+def read_data(path: Path, most: int) -> bytes:
+    """Read a small file of a results folder; an OSError for what is larger or no plain file."""
+    with open_data(path) as stream:
+        content = stream.read(most + 1)
+    if len(content) > most:
+        raise OSError(errno.EFBIG, f"is larger than {most} bytes", str(path))
+    return content
+
+
+def open_log(path: Path) -> TextIO:
+    """Open a log anew, for appending; whatever else has its name gives way to it.
+
+    A process that was left over may still write to it as well, so it is emptied and not replaced.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    flags = os.O_WRONLY | os.O_APPEND | _PLAINLY
+    try:
+        descriptor = os.open(path, flags)
+        check_own(descriptor)
+        os.ftruncate(descriptor, 0)
+    except OSError:
+        path.unlink(missing_ok=True)
+        descriptor = os.open(path, flags | os.O_CREAT | os.O_EXCL, 0o666)
+    return os.fdopen(descriptor, "a", encoding="utf-8", errors="backslashreplace", buffering=1)
+
+
+class Unfailing:
+    """A text stream whose failures end nothing: a full disk, a closed terminal or pipe.
+
+    Parameters
+    ----------
+    stream
+        Where to write; None: nowhere.
+    """
+
+    def __init__(self, stream: TextIO | None) -> None:
+        self._stream = StringIO() if stream is None else stream
+
+    def write(self, text: str) -> int:
+        """Write a text if that is possible."""
+        with suppress(OSError, ValueError):
+            self._stream.write(text)
+        return len(text)
+
+    def flush(self) -> None:
+        """Write what is held back if that is possible."""
+        with suppress(OSError, ValueError):
+            self._stream.flush()
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+
+def check_own(descriptor: int) -> None:
+    """Refuse what is no plain file, or has another name elsewhere, and close it."""
+    status = os.fstat(descriptor)
+    if not stat.S_ISREG(status.st_mode) or status.st_nlink > 1:
+        os.close(descriptor)
+        raise OSError(errno.EMLINK, "has another name elsewhere, or is no plain file")
 
 
 @contextmanager
@@ -227,8 +315,8 @@ def write_text(path: Path, text: str) -> None:
 def remove_stale_temporaries(path: Path) -> list[Path]:
     """Remove what killed processes have left of a file.
 
-    A temporary file of this machine is stale when its process is gone; one of another machine
-    (a shared folder) when nothing has been written to it for a week.
+    A temporary file of this machine is stale when its process is gone; one of another machine or
+    container (a shared folder) when nothing has been written to it for a week.
 
     Parameters
     ----------
@@ -250,7 +338,7 @@ def remove_stale_temporaries(path: Path) -> list[Path]:
             is_stale = not _is_alive(int(name[2]))
         else:
             try:
-                is_stale = time.time() - candidate.stat().st_mtime > _FOREIGN_LIFETIME
+                is_stale = time.time() - candidate.lstat().st_mtime > _FOREIGN_LIFETIME
             except OSError:
                 continue
         if is_stale:
@@ -269,8 +357,18 @@ def _is_alive(pid: int) -> bool:
     return True
 
 
+@cache
 def _host() -> str:
-    return re.sub(r"[^A-Za-z0-9-]", "-", socket.gethostname())[:32] or "host"
+    """Name of the machine, and of the space in which its processes have their numbers.
+
+    Containers may share a host name, and then a process of one seems gone to the other.
+    """
+    space = ""
+    with suppress(OSError):
+        boot = Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii")
+        space = boot + os.readlink("/proc/self/ns/pid")  # noqa: PTH115
+    name = re.sub(r"[^A-Za-z0-9-]", "-", socket.gethostname())[:32] or "host"
+    return f"{name}-{hashlib.sha256(space.encode()).hexdigest()[:8]}"
 
 
 def _flush(path: Path) -> None:
@@ -285,14 +383,17 @@ def _remove(path: Path) -> None:
     # After a failure HDF5 keeps the file open until the process ends, which would hold the space
     # of a file that is removed but not emptied.
     with suppress(OSError):
-        os.truncate(path, 0)
+        descriptor = os.open(path, os.O_WRONLY | _PLAINLY)
+        check_own(descriptor)
+        os.ftruncate(descriptor, 0)
+        os.close(descriptor)
     with suppress(OSError):
         path.unlink()
 
 
 @contextmanager
 def uninterrupted() -> Iterator[None]:
-    """Put off Ctrl-C and SIGTERM until the ``with`` block is left; then they do what they do.
+    """Put off Ctrl-C, SIGTERM and SIGHUP until the ``with`` block ends; then they do what they do.
 
     Python raises what a signal handler raises wherever the process is. Inside a library that
     holds a lock, as xarray does around the netCDF library, that leaves the lock taken, and closing
@@ -319,144 +420,3 @@ def uninterrupted() -> Iterator[None]:
             signal.signal(number, handler)
         if received:
             signal.raise_signal(received[0])
-
-
-class Lock:
-    """The lock of a file that this process holds or waits for.
-
-    It is a lock of the operating system on a small file beside the other and ends with its
-    process, however that ends, so none is ever stale. Linux passes it on to the server of a
-    network file system, so it holds between the nodes of a cluster as well. The small file says
-    who has the lock. It is removed with the lock; a lock on a file that has been removed meanwhile
-    does not count, so that no two processes hold locks on two files of one name. That is told by
-    the name, since a network file system keeps a removed file that is open under another one.
-
-    Parameters
-    ----------
-    path
-        The file that only one process is to write.
-
-    Attributes
-    ----------
-    file : pathlib.Path
-        The small file that is locked.
-    waited : bool
-        Whether another process had the lock before.
-    """
-
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        self.file = path.with_name(f".{path.name}.lock")
-        self.waited = False
-        self._descriptor: int | None = None
-
-    def acquire(self, tell: Callable[[str], None]) -> None:
-        """Wait until this process has the lock, telling for whom.
-
-        On a file system without locks there is nothing to wait for: this is told, and that two
-        processes would do the same work twice. Their files would still not be mixed.
-        """
-        pause, longest = _SECONDS_BETWEEN_TRIES
-        while not self._try(tell):
-            if not self.waited:
-                tell(f"{self.path}: {self.holder()} is computing this; waiting for it")
-            self.waited = True
-            time.sleep(pause)
-            pause = min(1.5 * pause, longest)
-
-    def ensure(self, tell: Callable[[str], None]) -> None:
-        """Make sure that this process still has the lock before it writes.
-
-        Raises
-        ------
-        DataFileError
-            When somebody has removed the lock's file and another process has got a lock since.
-        """
-        if self._descriptor is None or self._is_current(self._descriptor):
-            return
-        self.release()
-        if not self._try(tell):
-            raise DataFileError(
-                self.path,
-                f"not written, because its lock {self.file} was removed from outside and "
-                f"{self.holder()} is computing it now",
-                "Leave it to that process, or stop it and run the same command again",
-            )
-
-    def release(self) -> None:
-        """Give the lock back and remove its file."""
-        if self._descriptor is None:
-            return
-        if self._is_current(self._descriptor):
-            with suppress(OSError):
-                self.file.unlink()
-        os.close(self._descriptor)
-        self._descriptor = None
-
-    def holder(self) -> str:
-        """Say which process on which machine has the lock."""
-        name = ""
-        with suppress(OSError):
-            name = self.file.read_text(encoding="utf-8", errors="replace")[:200].strip()
-        return name or "another process"
-
-    def _try(self, tell: Callable[[str], None]) -> bool:
-        """Try to get the lock; True as well where there are no locks."""
-        flags = os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW
-        try:
-            self.file.parent.mkdir(parents=True, exist_ok=True)
-            # Network file systems want the file open for writing.
-            descriptor = os.open(self.file, flags, 0o666)
-        except OSError as cause:
-            raise write_error(self.path, cause) from cause
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            if self._is_current(descriptor):
-                self._descriptor = descriptor
-        except OSError as cause:
-            if cause.errno in _NO_LOCKS_HERE:
-                tell(f"{self.path}: no locks on this file system; let one process compute it")
-                return True
-            if cause.errno not in _HELD_BY_ANOTHER:
-                raise write_error(self.path, cause) from cause
-        finally:
-            if self._descriptor is None:
-                os.close(descriptor)
-        if self._descriptor is None:
-            return False
-        # A full disk must not stop those who can do without the name of the holder.
-        with suppress(OSError):
-            os.ftruncate(descriptor, 0)
-            os.pwrite(descriptor, f"process {os.getpid()} on {socket.gethostname()}\n".encode(), 0)
-        return True
-
-    def _is_current(self, descriptor: int) -> bool:
-        """Tell whether the file that is locked is the one of this name."""
-        try:
-            return os.path.samestat(os.fstat(descriptor), self.file.stat())
-        except OSError:
-            return False
-
-
-@contextmanager
-def locked(path: Path, tell: Callable[[str], None]) -> Iterator[Lock]:
-    """Hold the lock of a file, after waiting for whoever has it.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-        The file that only one process is to write; its folder is made if need be.
-    tell : callable
-        Takes a line for people: who has the lock.
-
-    Raises
-    ------
-    DataFileError
-        When the lock's file cannot be made.
-    """
-    lock = Lock(path)
-    lock.acquire(tell)
-    try:
-        yield lock
-    finally:
-        lock.release()

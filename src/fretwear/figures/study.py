@@ -17,7 +17,7 @@ from matplotlib.colors import PowerNorm
 from matplotlib.figure import Figure
 
 from fretwear.data.files import open_case
-from fretwear.data.safe import DataFileError, write_text
+from fretwear.data.safe import DataFileError, read_data, write_text
 from fretwear.figures.axes import ValueAxis
 from fretwear.figures.datasets import envelope_of, field_of, peak_envelope
 from fretwear.figures.history import history
@@ -38,7 +38,6 @@ from fretwear.study.parameters import parameter
 from fretwear.vocabulary import RESULTS, Field, Variable
 
 INDEX_NAME = "index.json"
-CAPTIONS_NAME = "captions.rst"
 HISTORY_CATEGORY = "Over the cycles"
 PROFILE_CATEGORY = "Along the direction of slip"
 MAP_CATEGORY = "Over the contact"
@@ -60,6 +59,8 @@ PROFILES = {
 }
 """Fields along x by the beginning of their file name."""
 
+_NAME = re.compile(r"\w[\w.-]*", re.ASCII)
+_MOST_BYTES = 10_000_000
 _MEAN_WORDS = "mean over one wavelength"
 
 
@@ -132,27 +133,31 @@ def read_figure_index(folder: Path) -> list[FigureEntry]:
     """
     index = folder / INDEX_NAME
     try:
-        return [FigureEntry(**entry) for entry in json.loads(index.read_text(encoding="utf-8"))]
-    except (OSError, ValueError, TypeError) as cause:
+        entries = [FigureEntry(**entry) for entry in json.loads(read_data(index, _MOST_BYTES))]
+        # A name with a path would fetch any file into the report.
+        if not all(_NAME.fullmatch(each.name) and _is_text(each) for each in entries):
+            raise ValueError
+    except (OSError, ValueError, TypeError, RecursionError) as cause:
         problem = "there is no such file" if not index.exists() else "it is no list of figures"
         raise DataFileError(index, problem, "Draw the figures again") from cause
+    return entries
 
 
-def caption_template(entries: Iterable[FigureEntry]) -> str:
-    """Return the one caption that Snakemake renders for every figure of a folder.
+def _is_text(entry: FigureEntry) -> bool:
+    return isinstance(entry.caption, str) and isinstance(entry.category, str)
 
-    Snakemake takes one caption file for all files of a folder and renders it by jinja2 with the
-    wildcards of each, here ``figure``, its name; the result is read as reStructuredText.
+
+def captions(folder: Path) -> dict[str, str]:
+    """Return the captions of finished figures as reStructuredText, for Snakemake's report.
+
+    The template that puts them in place comes with the package: one that lay among the results
+    could come from anywhere, and a template can run whatever it likes.
     """
-    captions = {
+    return {
         # Text in which reStructuredText finds no markup.
         entry.name: re.sub(r"([^\w\s]|_)", r"\\\1", " ".join(entry.caption.split()))
-        for entry in entries
+        for entry in read_figure_index(folder)
     }
-    # The strings of JSON are those of jinja2; braces are kept from looking like its marks.
-    table = json.dumps(captions).replace("{", r"\u007b").replace("}", r"\u007d")
-    table = "{" + table.removeprefix(r"\u007b").removesuffix(r"\u007d") + "}"
-    return f"{{% set captions = {table} %}}{{{{ captions[snakemake.wildcards.figure] }}}}\n"
 
 
 def figure_category(folder: Path, name: str) -> str:

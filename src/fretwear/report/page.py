@@ -7,6 +7,7 @@ import gzip
 import hashlib
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
@@ -16,12 +17,13 @@ from typing import NamedTuple
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from fretwear.data.safe import DataFileError
+from fretwear.data.safe import DataFileError, read_data
 from fretwear.figures.study import FigureEntry
 from fretwear.figures.style import COLUMN_WIDTH
 from fretwear.vocabulary import RESULTS
 
 _LARGE = 1_000_000
+_MOST_BYTES = 200_000_000
 _HEAD = 2000
 _MM_PER_POINT = 25.4 / 72.0
 _MIME = {".svg": "image/svg+xml", ".png": "image/png"}
@@ -98,29 +100,27 @@ def embedded(folder: Path, entries: Sequence[FigureEntry]) -> list[Image]:
     images = []
     for entry in sorted(entries, key=lambda entry: order.index(entry.category)):
         vector, bitmap = (folder / f"{entry.name}{suffix}" for suffix in _MIME)
-        size = _size(vector)
-        file = bitmap if size > _LARGE and _size(bitmap) < size else vector
+        content, suffix = _read(vector), vector.suffix
+        share = _share(content)
+        if len(content) > _LARGE and len(small := _read(bitmap)) < len(content):
+            content, suffix = small, bitmap.suffix
         # An image of its own, not inline SVG: the ids inside two inlined SVGs would collide.
-        text = base64.b64encode(file.read_bytes()).decode("ascii")
-        uri = f"data:{_MIME[file.suffix]};base64,{text}"
-        images.append(Image(entry, uri, _share(vector)))
+        text = base64.b64encode(content).decode("ascii")
+        images.append(Image(entry, f"data:{_MIME[suffix]};base64,{text}", share))
     return images
 
 
-def _size(path: Path) -> int:
-    try:
-        size = path.stat().st_size
-    except OSError:
-        size = 0
-    if not size:
+def _read(path: Path) -> bytes:
+    content = b""
+    with suppress(OSError):
+        content = read_data(path, _MOST_BYTES)
+    if not content:
         raise DataFileError(path, "this figure is missing or empty", "Draw the figures again")
-    return size
+    return content
 
 
-def _share(vector: Path) -> float:
-    with vector.open(encoding="utf-8") as lines:
-        head = lines.read(_HEAD)
-    found = re.search(r'<svg[^>]*\swidth="([\d.]+)pt"', head)
+def _share(vector: bytes) -> float:
+    found = re.search(rb'<svg[^>]*\swidth="(\d+(?:\.\d+)?)pt"', vector[:_HEAD])
     millimetres = float(found[1]) * _MM_PER_POINT if found else COLUMN_WIDTH[2]
     return round(min(1.0, millimetres / COLUMN_WIDTH[2]), 3)
 

@@ -5,14 +5,15 @@ from __future__ import annotations
 import shlex
 import time
 import traceback
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol, TextIO
+from typing import TYPE_CHECKING, Protocol, TextIO, cast
 
 from fretwear.data.files import is_finished_case, open_history, write_case
-from fretwear.data.safe import DataFileError, locked, uninterrupted
+from fretwear.data.locks import locked
+from fretwear.data.safe import DataFileError, Unfailing, open_log, uninterrupted
 from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.integrator import WearError
 from fretwear.running.checkpoint import SECONDS_BETWEEN, Checkpoint
@@ -107,6 +108,20 @@ def simulate_to_file(
     return Outcome(result.history.sizes["step"] - 1, time.monotonic() - started)
 
 
+@contextmanager
+def _opened(log: Path) -> Iterator[TextIO]:
+    """Open a log, which may fail at any moment, as on a full disk, and spoil nothing."""
+    stream = None
+    with suppress(OSError):
+        stream = open_log(log)
+    try:
+        yield cast("TextIO", Unfailing(stream))
+    finally:
+        if stream is not None:
+            with suppress(OSError):
+                stream.close()
+
+
 class Listener(Protocol):
     """Who is told what a batch does, as `fretwear.cli.progress.Log` is."""
 
@@ -195,9 +210,7 @@ class BatchRun:
         command = ["fretwear", "run", str(self.study.file), "--case", case.case_id]
         file = self._file(case.case_id)
         log = log_file(self.results, case.case_id)
-        # Appended to, because a process that was left over may still write to it as well.
-        with log.open("a", encoding="utf-8", buffering=1) as stream:
-            stream.truncate(0)
+        with _opened(log) as stream:
             own = self.listener_to(stream)
             try:
                 with self.listener.case(case, file) as observe, own.case(case, file) as observe_own:

@@ -7,19 +7,21 @@ pickle, everything else as JSON beside them, and a checksum behind both.
 from __future__ import annotations
 
 import json
+import math
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, cast, get_args, get_origin, get_type_hints
-from zipfile import BadZipFile
+from zipfile import BadZipFile, ZipFile
 
 import numpy as np
+from numpy.lib import format as numpy_format
 from numpy.typing import NDArray
 
 from fretwear.data.dataset import source
 from fretwear.data.files import add_checksum, damage
-from fretwear.data.safe import DataFileError, atomic_path
+from fretwear.data.safe import DataFileError, atomic_path, remove_stale_temporaries
 from fretwear.running.simulate import RunRecord, Step
 
 if TYPE_CHECKING:
@@ -29,6 +31,7 @@ SECONDS_BETWEEN = 30.0
 _SNAPSHOT_SHARE = 0.2
 _CONTENT, _ARRAY = "content", "array"
 _START_ANEW = "The run starts at cycle 0"
+_UNREADABLE = (LookupError, TypeError, ValueError, RecursionError)
 
 
 class CheckpointError(DataFileError):
@@ -131,6 +134,7 @@ class Checkpoint:
         self._is_discarded = True
         try:
             self.path.unlink(missing_ok=True)
+            remove_stale_temporaries(self.path)
         except OSError as error:
             # What is left over is used by no later run without a check.
             self._tell(f"{self.path}: not removed: {error.strerror}")
@@ -181,11 +185,10 @@ def read_checkpoint(path: Path, identity: Mapping[str, Any]) -> RunRecord | None
     if problem := damage(path, "checkpoint"):
         raise CheckpointError(path, f"this checkpoint is damaged ({problem})", _START_ANEW)
     try:
-        with np.load(path, allow_pickle=False) as stored:
-            arrays = {name: stored[name] for name in stored.files}
+        arrays = _read_arrays(path)
         content = json.loads(arrays.pop(_CONTENT).tobytes())
-        found, packed = content["identity"], content["record"]
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, BadZipFile) as cause:
+        found, packed = dict(content["identity"]), content["record"]
+    except (*_UNREADABLE, OSError, AttributeError, BadZipFile, NotImplementedError) as cause:
         problem = "this is no checkpoint, or one of another version"
         raise CheckpointError(path, problem, _START_ANEW) from cause
     expected = json.loads(json.dumps(identity))
@@ -195,9 +198,50 @@ def read_checkpoint(path: Path, identity: Mapping[str, Any]) -> RunRecord | None
         raise CheckpointError(path, problem, _START_ANEW)
     try:
         record: RunRecord = unpack(RunRecord, packed, arrays)
-    except (KeyError, IndexError, TypeError, ValueError) as cause:
+        _check(record)
+    except _UNREADABLE as cause:
         raise CheckpointError(path, "this checkpoint has another content", _START_ANEW) from cause
     return record
+
+
+def _read_arrays(path: Path) -> dict[str, NDArray[Any]]:
+    """Read the arrays of the container, after a look at what each says of its size.
+
+    Raises
+    ------
+    ValueError
+        When arrays are larger than what the file holds of them.
+    """
+    with ZipFile(path) as container:
+        entries = container.infolist()
+        if sum(entry.file_size for entry in entries) > path.stat().st_size:
+            raise ValueError("more is announced than the file holds")
+        for entry in entries:
+            with container.open(entry) as stream:
+                version = numpy_format.read_magic(stream)
+                reads = {(1, 0): numpy_format.read_array_header_1_0}
+                shape, _, dtype = reads[version](stream)
+                if math.prod(shape) * dtype.itemsize != entry.file_size - stream.tell():
+                    raise ValueError("an array is not as large as it says")
+    with np.load(path, allow_pickle=False) as stored:
+        return {name: stored[name] for name in stored.files}
+
+
+def _check(record: RunRecord) -> None:
+    """Refuse, by a ValueError, a run record whose numbers no run could have left."""
+    states = [*record.snapshots, *([] if record.last is None else [record.last])]
+    if bool(record.history) != bool(states):
+        raise ValueError("there are states without a history, or none with one")
+    if not all(map(math.isfinite, (number for row in record.history for number in row.values()))):
+        raise ValueError("a number of the history is not finite")
+    for state in states:
+        reduced = state.reduced
+        fields = (state.pressure, state.gap, state.wear, state.plastic, reduced.pressure)
+        rates = (reduced.gap, state.pressure_rate, state.source_rate)
+        if {each.shape for each in (*fields, *rates)} != {tuple(state.geometry.shape)}:
+            raise ValueError("a field has another shape than its geometry")
+        if not state.is_finite:
+            raise ValueError("a field is not finite")
 
 
 def pack(value: Any, name: str, arrays: dict[str, NDArray[Any]]) -> Any:
@@ -233,7 +277,12 @@ def unpack(kind: Any, packed: Any, arrays: Mapping[str, NDArray[Any]]) -> Any:
         kinds = parts if len(parts) == len(packed) else parts[:1] * len(packed)
         items = (unpack(*each, arrays) for each in zip(kinds, packed, strict=True))
         return list(items) if get_origin(kind) is list else tuple(items)
-    if not isinstance(packed, dict) or get_origin(kind) is dict:
+    if get_origin(kind) is dict:
+        return {str(name): unpack(parts[1], value, {}) for name, value in packed.items()}
+    if not isinstance(packed, dict):
+        allowed = {kind, *parts} | ({int} if float in (kind, *parts) else set())
+        if type(packed) not in allowed:
+            raise TypeError(f"{packed!r} is no {kind}")
         return packed
     if packed.keys() == {_ARRAY}:
         return arrays[packed[_ARRAY]]

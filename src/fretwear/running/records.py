@@ -1,7 +1,8 @@
 """What jobs leave beside the case files: why cases failed, what they said, what they took.
 
 ``results`` is the folder of a study's results everywhere. Nothing of a result depends on these
-files: one that is cut short, or is something else, is not read.
+files: one that is cut short, or is something else, is not read, and one that cannot be written
+ends no computation.
 """
 
 from __future__ import annotations
@@ -10,12 +11,13 @@ import csv
 import json
 import math
 import os
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from os import PathLike
 from pathlib import Path
 
-from fretwear.data.safe import write_error
+from fretwear.data.safe import open_data, open_log, read_data
 
 LOGS = Path("logs", "simulate")
 BENCHMARKS = Path("benchmarks")
@@ -55,25 +57,17 @@ def record(results: str | PathLike[str], case_id: str, reason: str = ENDED) -> N
     """Keep why a case failed, for people.
 
     A case that begins is recorded as well: if its process is killed, nobody can do so later.
-
-    Raises
-    ------
-    DataFileError
-        When the file cannot be written.
     """
     log = (LOGS / f"{case_id}.log").as_posix()
     failure = Failure(case_id, reason, log, datetime.now(UTC).isoformat(timespec="seconds"))
-    file = _failure_file(results, case_id)
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(json.dumps(asdict(failure), indent=1) + "\n", encoding="utf-8")
-    except OSError as cause:
-        raise write_error(file, cause) from cause
+    with suppress(OSError), open_log(_failure_file(results, case_id)) as stream:
+        stream.write(json.dumps(asdict(failure), indent=1) + "\n")
 
 
 def forget(results: str | PathLike[str], case_id: str) -> None:
     """Remove what was recorded of a case, because it has a result now."""
-    _failure_file(results, case_id).unlink(missing_ok=True)
+    with suppress(OSError):
+        _failure_file(results, case_id).unlink(missing_ok=True)
 
 
 def failures(results: str | PathLike[str]) -> dict[str, Failure]:
@@ -88,10 +82,8 @@ def _failure_file(results: str | PathLike[str], case_id: str) -> Path:
 
 def _read(file: Path) -> Failure | None:
     try:
-        if file.stat().st_size > _MOST_BYTES:
-            return None
-        failure = Failure(**json.loads(file.read_text(encoding="utf-8")))
-    except (OSError, ValueError, TypeError):
+        failure = Failure(**json.loads(read_data(file, _MOST_BYTES)))
+    except (OSError, ValueError, TypeError, RecursionError):
         return None
     sound = all(isinstance(text, str) for text in asdict(failure).values())
     return failure if sound and failure.case_id == file.name.removesuffix(_SUFFIX) else None
@@ -105,7 +97,7 @@ def log_file(results: str | PathLike[str], case_id: str) -> Path:
 def log_end(results: str | PathLike[str], case_id: str, most: int = 4000) -> str:
     """Return the last lines that a case has said, of about ``most`` bytes; "" without a log."""
     try:
-        with log_file(results, case_id).open("rb") as file:
+        with open_data(log_file(results, case_id)) as file:
             size = file.seek(0, os.SEEK_END)
             file.seek(max(0, size - most))
             text = file.read().decode("utf-8", errors="replace")
@@ -158,11 +150,13 @@ def spent_on_simulations(results: str | PathLike[str]) -> Spent | None:
 def _last_row(file: Path) -> tuple[float, float, float]:
     """Read time, processor time and memory; NaN for what was not or could not be measured."""
     try:
-        lines = file.read_text(encoding="utf-8").splitlines()
+        lines = read_data(file, _MOST_BYTES).decode("utf-8").splitlines()
     except (OSError, UnicodeDecodeError):
         lines = []
-    rows = list(csv.DictReader(lines, dialect="excel-tab"))
-    last = rows[-1] if rows else {}
+    last: dict[str, str] = {}
+    with suppress(csv.Error):
+        for last in csv.DictReader(lines, dialect="excel-tab"):  # noqa: B007
+            pass
     return _number(last.get("s")), _number(last.get("cpu_time")), _number(last.get("max_rss"))
 
 

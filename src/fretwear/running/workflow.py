@@ -17,7 +17,7 @@ from itertools import count
 from pathlib import Path
 
 import fretwear
-from fretwear.data.safe import DataFileError, write_text
+from fretwear.data.safe import DataFileError, read_data, write_text
 from fretwear.running.records import Failure, failures
 from fretwear.running.resources import Batch, batches
 from fretwear.study.plan import plan_study
@@ -27,10 +27,13 @@ from fretwear.study.study import Study, load_study
 STUDIES = Path("studies")
 RESULTS = Path("results")
 BATCHES = "batches"
+CAPTION = str(Path(__file__).with_name("caption.rst"))
+"""Template of what Snakemake's report says of a figure; none of the results ever is one."""
 
 # File systems differ in how finely they keep the time of a file, and clients of a network one too.
 _SECONDS_OF_DOUBT = 2.0
 _HASH_DIGITS = 12
+_MOST_BYTES = 100_000_000
 _FAILURES_LISTED = 20
 
 # A job that a scheduler ends for a wrong guess is lost; one that asks for too much only waits.
@@ -187,6 +190,16 @@ class StudyJobs:
     def _snapshots(self) -> Mapping[str, tuple[int, ...]]:
         return {case_id: case.output_cycles for case_id, case in self.study.cases().items()}
 
+    @property
+    def captions(self) -> Mapping[str, str]:
+        """The captions of finished figures, for Snakemake's report; none before they are drawn."""
+        from fretwear.figures.study import captions
+
+        try:
+            return captions(Path(self.folder) / "figures")
+        except DataFileError:
+            return {}
+
     def figure_category(self, figure: str) -> str:
         """Return the category of a finished figure, for Snakemake's report."""
         from fretwear.figures.study import figure_category
@@ -251,11 +264,11 @@ def is_finished(path: Path, case_ids: Iterable[str], present: Mapping[str, FileT
     ``present`` are the case files that are there, from `case_files`.
     """
     try:
-        left = json.loads(path.read_text(encoding="utf-8"))["cases"]
+        left = json.loads(read_data(path, _MOST_BYTES))["cases"]
         for size, modified, case_id in ((*left[case_id], case_id) for case_id in case_ids):
             found = present[case_id]
-            if found[0] != size or abs(found[1] - modified) > _SECONDS_OF_DOUBT:
+            if found[0] != size or not abs(found[1] - modified) <= _SECONDS_OF_DOUBT:
                 return False
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, LookupError, TypeError, RecursionError):
         return False
     return True

@@ -3,11 +3,26 @@
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 _LONGEST_VALUE = 60
+
+
+_UNPRINTABLE = re.compile(
+    "[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"
+)
+
+
+def printable(text: str) -> str:
+    """Return a text without characters that command a terminal; they are shown as escapes.
+
+    Among them are those that turn the direction of text, and halves of characters, which stand
+    for bytes of file names that are no text.
+    """
+    return _UNPRINTABLE.sub(lambda found: f"\\u{ord(found[0]):04x}", text)
 
 
 @dataclass(frozen=True)
@@ -75,9 +90,9 @@ class StudyError(ValueError):
 
     def __str__(self) -> str:
         if len(self.problems) == 1:
-            return f"{self.file}: {self.problems[0]}"
+            return printable(f"{self.file}: {self.problems[0]}")
         listed = "\n".join(f"  {problem}" for problem in self.problems)
-        return f"{self.file}: {len(self.problems)} problems\n{listed}"
+        return printable(f"{self.file}: {len(self.problems)} problems\n{listed}")
 
 
 def in_words(value: object) -> str:

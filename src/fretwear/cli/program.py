@@ -20,12 +20,13 @@ from fretwear.cli.common import (
     CommandError,
     LogFormat,
     Status,
+    say,
 )
 from fretwear.cli.plot import animate, plot
 from fretwear.cli.run import batch, run
 from fretwear.cli.show import compare, show
 from fretwear.cli.study import figures, merge, plan, report, schema
-from fretwear.cli.supervise import Stopped, stopping
+from fretwear.cli.supervise import Stopped
 
 if TYPE_CHECKING:
     _Base = TyperCommand
@@ -168,7 +169,8 @@ app = typer.Typer(
     cls=_Commands,
     epilog="[dim]Example:[/dim] fretwear plan studies/demo.yaml\n\n"
     "[dim]Whole studies:[/dim] snakemake --cores 2 --config study=demo\n\n"
-    "[dim]Exit status:[/dim] 0 done, 1 failed, 2 wrong input, 130 Ctrl-C, 143 SIGTERM",
+    "[dim]Exit status:[/dim] 0 done, 1 failed, 2 wrong input, 129 closed terminal, "
+    "130 Ctrl-C, 143 SIGTERM",
     no_args_is_help=True,
     rich_markup_mode="rich",
     pretty_exceptions_enable=False,
@@ -194,15 +196,9 @@ _add(figures, "fretwear figures studies/demo.yaml", _WORKFLOW)
 _add(report, "fretwear report studies/demo.yaml", _WORKFLOW)
 
 
-def main() -> None:
-    """Run the command line and leave with its exit status."""
-    with stopping():
-        app()
-
-
 def _print_version(wanted: bool) -> None:
     if wanted:
-        typer.echo(f"fretwear {fretwear.__version__}")
+        say(f"fretwear {fretwear.__version__}")
         raise typer.Exit
 
 
