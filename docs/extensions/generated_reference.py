@@ -191,8 +191,9 @@ def _meaning(long_name: str, comment: str) -> str:
 
 def command_line() -> str:
     """Write the commands, arguments and options as typer documents them, with their examples."""
+    documented = ("-m", "typer", "fretwear.cli.program", "utils", "docs", "--name", "fretwear")
     done = subprocess.run(
-        [sys.executable, "-m", "typer", "fretwear.cli.program", "utils", "docs", "--name", "fretwear"],
+        [sys.executable, *documented],
         check=True,
         capture_output=True,
         text=True,
