@@ -59,7 +59,7 @@ class Peer(ABC):
     settings: ClassVar[str]
 
     def __init__(self, window: Grid, modulus: float, tolerance: float) -> None:
-        if window.quarter:
+        if any(window.even):
             raise ValueError("peers solve contacts on whole windows")
         self.window = window
         self.tolerance = tolerance
@@ -220,7 +220,7 @@ def sphere(cells: int, *, quarter: bool = False, workers: int = 1) -> ContactPro
     problem = simulate.wear_problem(case)
     width = MARGIN * case.hertz_radius
     count = cells // 2 if quarter else cells
-    window = Grid((count, count), (2 * width / cells, 2 * width / cells), quarter)
+    window = Grid((count, count), (2 * width / cells, 2 * width / cells), (quarter, quarter))
     bodies = window.half_space(problem.bodies.composite_modulus, workers)
     return ContactProblem(bodies, problem.unworn(window), problem.load)
 

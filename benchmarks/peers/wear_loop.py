@@ -207,7 +207,7 @@ def compare(
     limits = [estimated_step(problem, state) for state in states]
     longer = [factor * limit for factor, limit in zip(factors, limits, strict=True)]
     nx, ny = states[-1].geometry.shape
-    window = Grid((2 * nx, 2 * ny), problem.spacing, quarter=False)
+    window = Grid((2 * nx, 2 * ny), problem.spacing, even=(False, False))
     rows = []
     for kind in PEERS:
         for target in targets:

@@ -34,7 +34,7 @@ class Job:
     noise: float = 0.0
 
     def problem(self) -> ContactProblem:
-        grid = window(CELLS, HALF_WIDTH, quarter=False)
+        grid = window(CELLS, HALF_WIDTH, even=(False, False))
         problem = pressed(grid, roughness=self.surface, limit=self.limit)
         random = self.noise * np.random.default_rng(3).standard_normal(CELLS)
         return replace(problem, shape=problem.shape + random)

@@ -1,10 +1,8 @@
 """Slip from the reduced load against a tangential solve that knows nothing of it."""
 
-from dataclasses import replace
-
 import numpy as np
 from benchmarks.pages import Check, Data, Section, scientific, table
-from tests.mechanics.problems import COUPLING, FRICTION, LOAD, MODULUS, ROUGH, fretting
+from tests.mechanics.problems import COUPLING, FRICTION, LOAD, MODULUS, ROUGH, fretting, uneven
 from tests.mechanics.tangential import influence_matrix, tangential_step
 
 from fretwear.mechanics.contact import ContactProblem
@@ -70,7 +68,7 @@ def compare(window: Grid, shape: Array, ratio: float, problem: WearProblem) -> D
 
 
 def run() -> Data:
-    problem = replace(fretting(CELLS, roughness=ROUGH), quarter=False)
+    problem = fretting(CELLS, roughness=uneven(ROUGH))
     window, surfaces = shapes(problem)
     return {
         "cells": list(window.shape),

@@ -14,7 +14,13 @@ from typing import Any
 from fretwear.units import MEGAPASCAL, MICROMETRE, PERCENT, Unit
 
 CASE_DIMS = ("cycle", "x", "y")
-SYMMETRIES = ("even_xy", "none")
+SYMMETRIES: dict[str, tuple[bool, bool]] = {
+    "even_xy": (True, True),
+    "even_x": (True, False),
+    "even_y": (False, True),
+    "none": (False, False),
+}
+"""Whether a contact is even along x and y: then only the side with positive coordinates is kept."""
 
 
 class ContactState(IntEnum):

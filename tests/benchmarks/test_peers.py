@@ -47,14 +47,14 @@ def assert_same(problem, theirs):
 @pytest.mark.peers
 @pytest.mark.parametrize("surface", [SMOOTH, ROUGH], ids=["smooth", "rough"])
 def test_a_peer_finds_the_same_elastic_contact(kind, surface):
-    problem = pressed(window(CELLS, quarter=False), roughness=surface)
+    problem = pressed(window(CELLS, even=(False, False)), roughness=surface)
     assert_same(problem, pressed_by(kind, problem, MODULUS))
 
 
 @pytest.mark.peers
 def test_a_peer_finds_the_same_contact_without_symmetry(kind):
     noise = 0.1e-6 * np.random.default_rng(11).standard_normal(CELLS)
-    smooth = pressed(window(CELLS, quarter=False))
+    smooth = pressed(window(CELLS, even=(False, False)))
     problem = ContactProblem(smooth.half_space, smooth.shape + noise, smooth.load)
     assert_same(problem, pressed_by(kind, problem, MODULUS))
 
@@ -63,7 +63,7 @@ def test_a_peer_finds_the_same_contact_without_symmetry(kind):
 @pytest.mark.parametrize("limit", [0.8, 1.5])
 def test_contact_mechanics_yields_alike(limit):
     pytest.importorskip("ContactMechanics", reason="not installed (extra: bench)")
-    problem = pressed(window(CELLS, quarter=False), roughness=ROUGH, limit=limit)
+    problem = pressed(window(CELLS, even=(False, False)), roughness=ROUGH, limit=limit)
     theirs = pressed_by(ContactMechanics, problem, MODULUS)
     assert theirs.max() == pytest.approx(problem.limit, rel=1e-9)
     assert_same(problem, theirs)
@@ -72,7 +72,7 @@ def test_contact_mechanics_yields_alike(limit):
 @pytest.mark.peers
 def test_the_influence_of_tamaas_is_ours():
     tamaas = pytest.importorskip("tamaas", reason="tamaas is not installed (extra: bench)")
-    grid = window(CELLS, quarter=False)
+    grid = window(CELLS, even=(False, False))
     lengths = [2 * extent for extent in grid.extent]
     model = tamaas.ModelFactory.createModel(tamaas.model_type.basic_2d, lengths, grid.shape)
     model.E, model.nu = MODULUS, 0.0

@@ -20,6 +20,7 @@ from fretwear.data.dataset import (
     different_parameters,
     history_dataset,
     history_line,
+    mirrored,
     positions_inside,
     resampled,
     source,
@@ -127,10 +128,10 @@ def test_all_problems_are_told_at_once(case, make_arrays):
     ("change", "symmetry", "message"),
     [
         (lambda a: a._replace(x=a.x[::-1]), "even_xy", "x does not increase"),
-        (lambda a: a._replace(y=a.y - a.y[3]), "even_xy", "a quarter has only y > 0"),
+        (lambda a: a._replace(y=a.y - a.y[3]), "even_xy", "one side has only y > 0"),
         (lambda a: a._replace(cycles=a.cycles - 1.0), "even_xy", "cycle begins at -1"),
         (lambda a: a._replace(cycles=a.cycles * 0.0), "even_xy", "cycle does not increase"),
-        (lambda a: a, "even", "symmetry is 'even', expected one of even_xy, none"),
+        (lambda a: a, "even", "symmetry is 'even', expected one of even_xy, even_x, even_y, none"),
     ],
 )
 def test_coordinates_that_make_no_sense_are_refused(case, make_arrays, change, symmetry, message):
@@ -178,6 +179,26 @@ def test_a_whole_contact_is_not_taken_for_a_quarter():
     cells = np.r_[-CELLS[::-1], CELLS]
     between = resampled(cells[None], cells, np.array([-6.0, 6.0]), axis=1)
     np.testing.assert_allclose(between, [[-6.0, 6.0]], rtol=1e-14)
+
+
+@pytest.mark.parametrize(("symmetry", "doubled"), [("even_x", "x"), ("even_y", "y")])
+def test_a_half_is_mirrored_along_the_axis_in_which_it_is_even(
+    case, make_arrays, symmetry, doubled
+):
+    arrays = make_arrays(case)
+    other = {"x": "y", "y": "x"}[doubled]
+    centred = arrays._replace(**{other: getattr(arrays, other) - getattr(arrays, other).mean()})
+    half = case_dataset(case, *centred, symmetry=symmetry)
+    whole = mirrored(half)
+    assert whole.attrs["symmetry"] == "none"
+    assert whole.sizes[doubled] == 2 * half.sizes[doubled]
+    assert whole.sizes[other] == half.sizes[other]
+    xr.testing.assert_equal(whole.sel({doubled: half[doubled]}).pressure, half.pressure)
+    np.testing.assert_array_equal(
+        whole.pressure.isel({doubled: slice(None, None, -1)}), whole.pressure
+    )
+    with pytest.raises(ValueError, match=f"both sides have {other} < 0"):
+        case_dataset(case, *arrays, symmetry=symmetry)
 
 
 def test_states_are_those_of_the_nearest_cell():

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fretwear import figures
+from fretwear.data.dataset import mirrored
 from fretwear.data.files import open_case, write_case
 from fretwear.running.simulate import Result
 
@@ -70,6 +71,18 @@ def test_a_figure_is_as_wide_as_journal_columns(
 ) -> None:
     figure = figures.pressure_profiles(smooth, columns=columns)
     assert figure.get_figwidth() * 25.4 == pytest.approx(millimetres)
+
+
+def test_profiles_that_are_not_even_show_both_sides(smooth: xr.Dataset) -> None:
+    whole = mirrored(smooth)
+    whole["pressure"] = whole.pressure * (1.0 + 1e3 * whole.x)
+    axes = figures.pressure_profiles(whole).axes[0]
+    assert axes.get_xlim()[0] == -axes.get_xlim()[1]
+    for (x, y), expected in zip(
+        _curves(axes), whole.pressure.sel(y=0.0, method="nearest").values, strict=True
+    ):
+        np.testing.assert_allclose(x, whole["x"].values * 1e6)
+        np.testing.assert_allclose(y, expected / 1e6, rtol=1e-6)
 
 
 def test_other_widths_are_refused(smooth: xr.Dataset) -> None:

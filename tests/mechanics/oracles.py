@@ -103,8 +103,7 @@ def violations(problem: WearProblem, state: State) -> Violations:
     """Violations of the contact conditions by a state, from its pressure and its shape alone."""
     shape = problem.unworn(state.geometry) + state.wear + state.plastic
     fields = (state.pressure, shape, state.gap)
-    if state.geometry.quarter:
-        fields = tuple(unfolded(field) for field in fields)
+    fields = tuple(unfolded(field, state.geometry.even) for field in fields)
     pressure, shape, reported = fields
     spacing = state.geometry.spacing
     gap = displacement(pressure, spacing, problem.bodies.composite_modulus) + shape - state.approach

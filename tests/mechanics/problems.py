@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fretwear.mechanics.contact import Accuracy, ContactProblem, Layer
-from fretwear.mechanics.geometry import Array, HalfSpace, Mask
+from fretwear.mechanics.geometry import Array, Even, HalfSpace, Mask
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.loading import TangentialRatio
 from fretwear.mechanics.materials import Coulomb
@@ -42,6 +42,7 @@ class Waves:
     amplitude: float
     wavenumber_x: float
     wavenumber_y: float
+    even: Even = (True, True)
 
     def height(self, x: Array, y: Array) -> Array:
         return self.amplitude * np.cos(self.wavenumber_x * x) * np.cos(self.wavenumber_y * y)
@@ -58,6 +59,9 @@ class Waves:
 # Long enough for a grid of a/16, of different lengths so that x and y cannot be mixed up.
 ROUGH, SMOOTH = Waves(0.2e-6, 2 * np.pi / (0.7 * A), 2 * np.pi / A), None
 
+
+# What a problem may be even in: computed on the quarter, on either half, on the whole.
+EVEN: list[Even] = [(True, True), (True, False), (False, True), (False, False)]
 
 # At the usual tolerance, two ways to the same result agree to that tolerance only.
 CONVERGED = Accuracy.uniform(3e-12)
@@ -100,10 +104,17 @@ def unworn(geometry: Grid, roughness: Waves | None = SMOOTH) -> Array:
     return fretting(roughness=roughness).unworn(geometry)
 
 
-def window(cells: tuple[int, int], half_width: float = 1.15 * A, *, quarter: bool = True) -> Grid:
+def window(
+    cells: tuple[int, int], half_width: float = 1.15 * A, *, even: Even = (True, True)
+) -> Grid:
     """A window of a half-width along x and y, divided into ``cells``."""
-    width = half_width if quarter else 2 * half_width
-    return Grid(cells, (width / cells[0], width / cells[1]), quarter)
+    x, y = (half_width * (2 - one) / n for n, one in zip(cells, even, strict=True))
+    return Grid(cells, (x, y), even)
+
+
+def uneven(roughness: Waves | None, even: Even = (False, False)) -> Waves:
+    """The same surface, said to be even along some axes only."""
+    return replace(roughness or Waves(0.0, 1 / A, 1 / A), even=even)
 
 
 def pressed(
@@ -119,16 +130,17 @@ def pressed(
     return ContactProblem(bodies, unworn(window, roughness), load, limit * P0, layer)
 
 
-def unfolded(field: Array) -> Array:
-    """The whole of a field that is even in x and y, from its quarter x > 0, y > 0."""
-    half = np.concatenate([field[::-1], field], axis=0)
-    return np.concatenate([half[:, ::-1], half], axis=1)
+def unfolded(field: Array, even: Even = (True, True)) -> Array:
+    """The whole of a field that is even along some axes, from its positive side."""
+    for axis in np.flatnonzero(even):
+        field = np.concatenate([np.flip(field, axis), field], axis)
+    return field
 
 
-def folded(field: Array) -> Array:
-    """The quarter x > 0, y > 0 of a whole field."""
-    nx, ny = field.shape
-    return field[nx // 2 :, ny // 2 :]
+def folded(field: Array, even: Even = (True, True)) -> Array:
+    """The positive side of a whole field along some axes."""
+    x, y = (n // 2 if one else 0 for n, one in zip(field.shape, even, strict=True))
+    return field[x:, y:]
 
 
 def covered(outer: Grid, inner: Grid) -> Mask:

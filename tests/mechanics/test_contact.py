@@ -112,7 +112,7 @@ def test_soft_layer_alone_is_a_winkler_foundation():
 @pytest.mark.parametrize("layered", [False, True], ids=["bare", "layered"])
 @pytest.mark.parametrize("limit", LIMITS)
 def test_small_contacts_equal_a_dense_bounded_least_squares_solution(limit: float, layered: bool):
-    cells = window((10, 8), quarter=False)
+    cells = window((10, 8), even=(False, False))
     matrix = oracles.influence_matrix(cells, MODULUS)
     random = np.random.default_rng(7)
     compliance = random.uniform(0.0, 3.0, cells.shape) * matrix[0, 0] * layered
@@ -133,7 +133,7 @@ def test_small_contacts_equal_a_dense_bounded_least_squares_solution(limit: floa
 def test_solution_meets_the_conditions_of_contact_by_an_independent_convolution(
     name: str, limit: float
 ):
-    cells = window((48, 40), quarter=False)
+    cells = window((48, 40), even=(False, False))
     problem = pressed(cells, roughness=SURFACES[name], limit=limit)
     found = solve_contact(problem, tolerance=1e-7)
     displaced = oracles.displacement(found.pressure, cells.spacing, MODULUS)
@@ -157,7 +157,7 @@ def test_solution_meets_the_conditions_of_contact_by_an_independent_convolution(
 @pytest.mark.parametrize("limit", LIMITS)
 def test_quarter_and_whole_domain_give_the_same_pressure(name: str, limit: float):
     quarter = pressed(window((40, 32)), roughness=SURFACES[name], limit=limit)
-    whole = pressed(window((80, 64), quarter=False), roughness=SURFACES[name], limit=limit)
+    whole = pressed(window((80, 64), even=(False, False)), roughness=SURFACES[name], limit=limit)
     one, four = (solve_contact(problem, tolerance=1e-10) for problem in (quarter, whole))
     np.testing.assert_allclose(one.pressure, folded(four.pressure), atol=1e-8 * P0)
     np.testing.assert_array_equal(one.saturated, folded(four.saturated))
@@ -343,7 +343,7 @@ def test_a_loose_tolerance_is_met_too_where_a_few_cells_stand_out():
     radius, modulus, load = 1.0, 335760.8496047178, 222.95869899351814
     amplitude, slopes = 2.2289025243327458e-05, (0.001225830655240451, 0.0011498574636143453)
     numbers = [0.5 * np.pi * np.tan(slope) / amplitude for slope in slopes]
-    cells = Grid((54, 40), (0.002977677213711879, 0.0042187451092492246), True)
+    cells = Grid((54, 40), (0.002977677213711879, 0.0042187451092492246))
     rough = fretting(indenter=Sphere(radius), roughness=Waves(amplitude, *numbers))
     shape = rough.unworn(cells)
     problem = ContactProblem(cells.half_space(modulus), shape, load)

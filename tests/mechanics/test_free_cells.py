@@ -7,7 +7,7 @@ from fretwear.mechanics.free_cells import Preconditioner
 from fretwear.mechanics.geometry.grid import Grid
 
 from . import oracles
-from .problems import folded, matrix_of, unfolded
+from .problems import EVEN, folded, matrix_of, unfolded
 
 MODULUS = 1.1e11
 SPACING = (1e-6, 2e-6)
@@ -17,7 +17,7 @@ UNIT = -3e-9
 
 def dense(cells: Grid) -> np.ndarray:
     """K of a quarter window in units of the influence of a cell on itself."""
-    whole = Grid((2 * SHAPE[0], 2 * SHAPE[1]), SPACING, quarter=False)
+    whole = Grid((2 * SHAPE[0], 2 * SHAPE[1]), SPACING, even=(False, False))
     matrix = oracles.influence_matrix(whole, MODULUS)
 
     def convolve(field):
@@ -96,10 +96,10 @@ def spread(bodies, free, tangent, apply):
     return values.max() / values.min()
 
 
-@pytest.mark.parametrize("quarter", [True, False])
+@pytest.mark.parametrize("even", EVEN)
 @pytest.mark.parametrize("softness", [0.0, 0.3, 30.0])
-def test_it_is_symmetric_and_positive_on_the_free_cells(quarter, softness):
-    window = Grid((20, 10) if quarter else (24, 12), SPACING, quarter)
+def test_it_is_symmetric_and_positive_on_the_free_cells(even, softness):
+    window = Grid((20, 10) if all(even) else (24, 12), SPACING, even)
     bodies = window.half_space(MODULUS)
     free, tangent = wear_like(window, softness)
     inverse = matrix_of(inverse_on(bodies, tangent, free), free, np.float32)

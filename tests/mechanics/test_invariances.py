@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fretwear.mechanics.contact import Accuracy
+from fretwear.mechanics.geometry import Even
 from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.loading import TangentialRatio
 from fretwear.mechanics.materials import Coulomb
@@ -21,6 +22,7 @@ from fretwear.theory import HertzContact
 from .problems import (
     CONVERGED,
     COUPLING,
+    EVEN,
     FRICTION,
     HERTZ,
     LOAD,
@@ -36,6 +38,7 @@ from .problems import (
     fretting,
     near,
     pressed,
+    uneven,
     window,
 )
 
@@ -152,16 +155,17 @@ def test_roughness_alike_along_x_and_y_makes_fields_alike(limit: float):
 
 
 @pytest.mark.parametrize("limit", [np.inf, 1.4])
-@pytest.mark.parametrize("quarter", [True, False])
-def test_turning_roughness_and_grid_turns_the_fields(limit: float, quarter: bool):
+@pytest.mark.parametrize("even", EVEN)
+def test_turning_roughness_and_grid_turns_the_fields(limit: float, even: Even):
     spacing = (A / 10, A / 14)
-    turned = Waves(ROUGH.amplitude, ROUGH.wavenumber_y, ROUGH.wavenumber_x)
+    surface = uneven(ROUGH, even)
+    turned = Waves(ROUGH.amplitude, ROUGH.wavenumber_y, ROUGH.wavenumber_x, even[::-1])
     one, other = (
         final(
-            fretting(roughness=surface, limit=limit, spacing=cell, quarter=quarter),
+            fretting(roughness=waves, limit=limit, spacing=cell),
             accuracy=CONVERGED,
         )
-        for surface, cell in ((ROUGH, spacing), (turned, spacing[::-1]))
+        for waves, cell in ((surface, spacing), (turned, spacing[::-1]))
     )
     assert one.pressure.shape == other.pressure.shape[::-1]
     np.testing.assert_allclose(one.pressure, other.pressure.T, atol=1e-9 * P0)

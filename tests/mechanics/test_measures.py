@@ -9,11 +9,18 @@ from hypothesis import strategies as st
 
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.integrator import evolve, first_loading
-from fretwear.mechanics.measures import CONTACT_GAP, Measures, half_width, in_contact, measure
+from fretwear.mechanics.measures import (
+    CONTACT_GAP,
+    Measures,
+    half_width,
+    in_contact,
+    measure,
+    stick_half_width,
+)
 from fretwear.mechanics.state import State
 from fretwear.theory import CattaneoMindlin
 
-from .problems import COUPLING, FRICTION, HERTZ, LOAD, P0, ROUGH, A, fretting, near
+from .problems import COUPLING, EVEN, FRICTION, HERTZ, LOAD, P0, ROUGH, A, fretting, near, uneven
 
 PROBLEM = fretting()
 
@@ -54,16 +61,25 @@ def test_measures_of_the_unworn_sphere_are_those_of_hertz_and_cattaneo(unworn: S
         )
 
 
-@given(edge=st.floats(2.0, 15.0), axis=st.sampled_from([0, 1]), quarter=st.booleans())
-def test_half_width_finds_the_edge_of_an_elastic_contact_inside_a_cell(edge, axis, quarter):
+@given(edge=st.floats(2.0, 15.0), axis=st.sampled_from([0, 1]), even=st.sampled_from(EVEN))
+def test_half_width_finds_the_edge_of_an_elastic_contact_inside_a_cell(edge, axis, even):
     spacing = (1e-6, 1.7e-6)
-    cells = Grid((20, 20) if quarter else (40, 40), spacing, quarter)
+    cells = Grid(tuple(20 if one else 40 for one in even), spacing, even)
     position = np.abs(cells.x[:, None] if axis == 0 else cells.y[None, :])
     distance = np.broadcast_to(position, cells.shape) / spacing[axis]
     gap = 1e-9 * np.maximum(distance - edge, 0.0) ** 1.5
     # The power law is met exactly, so only rounding is left.
     found = half_width(cells, gap == 0, gap, axis)
     assert found == near(edge * spacing[axis], rel=1e-9)
+
+
+def test_half_widths_of_a_contact_that_is_not_even_are_the_mean_of_both_sides():
+    cells = Grid((20, 8), (1e-6, 1e-6), (False, True))
+    inside = np.zeros(cells.shape, dtype=bool)
+    inside[4:13, 0] = True
+    # From -6 µm to 3 µm; cells outside with equal gaps put the edge between cell centers.
+    assert half_width(cells, inside, np.where(inside, 0.0, 1e-9), 0) == near(4.5e-6)
+    assert stick_half_width(cells, inside * 1e9, 0) == near(4.5e-6)
 
 
 def test_half_width_is_zero_where_the_axis_is_open_and_the_window_at_most():
@@ -110,16 +126,17 @@ def test_contact_does_not_depend_on_where_the_approach_counts_from(unworn: State
 
 
 @pytest.mark.parametrize("limit", [np.inf, 1.6])
-def test_quarter_and_whole_domain_measure_the_same(limit: float):
+def test_quarter_half_and_whole_domain_measure_the_same(limit: float):
     found = []
-    for quarter in (True, False):
-        problem = fretting(12, roughness=ROUGH, limit=limit, quarter=quarter)
+    for even in EVEN:
+        problem = fretting(12, roughness=uneven(ROUGH, even), limit=limit)
         *_, last = evolve(problem, [300])
         found.append(measure(problem, last))
     for field in fields(Measures):
-        one, four = (getattr(measures, field.name) for measures in found)
-        # Both runs solve their contacts to 1e-6; widths add the slope of the gap at the edge.
-        assert one == near(four, rel=1e-6), field.name
+        one, *others = (getattr(measures, field.name) for measures in found)
+        # All runs solve their contacts to 1e-6; widths add the slope of the gap at the edge.
+        for other in others:
+            assert one == near(other, rel=1e-6), field.name
 
 
 def test_volumes_and_energy_are_integrals_over_the_whole_contact():

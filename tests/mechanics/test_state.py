@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fretwear.mechanics.contact import ContactProblem
-from fretwear.mechanics.geometry import Workspace
+from fretwear.mechanics.geometry import Even, Workspace
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.integrator import evolve, first_loading
 from fretwear.mechanics.slip import Jaeger
@@ -16,6 +16,7 @@ from fretwear.theory import HertzContact
 
 from .oracles import violations
 from .problems import (
+    EVEN,
     FRICTION,
     HERTZ,
     LOAD,
@@ -27,6 +28,7 @@ from .problems import (
     covered,
     fretting,
     near,
+    uneven,
 )
 
 KINDS = {
@@ -97,13 +99,12 @@ def test_first_window_grows_until_it_holds_the_contact(kind: str):
 
 def grown(state: State, cells: int) -> Grid:
     nx, ny = state.geometry.shape
-    step = cells if state.geometry.quarter else 2 * cells
-    return Grid((nx + step, ny + 2 * step), state.geometry.spacing, state.geometry.quarter)
+    return Grid((nx + 2 * cells, ny + 4 * cells), state.geometry.spacing, state.geometry.even)
 
 
-@pytest.mark.parametrize("quarter", [True, False])
-def test_a_larger_window_keeps_every_field_and_computes_the_gaps_outside(quarter: bool):
-    problem = fretting(12, roughness=ROUGH, limit=1.2, quarter=quarter)
+@pytest.mark.parametrize("even", EVEN)
+def test_a_larger_window_keeps_every_field_and_computes_the_gaps_outside(even: Even):
+    problem = fretting(12, roughness=uneven(ROUGH, even), limit=1.2)
     *_, state = evolve(problem, [200])
     window = grown(state, 7)
     moved = state.on(Workspace(problem), window)

@@ -41,7 +41,7 @@ def test_waves_rise_with_the_mean_slope_along_each_direction():
 
 
 def test_rough_sphere_is_even_and_the_sum_of_both():
-    window = Grid((12, 10), (2e-6, 5e-6), quarter=False)
+    window = Grid((12, 10), (2e-6, 5e-6), even=(False, False))
     rough, smooth = (fretting(roughness=each).unworn(window) for each in (WAVES, None))
     height = WAVES.height(window.x[:, None], window.y)
     np.testing.assert_allclose(rough - smooth, height, atol=1e-18)

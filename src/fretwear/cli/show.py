@@ -29,7 +29,7 @@ from fretwear.units import (
     smallest_unit,
     with_unit,
 )
-from fretwear.vocabulary import HEADLINES, RESULTS, PointStatus
+from fretwear.vocabulary import HEADLINES, RESULTS, SYMMETRIES, PointStatus
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -50,6 +50,7 @@ _MARK = "† Of a single cell: at an edge of elastic bodies it grows with a fine
 _BOTH = "Draw both over each other, to this file: .png, .svg or .pdf."
 _MOST_POINTS = 100
 _DIGITS = 4
+_PARTS = ("all", "half", "a quarter")
 
 
 def show(
@@ -144,7 +145,7 @@ def case_lines(content: dict[str, Any]) -> Iterator[str]:
     if content["case_id"] not in content["title"]:
         yield content["case_id"]
     yield content["source"]
-    cells, part = content["cells"], "all" if content["symmetry"] == "none" else "a quarter"
+    cells, part = content["cells"], _PARTS[sum(SYMMETRIES[content["symmetry"]])]
     yield (
         f"{cells[0]} x {cells[1]} cells ({part} of the contact), {content['steps']} steps, "
         f"{content['convolutions']} convolutions"

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
@@ -48,8 +48,6 @@ KEY_RESULTS: tuple[Variable, ...] = tuple(
 
 _SAME = 1e-12
 
-Symmetry = Literal["even_xy", "none"]
-
 
 def case_dataset(
     case: Case,
@@ -59,7 +57,7 @@ def case_dataset(
     fields: Mapping[str, ArrayLike],
     scalars: Mapping[str, ArrayLike],
     *,
-    symmetry: Symmetry = "even_xy",
+    symmetry: str = "even_xy",
     rings: bool = False,
     title: str = "",
     command: str = "fretwear.simulate",
@@ -71,15 +69,15 @@ def case_dataset(
     case : Case
         The case; its parameters become scalar coordinates and the attribute ``parameters``.
     x, y : array_like, shape (nx,) and (ny,)
-        Cell centres in m, increasing; all positive when only a quarter is stored.
+        Cell centres in m, increasing; all positive along axes in which the contact is even.
     cycles : array_like, shape (ncycles,)
         Cycle number of each snapshot, increasing from 0.
     fields : mapping of str to array_like, shape (ncycles, nx, ny)
         Every variable of `fretwear.vocabulary.FIELDS`, SI units.
     scalars : mapping of str to array_like, shape (ncycles,)
         Every variable of `fretwear.vocabulary.SCALARS`, SI units, for the whole contact.
-    symmetry : {"even_xy", "none"}
-        ``"even_xy"`` when the arrays are the quarter x > 0, y > 0 of a contact even in both.
+    symmetry : {"even_xy", "even_x", "even_y", "none"}
+        In what the contact is even: the arrays hold one side of it only.
     rings : bool
         Whether the contact was computed on concentric rings, and the fields are samples of them.
     title : str
@@ -212,6 +210,7 @@ def _variables(
 
 def _coordinate_problems(coordinates: Mapping[str, xr.Variable], symmetry: str) -> list[str]:
     problems = []
+    one_sided = dict(zip(("x", "y"), SYMMETRIES.get(symmetry, ()), strict=False))
     if symmetry not in SYMMETRIES:
         problems.append(f"symmetry is {symmetry!r}, expected one of {', '.join(SYMMETRIES)}")
     for name, coordinate in coordinates.items():
@@ -222,8 +221,10 @@ def _coordinate_problems(coordinates: Mapping[str, xr.Variable], symmetry: str) 
             problems.append(f"{name} does not increase from value to value")
         elif name == CYCLE.name and values[0] < 0:
             problems.append(f"{name} begins at {values[0]:g}, expected 0 or more")
-        elif name != CYCLE.name and symmetry == "even_xy" and values[0] <= 0:
-            problems.append(f"{name} begins at {values[0]:g} m, but a quarter has only {name} > 0")
+        elif one_sided.get(name) and values[0] <= 0:
+            problems.append(f"{name} begins at {values[0]:g} m, but one side has only {name} > 0")
+        elif one_sided.get(name) is False and values[0] >= 0:
+            problems.append(f"{name} begins at {values[0]:g} m, but both sides have {name} < 0")
     return problems
 
 
@@ -233,24 +234,25 @@ def _raise_all(problems: list[str]) -> None:
 
 
 def mirrored(dataset: xr.Dataset) -> xr.Dataset:
-    """Mirror the quarter of a contact that is even in x and y to the whole contact.
+    """Mirror a contact to the whole along the axes in which it is even.
 
     Lazily opened data stay lazy; a dataset of the whole contact is returned as it is.
 
     Parameters
     ----------
     dataset : xarray.Dataset
-        nx × ny cells with x > 0 and y > 0, attribute ``symmetry``.
+        nx × ny cells, along axes in which it is even on the positive side; attribute ``symmetry``.
 
     Returns
     -------
     xarray.Dataset
-        2 nx × 2 ny cells, ``symmetry = "none"``.
+        Twice as many cells along these axes, ``symmetry = "none"``.
     """
-    if dataset.attrs["symmetry"] == "none":
+    even = SYMMETRIES[dataset.attrs["symmetry"]]
+    if not any(even):
         return dataset
     order, positions = {}, {}
-    for name in (X.name, Y.name):
+    for name in (each.name for each, is_even in zip((X, Y), even, strict=True) if is_even):
         cells = np.arange(dataset.sizes[name])
         order[name] = np.r_[cells[::-1], cells]
         values = np.r_[-dataset[name].values[::-1], dataset[name].values]
@@ -268,7 +270,7 @@ def resampled(
 
     Physical quantities are interpolated linearly; states, which are whole numbers, are those of
     the nearest cell. At a cell centre the value is that of the cell to the last bit. Beyond the
-    outermost cells, and nearer the middle than the first cell of a quarter, it stays that of the
+    outermost cells, and nearer the middle than the first cell of one side, it stays that of the
     cell.
 
     Parameters
@@ -276,7 +278,7 @@ def resampled(
     values : numpy.ndarray
         n values along `axis`.
     cells : numpy.ndarray, shape (n,)
-        Cell centres in m, increasing; all positive for the quarter of a contact that is even.
+        Cell centres in m, increasing; all positive for one side of a contact that is even.
     positions : numpy.ndarray, shape (m,)
         Where values are wanted, m.
     axis : int

@@ -278,8 +278,8 @@ def open_case(path: str | PathLike[str], full: bool = False) -> xr.Dataset:
     path : str or path-like
         The file.
     full : bool
-        Mirror a stored quarter to the whole contact, x and y from −L to L. Every field is even
-        in x and y; the scalars are those of the whole contact in either form.
+        Mirror the stored side of a contact that is even along x, y or both to the whole, x and y
+        from −L to L. The scalars are those of the whole contact in either form.
 
     Returns
     -------

@@ -233,7 +233,7 @@ class _Window(NamedTuple):
     def of(cls, file: CaseFile, name: str) -> _Window:
         """Return the window of a case along x or y."""
         cells = file.read(name)
-        is_whole = file.attribute("symmetry") == "none"
+        is_whole = bool(cells[0] < 0.0)
         inner, outer = float(cells[0]), float(cells[-1])
         spacing = (outer - inner) / (cells.size - 1) if is_whole else 2.0 * inner
         return cls(spacing, outer + 0.5 * spacing, is_whole)

@@ -1,4 +1,4 @@
-"""What figures take from datasets: a field along x > 0, snapshots, envelopes of rough profiles."""
+"""What figures take from datasets: a field along x, snapshots, envelopes of rough profiles."""
 
 from __future__ import annotations
 
@@ -23,12 +23,13 @@ Envelope = Callable[[Array, Array, float], Array]
 """Turns x, values and a wavelength into the values of a curve that can be read."""
 
 _CELLS_PER_WAVE = 4.0
+_ALIKE = 1e-3
 _PEAKS_MATTER = ("pressure", "shear_traction", "wear_rate")
 
 
 @dataclass(frozen=True)
 class HalfProfiles:
-    """One field along x > 0 at several cycles, in SI units.
+    """One field at several cycles along x > 0, or along all of x where it is not even; SI units.
 
     `x` are the n cell centres, `values` of shape (k, n) the field at the k `cycles`, at which the
     zones have the half-widths given. `wavelength` is that of the roughness along x, 0 where it is
@@ -43,6 +44,11 @@ class HalfProfiles:
     stick_half_width: Array
     wavelength: float
     is_capped: bool = False
+
+    @property
+    def is_even(self) -> bool:
+        """Whether one side is all there is to show."""
+        return bool(self.x[0] > 0.0)
 
     @property
     def is_wavy(self) -> bool:
@@ -64,7 +70,7 @@ class HalfProfiles:
 
 
 def half_profiles(dataset: xr.Dataset, field: Field | str, cycles: Cycles = None) -> HalfProfiles:
-    """Take one field along x > 0 on the line nearest y = 0.
+    """Take one field on the line nearest y = 0: along x > 0, or all of x where it is not even.
 
     Parameters
     ----------
@@ -96,7 +102,9 @@ def half_profiles(dataset: xr.Dataset, field: Field | str, cycles: Cycles = None
         )
     picked = dataset.sel(cycle=list(checked_cycles(dataset, cycles)))
     line = line_near_the_middle(picked[name])
-    line = line.isel(x=np.flatnonzero(line["x"].values > 0.0)).transpose("cycle", "x")
+    line = line.transpose("cycle", "x")
+    if line["x"][0] < 0.0 and is_even(line.values):
+        line = line.isel(x=np.flatnonzero(line["x"].values > 0.0))
     return HalfProfiles(
         field=field,
         x=line["x"].values.astype(np.float64),
@@ -107,6 +115,12 @@ def half_profiles(dataset: xr.Dataset, field: Field | str, cycles: Cycles = None
         wavelength=roughness_wavelength(dataset),
         is_capped=bool(np.isfinite(float(dataset.coords.get("plastic_limit", np.inf)))),
     )
+
+
+def is_even(values: NDArray[Any]) -> bool:
+    """Tell whether profiles over the whole of x look alike on both sides."""
+    tolerance = _ALIKE * float(np.nanmax(np.abs(values), initial=0.0))
+    return np.allclose(values, values[:, ::-1], rtol=0.0, atol=tolerance, equal_nan=True)
 
 
 def field_of(quantity: Field | str) -> Field:
@@ -195,9 +209,9 @@ def envelope_of(field: Field) -> Envelope:
 def peak_envelope(x: Array, values: Array, wavelength: float) -> Array:
     """Return the curve through the highest value of every wave.
 
-    `x` are the n cell centres in m, `values` n values that are nowhere negative, of a surface even
-    in x, and `wavelength` is that along x in m. The n values returned are those of
-    shape-preserving cubics through the peaks: they overshoot none of them.
+    `x` are the n cell centres in m, `values` n values that are nowhere negative, and `wavelength`
+    is that along x in m. The n values returned are those of shape-preserving cubics through the
+    peaks: they overshoot none of them.
     """
     crest_in_the_middle = float(np.nansum(values * np.cos(2.0 * np.pi * x / wavelength))) >= 0.0
     wave = np.floor(x / wavelength + (0.5 if crest_in_the_middle else 0.0)).astype(np.int64)
@@ -219,16 +233,17 @@ def peak_envelope(x: Array, values: Array, wavelength: float) -> Array:
 def wave_mean(x: Array, values: Array, wavelength: float) -> Array:
     """Return the running mean over a wave, for quantities whose peaks say little.
 
-    Parameters and result are those of `peak_envelope`. At x = 0 the profile is continued evenly;
-    near its end, where the mean would need values beyond, the result is NaN. The mean of the mean
-    is taken: a single one leaves ripples where a wave is not a whole number of cells.
+    Parameters and result are those of `peak_envelope`. At x = 0 a profile of one side is continued
+    evenly; near an end, where the mean would need values beyond, the result is NaN. The mean of
+    the mean is taken: a single one leaves ripples where a wave is not a whole number of cells.
     """
     cells = max(1, round(wavelength / float(x[1] - x[0])))
     window = np.convolve(np.full(cells, 1.0 / cells), np.full(cells, 1.0 / cells))
     half = window.size // 2
     if values.size <= half:
         return values
-    continued = np.concatenate([values[:half][::-1], values, np.full(half, np.nan)])
+    before = values[:half][::-1] if x[0] > 0.0 else np.full(half, np.nan)
+    continued = np.concatenate([before, values, np.full(half, np.nan)])
     return np.convolve(continued, window, mode="valid")
 
 

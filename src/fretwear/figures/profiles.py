@@ -264,22 +264,25 @@ def frame_of(panels: Sequence[HalfProfiles]) -> Frame:
     """
     field = panels[0].field
     right = _BEYOND_CONTACT * max(float(panel.contact_half_width.max()) for panel in panels)
-    left = 0.0
+    is_even = all(panel.is_even for panel in panels)
+    left = 0.0 if is_even else -right
     if at_edge(field):
         # Outside the window the gap is not stored.
         right = min(right, max(float(panel.x[-1]) for panel in panels))
-        if not any(panel.is_wavy for panel in panels):
+        left = 0.0 if is_even else -right
+        if is_even and not any(panel.is_wavy for panel in panels):
             left = _BEFORE_EDGE * min(float(panel.contact_half_width.min()) for panel in panels)
     top = max(_top(panel, right) for panel in panels)
     return Frame(left, right, _ABOVE * top or 1.0, field.unit or readable_unit(top, field.si_unit))
 
 
 def _top(profiles: HalfProfiles, right: float) -> float:
-    shown = profiles.values[:, profiles.x <= right]
+    distance = np.abs(profiles.x)
+    shown = profiles.values[:, distance <= right]
     first, highest = float(np.nanmax(shown[0])), float(np.nanmax(shown))
     if at_edge(profiles.field):
         inside = [
-            float(values[profiles.x < _INSIDE_CONTACT * half_width].max(initial=0.0))
+            float(values[distance < _INSIDE_CONTACT * half_width].max(initial=0.0))
             for values, half_width in zip(profiles.values, profiles.contact_half_width, strict=True)
         ]
         last = float(np.nanmax(shown[-1]))
@@ -330,7 +333,8 @@ def draw_profiles(
 
 def shade_stick(axes: Axes, profiles: HalfProfiles) -> None:
     """Shade the stick zone of the last cycle."""
-    axes.axvspan(0.0, MICROMETRE.of(profiles.stick_half_width[-1]), color=STICK_SHADE, lw=0)
+    edge = float(MICROMETRE.of(profiles.stick_half_width[-1]))
+    axes.axvspan(0.0 if profiles.is_even else -edge, edge, color=STICK_SHADE, lw=0)
 
 
 def draw_curves(
@@ -359,7 +363,10 @@ def _name_zones(axes: Axes, profiles: HalfProfiles) -> None:
     stick = max(left, float(MICROMETRE.of(profiles.stick_half_width[-1])))
     contact = float(MICROMETRE.of(profiles.contact_half_width[-1]))
     above = axes.get_xaxis_transform()
-    for start, end, name, color in ((left, stick, "stick", INK), (stick, contact, "slip", MUTED)):
+    zones = [(left, stick, "stick", INK), (stick, contact, "slip", MUTED)]
+    if not profiles.is_even:
+        zones = [(-stick, stick, "stick", INK), zones[1], (-contact, -stick, "slip", MUTED)]
+    for start, end, name, color in zones:
         if end <= start:
             continue
         axes.plot([start, end], [1.02, 1.02], transform=above, color=color, **_BAR)

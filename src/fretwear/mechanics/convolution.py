@@ -1,24 +1,28 @@
 """Free-space convolution of a field on a window with a kernel that is even along x and y.
 
-Zero padding makes a discrete convolution exact: free space, no periodic images. Where the field
-is even too, only the quarter x > 0, y > 0 is kept: the even extension turns the Fourier transform
-into cosine transforms, DCT-II of the field and DCT-I of the kernel, with the same result to
-rounding.
+Zero padding makes a discrete convolution exact: free space, no periodic images. Its frequencies
+fall into two branches, neither of which needs the zeros: the even ones are those of the window
+repeated periodically, the odd ones those of the window repeated with alternating sign. Half as
+long and without the zeros, both together take less time, and for the two branches of two axes the
+spectra of the kernel are fields of the window's size.
 
-A DCT-II of n numbers and as many zeros is never made as such: its even frequencies are the DCT-II
-of the n numbers, its odd ones their DCT-IV. Half as long and without the zeros, both together
-take less time, and the spectra of the four parities of two axes are fields of the window's shape.
+Along an axis in which the field is even, only the half with positive coordinates is kept, and the
+transforms are cosine transforms: DCT-II for the even branch, DCT-IV for the odd one. Along an axis
+without symmetry the even branch is a Hartley transform, cas θ = cos θ − sin θ, which is real as
+they are; for the odd one the field is parted into its even and its odd half, and the DCT-IV of each
+is taken, of the odd half in reverse order, by which sines become cosines but for a sign that the
+way back undoes. So a whole window costs per cell what a quarter does.
 
 Transforms are made by ducc0 where it is installed, which is up to twice as fast here, else by
-scipy.fft; both give the same to rounding. None is normalized: a cosine transform and its inverse
-(III undoes II, IV undoes itself) together multiply by twice the number of cells along each of the
-axes, a Fourier transform and its inverse by the number of cells.
+scipy.fft; both give the same to rounding. None is normalized: a transform and its inverse (III
+undoes II, IV and Hartley's undo themselves) together multiply by twice the number of cells on the
+positive side.
 """
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any, Generic
 
@@ -26,7 +30,7 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
-from fretwear.mechanics.geometry import Array, Real, Single
+from fretwear.mechanics.geometry import Array, Even, Real, Single
 from fretwear.mechanics.kernels import blocks_of_rows
 
 try:
@@ -34,103 +38,151 @@ try:
 except ImportError:
     ducc0 = None
 
-Spectrum = NDArray[np.complexfloating[Any, Any]]
-
 _BLOCK_BYTES = 2**18
 
 
-class Convolution(ABC, Generic[Real]):
-    """Convolution of fields on a window with one kernel, in double or in single precision."""
+@dataclass(frozen=True)
+class _Axis:
+    """The transforms along one axis of a window."""
 
-    @abstractmethod
-    def __call__(self, field: Real) -> Real:
-        """The convolution of a field, which is left as it is."""
+    number: int
+    is_even: bool
+    workers: int
 
-    @abstractmethod
-    def in_single(self, unit: float) -> Convolution[Single]:
-        """The same in single precision, its kernel in some unit."""
+    def forward(self, field: Real, into: Real | None = None) -> None:
+        """The even branch, in place if no room is given."""
+        if self.is_even:
+            dct(2, field, (self.number,), self.workers, into=into)
+        else:
+            hartley(field, self.number, self.workers, into=into)
 
-    def inverse(self, added: float = 0.0) -> Callable[[Real], Real]:
-        """Approximate inverse of the convolution plus a multiple of the field, not negative.
+    def backward(self, field: Real) -> None:
+        """The inverse of `forward`, in place."""
+        if self.is_even:
+            dct(3, field, (self.number,), self.workers)
+        else:
+            hartley(field, self.number, self.workers)
 
-        Returns
-        -------
-        A function of a field: symmetric, positive definite, a quarter of the cost of a
-        convolution, as the window is not padded. It may put the result in the place of its
-        argument.
-        """
-        return partial(self._divided, self._inverse_spectrum(added))
+    def odd_forward(self, field: Real, into: Real) -> None:
+        """The odd branch: of the odd half in reverse order, then of the even half."""
+        if self.is_even:
+            dct(4, field, (self.number,), self.workers, into=into)
+            return
+        (down, up), (odd, even) = self._halves(field), self._halves(into)
+        reverse = self._reversed
+        np.add(up, down[reverse], out=even)
+        np.subtract(up[reverse], down, out=odd)
+        self._odd_transform(into)
 
-    @abstractmethod
-    def _inverse_spectrum(self, added: float) -> Real:
-        """Inverse of the spectrum of the window without padding, plus a number."""
+    def add_odd_backward(self, odd_branch: Real, field: Real) -> None:
+        """Add the inverse of `odd_forward`, whose argument is overwritten, to a field."""
+        self._odd_transform(odd_branch)
+        if self.is_even:
+            field += odd_branch
+            return
+        (down, up), (odd, even) = self._halves(field), self._halves(odd_branch)
+        reverse = self._reversed
+        up += even
+        up += odd[reverse]
+        down += even[reverse]
+        down -= odd
 
-    @abstractmethod
-    def _divided(self, inverse_spectrum: Real, field: Real) -> Real:
-        """Periodic convolution with the field of a spectrum, on the window without padding."""
+    def _odd_transform(self, field: Real) -> None:
+        for half in (field,) if self.is_even else self._halves(field):
+            dct(4, half, (self.number,), self.workers)
+
+    @property
+    def _reversed(self) -> tuple[slice, ...]:
+        return (*[slice(None)] * self.number, slice(None, None, -1))
+
+    def _halves(self, field: Real) -> tuple[Real, Real]:
+        half = field.shape[self.number] // 2
+        if self.number == 0:
+            return field[:half], field[half:]
+        return field[:, :half], field[:, half:]
 
 
-class CosineConvolution(Convolution[Real]):
-    """On the quarter x > 0, y > 0 of an even problem.
+class Convolution(Generic[Real]):
+    """Convolution of fields on a window with one kernel, in double or in single precision.
 
     Parameters
     ----------
     spectra
-        Of the kernel, by parity of the frequency along x and along y; fields of the window's
-        shape, divided by what the transforms of a convolution multiply by.
+        Of the kernel, by branch of the frequency along x and along y, divided by what the
+        transforms of a convolution multiply by. Along x they are those of a half, one more for the
+        even branch where the field is not even; along y in the order of the branch.
+    even
+        Whether fields are even along x and along y.
     workers
-        Threads of one transform.
+        Threads.
     """
 
-    def __init__(self, spectra: Sequence[Sequence[Real]], workers: int) -> None:
+    def __init__(self, spectra: Sequence[Sequence[Real]], even: Even, workers: int) -> None:
         self._spectra: Sequence[Sequence[Real]] = spectra
-        self._workers = workers
-        self._shape = spectra[0][0].shape
+        self._even, self._workers = even, workers
         self._precision: np.dtype[Any] = spectra[0][0].dtype
+        self._half, columns = spectra[1][0].shape
+        self._shape = (self._half if even[0] else 2 * self._half), columns
+        self._x, self._y = _Axis(0, even[0], workers), _Axis(1, even[1], 1)
 
     @staticmethod
-    def offsets(shape: tuple[int, int]) -> tuple[int, int]:
+    def offsets(shape: tuple[int, int], even: Even) -> tuple[int, int]:
         """Number of offsets along x and y at which the kernel is needed on a window."""
-        return 2 * shape[0] + 1, 2 * shape[1] + 1
+        nx, ny = (2 * n if is_even else n for n, is_even in zip(shape, even, strict=True))
+        return nx + 1, ny + 1
 
     @staticmethod
-    def with_kernel(kernel: Array, workers: int) -> CosineConvolution[Array]:
+    def with_kernel(kernel: Array, even: Even, workers: int = 1) -> Convolution[Array]:
         """With a kernel given at the `offsets` of a window, which is overwritten."""
         spectrum = scipy.fft.dctn(kernel, type=1, overwrite_x=True, workers=workers)
         # What two transforms along each of the axes of the padded window leave.
         spectrum /= 4 * (kernel.shape[0] - 1) * (kernel.shape[1] - 1)
-        return CosineConvolution(
-            [[np.ascontiguousarray(spectrum[x:-1:2, y:-1:2]) for y in (0, 1)] for x in (0, 1)],
-            workers,
-        )
+        rows = [spectrum[: -1 if even[0] else None : 2], spectrum[1::2]]
+        if not even[0]:
+            rows[1] = 0.5 * rows[1]
+        return Convolution([list(_by_branch(each, even[1])) for each in rows], even, workers)
 
-    def in_single(self, unit: float) -> CosineConvolution[Single]:
+    def in_single(self, unit: float) -> Convolution[Single]:
         """The same in single precision, its kernel in some unit."""
-        return CosineConvolution(
+        return Convolution(
             [[(field / unit).astype(np.float32) for field in row] for row in self._spectra],
+            self._even,
             self._workers,
         )
 
     def __call__(self, field: Real) -> Real:
         """The convolution of a field, which is left as it is."""
-        even = dct(2, field, (0,), self._workers, into=np.empty_like(field))
-        odd = dct(4, field, (0,), self._workers, into=self._odd)
-        for parity, spectra in zip((even, odd), self._spectra, strict=True):
-            for rows in self._blocks:
-                self._convolve_rows(parity[rows], spectra[0][rows], spectra[1][rows])
-        dct(3, even, (0,), self._workers)
-        even += dct(4, odd, (0,), self._workers)
-        return even
+        result, odd = np.empty_like(field), self._odd
+        self._x.odd_forward(field, odd)
+        self._x.forward(field, into=result)
+        for branch, spectra in zip((result, odd), self._spectra, strict=True):
+            of_rows = (self._of_rows(each, branch is odd) for each in spectra)
+            for rows, even_rows, odd_rows in zip(self._row_views(branch), *of_rows, strict=True):
+                for block in self._blocks:
+                    self._convolve_rows(rows[block], even_rows[block], odd_rows[block])
+        self._x.backward(result)
+        self._x.add_odd_backward(odd, result)
+        return result
 
     def _convolve_rows(self, field: Real, even: Real, odd: Real) -> None:
-        """Multiply rows by spectra of the even and the odd frequencies along y, in place."""
-        between = dct(4, field, (1,), self._workers, into=self._between[: len(field)])
+        """Multiply rows by spectra of the even and the odd branch along y, in place."""
+        between = self._between[: len(field)]
+        self._y.odd_forward(field, between)
         between *= odd
-        dct(4, between, (1,), self._workers)
-        dct(2, field, (1,), self._workers)
+        self._y.forward(field)
         field *= even
-        dct(3, field, (1,), self._workers)
-        field += between
+        self._y.backward(field)
+        self._y.add_odd_backward(between, field)
+
+    def _row_views(self, field: Real) -> list[Real]:
+        return [field] if self._even[0] else [field[: self._half], field[self._half :]]
+
+    def _of_rows(self, spectrum: Real, is_odd: bool) -> list[Real]:
+        """The parts of a spectrum that belong to `_row_views` of a branch."""
+        if self._even[0]:
+            return [spectrum]
+        # Frequencies of a Hartley transform rise to the middle and fall again.
+        return [spectrum[: self._half], spectrum if is_odd else spectrum[self._half : 0 : -1]]
 
     # Memory that was used a moment ago is faster than new memory, and so are blocks of rows that
     # the processor's cache holds.
@@ -141,97 +193,49 @@ class CosineConvolution(Convolution[Real]):
 
     @cached_property
     def _blocks(self) -> list[slice]:
-        return blocks_of_rows(self._shape, _BLOCK_BYTES // self._precision.itemsize)
+        shape = self._half, self._shape[1]
+        return blocks_of_rows(shape, _BLOCK_BYTES // self._precision.itemsize)
 
     @cached_property
     def _between(self) -> Real:
         return np.empty((self._blocks[0].stop, self._shape[1]), self._precision)
 
-    def _inverse_spectrum(self, added: float) -> Real:
-        nx, ny = self._shape
-        # The even frequencies are those of the window without padding.
-        result: Real = 16 * nx * ny * self._spectra[0][0]
-        result += added
-        np.divide(0.25 / (nx * ny), result, out=result)
-        return result
+    def inverse(self, added: float = 0.0) -> Callable[[Real], Real]:
+        """Approximate inverse of the convolution plus a multiple of the field, not negative.
 
-    def _divided(self, inverse_spectrum: Real, field: Real) -> Real:
-        dct(2, field, (0, 1), self._workers)
-        field *= inverse_spectrum
-        dct(3, field, (0, 1), self._workers)
+        Returns
+        -------
+        A function of a field: symmetric, positive definite, a quarter of the cost of a
+        convolution, as the window is not padded. It may put the result in the place of its
+        argument.
+        """
+        cells = self._half * (self._shape[1] // (1 if self._even[1] else 2))
+        # The even frequencies are those of the window without padding.
+        result: Real = 16 * cells * self._spectra[0][0]
+        result += added
+        np.divide(0.25 / cells, result, out=result)
+        return partial(self._divided, self._of_rows(result, False))
+
+    def _divided(self, inverse_spectrum: Sequence[Real], field: Real) -> Real:
+        """Periodic convolution with the field of a spectrum, on the window without padding."""
+        self._x.forward(field)
+        self._y.forward(field)
+        for rows, spectrum in zip(self._row_views(field), inverse_spectrum, strict=True):
+            rows *= spectrum
+        self._x.backward(field)
+        self._y.backward(field)
         return field
 
 
-class FourierConvolution(Convolution[Real]):
-    """On a whole window, for fields without symmetry.
-
-    Parameters
-    ----------
-    spectrum
-        Of the kernel on the padded window, real; divided by the number of its cells.
-    workers
-        Threads of one transform.
-    """
-
-    def __init__(self, spectrum: Real, workers: int) -> None:
-        self._spectrum: Real = spectrum
-        self._workers = workers
-        self._shape = spectrum.shape[0] // 2, spectrum.shape[1] - 1
-
-    @staticmethod
-    def offsets(shape: tuple[int, int]) -> tuple[int, int]:
-        """Number of offsets along x and y at which the kernel is needed on a window."""
-        return shape[0] + 1, shape[1] + 1
-
-    @staticmethod
-    def with_kernel(kernel: Array, workers: int) -> FourierConvolution[Array]:
-        """With a kernel given at the `offsets` of a window."""
-        even = np.concatenate([kernel, kernel[-2:0:-1]], axis=0)
-        even = np.concatenate([even, even[:, -2:0:-1]], axis=1)
-        spectrum = scipy.fft.rfft2(even, workers=workers)
-        # What two transforms along each of the axes of the padded window leave.
-        return FourierConvolution(spectrum.real / even.size, workers)
-
-    def in_single(self, unit: float) -> FourierConvolution[Single]:
-        """The same in single precision, its kernel in some unit."""
-        return FourierConvolution((self._spectrum / unit).astype(np.float32), self._workers)
-
-    def __call__(self, field: Real) -> Real:
-        """The convolution of a field, which is left as it is."""
-        nx, ny = self._shape
-        rows, columns = self._padded
-        rows[:, :ny] = field
-        columns[:nx] = rfft(rows, self._workers)
-        columns[nx:] = 0.0
-        fft(columns, self._workers)
-        columns *= self._spectrum
-        fft(columns, self._workers, forward=False)
-        result: Real = irfft(columns[:nx], 2 * ny, self._workers)[:, :ny].copy()
-        return result
-
-    @cached_property
-    def _padded(self) -> tuple[Real, Spectrum]:
-        """Rows with zeros behind them, and the columns of their transforms."""
-        nx, ny = self._shape
-        precision = self._spectrum.dtype
-        columns = np.result_type(precision, np.complex64)
-        return np.zeros((nx, 2 * ny), precision), np.empty((2 * nx, ny + 1), columns)
-
-    def _inverse_spectrum(self, added: float) -> Real:
-        nx, ny = self._shape
-        # Every other frequency is one of the window without padding.
-        result: Real = self._spectrum[::2, ::2] * (4 * nx * ny)
-        result += added
-        np.divide(1.0 / (nx * ny), result, out=result)
-        return result
-
-    def _divided(self, inverse_spectrum: Real, field: Real) -> Real:
-        columns = rfft(field, self._workers)
-        fft(columns, self._workers)
-        columns *= inverse_spectrum
-        fft(columns, self._workers, forward=False)
-        result: Real = irfft(columns, self._shape[1], self._workers)
-        return result
+def _by_branch(spectrum: Array, is_even: bool) -> Iterator[Array]:
+    """The columns of a spectrum by branch, each in the order of the transforms along y."""
+    even, odd = spectrum[:, ::2], spectrum[:, 1::2]
+    if is_even:
+        yield np.ascontiguousarray(even[:, :-1])
+        yield np.ascontiguousarray(odd)
+    else:
+        yield np.concatenate([even[:, :-1], even[:, :0:-1]], axis=1)
+        yield 0.5 * np.concatenate([odd, odd], axis=1)
 
 
 def dct(
@@ -270,31 +274,18 @@ def dct(
     return _put(result, field) if in_place else result
 
 
-def rfft(rows: Real, workers: int = 1) -> Spectrum:
-    """Fourier transform of real rows: their non-negative frequencies."""
-    result: Spectrum
+def hartley(field: Real, axis: int, workers: int = 1, into: Real | None = None) -> Real:
+    """Hartley transform of a field along an axis, ∑ fⱼ cas(2πjk/n) with cas θ = cos θ − sin θ.
+
+    It lies in the field's place, or in the room given.
+    """
+    target = field if into is None else into
     if ducc0 is not None:
-        result = ducc0.fft.r2c(rows, axes=(1,), nthreads=workers)
-    else:
-        result = scipy.fft.rfft(rows, axis=1, workers=workers)
-    return result
-
-
-def irfft(spectrum: Spectrum, count: int, workers: int = 1) -> Any:
-    """Real rows of so many cells from their non-negative frequencies: `rfft` undone."""
-    if ducc0 is not None:
-        return ducc0.fft.c2r(spectrum, axes=(1,), lastsize=count, forward=False, nthreads=workers)
-    return scipy.fft.irfft(spectrum, n=count, axis=1, norm="forward", workers=workers)
-
-
-def fft(columns: Spectrum, workers: int = 1, *, forward: bool = True) -> None:
-    """Fourier transform of columns in place, or its inverse."""
-    if ducc0 is not None:
-        ducc0.fft.c2c(columns, axes=(0,), forward=forward, out=columns, nthreads=workers)
-        return
-    transform = scipy.fft.fft if forward else scipy.fft.ifft
-    norm = "backward" if forward else "forward"
-    _put(transform(columns, axis=0, norm=norm, overwrite_x=True, workers=workers), columns)
+        ducc0.fft.separable_hartley(field, axes=(axis,), out=target, nthreads=workers)
+        return target
+    spectrum = scipy.fft.fft(field, axis=axis, workers=workers)
+    np.add(spectrum.real, spectrum.imag, out=target)
+    return target
 
 
 def _put(result: NDArray[Any], target: NDArray[Any]) -> Any:

@@ -28,7 +28,8 @@ class Measures:
     tangential_displacement
         Of distant points along x at +Q relative to each other, µκ (δ − δ*), m.
     contact_half_width_x, contact_half_width_y, stick_half_width_x, stick_half_width_y
-        Outermost edge on the axis, interpolated within a cell, m.
+        Outermost edge on the axis, interpolated within a cell, m; where the contact is not even,
+        the mean of both sides.
     contact_area, stick_area
         m².
     mean_stick_pressure, stick_load_share
@@ -80,7 +81,7 @@ def measure(problem: WearProblem, state: State) -> Measures:
         mean_stick_pressure=stick_load / stick_area if stick_area else 0.0,
         stick_load_share=stick_load / (geometry.integral(state.pressure) or 1.0),
         peak_pressure=float(state.pressure.max()),
-        central_pressure=float(state.pressure[geometry.along(0)[0]][0]),
+        central_pressure=float(state.pressure[geometry.along(0)[0][0]][0]),
         wear_volume=geometry.integral(state.wear),
         maximum_wear_depth=float(state.wear.max()),
         plastic_volume=geometry.integral(state.plastic),
@@ -122,12 +123,16 @@ def half_width(geometry: Geometry, inside: Mask, gap: Array, axis: int) -> float
     -------
     float, m; 0 where the axis has no cell of the zone.
     """
-    along, distance = geometry.along(axis)
-    zone = np.flatnonzero(inside[along])
+    edges = [_edge(at, inside[along], gap[along]) for along, at in geometry.along(axis)]
+    return sum(edges) / len(edges)
+
+
+def _edge(distance: Array, inside: Mask, gap: Array) -> float:
+    zone = np.flatnonzero(inside)
     if zone.size == 0:
         return 0.0
     last = int(zone[-1])
-    outside = gap[along][last + 1 : last + 3]
+    outside = gap[last + 1 : last + 3]
     if outside.size < 2:
         return _border(distance, last)
     near, far = np.cbrt(outside) ** 2
@@ -158,8 +163,11 @@ def stick_half_width(geometry: Geometry, pressure: Array, axis: int) -> float:
     -------
     float, m; 0 where the axis has no cell that sticks.
     """
-    along, distance = geometry.along(axis)
-    line = pressure[along]
+    edges = [_stick_edge(at, pressure[along]) for along, at in geometry.along(axis)]
+    return sum(edges) / len(edges)
+
+
+def _stick_edge(distance: Array, line: Array) -> float:
     zone = np.flatnonzero(line > 0)
     if zone.size == 0:
         return 0.0

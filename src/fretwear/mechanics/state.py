@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from fretwear.mechanics.contact import is_finite
-from fretwear.mechanics.geometry import Array, Geometry, HalfSpace, Workspace
+from fretwear.mechanics.geometry import Array, Even, Geometry, HalfSpace, Workspace
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.loading import Loading
 from fretwear.mechanics.materials import Bodies, Friction
 from fretwear.mechanics.slip import ReducedContact, SlipModel
-from fretwear.mechanics.surfaces import Indenter, Roughness
+from fretwear.mechanics.surfaces import Indenter, Roughness, even_in
 from fretwear.mechanics.wear_laws import WearLaw
 from fretwear.theory import HertzContact
 
@@ -38,8 +38,6 @@ class WearProblem:
         Cell size along x and y, m.
     extent
         Half-widths along x and y, m, of the first window.
-    quarter
-        Whether to compute the quarter x > 0, y > 0 only.
     workers
         Threads of one transform.
     geometry
@@ -56,7 +54,6 @@ class WearProblem:
     limit: float
     spacing: tuple[float, float]
     extent: tuple[float, float]
-    quarter: bool = True
     workers: int = 1
     geometry: type[Geometry] = Grid
 
@@ -90,6 +87,11 @@ class WearProblem:
     def is_axisymmetric(self) -> bool:
         """Whether the unworn gap depends on the distance from the axis alone."""
         return self.roughness is None and self.indenter.is_axisymmetric
+
+    @property
+    def even(self) -> Even:
+        """Along which axes both parts of the unworn gap are even: one side is computed there."""
+        return even_in(self.indenter, self.roughness)
 
     def half_space(self, geometry: Any, parts: dict[Any, Any] | None = None) -> HalfSpace:
         """The elastic bodies on the cells of a geometry."""

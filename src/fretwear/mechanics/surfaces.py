@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 
-from fretwear.mechanics.geometry import Array
+from fretwear.mechanics.geometry import Array, Even
 from fretwear.parts import Part, Quantity
 
 MAX_SLOPE = math.pi / 4.0
@@ -24,6 +24,11 @@ class Indenter(Part):
     """
 
     is_axisymmetric: ClassVar[bool] = False
+
+    @property
+    def even(self) -> Even:
+        """Whether the gap is even along x and along y, exactly: then one side tells all."""
+        return self.is_axisymmetric, self.is_axisymmetric
 
     def gap(self, x: Array, y: Array) -> Array:
         """Gap at zero load and zero approach, m, at coordinates in m that broadcast."""
@@ -79,6 +84,11 @@ class Sphere(Indenter):
 class Roughness(Part):
     """What the surfaces are beside their smooth shape."""
 
+    @property
+    def even(self) -> Even:
+        """Whether the height is even along x and along y, exactly: then one side tells all."""
+        return False, False
+
     def height(self, x: Array, y: Array) -> Array:
         """Added to the gap, m, at coordinates in m that broadcast."""
         raise NotImplementedError
@@ -97,6 +107,14 @@ class Roughness(Part):
     def wavelengths(self) -> tuple[float, float]:
         """Distance between neighbouring tips along x and along y, m; inf where there is one."""
         return self.finest
+
+
+def even_in(indenter: Indenter, roughness: Roughness | None) -> Even:
+    """Along which axes the gap between smooth or rough bodies is even."""
+    along_x, along_y = indenter.even
+    if roughness is None:
+        return along_x, along_y
+    return along_x and roughness.even[0], along_y and roughness.even[1]
 
 
 @dataclass(frozen=True)
@@ -148,6 +166,11 @@ class WavyRoughness(Roughness):
         ),
     ]
     kind: Literal["wavy"] = "wavy"
+
+    @property
+    def even(self) -> Even:
+        """Both."""
+        return True, True
 
     def height(self, x: Array, y: Array) -> Array:
         """A cos(k_x x) cos(k_y y), m."""

@@ -16,7 +16,7 @@ from fretwear.data.files import HISTORY_GROUP, CaseFile, opened_case
 from fretwear.figures.datasets import representative_cycles
 from fretwear.report.results import span
 from fretwear.units import MICROMETRE, number_text
-from fretwear.vocabulary import CONVOLUTIONS, CYCLE, ERROR_ESTIMATE
+from fretwear.vocabulary import CONVOLUTIONS, CYCLE, ERROR_ESTIMATE, SYMMETRIES
 
 Array = NDArray[np.float64]
 
@@ -62,7 +62,7 @@ class Residuals(NamedTuple):
 
 @dataclass(frozen=True)
 class CaseRecord:
-    """One case along x > 0 on the line nearest y = 0, and over the cycles; SI units.
+    """One case along x on the line nearest y = 0, and over the cycles; SI units.
 
     Attributes
     ----------
@@ -117,10 +117,10 @@ def read_case(path: Path) -> CaseRecord:
         }
         cycles, x, y = (file.read(name) for name in ("cycle", "x", "y"))
         reach = _BEYOND_CONTACT * float(file.read("contact_half_width_x").max())
-        inside = np.flatnonzero((x > 0.0) & (x <= max(reach, 2.0 * float(np.abs(x).min()))))
+        inside = np.flatnonzero(np.abs(x) <= max(reach, 2.0 * float(np.abs(x).min())))
         row = int(np.abs(y).argmin())
         kept = np.isin(cycles, representative_cycles(cycles.astype(int).tolist(), _MOST_SNAPSHOTS))
-        copies = 1 if file.attribute("symmetry") == "none" else 4
+        copies = 1 << sum(SYMMETRIES[file.attribute("symmetry")])
         lines: dict[str, list[Array]] = {name: [] for name in (*PROFILES, "contact_state")}
         found = []
         for place, is_kept in enumerate(kept):

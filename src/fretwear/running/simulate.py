@@ -19,7 +19,7 @@ from fretwear.mechanics.measures import Measures, in_contact, measure
 from fretwear.mechanics.state import State, WearProblem
 from fretwear.running.resources import require_memory
 from fretwear.study.rules import doubts
-from fretwear.vocabulary import FIELDS, ContactState
+from fretwear.vocabulary import FIELDS, SYMMETRIES, ContactState
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -97,9 +97,7 @@ class Result:
     history: xr.Dataset
 
 
-def simulate(
-    case: Case, observers: Sequence[Observer] = (), *, quarter: bool = True, rings: bool = False
-) -> xr.Dataset:
+def simulate(case: Case, observers: Sequence[Observer] = (), *, rings: bool = False) -> xr.Dataset:
     """Run a case.
 
     Parameters
@@ -108,8 +106,6 @@ def simulate(
         What to run.
     observers
         Called with each accepted `Step`, cycle 0 included.
-    quarter
-        Compute only the quarter x > 0, y > 0 of the contact, which is even in both.
     rings
         Compute on concentric rings, graded to the edge of the stick zone, instead of a grid. Only
         for a smooth sphere; the ring that yields around the stick zone is resolved, however narrow.
@@ -118,8 +114,9 @@ def simulate(
     Returns
     -------
     xarray.Dataset
-        Fields over ``cycle``, ``x``, ``y`` and scalars over ``cycle`` at the case's
-        `output_cycles`; scalar coordinates of every parameter.
+        One side of the contact along the axes in which it is even, see ``symmetry``.
+        Fields over ``cycle``, ``x``, ``y`` and scalars over ``cycle`` at the
+        case's `output_cycles`; scalar coordinates of every parameter.
 
     Raises
     ------
@@ -138,7 +135,7 @@ def simulate(
     require_memory(case)
     for doubt in doubts(case, rings=rings):
         warnings.warn(str(doubt), DoubtfulResultWarning, stacklevel=2)
-    return run(case, observers, quarter=quarter, rings=rings).dataset
+    return run(case, observers, rings=rings).dataset
 
 
 def run(
@@ -146,7 +143,6 @@ def run(
     observers: Sequence[Observer] = (),
     *,
     record: RunRecord | None = None,
-    quarter: bool = True,
     rings: bool = False,
     title: str = "",
     command: str = "fretwear.simulate",
@@ -155,7 +151,7 @@ def run(
 
     Parameters
     ----------
-    case, observers, quarter, rings
+    case, observers, rings
         As for `simulate`.
     record
         Takes every step; one that an earlier run has left makes this one resume there, with the
@@ -164,7 +160,7 @@ def run(
         For the attributes of the dataset.
     """
     record = RunRecord() if record is None else record
-    problem = wear_problem(case, quarter=quarter, rings=rings)
+    problem = wear_problem(case, rings=rings)
     for step in _steps(case, problem, record.last):
         record.add(step, keep_fields=step.state.cycle in case.output_cycles)
         for observer in observers:
@@ -172,11 +168,9 @@ def run(
     return _result(case, record, problem, title, command)
 
 
-def steps(
-    case: Case, *, start: State | None = None, quarter: bool = True, rings: bool = False
-) -> Iterator[Step]:
+def steps(case: Case, *, start: State | None = None, rings: bool = False) -> Iterator[Step]:
     """Yield each accepted step of a case: cycle 0 and all others, or those after ``start``."""
-    return _steps(case, wear_problem(case, quarter=quarter, rings=rings), start)
+    return _steps(case, wear_problem(case, rings=rings), start)
 
 
 def _steps(case: Case, problem: WearProblem, start: State | None) -> Iterator[Step]:
@@ -203,7 +197,7 @@ def _result(
         cycles,
         _snapshot_fields(Workspace(problem), record.snapshots),
         {name: values[kept] for name, values in columns.items()},
-        symmetry="even_xy" if problem.quarter else "none",
+        symmetry=next(name for name, even in SYMMETRIES.items() if even == plane.even),
         rings=problem.geometry is Rings,
         title=title,
         command=command,
@@ -212,7 +206,7 @@ def _result(
     return Result(dataset, history)
 
 
-def wear_problem(case: Case, *, quarter: bool = True, rings: bool = False) -> WearProblem:
+def wear_problem(case: Case, *, rings: bool = False) -> WearProblem:
     """The mechanical problem of a case."""
     # A contact at the limit everywhere is the smallest one that carries the load.
     carrying = math.sqrt(case.load / (math.pi * case.plastic_limit))
@@ -228,7 +222,6 @@ def wear_problem(case: Case, *, quarter: bool = True, rings: bool = False) -> We
         limit=case.plastic_limit,
         spacing=case.grid_spacing,
         extent=(half_width, half_width),
-        quarter=quarter or rings,
         geometry=Rings if rings else Grid,
     )
 

@@ -18,6 +18,7 @@ from fretwear.source_study.claims import CLAIMS, Judgement, judge
 from fretwear.source_study.measures import percent, short
 from fretwear.study.parameters import value_text
 from fretwear.units import cycle_text
+from fretwear.vocabulary import SYMMETRIES
 
 _MOST = 1000.0
 _MODELS = {
@@ -133,6 +134,6 @@ def excess_shear(case: Evolution, cycle: int) -> float:
     """
     shear = np.abs(case.field("shear_traction", cycle))
     excess = np.maximum(shear - case.parameter("friction") * case.field("pressure", cycle), 0.0)
-    quarters = 1.0 if case.dataset.attrs["symmetry"] == "none" else 4.0
-    force = quarters * math.prod(case.sides) * float(excess.sum())
+    copies = 1 << sum(SYMMETRIES[case.dataset.attrs["symmetry"]])
+    force = copies * math.prod(case.sides) * float(excess.sum())
     return force / case.parameter("tangential_load")

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from functools import lru_cache
 
+from fretwear.mechanics.surfaces import even_in
 from fretwear.study.case import Case
 from fretwear.theory import HertzContact, LimitingState
 
@@ -45,7 +46,7 @@ class Estimate:
     Attributes
     ----------
     cells_x, cells_y : int
-        Cells of the quarter window at its largest, along x and y.
+        Cells of the window at its largest, along x and y, of as much as is computed.
     steps, convolutions : float
         Steps over the cycles, and half-space convolutions of all of them.
     seconds : float
@@ -66,7 +67,7 @@ class Estimate:
 
     @property
     def cells(self) -> int:
-        """Cells of the quarter window at its largest."""
+        """Cells of the window at its largest."""
         return self.cells_x * self.cells_y
 
 
@@ -79,10 +80,12 @@ def estimate(case: Case) -> Estimate:
     """
     dx, dy = case.grid_spacing
     reach = WINDOW_MARGIN * greatest_contact_radius(case)
-    cells_x, cells_y = math.ceil(reach / dx), math.ceil(reach / dy)
+    sides_x, sides_y = (2 - is_even for is_even in even_in(case.indenter, case.roughness))
+    cells_x, cells_y = sides_x * math.ceil(reach / dx), sides_y * math.ceil(reach / dy)
     cells = cells_x * cells_y
     # The window grows with the contact, from about the unworn one.
-    first = min(cells, (WINDOW_MARGIN * case.hertz_radius) ** 2 / (dx * dy))
+    unworn = sides_x * sides_y * (WINDOW_MARGIN * case.hertz_radius) ** 2
+    first = min(cells, unworn / (dx * dy))
     seconds_each = SECONDS_PER_CONVOLUTION + SECONDS_PER_CELL_AND_CONVOLUTION * 0.5 * (
         first + cells
     )

@@ -25,6 +25,8 @@ Mask = NDArray[np.bool_]
 # A field in double or in single precision; what goes in is what comes out.
 Real = TypeVar("Real", Array, Single)
 Index = tuple[slice, slice]
+# Whether something is even along x and along y.
+Even = tuple[bool, bool]
 
 
 class Problem(Protocol):
@@ -41,8 +43,8 @@ class Problem(Protocol):
         ...
 
     @property
-    def quarter(self) -> bool:
-        """Whether to compute the quarter x > 0, y > 0 only."""
+    def even(self) -> Even:
+        """Along which axes to compute the positive side only."""
         ...
 
     @property
@@ -144,8 +146,8 @@ class Geometry(Protocol):
         """Where the cells of a smaller self lie."""
         ...
 
-    def along(self, axis: int) -> tuple[tuple[slice | int, slice | int], Array]:
-        """Index of the cells from the origin along an axis, and their distances, m."""
+    def along(self, axis: int) -> list[tuple[tuple[slice | int, slice | int], Array]]:
+        """Cells from the origin along an axis: index, and distances, m; both ways if not even."""
         ...
 
     def ahead_of(self, pressure: Array) -> Geometry:

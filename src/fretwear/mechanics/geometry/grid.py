@@ -19,9 +19,9 @@ import scipy.fft
 from numpy.typing import NDArray
 
 from fretwear.mechanics import kernels
-from fretwear.mechanics.convolution import Convolution, CosineConvolution, FourierConvolution
+from fretwear.mechanics.convolution import Convolution
 from fretwear.mechanics.free_cells import Preconditioner
-from fretwear.mechanics.geometry import Array, Index, Mask, Problem, Single, Workspace
+from fretwear.mechanics.geometry import Array, Even, Index, Mask, Problem, Single, Workspace
 
 # Cells at the border in which pressure makes a window grow, the same as a part of the window
 # before a step, and the factor of its half-width by which it grows.
@@ -35,34 +35,38 @@ _PARTS = 4
 
 @dataclass(frozen=True)
 class Grid:
-    """A rectangle of equal cells around the origin, whole or only its quarter x > 0, y > 0.
+    """A rectangle of equal cells around the origin, or its part where coordinates are positive.
 
     Parameters
     ----------
     shape
-        Number of cells along x and y (of the quarter, if ``quarter``).
+        Number of cells along x and y; even numbers where the cells are on both sides.
     spacing
         Cell size along x and y, m.
-    quarter
-        Whether the cells are those of the quarter x > 0, y > 0 of an even problem.
+    even
+        Whether fields are even along x and along y: then the cells are those of the positive side.
     """
 
     shape: tuple[int, int]
     spacing: tuple[float, float]
-    quarter: bool = True
+    even: Even = (True, True)
 
     weights: ClassVar[None] = None
+
+    def __post_init__(self) -> None:
+        if any(n % 2 and not even for n, even in zip(self.shape, self.even, strict=True)):
+            raise ValueError(f"{self.shape} cells do not lie alike on both sides of the origin")
 
     @classmethod
     def first(cls, problem: Problem) -> Grid:
         """The window that the first loading of a problem begins with."""
-        shape = fast_shape(problem.extent, problem.spacing, quarter=problem.quarter)
-        return cls(shape, problem.spacing, problem.quarter)
+        shape = fast_shape(problem.extent, problem.spacing, problem.even)
+        return cls(shape, problem.spacing, problem.even)
 
     @property
     def unit_area(self) -> float:
         """Area of one cell and its images by symmetry, m²."""
-        return self.spacing[0] * self.spacing[1] * (4 if self.quarter else 1)
+        return self.spacing[0] * self.spacing[1] * (1 << sum(self.even))
 
     @cached_property
     def x(self) -> Array:
@@ -75,15 +79,20 @@ class Grid:
         return self._centers(1)
 
     def _centers(self, axis: int) -> Array:
-        first = 0.5 if self.quarter else 0.5 * (1 - self.shape[axis])
+        first = 0.5 if self.even[axis] else 0.5 * (1 - self.shape[axis])
         cells = np.arange(self.shape[axis], dtype=np.float64)
         return (cells + first) * self.spacing[axis]
 
     @property
     def extent(self) -> tuple[float, float]:
         """Distance of the window's border from the origin along x and y, m."""
-        half = 1.0 if self.quarter else 0.5
-        return (half * self.shape[0] * self.spacing[0], half * self.shape[1] * self.spacing[1])
+        x, y = (n * d for n, d in zip(self._halves(self.shape), self.spacing, strict=True))
+        return x, y
+
+    def _halves(self, counts: tuple[int, int]) -> tuple[int, int]:
+        """Of so many cells along x and y those on the positive side."""
+        x, y = (n if is_even else n // 2 for n, is_even in zip(counts, self.even, strict=True))
+        return x, y
 
     def integral(self, field: Array) -> float:
         """Integral of a field over the whole contact (field unit times m²)."""
@@ -110,41 +119,45 @@ class Grid:
     def where(self, smaller: Any) -> Index:
         """Where in this window the cells lie that another one has too."""
         slices = []
-        for own, other in zip(self.shape, smaller.shape, strict=True):
+        for own, other, is_even in zip(self.shape, smaller.shape, self.even, strict=True):
             kept = min(own, other)
-            first = 0 if self.quarter else (own - kept) // 2
+            first = 0 if is_even else (own - kept) // 2
             slices.append(slice(first, first + kept))
         return slices[0], slices[1]
 
-    def along(self, axis: int) -> tuple[tuple[slice | int, slice | int], Array]:
-        """Index of the cells on the positive half of an axis or nearest to it, and distances, m."""
-        first = [0 if self.quarter else n // 2 for n in self.shape]
-        cells = np.arange(self.shape[axis] - first[axis], dtype=np.float64)
+    def along(self, axis: int) -> list[tuple[tuple[slice | int, slice | int], Array]]:
+        """Cells from the origin along an axis or nearest to it: index, and distances, m.
+
+        One row of them where fields are even, else two: to the positive side and to the other.
+        """
+        first = [0 if is_even else n // 2 for n, is_even in zip(self.shape, self.even, strict=True)]
+        cells = np.arange(self._halves(self.shape)[axis], dtype=np.float64)
         distances: Array = (cells + 0.5) * self.spacing[axis]
-        if axis == 0:
-            return (slice(first[0], None), first[1]), distances
-        return (first[0], slice(first[1], None)), distances
+        ways = [slice(first[axis], None)]
+        if not self.even[axis]:
+            ways.append(slice(first[axis] - 1, None, -1))
+        return [((way, first[1]) if axis == 0 else (first[0], way), distances) for way in ways]
 
     def around(self, cells: Mask) -> Grid:
         """The smallest window, fast to transform, that holds some cells and a margin."""
         extents = []
         for axis, count in enumerate(self.shape):
             occupied = np.flatnonzero(cells.any(axis=1 - axis))
-            reach = count if self.quarter else (count + 1) // 2
+            reach = count if self.even[axis] else count // 2
             last = 0 if occupied.size == 0 else int(occupied[-1])
             first = 0 if occupied.size == 0 else int(occupied[0])
-            half = last + 1 if self.quarter else max(last + 1 - reach, count - reach - first)
+            half = last + 1 if self.even[axis] else max(last + 1 - reach, reach - first)
             extents.append(min(half + _MARGIN, reach) * self.spacing[axis])
-        shape = fast_shape((extents[0], extents[1]), self.spacing, quarter=self.quarter)
+        shape = fast_shape((extents[0], extents[1]), self.spacing, self.even)
         return self.of_shape((min(shape[0], self.shape[0]), min(shape[1], self.shape[1])))
 
     def of_shape(self, shape: tuple[int, int]) -> Grid:
         """A window of another shape with the same cells."""
-        return self if shape == self.shape else Grid(shape, self.spacing, self.quarter)
+        return self if shape == self.shape else Grid(shape, self.spacing, self.even)
 
     def covering(self, extent: tuple[float, float]) -> Grid:
         """The smallest window, fast to transform, that holds this one and an extent."""
-        shape = fast_shape(extent, self.spacing, quarter=self.quarter)
+        shape = fast_shape(extent, self.spacing, self.even)
         return self.of_shape((max(shape[0], self.shape[0]), max(shape[1], self.shape[1])))
 
     def plane(self, spacing: tuple[float, float]) -> Grid:  # noqa: ARG002 - it is one
@@ -191,8 +204,9 @@ class Grid:
         """Whether there is pressure in the outermost cells, so many along x and along y."""
         along_x = bool(pressure[-border[0] :].any())
         along_y = bool(pressure[:, -border[1] :].any())
-        if not self.quarter:
+        if not self.even[0]:
             along_x |= bool(pressure[: border[0]].any())
+        if not self.even[1]:
             along_y |= bool(pressure[:, : border[1]].any())
         return along_x, along_y
 
@@ -229,12 +243,13 @@ class Grid:
 
 
 def fast_shape(
-    extent: tuple[float, float], spacing: tuple[float, float], *, quarter: bool = True
+    extent: tuple[float, float], spacing: tuple[float, float], even: Even = (True, True)
 ) -> tuple[int, int]:
     """Smallest shape that is fast to transform and covers a half-extent (m) along x and y."""
     cells = [max(4, int(np.ceil(e / s - 1e-9))) for e, s in zip(extent, spacing, strict=True)]
-    nx, ny = (scipy.fft.next_fast_len(n, real=True) for n in cells)
-    return (nx, ny) if quarter else (2 * nx, 2 * ny)
+    fast = (scipy.fft.next_fast_len(n, real=True) for n in cells)
+    nx, ny = (n if is_even else 2 * n for n, is_even in zip(fast, even, strict=True))
+    return nx, ny
 
 
 def influence_coefficients(
@@ -306,12 +321,10 @@ class GridHalfSpace:
         self._modulus = composite_modulus
         self._workers = workers
         self._parts: dict[tuple[int, int], GridHalfSpace] = {} if parts is None else parts
-        kind = CosineConvolution if geometry.quarter else FourierConvolution
-        kernel = influence_coefficients(
-            kind.offsets(geometry.shape), geometry.spacing, composite_modulus
-        )
+        offsets = Convolution.offsets(geometry.shape, geometry.even)
+        kernel = influence_coefficients(offsets, geometry.spacing, composite_modulus)
         self.self_influence = float(kernel[0, 0])
-        self._convolution: Convolution[Array] = kind.with_kernel(kernel, workers)
+        self._convolution = Convolution.with_kernel(kernel, geometry.even, workers)
 
     def displacement(self, pressure: Array) -> Array:
         """Normal surface displacement w, m, of a pressure, Pa; both of the window's shape."""

@@ -160,9 +160,12 @@ class Rings:
         """Where the rings lie that reach less far."""
         return slice(0, min(self.shape[0], smaller.shape[0])), slice(0, 1)
 
-    def along(self, axis: int) -> tuple[tuple[slice | int, slice | int], Array]:  # noqa: ARG002
+    def along(
+        self,
+        axis: int,  # noqa: ARG002
+    ) -> list[tuple[tuple[slice | int, slice | int], Array]]:
         """Index of all rings, and their radii, m."""
-        return (slice(None), 0), self.x
+        return [((slice(None), 0), self.x)]
 
     def ahead_of(self, pressure: Array) -> Rings:
         """Rings that reach further if the next step may bring the contact to the border."""

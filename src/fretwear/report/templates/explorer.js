@@ -166,6 +166,7 @@
     const [strip, between] = [0.03 * shown.length, 0.03];
     const height = (1 - strip - count * between) / count;
     const right = 1.12 * largest(shown.flatMap(({ data }) => data.numbers.contact_half_width_x));
+    const left = shown.some(({ data }) => data.x[0] < 0) ? -right : 0;
     const rows = shown.map((_, place) => shown.length - 1 - place);
     const data = shown.flatMap((one, place) => zoneTraces(one, rows[place], axisId(count), colors));
     const layout = {
@@ -175,7 +176,7 @@
       hoversubplots: "axis",
       height: 720 + 20 * shown.length,
       xaxis: axis(colors, words.x.label, {
-        range: [0, right], anchor: axisId(count - 1), hoverformat: ".4~g",
+        range: [left, right], anchor: axisId(count - 1), hoverformat: ".4~g",
       }),
       [axisKey(count)]: {
         domain: [1 - strip, 1],
@@ -223,7 +224,7 @@
     return largest(shown.flatMap(({ data, snapshot }) => {
       if (name === "gap") {
         const place = ownScale.checked ? snapshot : data.cycles.length - 1;
-        return data.profile(name, place).filter((_, cell) => data.x[cell] <= right);
+        return data.profile(name, place).filter((_, cell) => Math.abs(data.x[cell]) <= right);
       }
       const tops = data.profiles[name].map(({ scale }) => scale * LEVELS);
       return ownScale.checked ? tops[snapshot] : tops;
@@ -258,10 +259,11 @@
     const at = (name) => one.data.numbers[name][one.snapshot];
     const [stick, contact] = [at("stick_half_width_x"), at("contact_half_width_x")];
     const tall = { yref: "paper", y0: 0, y1, layer: "below" };
-    return [
-      { type: "rect", x0: 0, x1: stick, fillcolor: color, opacity: 0.1, line: { width: 0 }, ...tall },
-      { type: "line", x0: contact, x1: contact, line: { color, width: 1, dash: "dot" }, ...tall },
-    ];
+    const sides = one.data.x[0] < 0 ? [-1, 1] : [1];
+    return sides.flatMap((side) => [
+      { type: "rect", x0: 0, x1: side * stick, fillcolor: color, opacity: 0.1, line: { width: 0 }, ...tall },
+      { type: "line", x0: side * contact, x1: side * contact, line: { color, width: 1, dash: "dot" }, ...tall },
+    ]);
   }
 
   /* Panels of results over the cycles: every step as a line, snapshots as dots. */
