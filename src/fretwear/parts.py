@@ -17,11 +17,11 @@ from __future__ import annotations
 import dataclasses
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from numbers import Real
-from typing import TYPE_CHECKING, Any, ClassVar, Self, get_type_hints
+from typing import Any, ClassVar, Self, TypeGuard, get_type_hints
 
 from fretwear.units import (
     DIMENSIONS,
@@ -37,27 +37,12 @@ from fretwear.units import (
     with_unit,
 )
 
-if TYPE_CHECKING:
-    from pydantic import GetCoreSchemaHandler
-    from pydantic_core import PydanticCustomError, core_schema
-
-STUDY_FILE: Mapping[str, bool] = {"units_required": True}
-"""Validation context of study files: physical values need units, and `null` is no value."""
-
 # No physical value is beyond; powers and quotients of such numbers are still numbers.
 _SMALLEST, _LARGEST = 1e-30, 1e30
 
 _NUMBER_SCHEMA = rf"^\s*[+-]?{NUMBER_PATTERN}\s*$"
 _QUANTITY_SCHEMA = rf"^\s*[+]?{NUMBER_PATTERN}\s*[A-Za-zµμ°/].*$"
 _BY_SI_UNIT = {dimension.si_unit: dimension for dimension in (*DIMENSIONS, NUMBER)}
-
-
-def refuse(rule: str, hint: str = "") -> PydanticCustomError:
-    """Return the error that refuses a value; its context keeps rule and hint apart."""
-    from pydantic_core import PydanticCustomError
-
-    template = "{rule}; {hint}" if hint else "{rule}"
-    return PydanticCustomError("fretwear", template, {"rule": rule, "hint": hint})
 
 
 def means_none(value: object, units_required: bool) -> bool:
@@ -123,22 +108,6 @@ class Parameter(ABC):
         return self.word_for(value) or with_unit(
             number_text(float(value) / self.unit.size), self.unit
         )
-
-    def __get_pydantic_core_schema__(
-        self, source: Any, handler: GetCoreSchemaHandler
-    ) -> core_schema.CoreSchema:
-        """Read values by `read`."""
-        from pydantic_core import core_schema
-
-        del source, handler
-
-        def validate(value: object, info: core_schema.ValidationInfo) -> Any:
-            try:
-                return self.read(value, bool((info.context or {}).get("units_required")))
-            except QuantityError as error:
-                raise refuse(error.rule, error.hint) from error
-
-        return core_schema.with_info_plain_validator_function(validate)
 
     def described(self) -> dict[str, Any]:
         """Return the JSON Schema with a sentence that says what the parameter is."""
@@ -387,7 +356,7 @@ def pair(value: float | tuple[float, float]) -> tuple[float, float]:
     return value if isinstance(value, tuple) else (value, value)
 
 
-def is_list(value: object) -> bool:
+def is_list(value: object) -> TypeGuard[Sequence[Any]]:
     """Whether a value is a list of values, and no text."""
     return isinstance(value, Sequence) and not isinstance(value, str | bytes)
 
@@ -419,7 +388,6 @@ class Part:
 
     kind: str = ""
     told_as: ClassVar[str] = ""
-    __pydantic_config__: ClassVar[Mapping[str, Any]] = {"extra": "forbid"}
 
     def __post_init__(self) -> None:
         """Read every field as its `Parameter` says, text with units too; refuse broken rules."""
@@ -430,7 +398,7 @@ class Part:
             except QuantityError as error:
                 raise ValueError(f"{name} = {value!r} {error}") from error
         if self.problem is not None:
-            raise refuse(*self.problem)
+            raise QuantityError(*self.problem)
 
     @classmethod
     def unchecked(cls, **values: Any) -> Self:

@@ -9,13 +9,13 @@ import math
 import numpy as np
 from hypothesis import HealthCheck, assume, event, given, settings
 from hypothesis import strategies as st
-from pydantic import ValidationError
 
 import fretwear
 from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.geometry import Workspace
 from fretwear.mechanics.integrator import WearError
 from fretwear.running import simulate
+from fretwear.study.case import CaseError
 from fretwear.study.cost import estimate
 from fretwear.study.rules import (
     LEAST_CELLS_PER_CONTACT_RADIUS,
@@ -103,7 +103,7 @@ def valid(parameters):
     """The case of the parameters; what the checks refuse is no example."""
     try:
         return fretwear.Case(**parameters)
-    except ValidationError:
+    except CaseError:
         assume(False)
 
 

@@ -89,6 +89,16 @@ def test_a_wrong_range_is_refused(studies, content, interval, key, part):
     assert part in problem.rule
 
 
+def test_a_wrong_design_makes_no_other_key_wrong(studies, content):
+    content = sampled(content)
+    content["design"] = {"kind": "sobol", "points": "many"}
+    content["base"]["friction"] = "much"
+    assert [each.key for each in studies.error(content).problems] == [
+        "base.friction",
+        "design.points",
+    ]
+
+
 def sliding(content, invalid):
     del content["base"]["tangential_ratio"]
     content["base"]["tangential_load"] = "10 N"

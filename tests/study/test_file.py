@@ -341,6 +341,13 @@ def test_varying_a_part_of_no_roughness_is_refused(studies, content):
     assert keys == {"base.roughness.slope_x", "base.roughness.slope_y"}
 
 
+def test_varying_a_part_without_a_list_is_refused(studies, content):
+    content["base"]["roughness"] = {"kind": "wavy", "slope_x": "3 deg", "slope_y": "1 deg"}
+    content["vary"]["roughness.amplitude"] = "0.2 um"
+    (problem,) = studies.error(content).problems
+    assert (problem.key, problem.hint) == ("vary.roughness.amplitude", "write [0.2 um]")
+
+
 def test_varying_the_whole_and_a_part_of_the_roughness_is_refused(studies, content):
     content["base"]["roughness"] = WAVES
     content["vary"] = {"roughness": ["none", WAVES], "roughness.amplitude": ["0.1 um"]}

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
-from functools import cache
-from typing import Annotated, Any, Self, Union
+from typing import Any, Self
 
-from fretwear.parts import STUDY_FILE, Parameter, Part, WholeNumber, means_none, required
+from fretwear.parts import Parameter, Part, WholeNumber, is_list, means_none, required
 from fretwear.study.problems import Problem, nearest
 from fretwear.study.rules import findings
 from fretwear.study.tree import (
@@ -29,6 +28,9 @@ from fretwear.study.tree import (
 from fretwear.units import QuantityError
 
 SNAPSHOT = WholeNumber("$N$", "cycle", 0, MAX_CYCLES, 1000, "A cycle at which the fields are kept.")
+
+UNREAD: Any = object()
+"""What stands for a value in which something is wrong."""
 
 _DEFAULTED = tuple(each.name for each in fields(CaseTree) if each.name not in required(CaseTree))
 
@@ -77,13 +79,14 @@ class Case(CaseTree):
 
     def __init__(self, **parameters: Any) -> None:
         given = {name: value for name, value in parameters.items() if value is not None}
-        snapshots = read_snapshots(given.pop("output_cycles", ()), "output_cycles")
-        values, problems = read_values(given, "", units_required=False)
-        problems += [*snapshots.problems, *missing(given, in_file=False)]
+        problems: list[Problem] = []
+        snapshots = read_snapshots(given.pop("output_cycles", ()), "output_cycles", problems)
+        values = read_values(given, "", problems, units_required=False)
+        problems += missing(given, in_file=False)
         if problems:
             raise CaseError(problems)
         assembled = assemble(values)
-        assembled["output_cycles"] = with_first_and_last(snapshots.value, assembled["cycles"])
+        assembled["output_cycles"] = with_first_and_last(snapshots, assembled["cycles"])
         super().__init__(**assembled)
         if broken := findings(self):
             raise CaseError(Problem(f.subject, f.value or None, f.rule, f.hint) for f in broken)
@@ -119,14 +122,6 @@ def with_first_and_last(snapshots: Iterable[int], cycles: int) -> tuple[int, ...
     return tuple(sorted({0, cycles, *snapshots}))
 
 
-@dataclass(frozen=True)
-class Reading:
-    """What became of one value: the value in SI units, or what is wrong with it."""
-
-    value: Any = None
-    problems: tuple[Problem, ...] = ()
-
-
 def such_as(name: str) -> str:
     """Return an example for a name, "such as load: 50 N", or nothing."""
     if not (example := example_of(name)):
@@ -136,29 +131,28 @@ def such_as(name: str) -> str:
 
 
 def read_values(
-    raw: Mapping[str, Any], prefix: str, *, units_required: bool
-) -> tuple[dict[str, Any], list[Problem]]:
-    """Read keys as `base` has them; return the sound values and what is wrong with the others."""
+    raw: Mapping[str, Any], prefix: str, problems: list[Problem], *, units_required: bool
+) -> dict[str, Any]:
+    """Read keys as `base` has them; return the sound values, add what is wrong with the others."""
     values: dict[str, Any] = {}
-    problems: list[Problem] = []
     for key, value in raw.items():
-        if key not in base_names():
+        place = f"{prefix}{key}"
+        if key in base_names():
+            values[key] = read_value(key, value, place, problems, units_required=units_required)
+        elif key in leaves():
             whole, _, part = key.partition(".")
-            rule, place = "is not a case parameter", f"{prefix}{key}"
-            if key in leaves():
-                problems.append(Problem(place, value, rule, f"write {whole}: {{{part}: ...}}"))
-            else:
-                problems.append(Problem(place, value, rule, written=key, known=base_names()))
-            continue
-        reading = read_value(key, value, f"{prefix}{key}", units_required=units_required)
-        problems.extend(reading.problems)
-        if not reading.problems:
-            values[key] = reading.value
-    return values, problems
+            remedy = f"write {whole}: {{{part}: ...}}"
+            problems.append(Problem(place, value, "is not a case parameter", remedy))
+        else:
+            known, rule = base_names(), "is not a case parameter"
+            problems.append(Problem(place, value, rule, written=key, known=known))
+    return {key: value for key, value in values.items() if value is not UNREAD}
 
 
-def read_value(name: str, raw: object, key: str, *, units_required: bool = True) -> Reading:
-    """Read the value of a parameter or of a whole part.
+def read_value(
+    name: str, raw: object, key: str, problems: list[Problem], *, units_required: bool = True
+) -> Any:
+    """Read the value of a parameter or of a whole part; `UNREAD` where something is wrong.
 
     Parameters
     ----------
@@ -168,101 +162,83 @@ def read_value(name: str, raw: object, key: str, *, units_required: bool = True)
         As it stands in a file, or as given in Python.
     key : str
         Where it stands, for messages.
+    problems : list of Problem
+        Takes what is wrong.
     units_required : bool
         Whether physical values need units, as in files.
     """
     parameter = parameter_of(name)
     if raw is None and units_required:
-        can_be_none = part_named(name).none if parameter is None else _is_unbounded(parameter)
-        hint = f"write {name}: none if that is meant" if can_be_none else such_as(name)
-        return Reading(problems=(Problem(key, None, "has no value", hint),))
+        none = part_named(name).none if parameter is None else getattr(parameter, "infinite", "")
+        hint = f"write {name}: none if that is meant" if none else such_as(name)
+        problems.append(Problem(key, None, "has no value", hint))
+        return UNREAD
     if parameter is None:
-        return _read_part(name, raw, key, units_required)
+        return _read_part(name, raw, key, problems, units_required)
+    return _read(parameter, raw, key, problems, units_required)
+
+
+def _read(
+    parameter: Parameter, raw: object, key: str, problems: list[Problem], units_required: bool
+) -> Any:
     try:
-        return Reading(parameter.read(raw, units_required))
+        return parameter.read(raw, units_required)
     except QuantityError as error:
-        return Reading(problems=(Problem(key, raw, error.rule, error.hint),))
+        problems.append(Problem(key, raw, error.rule, error.hint))
+        return UNREAD
 
 
-def read_snapshots(raw: object, key: str) -> Reading:
-    """Read a list of cycles."""
-    if not isinstance(raw, Sequence) or isinstance(raw, str):
-        return Reading((), (Problem(key, raw, "must be a list such as [0, 1000, 30000]"),))
-    read: list[int] = []
-    problems = []
-    for position, value in enumerate(raw):
-        try:
-            read.append(SNAPSHOT.read(value, units_required=True))
-        except QuantityError as error:
-            problems.append(Problem(f"{key}[{position}]", value, error.rule, error.hint))
-    return Reading(tuple(read), tuple(problems))
+def read_snapshots(raw: object, key: str, problems: list[Problem]) -> tuple[int, ...]:
+    """Read a list of cycles; return the sound ones."""
+    if not is_list(raw):
+        problems.append(Problem(key, raw, "must be a list such as [0, 1000, 30000]"))
+        return ()
+    cycles = [
+        _read(SNAPSHOT, value, f"{key}[{position}]", problems, True)
+        for position, value in enumerate(raw)
+    ]
+    return tuple(cycle for cycle in cycles if cycle is not UNREAD)
 
 
-def _is_unbounded(parameter: Parameter) -> bool:
-    return bool(getattr(parameter, "infinite", ""))
-
-
-def _read_part(member: str, raw: object, key: str, units_required: bool) -> Reading:
-    from pydantic import ValidationError
-
+def _read_part(
+    member: str, raw: object, key: str, problems: list[Problem], units_required: bool
+) -> Any:
     about, of_kind = part_named(member), {kind.kind: kind for kind in kinds(member)}
-    if isinstance(raw, tuple(of_kind.values())):
-        return Reading(raw)
-    if about.none and means_none(raw, units_required):
-        return Reading(None)
     bare = [name for name, kind in of_kind.items() if not required(kind)]
+    if isinstance(raw, tuple(of_kind.values())):
+        return raw
+    if about.none and means_none(raw, units_required):
+        return None
     if isinstance(raw, str) and raw in bare:
         raw = {"kind": raw}
     if not isinstance(raw, Mapping):
-        if bare:
-            rule = f"must be {' or '.join(bare)}"
-        else:
-            rule = f"must be {'none or ' * bool(about.none)}a {member}"
-        problem = Problem(key, raw, rule, such_as(member), written=raw, known=bare)
-        return Reading(problems=(problem,))
-    raw = {"kind": next(iter(of_kind)), **raw}
-    context = dict(STUDY_FILE) if units_required else {}
-    try:
-        return Reading(part_adapter(kinds(member)).validate_python(raw, context=context))
-    except ValidationError as error:
-        listed = error.errors(include_url=False)
-        return Reading(problems=tuple(_part_problem(each, raw, member, key) for each in listed))
-
-
-@cache
-def part_adapter(of_kinds: tuple[Any, ...]) -> Any:
-    """Return pydantic's reader of a part: the union of its kinds, told apart by ``kind``."""
-    from pydantic import Field, TypeAdapter
-
-    if len(of_kinds) == 1:
-        return TypeAdapter(of_kinds[0])
-    told_apart: Any = Annotated[Union[of_kinds], Field(discriminator="kind")]  # noqa: UP007
-    return TypeAdapter(told_apart)
-
-
-def _part_problem(
-    details: Mapping[str, Any], raw: Mapping[str, Any], member: str, key: str
-) -> Problem:
-    of_kind = {kind.kind: kind for kind in kinds(member)}
-    location = [str(part) for part in details["loc"] if part not in of_kind]
-    place = ".".join([key, *location])
-    given = details["input"] if location else None
-    match details["type"]:
-        case "fretwear":
-            return Problem(place, given, details["ctx"]["rule"], details["ctx"]["hint"])
-        case "missing" | "missing_argument":
-            return Problem(place, None, "is missing", such_as(f"{member}.{location[-1]}"))
-        case "unexpected_keyword_argument":
-            kind = raw["kind"]
-            own = of_kind[kind].parameters() if kind in list(of_kind) else ()
-            known = ["kind", *own]
-            remedy = f"known are {', '.join(known)}"
-            return Problem(place, given, "is not known", remedy, written=location[-1], known=known)
-        case "union_tag_invalid" | "literal_error":
-            kind = raw["kind"]
-            rule = f"must be {' or '.join(of_kind)}"
-            return Problem(f"{key}.kind", kind, rule, written=kind, known=[*of_kind])
-    return Problem(place, given, str(details["msg"]))
+        rule = f"must be {' or '.join(bare) or 'none or ' * bool(about.none) + f'a {member}'}"
+        problems.append(Problem(key, raw, rule, such_as(member), written=raw, known=bare))
+        return UNREAD
+    name = raw.get("kind", next(iter(of_kind)))
+    if name not in list(of_kind):
+        rule = f"must be {' or '.join(of_kind)}"
+        problems.append(Problem(f"{key}.kind", name, rule, written=name, known=[*of_kind]))
+        return UNREAD
+    kind, wrong = of_kind[name], list[Problem]()
+    values: dict[str, Any] = {}
+    for field, parameter in kind.parameters().items():
+        if field in raw:
+            place = f"{key}.{field}"
+            values[field] = _read(parameter, raw[field], place, wrong, units_required)
+        elif field in required(kind):
+            remedy = such_as(f"{member}.{field}")
+            wrong.append(Problem(f"{key}.{field}", None, "is missing", remedy))
+    known = ["kind", *kind.parameters()]
+    for field in (field for field in raw if field not in known):
+        remedy = f"known are {', '.join(known)}"
+        place = f"{key}.{field}"
+        wrong.append(Problem(place, raw[field], "is not known", remedy, written=field, known=known))
+    part = None if wrong else kind.unchecked(**values)
+    if part is not None and part.problem is not None:
+        wrong.append(Problem(key, None, *part.problem))
+    problems += wrong
+    return UNREAD if wrong else part
 
 
 def assemble(values: Mapping[str, Any]) -> dict[str, Any]:
@@ -375,8 +351,7 @@ def _alternatives_broken(member: str, given: set[str]) -> Iterator[Problem]:
 
 def schema_of(name: str) -> dict[str, Any]:
     """Return the JSON Schema of a value in a study file: of a parameter, or of a whole part."""
-    parameter = SNAPSHOT if name == "output.cycles" else parameter_of(name)
-    if parameter is not None:
+    if (parameter := parameter_of(name)) is not None:
         return parameter.described()
     about, bare = part_named(name), [kind.kind for kind in kinds(name) if not required(kind)]
     choices: list[dict[str, Any]] = [{"const": "none"}] if about.none else []

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from fretwear.parts import Part, Quantity
-from fretwear.study.case import read_value
+from fretwear.study.case import UNREAD, read_value
 from fretwear.study.points import Axis
 from fretwear.study.problems import Problem
 from fretwear.study.tree import example_of, parameter_names, parameter_of
@@ -54,7 +54,8 @@ class Design:
     def size(self, lengths: Sequence[int]) -> int:
         """Return the number of points for axes of these lengths."""
         if self.is_sampled:
-            return self.points
+            # Where their number cannot be read, what is fixed is checked at one.
+            return self.points or 1
         if self.kind == "zip":
             return lengths[0] if lengths else 1
         return math.prod(lengths)
@@ -186,22 +187,18 @@ def _read_axis(
         return None
     values: list[Any] = []
     seen: dict[object, int] = {}
-    sound = True
     for position, item in enumerate(raw):
         place = f"{key}[{position}]"
-        reading = read_value(name, item, place)
-        problems.extend(reading.problems)
-        if reading.problems:
-            sound = False
+        values.append(value := read_value(name, item, place, problems))
+        if value is UNREAD:
             continue
-        values.append(reading.value)
-        identity = _identity(reading.value)
+        identity = _identity(value)
         # Paired lists may repeat a value: only a whole row makes the same point.
         if identity in seen and design.kind != "zip":
             rule = f"is the same value as {key}[{seen[identity]}], {raw[seen[identity]]}"
             problems.append(Problem(place, item, rule, "leave one of them out"))
         seen.setdefault(identity, position)
-    return Axis(name, tuple(values), tuple(raw)) if sound else None
+    return None if UNREAD in values else Axis(name, tuple(values), tuple(raw))
 
 
 def _refuse_equal_rows(axes: tuple[Axis, ...], problems: list[Problem]) -> None:
@@ -255,9 +252,7 @@ def _read_range(
             hint = f"such as {part}: {quantity.example}"
             problems.append(Problem(f"{key}.{part}", None, "is missing", hint))
             continue
-        reading = read_value(name, raw[part], f"{key}.{part}")
-        problems.extend(reading.problems)
-        ends.append(reading.value)
+        ends.append(read_value(name, raw[part], f"{key}.{part}", problems))
     if len(problems) > before:
         return None
     low, high = ends

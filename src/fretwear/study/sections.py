@@ -1,174 +1,131 @@
-"""The sections of a study file as typed models, and what is wrong with them in words."""
+"""The sections of a study file: what each may hold, and what is wrong with them in words."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from dataclasses import dataclass, field
+from typing import Any
 
-from pydantic import (
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    Field,
-    StrictInt,
-    StrictStr,
-    ValidationError,
-)
-
-from fretwear.parts import Quantity, refuse
-from fretwear.study.case import schema_of, schema_required
+from fretwear.parts import Quantity
+from fretwear.study.case import SNAPSHOT, schema_of, schema_required
 from fretwear.study.designs import KINDS, LISTED, MAX_POINTS, SAMPLED, Design
 from fretwear.study.problems import Problem
 from fretwear.study.tree import base_names, parameter_names, parameter_of
 
+NAMES = ("title", "base", "vary", "design", "invalid", "batch", "output")
 MAX_TITLE = 200
 
-
-class _Model(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class Listed(_Model):
-    """Values that are listed, combined or paired."""
-
-    kind: Literal[LISTED] = "grid"  # type: ignore[valid-type]
+_NUMBERS = {"points": (1, MAX_POINTS), "seed": (0, 2**32 - 1)}
+_CYCLES = ("cycles",)
 
 
-class Sampled(_Model):
-    """Points that are drawn over ranges."""
+@dataclass(frozen=True)
+class Sections:
+    """The sections of a study file; what is wrong stands as if it were left out."""
 
-    kind: Literal[SAMPLED]  # type: ignore[valid-type]
-    points: Annotated[StrictInt, Field(ge=1, le=MAX_POINTS)]
-    seed: Annotated[StrictInt, Field(ge=0, le=2**32 - 1)] = 0
-
-
-class Output(_Model):
-    """What is kept."""
-
-    cycles: Any = ()
-
-
-def _by_name(value: object) -> object:
-    """``design: zip`` is short for ``design: {kind: zip}``; without a kind it is a grid."""
-    named = {"kind": "grid", **value} if isinstance(value, Mapping) else {"kind": value}
-    if named["kind"] not in KINDS:
-        raise refuse(f"must be one of {', '.join(KINDS)}")
-    return named
-
-
-class Sections(_Model):
-    """A study of fretting wear: base values, varied values, output."""
-
-    title: Annotated[
-        StrictStr | None,
-        Field(
-            min_length=1,
-            max_length=MAX_TITLE,
-            description="For people; the name of the study is that of its file.",
-        ),
-    ] = None
-    base: Annotated[
-        dict[str, Any], Field(description="One value for every parameter that is not varied.")
-    ] = {}
-    vary: Annotated[
-        dict[str, Any], Field(description="The varied parameters, each with its values.")
-    ] = {}
-    design: Annotated[
-        Listed | Sampled,
-        BeforeValidator(_by_name),
-        Field(discriminator="kind", description="How the varied values are combined."),
-    ] = Listed()
-    invalid: Annotated[
-        Literal["stop", "skip"], Field(description="What to do about points such as Q >= µP.")
-    ] = "stop"
-    batch: Annotated[
-        Literal["auto"] | Annotated[StrictInt, Field(ge=1, le=MAX_POINTS)],
-        Field(description="Cases of a job; auto: as many as take a few minutes."),
-    ] = "auto"
-    output: Output = Output()
-
-
-NAMES = tuple(Sections.model_fields)
+    title: str = ""
+    base: Mapping[str, Any] = field(default_factory=dict)
+    vary: Mapping[str, Any] = field(default_factory=dict)
+    design: Design = field(default_factory=Design)
+    skip_invalid: bool = False
+    batch: int | None = None  # cases of a job; None: as many as take a few minutes
+    cycles: Any = ()  # as written
 
 
 def read_sections(raw: Mapping[str, Any], problems: list[Problem]) -> Sections:
-    """Read the sections; what is wrong is told, and stands as if it were left out."""
-    sound = dict(raw)
-    title = raw.get("title")
-    if isinstance(title, str) and title.strip():
-        if title.isprintable():
-            sound["title"] = title.strip()
-        else:
-            del sound["title"]
-            problems.append(Problem("title", title, "must be one line of printable text"))
-    elif "title" in raw:
-        del sound["title"]
-        problems.append(Problem("title", title, "must be text", "put it in quotes"))
-    while True:
-        try:
-            return Sections.model_validate(sound)
-        except ValidationError as error:
-            wrong: dict[str, Problem] = {}
-            for details in error.errors(include_url=False):
-                problem = _problem(details, raw)
-                wrong.setdefault(problem.key, problem)
-                sound.pop(str(details["loc"][0]), None)
-            problems.extend(wrong.values())
+    """Read the sections, and add what is wrong with them to the problems."""
+    found: dict[str, Any] = {}
+    for name, given in raw.items():
+        match name:
+            case "title":
+                found[name] = _title(given, problems)
+            case "base" | "vary" | "output":
+                found[name] = _mapping(name, given, problems)
+            case "design":
+                found[name] = _design(given, problems)
+            case "invalid":
+                found["skip_invalid"] = given == "skip"
+                if given not in ("stop", "skip"):
+                    problems.append(Problem(name, given, "must be stop or skip"))
+            case "batch":
+                found[name] = given if _is_whole(given, 1, MAX_POINTS) else None
+                if found[name] is None and given != "auto":
+                    rule = f"must be auto, or a whole number of cases from 1 to {MAX_POINTS}"
+                    remedy = "auto gives a job a few minutes of work"
+                    problems.append(
+                        Problem(name, given, rule, remedy, written=given, known=("auto",))
+                    )
+            case _:
+                problems.append(_unknown_section(name, given))
+    output = found.pop("output", {})
+    for name in (name for name in output if name not in _CYCLES):
+        problems.append(_unknown_key(f"output.{name}", output[name], _CYCLES, "known is cycles"))
+    return Sections(**found, cycles=output.get("cycles", ()))
 
 
-def _problem(details: Mapping[str, Any], raw: Mapping[str, Any]) -> Problem:
-    section, kind = str(details["loc"][0]), details["type"]
-    value = raw.get(section)
-    if section not in NAMES:
-        rule = "is not a section of a study"
-        if section in parameter_names():
-            return Problem(section, value, rule, f"put it under base: base.{section}")
-        remedy = f"known are {', '.join(NAMES)}"
-        return Problem(section, value, rule, remedy, written=section, known=NAMES)
-    match section:
-        case "title":
-            return Problem("title", value, f"must have at most {MAX_TITLE} characters")
-        case "invalid":
-            return Problem("invalid", value, "must be stop or skip")
-        case "batch":
-            rule = f"must be auto, or a whole number of cases from 1 to {MAX_POINTS}"
-            remedy = "auto gives a job a few minutes of work"
-            return Problem("batch", value, rule, remedy, written=value, known=("auto",))
-        case "design":
-            return _design_problem(details, raw[section])
-        case "output" if kind == "extra_forbidden":
-            name = str(details["loc"][1])
-            key, given = f"output.{name}", details["input"]
-            known = ("cycles",)
-            return Problem(key, given, "is not known", "known is cycles", written=name, known=known)
-    if raw[section] is None:
-        return Problem(section, None, "is empty", f"leave {section} out, or fill it")
-    return Problem(section, value, "must hold keys with values, one to a line")
+def _unknown_section(name: str, given: object) -> Problem:
+    rule = "is not a section of a study"
+    if name in parameter_names():
+        return Problem(name, given, rule, f"put it under base: base.{name}")
+    return Problem(name, given, rule, f"known are {', '.join(NAMES)}", written=name, known=NAMES)
 
 
-def _design_problem(details: Mapping[str, Any], raw: object) -> Problem:
-    given = raw if isinstance(raw, Mapping) else {"kind": raw}
-    name = str(details["loc"][-1])
-    if details["type"] == "fretwear":
-        kind, key = given.get("kind"), "design.kind" if given is raw else "design"
+def _unknown_key(key: str, given: object, known: tuple[str, ...], remedy: str) -> Problem:
+    name = key.rpartition(".")[2]
+    return Problem(key, given, "is not known", remedy, written=name, known=known)
+
+
+def _is_whole(given: object, least: int, most: int) -> bool:
+    return type(given) is int and least <= given <= most
+
+
+def _title(given: object, problems: list[Problem]) -> str:
+    if not isinstance(given, str) or not given.strip():
+        problems.append(Problem("title", given, "must be text", "put it in quotes"))
+    elif not given.isprintable():
+        problems.append(Problem("title", given, "must be one line of printable text"))
+    elif len(given.strip()) > MAX_TITLE:
+        problems.append(Problem("title", given, f"must have at most {MAX_TITLE} characters"))
+    else:
+        return given.strip()
+    return ""
+
+
+def _mapping(name: str, given: object, problems: list[Problem]) -> Mapping[str, Any]:
+    if isinstance(given, Mapping):
+        return given
+    rule, remedy = "must hold keys with values, one to a line", ""
+    if given is None:
+        rule, remedy = "is empty", f"leave {name} out, or fill it"
+    problems.append(Problem(name, given, rule, remedy))
+    return {}
+
+
+def _design(given: object, problems: list[Problem]) -> Design:
+    """Read a design; ``design: zip`` is short for ``design: {kind: zip}``."""
+    keys = given if isinstance(given, Mapping) else {"kind": given}
+    kind = keys.get("kind", "grid")
+    if kind not in KINDS:
+        key = "design.kind" if keys is given else "design"
         rule = f"must be one of {', '.join(KINDS)}"
-        return Problem(key, kind, rule, written=kind, known=KINDS)
-    kind = str(given.get("kind", "grid"))
-    known = tuple(Sampled.model_fields) if kind in SAMPLED else ("kind",)
-    if name not in known:
-        rule, remedy = "is not known", f"{kind} knows {', '.join(known)}"
-        return Problem(f"design.{name}", given[name], rule, remedy, written=name, known=known)
-    if name not in given:
+        problems.append(Problem(key, kind, rule, written=kind, known=KINDS))
+        return Design()
+    known = ("kind", *_NUMBERS) if kind in SAMPLED else ("kind",)
+    found: dict[str, Any] = {}
+    for name, number in keys.items():
+        if name not in known:
+            remedy = f"{kind} knows {', '.join(known)}"
+            problems.append(_unknown_key(f"design.{name}", number, known, remedy))
+        elif name != "kind" and _is_whole(number, *_NUMBERS[name]):
+            found[name] = number
+        elif name != "kind":
+            least, most = _NUMBERS[name]
+            rule = f"must be a whole number from {least} to {most}"
+            problems.append(Problem(f"design.{name}", number, rule))
+    if kind in SAMPLED and "points" not in keys:
         rule = f"is missing: {kind} needs it"
-        return Problem(f"design.{name}", None, rule, f"such as {name}: 64")
-    least, most = (1, MAX_POINTS) if name == "points" else (0, 2**32 - 1)
-    rule = f"must be a whole number from {least} to {most}"
-    return Problem(f"design.{name}", given[name], rule)
-
-
-def design_of(sections: Sections) -> Design:
-    """Return the design of a study."""
-    return Design(**sections.design.model_dump())
+        problems.append(Problem("design.points", None, rule, "such as points: 64"))
+    return Design(kind, **found)
 
 
 def study_schema() -> dict[str, Any]:
@@ -178,42 +135,70 @@ def study_schema() -> dict[str, Any]:
     once (Q < µP, a cell fine enough for the roughness, equal lengths under ``zip``) is checked
     by `load_study` only.
     """
-    schema = Sections.model_json_schema()
-    definitions = schema["$defs"]
     base = {name: schema_of(name) for name in base_names()}
-    properties = schema["properties"]
-    properties["title"] = {**properties["title"].pop("anyOf")[0], **properties["title"]}
-    properties["base"] |= {"additionalProperties": False, "properties": base}
-    properties["vary"] |= {
-        "additionalProperties": False,
-        "properties": {name: _varied(name) for name in parameter_names()},
+    numbers = {name: _whole_numbers(*ends) for name, ends in _NUMBERS.items()}
+    listed = {"kind": {"enum": list(LISTED), "default": "grid"}}
+    sampled = {"kind": {"enum": list(SAMPLED)}, **numbers}
+    cycles = {
+        "description": "Cycles at which the fields are kept.",
+        "type": "array",
+        "items": SNAPSHOT.described(),
     }
-    short = {"enum": list(LISTED)}
-    listed = [definitions.pop(name) for name in ("Listed", "Sampled")]
-    properties["design"] = {
-        "description": properties["design"]["description"],
-        "default": "grid",
-        "anyOf": [short, *listed],
-    }
-    number = schema_of("output.cycles")
-    properties["output"] = {
-        "type": "object",
-        "additionalProperties": False,
-        "properties": {
-            "cycles": {
-                "type": "array",
-                "items": number,
-                "description": "Cycles at which the fields are kept.",
-            }
+    sections = {
+        "title": {
+            "description": "For people; the name of the study is that of its file.",
+            "type": "string",
+            "minLength": 1,
+            "maxLength": MAX_TITLE,
         },
+        "base": {
+            "description": "One value for every parameter that is not varied.",
+            **_object(base),
+        },
+        "vary": {
+            "description": "The varied parameters, each with its values.",
+            **_object({name: _varied(name) for name in parameter_names()}),
+        },
+        "design": {
+            "description": "How the varied values are combined.",
+            "default": "grid",
+            "anyOf": [
+                {"enum": list(LISTED)},
+                {"description": "Values that are listed, combined or paired.", **_object(listed)},
+                {
+                    "description": "Points that are drawn over ranges.",
+                    **_object(sampled, "kind", "points"),
+                },
+            ],
+        },
+        "invalid": {
+            "description": "What to do about points such as Q >= µP.",
+            "default": "stop",
+            "enum": ["stop", "skip"],
+        },
+        "batch": {
+            "description": "Cases of a job; auto: as many as take a few minutes.",
+            "default": "auto",
+            "anyOf": [{"const": "auto"}, _whole_numbers(1, MAX_POINTS)],
+        },
+        "output": _object({"cycles": cycles}),
     }
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
-        **_untitled(schema),
         "title": "fretwear study",
-        "$defs": {},
+        "description": "A study of fretting wear: base values, varied values, output.",
+        **_object(sections),
         "allOf": schema_required(),
     }
+
+
+def _object(properties: Mapping[str, Any], *required: str) -> dict[str, Any]:
+    keys = {"type": "object", "additionalProperties": False, "properties": properties}
+    return {**keys, "required": list(required)} if required else keys
+
+
+def _whole_numbers(least: int, most: int) -> dict[str, Any]:
+    return {"type": "integer", "minimum": least, "maximum": most}
 
 
 def _varied(name: str) -> dict[str, Any]:
@@ -221,28 +206,6 @@ def _varied(name: str) -> dict[str, Any]:
     listed = {"type": "array", "items": value, "minItems": 1, "uniqueItems": True}
     if type(parameter_of(name)) is not Quantity:
         return listed
-    interval = {
-        "type": "object",
-        "description": "A range, for sampled designs.",
-        "additionalProperties": False,
-        "required": ["from", "to"],
-        "properties": {"from": value, "to": value, "scale": {"enum": ["linear", "log"]}},
-    }
+    ends = {"from": value, "to": value, "scale": {"enum": ["linear", "log"]}}
+    interval = {"description": "A range, for sampled designs.", **_object(ends, "from", "to")}
     return {"anyOf": [listed, interval]}
-
-
-def _untitled(schema: Any) -> Any:
-    """Drop the titles that pydantic makes of names: descriptions say more."""
-    if isinstance(schema, list):
-        return [_untitled(item) for item in schema]
-    if not isinstance(schema, dict):
-        return schema
-    names = schema.get("properties", {})
-    rest = {
-        key: _untitled(item)
-        for key, item in schema.items()
-        if key not in ("title", "properties", "$defs") or not isinstance(item, str | dict)
-    }
-    if names:
-        rest["properties"] = {key: _untitled(item) for key, item in names.items()}
-    return rest

@@ -12,6 +12,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from fretwear.parts import is_list
 from fretwear.study.case import (
     Case,
     member_alternatives,
@@ -23,7 +24,7 @@ from fretwear.study.case import (
 from fretwear.study.designs import Design, read_axes
 from fretwear.study.points import Axis, Parameters, Point, PointFinding
 from fretwear.study.problems import Problem, StudyError
-from fretwear.study.sections import Sections, design_of, read_sections
+from fretwear.study.sections import Sections, read_sections
 from fretwear.study.tree import member_of, parameter_names
 from fretwear.study.yamlfile import parse_value, read_document
 
@@ -148,20 +149,20 @@ def _checked(
     """Turn the plain content of a study file, assignments applied, into a `Study`."""
     found: list[Problem] = []
     sections = read_sections(content, found)
-    design = design_of(sections)
+    design = sections.design
     axes = read_axes(sections.vary, design, found)
     fixed = _read_base(sections, found)
-    snapshots = read_snapshots(sections.output.cycles, "output.cycles")
-    found.extend(snapshots.problems)
-    if not snapshots.problems:
-        fixed["output_cycles"] = snapshots.value
-    for position, cycle in enumerate(snapshots.value):
-        if cycle in snapshots.value[:position]:
+    before = len(found)
+    snapshots = read_snapshots(sections.cycles, "output.cycles", found)
+    if len(found) == before:
+        fixed["output_cycles"] = snapshots
+    for position, cycle in enumerate(snapshots):
+        if cycle in snapshots[:position]:
             found.append(Problem(f"output.cycles[{position}]", str(cycle), "is given twice"))
     # A part of what could not be read says nothing.
     axes = tuple(axis for axis in axes if "." not in axis.name or axis.key in fixed)
     parameters = Parameters(fixed, axes, list(design.indices([len(axis.values) for axis in axes])))
-    invalid = _try_rules(parameters, design, found, skip=sections.invalid == "skip")
+    invalid = _try_rules(parameters, design, found, skip=sections.skip_invalid)
     if not (problems or found) and len(invalid) == len(parameters.indices):
         rule = f"leaves no point to run: {next(iter(invalid.values()))}"
         found.append(Problem("vary", None, rule))
@@ -176,7 +177,7 @@ def _checked(
         parameters=parameters,
         invalid=invalid,
         content=content,
-        batch=sections.batch if isinstance(sections.batch, int) else None,
+        batch=sections.batch,
     )
 
 
@@ -202,16 +203,17 @@ def _read_base(sections: Sections, problems: list[Problem]) -> dict[str, Any]:
             varied.append(whole)
             continue
         raw = sections.vary[name]
-        first = raw[:1] if isinstance(raw, list) else [raw.get("from")] if raw else []
-        base[whole] = {**others, part: first[0] if first else None}
+        values = [raw.get("from")] if isinstance(raw, Mapping) else raw
+        base[whole] = {**others, part: values[0] if is_list(values) and values else None}
         stand_ins.append(f"base.{name}")
-    values, wrong = read_values(base, "base.", units_required=True)
+    wrong: list[Problem] = []
+    read = read_values(base, "base.", wrong, units_required=True)
     problems.extend(problem for problem in wrong if problem.key not in stand_ins)
     for problem in missing({*base, *varied, *sections.base}, in_file=True):
         key = f"vary.{problem.key}" if problem.key in sections.vary else f"base.{problem.key}"
         given = sections.base.get(problem.key)
         problems.append(replace(problem, key=key, given=given))
-    return {name: value for name, value in values.items() if name not in varied}
+    return {name: value for name, value in read.items() if name not in varied}
 
 
 def _try_rules(
