@@ -99,6 +99,10 @@ class Parameter(ABC):
         """Return the value in a form that JSON can hold and `read` takes back."""
         return value
 
+    def allows(self, value: float) -> bool:
+        """Say whether a coordinate may have this value."""
+        return not math.isnan(value)
+
     def word_for(self, value: Any) -> str:
         """Return the word that stands for a special value, such as "elastic", or nothing."""
         return value if isinstance(value, str) else ""
@@ -195,6 +199,11 @@ class Quantity(Parameter):
             and (self.below is None or number < self.below)
             and (self.at_most is None or number <= self.at_most)
         )
+
+    def allows(self, value: float) -> bool:
+        """Say whether a coordinate may have this value."""
+        special = (self.absent, math.inf if self.infinite else None)
+        return value in special or (not math.isnan(value) and self._contains(value))
 
     def range_text(self) -> str:
         """Say the range in words, such as "larger than -1 and at most 0.5"."""
@@ -344,6 +353,10 @@ class WholeNumber(Parameter):
             raise QuantityError(f"must be at least {self.at_least} and at most {self.at_most}")
         return int(number)
 
+    def allows(self, value: float) -> bool:
+        """Say whether a coordinate may have this value."""
+        return self.at_least <= value <= self.at_most
+
     def schema(self) -> dict[str, Any]:
         """JSON Schema of the value in a study file."""
         number = {"type": "integer", "minimum": self.at_least, "maximum": self.at_most}
@@ -364,7 +377,10 @@ def is_list(value: object) -> TypeGuard[Sequence[Any]]:
 def _any_number(value: object) -> float:
     """Return a number or the number that a text says; nan where there is none."""
     is_number = isinstance(value, Real) and not isinstance(value, bool)
-    if not is_number and not (isinstance(value, str) and len(value) < 30 and value.isascii()):
+    if isinstance(value, str):
+        # Python alone would take 1_000 and other digits than ours.
+        is_number = len(value) < 30 and value.isascii() and "_" not in value
+    if not is_number:
         return math.nan
     try:
         return float(value)  # type: ignore[arg-type]

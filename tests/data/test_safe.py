@@ -24,6 +24,7 @@ from fretwear.data.safe import (
     remove_stale_temporaries,
     uninterrupted,
     why_leading_out,
+    why_not_writable,
     write_error,
     write_text,
 )
@@ -218,6 +219,11 @@ def test_results_hold_no_links(tmp_path, precious):
     point_to(deep, precious, "link")
     for root in (None, results.parent):
         assert why_leading_out(results, root).startswith(f"{deep}: is a link that leads to")
+
+
+def test_a_folder_that_the_netcdf_library_misreads_is_refused_beforehand(tmp_path):
+    assert why_not_writable(tmp_path) == ""
+    assert "no path with a backslash" in why_not_writable(tmp_path / "back\\slash" / "results")
 
 
 def test_a_process_of_another_container_of_the_same_name_is_not_taken_for_dead(

@@ -1,6 +1,7 @@
 """Whatever a file holds, reading it ends in a study to be planned or in a list of problems."""
 
 import math
+import re
 from copy import deepcopy
 
 import pytest
@@ -131,6 +132,45 @@ def test_odd_yaml_is_neither_a_number_nor_a_section(outcome, content, section, f
     (content if section in SECTIONS else content["base"])[section] = "PLACE"
     text = yaml.safe_dump(content, sort_keys=False).replace("PLACE", fragment)
     assert isinstance(outcome(text), StudyError)
+
+
+# What the core schema of YAML 1.2 (section 10.3.2) takes for numbers.
+CORE = {
+    r"[-+]?[0-9]+": int,
+    r"0o[0-7]+": lambda text: int(text[2:], 8),
+    r"0x[0-9a-fA-F]+": lambda text: int(text, 16),
+    r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?": float,
+}
+
+
+@of_files
+@given(
+    text=st.text("0123456789" * 3 + "+-_.:eExXoObBaF٣３ ", min_size=1, max_size=8),
+    name=st.sampled_from(["friction", "cycles"]),
+)
+@example(text="010", name="friction")
+@example(text="0:30.5", name="friction")
+@example(text="0100", name="cycles")
+@example(text="1_00", name="cycles")
+@example(text="-0.0", name="poisson_ratio")
+def test_a_number_is_what_yaml_says_or_refused(outcome, content, text, name):
+    content = deepcopy(content)
+    content["vary"], content["output"] = {}, {}
+    content["base"].update({"load": "50 N", "plastic_limit": "none", name: "PLACE"})
+    found = outcome(yaml.safe_dump(content).replace("PLACE", text))
+    if isinstance(found, Study):
+        (case,) = found.cases().values()
+        text = text.split("#")[0].strip()
+        expected = next(read(text) for form, read in CORE.items() if re.fullmatch(form, text))
+        assert getattr(case, name) == expected
+
+
+def test_zero_has_one_sign(outcome, content):
+    ids = set()
+    for zero in ("0", "-0.0", "0.0"):
+        content["base"]["poisson_ratio"] = "PLACE"
+        ids.add(tuple(outcome(yaml.safe_dump(content).replace("PLACE", zero)).cases()))
+    assert len(ids) == 1
 
 
 @of_files

@@ -255,7 +255,10 @@ def _unworn(dataset: xr.Dataset) -> dict[str, float]:
     from fretwear.study.case import Case
     from fretwear.theory import CattaneoMindlin, HertzContact
 
-    case = Case(**json.loads(dataset.attrs["parameters"]))
+    try:
+        case = Case(**json.loads(dataset.attrs["parameters"]))
+    except (TypeError, ValueError):  # of another version of the program
+        return {}
     hertz = HertzContact(case.radius, case.load, case.composite_modulus)
     sliding = CattaneoMindlin(hertz, case.friction, case.tangential_load, case.coupling)
     # What Hertz's pressure carries inside the stick radius.

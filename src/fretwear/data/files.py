@@ -22,6 +22,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from fretwear.data.checks import case_problem, summary_problem, value_problem
 from fretwear.data.dataset import mirrored
 from fretwear.data.safe import CaseFileError, DataFileError, atomic_path, uninterrupted
 from fretwear.version import __version__
@@ -106,9 +107,12 @@ def plain_encoding(dataset: xr.Dataset) -> dict[str, dict[str, Any]]:
 
 def open_lazily(path: str | PathLike[str], group: str | None = None) -> xr.Dataset:
     """Open a netCDF file or one group of it; fields are read when they are used, text at once."""
-    dataset = xr.open_dataset(
-        path, engine="netcdf4", group=group, decode_times=False, decode_timedelta=False
-    )
+    try:
+        dataset = xr.open_dataset(
+            path, engine="netcdf4", group=group, decode_times=False, decode_timedelta=False
+        )
+    except (OSError, RuntimeError, ValueError, TypeError, LookupError, AttributeError) as cause:
+        raise DataFileError(Path(path), f"it cannot be read ({cause})", _CHECK_KIND) from cause
     for name, coordinate in dataset.coords.items():
         if coordinate.dtype.kind == "O":
             dataset[name] = coordinate.astype(str)
@@ -150,6 +154,28 @@ class CaseFile:
         """Return the error that says why the file cannot be used."""
         return CaseFileError(self.path, problem, _RUN_AGAIN)
 
+    def check_values(self) -> None:
+        """Look at the numbers of each cycle and at the parameters, fields not included.
+
+        Raises
+        ------
+        CaseFileError
+            When no run could have left them.
+        """
+        if problem := value_problem(self.file):
+            raise self.unusable(problem)
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[netCDF4.Dataset]:
+    try:
+        file = netCDF4.Dataset(path, "r")
+    except (OSError, RuntimeError) as cause:
+        raise CaseFileError(path, f"it is no netCDF file ({cause})", _RUN_AGAIN) from cause
+    with file:
+        file.set_auto_maskandscale(False)
+        yield file
+
 
 @contextmanager
 def opened_case(path: str | PathLike[str]) -> Iterator[CaseFile]:
@@ -163,12 +189,7 @@ def opened_case(path: str | PathLike[str]) -> Iterator[CaseFile]:
     path = Path(path)
     if problem := damage(path, "case file"):
         raise _damaged(path, problem)
-    try:
-        file = netCDF4.Dataset(path, "r")
-    except (OSError, RuntimeError) as cause:
-        raise CaseFileError(path, f"it is no netCDF file ({cause})", _RUN_AGAIN) from cause
-    with file:
-        file.set_auto_mask(False)
+    with _opened(path) as file:
         case_file = CaseFile(path, file)
         if "case_id" not in file.ncattrs():
             raise CaseFileError(path, "it is not the file of one case", _CHECK_FOLDER)
@@ -178,6 +199,8 @@ def opened_case(path: str | PathLike[str]) -> Iterator[CaseFile]:
         lacking += [HISTORY_GROUP] if HISTORY_GROUP not in file.groups else []
         if lacking:
             raise case_file.unusable(f"it lacks {', '.join(lacking)}")
+        if problem := case_problem(file, path.stat().st_size):
+            raise case_file.unusable(problem)
         yield case_file
 
 
@@ -291,8 +314,8 @@ def open_case(path: str | PathLike[str], full: bool = False) -> xr.Dataset:
     CaseFileError
         When the file is missing, unfinished, cut short or damaged.
     """
-    with opened_case(path):
-        pass
+    with opened_case(path) as file:
+        file.check_values()
     dataset = open_lazily(path)
     return mirrored(dataset) if full else dataset
 
@@ -315,8 +338,8 @@ def open_history(path: str | PathLike[str]) -> xr.Dataset:
     CaseFileError
         When the file is missing, unfinished, cut short or damaged.
     """
-    with opened_case(path):
-        pass
+    with opened_case(path) as file:
+        file.check_values()
     return open_lazily(path, group=HISTORY_GROUP)
 
 
@@ -331,6 +354,11 @@ def open_summary(path: str | PathLike[str]) -> xr.Dataset:
     DataFileError
         When the file is missing, unfinished, cut short or damaged.
     """
-    if problem := damage(Path(path), "merged study"):
-        raise DataFileError(Path(path), problem, "Merge the study again")
+    path = Path(path)
+    problem = damage(path, "merged study")
+    if not problem:
+        with _opened(path) as file:
+            problem = summary_problem(file, path.stat().st_size)
+    if problem:
+        raise DataFileError(path, problem, "Merge the study again")
     return open_lazily(path)

@@ -130,6 +130,9 @@ def why_not_writable(path: Path) -> str:
 
     Nothing is left behind: a folder that does not exist is not made, its nearest parent is tried.
     """
+    if "\\" in str(path.absolute()):
+        place = path.absolute()
+        return f"{place}: cannot be written to: the netCDF library knows no path with a backslash"
     existing = Path("/")
     # A path below a file counts as missing, and so does one whose folder may not be entered.
     for candidate in (path, *path.absolute().parents):

@@ -110,6 +110,7 @@ def read_case(path: Path) -> CaseRecord:
         When the file is missing or damaged.
     """
     with opened_case(path) as file:
+        file.check_values()
         parameters = {
             name: float(variable[...])
             for name, variable in file.file.variables.items()
