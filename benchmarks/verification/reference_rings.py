@@ -7,7 +7,7 @@ of Ciavarella (1998) and Jäger (1998) gives the slip, Archard's law the wear; w
 reaches the plastic limit the shape sinks for good.
 
 Lengths are in Hertzian contact radii a, heights in a²/R, pressures in E* a/R and time is
-τ = 4 K_w µ κ p0 N, so that only Q/µP and p_lim/p0 remain; `wear_history` is in SI units.
+τ = 4 K_w µ κ p0 N, so that only Q/µP and p_lim/p0 remain.
 
 References
 ----------
@@ -28,7 +28,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import solve
 from scipy.special import ellipe, ellipkm1
 
-from fretwear.theory import CattaneoMindlin, HertzContact, require_positive
+from fretwear.theory import HertzContact
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -321,7 +321,7 @@ class SmoothWear:
         return replace(contact, gap=np.where(contact.loaded, 0.0, contact.gap))
 
     def measure(self, state: WearState) -> FloatArray:
-        """The values of `WearHistory` after the cycles, in its order, dimensionless.
+        """Approach, central pressure, deepest wear, volumes of wear and flow, contact and stick edge.
 
         The stick zone ends where p*² vanishes, and so does an unworn contact. A growing contact
         ends where the wear does: there the pressure keeps its height up to the last ring.
@@ -386,36 +386,10 @@ class Resolution:
     step: float = 0.05
 
 
-@dataclass(frozen=True, eq=False)
-class WearHistory:
-    """A smooth sphere over the cycles; every array has the shape (cycles,).
-
-    Parameters
-    ----------
-    cycles : ndarray
-        Numbers of cycles.
-    approach, central_pressure, deepest_wear : ndarray
-        Approach in m, pressure on the axis in Pa, largest wear of both bodies together in m.
-    wear_volume, plastic_volume : ndarray
-        Volumes worn off both bodies and of the plastic sinking, m³.
-    contact_radius, stick_radius : ndarray
-        Radii, m.
-    """
-
-    cycles: FloatArray
-    approach: FloatArray
-    central_pressure: FloatArray
-    deepest_wear: FloatArray
-    wear_volume: FloatArray
-    plastic_volume: FloatArray
-    contact_radius: FloatArray
-    stick_radius: FloatArray
-
-
 def dimensionless_history(
     load_ratio: float, limit_ratio: float, times: Sequence[float], resolution: Resolution
 ) -> tuple[FloatArray, FloatArray]:
-    """Values of `WearHistory` after the cycles at the times τ, and the error left by the steps.
+    """Values of `SmoothWear.measure` at the times τ, and the error left by the steps.
 
     Parameters
     ----------
@@ -463,56 +437,3 @@ def _march_in_time(
         now = time
         values.append(problem.measure(state))
     return np.array(values).T
-
-
-def wear_history(
-    slip: CattaneoMindlin,
-    wear_coefficient: float,
-    plastic_limit: float,
-    cycles: Sequence[float],
-    resolution: Resolution | None = None,
-) -> tuple[WearHistory, WearHistory]:
-    """Wear of a smooth sphere over the cycles, elastic or elastic–perfectly plastic.
-
-    Parameters
-    ----------
-    slip : CattaneoMindlin
-        The unworn contact in partial slip.
-    wear_coefficient : float
-        Archard's wear coefficient K_w of both bodies together, 1/Pa.
-    plastic_limit : float
-        Largest pressure, Pa; infinite for elastic bodies.
-    cycles : sequence of float
-        Numbers of cycles to report, not negative and increasing.
-    resolution : Resolution, optional
-        Fineness of rings and steps.
-
-    Returns
-    -------
-    history, error : WearHistory
-        The history, and the part of its error that comes from the steps, in the same units. The
-        rings' part shows when they are made finer.
-
-    Raises
-    ------
-    ValueError
-        If the wear coefficient or the limit is not positive, or the cycles do not increase.
-    """
-    require_positive(wear_coefficient=wear_coefficient)
-    if not plastic_limit > 0.0:
-        raise ValueError(f"plastic_limit is {plastic_limit!r} Pa, but must be positive or inf")
-    count = np.asarray(cycles, dtype=float)
-    if count.size == 0 or count[0] < 0.0 or np.any(np.diff(count) <= 0.0):
-        raise ValueError(f"cycles are {cycles!r}, but must increase from 0 or more")
-    hertz = slip.hertz
-    p0, a, depth = hertz.peak_pressure, hertz.contact_radius, hertz.approach
-    per_cycle = 4.0 * wear_coefficient * slip.friction * slip.coupling * p0
-    values, errors = dimensionless_history(
-        slip.load_ratio,
-        plastic_limit / p0,
-        [float(n) for n in per_cycle * count],
-        resolution or Resolution(),
-    )
-    stress = p0 / UNIT_HERTZ.peak_pressure
-    units = np.array([depth, stress, depth, a * a * depth, a * a * depth, a, a])[:, None]
-    return WearHistory(count, *(units * values)), WearHistory(count, *(units * errors))

@@ -5,7 +5,6 @@ above `TOLERATED` times these. Lower them when the solver gets better.
 """
 
 from collections import deque
-from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -20,46 +19,37 @@ from fretwear.running import simulate
 TOLERATED = 1.15
 
 
-@dataclass(frozen=True)
-class Counts:
-    """Accepted steps, 0 for a contact, and half-space convolutions."""
-
-    steps: int
-    convolutions: int
-
-    def hold(self, steps: int, convolutions: int) -> bool:
-        """Whether a job took no more than it may."""
-        return steps <= TOLERATED * self.steps and convolutions <= TOLERATED * self.convolutions
-
-
-COLD_SMOOTH = Counts(0, 28)
-COLD_ROUGH_CAPPED = Counts(0, 51)
-FIRST_LOADING = Counts(0, 106)
-"""Of the rough run, on its own grid."""
-SMOOTH_RUN = Counts(15, 315)
-ROUGH_RUN_COARSE = Counts(9, 836)
-"""On twice the spacing and for 438 cycles; the row itself took 61 steps, 4712 convolutions."""
-
-
 def last_state(case):
     problem = simulate.wear_problem(case)
     return deque(evolve(problem, [float(case.cycles)], case.tolerance), maxlen=1)[0]
 
 
-@pytest.mark.parametrize(
-    ("rough", "expected"),
-    [(False, COLD_SMOOTH), (True, COLD_ROUGH_CAPPED)],
-    ids=["smooth", "rough, capped"],
-)
+@pytest.mark.parametrize(("rough", "expected"), [(False, 28), (True, 51)], ids=["smooth", "rough"])
 def test_a_cold_contact_takes_few_convolutions(rough, expected):
     contact = solve_contact(first_contact(256, rough=rough), tolerance=1e-6)
     assert contact.residual <= 1e-6
-    assert expected.hold(0, contact.convolutions), contact.convolutions
+    assert contact.convolutions <= TOLERATED * expected
 
 
 def test_the_first_loading_of_the_rough_capped_run_takes_few_convolutions():
     state = first_loading(simulate.wear_problem(rough_case()))
-    assert FIRST_LOADING.hold(0, state.convolutions), state.convolutions
+    assert state.convolutions <= TOLERATED * 106
+
+
+RUNS = {
+    "smooth": (smooth_case(128), 15, 315),
+    "smooth, capped": (smooth_case(24, plastic_limit="2160 MPa", cycles=7000), 28, 1880),
+    # On twice the spacing and for 438 cycles; the row itself took 61 steps, 4712 convolutions.
+    "rough, capped": (rough_case(2.0, cycles=438), 9, 836),
+}
+
+
+@pytest.mark.parametrize("run", RUNS)
+def test_a_run_takes_few_steps_and_convolutions(run):
+    case, steps, convolutions = RUNS[run]
+    last = last_state(case)
+    assert last.step <= TOLERATED * steps
+    assert last.convolutions <= TOLERATED * convolutions
 
 
 def test_no_step_of_the_solver_is_downhill_by_rounding_only(monkeypatch):
@@ -77,16 +67,3 @@ def test_no_step_of_the_solver_is_downhill_by_rounding_only(monkeypatch):
     last_state(study_case(roughness=WAVES, plastic_limit="5500 MPa", cycles=438, cell=cell))
     assert len(descents) > 100
     assert min(descents) > 0.05
-
-
-def test_a_smooth_run_of_30000_cycles_takes_few_steps():
-    state = last_state(smooth_case(128))
-    assert SMOOTH_RUN.hold(state.step, state.convolutions), (state.step, state.convolutions)
-
-
-def test_a_rough_capped_run_takes_few_steps_on_a_coarse_grid():
-    state = last_state(rough_case(2.0, cycles=438))
-    assert ROUGH_RUN_COARSE.hold(state.step, state.convolutions), (
-        state.step,
-        state.convolutions,
-    )

@@ -1,20 +1,15 @@
 """The pages of verification and of performance are what their data say."""
 
 import json
-from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 import pytest
-from benchmarks.pages import Check
-from benchmarks.scale import cells_curve
 from benchmarks.speed.table import Row
 from benchmarks.verification.__main__ import PAGE as VERIFICATION
 
 from benchmarks import performance
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
-PAGES = [VERIFICATION, performance.PAGE]
 
 
 def stored(page, docs=DOCS):
@@ -25,7 +20,7 @@ def keep(page, docs, entries):
     (docs / f"{page.name}.json").write_text(json.dumps(entries), encoding="utf-8")
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", [VERIFICATION, performance.PAGE], ids=lambda page: page.name)
 def test_the_page_is_what_its_data_say(page):
     assert page.main(["--check"]) == 0
 
@@ -42,7 +37,6 @@ def test_a_worse_measurement_falls_short_on_the_page(tmp_path):
     assert "falls short" in line
     assert "+3.0e-8" in line
     assert VERIFICATION.main(["--check", *docs]) == 0
-    assert not Check("slip", -3e-8, 1e-8).holds
 
 
 def test_a_row_that_falls_short_says_so_on_the_page(tmp_path):
@@ -55,7 +49,7 @@ def test_a_row_that_falls_short_says_so_on_the_page(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_section_of_verification_is_measured_drawn_and_kept(tmp_path):
+def test_a_section_is_measured_drawn_and_kept(tmp_path):
     assert VERIFICATION.main(["closed_forms", "--docs", str(tmp_path)]) == 0
     peak, kept = (
         [row["peak_pressure"] for row in data["closed_forms"]["data"]["spacings"]]
@@ -65,27 +59,3 @@ def test_a_section_of_verification_is_measured_drawn_and_kept(tmp_path):
     assert peak == pytest.approx(kept, abs=1e-6)
     assert (tmp_path / "images" / "verification" / "closed_forms_orders.svg").exists()
     assert "## Closed forms" in (tmp_path / "verification.md").read_text(encoding="utf-8")
-
-
-@pytest.mark.slow
-def test_a_section_of_performance_is_measured_drawn_and_kept(tmp_path):
-    (cells,) = (each for each in performance.PAGE.sections if each.name == "cells")
-    page = performance.PAGE
-    page.measure(tmp_path, replace(cells, measure=partial(cells_curve, (16, 24))))
-    page.write(tmp_path)
-    assert "images/performance/cells.svg" in (tmp_path / "performance.md").read_text("utf-8")
-    assert (tmp_path / "images/performance/cells.svg").exists()
-    assert page.check(tmp_path) == 0
-    entries = stored(page, tmp_path)
-    points = entries["cells"]["data"]["points"]
-    assert all(point["peak_bytes"] > point["start_bytes"] > 0 for point in points)
-    points[0]["steps"] = 99
-    keep(page, tmp_path, entries)
-    assert page.check(tmp_path) == 1
-
-
-def test_an_unknown_section_is_refused(capsys):
-    with pytest.raises(SystemExit) as refused:
-        VERIFICATION.main(["hertz"])
-    assert refused.value.code == 2
-    assert "no such section: hertz" in capsys.readouterr().err

@@ -1,0 +1,166 @@
+"""The independent reference on rings: closed forms, another scheme, laws of contact, its table."""
+
+import csv
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from benchmarks.verification.reference_rings import (
+    UNIT_HERTZ,
+    Resolution,
+    RingContact,
+    Rings,
+    SmoothWear,
+    WearState,
+    dimensionless_history,
+    disc_displacement,
+    graded_rings,
+    solve_contact,
+)
+from scipy.integrate import quad
+from scipy.special import ellipk
+
+from fretwear.theory import LimitingState
+
+P0 = UNIT_HERTZ.peak_pressure
+LIMIT = 4.1622421
+APPROACH, CENTRAL, DEEPEST, VOLUME, PLASTIC, CONTACT, STICK = range(7)
+TABLE = Path(__file__).parents[1] / "mechanics/reference/smooth_wear.csv"
+
+
+def press(rings: Rings, shape: np.ndarray, limit=math.inf, load=UNIT_HERTZ.load, start=None):
+    r, rigid = rings.radii, np.zeros_like(shape)
+    hertz = UNIT_HERTZ.pressure(r), UNIT_HERTZ.gap(r), UNIT_HERTZ.approach, r < 1.0, r < 0.0
+    return solve_contact(rings, lambda _: (shape, rigid), load, limit, start or RingContact(*hertz))
+
+
+def test_a_disc_moves_the_surface_as_ring_loads_do_inside_and_outside():
+    assert float(disc_displacement(0.0, 3.0)) == pytest.approx(2 * 3.0, rel=1e-14)
+    assert float(disc_displacement(3.0, 3.0)) == pytest.approx(4 * 3.0 / math.pi, rel=1e-14)
+    for r in (1.001, 1.3, 5.0):
+
+        def ring(t: float, r: float = r) -> float:
+            return 4 / math.pi * t * ellipk(4 * r * t / (r + t) ** 2) / (r + t)
+
+        assert float(disc_displacement(r, 1.0)) == pytest.approx(quad(ring, 0, 1)[0], rel=1e-9)
+
+
+def test_hertz_converges_with_the_rings():
+    errors = []
+    for width in (0.04, 0.02, 0.01):
+        rings = Rings(np.arange(round(1.6 / width) + 1) * width)
+        contact = press(rings, 0.5 * rings.radii**2)
+        error = np.abs(contact.pressure - UNIT_HERTZ.pressure(rings.radii)).mean() / P0
+        errors.append([abs(contact.approach - 1.0), error])
+    assert np.all(np.array(errors[-1]) < [3e-5, 5e-4])
+    # Square-root edges allow order 3/2 in the mean; ring edges fall where they fall.
+    assert np.all(np.divide(errors[0], errors[-1]) > 4**1.2)
+    outside = rings.radii > 1.02
+    gap = UNIT_HERTZ.gap(rings.radii[outside])
+    np.testing.assert_allclose(contact.gap[outside], gap, atol=5e-5)
+
+
+def test_flat_punch_has_its_approach():
+    rings = graded_rings(1.0, 1.0, 1.5, narrowest=1e-5, narrow=0.02, widest=0.02)
+    contact = press(rings, np.where(rings.radii < 1.0, 0.0, 10.0))
+    assert contact.approach == pytest.approx(UNIT_HERTZ.load / 2.0, rel=1e-4)
+    r = rings.radii[rings.radii < 0.9]
+    punch = UNIT_HERTZ.load / (2 * math.pi * np.sqrt(1 - r**2))
+    np.testing.assert_allclose(contact.pressure[: r.size], punch, rtol=1e-3)
+
+
+def coarse(load_ratio: float, limit: float, widest: float = 0.02) -> SmoothWear:
+    edge = math.cbrt(1 - load_ratio)
+    rings = graded_rings(edge, 0.3, 4.0, narrowest=0.0125, narrow=0.0125, widest=widest)
+    return SmoothWear(rings, load_ratio, limit)
+
+
+def explicit(problem: SmoothWear, time: float, steps: int) -> np.ndarray:
+    """Values after forward steps: the wear of a step from the pressure that it begins with."""
+    sphere, state = 0.5 * problem.rings.radii**2, problem.unworn()
+    wear, plastic, full, reduced = state.wear, state.plastic, state.full, state.reduced
+    for _ in range(steps):
+        wear = wear + time / steps * full.pressure / P0 * np.maximum(reduced.gap, 0.0)
+        shape = sphere + wear + plastic
+        full = press(problem.rings, shape, problem.limit, start=full)
+        sunk = np.where(full.yielding, -full.gap, 0.0)
+        plastic = plastic + sunk
+        reduced = press(problem.rings, shape + sunk, load=problem.reduced_load, start=reduced)
+        reduced = replace(reduced, gap=np.where(reduced.loaded, 0.0, reduced.gap))
+    return problem.measure(WearState(wear, plastic, full, reduced))
+
+
+@pytest.mark.parametrize(
+    ("limit", "time", "backwards", "forwards"),
+    [(math.inf, 3.0, (80, 160), (400, 800)), (LIMIT, 8.0, (320, 640), (800, 1600))],
+    ids=["elastic", "capped"],
+)
+def test_forward_and_backward_steps_meet(limit, time, backwards, forwards):
+    # Both are first order from opposite sides; on the same rings their extrapolations agree.
+    problem = coarse(0.8, limit, widest=0.04)
+    backward = []
+    for steps in backwards:
+        state = problem.unworn()
+        for _ in range(steps):
+            state = problem.advance(state, time / steps)
+        backward.append(problem.measure(state))
+    forward = [explicit(problem, time, steps) for steps in forwards]
+    integrals = [APPROACH, CENTRAL, DEEPEST, VOLUME]
+    found, expected = (2 * pair[1] - pair[0] for pair in (backward, forward))
+    np.testing.assert_allclose(found[integrals], expected[integrals], rtol=2e-4)
+    # Plastic flow goes ring by ring, which the extrapolations cannot see.
+    np.testing.assert_allclose(found[PLASTIC], expected[PLASTIC], rtol=5e-3, atol=1e-12)
+
+
+def test_capped_states_obey_the_contact_laws():
+    problem = coarse(0.8, LIMIT)
+    state, wear, plastic = problem.unworn(), 0.0, 0.0
+    for _ in range(60):
+        state = problem.advance(state, 0.5)
+        full = state.full
+        shape = 0.5 * problem.rings.radii**2 + state.wear + state.plastic
+        gap = shape + problem.rings.influence @ full.pressure - full.approach
+        assert problem.rings.areas @ full.pressure == pytest.approx(UNIT_HERTZ.load, rel=1e-10)
+        assert np.all((full.pressure >= 0.0) & (full.pressure <= problem.limit))
+        assert np.all(np.abs(gap[full.loaded]) < 1e-9)
+        assert np.all(gap > -1e-9)
+        # The reduced load is an earlier stage of loading the same shape elastically.
+        assert np.all(state.reduced.pressure <= full.pressure + 1e-9)
+        assert np.all(state.wear >= wear)
+        assert np.all(state.plastic >= plastic)
+        wear, plastic = state.wear, state.plastic
+    assert plastic.max() > 0.5
+    assert full.pressure[0] == problem.limit
+
+
+@pytest.mark.parametrize("load_ratio", [0.2, 0.5, 0.9])
+def test_endless_wear_reaches_the_limiting_state(load_ratio):
+    # At τ = 40 the worn volume lacks less than a thousandth of its limit.
+    resolution = Resolution(swept_width=0.02, edge_width=1e-4, widest=0.01, step=0.4)
+    values, _ = dimensionless_history(load_ratio, math.inf, [40.0], resolution)
+    limit = LimitingState(UNIT_HERTZ, load_ratio)
+    heights = limit.approach, limit.central_pressure, limit.deepest_wear, limit.wear_volume
+    expected = [*heights, 0.0, limit.contact_radius, limit.stick_radius]
+    tolerance = [1e-4, 1e-4, 1e-3, 2e-3, 0.0, 1e-3, 1e-3]
+    assert np.all(np.abs(values[:, 0] - expected) <= np.multiply(tolerance, expected))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("load_ratio", "limit"), [(0.5, math.inf), (0.8, LIMIT), (0.9, math.inf)])
+def test_the_table_that_mechanics_is_compared_with_is_that_of_the_solver(load_ratio, limit):
+    """Rows are load and limit ratio, τ, the seven values and their uncertainties."""
+    with TABLE.open(newline="", encoding="utf-8") as file:
+        rows = [[float(value) for value in row] for row in list(csv.reader(file))[1:]]
+    rows = np.array([row[2:] for row in rows if row[:2] == [load_ratio, limit] and row[2] <= 20.0])
+    resolution = Resolution(swept_width=1 / 160, edge_width=1e-4, widest=0.015, step=0.4)
+    values, _ = dimensionless_history(load_ratio, limit, list(rows[:, 0]), resolution)
+    values[CENTRAL] /= P0
+    expected, uncertainty = rows[:, 1:8].T, rows[:, 8:].T
+    error, allowed = np.abs(values - expected), 0.01 * np.abs(expected) + uncertainty + 1e-12
+    smooth = [APPROACH, CENTRAL, DEEPEST, VOLUME]
+    assert np.all(error[smooth] <= allowed[smooth])
+    # Edges are found to a ring; what yields lies within a few rings of the stick edge.
+    assert np.all(error[[CONTACT, STICK]] <= 0.02)
+    assert np.all(error[PLASTIC] <= 10 * allowed[PLASTIC] + 1e-5)
