@@ -68,11 +68,6 @@ def test_values_as_people_write_them(text, dimension, expected):
     assert parse_quantity(text, dimension) == pytest.approx(expected, rel=1e-15)
 
 
-def test_the_same_value_in_other_units_is_the_same_float():
-    assert parse_quantity("50 N", FORCE) == parse_quantity("0.05 kN", FORCE) == 50.0
-    assert parse_quantity("0.2 um", LENGTH) == parse_quantity("200 nm", LENGTH) == 2e-7
-
-
 @given(st.decimals("1e-6", "1e6", places=6), st.sampled_from(["nm", "um", "mm", "m"]))
 def test_prefixes_are_exact_powers_of_ten(number, unit):
     power = {"nm": -9, "um": -6, "mm": -3, "m": 0}[unit]
@@ -149,20 +144,11 @@ def test_numbers_count_as_si_unless_units_are_required():
     assert parse_quantity(0.3, NUMBER, units_required=True) == 0.3
 
 
-@given(st.text(max_size=30), st.sampled_from((*PHYSICAL, NUMBER)))
+unit_like = st.from_regex(r"\A[0-9.]{1,3} ?[ mkuNPadgr/*^().0-9-]{0,20}\Z")
+
+
+@given(st.text(max_size=30) | unit_like, st.sampled_from((*PHYSICAL, NUMBER)))
 def test_any_text_is_a_finite_number_or_a_quantity_error(text, dimension):
-    try:
-        value = parse_quantity(text, dimension)
-    except QuantityError:
-        return
-    assert math.isfinite(value)
-
-
-@given(
-    st.from_regex(r"\A[0-9.]{1,3} ?[ mkuNPadgr/*^().0-9-]{0,20}\Z"),
-    st.sampled_from((*PHYSICAL, NUMBER)),
-)
-def test_text_that_looks_like_a_unit_is_a_finite_number_or_a_quantity_error(text, dimension):
     try:
         value = parse_quantity(text, dimension)
     except QuantityError:

@@ -60,19 +60,6 @@ def fence(language, text):
     return f"```{language}\n{text}\n```"
 
 
-def test_blocks_share_a_folder_and_python_its_names(tmp_path):
-    page = page_of(
-        fence("yaml", "# studies/a.yaml\ntitle: one\nbase: {load: 5 N, cycles: 3}"),
-        fence("yaml", "# in studies/a.yaml\nbase: {load: 7 N}"),
-        fence("python", "import yaml\nbase = yaml.safe_load(open('studies/a.yaml'))['base']"),
-        fence("python", "print(base['load'], base['cycles'])"),
-        fence("text", "7 N 3"),
-        fence("bash", "ls studies/a.yaml Snakefile"),
-        fence("text", "Snakefile\nstudies/a.yaml"),
-    )
-    check(page, Session(tmp_path))
-
-
 @pytest.mark.parametrize(
     ("block", "complaint"),
     [
@@ -87,10 +74,6 @@ def test_blocks_share_a_folder_and_python_its_names(tmp_path):
 def test_a_page_that_does_not_hold_is_found(block, complaint, tmp_path):
     with pytest.raises(ExampleError, match=complaint):
         check(page_of("Some text.", block), Session(tmp_path))
-
-
-def test_a_block_may_say_that_it_is_not_run(tmp_path):
-    check(page_of("<!-- not run: a reason -->\n" + fence("bash", "exit 3")), Session(tmp_path))
 
 
 @pytest.mark.parametrize(

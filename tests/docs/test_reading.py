@@ -11,24 +11,15 @@ import fretwear
 from fretwear.data.files import write_case
 from fretwear.running.simulate import run
 
+from ..studies import steel
+
 PAGE = (Path(__file__).resolve().parents[2] / "docs/how-to/reading.md").read_text(encoding="utf-8")
 
 
 @pytest.fixture(scope="module")
 def case_file(tmp_path_factory):
-    case = fretwear.Case(
-        radius="10 mm",
-        youngs_modulus="208 GPa",
-        poisson_ratio=0.3,
-        load="50 N",
-        tangential_ratio=0.8,
-        friction=0.5,
-        wear_coefficient="7e-13 / Pa",
-        cycles=300,
-        cell="6 um",
-    )
     path = tmp_path_factory.mktemp("reading") / "case.nc"
-    result = run(case)
+    result = run(steel(cycles=300, cell="6 um"))
     write_case(result.dataset, result.history, path)
     return path
 

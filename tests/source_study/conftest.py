@@ -13,30 +13,27 @@ from fretwear.source_study.cases import Evolution, reference_cases
 from fretwear.study.study import load_study
 
 from ..figures.conftest import check_texts, drawn_texts
-from ..studies import run_study
+from ..studies import WAVES, base, run_study, write_study
 
 __all__ = ["check_texts", "drawn_texts"]
 
-STUDY = """
-title: The source study, coarse and short
-base:
-  radius: 10 mm
-  youngs_modulus: 208 GPa
-  poisson_ratio: 0.3
-  load: 50 N
-  tangential_load: 20 N
-  friction: 0.5
-  wear_coefficient: 7e-13 / Pa
-  roughness: {kind: wavy, amplitude: 0.2 um, slope_x: 5.7 deg, slope_y: 1 deg}
-  cell: [1 um, 4 um]
-  cycles: 3500
-vary:
-  roughness.amplitude: [0 um, 0.2 um]
-  plastic_limit: [none, 4500 MPa]
-  slip_model: [jaeger, cattaneo_mindlin]
-output:
-  cycles: [1, 10, 100, 300, 1000, 2000, 3500]
-"""
+STUDY = {
+    "title": "The source study, coarse and short",
+    "base": base(
+        tangential_ratio=None,
+        tangential_load="20 N",
+        plastic_limit=None,
+        roughness=WAVES,
+        cell=["1 um", "4 um"],
+        cycles=3500,
+    ),
+    "vary": {
+        "roughness.amplitude": ["0 um", "0.2 um"],
+        "plastic_limit": ["none", "4500 MPa"],
+        "slip_model": ["jaeger", "cattaneo_mindlin"],
+    },
+    "output": {"cycles": [1, 10, 100, 300, 1000, 2000, 3500]},
+}
 
 Doctor = Callable[..., Evolution]
 Cases = dict[str, Evolution]
@@ -53,10 +50,7 @@ class Merged(NamedTuple):
 @pytest.fixture(scope="session")
 def merged(tmp_path_factory: pytest.TempPathFactory) -> Merged:
     folder = tmp_path_factory.mktemp("source")
-    file = folder / "source.yaml"
-    file.write_text(STUDY, encoding="utf-8")
-    study = load_study(file)
-    run_study(study, folder)
+    run_study(load_study(write_study(folder / "source.yaml", STUDY)), folder)
     summary = xr.load_dataset(folder / "summary.nc")
     first, *_ = reference_cases(summary, folder / "cases")
     return Merged(summary, folder / "cases", first.load())

@@ -23,31 +23,18 @@ def test_every_figure_of_the_source_study_is_there_under_its_number(figures):
     assert list(figures)[-1] == "slip_models"
 
 
-def test_another_study_has_none_of_them(merged):
-    other = merged.summary.assign_coords(load=40.0)
-    assert list(source_figures(other, merged.folder)) == []
-
-
 def test_without_the_simpler_model_it_is_not_compared(merged):
     summary = merged.summary.isel(slip_model=[0])
     names = [figure.name for figure in source_figures(summary, merged.folder)]
     assert len(names) == len(NUMBERS)
 
 
-@pytest.mark.parametrize("number", NUMBERS)
-def test_no_text_of_a_figure_is_cut_off_or_covered(figures, check_texts, number):
-    check_texts(found(figures, number).figure)
-
-
-def test_no_text_of_the_comparison_is_cut_off_or_covered(figures, check_texts):
-    check_texts(figures["slip_models"].figure)
-
-
-@pytest.mark.parametrize("number", [4, 5, 6, 8, 9, 10, 11, 13, 14])
-def test_profiles_tell_their_cycles_and_axes(figures, drawn_texts, number):
-    words = [text.words for text in drawn_texts(found(figures, number).figure)]
-    assert {"cycle", "0", "100", "1000"} <= set(words)
-    assert "x (µm)" in words
+@pytest.mark.parametrize("name", [*(f"fig{number:02d}_" for number in NUMBERS), "slip_models"])
+def test_no_text_of_a_figure_is_cut_off_or_covered(figures, check_texts, name):
+    (whole,) = (each for each in figures if each.startswith(name))
+    words = check_texts(figures[whole].figure)
+    if name[3:5].isdigit() and int(name[3:5]) not in (7, 15, 16):
+        assert {"cycle", "0", "100", "1000", "x (µm)"} <= set(words)
 
 
 @pytest.mark.parametrize("number", [5, 6, 9, 11, 14])

@@ -59,11 +59,6 @@ def test_sections_are_whole_html(sections):
             assert opened == section.body.count(f"</{tag}>"), tag
 
 
-def test_another_study_has_no_such_sections(merged):
-    other = merged.summary.assign_coords(load=40.0)
-    assert list(source_sections(other, merged.folder)) == []
-
-
 def test_radii_are_compared_where_a_study_has_several(merged):
     one_model = merged.summary.isel(slip_model=[0])
     radii = [one_model.assign_coords(radius=radius) for radius in (0.01, 0.04)]
