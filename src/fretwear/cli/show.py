@@ -247,7 +247,8 @@ def comparison_lines(a: xr.Dataset, b: xr.Dataset) -> Iterator[str]:
         ratio = f"{result.ratio:.3g}" if result.first else "-"
         rows.append((result.variable.marked, *values, ratio))
     yield from aligned(rows)
-    yield f"\n{_MARK}"
+    yield ""
+    yield _MARK
 
 
 def _unworn(dataset: xr.Dataset) -> dict[str, float]:
