@@ -321,7 +321,7 @@ class SmoothWear:
         return replace(contact, gap=np.where(contact.loaded, 0.0, contact.gap))
 
     def measure(self, state: WearState) -> FloatArray:
-        """Approach, central pressure, deepest wear, volumes of wear and flow, contact and stick edge.
+        """Approach, central pressure, deepest wear, worn and plastic volume, radii of both edges.
 
         The stick zone ends where p*² vanishes, and so does an unworn contact. A growing contact
         ends where the wear does: there the pressure keeps its height up to the last ring.
