@@ -222,7 +222,7 @@ def sphere(cells: int, *, quarter: bool = False, workers: int = 1) -> ContactPro
     count = cells // 2 if quarter else cells
     window = Grid((count, count), (2 * width / cells, 2 * width / cells), (quarter, quarter))
     bodies = window.half_space(problem.bodies.composite_modulus, workers)
-    return ContactProblem(bodies, problem.unworn(window), problem.load)
+    return ContactProblem(bodies, problem.unworn(window), problem.hertz.load)
 
 
 def own(cells: int, *, quarter: bool, workers: int) -> Contestant:

@@ -72,7 +72,7 @@ class Loop:
     def step(self, cycles: float) -> None:
         """Solve both contacts on the worn shape, then wear for some cycles."""
         shape = self._unworn + self.wear
-        self.pressure = self.full(shape, self.problem.load, self.pressure).pressure
+        self.pressure = self.full(shape, self.problem.hertz.load, self.pressure).pressure
         load = self.problem.stick_load
         reduced = self.reduced(shape, load, self.reduced_pressure)
         self.reduced_pressure = reduced.pressure

@@ -48,4 +48,4 @@ def first_contact(cells: int, *, rough: bool) -> ContactProblem:
     window = Grid((cells, cells), (size, size))
     bodies = window.half_space(problem.bodies.composite_modulus)
     limit = problem.limit if rough else math.inf
-    return ContactProblem(bodies, problem.unworn(window), problem.load, limit)
+    return ContactProblem(bodies, problem.unworn(window), problem.hertz.load, limit)

@@ -165,11 +165,20 @@ PRESSURE = Dimension(
     "208 GPa",
     (Unit("Pa"), Unit("kPa", 1e3), MEGAPASCAL, GIGAPASCAL),
 )
-COMPLIANCE = Dimension("an inverse pressure", "Pa-1", "/ Pa", "7e-13 / Pa", (PER_PASCAL,))
+COMPLIANCE = Dimension(
+    "an inverse pressure", "Pa-1", "/ Pa", "7e-13 / Pa", (PER_PASCAL, Unit("mm³/J", 1e-9, "mm^3/J"))
+)
+FORCE_PER_LENGTH = Dimension(
+    "a force per length",
+    "N m-1",
+    "N/m",
+    "18.5 N/mm",
+    (Unit("N/m"), Unit("N/mm", 1e3), Unit("N/µm", 1e6, "N/um")),
+)
 ANGLE = Dimension("an angle", "rad", "rad", "5.7 deg", (DEGREE,))
 NUMBER = Dimension("a plain number", "1", "", "0.3")
 
-DIMENSIONS = (LENGTH, FORCE, PRESSURE, COMPLIANCE, ANGLE)
+DIMENSIONS = (LENGTH, FORCE, FORCE_PER_LENGTH, PRESSURE, COMPLIANCE, ANGLE)
 """Every kind of quantity that a parameter may be, plain numbers aside."""
 
 _READABLE = {
@@ -189,6 +198,7 @@ _READABLE = {
         Unit("J"),
     ),
     "N": FORCE.units,
+    "N m-1": FORCE_PER_LENGTH.units,
     "Pa": PRESSURE.units,
     "1": (PERCENT,),
 }

@@ -35,7 +35,7 @@ def explicit_wear(problem: WearProblem, window: Grid, cycles: float, steps: int)
     pressure, reduced = None, None
     for step in range(steps + 1):
         contact = solve_contact(
-            ContactProblem(bodies, unworn + wear + plastic, problem.load, problem.limit),
+            problem.contact(bodies, unworn + wear + plastic),
             pressure,
             _TOLERANCE,
         )

@@ -108,7 +108,7 @@ def violations(problem: WearProblem, state: State) -> Violations:
     spacing = state.geometry.spacing
     gap = displacement(pressure, spacing, problem.bodies.composite_modulus) + shape - state.approach
     return Violations(
-        load=abs(float(pressure.sum()) * spacing[0] * spacing[1] / problem.load - 1.0),
+        load=abs(float(pressure.sum()) * spacing[0] * spacing[1] / problem.hertz.load - 1.0),
         loaded_gap=float(np.abs(gap[pressure > 0]).max()) / state.approach,
         penetration=float(-gap.min()) / state.approach,
         reported_gap=float(np.abs(reported - gap).max()) / state.approach,

@@ -1,7 +1,6 @@
 """Problems that the tests of contact and wear share: the study's own, on coarse grids."""
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -9,7 +8,7 @@ import pytest
 from fretwear.mechanics.contact import Accuracy, ContactProblem, Layer
 from fretwear.mechanics.geometry import Array, Even, HalfSpace, Mask
 from fretwear.mechanics.geometry.grid import Grid
-from fretwear.mechanics.loading import TangentialRatio
+from fretwear.mechanics.loading import NormalLoad, Sliding, TangentialRatio
 from fretwear.mechanics.materials import Coulomb
 from fretwear.mechanics.slip import Jaeger, ReducedContact
 from fretwear.mechanics.state import WearProblem
@@ -83,7 +82,8 @@ def fretting(
         indenter=SPHERE,
         roughness=SMOOTH,
         bodies=Elastic(),
-        loading=TangentialRatio(LOAD, load_ratio),
+        normal=NormalLoad(LOAD),
+        loading=TangentialRatio(load_ratio),
         friction=Coulomb(FRICTION),
         wear_law=Archard(wear_coefficient),
         slip_model=Jaeger(),
@@ -94,9 +94,16 @@ def fretting(
     return replace(problem, **changes)
 
 
-def reduced(load: float, bodies: HalfSpace, shape: Array, *args: Any) -> ReducedContact:
+def reduced(
+    load: float,
+    bodies: HalfSpace,
+    shape: Array,
+    guess: Array | None = None,
+    tolerance: float = 1e-8,
+) -> ReducedContact:
     """The reduced contact of a shape at a reduced load, N, as Jäger has it."""
-    return Jaeger().reduced(fretting(load_ratio=1 - load / LOAD), bodies, shape, *args)
+    start = None if guess is None else ReducedContact(guess, guess, 0.0, load)
+    return Jaeger().reduced(fretting(), bodies, shape, Sliding(load), start, tolerance)
 
 
 def unworn(geometry: Grid, roughness: Waves | None = SMOOTH) -> Array:

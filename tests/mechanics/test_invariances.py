@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from fretwear.mechanics.contact import Accuracy
 from fretwear.mechanics.geometry import Even
 from fretwear.mechanics.integrator import evolve
-from fretwear.mechanics.loading import TangentialRatio
+from fretwear.mechanics.loading import NormalLoad, TangentialRatio
 from fretwear.mechanics.materials import Coulomb
 from fretwear.mechanics.slip import Jaeger
 from fretwear.mechanics.solver import solve_contact
@@ -89,7 +89,8 @@ def test_only_dimensionless_groups_matter(
         indenter=Sphere(hertz.radius),
         roughness=waves,
         bodies=Elastic(hertz.composite_modulus, COUPLING * coupling),
-        loading=TangentialRatio(hertz.load, ratio),
+        normal=NormalLoad(hertz.load),
+        loading=TangentialRatio(ratio),
         friction=Coulomb(FRICTION * friction),
         slip_model=Jaeger(),
         wear_law=Archard(WEAR * wear),

@@ -254,27 +254,38 @@ def comparison_lines(a: xr.Dataset, b: xr.Dataset) -> Iterator[str]:
 def _unworn(dataset: xr.Dataset) -> dict[str, float]:
     """Return what closed forms say of the smooth elastic sphere with these parameters."""
     from fretwear.study.case import Case
-    from fretwear.theory import CattaneoMindlin, HertzContact
+    from fretwear.theory import CattaneoMindlin, gross_slip_energy
 
     try:
         case = Case(**json.loads(dataset.attrs["parameters"]))
     except (TypeError, ValueError):  # of another version of the program
         return {}
-    hertz = HertzContact(case.radius, case.load, case.composite_modulus)
-    sliding = CattaneoMindlin(hertz, case.friction, case.tangential_load, case.coupling)
-    # What Hertz's pressure carries inside the stick radius.
-    share = 1.0 - (1.0 - (sliding.stick_radius / hertz.contact_radius) ** 2) ** 1.5
-    return {
+    hertz, friction, coupling = case.hertz, case.friction, case.coupling
+    found = {
         "contact_half_width_x": hertz.contact_radius,
         "contact_half_width_y": hertz.contact_radius,
-        "stick_half_width_x": sliding.stick_radius,
         "contact_area": math.pi * hertz.contact_radius**2,
-        "stick_area": math.pi * sliding.stick_radius**2,
-        "mean_stick_pressure": share * case.load / (math.pi * sliding.stick_radius**2),
-        "stick_load_share": share,
         "central_pressure": hertz.peak_pressure,
         "peak_pressure": hertz.peak_pressure,
         "approach": hertz.approach,
+    }
+    if case.tangential_ratio >= 1.0:
+        # The rig takes up µP/S of the displacement.
+        slid = case.displacement_amplitude - friction * hertz.load * case.loading.flexibility
+        return found | {
+            "stick_half_width_x": 0.0,
+            "stick_area": 0.0,
+            "tangential_displacement": slid,
+            "dissipated_energy": gross_slip_energy(hertz, friction, coupling, slid),
+        }
+    sliding = CattaneoMindlin(hertz, friction, case.tangential_load, coupling)
+    # What Hertz's pressure carries inside the stick radius.
+    share = 1.0 - (1.0 - (sliding.stick_radius / hertz.contact_radius) ** 2) ** 1.5
+    return found | {
+        "stick_half_width_x": sliding.stick_radius,
+        "stick_area": math.pi * sliding.stick_radius**2,
+        "mean_stick_pressure": share * hertz.load / (math.pi * sliding.stick_radius**2),
+        "stick_load_share": share,
         "tangential_displacement": sliding.tangential_displacement,
         "dissipated_energy": sliding.dissipated_energy,
     }

@@ -23,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from fretwear.mechanics.contact import Accuracy, Contact, ContactError, ContactProblem, Layer
+from fretwear.mechanics.contact import Accuracy, Contact, ContactError, Layer
 from fretwear.mechanics.geometry import Array, Workspace
 from fretwear.mechanics.slip import WearLayer
 from fretwear.mechanics.solver import solve_contact
@@ -125,7 +125,7 @@ def first_loading(
     while True:
         ground = workspace.on(geometry)
         contact = solve_contact(
-            ContactProblem(ground.half_space, ground.unworn, problem.load, problem.limit),
+            problem.contact(ground.half_space, ground.unworn),
             tolerance=accuracy.contact,
             effort=accuracy.effort,
         )
@@ -134,17 +134,24 @@ def first_loading(
         if larger.shape == geometry.shape:
             break
         geometry = larger
-    plastic = contact.penetration
+    plastic, wear = contact.penetration, np.zeros(geometry.shape)
+    load = _load_of(problem, geometry, contact)
     reduced = problem.slip_model.reduced(
-        problem, ground.half_space, ground.unworn + plastic, tolerance=accuracy.first_reduced
+        problem,
+        ground.half_space,
+        ground.unworn + plastic,
+        problem.sliding(load, contact.approach),
+        tolerance=accuracy.first_reduced,
     )
     return State(
         cycle=0.0,
         geometry=geometry,
         pressure=contact.pressure,
         gap=np.maximum(contact.gap, 0.0),
-        wear=np.zeros(geometry.shape),
+        wear=wear,
+        opening=wear,
         plastic=plastic,
+        load=load,
         approach=contact.approach,
         residual=contact.residual,
         reduced=reduced,
@@ -153,6 +160,13 @@ def first_loading(
         source_rate=np.zeros(geometry.shape),
         convolutions=spent + reduced.convolutions,
     )
+
+
+def _load_of(problem: WearProblem, geometry: Any, contact: Contact) -> float:
+    """P, N, of a contact."""
+    held, _ = problem.normal.given
+    load: float = geometry.integral(contact.pressure) if held is None else held
+    return load
 
 
 @dataclass(frozen=True)
@@ -259,7 +273,7 @@ class _Integrator:
         if volume == 0:
             return _Assessment(0.0, _FACTORS[1], True)
         error = self._exponent_error(step, first, second)
-        if second.yielded:
+        if second.yielded or self.problem.slip_moves:
             error = max(error, self._source_error(step, first, second))
         error /= _OVERESTIMATE * volume * self.tolerance
         if not isfinite(error):
@@ -277,17 +291,23 @@ class _Integrator:
         """Wear volume, m³, between the step and its embedded third-order formula."""
         weights = [e - m for e, m in zip(_EMBEDDED, _MAIN, strict=True)]
         difference = self._exponent(step, first, second, weights)
-        return self.state.geometry.integral(np.abs(second.reduced.gap * np.expm1(difference)))
+        opens = 1.0 - self.problem.debris_fraction
+        growth = np.expm1(opens * difference) / opens if opens else difference
+        return self.state.geometry.integral(np.abs(second.reduced.gap * growth))
 
     def _source_error(self, step: float, first: Stage, second: Stage) -> float:
-        """Wear volume, m³, between plastic flow linear over each stage and over the whole step."""
-        base = self.state
+        """Wear volume, m³, between slip that changes evenly over each stage or the whole step."""
+        base, kept = self.state, self.problem.debris_fraction
         exponent = self._exponent(step, first, second, _MAIN)
+        shift = second.source - base.source
         whole = self.problem.slip_model.wear_layer(
-            base.wear, base.reduced.gap, second.source - base.source, exponent, 0.0
+            base.opening, base.reduced.gap, shift, (1.0 - kept) * exponent, 0.0
         )
-        difference = whole.displacement(second.pressure) - second.wear
-        return base.geometry.integral(np.abs(difference))
+        worn = whole.displacement(second.pressure)
+        if kept:
+            opened = worn - base.opening
+            worn = base.wear + _all_worn(kept, opened, base.reduced.gap, shift, exponent)
+        return base.geometry.integral(np.abs(worn - second.wear))
 
     def _exponent(
         self, step: float, first: Stage, second: Stage, weights: Sequence[float]
@@ -389,38 +409,59 @@ class StageSolver:
             If a contact does not converge, if flow and wear do not converge in turn, or if a value
             is not finite.
         """
-        model, integral = self.problem.slip_model, self.geometry.integral
+        problem, integral = self.problem, self.geometry.integral
+        model, moves = problem.slip_model, problem.slip_moves
         bodies, unworn = self.ground.half_space, self.ground.unworn
         reduced = base.reduced
-        shift = guess if base.yielded else None
+        shift = None
+        if moves:
+            # Cells that come to stick lose their gap, not more.
+            shift = np.maximum(guess, -reduced.gap)
+        elif base.yielded:
+            shift = guess
+        kept = problem.debris_fraction
+        opened, opens = ((1.0 - kept) * known, (1.0 - kept) * rate) if kept else (known, rate)
         relaxation, before = 1.0, inf
         for _ in range(_LARGEST_SWEEPS):
-            layer = model.wear_layer(base.wear, base.reduced.gap, shift, known, rate)
+            layer = model.wear_layer(base.opening, base.reduced.gap, shift, opened, opens)
             contact = self._contact(base.plastic, layer, start, tolerance, verified=output_step)
             start = contact.pressure
-            wear, gap = layer.displacement(start), np.maximum(contact.gap, 0.0)
-            worn = wear - base.wear
+            opening, gap = layer.displacement(start), np.maximum(contact.gap, 0.0)
+            worn = opening - base.opening
             overshoot = _overshoot(contact, worn, self.geometry.weights)
             if overshoot is not None:
-                for field in (wear, worn, gap):
+                for field in (opening, worn, gap):
                     field -= overshoot
             plastic, yielded = base.plastic, False
             if contact.yields:
                 plastic = plastic + contact.penetration
                 yielded = model.follows_shape
-            if yielded:
-                wanted = self.accuracy.reduced if output_step else self.accuracy.reduced_between
-                shape = unworn + wear + plastic
-                reduced = model.reduced(self.problem, bodies, shape, reduced.pressure, wanted)
+            load = _load_of(problem, self.geometry, contact)
+            if yielded or moves:
+                reduced = model.reduced(
+                    problem,
+                    bodies,
+                    unworn + opening + plastic,
+                    problem.sliding(load, contact.approach),
+                    reduced,
+                    self.accuracy.reduced if output_step else self.accuracy.reduced_between,
+                )
                 self.convolutions += reduced.convolutions
             else:
                 reduced_gap = model.gap_after(base.reduced.gap, worn)
                 reduced = replace(base.reduced, gap=reduced_gap)
+            wear = opening
+            if kept:
+                wear = base.wear + _all_worn(
+                    kept, worn, base.reduced.gap, shift, known + rate * start
+                )
             stage = Stage(
                 pressure=start,
                 gap=gap,
                 wear=wear,
+                opening=opening,
                 plastic=plastic,
+                load=load,
                 approach=contact.approach,
                 residual=contact.residual,
                 reduced=reduced,
@@ -431,10 +472,18 @@ class StageSolver:
             missing = stage.source - base.source
             if shift is not None:
                 missing -= shift
-            # What the flow that is missing would have worn off.
-            lost = WearLayer(np.zeros_like(wear), np.abs(missing), None, known, rate)
-            change = integral(lost.displacement(start))
-            if change <= self.accuracy.sweep * self.tolerance * integral(wear):
+            # What the flow that is missing would have worn off, or slip that changes on the way.
+            nothing, lost = np.zeros_like(opening), np.abs(missing)
+            slides = moves and not yielded
+            flow = WearLayer(
+                nothing,
+                nothing if slides else lost,
+                lost if slides else None,
+                opened,
+                opens,
+            )
+            change = integral(flow.displacement(start))
+            if change <= self.accuracy.sweep * self.tolerance * integral(opening):
                 break
             if change > 0.5 * before:
                 # Flow lets wear catch up, and that stops the flow: meet in the middle.
@@ -443,7 +492,7 @@ class StageSolver:
             shift = missing if shift is None else shift + relaxation * missing
         else:
             raise ContactError(
-                f"plastic flow and wear of a stage did not converge in {_LARGEST_SWEEPS} sweeps"
+                f"slip and wear of a stage did not converge in {_LARGEST_SWEEPS} sweeps"
             )
         if not stage.is_finite:
             raise ContactError("wear of a stage leads to values that are not finite")
@@ -452,10 +501,7 @@ class StageSolver:
     def _contact(
         self, plastic: Array, layer: Layer, start: Array, tolerance: float, *, verified: bool
     ) -> Contact:
-        shape = self.ground.unworn + plastic
-        problem = ContactProblem(
-            self.ground.half_space, shape, self.problem.load, self.problem.limit, layer
-        )
+        problem = self.problem.contact(self.ground.half_space, self.ground.unworn + plastic, layer)
         try:
             contact = solve_contact(
                 problem, start, tolerance, verified=verified, effort=self.accuracy.effort
@@ -465,6 +511,18 @@ class StageSolver:
             raise
         self.convolutions += contact.convolutions
         return contact
+
+
+def _all_worn(
+    kept: float, opened: Array, gap: Array, shift: Array | None, exponent: Array
+) -> Array:
+    """Wear depth of a stage, m, of which a part is kept as debris and the rest opens the gap.
+
+    Debris that keeps all of it leaves the gap as it is, and ∫g* dx = x (g*₀ + ΔG/2).
+    """
+    if kept < 1.0:
+        return opened / (1.0 - kept)
+    return exponent * (gap if shift is None else gap + 0.5 * shift)
 
 
 def _overshoot(contact: Contact, wear: Array, weights: Array | None) -> Array | None:

@@ -1,43 +1,181 @@
-"""How a contact is loaded: the normal load held, the tangential load between +Q and −Q."""
+"""How a contact is loaded: what presses the bodies together, and what is imposed along x."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
-from fretwear.mechanics.materials import Friction
 from fretwear.parts import Part, Quantity
+from fretwear.theory import HertzContact
 
 
 @dataclass(frozen=True)
-class Loading(Part):
-    """A normal load, constant, and what is imposed along x."""
+class Sliding:
+    """What ties a contact to its reduced contact: a load P*, or d* + flexibility · P* = level.
+
+    Attributes
+    ----------
+    load
+        P*, N, where that is what is known.
+    level
+        Approach d*, m, of a reduced contact that carries nothing.
+    flexibility
+        Of the rig in the units of the approach, 1/(κ S), m/N; zero where it is rigid.
+    """
+
+    load: float | None = None
+    level: float = 0.0
+    flexibility: float = 0.0
+
+    def of_sphere(self, hertz: HertzContact) -> tuple[float, float]:
+        """P*, N, and d*, m, of the unworn smooth sphere; no load where it slides as a whole."""
+        if self.load is not None:
+            return self.load, hertz.with_load(self.load).approach if self.load > 0 else 0.0
+        if self.level <= 0.0:
+            return 0.0, self.level
+        # P* = b d*^1.5: Newton's method comes down on the root of this convex function.
+        stiffness, found = hertz.load / hertz.approach**1.5, self.level
+        for _ in range(100):
+            excess = found + self.flexibility * stiffness * found**1.5 - self.level
+            slope = 1.0 + 1.5 * self.flexibility * stiffness * math.sqrt(found)
+            if excess <= 1e-15 * self.level:
+                break
+            found -= excess / slope
+        return stiffness * found**1.5, found
+
+
+class Normal(Part):
+    """What presses the bodies together.
+
+    Attributes
+    ----------
+    holds_load
+        Whether it is the load that is held while the bodies wear.
+    """
+
+    holds_load: ClassVar[bool] = False
+
+    def hertz(self, radius: float, modulus: float) -> HertzContact:
+        """Contact of an unworn smooth sphere of a radius, m, and composite modulus, Pa."""
+        raise NotImplementedError
+
+    @property
+    def given(self) -> tuple[float | None, float | None]:
+        """Load P, N, and approach d, m: one of the two."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True)
+class NormalLoad(Normal):
+    """A constant load."""
 
     load: Annotated[
         float,
-        Quantity("N", "$P$", "normal load", "N", above=0.0, description="Constant normal load P."),
+        Quantity(
+            "N",
+            "$P$",
+            "normal load",
+            "N",
+            above=0.0,
+            description="Constant normal load P. Or give indentation.",
+        ),
     ]
+    kind: Literal["load"] = "load"
 
-    def amplitude(self, friction: Friction) -> float:
-        """Amplitude Q of the tangential load, N."""
-        raise NotImplementedError
+    holds_load: ClassVar[bool] = True
 
-    def ratio(self, friction: Friction) -> float:
-        """Tangential load over the load of gross sliding, X = Q/(µP)."""
-        return self.amplitude(friction) / (friction.coefficient * self.load)
+    def hertz(self, radius: float, modulus: float) -> HertzContact:
+        """Contact under P."""
+        return HertzContact(radius, self.load, modulus)
 
-    def stick_load(self, friction: Friction) -> float:
-        """Reduced load P* = P − Q/µ, N, whose contact is the stick zone."""
-        return self.load * (1.0 - self.ratio(friction))
-
-    def as_force(self, friction: Friction) -> TangentialLoad:
-        """The same loading with Q in newtons: one loading, however it was written, is one case."""
-        return TangentialLoad(self.load, self.amplitude(friction))
+    @property
+    def given(self) -> tuple[float, None]:
+        """The load P."""
+        return self.load, None
 
     @property
     def slug(self) -> str:
-        """``P50N``; the tangential load depends on friction too."""
+        """``P50N``."""
         return f"P{self.load:.4g}N".replace("+", "")
+
+
+@dataclass(frozen=True)
+class Indentation(Normal):
+    """A constant approach; the load falls as the bodies wear."""
+
+    indentation: Annotated[
+        float,
+        Quantity(
+            "m",
+            "$d$",
+            "indentation",
+            "um",
+            like="2.2 um",
+            above=0.0,
+            description="Constant approach d of the bodies, instead of load.",
+        ),
+    ]
+    kind: Literal["indentation"] = "indentation"
+
+    def hertz(self, radius: float, modulus: float) -> HertzContact:
+        """Contact at the approach d."""
+        return HertzContact.at_approach(radius, self.indentation, modulus)
+
+    @property
+    def given(self) -> tuple[None, float]:
+        """The approach d."""
+        return None, self.indentation
+
+    @property
+    def slug(self) -> str:
+        """``d2.2um``."""
+        return f"d{self.indentation * 1e6:.4g}um".replace("+", "")
+
+
+class Loading(Part):
+    """What is imposed along x, between an amplitude and its negative.
+
+    Attributes
+    ----------
+    is_force
+        Whether it is a force: then the reduced contact follows from the load alone.
+    """
+
+    is_force: ClassVar[bool] = True
+
+    def sliding(self, friction: float, coupling: float, load: float, approach: float) -> Sliding:
+        """What the reduced contact has to satisfy.
+
+        Parameters
+        ----------
+        friction, coupling
+            µ and κ.
+        load, approach
+            P, N, and d, m, of the contact.
+        """
+        raise NotImplementedError
+
+    def ratio(self, friction: float, coupling: float, hertz: HertzContact) -> float:
+        """X = Q/(µP) of the unworn smooth sphere; 1 where it slides as a whole."""
+        raise NotImplementedError
+
+    def amplitude(self, friction: float, coupling: float, hertz: HertzContact) -> float:
+        """Tangential load amplitude Q, N, of the unworn smooth sphere."""
+        return self.ratio(friction, coupling, hertz) * friction * hertz.load
+
+    def displacement(self, friction: float, coupling: float, hertz: HertzContact) -> float:
+        """Amplitude U, m, of the displacement that is imposed, if it is one."""
+        raise NotImplementedError
+
+    def plain(self, friction: float, coupling: float, hertz: HertzContact) -> Loading:
+        """The same loading in SI units: one loading, however it was written, is one case."""
+        return TangentialLoad(self.amplitude(friction, coupling, hertz))
+
+    @property
+    def flexibility(self) -> float:
+        """Of the rig, m/N."""
+        return 0.0
 
 
 @dataclass(frozen=True)
@@ -57,14 +195,20 @@ class TangentialRatio(Loading):
     ]
     kind: Literal["tangential_ratio"] = "tangential_ratio"
 
-    def amplitude(self, friction: Friction) -> float:
-        """Amplitude Q = X µ P, N."""
-        return self.tangential_ratio * friction.coefficient * self.load
+    def sliding(self, friction: float, coupling: float, load: float, approach: float) -> Sliding:
+        """P* = (1 − X) P."""
+        del friction, coupling, approach
+        return Sliding(load * (1.0 - self.tangential_ratio))
 
-    def ratio(self, friction: Friction) -> float:
+    def ratio(self, friction: float, coupling: float, hertz: HertzContact) -> float:
         """X = Q/(µP), as given."""
-        del friction
+        del friction, coupling, hertz
         return self.tangential_ratio
+
+    @property
+    def slug(self) -> str:
+        """``X0.8``, where Q is not constant."""
+        return f"X{self.tangential_ratio:.4g}"
 
 
 @dataclass(frozen=True)
@@ -85,7 +229,121 @@ class TangentialLoad(Loading):
     ]
     kind: Literal["tangential_load"] = "tangential_load"
 
-    def amplitude(self, friction: Friction) -> float:
-        """Amplitude Q, N, as given."""
-        del friction
+    def sliding(self, friction: float, coupling: float, load: float, approach: float) -> Sliding:
+        """P* = P − Q/µ."""
+        del coupling, approach
+        return Sliding(load * (1.0 - self.tangential_load / (friction * load)))
+
+    def ratio(self, friction: float, coupling: float, hertz: HertzContact) -> float:
+        """X = Q/(µP)."""
+        del coupling
+        return self.tangential_load / (friction * hertz.load)
+
+    def amplitude(self, friction: float, coupling: float, hertz: HertzContact) -> float:
+        """Q, N, as given."""
+        del friction, coupling, hertz
         return self.tangential_load
+
+    @property
+    def slug(self) -> str:
+        """``Q20N``."""
+        return f"Q{self.tangential_load:.4g}N".replace("+", "")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Displacement(Loading):
+    """A relative tangential displacement of distant points, or of a rig of some stiffness."""
+
+    rig_stiffness: Annotated[
+        float,
+        Quantity(
+            "N m-1",
+            "$S$",
+            "rig stiffness",
+            "N/um",
+            like="28 N/um",
+            above=0.0,
+            infinite="rigid rig",
+            description="Stiffness S of the rig in series with the contact; the displacement is "
+            "then that of the rig. Default: none, a rigid rig.",
+        ),
+    ] = math.inf
+
+    is_force: ClassVar[bool] = False
+
+    def ratio(self, friction: float, coupling: float, hertz: HertzContact) -> float:
+        """X = Q/(µP) of the unworn smooth sphere; 1 where it slides as a whole."""
+        plain = self.plain(friction, coupling, hertz)
+        sliding = plain.sliding(friction, coupling, hertz.load, hertz.approach)
+        return 1.0 - sliding.of_sphere(hertz)[0] / hertz.load
+
+    def plain(self, friction: float, coupling: float, hertz: HertzContact) -> DisplacementAmplitude:
+        """The amplitude in m."""
+        return DisplacementAmplitude(
+            displacement_amplitude=self.displacement(friction, coupling, hertz),
+            rig_stiffness=self.rig_stiffness,
+        )
+
+    @property
+    def flexibility(self) -> float:
+        """1/S, m/N."""
+        return 1.0 / self.rig_stiffness
+
+
+@dataclass(frozen=True, kw_only=True)
+class DisplacementAmplitude(Displacement):
+    """The amplitude of the displacement."""
+
+    displacement_amplitude: Annotated[
+        float,
+        Quantity(
+            "m",
+            "$U$",
+            "displacement amplitude",
+            "um",
+            like="1 um",
+            above=0.0,
+            description="Amplitude U of the tangential displacement of distant points.",
+        ),
+    ]
+    kind: Literal["displacement_amplitude"] = "displacement_amplitude"
+
+    def displacement(self, friction: float, coupling: float, hertz: HertzContact) -> float:
+        """U, m, as given."""
+        del friction, coupling, hertz
+        return self.displacement_amplitude
+
+    def sliding(self, friction: float, coupling: float, load: float, approach: float) -> Sliding:
+        """U = µκ(d − d*) + µ(P − P*)/S."""
+        flexibility = self.flexibility / coupling
+        slip = self.displacement_amplitude / (friction * coupling)
+        return Sliding(None, approach + flexibility * load - slip, flexibility)
+
+    @property
+    def slug(self) -> str:
+        """``U1um``, and ``U1um-S28Npum`` over a rig."""
+        rig = "" if math.isinf(self.rig_stiffness) else f"-S{self.rig_stiffness * 1e-6:.4g}Npum"
+        return f"U{self.displacement_amplitude * 1e6:.4g}um{rig}".replace("+", "")
+
+
+@dataclass(frozen=True, kw_only=True)
+class DisplacementRatio(Displacement):
+    """The displacement in units of U_t = µκ d, which slides the unworn smooth sphere as a whole."""
+
+    displacement_ratio: Annotated[
+        float,
+        Quantity(
+            "1",
+            "$U/U_t$",
+            "displacement ratio",
+            like="0.8",
+            above=0.0,
+            description="Displacement U over that at which the unworn smooth contact, without "
+            "the rig, begins to slide as a whole.",
+        ),
+    ]
+    kind: Literal["displacement_ratio"] = "displacement_ratio"
+
+    def displacement(self, friction: float, coupling: float, hertz: HertzContact) -> float:
+        """U = u µκ d, m."""
+        return self.displacement_ratio * friction * coupling * hertz.approach

@@ -3,7 +3,9 @@
 Ciavarella (1998) and Jäger (1998): for equal bodies under P = const and Q rising to its
 amplitude, the shear traction is µ (p − p*), where p* is the normal pressure of the same shape at
 the load P* = P − Q/µ. The contact of that problem is the stick zone, its gap g* gives the slip
-s = µκ g*, κ = E*/G*.
+s = µκ g*, κ = E*/G*. Distant points pass each other by U = µκ (d − d*): where U is given, so is
+the reduced approach d*, and if the lowest point of the shape lies above it the bodies slide as a
+whole.
 
 The wear of one implicit step is a layer between the bodies, because more pressure on a cell means
 a deeper cell.
@@ -11,7 +13,7 @@ a deeper cell.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -19,17 +21,20 @@ import numpy as np
 from fretwear.mechanics import kernels
 from fretwear.mechanics.contact import ContactProblem, Layer
 from fretwear.mechanics.geometry import Array, HalfSpace, Mask, Problem, Single
+from fretwear.mechanics.loading import Sliding
 from fretwear.mechanics.solver import solve_contact
 from fretwear.parts import Part
 
 _COARSE = 1e-2
 # From here on, displacements in single precision are good enough beyond the stick zone.
 _SINGLE_IS_ENOUGH = 1e-6
+# A stick zone less deep than this part of the approach is none.
+_NO_DEPTH = 1e-9
 
 
 @dataclass(frozen=True)
 class ReducedContact:
-    """The normal contact at the reduced load P*.
+    """The normal contact at the reduced load P*; nothing sticks where that is zero.
 
     Attributes
     ----------
@@ -37,6 +42,8 @@ class ReducedContact:
         p*, Pa, and g*, m, shape of the geometry; the gap is exactly zero in the stick zone.
     approach
         δ*, m.
+    load
+        P*, N.
     convolutions
         Half-space convolutions spent on it, most of them on a smaller window.
     """
@@ -44,6 +51,7 @@ class ReducedContact:
     pressure: Array
     gap: Array
     approach: float
+    load: float
     convolutions: int = 0
 
     @property
@@ -72,12 +80,14 @@ class SlipModel(Part):
         problem: Problem,
         half_space: HalfSpace,
         shape: Array,
-        start: Array | None = None,
+        sliding: Sliding | None = None,
+        start: ReducedContact | None = None,
         tolerance: float = 1e-8,
     ) -> ReducedContact:
         """The reduced contact of a shape, m.
 
-        ``start`` is a guess of its pressure, Pa; ``tolerance`` as of `solve_contact`.
+        ``sliding`` ties it to the contact, None to the unworn one; ``start`` is a guess;
+        ``tolerance`` as of `solve_contact`.
         """
         raise NotImplementedError
 
@@ -113,48 +123,51 @@ class Jaeger(SlipModel):
         problem: Problem,
         half_space: HalfSpace,
         shape: Array,
-        start: Array | None = None,
+        sliding: Sliding | None = None,
+        start: ReducedContact | None = None,
         tolerance: float = 1e-8,
     ) -> ReducedContact:
-        """Solve the normal contact of the shape at the reduced load.
+        """Solve the normal contact of the shape at the reduced load, or at the reduced approach.
 
-        The stick zone is smaller than the contact: the problem is solved on a part of the cells
-        that holds the start and a margin, and again on a larger one if the zone wants to leave it.
+        At or above the lowest point of the shape nothing sticks, and the bodies pass each other
+        by their gap.
         """
-        geometry, load, convolutions = half_space.geometry, problem.stick_load, 0
-        if start is None:
-            contact = ContactProblem(half_space, shape, load)
-            coarse = solve_contact(contact, None, _COARSE, verified=False)
-            start, convolutions = coarse.pressure, coarse.convolutions
-        held: Mask = start > 0
+        if sliding is None:
+            sliding = problem.unworn_sliding
+        if start is not None and not start.pressure.any():
+            start = None
+        if sliding.load is not None:
+            guess = None if start is None else start.pressure
+            return _part_of_contact(half_space, shape, sliding.load, None, guess, tolerance)
+        lowest, scale = float(shape.min()), problem.hertz.approach
+        depth = sliding.level - lowest
+        if depth <= _NO_DEPTH * scale:
+            return ReducedContact(np.zeros_like(shape), shape - sliding.level, sliding.level, 0.0)
+        # The solver's tolerance is relative to a displacement that vanishes with the stick zone.
+        tolerance = min(tolerance * max(scale / depth, 1.0), _COARSE)
+        low, high, convolutions = 0.0, depth, 0
+        if start is not None and low < start.approach - lowest < high:
+            tried = start.approach - lowest
+        else:
+            tried = replace(sliding, level=depth).of_sphere(problem.hertz)[1]
+        if not sliding.flexibility:
+            tried = depth
+        before: tuple[float, float] | None = None
         while True:
-            bodies = half_space.around(held)
-            part = bodies.geometry
-            found = solve_contact(
-                ContactProblem(bodies, geometry.resized(shape, part), load),
-                geometry.resized(start, part),
-                tolerance,
-                verified=False,
-            )
-            pressure = part.resized(found.pressure, geometry)
-            # The gap on all cells comes from a convolution of its own; one in single precision is
-            # good enough beyond the part if the contact itself need not be better.
-            inside = geometry.where(part)
-            if tolerance >= _SINGLE_IS_ENOUGH:
-                moved, unit = half_space.relative_displacement(pressure)
-                gap = np.multiply(moved, unit, dtype=np.float64) + shape - found.approach
-                gap[inside] = found.gap
-            else:
-                gap = half_space.displacement(pressure) + shape - found.approach
-            convolutions += found.convolutions + 1
-            missed = gap < 0
-            missed[inside] = False
-            if not missed.any():
-                break
-            held, start = held | missed, pressure
-        # Noise in the stick zone would grow with wear like exp(β∫p dN): zero means zero.
-        gap = np.where(pressure > 0, 0.0, np.maximum(gap, 0.0))
-        return ReducedContact(pressure, gap, found.approach, convolutions)
+            guess = None if start is None else start.pressure
+            found = _part_of_contact(half_space, shape, None, lowest + tried, guess, tolerance)
+            convolutions += found.convolutions
+            excess = tried + sliding.flexibility * found.load - depth
+            if abs(excess) <= tolerance * depth or high - low <= tolerance * depth:
+                return replace(found, convolutions=convolutions)
+            low, high = (low, tried) if excess > 0 else (tried, high)
+            stiffness = 1.5 * found.load / tried
+            if before is not None:
+                stiffness = (found.load - before[1]) / (tried - before[0])
+            before, start = (tried, found.load), found if found.load > 0.0 else start
+            tried -= excess / (1.0 + sliding.flexibility * stiffness)
+            if not low < tried < high:
+                tried = 0.5 * (low + high)
 
     def wear_layer(
         self, wear: Array, gap: Array, shift: Array | None, exponent: Array, rate: float
@@ -183,13 +196,69 @@ class CattaneoMindlin(SlipModel):
         problem: Problem,
         half_space: HalfSpace,
         shape: Array,  # noqa: ARG002 - the model does not depend on it
-        start: Array | None = None,  # noqa: ARG002
+        sliding: Sliding | None = None,  # noqa: ARG002 - nor on the contact
+        start: ReducedContact | None = None,  # noqa: ARG002
         tolerance: float = 1e-8,  # noqa: ARG002
     ) -> ReducedContact:
         """Hertz pressure and gap of the disc of radius c."""
-        hertz, geometry = problem.hertz.with_load(problem.stick_load), half_space.geometry
+        geometry = half_space.geometry
         r = np.hypot(*np.meshgrid(geometry.x, geometry.y, indexing="ij"))
-        return ReducedContact(hertz.pressure(r), hertz.gap(r), hertz.approach)
+        load, approach = problem.unworn_sliding.of_sphere(problem.hertz)
+        if not load > 0.0:
+            gap = r**2 / (2.0 * problem.hertz.radius) - approach
+            return ReducedContact(np.zeros_like(r), gap, approach, 0.0)
+        hertz = problem.hertz.with_load(load)
+        return ReducedContact(hertz.pressure(r), hertz.gap(r), hertz.approach, load)
+
+
+def _part_of_contact(
+    half_space: HalfSpace,
+    shape: Array,
+    load: float | None,
+    approach: float | None,
+    start: Array | None,
+    tolerance: float,
+) -> ReducedContact:
+    """The normal contact of a shape, m, under a load, N, or at an approach, m.
+
+    The stick zone is smaller than the contact: the problem is solved on a part of the cells that
+    holds the start and a margin, and again on a larger one if the zone wants to leave it.
+    """
+    geometry, convolutions = half_space.geometry, 0
+    if start is None:
+        contact = ContactProblem(half_space, shape, load, approach=approach)
+        coarse = solve_contact(contact, None, _COARSE, verified=False)
+        start, convolutions = coarse.pressure, coarse.convolutions
+    held: Mask = start > 0
+    while True:
+        bodies = half_space.around(held)
+        part = bodies.geometry
+        found = solve_contact(
+            ContactProblem(bodies, geometry.resized(shape, part), load, approach=approach),
+            geometry.resized(start, part),
+            tolerance,
+            verified=False,
+        )
+        pressure = part.resized(found.pressure, geometry)
+        # The gap on all cells comes from a convolution of its own; one in single precision is
+        # good enough beyond the part if the contact itself need not be better.
+        inside = geometry.where(part)
+        if tolerance >= _SINGLE_IS_ENOUGH:
+            moved, unit = half_space.relative_displacement(pressure)
+            gap = np.multiply(moved, unit, dtype=np.float64) + shape - found.approach
+            gap[inside] = found.gap
+        else:
+            gap = half_space.displacement(pressure) + shape - found.approach
+        convolutions += found.convolutions + 1
+        missed = gap < 0
+        missed[inside] = False
+        if not missed.any():
+            break
+        held, start = held | missed, pressure
+    # Noise in the stick zone would grow with wear like exp(β∫p dN): zero means zero.
+    gap = np.where(pressure > 0, 0.0, np.maximum(gap, 0.0))
+    carried = geometry.integral(pressure) if load is None else load
+    return ReducedContact(pressure, gap, found.approach, carried, convolutions)
 
 
 @dataclass(frozen=True)

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from fretwear.mechanics.contact import is_finite
+from fretwear.mechanics.contact import ContactProblem, Layer, is_finite
 from fretwear.mechanics.geometry import Array, Even, Geometry, HalfSpace, Workspace
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.rings import Rings
-from fretwear.mechanics.loading import Loading
+from fretwear.mechanics.loading import Loading, Normal, Sliding
 from fretwear.mechanics.materials import Bodies, Friction
 from fretwear.mechanics.slip import ReducedContact, SlipModel
 from fretwear.mechanics.surfaces import Indenter, Roughness, even_in
@@ -22,14 +22,16 @@ from fretwear.theory import HertzContact
 
 @dataclass(frozen=True)
 class WearProblem:
-    """Two bodies under constant load and oscillating partial slip.
+    """Two bodies pressed together that slip to and fro.
 
     Parameters
     ----------
     indenter, roughness
         The unworn gap; no roughness where smooth.
-    bodies, loading, friction
-        What deforms, what is imposed, what resists slip.
+    bodies, friction
+        What deforms, and what resists slip.
+    normal, loading
+        What presses the bodies together, and what is imposed along x, in SI units.
     wear_law, slip_model
         What is worn, and how slip follows from the contact.
     limit
@@ -42,11 +44,14 @@ class WearProblem:
         Threads of one transform.
     geometry
         What cells to compute on.
+    debris_fraction
+        Part γ of what is worn that stays between the bodies and carries load.
     """
 
     indenter: Indenter
     roughness: Roughness | None
     bodies: Bodies
+    normal: Normal
     loading: Loading
     friction: Friction
     wear_law: WearLaw
@@ -56,16 +61,38 @@ class WearProblem:
     extent: tuple[float, float]
     workers: int = 1
     geometry: type[Geometry] = Grid
+    debris_fraction: float = 0.0
+
+    def sliding(self, load: float, approach: float) -> Sliding:
+        """What the reduced contact of a contact with a load, N, and an approach, m, satisfies."""
+        return self.loading.sliding(self.friction.coefficient, self.bodies.coupling, load, approach)
 
     @property
-    def load(self) -> float:
-        """P, N."""
-        return self.loading.load
+    def unworn_sliding(self) -> Sliding:
+        """What the reduced contact of the unworn smooth contact satisfies."""
+        return self.sliding(self.hertz.load, self.hertz.approach)
 
     @property
     def stick_load(self) -> float:
-        """Reduced load P* = P − Q/µ, N."""
-        return self.loading.stick_load(self.friction)
+        """Reduced load P*, N, of the unworn smooth contact: P − Q/µ."""
+        return self.unworn_sliding.of_sphere(self.hertz)[0]
+
+    @property
+    def slip_moves(self) -> bool:
+        """Whether the reduced contact changes although nothing yields.
+
+        Wear outside of the stick zone leaves the contact under a reduced load as it is. That at a
+        reduced approach follows the approach of the bodies, and a load that is not held falls.
+        """
+        fixed = self.loading.is_force and self.normal.holds_load
+        return self.slip_model.follows_shape and not fixed
+
+    def contact(
+        self, half_space: HalfSpace, shape: Array, layer: Layer | None = None
+    ) -> ContactProblem:
+        """The normal contact of a shape, m."""
+        load, approach = self.normal.given
+        return ContactProblem(half_space, shape, load, self.limit, layer, approach)
 
     @property
     def wear_coefficient(self) -> float:
@@ -81,7 +108,7 @@ class WearProblem:
     def hertz(self) -> HertzContact:
         """The unworn smooth contact."""
         radius = self.indenter.curvature_radius
-        return HertzContact(radius, self.load, self.bodies.composite_modulus)
+        return self.normal.hertz(radius, self.bodies.composite_modulus)
 
     @property
     def is_axisymmetric(self) -> bool:
@@ -145,6 +172,10 @@ class WearProblem:
         """Relative displacement of distant points along x at +Q, m: µκ (δ − δ*)."""
         return self.friction.coefficient * self.bodies.coupling * (approach - reduced.approach)
 
+    def tangential_force(self, load: float, reduced: ReducedContact) -> float:
+        """Amplitude Q of the tangential force, N: µ (P − P*)."""
+        return self.friction.coefficient * (load - reduced.load)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Stage:
@@ -154,8 +185,10 @@ class Stage:
     ----------
     pressure, gap, wear, plastic
         p, Pa; gap, wear depth and plastic depth, m; shape of the geometry.
-    approach
-        δ, m.
+    opening
+        What wear has added to the gap at no load, m: all of it but what stayed as debris.
+    load, approach
+        P, N, and δ, m.
     residual
         Largest violation of the gap conditions relative to the largest displacement.
     reduced
@@ -167,7 +200,9 @@ class Stage:
     pressure: Array
     gap: Array
     wear: Array
+    opening: Array
     plastic: Array
+    load: float
     approach: float
     residual: float
     reduced: ReducedContact
@@ -175,8 +210,8 @@ class Stage:
 
     @property
     def source(self) -> Array:
-        """G = g* − W, m: changes by plastic flow only."""
-        result: Array = self.reduced.gap - self.wear
+        """G = g* less what wear has opened, m: changes only as the reduced contact does."""
+        result: Array = self.reduced.gap - self.opening
         return result
 
     @property
@@ -199,7 +234,7 @@ class State(Stage):
     next_step
         Number of cycles that the next step should try.
     pressure_rate, source_rate
-        How p, Pa, and G = g* − W, m, changed per cycle in the last step: where the next one
+        How p, Pa, and G of `source`, m, changed per cycle in the last step: where the next one
         starts to look.
     step
         How many steps were accepted so far.
@@ -238,13 +273,17 @@ class State(Stage):
                 gap=gap(self.reduced.pressure, self.reduced.approach, self.reduced.gap),
             )
         else:
-            reduced = problem.slip_model.reduced(problem, ground.half_space, ground.unworn)
+            sliding = problem.sliding(self.load, self.approach)
+            reduced = problem.slip_model.reduced(problem, ground.half_space, ground.unworn, sliding)
+        wear = old.resized(self.wear, geometry)
+        all_opens = self.opening is self.wear
         return replace(
             self,
             geometry=geometry,
             pressure=old.resized(self.pressure, geometry),
             gap=gap(self.pressure, self.approach, self.gap),
-            wear=old.resized(self.wear, geometry),
+            wear=wear,
+            opening=wear if all_opens else old.resized(self.opening, geometry),
             plastic=old.resized(self.plastic, geometry),
             reduced=reduced,
             pressure_rate=old.resized(self.pressure_rate, geometry),

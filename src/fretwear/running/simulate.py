@@ -209,13 +209,14 @@ def _result(
 def wear_problem(case: Case, *, rings: bool = False) -> WearProblem:
     """The mechanical problem of a case."""
     # A contact at the limit everywhere is the smallest one that carries the load.
-    carrying = math.sqrt(case.load / (math.pi * case.plastic_limit))
+    carrying = math.sqrt(case.hertz.load / (math.pi * case.plastic_limit))
     half_width = _MARGIN * max(case.hertz_radius, carrying)
     return WearProblem(
         indenter=case.indenter,
         roughness=case.roughness,
         bodies=case.bodies,
-        loading=case.loading,
+        normal=case.normal,
+        loading=case.loading if case.loading.is_force else case.plain_loading,
         friction=case.friction_law,
         wear_law=case.wear_law,
         slip_model=case.slip_model,
@@ -223,6 +224,7 @@ def wear_problem(case: Case, *, rings: bool = False) -> WearProblem:
         spacing=case.grid_spacing,
         extent=(half_width, half_width),
         geometry=Rings if rings else Grid,
+        debris_fraction=case.debris_fraction,
     )
 
 

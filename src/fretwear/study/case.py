@@ -108,10 +108,10 @@ class Case(CaseTree):
                 kept[name] = value
             elif about.inline or value.kind == about.short:
                 given = {leaf.name: vars(value)[leaf.field] for leaf in leaves_of(type(value))}
-                # Another kind takes the place of this one, and what both have in common stays.
-                telling = member_alternatives(name)
-                replaced = telling if telling & changes.keys() else set()
-                kept |= {each: given[each] for each in given if each not in replaced}
+                # Another kind may take the place of this one; what both have in common stays.
+                of_new = [kind for lead, (_, kind) in _leading(name).items() if lead in changes]
+                stays = _names_of(of_new[0]) if of_new else given.keys()
+                kept |= {each: given[each] for each in given if each in stays}
             else:
                 kept[name] = value
         return Case(**{**kept, "output_cycles": self.output_cycles, **changes})
@@ -286,7 +286,7 @@ def missing(given: Iterable[str], *, in_file: bool) -> Iterator[Problem]:
         if member in given or (member in _DEFAULTED and not (in_file and about.must_be_written)):
             wanted = ()
         elif isinstance(about, Member) and about.inline:
-            yield from _alternatives_broken(member, given)
+            yield from _alternatives_broken(member, given, unknown)
             chosen = _chosen_kind(member, given)
             telling = member_alternatives(member)
             needed = [leaf.name for leaf in leaves_of(chosen) if leaf.field in required(chosen)]
@@ -319,34 +319,44 @@ def member_alternatives(member: str) -> set[str]:
     return set().union(*names) - common
 
 
-def _chosen_kind(member: str, given: set[str]) -> type[Part]:
-    own = member_alternatives(member) & given
-    return next((kind for kind in kinds(member) if own & _names_of(kind)), kinds(member)[0])
-
-
-def _alternatives_broken(member: str, given: set[str]) -> Iterator[Problem]:
-    """Find whether the keys of several kinds of a part are given, or of none."""
+def _leading(member: str) -> dict[str, tuple[Leaf, type[Part]]]:
+    """The first key of each kind that has to be given for it and for no other, by name."""
+    found: dict[str, tuple[Leaf, type[Part]]] = {}
     telling = member_alternatives(member)
-    leading: list[Leaf] = [
-        next(leaf for leaf in leaves_of(kind) if leaf.name in telling)
-        for kind in kinds(member)
-        if telling
-    ]
-    touched = [
-        leaf
-        for kind, leaf in zip(kinds(member), leading, strict=False)
-        if telling & given & _names_of(kind)
-    ]
+    for kind in kinds(member) if telling else ():
+        for leaf in leaves_of(kind):
+            if leaf.name in telling and leaf.field in required(kind):
+                found.setdefault(leaf.name, (leaf, kind))
+                break
+    return found
+
+
+def _chosen_kind(member: str, given: set[str]) -> type[Part]:
+    chosen = (kind for name, (_, kind) in _leading(member).items() if name in given)
+    return next(chosen, kinds(member)[0])
+
+
+def _alternatives_broken(member: str, given: set[str], unknown: list[str]) -> Iterator[Problem]:
+    """Find whether the keys of several kinds of a part are given, of none, or of another one."""
+    leading = _leading(member)
+    touched = [name for name in leading if name in given]
     if len(touched) > 1:
-        first, second = touched[:2]
-        symbol = first.parameter.symbol.replace("$", "").replace("Q/µP", "Q/(µP)")
-        rule = f"is one too many: {first.name}, {symbol}, is given as well"
-        yield Problem(second.name, None, rule, "give exactly one of the two")
-    elif leading and not touched:
-        examples = " and ".join(f"{leaf.name}: {leaf.parameter.example}" for leaf in leading)
-        others = " and ".join(leaf.name for leaf in leading[1:])
-        rule = f"is missing, and so is {others}"
-        yield Problem(leading[0].name, None, rule, f"give exactly one of {examples}")
+        symbol = leading[touched[0]][0].parameter.symbol.replace("$", "")
+        symbol = symbol.replace("Q/µP", "Q/(µP)")
+        rule = f"is one too many: {touched[0]}, {symbol}, is given as well"
+        for name in touched[1:]:
+            yield Problem(name, None, rule, "give exactly one of the two")
+    elif leading and not touched and not any(nearest(key, [*leading]) for key in unknown):
+        first, *others = leading
+        examples = [f"{name}: {leaf.parameter.example}" for name, (leaf, _) in leading.items()]
+        rule = f"is missing, and so is {' and '.join(others)}"
+        yield Problem(first, None, rule, f"give exactly one of {' and '.join(examples)}")
+    if len(touched) == 1:
+        own = _names_of(leading[touched[0]][1])
+        for name in sorted((member_alternatives(member) - own - {*leading}) & given):
+            needed = [lead for lead, (_, kind) in leading.items() if name in _names_of(kind)]
+            rule = f"has no meaning with {touched[0]}"
+            yield Problem(name, None, rule, f"it belongs to {' or '.join(needed)}")
 
 
 def schema_of(name: str) -> dict[str, Any]:
@@ -372,8 +382,8 @@ def schema_required() -> list[dict[str, Any]]:
     """Return what has to stand in `base` or be varied, as conditions of a JSON Schema."""
     conditions = []
     for problem in missing((), in_file=True):
-        telling = member_alternatives(member_of(problem.key))
-        names = [name for name in base_names() if name in telling] or [problem.key]
+        leading = _leading(member_of(problem.key))
+        names = [name for name in base_names() if name in leading] or [problem.key]
         short = [name for name in (member_of(problem.key),) if name in base_names()]
         places = [_given(name) for name in dict.fromkeys([*names, *short])]
         conditions.append({"oneOf": places} if len(places) > 1 else places[0])

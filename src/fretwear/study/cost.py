@@ -146,7 +146,7 @@ def greatest_contact_radius(case: Case) -> float:
     if _stick_shrinks(case):
         yielding = case.cycles * case.wear_growth * case.plastic_limit
         worn *= (1.0 + yielding / YIELDING_TIMES_TO_WIDEN) ** WIDENING
-    full_plastic = math.sqrt(case.load / (math.pi * case.plastic_limit))
+    full_plastic = math.sqrt(case.hertz.load / (math.pi * case.plastic_limit))
     rough = 0.0
     if case.roughness is not None:
         # Tips reach out to where the sphere has fallen back by the height of the waves.

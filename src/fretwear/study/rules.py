@@ -32,6 +32,9 @@ LEAST_LOAD_RATIO = 1e-6
 the ratio vanishes against 1 it would have no width at all."""
 
 
+NEARLY_GROSS = 0.9999
+"""Load ratio that stands for gross slip where a limiting state of partial slip is asked for."""
+
 GREATEST_DUNDURS = 0.1
 """Largest |β|/µ at which the coupling of pressure and slip between unlike bodies is small."""
 
@@ -93,12 +96,12 @@ def _ratio_slides(case: CaseTree) -> Finding | None:
 
 
 def _load_slides(case: CaseTree) -> Finding | None:
-    """Q ≥ µP as in `_ratio_slides`, where Q itself is given."""
+    """Q ≥ µP as in `_ratio_slides`, where Q itself or a displacement is given."""
     if isinstance(case.loading, TangentialRatio):
         return None
-    if case.tangential_ratio < 1.0:
+    if case.tangential_ratio < 1.0 or not case.loading.is_force:
         return _sticks(case)
-    sliding = format_quantity(case.friction_law.coefficient * case.loading.load, FORCE)
+    sliding = format_quantity(case.friction_law.coefficient * case.hertz.load, FORCE)
     return Finding(
         case.loading.kind,
         format_quantity(case.tangential_load, FORCE),
@@ -116,7 +119,9 @@ def _sticks(case: CaseTree) -> Finding | None:
         "",
         f"leaves no slip to compute: Q/(µP) is {case.tangential_ratio:.3g} and must be at least "
         f"{LEAST_LOAD_RATIO:g}",
-        "partial slip needs a ratio between 0 and 1, such as 0.8",
+        "partial slip needs a ratio between 0 and 1, such as 0.8"
+        if case.loading.is_force
+        else "raise the displacement, or the stiffness of the rig",
     )
 
 
@@ -125,18 +130,19 @@ def _contact_small(case: CaseTree) -> Finding | None:
     radius = case.indenter.curvature_radius
     if case.hertz_radius <= GREATEST_CONTACT * case.indenter.curvature_radius:
         return None
-    greatest = (
-        0.99
-        * case.load
-        * (GREATEST_CONTACT * case.indenter.curvature_radius / case.hertz_radius) ** 3
-    )
+    less = (GREATEST_CONTACT * radius / case.hertz_radius) ** 2
+    load, approach = case.normal.given
+    if load is not None:
+        given, greatest, dimension = load, 0.99 * load * less**1.5, FORCE
+    elif approach is not None:
+        given, greatest, dimension = approach, 0.99 * approach * less, LENGTH
     return Finding(
-        "load",
-        format_quantity(case.load, FORCE),
+        case.normal.kind,
+        format_quantity(given, dimension),
         f"is too much for this sphere: the contact radius "
         f"{format_quantity(case.hertz_radius, LENGTH, 3)} is more than {GREATEST_CONTACT:g} of "
         f"the radius {format_quantity(radius, LENGTH)}, beyond half-space theory",
-        f"up to {format_quantity(greatest, FORCE, 3)} would do",
+        f"up to {format_quantity(greatest, dimension, 3)} would do",
     )
 
 
@@ -151,13 +157,14 @@ def _plastic_limit_carries_load(case: CaseTree) -> Finding | None:
     three times the Hertz radius, which has its own rule.
     """
     largest = GREATEST_CONTACT * case.indenter.curvature_radius
-    least_limit = case.load / (math.pi * largest**2)
+    load = case.hertz.load
+    least_limit = load / (math.pi * largest**2)
     if case.plastic_limit >= least_limit:
         return None
     return Finding(
         "plastic_limit",
         format_quantity(case.plastic_limit, PRESSURE),
-        f"is too low to carry the load {format_quantity(case.load, FORCE)} on any contact the "
+        f"is too low to carry the load {format_quantity(load, FORCE)} on any contact the "
         f"run could reach: at most {format_quantity(largest, LENGTH, 3)} in radius "
         f"({GREATEST_CONTACT:g} of the sphere's, where half-space theory ends)",
         f"it must be at least {format_quantity(1.005 * least_limit, PRESSURE, 3)}; "
@@ -192,7 +199,9 @@ def _cell_resolves_roughness(case: CaseTree) -> Finding | None:
 
 def _cell_resolves_contact(case: CaseTree) -> Finding | None:
     """Contact, stick zone and slip annulus must be wider than the cells they are seen with."""
-    if case.cell is None or not LEAST_LOAD_RATIO <= case.tangential_ratio < 1.0:
+    if case.cell is None or (
+        case.loading.is_force and not LEAST_LOAD_RATIO <= case.tangential_ratio < 1.0
+    ):
         return None
     limit = _coarsest_for_contact(case)
     if max(case.cell) <= limit * (1.0 + 1e-9):
@@ -234,7 +243,7 @@ def _coarsest_for_contact(case: CaseTree) -> float:
     radius, stick = case.hertz_radius, case.stick_radius
     return min(
         radius / LEAST_CELLS_PER_CONTACT_RADIUS,
-        stick / LEAST_CELLS_PER_STICK_RADIUS,
+        stick / LEAST_CELLS_PER_STICK_RADIUS if case.force_is_held else radius,
         (radius - stick) / LEAST_CELLS_PER_SLIP_ANNULUS,
     )
 
@@ -245,14 +254,14 @@ def _part_is_sound(case: CaseTree) -> Finding | None:
     return None if broken is None else Finding("roughness", "", *broken)
 
 
-_CONTACT = frozenset({"indenter", "bodies", "load"})
+_CONTACT = frozenset({"indenter", "bodies", "normal"})
 
 RULES = (
     Rule(frozenset({"roughness"}), _part_is_sound),
     Rule(frozenset({"tangential_ratio"}), _ratio_slides),
-    Rule(frozenset({"loading", "friction_law"}), _load_slides),
+    Rule(frozenset({"normal", "loading", "friction_law", "bodies", "indenter"}), _load_slides),
     Rule(_CONTACT, _contact_small),
-    Rule(frozenset({"indenter", "load", "plastic_limit"}), _plastic_limit_carries_load),
+    Rule(frozenset({"indenter", "bodies", "normal", "plastic_limit"}), _plastic_limit_carries_load),
     Rule(frozenset({"cell", "roughness", "indenter"}), _cell_resolves_roughness),
     Rule(_CONTACT | {"cell", "loading", "friction_law"}, _cell_resolves_contact),
     Rule(frozenset({"cycles", "output_cycles"}), _snapshots_within_run),
@@ -296,7 +305,8 @@ def yielding_ring_width(case: CaseTree) -> float:
     """
     if math.isinf(case.plastic_limit):
         return 0.0
-    return LimitingState(case.hertz, case.tangential_ratio).width_above(case.plastic_limit)
+    ratio = min(case.tangential_ratio, NEARLY_GROSS)
+    return LimitingState(case.hertz, ratio).width_above(case.plastic_limit)
 
 
 def _ring_is_unseen(case: CaseTree) -> Doubt | None:
@@ -347,7 +357,7 @@ def _limit_is_low(case: CaseTree) -> Doubt | None:
 
 def _stick_is_coarse(case: CaseTree) -> Doubt | None:
     cell = max(case.grid_spacing)
-    if case.stick_radius >= FEW_CELLS * cell:
+    if case.stick_radius >= FEW_CELLS * cell or not case.force_is_held:
         return None
     return Doubt(
         "will stick in a zone of few cells, whose edge is a staircase",

@@ -14,7 +14,7 @@ from dataclasses import dataclass, fields
 from functools import cache
 from typing import Annotated, Any, get_type_hints
 
-from fretwear.mechanics.loading import Loading
+from fretwear.mechanics.loading import Loading, Normal
 from fretwear.mechanics.materials import Bodies, Friction
 from fretwear.mechanics.slip import Jaeger, SlipModel
 from fretwear.mechanics.surfaces import Indenter, Roughness
@@ -30,6 +30,8 @@ CELLS_PER_STICK_RADIUS = 8
 CELLS_PER_SLIP_ANNULUS = 12
 CELLS_PER_WAVELENGTH = 16
 
+# Parameters that came later: at their defaults, cases keep the ids that they had before.
+_UNSAID_AT_DEFAULT = ("debris_fraction",)
 _SIGNIFICANT_DIGITS = 12
 _USUAL_SLIP = Jaeger()
 
@@ -102,6 +104,7 @@ class CaseTree:
         ),
     ]
     bodies: Annotated[Bodies, Member(inline=True)]
+    normal: Annotated[Normal, Member(inline=True)]
     loading: Annotated[Loading, Member(inline=True)]
     friction_law: Annotated[Friction, Member(inline=True)]
     wear_law: Annotated[WearLaw, Member(inline=True)]
@@ -157,6 +160,18 @@ class CaseTree:
         ),
     ] = 0.01
     slip_model: Annotated[SlipModel, Member(description="How slip is computed.")] = _USUAL_SLIP
+    debris_fraction: Annotated[
+        float,
+        Quantity(
+            "1",
+            "$γ$",
+            "debris fraction",
+            like="0.85",
+            at_least=0.0,
+            at_most=1.0,
+            description="Part γ of what is worn that stays between the bodies and carries load.",
+        ),
+    ] = 0.0
     output_cycles: tuple[int, ...] = ()
 
     def __getattr__(self, name: str) -> Any:
@@ -172,7 +187,7 @@ class CaseTree:
     def hertz(self) -> HertzContact:
         """Contact of the smooth elastic sphere, which gives the scales."""
         radius = self.indenter.curvature_radius
-        return HertzContact(radius, self.loading.load, self.bodies.composite_modulus)
+        return self.normal.hertz(radius, self.bodies.composite_modulus)
 
     @property
     def composite_modulus(self) -> float:
@@ -188,15 +203,46 @@ class CaseTree:
     def tangential_ratio(
         self,
     ) -> Annotated[float, Quantity("1", "$Q/µP$", "tangential load ratio")]:
-        """X = Q/(µP), whichever way the tangential load was given."""
-        return self.loading.ratio(self.friction_law)
+        """X = Q/(µP), of the unworn smooth contact where a displacement is imposed."""
+        return self.loading.ratio(*self._unworn)
 
     @property
     def tangential_load(
         self,
     ) -> Annotated[float, Quantity("N", "$Q$", "tangential load amplitude", "N")]:
-        """Amplitude Q of the tangential load in N, whichever way it was given."""
-        return self.loading.amplitude(self.friction_law)
+        """Amplitude Q of the tangential load in N, as for `tangential_ratio`."""
+        return self.loading.amplitude(*self._unworn)
+
+    @property
+    def displacement_amplitude(
+        self,
+    ) -> Annotated[float, Quantity("m", "$U$", "displacement amplitude", "um")]:
+        """Amplitude U of the imposed displacement in m, whichever way it was given."""
+        return self.loading.displacement(*self._unworn)
+
+    @property
+    def displacement_ratio(
+        self,
+    ) -> Annotated[float, Quantity("1", "$U/U_t$", "displacement ratio")]:
+        """U over that at which the unworn smooth contact begins to slide as a whole."""
+        friction, coupling, hertz = self._unworn
+        return self.displacement_amplitude / (friction * coupling * hertz.approach)
+
+    @property
+    def _unworn(self) -> tuple[float, float, HertzContact]:
+        return self.friction_law.coefficient, self.bodies.coupling, self.hertz
+
+    @property
+    def plain_loading(self) -> Loading:
+        """The loading along x in SI units, whichever way it was given."""
+        if self.loading.is_force and not self.force_is_held:
+            return self.loading
+        return self.loading.plain(*self._unworn)
+
+    @property
+    def force_is_held(self) -> bool:
+        """Whether P and Q stay as they are, and the ratio of the two with them."""
+        return self.normal.holds_load and self.loading.is_force
 
     @property
     def hertz_radius(self) -> Annotated[float, Quantity("m", "$a$", "Hertz contact radius", "um")]:
@@ -213,7 +259,7 @@ class CaseTree:
     @property
     def stick_load(self) -> float:
         """P* = P − Q/µ in N, the load whose contact is the stick zone."""
-        return self.loading.stick_load(self.friction_law)
+        return self.hertz.load * max(0.0, 1.0 - self.tangential_ratio)
 
     @property
     def stick_radius(self) -> float:
@@ -252,7 +298,8 @@ class CaseTree:
         contact = min(
             radius
             / (CELLS_PER_YIELDING_CONTACT_RADIUS if yields_in_a_ring else CELLS_PER_CONTACT_RADIUS),
-            stick / CELLS_PER_STICK_RADIUS,
+            # A stick zone that grows needs no cells for what it was at first.
+            max(stick / CELLS_PER_STICK_RADIUS, 0.0 if self.force_is_held else radius / 128),
             (radius - stick) / CELLS_PER_SLIP_ANNULUS,
         )
         dx, dy = (_rounded_down(min(contact, each / CELLS_PER_WAVELENGTH)) for each in self.finest)
@@ -268,10 +315,12 @@ class CaseTree:
         found: dict[str, Any] = {}
         for name, about in members().items():
             value = getattr(self, name)
+            if name in _UNSAID_AT_DEFAULT and value == getattr(CaseTree, name):
+                continue
             if name == "cell":
                 value = self.grid_spacing
             elif name == "loading":
-                value = self.loading.as_force(self.friction_law)
+                value = self.plain_loading
             if isinstance(about, Parameter):
                 found[name] = about.canonical(value)
             elif value is None:
@@ -302,8 +351,8 @@ class CaseTree:
         capped = math.isfinite(self.plastic_limit)
         parts = (
             self.indenter.slug,
-            self.loading.slug,
-            f"Q{_short(self.tangential_load)}N",
+            self.normal.slug,
+            self.plain_loading.slug,
             self.friction_law.slug,
             "smooth" if self.roughness is None else self.roughness.slug,
             f"Y{_short(self.plastic_limit * 1e-6)}MPa" if capped else "elastic",
@@ -328,6 +377,11 @@ class CaseTree:
 
     def _coordinates(self) -> Iterator[tuple[str, Parameter, float | str]]:
         derived = dict(derived_parameters())
+        # What comes out of a run is no parameter.
+        if not self.force_is_held:
+            del derived["tangential_ratio"], derived["tangential_load"]
+        if self.loading.is_force:
+            del derived["displacement_amplitude"], derived["displacement_ratio"]
         for member, about in members().items():
             value = getattr(self, member)
             if isinstance(about, Parameter):

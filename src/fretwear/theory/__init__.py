@@ -13,7 +13,7 @@ from fretwear.theory.materials import (
     require_positive,
     shear_modulus,
 )
-from fretwear.theory.partial_slip import CattaneoMindlin
+from fretwear.theory.partial_slip import CattaneoMindlin, gross_slip_energy
 
 __all__ = [
     "CattaneoMindlin",
@@ -22,6 +22,7 @@ __all__ = [
     "composite_modulus",
     "composite_shear_modulus",
     "coupling_ratio",
+    "gross_slip_energy",
     "require_positive",
     "shear_modulus",
 ]

@@ -21,6 +21,24 @@ from fretwear.theory.materials import require_positive
 FloatArray = NDArray[np.float64]
 
 
+def gross_slip_energy(
+    hertz: HertzContact, friction: float, coupling: float, displacement: float
+) -> float:
+    """Energy dissipated in one cycle by a sphere that slides as a whole, J: 4µP (U − 0.8 U_t).
+
+    Parameters
+    ----------
+    hertz : HertzContact
+        The normal contact.
+    friction, coupling : float
+        µ and κ.
+    displacement : float
+        Amplitude U of the displacement of distant points, m, above U_t = µκ a²/R.
+    """
+    transition = friction * coupling * hertz.approach
+    return 4.0 * friction * hertz.load * (displacement - 0.8 * transition)
+
+
 @dataclass(frozen=True)
 class CattaneoMindlin:
     """An unworn smooth sphere in partial slip: the load held, the tangential force between ±Q.

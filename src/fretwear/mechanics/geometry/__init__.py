@@ -58,13 +58,13 @@ class Problem(Protocol):
         ...
 
     @property
-    def load(self) -> float:
-        """P, N."""
+    def stick_load(self) -> float:
+        """P*, N, of the unworn smooth contact."""
         ...
 
     @property
-    def stick_load(self) -> float:
-        """P*, N."""
+    def unworn_sliding(self) -> Any:
+        """What the reduced contact of the unworn smooth contact satisfies."""
         ...
 
     @property

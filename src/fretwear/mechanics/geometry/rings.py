@@ -64,12 +64,12 @@ class Rings:
         if not problem.is_axisymmetric:
             raise ValueError("rings need a smooth indenter with rotational symmetry")
         hertz = problem.hertz
-        stick = hertz.with_load(problem.stick_load)
-        edge, scale = stick.contact_radius, hertz.contact_radius
+        scale, load = hertz.contact_radius, problem.stick_load
+        edge = hertz.with_load(load).contact_radius if load > 0.0 else 0.0
         outer, narrowest = math.sqrt(2.0) * max(problem.extent), _NARROWEST * scale
         if math.isinf(problem.limit):
             return cls.graded(edge, outer, narrowest, _WIDEST * scale)
-        limiting = LimitingState(hertz, 1.0 - problem.stick_load / problem.load)
+        limiting = LimitingState(hertz, min(1.0 - load / hertz.load, 0.9999))
         narrowest = min(narrowest, limiting.width_above(problem.limit) / _ACROSS_BAND)
         return cls.graded(edge, outer, narrowest, _WIDEST * scale, _INWARD_GRADING)
 
