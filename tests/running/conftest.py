@@ -9,30 +9,18 @@ from pathlib import Path
 
 import netCDF4
 import pytest
-import yaml
 
-import fretwear
 from fretwear.study.study import load_study
+
+from ..studies import base, steel, write_study
 
 REPOSITORY = Path(__file__).parents[2]
 
-BASE = {
-    "radius": "10 mm",
-    "youngs_modulus": "208 GPa",
-    "poisson_ratio": 0.3,
-    "load": "50 N",
-    "tangential_ratio": 0.8,
-    "friction": 0.5,
-    "wear_coefficient": "7e-13 / Pa",
-    "plastic_limit": "none",
-    "roughness": "none",
-    "cycles": 100,
-    "cell": "10 um",
-}
+BASE = base(cycles=100, cell="10 um")
 
 
 def make_case(**changes):
-    return fretwear.Case(**{**BASE, "plastic_limit": None, "roughness": None, **changes})
+    return steel(**{"cycles": 100, "cell": "10 um", **changes})
 
 
 def without(content, *keys):
@@ -52,12 +40,6 @@ HOPELESS = {
     "base": {**TINY["base"], "load": "50 N"},
     "vary": {"wear_coefficient": ["1 / Pa", "7e-13 / Pa"]},
 }
-
-
-def write_study(file, content):
-    file.parent.mkdir(parents=True, exist_ok=True)
-    file.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
-    return file
 
 
 @pytest.fixture

@@ -16,7 +16,8 @@ from fretwear.running.records import ENDED, failures, record
 from fretwear.running.workflow import case_files, is_finished
 from fretwear.study.study import load_study
 
-from .conftest import HOPELESS, TINY, contents, damage_file, wait_for, write_study
+from ..studies import write_study
+from .conftest import HOPELESS, TINY, contents, damage_file, wait_for
 
 STUDY = {**TINY, "vary": {"load": ["25 N", "50 N", "60 N"]}}
 BEGAN = re.compile(r"^case \d of 3: (.*)$", re.MULTILINE)

@@ -19,9 +19,10 @@ from fretwear.mechanics.slip import Jaeger
 from fretwear.running import simulate
 from fretwear.running.batch import simulate_to_file
 
-from .conftest import BASE, damage_file, make_case, read_until, write_study
+from ..studies import write_study
+from .conftest import BASE, damage_file, make_case, read_until
 
-KILLS = 20
+KILLS = 12
 
 
 @pytest.fixture
