@@ -8,7 +8,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from fretwear.mechanics import solver
-from fretwear.mechanics.contact import ContactError, ContactProblem, Effort
+from fretwear.mechanics.contact import ContactError, ContactProblem, Effort, Layer
 from fretwear.mechanics.geometry import Array
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.measures import half_width
@@ -27,7 +27,6 @@ from .problems import (
     SMOOTH,
     A,
     Waves,
-    folded,
     fretting,
     near,
     pressed,
@@ -39,7 +38,7 @@ SURFACES = {"smooth": SMOOTH, "rough": ROUGH}
 LIMITS = (np.inf, 0.9, 0.55)
 
 
-def test_hertz_pressure_approach_and_half_width_at_110_cells_per_radius():
+def test_hertz_pressure_approach_half_width_and_gap_at_110_cells_per_radius():
     cells = window((128, 128), 128 / 110 * A)
     found = solve_contact(pressed(cells))
     assert found.pressure.max() == near(P0, rel=1e-3)
@@ -47,6 +46,10 @@ def test_hertz_pressure_approach_and_half_width_at_110_cells_per_radius():
     for axis in (0, 1):
         width = half_width(cells, found.pressure > 0, found.gap, axis)
         assert width == near(A, rel=3e-3)
+    r = np.hypot(*np.meshgrid(cells.x, cells.y, indexing="ij"))
+    error = np.abs(found.gap - HERTZ.gap(r))[found.pressure == 0].max()
+    # The edge is known to a part of a cell: h/a times the slope of the gap.
+    assert error < 1e-3 * HERTZ.approach
 
 
 def test_hertz_pressure_converges_with_the_grid():
@@ -82,16 +85,6 @@ def test_a_contact_is_given_a_load_or_an_approach():
     for given_values in ({"load": None}, {"approach": HERTZ.approach}):
         with pytest.raises(ValueError, match="either a load or an approach"):
             replace(problem, **given_values)
-
-
-def test_gap_beside_the_contact_is_that_of_hertz():
-    cells = window((96, 96), 1.5 * A)
-    found = solve_contact(pressed(cells))
-    r = np.hypot(*np.meshgrid(cells.x, cells.y, indexing="ij"))
-    outside = found.pressure == 0
-    error = np.abs(found.gap - HERTZ.gap(r))[outside].max()
-    # The edge is known to a part of a cell: h/a times the slope of the gap.
-    assert error < 1e-3 * HERTZ.approach
 
 
 def test_soft_layer_alone_is_a_winkler_foundation():
@@ -153,17 +146,6 @@ def test_solution_meets_the_conditions_of_contact_by_an_independent_convolution(
     assert at_limit.any() == np.isfinite(limit)
 
 
-@pytest.mark.parametrize("name", SURFACES)
-@pytest.mark.parametrize("limit", LIMITS)
-def test_quarter_and_whole_domain_give_the_same_pressure(name: str, limit: float):
-    quarter = pressed(window((40, 32)), roughness=SURFACES[name], limit=limit)
-    whole = pressed(window((80, 64), even=(False, False)), roughness=SURFACES[name], limit=limit)
-    one, four = (solve_contact(problem, tolerance=1e-10) for problem in (quarter, whole))
-    np.testing.assert_allclose(one.pressure, folded(four.pressure), atol=1e-8 * P0)
-    np.testing.assert_array_equal(one.saturated, folded(four.saturated))
-    assert one.approach == near(four.approach, rel=1e-9)
-
-
 def test_more_load_closes_more_and_never_relieves_a_cell():
     cells = window((32, 32))
     loads = [solve_contact(pressed(cells, load=part * LOAD), tolerance=1e-10) for part in (0.5, 1)]
@@ -172,44 +154,33 @@ def test_more_load_closes_more_and_never_relieves_a_cell():
     assert loads[1].approach > loads[0].approach
 
 
-def starts(cells) -> dict[str, Array]:
-    """First guesses as wrong as they can be."""
-    corner, center = np.zeros(cells.shape), np.zeros(cells.shape)
-    corner[-1, -1] = center[0, 0] = 1.0
-    return {
-        "all the load in one corner": corner,
-        "all the load in one cell": center,
-        "uniform": np.ones(cells.shape),
-        "saturated everywhere": np.full(cells.shape, 1e3 * P0),
-        "no load at all": np.zeros(cells.shape),
-        "pulling": np.full(cells.shape, -P0),
-    }
-
-
-@pytest.mark.parametrize("limit", LIMITS)
-@pytest.mark.parametrize("start", starts(window((16, 14))))
-def test_wrong_starts_lead_to_the_same_solution(start: str, limit: float):
-    cells = window((16, 14))
-    problem = pressed(cells, roughness=ROUGH, limit=limit)
-    expected = solve_contact(problem, tolerance=1e-10)
-    found = solve_contact(problem, starts(cells)[start], tolerance=1e-10)
-    np.testing.assert_allclose(found.pressure, expected.pressure, atol=1e-7 * P0)
-
-
-@given(
-    seed=st.integers(0, 2**32 - 1),
-    loaded=st.floats(0.01, 1.0),
-    scale=st.floats(-3, 3).map(lambda power: 10**power),
-    limit=st.sampled_from(LIMITS) | st.floats(0.45, 3.0),
-    rough=st.booleans(),
-)
-@example(seed=0, loaded=0.01, scale=1e3, limit=0.45, rough=True)
-def test_any_start_leads_to_the_same_solution(seed, loaded, scale, limit, rough):
-    cells = window((12, 11))
+def scattered(seed: int, loaded: float, scale: float) -> Array:
+    """Pressure of any size on some of 12 × 11 cells."""
     random = np.random.default_rng(seed)
-    start = scale * P0 * random.random(cells.shape) * (random.random(cells.shape) < loaded)
+    start = scale * P0 * random.random((12, 11)) * (random.random((12, 11)) < loaded)
     start[random.integers(12), random.integers(11)] += P0
-    problem = pressed(cells, roughness=ROUGH if rough else SMOOTH, limit=limit)
+    return start
+
+
+starts = st.builds(
+    scattered,
+    st.integers(0, 2**32 - 1),
+    st.floats(0.01, 1.0),
+    st.floats(-3, 3).map(lambda power: 10**power),
+)
+nothing, corner, center = (np.zeros((12, 11)) for _ in range(3))
+corner[-1, -1] = center[0, 0] = 1.0
+
+
+@given(start=starts, limit=st.sampled_from(LIMITS) | st.floats(0.45, 3.0), rough=st.booleans())
+@example(start=scattered(0, 0.01, 1e3), limit=0.45, rough=True)
+@example(start=corner, limit=0.55, rough=True)
+@example(start=center, limit=np.inf, rough=True)
+@example(start=nothing, limit=np.inf, rough=False)
+@example(start=nothing - P0, limit=0.9, rough=True)
+@example(start=nothing + 1e3 * P0, limit=0.55, rough=True)
+def test_any_start_leads_to_the_same_solution(start, limit, rough):
+    problem = pressed(window((12, 11)), roughness=ROUGH if rough else SMOOTH, limit=limit)
     expected = solve_contact(problem, tolerance=1e-10)
     found = solve_contact(problem, start, tolerance=1e-10)
     np.testing.assert_allclose(found.pressure, expected.pressure, atol=1e-7 * P0)
@@ -266,15 +237,6 @@ def test_a_contact_that_does_not_converge_is_an_error():
     problem = pressed(window((16, 16)), roughness=ROUGH, limit=1.2)
     with pytest.raises(ContactError, match=r"did not converge: residual .* instead of 1e-06"):
         solve_contact(problem, effort=Effort(active_set=2, gradient=1))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("name", "limit"), [("smooth", np.inf), ("rough", np.inf), ("rough", 1.5)])
-def test_a_cold_start_on_a_fine_grid_takes_few_convolutions(name: str, limit: float):
-    found = solve_contact(pressed(window((256, 256)), roughness=SURFACES[name], limit=limit))
-    # Measured 27, 34 and 38; the common conjugate-gradient methods take hundreds.
-    assert found.convolutions <= 50
-    assert found.residual <= 1e-6
 
 
 @pytest.mark.parametrize("limit", [np.inf, 1.5])
@@ -351,54 +313,42 @@ def test_a_loose_tolerance_is_met_too_where_a_few_cells_stand_out():
         assert solve_contact(problem, tolerance=tolerance).residual <= tolerance
 
 
-@pytest.mark.parametrize("surface", [SMOOTH, ROUGH], ids=["smooth", "rough"])
-@pytest.mark.parametrize("limit", [np.inf, 0.9, 0.55])
-def test_projected_gradient_and_active_set_agree(surface, limit: float):
-    problem = pressed(window((20, 18)), roughness=surface, limit=limit)
-    found = projected_gradient(problem, np.ones(problem.shape.shape), 1e-8, 2000)
-    expected = solve_contact(problem, tolerance=1e-10)
-    # The condition number, near 40 here, stands between the change of a step and the error.
-    np.testing.assert_allclose(found, expected.pressure, atol=1e-6 * P0)
-
-
-def layers():
-    cells = window((16, 16))
+def layers(cells: Grid) -> dict[str, Layer | None]:
     random = np.random.default_rng(3)
     compliance = random.uniform(0, 2, cells.shape) * A / 16 / MODULUS
     gap = random.uniform(0, 0.1, cells.shape) * HERTZ.approach
-    nothing = np.zeros(cells.shape)
+    zero = np.zeros(cells.shape)
     return {
-        "Winkler": WinklerLayer(compliance, nothing),
-        "wear": WearLayer(nothing, gap, None, nothing, 0.5 / P0),
-        "wear and flow": WearLayer(nothing, gap, 0.3 * gap[::-1], nothing, 0.5 / P0),
+        "bare": None,
+        "Winkler": WinklerLayer(compliance, zero),
+        "wear": WearLayer(zero, gap, None, zero, 0.5 / P0),
+        "wear and flow": WearLayer(zero, gap, 0.3 * gap[::-1], zero, 0.5 / P0),
     }
 
 
-@pytest.mark.parametrize("kind", layers())
-def test_projected_gradient_and_active_set_agree_with_a_layer(kind: str):
-    problem = pressed(window((16, 16)), roughness=ROUGH, limit=1.1, layer=layers()[kind])
-    found = projected_gradient(problem, np.ones((16, 16)), 1e-8, 2000)
+@pytest.mark.parametrize(
+    ("surface", "limit", "kind"),
+    [(name, limit, "bare") for name in SURFACES for limit in LIMITS]
+    + [("rough", 1.1, kind) for kind in ("Winkler", "wear", "wear and flow")],
+)
+def test_projected_gradient_and_active_set_agree(surface: str, limit: float, kind: str):
+    cells = window((18, 16))
+    problem = pressed(cells, roughness=SURFACES[surface], limit=limit, layer=layers(cells)[kind])
+    found = projected_gradient(problem, np.ones(cells.shape), 1e-8, 2000)
     expected = solve_contact(problem, tolerance=1e-10)
+    # The condition number, near 40 here, stands between the change of a step and the error.
     np.testing.assert_allclose(found, expected.pressure, atol=1e-6 * P0)
     bare = solve_contact(replace(problem, layer=None))
-    assert np.abs(found - bare.pressure).max() > 0.02 * P0
+    assert (np.abs(found - bare.pressure).max() > 0.02 * P0) == (kind != "bare")
 
 
 def test_projected_gradient_obeys_bounds_and_load_even_when_cut_short():
-    problem = pressed(window((20, 20)), roughness=ROUGH, limit=0.9)
-    found = projected_gradient(problem, np.ones((20, 20)), 1e-8, largest_steps=3)
+    problem, start = pressed(window((20, 20)), roughness=ROUGH, limit=0.9), np.ones((20, 20))
+    found = projected_gradient(problem, start, 1e-8, largest_steps=3)
     assert found.min() >= 0
     assert found.max() <= 0.9 * P0
     assert found.sum() == near(problem.total, rel=1e-12)
-
-
-def test_projected_gradient_leaves_its_start_as_it_is():
-    problem = pressed(window((12, 12)))
-    start = np.random.default_rng(0).random((12, 12)) * P0
-    kept = start.copy()
-    result = projected_gradient(problem, start, 1e-6, 2000)
-    np.testing.assert_array_equal(start, kept)
-    assert not np.shares_memory(result, start)
+    assert (start == 1).all()
 
 
 @given(

@@ -146,16 +146,6 @@ def test_more_tangential_load_wears_more():
 
 
 @pytest.mark.parametrize("limit", [np.inf, 1.4])
-def test_roughness_alike_along_x_and_y_makes_fields_alike(limit: float):
-    isotropic = replace(ROUGH, wavenumber_y=ROUGH.wavenumber_x)
-    for surface in (SMOOTH, isotropic):
-        state = final(fretting(12, roughness=surface, limit=limit), accuracy=CONVERGED)
-        for field in ("pressure", "wear", "plastic", "gap"):
-            values = getattr(state, field)
-            np.testing.assert_allclose(values, values.T, atol=1e-9 * np.abs(values).max())
-
-
-@pytest.mark.parametrize("limit", [np.inf, 1.4])
 @pytest.mark.parametrize("even", EVEN)
 def test_turning_roughness_and_grid_turns_the_fields(limit: float, even: Even):
     spacing = (A / 10, A / 14)

@@ -51,22 +51,15 @@ stages = {
 }
 
 
-@given(**stages, shift=st.floats(0, 1))
+@given(**stages, shift=st.floats(0, 1) | st.none())
 def test_wear_of_a_stage_solves_its_differential_equation(wear, gap, shift, known, rate, pressure):
     pressure = max(pressure, 1e-3)
-    expected, _ = integrated(wear, gap, shift, known, rate, pressure)
-    found = layer(wear, gap, shift, known, rate).displacement(np.array([[pressure]]))
-    assert found[0, 0] == pytest.approx(expected, rel=1e-8, abs=1e-12)
-
-
-@given(**stages)
-def test_wear_without_flow_solves_its_differential_equation(wear, gap, known, rate, pressure):
-    pressure = max(pressure, 1e-3)
-    expected, reduced = integrated(wear, gap, 0.0, known, rate, pressure)
-    found = layer(wear, gap, None, known, rate).displacement(np.array([[pressure]]))[0, 0]
+    expected, reduced = integrated(wear, gap, shift or 0.0, known, rate, pressure)
+    found = layer(wear, gap, shift, known, rate).displacement(np.array([[pressure]]))[0, 0]
     assert found == pytest.approx(expected, rel=1e-8, abs=1e-12)
-    # What wears off adds to g*.
-    assert found - wear == pytest.approx(reduced - gap, rel=1e-7, abs=1e-9)
+    if shift is None:
+        # What wears off adds to g*.
+        assert found - wear == pytest.approx(reduced - gap, rel=1e-7, abs=1e-9)
 
 
 @given(**stages, shift=st.floats(-3, 3) | st.none())
@@ -132,33 +125,6 @@ def test_winkler_layer_is_a_line():
     spring.add_displacement(pressure, above)
     np.testing.assert_allclose(above, [[7.5, 1.1]])
     np.testing.assert_allclose(spring.tangent_in(0.5, pressure), 2.0 * compliance)
-
-
-def test_layers_leave_what_they_are_given():
-    given_fields = [np.random.default_rng(n).random((4, 4)) for n in range(4)]
-    kept = [field.copy() for field in given_fields]
-    stage = WearLayer(*given_fields, rate=0.7)
-    pressure = np.full((4, 4), 1.3)
-    results = [stage.displacement(pressure), tangent(stage, pressure)]
-    for field, before in zip(given_fields, kept, strict=True):
-        np.testing.assert_array_equal(field, before)
-        assert not any(np.shares_memory(field, result) for result in results)
-    np.testing.assert_array_equal(pressure, np.full((4, 4), 1.3))
-
-
-@pytest.mark.parametrize("shift", [True, False])
-def test_large_fields_are_what_their_rows_are(shift: bool):
-    random = np.random.default_rng(2)
-    # More cells than are worked on at once, and rows longer than that.
-    for shape in ((300, 130), (2, 40_000)):
-        wear, gap, flow, known, pressure = random.random((5, *shape))
-        whole = WearLayer(wear, gap, flow if shift else None, known, 1.7)
-        for row in range(0, shape[0], 7):
-            k = slice(row, row + 1)
-            part = WearLayer(wear[k], gap[k], flow[k] if shift else None, known[k], 1.7)
-            for method in (WearLayer.displacement, tangent):
-                result = method(whole, pressure)[k]
-                np.testing.assert_allclose(result, method(part, pressure[k]), rtol=1e-14)
 
 
 def test_a_contact_with_a_wear_layer_is_the_contact_of_the_worn_shape():

@@ -6,14 +6,13 @@ import numpy as np
 import pytest
 
 from fretwear.mechanics import integrator
-from fretwear.mechanics.contact import ContactError, ContactProblem
+from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.geometry import Workspace
 from fretwear.mechanics.integrator import StageSolver, evolve
-from fretwear.mechanics.slip import CattaneoMindlin, Jaeger, WearLayer
-from fretwear.mechanics.solver import solve_contact
+from fretwear.mechanics.slip import WearLayer
 from fretwear.mechanics.state import Stage, WearProblem
 
-from .problems import HERTZ, LOAD, P0, ROUGH, SMOOTH, fretting, near
+from .problems import HERTZ, P0, ROUGH, SMOOTH, fretting
 
 SURFACES = {"smooth": SMOOTH, "rough": ROUGH}
 
@@ -64,46 +63,18 @@ def test_cells_that_lose_their_pressure_stop_wearing_when_they_touch(name: str):
     assert (overshot - (stage.wear - base.wear))[emptied].max() > 1e-3 * HERTZ.approach
 
 
-@pytest.mark.parametrize("name", SURFACES)
-@pytest.mark.parametrize("limit", [np.inf, 1.3])
-def test_the_contact_of_the_stages_own_shape_is_its_pressure(name: str, limit: float):
-    problem = fretting(16, roughness=SURFACES[name], limit=limit)
-    base, stage = stage_after(problem, 200, 0.5)
-    bodies = problem.half_space(problem_window(problem, stage))
-    shape = problem.unworn(problem_window(problem, stage)) + stage.wear + stage.plastic
-    # The plastic depth is in the shape, so no limit is needed to find the pressure again.
-    found = solve_contact(ContactProblem(bodies, shape, LOAD), tolerance=1e-8)
-    np.testing.assert_allclose(found.pressure, stage.pressure, atol=1e-4 * P0)
-    assert found.approach == near(stage.approach, rel=1e-5)
-    assert (stage.plastic >= base.plastic).all()
-    assert (stage.wear >= base.wear).all()
-    assert stage.pressure.max() <= problem.limit
-
-
 def problem_window(problem: WearProblem, stage: Stage):
     *_, state = evolve(problem, [0])
     return replace(state.geometry, shape=stage.pressure.shape)
 
 
 @pytest.mark.parametrize("name", SURFACES)
-def test_a_yielding_stage_solves_the_reduced_contact_on_its_own_shape(name: str):
-    problem = fretting(16, roughness=SURFACES[name], limit=1.3)
-    base, stage = stage_after(problem, 1200, 0.3)
-    assert stage.yielded
-    assert stage.plastic.sum() > base.plastic.sum()
-    grew = stage.plastic > base.plastic
-    assert (stage.pressure[grew] == problem.limit).all()
-    window = problem_window(problem, stage)
-    shape = problem.unworn(window) + stage.wear + stage.plastic
-    own = Jaeger().reduced(problem, problem.half_space(window), shape)
-    np.testing.assert_array_equal(stage.reduced.stick, own.stick)
-    np.testing.assert_allclose(stage.reduced.gap, own.gap, atol=3e-8 * HERTZ.approach)
-
-
-@pytest.mark.parametrize("name", SURFACES)
 def test_wear_of_a_yielding_stage_is_that_of_the_flow_it_ends_with(name: str):
     problem = fretting(16, roughness=SURFACES[name], limit=1.3)
     base, stage = stage_after(problem, 1200, 0.3)
+    assert stage.yielded
+    grew = stage.plastic > base.plastic
+    assert (stage.pressure[grew] == problem.limit).all()
     shift = stage.source - base.source
     nothing = np.zeros_like(shift)
     whole = WearLayer(base.wear, base.reduced.gap, shift, nothing, 1.0)
@@ -113,30 +84,6 @@ def test_wear_of_a_yielding_stage_is_that_of_the_flow_it_ends_with(name: str):
     # Sweeps stop at 0.002 of the tolerance 1e-4 of the volume, and converge by halves at least.
     assert error <= 1e-6 * stage.wear.sum()
     assert np.abs(shift).max() > 1e-3 * HERTZ.approach
-
-
-def test_slip_of_the_unworn_sphere_ignores_flow():
-    problem = fretting(16, limit=1.3, slip_model=CattaneoMindlin())
-    base, stage = stage_after(problem, 4000, 0.3)
-    np.testing.assert_array_equal(stage.reduced.gap, base.reduced.gap)
-    assert stage.plastic.any()
-    assert not stage.yielded
-
-
-def test_a_stage_leaves_what_it_is_given():
-    problem = fretting(12, roughness=ROUGH, limit=1.2)
-    *_, state = evolve(problem, [100])
-    base = state
-    given = (base.pressure, base.wear, base.plastic, base.gap, base.reduced.gap)
-    known, guess = np.full(state.geometry.shape, 0.1), np.zeros(state.geometry.shape)
-    kept = [field.copy() for field in (*given, known, guess)]
-    solver = StageSolver(Workspace(problem), state.geometry, 0.01)
-    stage = solver.solve(base, known, 0.2 / P0, base.pressure, guess, 1e-6)
-    for field, before in zip((*given, known, guess), kept, strict=True):
-        np.testing.assert_array_equal(field, before)
-    for result in (stage.pressure, stage.wear, stage.plastic, stage.gap):
-        assert not any(np.shares_memory(result, field) for field in (*given, known, guess))
-    assert solver.convolutions > 0
 
 
 def test_flow_that_does_not_settle_is_an_error(monkeypatch):

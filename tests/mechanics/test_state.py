@@ -12,22 +12,17 @@ from fretwear.mechanics.integrator import evolve, first_loading
 from fretwear.mechanics.slip import Jaeger
 from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.state import State
-from fretwear.theory import HertzContact
 
-from .oracles import violations
 from .problems import (
     EVEN,
     FRICTION,
     HERTZ,
     LOAD,
-    MODULUS,
     P0,
-    RADIUS,
     ROUGH,
     A,
     covered,
     fretting,
-    near,
     uneven,
 )
 
@@ -37,28 +32,6 @@ KINDS = {
     "smooth capped": {"limit": 0.8},
     "rough capped": {"roughness": ROUGH, "limit": 1.2},
 }
-
-
-def test_first_loading_of_the_smooth_sphere_is_hertz_at_both_loads():
-    state = first_loading(fretting(48, load_ratio=0.6))
-    reduced = HertzContact(RADIUS, 0.4 * LOAD, MODULUS)
-    assert state.cycle == 0
-    assert state.step == 0
-    assert state.pressure.max() == near(P0, rel=1e-3)
-    assert state.approach == near(HERTZ.approach, rel=5e-4)
-    assert state.reduced.pressure.max() == near(reduced.peak_pressure, rel=1e-3)
-    assert state.reduced.approach == near(reduced.approach, rel=1e-3)
-    for nothing in (state.wear, state.plastic, state.pressure_rate, state.source_rate):
-        assert not nothing.any()
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_first_loading_meets_the_conditions_of_contact(kind: str):
-    problem = fretting(20, **KINDS[kind])
-    state = first_loading(problem)
-    assert violations(problem, state).worst <= 2e-6
-    assert state.pressure.max() <= problem.limit
-    assert (state.gap >= 0).all()
 
 
 @pytest.mark.parametrize("kind", ["smooth capped", "rough capped"])

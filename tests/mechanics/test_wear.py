@@ -10,7 +10,6 @@ from fretwear.mechanics.contact import Accuracy, ContactError, Effort
 from fretwear.mechanics.geometry import Workspace
 from fretwear.mechanics.integrator import WearError, evolve, first_loading
 from fretwear.mechanics.measures import in_contact
-from fretwear.mechanics.slip import CattaneoMindlin, Jaeger
 from fretwear.mechanics.state import State, WearProblem
 
 from .oracles import violations
@@ -43,17 +42,14 @@ def test_every_step_meets_the_conditions_of_contact(runs, name: str):
     for state in states:
         assert violations(problem, state).worst <= 1e-5, state.cycle
         assert state.residual <= 1e-6
-
-
-@pytest.mark.parametrize("name", RUNS)
-def test_pressure_stays_between_zero_and_its_limit_and_gaps_stay_open(runs, name: str):
-    problem, states = runs[name]
-    for state in states:
         assert state.pressure.min() >= 0
         assert state.pressure.max() <= problem.limit
         # A worn cell touches to rounding; nothing overlaps.
         assert state.gap.min() >= -1e-15 * A
         assert state.reduced.gap.min() >= 0
+        assert not any(state.geometry.touched(state.pressure)), "the window holds the contact"
+    extents = [state.geometry.extent for state in states]
+    assert all(b >= a for a, b in pairwise(extents))
 
 
 @pytest.mark.parametrize("name", RUNS)
@@ -131,15 +127,6 @@ def test_slip_of_a_yielding_run_is_that_of_its_current_shape(runs, name: str):
     assert areas[-1] < areas[0] or "first loading" in name
 
 
-@pytest.mark.parametrize("name", RUNS)
-def test_the_window_holds_the_contact_with_room(runs, name: str):
-    _, states = runs[name]
-    for state in states:
-        assert not any(state.geometry.touched(state.pressure))
-    extents = [state.geometry.extent for state in states]
-    assert all(b >= a for a, b in pairwise(extents))
-
-
 def assert_identical(one: State, other: State) -> None:
     for field in fields(State):
         left, right = getattr(one, field.name), getattr(other, field.name)
@@ -161,10 +148,6 @@ def test_going_on_from_a_state_gives_the_uninterrupted_run_bit_by_bit(runs, name
         assert len(again) == len(states) - k - 1
         for one, other in zip(again, states[k + 1 :], strict=True):
             assert_identical(one, other)
-
-
-def test_going_on_from_the_last_state_yields_nothing_more(runs):
-    problem, states = runs["smooth"]
     assert list(evolve(problem, STOPS, start=states[-1])) == []
 
 
@@ -196,32 +179,17 @@ def test_a_growing_window_gives_what_a_large_one_gives(runs, name: str):
     np.testing.assert_allclose(small.gap, large.gap, atol=1e-5 * HERTZ.approach)
 
 
-def test_wear_of_the_simple_slip_model_follows_pressure_alone():
-    problem = fretting(16, roughness=ROUGH, slip_model=CattaneoMindlin())
-    states = list(evolve(problem, [500], 1e-3))
-    for state in states:
-        moved = states[0].on(Workspace(problem), state.geometry)
-        np.testing.assert_allclose(state.reduced.gap, moved.reduced.gap, rtol=1e-9)
-        assert violations(problem, state).worst <= 1e-5
-    full = [*evolve(replace(problem, slip_model=Jaeger()), [500], 1e-3)][-1]
-    # The real slip grows with wear: the simple model must wear less.
-    assert states[-1].wear.sum() < 0.95 * full.wear.sum()
-
-
 # Contacts with few iterations that have to be better than rounding allows.
 IMPATIENT = Accuracy(contact=1e-19, effort=Effort(3, 2))
 
 
-def test_a_step_that_never_converges_ends_the_run_with_an_error():
+def test_what_never_converges_ends_with_an_error():
     problem = fretting(12, roughness=ROUGH, limit=1.2)
     run = evolve(problem, [1000], start=first_loading(problem), accuracy=IMPATIENT)
     with pytest.raises(WearError, match=r"no step after cycle 0 is accurate"):
         next(run)
-
-
-def test_a_first_loading_that_never_converges_is_an_error():
     with pytest.raises(ContactError, match="did not converge"):
-        next(evolve(fretting(12, roughness=ROUGH), [10], accuracy=IMPATIENT))
+        next(evolve(problem, [10], accuracy=IMPATIENT))
 
 
 def test_stops_are_met_to_the_last_bit():
@@ -240,19 +208,6 @@ def test_a_step_cut_short_by_a_stop_does_not_slow_down_the_next(runs):
     stop = before.cycle + 0.01 * before.next_step
     (after,) = evolve(problem, [stop], start=before)
     assert after.next_step >= before.next_step
-
-
-@pytest.mark.parametrize(("name", "most"), [("smooth capped", 2100), ("rough capped", 1800)])
-def test_yielding_runs_take_few_convolutions(name: str, most: int):
-    changes, cycles = {
-        "smooth capped": ({"limit": 2.0}, 7000),
-        "rough capped": ({"roughness": ROUGH, "limit": 2.5}, 4000),
-    }[name]
-    *_, last = evolve(fretting(24, **changes), [cycles])
-    # Measured 28 steps with 1880 convolutions and 21 with 1680; a start that forgets where the
-    # pressure and the flow were heading takes a fifth more.
-    assert last.step <= 32
-    assert last.convolutions <= most
 
 
 def test_a_step_that_is_too_long_is_shortened_and_its_cost_counted():
