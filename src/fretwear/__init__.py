@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from fretwear import figures
     from fretwear.data.files import open_case, open_history
     from fretwear.data.merge import open_study
-    from fretwear.mechanics.surfaces import WavyRoughness
+    from fretwear.mechanics.roughness import WavyRoughness
     from fretwear.running.simulate import DoubtfulResultWarning, simulate
     from fretwear.study.case import Case
     from fretwear.study.study import load_study
@@ -32,7 +32,7 @@ __all__ = [
 _HOMES = {
     "DoubtfulResultWarning": "fretwear.running.simulate",
     "Case": "fretwear.study.case",
-    "WavyRoughness": "fretwear.mechanics.surfaces",
+    "WavyRoughness": "fretwear.mechanics.roughness",
     "load_study": "fretwear.study.study",
     "open_case": "fretwear.data.files",
     "open_history": "fretwear.data.files",

@@ -17,7 +17,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from numbers import Real
@@ -441,6 +441,12 @@ class Part:
         own: Any = cls
         return declared(own)
 
+    @classmethod
+    def derived(cls) -> Mapping[str, Parameter]:
+        """What follows from the parameters of a kind and is a coordinate too, by name."""
+        own: Any = cls
+        return derived(own)
+
     @property
     def problem(self) -> tuple[str, str] | None:
         """A rule between the part's own parameters that is broken, and what to do."""
@@ -515,6 +521,19 @@ def declared(cls: Any) -> dict[str, Parameter]:
         for item in getattr(hint, "__metadata__", ()):
             if isinstance(item, Parameter):
                 found[name] = item
+    return found
+
+
+@cache
+def derived(cls: Hashable) -> Mapping[str, Parameter]:
+    """Return the properties of a class that say by a `Parameter` what they return."""
+    found = {}
+    for name, attribute in vars(cls).items():
+        if isinstance(attribute, property):
+            hint = get_type_hints(attribute.fget, include_extras=True).get("return")
+            for item in getattr(hint, "__metadata__", ()):
+                if isinstance(item, Parameter):
+                    found[name] = item
     return found
 
 

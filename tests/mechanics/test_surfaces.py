@@ -3,7 +3,8 @@
 import numpy as np
 
 from fretwear.mechanics.geometry.grid import Grid
-from fretwear.mechanics.surfaces import Sphere, WavyRoughness
+from fretwear.mechanics.roughness import WavyRoughness
+from fretwear.mechanics.surfaces import Sphere
 
 from .problems import fretting, near
 

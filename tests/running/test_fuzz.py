@@ -14,6 +14,7 @@ import fretwear
 from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.geometry import Workspace
 from fretwear.mechanics.integrator import WearError
+from fretwear.mechanics.roughness import WavyRoughness
 from fretwear.running import simulate
 from fretwear.study.case import CaseError
 from fretwear.study.cost import estimate
@@ -21,7 +22,6 @@ from fretwear.study.rules import (
     LEAST_CELLS_PER_CONTACT_RADIUS,
     LEAST_CELLS_PER_SLIP_ANNULUS,
     LEAST_CELLS_PER_STICK_RADIUS,
-    LEAST_CELLS_PER_WAVELENGTH,
 )
 
 MOST_CELLS = 40_000
@@ -119,7 +119,7 @@ def cell(smooth, roughness, draw):
         (math.inf,) * 2 if roughness is None else (roughness.wavelength_x, roughness.wavelength_y)
     )
     return tuple(
-        draw(st.floats(0.12, 1.0)) * min(coarsest, length / LEAST_CELLS_PER_WAVELENGTH)
+        draw(st.floats(0.12, 1.0)) * min(coarsest, 2.0 * length / WavyRoughness.cells)
         for length in lengths
     )
 

@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 import fretwear
-from fretwear.mechanics.surfaces import WavyRoughness
+from fretwear.mechanics.roughness import WavyRoughness
 from fretwear.running.simulate import Step, run, simulate
 from fretwear.study.case import Case
 from fretwear.theory import CattaneoMindlin, HertzContact

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fretwear.mechanics.surfaces import WavyRoughness
+from fretwear.mechanics.roughness import WavyRoughness
 from fretwear.study.case import Case, CaseError
 from fretwear.study.rules import GREATEST_CONTACT
 

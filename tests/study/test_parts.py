@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from fretwear import figures
+from fretwear.mechanics.roughness import Roughness
 from fretwear.mechanics.slip import Jaeger, ReducedContact, SlipModel
-from fretwear.mechanics.surfaces import Roughness
 from fretwear.mechanics.wear_laws import WearLaw
 from fretwear.parts import Quantity, WholeNumber
 from fretwear.running.simulate import simulate
@@ -93,6 +93,15 @@ def made_up_kinds():
 
 
 ROUGH = {name: value for name, value in WAVES.items() if name != "kind"}
+SELF_AFFINE = {
+    "kind": "self_affine",
+    "rms_height": "0.1 um",
+    "hurst": 0.8,
+    "rolloff_wavelength": "60 um",
+    "shortest_wavelength": "8 um",
+    "seed": 11,
+    "anisotropy": 2,
+}
 DIMPLE = {"kind": "dimple", "depth": "0.5 um", "width": "20 um"}
 OWN = ("wear_coefficient", "energy_coefficient")
 
@@ -119,6 +128,7 @@ def examples():
         study_case(debris_fraction=0.85),
         study_case(wear_coefficient=None, energy_coefficient="5e-14 / Pa"),
         study_case(roughness=DIMPLE, cell=None),
+        study_case(roughness=SELF_AFFINE),
         study_case(slip_model={"kind": "uniform", "slip_gap": "1 um"}),
     ]
 

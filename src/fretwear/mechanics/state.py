@@ -14,8 +14,9 @@ from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.loading import Loading, Normal, Sliding
 from fretwear.mechanics.materials import Bodies, Friction
+from fretwear.mechanics.roughness import Roughness, even_in
 from fretwear.mechanics.slip import ReducedContact, SlipModel
-from fretwear.mechanics.surfaces import Indenter, Roughness, even_in
+from fretwear.mechanics.surfaces import Indenter
 from fretwear.mechanics.wear_laws import WearLaw
 from fretwear.theory import HertzContact
 

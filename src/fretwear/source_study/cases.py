@@ -14,7 +14,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from fretwear.data.files import open_case, open_history
-from fretwear.mechanics.surfaces import WavyRoughness
+from fretwear.mechanics.roughness import WavyRoughness
 from fretwear.vocabulary import ContactState, PointStatus
 
 Array = NDArray[np.float64]

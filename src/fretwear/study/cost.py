@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from functools import lru_cache
 
-from fretwear.mechanics.surfaces import even_in
+from fretwear.mechanics.roughness import even_in
 from fretwear.study.case import Case
 from fretwear.theory import HertzContact, LimitingState
 
@@ -150,7 +150,7 @@ def greatest_contact_radius(case: Case) -> float:
     rough = 0.0
     if case.roughness is not None:
         # Tips reach out to where the sphere has fallen back by the height of the waves.
-        rough = 2.0 * case.indenter.curvature_radius * case.roughness.highest
+        rough = 2.0 * case.indenter.curvature_radius * case.roughness.tips
     return math.sqrt(max(case.hertz_radius * worn, full_plastic) ** 2 + rough)
 
 

@@ -66,6 +66,8 @@ def _by_coordinate(of_kinds: tuple[tuple[type[Part], ...], ...]) -> Mapping[str,
     for member, about in members().items():
         if isinstance(about, Member) and not about.inline:
             found.setdefault(member, KindName(member, kinds(member)))
+            for kind in kinds(member):
+                found |= {f"{member}_{name}": each for name, each in kind.derived().items()}
     return {**found, **derived_parameters()}
 
 

@@ -20,7 +20,6 @@ from fretwear.units import FORCE, LENGTH, PRESSURE, format_quantity
 LEAST_CELLS_PER_CONTACT_RADIUS = 8
 LEAST_CELLS_PER_STICK_RADIUS = 2
 LEAST_CELLS_PER_SLIP_ANNULUS = 1
-LEAST_CELLS_PER_WAVELENGTH = 8
 
 GREATEST_CONTACT = 0.2
 """Largest contact radius in units of R: there the paraboloid r²/2R, which stands for the sphere
@@ -172,29 +171,29 @@ def _plastic_limit_carries_load(case: CaseTree) -> Finding | None:
     )
 
 
-def _cell_resolves_roughness(case: CaseTree) -> Finding | None:
-    """A wave needs `LEAST_CELLS_PER_WAVELENGTH` cells, or it is another surface."""
+def _cell_resolves_surfaces(case: CaseTree) -> Finding | None:
+    """A wave or an edge of too few cells is another surface."""
     if case.cell is None:
         return None
-    waves = case.finest
-    fine = [wave / LEAST_CELLS_PER_WAVELENGTH for wave in waves]
-    wrong = [
-        f"the wave along {axis} is {format_quantity(wave, LENGTH, 3)} long"
-        for axis, wave, cell, limit in zip("xy", waves, case.cell, fine, strict=True)
-        if cell > limit * (1.0 + 1e-9)
-    ]
-    if not wrong:
-        return None
-    pair = ", ".join(
-        _just_below(min(cell, limit)) for cell, limit in zip(case.cell, fine, strict=True)
-    )
-    return Finding(
-        "cell",
-        _cell_text(case.cell),
-        f"is too coarse for the roughness: {' and '.join(wrong)} and needs at least "
-        f"{LEAST_CELLS_PER_WAVELENGTH} cells",
-        f"[{pair}] or finer would be fine, or leave cell out",
-    )
+    for name, part in case.surfaces.items():
+        least = part.cells // 2
+        fine = [length / least for length in part.finest]
+        wrong = [
+            f"the {part.detail} along {axis} is {format_quantity(length, LENGTH, 3)} long"
+            for axis, length, cell, limit in zip("xy", part.finest, case.cell, fine, strict=True)
+            if cell > limit * (1.0 + 1e-9)
+        ]
+        if wrong:
+            limits = zip(case.cell, fine, strict=True)
+            pair = ", ".join(_just_below(min(each)) for each in limits)
+            return Finding(
+                "cell",
+                _cell_text(case.cell),
+                f"is too coarse for the {name}: {' and '.join(wrong)} and needs at least "
+                f"{least} cells",
+                f"[{pair}] or finer would be fine, or leave cell out",
+            )
+    return None
 
 
 def _cell_resolves_contact(case: CaseTree) -> Finding | None:
@@ -262,7 +261,7 @@ RULES = (
     Rule(frozenset({"normal", "loading", "friction_law", "bodies", "indenter"}), _load_slides),
     Rule(_CONTACT, _contact_small),
     Rule(frozenset({"indenter", "bodies", "normal", "plastic_limit"}), _plastic_limit_carries_load),
-    Rule(frozenset({"cell", "roughness", "indenter"}), _cell_resolves_roughness),
+    Rule(frozenset({"cell", "roughness", "indenter"}), _cell_resolves_surfaces),
     Rule(_CONTACT | {"cell", "loading", "friction_law"}, _cell_resolves_contact),
     Rule(frozenset({"cycles", "output_cycles"}), _snapshots_within_run),
 )
@@ -368,10 +367,9 @@ def _stick_is_coarse(case: CaseTree) -> Doubt | None:
 
 
 def _slopes_are_steep(case: CaseTree) -> Doubt | None:
-    """The steepest slope of a cosine wave is π/2 times its mean slope 4A/λ."""
     if case.roughness is None:
         return None
-    slope = 2.0 * math.pi * case.roughness.highest / min(case.roughness.finest)
+    slope = case.roughness.steepest
     if slope <= GREATEST_SLOPE:
         return None
     return Doubt(
@@ -381,7 +379,20 @@ def _slopes_are_steep(case: CaseTree) -> Doubt | None:
     )
 
 
+def _roughness_repeats(case: CaseTree) -> Doubt | None:
+    period = math.inf if case.roughness is None else min(case.roughness.period)
+    if period >= 3.0 * case.hertz_radius:
+        return None
+    return Doubt(
+        "will meet the same random heights again, whose period is hardly longer than it is",
+        f"period {format_quantity(period, LENGTH, 3)}, "
+        f"contact radius {format_quantity(case.hertz_radius, LENGTH, 3)}",
+        "results hold for a surface that repeats; the period is 16 roll-off wavelengths",
+    )
+
+
 _DOUBTS = (
+    _roughness_repeats,
     _ring_is_unseen,
     _bodies_are_unlike,
     _limit_is_low,

@@ -16,10 +16,19 @@ from typing import Annotated, Any, get_type_hints
 
 from fretwear.mechanics.loading import Loading, Normal
 from fretwear.mechanics.materials import Bodies, Friction
+from fretwear.mechanics.roughness import Roughness
 from fretwear.mechanics.slip import Jaeger, SlipModel
-from fretwear.mechanics.surfaces import Indenter, Roughness
+from fretwear.mechanics.surfaces import Indenter
 from fretwear.mechanics.wear_laws import WearLaw
-from fretwear.parts import AlongXY, KindName, Parameter, Part, Quantity, WholeNumber
+from fretwear.parts import (
+    AlongXY,
+    KindName,
+    Parameter,
+    Part,
+    Quantity,
+    WholeNumber,
+    derived,
+)
 from fretwear.theory import HertzContact
 
 MAX_CYCLES = 10**9
@@ -28,7 +37,6 @@ CELLS_PER_CONTACT_RADIUS = 64
 CELLS_PER_YIELDING_CONTACT_RADIUS = 128
 CELLS_PER_STICK_RADIUS = 8
 CELLS_PER_SLIP_ANNULUS = 12
-CELLS_PER_WAVELENGTH = 16
 
 # Parameters that came later: at their defaults, cases keep the ids that they had before.
 _UNSAID_AT_DEFAULT = ("debris_fraction",)
@@ -273,12 +281,10 @@ class CaseTree:
         return 4.0 * coefficient * self.friction_law.coefficient * self.bodies.coupling
 
     @property
-    def finest(self) -> tuple[float, float]:
-        """Length along x and along y, m, that a grid has to resolve beside the contact."""
-        along_x, along_y = self.indenter.finest
-        if self.roughness is None:
-            return along_x, along_y
-        return min(along_x, self.roughness.finest[0]), min(along_y, self.roughness.finest[1])
+    def surfaces(self) -> dict[str, Indenter | Roughness]:
+        """The parts that make the unworn gap, by the names of the members."""
+        rough = {} if self.roughness is None else {"roughness": self.roughness}
+        return {"indenter": self.indenter, **rough}
 
     @property
     def grid_spacing(self) -> tuple[float, float]:
@@ -302,7 +308,8 @@ class CaseTree:
             max(stick / CELLS_PER_STICK_RADIUS, 0.0 if self.force_is_held else radius / 128),
             (radius - stick) / CELLS_PER_SLIP_ANNULUS,
         )
-        dx, dy = (_rounded_down(min(contact, each / CELLS_PER_WAVELENGTH)) for each in self.finest)
+        fine = [[each / part.cells for each in part.finest] for part in self.surfaces.values()]
+        dx, dy = (_rounded_down(min(contact, *each)) for each in zip(*fine, strict=True))
         return dx, dy
 
     def canonical_parameters(self) -> dict[str, Any]:
@@ -405,6 +412,8 @@ def _of_part(member: str, part: Part | None) -> Iterator[tuple[str, Parameter, f
     own = leaves_of(kind)
     if part is not None and not own:
         yield member, KindName(member, kinds(member)), part.kind
+    for name, about in kind.derived().items() if part is not None else ():
+        yield from about.coordinates(f"{member}_{name}", getattr(part, name))
     for leaf in own:
         value = (
             getattr(leaf.parameter, "absent", None) if part is None else part.__dict__[leaf.field]
@@ -522,17 +531,9 @@ def _leaves(
     return found
 
 
-@cache
 def derived_parameters() -> Mapping[str, Parameter]:
     """Return what follows from the parameters and is a coordinate too, by name."""
-    found = {}
-    for name, attribute in vars(CaseTree).items():
-        if isinstance(attribute, property):
-            hint = get_type_hints(attribute.fget, include_extras=True).get("return")
-            for item in getattr(hint, "__metadata__", ()):
-                if isinstance(item, Parameter):
-                    found[name] = item
-    return found
+    return derived(CaseTree)
 
 
 def _short(number: float) -> str:

@@ -1,0 +1,429 @@
+"""Roughness of the bodies, added to their smooth gap: waves and random surfaces."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Annotated, ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fretwear.mechanics.geometry import Array, Even
+from fretwear.mechanics.surfaces import Indenter
+from fretwear.parts import Part, Quantity, WholeNumber
+
+MAX_SLOPE = math.pi / 4.0
+
+# Of a random surface: its period in roll-off wavelengths, the broadest spectrum of which the waves
+# are summed in reasonable time and memory, heights and slopes that it has nowhere nearly, and those
+# that its tips have, in units of the root mean square.
+_PERIODS = 16
+_BROADEST = 128.0
+_HIGHEST = 6.0
+_TIPS = 2.5
+_STEEPEST = 3.0
+
+
+class Roughness(Part):
+    """What the surfaces are beside their smooth shape.
+
+    Attributes
+    ----------
+    detail, cells
+        What `finest` is the length of, in a word, and how many cells resolve it; half as many
+        would just do.
+    """
+
+    detail: ClassVar[str] = "wave"
+    cells: ClassVar[int] = 16
+
+    @property
+    def even(self) -> Even:
+        """Whether the height is even along x and along y, exactly: then one side tells all."""
+        return False, False
+
+    def height(self, x: Array, y: Array) -> Array:
+        """Added to the gap, m, at coordinates in m that broadcast."""
+        raise NotImplementedError
+
+    @property
+    def finest(self) -> tuple[float, float]:
+        """Length along x and along y, m, that a grid has to resolve; inf where there is none."""
+        raise NotImplementedError
+
+    @property
+    def highest(self) -> float:
+        """Bound of the magnitude of the height, m."""
+        raise NotImplementedError
+
+    @property
+    def tips(self) -> float:
+        """Height of tips as a rule, m."""
+        return self.highest
+
+    @property
+    def steepest(self) -> float:
+        """Steepest slope, nearly."""
+        return 2.0 * math.pi * self.highest / min(self.finest)
+
+    @property
+    def period(self) -> tuple[float, float]:
+        """Distance along x and along y, m, after which a random surface repeats; inf for others."""
+        return math.inf, math.inf
+
+    @property
+    def wavelengths(self) -> tuple[float, float]:
+        """Distance between neighbouring tips along x and along y, m; inf where there is one."""
+        return self.finest
+
+
+def even_in(indenter: Indenter, roughness: Roughness | None) -> Even:
+    """Along which axes the gap between smooth or rough bodies is even."""
+    along_x, along_y = indenter.even
+    if roughness is None:
+        return along_x, along_y
+    return along_x and roughness.even[0], along_y and roughness.even[1]
+
+
+@dataclass(frozen=True)
+class WavyRoughness(Roughness):
+    """Wavy roughness R(x, y) = A cos(k_y y) sin(π/2 + k_x x), with k = (π/2)·tanθ/A.
+
+    The mean slope of a wave along its direction is tanθ, and its length λ = 4A/tanθ.
+    An amplitude of zero is a smooth surface whatever the slopes.
+    """
+
+    amplitude: Annotated[
+        float,
+        Quantity(
+            "m",
+            "$A$",
+            "roughness amplitude",
+            "um",
+            at_least=0.0,
+            zero="smooth",
+            absent=0.0,
+            description="Amplitude of the waves; 0 um is smooth.",
+        ),
+    ]
+    slope_x: Annotated[
+        float,
+        Quantity(
+            "rad",
+            "$θ_x$",
+            "roughness slope along x",
+            "deg",
+            at_least=0.0,
+            below=MAX_SLOPE,
+            absent=0.0,
+            description="Mean slope along x, the direction of slip; 0 deg: no wave along x.",
+        ),
+    ]
+    slope_y: Annotated[
+        float,
+        Quantity(
+            "rad",
+            "$θ_y$",
+            "roughness slope along y",
+            "deg",
+            like="1 deg",
+            at_least=0.0,
+            below=MAX_SLOPE,
+            absent=0.0,
+            description="Mean slope along y; 0 deg: no wave along y.",
+        ),
+    ]
+    kind: Literal["wavy"] = "wavy"
+
+    @property
+    def even(self) -> Even:
+        """Both."""
+        return True, True
+
+    def height(self, x: Array, y: Array) -> Array:
+        """A cos(k_x x) cos(k_y y), m."""
+        along_x = self.amplitude * np.cos(self.wavenumber_x * x)
+        result: Array = along_x * np.cos(self.wavenumber_y * y)
+        return result
+
+    @property
+    def wavenumber_x(self) -> float:
+        """k_x in rad/m; 0 without a wave along x."""
+        return self._wavenumber(self.slope_x)
+
+    @property
+    def wavenumber_y(self) -> float:
+        """k_y in rad/m; 0 without a wave along y."""
+        return self._wavenumber(self.slope_y)
+
+    @property
+    def wavelength_x(self) -> float:
+        """λ_x in m; inf without a wave along x."""
+        return 2.0 * math.pi / self.wavenumber_x if self.wavenumber_x else math.inf
+
+    @property
+    def wavelength_y(self) -> float:
+        """λ_y in m; inf without a wave along y."""
+        return 2.0 * math.pi / self.wavenumber_y if self.wavenumber_y else math.inf
+
+    @property
+    def finest(self) -> tuple[float, float]:
+        """(λ_x, λ_y) in m."""
+        return self.wavelength_x, self.wavelength_y
+
+    @property
+    def highest(self) -> float:
+        """A in m."""
+        return self.amplitude
+
+    @property
+    def problem(self) -> tuple[str, str] | None:
+        """A wave needs a slope."""
+        if self.amplitude > 0.0 and self.slope_x == 0.0 and self.slope_y == 0.0:
+            return (
+                "needs a slope larger than zero along x or y",
+                "for a smooth surface write roughness: none",
+            )
+        return None
+
+    @property
+    def is_trivial(self) -> bool:
+        """Whether there is no height."""
+        return self.amplitude == 0.0
+
+    @property
+    def slug(self) -> str:
+        """``A0.2um``."""
+        return f"A{self.amplitude * 1e6:.4g}um".replace("+", "")
+
+    def _wavenumber(self, slope: float) -> float:
+        return 0.5 * math.pi * math.tan(slope) / self.amplitude if self.amplitude else 0.0
+
+
+@dataclass(frozen=True)
+class SelfAffineRoughness(Roughness):
+    """A random surface with the spectrum of self-affine roughness.
+
+    Its power spectral density is constant for wavelengths above the roll-off one, falls with the
+    power −2 − 2H of the wave number down to the shortest wavelength, and ends there. The surface is
+    the sum of the waves on a lattice of wave vectors, of amplitudes that follow from the spectrum
+    and of random phases; it repeats after 16 roll-off wavelengths. Neither depends on a grid, and
+    a smaller shortest wavelength adds waves to those of the same seed.
+
+    Along the lay of an anisotropic surface all wavelengths are longer: along x by the factor
+    ``anisotropy``, or along y by its inverse if it is less than 1.
+
+    References
+    ----------
+    T. D. B. Jacobs, T. Junge and L. Pastewka (2017), "Quantitative characterization of surface
+    topography using spectral analysis", Surf. Topogr.: Metrol. Prop. 5, 013001.
+    """
+
+    rms_height: Annotated[
+        float,
+        Quantity(
+            "m",
+            r"$h_\mathrm{rms}$",
+            "rms height of the roughness",
+            "um",
+            like="0.2 um",
+            above=0.0,
+            description="Root mean square of the height.",
+        ),
+    ]
+    hurst: Annotated[
+        float,
+        Quantity(
+            "1",
+            "$H$",
+            "Hurst exponent",
+            like="0.8",
+            above=0.0,
+            at_most=1.0,
+            description="Hurst exponent H; the density falls with the power -2 - 2H.",
+        ),
+    ]
+    rolloff_wavelength: Annotated[
+        float,
+        Quantity(
+            "m",
+            r"$λ_\mathrm{r}$",
+            "roll-off wavelength",
+            "um",
+            like="80 um",
+            above=0.0,
+            description="Longer waves have the same density; usual for finished surfaces.",
+        ),
+    ]
+    shortest_wavelength: Annotated[
+        float,
+        Quantity(
+            "m",
+            r"$λ_\mathrm{s}$",
+            "shortest wavelength",
+            "um",
+            like="8 um",
+            above=0.0,
+            description="Where the spectrum ends; the default grid spacing is an eighth of it.",
+        ),
+    ]
+    seed: Annotated[
+        int,
+        WholeNumber("seed", "seed of the roughness", 0, 2**31 - 1, 7, "Number of the surface."),
+    ]
+    anisotropy: Annotated[
+        float,
+        Quantity(
+            "1",
+            "$γ$",
+            "anisotropy of the roughness",
+            like="1",
+            at_least=1e-2,
+            at_most=1e2,
+            description="Wavelengths along x over those along y; given ones are the shorter.",
+        ),
+    ] = 1.0
+    kind: Literal["self_affine"] = "self_affine"
+
+    # The shortest waves are the lowest of all.
+    detail: ClassVar[str] = "shortest wave"
+    cells: ClassVar[int] = 8
+
+    def height(self, x: Array, y: Array) -> Array:
+        """Sum of all waves, m; fast where x is a column and y a row."""
+        x, y = np.asarray(x, np.float64), np.asarray(y, np.float64)
+        if x.shape[1:] != (1,) or y.size != y.shape[-1]:
+            points = np.broadcast(x, y)
+            found = [self.height(np.array([[each]]), np.array([at]))[0, 0] for each, at in points]
+            return np.reshape(found, points.shape)
+        waves, unit = self._waves, 2.0 * math.pi / (_PERIODS * self.rolloff_wavelength)
+        (across_x, across_y), count = self._stretches, len(waves) - 1
+        along_x = np.outer(x, np.arange(count + 1) * (unit / across_x))
+        along_y = np.outer(y, np.arange(-count, count + 1) * (unit / across_y))
+        # By einsum: with BLAS the last bits would depend on its number of threads.
+        sums = np.einsum("jq,kq->kj", np.exp(1j * along_y), waves)
+        result: Array = np.einsum("ik,kj->ij", np.cos(along_x), sums.real)
+        result -= np.einsum("ik,kj->ij", np.sin(along_x), sums.imag)
+        return result
+
+    @property
+    def rms_slope(
+        self,
+    ) -> Annotated[float, Quantity("1", r"$h^\prime_\mathrm{rms}$", "rms slope of the roughness")]:
+        """Root mean square of the slope: of the magnitude of the gradient."""
+        power, (across_x, across_y) = self._power, self._stretches
+        count, period = len(power) - 1, _PERIODS * self.rolloff_wavelength
+        along_x, along_y = np.ogrid[: count + 1, -count : count + 1]
+        mean = np.average((along_x / across_x) ** 2 + (along_y / across_y) ** 2, weights=power)
+        return 2.0 * math.pi / period * math.sqrt(mean) * self.rms_height
+
+    @property
+    def finest(self) -> tuple[float, float]:
+        """The shortest wavelength along x and y, m."""
+        x, y = (self.shortest_wavelength * each for each in self._stretches)
+        return x, y
+
+    @property
+    def period(self) -> tuple[float, float]:
+        """Sixteen roll-off wavelengths along x and y, m."""
+        return _PERIODS * self.wavelengths[0], _PERIODS * self.wavelengths[1]
+
+    @property
+    def wavelengths(self) -> tuple[float, float]:
+        """The roll-off wavelength along x and y, m: there are tips within it."""
+        x, y = (self.rolloff_wavelength * each for each in self._stretches)
+        return x, y
+
+    @property
+    def highest(self) -> float:
+        """Six times the root mean square, m, which next to no surface comes to."""
+        return _HIGHEST * self.rms_height
+
+    @property
+    def tips(self) -> float:
+        """Height of tips as a rule, m."""
+        return _TIPS * self.rms_height
+
+    @property
+    def steepest(self) -> float:
+        """Three times the root mean square of the slope."""
+        return _STEEPEST * self.rms_slope
+
+    @property
+    def problem(self) -> tuple[str, str] | None:
+        """The wavelengths span a range of which the waves can be summed."""
+        ratio = self.rolloff_wavelength / self.shortest_wavelength
+        if ratio < 1.0:
+            return (
+                "needs a shortest wavelength of at most the roll-off wavelength",
+                "lower shortest_wavelength or raise rolloff_wavelength",
+            )
+        if ratio > _BROADEST:
+            return (
+                f"has a roll-off wavelength {ratio:.4g} times as long as the shortest, and at most "
+                f"{_BROADEST:g} times is supported",
+                "raise shortest_wavelength: hardly a grid resolves so many",
+            )
+        return None
+
+    @property
+    def slug(self) -> str:
+        """``h0.2um-seed7``."""
+        return f"h{self.rms_height * 1e6:.4g}um-seed{self.seed}".replace("+", "")
+
+    @property
+    def _stretches(self) -> tuple[float, float]:
+        return max(1.0, self.anisotropy), max(1.0, 1.0 / self.anisotropy)
+
+    @property
+    def _power(self) -> Array:
+        ratio = self.rolloff_wavelength / self.shortest_wavelength
+        return _power(self.hurst, _PERIODS * ratio)
+
+    @cached_property
+    def _waves(self) -> NDArray[np.complex128]:
+        """Amplitudes of the waves, m: those along x and, in the second half, along y."""
+        power = self._power
+        amplitude = self.rms_height * np.sqrt(2.0 * power / power.sum())
+        waves: NDArray[np.complex128] = amplitude * np.exp(1j * _phases(self.seed, len(power) - 1))
+        return waves
+
+
+@lru_cache(maxsize=8)
+def _power(hurst: float, shortest: float) -> Array:
+    """Power of the waves on half the lattice, up to a factor.
+
+    Parameters
+    ----------
+    hurst
+        H.
+    shortest
+        Largest wave number, in units of the lattice; `_PERIODS` is that of the roll-off.
+
+    Returns
+    -------
+    Array, shape (n + 1, 2n + 1), for wave numbers 0 … n along x and −n … n along y; each wave once.
+    """
+    count = int(shortest * (1.0 + 1e-12))
+    along_x, along_y = np.ogrid[: count + 1, -count : count + 1]
+    number = np.hypot(along_x, along_y)
+    power: Array = np.maximum(number / _PERIODS, 1.0) ** (-2.0 - 2.0 * hurst)
+    power[number > shortest * (1.0 + 1e-12)] = 0.0
+    # Of a wave vector and its opposite one is a wave; there is none of infinite length.
+    power[0, : count + 1] = 0.0
+    return power
+
+
+def _phases(seed: int, count: int) -> Array:
+    """Random phases of `_power`'s waves, the same for those that a smaller lattice has too."""
+    along_x, along_y = np.ogrid[: count + 1, -count : count + 1]
+    shell = np.maximum(along_x, abs(along_y))
+    x, y = np.broadcast_arrays(along_x, along_y)
+    order = np.lexsort((y.ravel(), x.ravel(), shell.ravel()))
+    phases = np.empty(shell.size)
+    # The raw bits of a generator are the same in every version of NumPy.
+    bits = np.random.PCG64(seed).random_raw(shell.size)
+    phases[order] = bits * (2.0 * math.pi / 2.0**64)
+    return phases.reshape(shell.shape)
