@@ -1,30 +1,19 @@
 from pathlib import Path
 
 import pytest
-import yaml
 from typer.testing import CliRunner
 
 from fretwear.cli import app
 from fretwear.study.study import load_study
+
+from ..studies import base, write_study
 
 
 def tiny_study():
     """A study whose cases take a fraction of a second each: few cycles on a coarse grid."""
     return {
         "title": "Tiny",
-        "base": {
-            "radius": "10 mm",
-            "youngs_modulus": "208 GPa",
-            "poisson_ratio": 0.3,
-            "load": "50 N",
-            "tangential_ratio": 0.8,
-            "friction": 0.5,
-            "wear_coefficient": "7e-13 / Pa",
-            "plastic_limit": "none",
-            "roughness": "none",
-            "cycles": 200,
-            "cell": "10 um",
-        },
+        "base": base(cycles=200, cell="10 um"),
         "vary": {"load": ["25 N", "50 N"]},
         "output": {"cycles": [0, 20]},
     }
@@ -37,11 +26,7 @@ class Desk:
         self.folder = folder
 
     def write(self, content, name="tiny.yaml") -> Path:
-        file = self.folder / name
-        file.parent.mkdir(parents=True, exist_ok=True)
-        text = content if isinstance(content, str) else yaml.safe_dump(content, sort_keys=False)
-        file.write_text(text, encoding="utf-8")
-        return file
+        return write_study(self.folder / name, content)
 
     def call(self, *arguments):
         return CliRunner().invoke(app, [str(argument) for argument in arguments])

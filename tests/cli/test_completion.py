@@ -76,8 +76,8 @@ def test_without_a_sound_study_no_ids_are_offered_and_nothing_is_printed(desk, w
 
 def test_a_study_of_very_many_points_offers_its_first_ones(desk, content):
     content["vary"] = {
-        "load": [f"{load} N" for load in range(25, 225)],
-        "friction": [0.2 + 0.001 * step for step in range(200)],
+        "load": [f"{load} N" for load in range(25, 75)],
+        "friction": [0.2 + 0.001 * step for step in range(50)],
     }
     desk.write(content)
     ids = offered("run", "tiny.yaml", "--case", "")
@@ -85,16 +85,11 @@ def test_a_study_of_very_many_points_offers_its_first_ones(desk, content):
     assert ids[0] == load_study("tiny.yaml").points(1, 1)[0].id
 
 
-@pytest.mark.usefixtures("desk")
-def test_names_of_parameters_are_offered_and_an_example_for_the_last_one_left():
+def test_names_of_parameters_are_offered_and_an_example_that_runs_for_the_last_one_left(desk):
     names = offered("run", "tiny.yaml", "--set", "")
     assert set(names) == {f"{name}=" for name in (*parameter_names(), "output.cycles", "title")}
     assert offered("run", "tiny.yaml", "--set", "lo") == ["load=", "load=50N"]
-
-
-def test_the_offered_example_is_a_value_that_runs(desk):
-    _, example = offered("run", "tiny.yaml", "--set", "lo")
-    assert desk.call("plan", "tiny.yaml", "--set", example).exit_code == 0
+    assert desk.call("plan", "tiny.yaml", "--set", "load=50N").exit_code == 0
 
 
 @pytest.mark.skipif(shutil.which("bash") is None, reason="there is no bash on this machine")

@@ -1,5 +1,6 @@
 """What a command says: lines of text, JSON lines, or errors only."""
 
+import io
 import json
 import math
 import warnings
@@ -178,8 +179,13 @@ def test_warnings_and_defects_leave_no_line_that_is_no_json(capsys):
 
 
 @pytest.fixture
-def log(clock):
-    return Log(clock=clock)
+def said():
+    return io.StringIO()
+
+
+@pytest.fixture
+def log(clock, said):
+    return Log(stream=said, clock=clock)
 
 
 def test_a_line_tells_cycle_step_error_half_width_and_time_left(at):
@@ -187,14 +193,12 @@ def test_a_line_tells_cycle_step_error_half_width_and_time_left(at):
     assert line == "cycle 20 of 200, step 4, error 0.12 %, half-width 147.8 um, 2 min left"
 
 
-def test_a_log_has_the_first_and_the_last_step_and_not_too_many_between(
-    log, clock, case, at, capsys
-):
+def test_a_log_has_the_first_and_the_last_step_and_not_too_many_between(log, clock, case, at, said):
     with log.case(case, Path("a.nc")) as observe:
         for cycle in range(0, 201):
             observe(at(cycle))
             clock.now += 0.1
-    lines = capsys.readouterr().err.splitlines()
+    lines = said.getvalue().splitlines()
     assert lines[0] == f"case {case.case_id}"
     assert lines[1].startswith("cycle 0 of 200")
     assert lines[-1].startswith("cycle 200 of 200")
@@ -202,22 +206,22 @@ def test_a_log_has_the_first_and_the_last_step_and_not_too_many_between(
 
 
 def test_a_run_of_a_day_gets_hundreds_of_lines_and_not_tens_of_thousands(
-    log, clock, case, at, capsys
+    log, clock, case, at, said
 ):
     with log.case(case, Path("a.nc")) as observe:
         for second in range(0, 86400, 10):
             clock.now = float(second)
             observe(at(199 * second / 86400))
-    assert 1000 < len(capsys.readouterr().err.splitlines()) < 2000
+    assert 1000 < len(said.getvalue().splitlines()) < 2000
 
 
-def test_the_cases_of_a_batch_are_numbered(log, at, capsys):
+def test_the_cases_of_a_batch_are_numbered(log, at, said):
     cases = load_study("tiny.yaml").cases()
     with log.batch(cases):
         for case in cases.values():
             with log.case(case, Path("a.nc")) as observe:
                 observe(at(200))
-    lines = capsys.readouterr().err.splitlines()
+    lines = said.getvalue().splitlines()
     assert [line.partition(": ")[0] for line in lines if ": P" in line] == [
         "case 1 of 2",
         "case 2 of 2",
@@ -225,8 +229,8 @@ def test_the_cases_of_a_batch_are_numbered(log, at, capsys):
     assert lines[-1] == "case 2 of 2 done in 0 s, 0 s left"
 
 
-def test_names_in_messages_are_no_markup_and_long_ones_are_not_broken(log, capsys):
+def test_names_in_messages_are_no_markup_and_long_ones_are_not_broken(log, said):
     name = "[bold]" + 50 * "long/" + ":smile:"
     log.note(name)
     log.error(name, 1)
-    assert capsys.readouterr().err == f"{name}\nfretwear: error: {name}\n"
+    assert said.getvalue() == f"{name}\nfretwear: error: {name}\n"

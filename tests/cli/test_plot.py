@@ -2,35 +2,16 @@ import json
 import shutil
 import struct
 
-import pytest
 
-
-@pytest.mark.parametrize(("name", "begins"), [("a.png", b"\x89PNG"), ("a.svg", b"<?xml")])
-def test_plot_draws_the_case(desk, case_file, name, begins):
-    result = desk.call("plot", case_file, "-o", name)
-    assert result.exit_code == 0
-    content = (desk.folder / name).read_bytes()
-    assert content.startswith(begins)
-    if name.endswith(".png"):
-        width, height = struct.unpack(">II", content[16:24])
-        assert (width, height) > (1000, 600)
-
-
-def test_plot_puts_the_figure_beside_the_case(desk, case_file):
+def test_plot_draws_the_case_beside_it_or_where_it_is_told_to(desk, case_file):
     shutil.copy(case_file, "mine.nc")
     assert desk.call("plot", "mine.nc").exit_code == 0
-    assert desk.files() == ["mine.nc", "mine.png", "tiny.yaml"]
-
-
-@pytest.mark.parametrize(
-    ("output", "reason"),
-    [("a.doc", ".png, .svg or .pdf"), ("tiny.yaml/a.png", "is not a folder")],
-)
-def test_a_figure_that_cannot_be_written_is_refused(desk, case_file, output, reason):
-    result = desk.call("plot", case_file, "-o", output)
-    assert result.exit_code == 2
-    assert reason in result.stderr
-    assert desk.files() == ["tiny.yaml"]
+    assert desk.call("plot", case_file, "-o", "a.svg").exit_code == 0
+    assert desk.files() == ["a.svg", "mine.nc", "mine.png", "tiny.yaml"]
+    assert (desk.folder / "a.svg").read_text(encoding="utf-8").startswith("<?xml")
+    content = (desk.folder / "mine.png").read_bytes()
+    assert content.startswith(b"\x89PNG")
+    assert struct.unpack(">II", content[16:24]) > (1000, 600)
 
 
 def test_animate_writes_a_gif_beside_the_case_and_advises_more_snapshots(desk, case_file):
@@ -52,19 +33,9 @@ def test_programs_are_told_what_was_written(desk, case_file):
     assert any(line.get("pictures") == 3 and line.get("bytes", 0) > 1000 for line in told)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "reason"),
-    [
-        (["case.nc", "-o", "a.avi"], "must end in .gif or .mp4"),
-        (["case.nc", "-o", "a.mp4"], "a.gif instead"),
-        (["missing.nc"], "missing.nc: "),
-        (["tiny.yaml"], "tiny.yaml: "),
-    ],
-)
-def test_what_cannot_be_animated_is_refused(desk, case_file, arguments, reason, monkeypatch):
-    shutil.copy(case_file, "case.nc")
+def test_without_ffmpeg_a_gif_is_offered(desk, case_file, monkeypatch):
     monkeypatch.setenv("PATH", str(desk.folder))
-    result = desk.call("animate", *arguments)
+    result = desk.call("animate", case_file, "-o", "a.mp4")
     assert result.exit_code == 2
-    assert reason in result.stderr
-    assert desk.files() == ["case.nc", "tiny.yaml"]
+    assert "a.gif instead" in result.stderr
+    assert desk.files() == ["tiny.yaml"]

@@ -7,10 +7,11 @@ from pathlib import Path
 import jsonschema
 import numpy as np
 import pytest
-import yaml
 
 from fretwear.data.files import open_summary
 from fretwear.study.study import load_study
+
+from ..studies import WAVES
 
 HEAVY = ("scipy.fft", "xarray", "netCDF4", "matplotlib")
 
@@ -39,19 +40,8 @@ def test_a_plan_names_the_points_that_are_left_out(desk, content):
     assert "2 points, 1 case in 1 job: " in result.stdout
 
 
-def test_the_id_in_a_plan_chooses_the_case(desk):
-    case_id = desk.call("plan", "tiny.yaml").stdout.splitlines()[1].split()[0]
-    assert desk.call("run", "tiny.yaml", "--case", case_id).exit_code == 0
-    assert f"{case_id}.nc" in desk.files()
-
-
 def test_a_wide_plan_is_not_cut_where_no_terminal_shows_it(desk, content):
-    content["base"]["roughness"] = {
-        "kind": "wavy",
-        "amplitude": "0.2 um",
-        "slope_x": "0.2 deg",
-        "slope_y": "0.2 deg",
-    }
+    content["base"]["roughness"] = {**WAVES, "slope_x": "0.2 deg", "slope_y": "0.2 deg"}
     content["vary"].update(
         {
             "friction": [0.3, 0.6],
@@ -117,15 +107,6 @@ def test_help_and_plan_come_at_once_because_they_import_nothing_heavy(desk, argu
     assert done.stdout.splitlines()[-1] == "[]"
 
 
-def test_every_study_of_the_repository_can_be_planned(desk, repository):
-    studies = sorted((repository / "studies").glob("*.yaml"))
-    assert studies
-    for study in studies:
-        result = desk.call("plan", study)
-        assert result.exit_code == 0, result.stderr
-        assert yaml.safe_load(study.read_text())["title"]
-
-
 @pytest.fixture
 def done(desk):
     """The study with its first case simulated, the second not."""
@@ -149,19 +130,6 @@ def test_merge_keeps_what_is_done_and_marks_what_failed(done):
     assert [float(row["load"]) for row in rows] == [25.0, 50.0]
 
 
-def test_figures_and_report_follow_the_merged_study(done):
-    assert done.call("merge", "tiny.yaml").exit_code == 0
-    assert done.call("figures", "tiny.yaml").exit_code == 0
-    assert done.call("report", "tiny.yaml").exit_code == 0
-    figures = done.folder / "results/tiny/figures"
-    names = {path.stem for path in figures.glob("*.svg")}
-    assert {"contact_half_width", "wear_volume", "dissipated_energy"} <= names
-    assert names == {path.stem for path in figures.glob("*.png")}
-    page = (done.folder / "results/tiny/report.html").read_text(encoding="utf-8")
-    assert page.startswith("<!DOCTYPE html>")
-    assert "Tiny" in page
-
-
 @pytest.mark.parametrize(
     ("command", "needed"), [("merge", "cases"), ("figures", "summary.nc"), ("report", "summary.nc")]
 )
@@ -172,6 +140,9 @@ def test_a_step_without_what_it_needs_fails_with_a_message(desk, command, needed
     assert needed in result.stderr
     assert "Traceback" not in result.stderr
     assert not (desk.folder / "results/tiny/report.html").exists()
+    result = desk.call(command, "tiny.yaml", "--results", "tiny.yaml/results")
+    assert result.exit_code == 2
+    assert "tiny.yaml is not a folder" in result.stderr
 
 
 def test_a_report_without_figures_says_what_is_missing(done):
@@ -179,10 +150,3 @@ def test_a_report_without_figures_says_what_is_missing(done):
     result = done.call("report", "tiny.yaml")
     assert result.exit_code == 1
     assert "results/tiny/figures/index.json" in result.stderr
-
-
-@pytest.mark.parametrize("command", ["merge", "figures", "report"])
-def test_results_in_an_impossible_place_are_refused(desk, command):
-    result = desk.call(command, "tiny.yaml", "--results", "tiny.yaml/results")
-    assert result.exit_code == 2
-    assert "tiny.yaml is not a folder" in result.stderr

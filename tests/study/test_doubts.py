@@ -95,8 +95,3 @@ def test_rings_are_refused_where_the_contact_is_not_round():
     waves = {"amplitude": 2e-7, "slope_x": 0.05, "slope_y": 0.02}
     with pytest.raises(ValueError, match="rotational symmetry"):
         simulate(steel(tangential_ratio=0.5, roughness=waves), rings=True)
-
-
-def test_a_simulation_too_large_says_so_before_it_starts():
-    with pytest.raises(MemoryError, match="Choose a coarser grid"):
-        simulate(steel(tangential_ratio=1e-4))

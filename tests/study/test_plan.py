@@ -1,6 +1,4 @@
 import csv
-import subprocess
-import sys
 
 import pytest
 
@@ -75,16 +73,3 @@ def test_contacts_that_yield_in_an_unseen_ring_are_found_once_each(studies, cont
     ((doubt, cases),) = plan.doubts.items()
     assert doubt.what.startswith("will yield in a ring")
     assert list(cases) == [plan.points[0].id]
-
-
-def test_planning_imports_nothing_of_the_computation(studies, content):
-    file = studies.write(content)
-    program = (
-        "import sys\n"
-        "from fretwear.study.study import load_study\n"
-        "from fretwear.study.plan import plan_study\n"
-        f"list(plan_study(load_study({str(file)!r})).rows())\n"
-        "heavy = {'scipy.fft', 'scipy.stats', 'xarray', 'matplotlib', 'netCDF4'}\n"
-        "assert not heavy & set(sys.modules)\n"
-    )
-    subprocess.run([sys.executable, "-c", program], check=True)
