@@ -22,9 +22,8 @@ from fretwear.mechanics.contact import ContactError, ContactProblem
 from fretwear.mechanics.geometry import Array
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.integrator import evolve
-from fretwear.mechanics.measures import in_contact
 from fretwear.mechanics.solver import solve_contact
-from fretwear.mechanics.state import State, WearProblem
+from fretwear.mechanics.state import State, WearProblem, in_contact
 from fretwear.running import simulate
 
 _SOFTEST = 0.58

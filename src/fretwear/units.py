@@ -39,6 +39,8 @@ degree = {_DEGREE} * radian = deg = °
 newton = kilogram * meter / second ** 2 = N
 pascal = newton / meter ** 2 = Pa
 joule = newton * meter = J = Nm
+watt = joule / second = W
+hertz = 1 / second = Hz
 bar = 1e5 * pascal
 inch = 0.0254 * meter
 kilogram_force = 9.80665 * newton = kgf
@@ -178,7 +180,25 @@ FORCE_PER_LENGTH = Dimension(
 ANGLE = Dimension("an angle", "rad", "rad", "5.7 deg", (DEGREE,))
 NUMBER = Dimension("a plain number", "1", "", "0.3")
 
-DIMENSIONS = (LENGTH, FORCE, FORCE_PER_LENGTH, PRESSURE, COMPLIANCE, ANGLE)
+AREA_PER_POWER = Dimension(
+    "an area per power",
+    "m2 W-1",
+    "m^2/W",
+    "11 mm^2/W",
+    (Unit("mm²/W", 1e-6, "mm^2/W"), Unit("m²/W", 1.0, "m^2/W")),
+)
+FREQUENCY = Dimension("a frequency", "s-1", "Hz", "10 Hz", (Unit("Hz"),))
+
+DIMENSIONS = (
+    LENGTH,
+    FORCE,
+    FORCE_PER_LENGTH,
+    PRESSURE,
+    COMPLIANCE,
+    ANGLE,
+    AREA_PER_POWER,
+    FREQUENCY,
+)
 """Every kind of quantity that a parameter may be, plain numbers aside."""
 
 _READABLE = {

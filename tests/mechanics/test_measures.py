@@ -9,15 +9,8 @@ from hypothesis import strategies as st
 
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.integrator import evolve, first_loading
-from fretwear.mechanics.measures import (
-    CONTACT_GAP,
-    Measures,
-    half_width,
-    in_contact,
-    measure,
-    stick_half_width,
-)
-from fretwear.mechanics.state import State
+from fretwear.mechanics.measures import Measures, half_width, measure, stick_half_width
+from fretwear.mechanics.state import CONTACT_GAP, State, in_contact
 from fretwear.theory import CattaneoMindlin
 
 from .problems import COUPLING, EVEN, FRICTION, HERTZ, LOAD, P0, ROUGH, A, fretting, near, uneven

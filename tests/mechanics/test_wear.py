@@ -9,8 +9,7 @@ import pytest
 from fretwear.mechanics.contact import Accuracy, ContactError, Effort
 from fretwear.mechanics.geometry import Workspace
 from fretwear.mechanics.integrator import WearError, evolve, first_loading
-from fretwear.mechanics.measures import in_contact
-from fretwear.mechanics.state import State, WearProblem
+from fretwear.mechanics.state import State, WearProblem, in_contact
 
 from .oracles import violations
 from .problems import CONVERGED, HERTZ, P0, ROUGH, A, folded, fretting, near, uneven

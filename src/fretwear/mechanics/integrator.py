@@ -93,11 +93,21 @@ def evolve(
     if start is None:
         start = first_loading(problem, accuracy, workspace)
         yield start
-    integrator = _Integrator(workspace, tolerance, accuracy, start)
+    state, begin = start, 0.0
     del start
-    for stop in stops:
-        while integrator.state.cycle < stop:
-            yield integrator.advance(stop)
+    for block in problem.blocks:
+        if state.cycle < block.end:
+            if state.cycle == begin > 0.0:
+                workspace = Workspace(block)
+                state = _reloaded(workspace, state, accuracy)
+            integrator = _Integrator(workspace, tolerance, accuracy, state)
+            # Neither a step nor its error estimate may go over a kink.
+            kinks = {kink for kink in (*block.friction.kinks, block.end) if kink < stops[-1]}
+            for stop in sorted({*stops, *kinks}):
+                while begin <= integrator.state.cycle < min(stop, block.end):
+                    yield integrator.advance(stop)
+            state = integrator.state
+        begin = block.end
 
 
 def first_loading(
@@ -134,22 +144,71 @@ def first_loading(
         if larger.shape == geometry.shape:
             break
         geometry = larger
-    plastic, wear = contact.penetration, np.zeros(geometry.shape)
+    wear = np.zeros(geometry.shape)
+    return _loaded(
+        workspace, geometry, contact, 0.0, wear, wear, contact.penetration, spent, accuracy
+    )
+
+
+def _reloaded(workspace: Workspace, state: State, accuracy: Accuracy) -> State:
+    """A state under the loading of another problem, at the same cycle."""
+    problem, spent = workspace.problem, state.convolutions
+    while True:
+        ground = workspace.on(state.geometry)
+        contact = solve_contact(
+            problem.contact(ground.half_space, ground.unworn + state.opening + state.plastic),
+            state.pressure,
+            tolerance=accuracy.contact,
+            effort=accuracy.effort,
+        )
+        spent += contact.convolutions
+        larger = state.geometry.holding(workspace, contact.pressure, contact.approach)
+        if larger.shape == state.geometry.shape:
+            break
+        state = state.on(workspace, larger)
+    loaded = _loaded(
+        workspace,
+        state.geometry,
+        contact,
+        state.cycle,
+        state.wear,
+        state.opening,
+        state.plastic + contact.penetration,
+        spent,
+        accuracy,
+    )
+    return replace(loaded, step=state.step)
+
+
+def _loaded(
+    workspace: Workspace,
+    geometry: Any,
+    contact: Contact,
+    cycle: float,
+    wear: Array,
+    opening: Array,
+    plastic: Array,
+    spent: int,
+    accuracy: Accuracy,
+) -> State:
+    """The state of a contact from which a loading begins."""
+    problem, ground = workspace.problem.at(cycle), workspace.on(geometry)
     load = _load_of(problem, geometry, contact)
+    shape = ground.unworn + plastic
     reduced = problem.slip_model.reduced(
         problem,
         ground.half_space,
-        ground.unworn + plastic,
+        shape + opening if cycle else shape,
         problem.sliding(load, contact.approach),
         tolerance=accuracy.first_reduced,
     )
     return State(
-        cycle=0.0,
+        cycle=cycle,
         geometry=geometry,
         pressure=contact.pressure,
         gap=np.maximum(contact.gap, 0.0),
         wear=wear,
-        opening=wear,
+        opening=opening,
         plastic=plastic,
         load=load,
         approach=contact.approach,
@@ -189,6 +248,7 @@ class _Integrator:
         self.tolerance = tolerance
         self.accuracy = accuracy
         self.state = state
+        self._rates = (0.0, 0.0, 0.0)
         self._solver = StageSolver(workspace, state.geometry, tolerance, accuracy)
 
     def advance(self, stop: float) -> State:
@@ -242,30 +302,49 @@ class _Integrator:
 
     def _stages(self, step: float, *, output_step: bool) -> tuple[Stage, Stage]:
         """Both stages of TR-BDF2 over a step of so many cycles; whether its end is requested."""
-        rate = self.problem.growth_rate * step
-        own = rate * _DIAGONAL
-        base = self.state
-        p0 = base.pressure
+        base, problem = self.state, self.problem
+        now, density = self._wearing(base, base.cycle)
+        middle, last = base.cycle + _GAMMA * step, base.cycle + step
+        # The wear coefficient of a stage, where it follows the power, lags behind by a stage.
+        then = problem.at(middle, density)
+        p0, rate = base.pressure, now.growth_rate * step
         first = self._solver.solve(
             base,
-            own * p0,
-            own,
+            rate * _DIAGONAL * p0,
+            then.growth_rate * step * _DIAGONAL,
             p0 + _GAMMA * step * base.pressure_rate,
             _GAMMA * step * base.source_rate,
             self.accuracy.first_stage,
             output_step=False,
+            problem=then,
         )
         p1 = first.pressure
+        known = rate * (_WEIGHT - _DIAGONAL) * (p0 + p1)
+        found, end = then, problem.at(last)
+        if problem.changes:
+            found, reached = self._wearing(first, middle)
+            end = problem.at(last, max(0.0, reached + _BEYOND * (reached - density)))
+            r0, lagged, r1 = (each.growth_rate * step for each in (now, then, found))
+            known = _WEIGHT * (r0 * p0 + r1 * p1) - _DIAGONAL * (r0 * p0 + lagged * p1)
+        self._rates = (now.growth_rate, found.growth_rate, end.growth_rate)
         second = self._solver.solve(
             first,
-            rate * (_WEIGHT - _DIAGONAL) * (p0 + p1),
-            own,
+            known,
+            end.growth_rate * step * _DIAGONAL,
             p1 + _BEYOND * (p1 - p0),
             _BEYOND * (first.source - base.source),
             self.accuracy.contact,
             output_step=output_step,
+            problem=end,
         )
         return first, second
+
+    def _wearing(self, stage: Stage, cycle: float) -> tuple[WearProblem, float]:
+        """The problem as it is at a stage, and its energy per cycle and area, J/m²."""
+        if not self.problem.wear_law.follows_power:
+            return self.problem.at(cycle), 0.0
+        density = self.problem.at(cycle).energy_per_area(stage, self.state.geometry)
+        return self.problem.at(cycle, density), density
 
     def _assess(self, step: float, first: Stage, second: Stage) -> _Assessment:
         """Compare a step with embedded formulas of another order."""
@@ -313,7 +392,9 @@ class _Integrator:
         self, step: float, first: Stage, second: Stage, weights: Sequence[float]
     ) -> Array:
         """Exponent x = β∫p dN over a step by weights of its three pressures."""
-        start, middle, end = (self.problem.growth_rate * step * weight for weight in weights)
+        start, middle, end = (
+            rate * step * weight for rate, weight in zip(self._rates, weights, strict=True)
+        )
         exponent: Array = start * self.state.pressure
         exponent += middle * first.pressure
         exponent += end * second.pressure
@@ -326,7 +407,7 @@ class _Integrator:
         such times sees it before and after, not the flow in between.
         """
         exponent = _FLOW_EXPONENT * sqrt(self.tolerance / _DEFAULT_TOLERANCE)
-        longest: float = exponent / (self.problem.growth_rate * self.problem.limit)
+        longest: float = exponent / (max(self._rates) * self.problem.limit)
         return longest
 
     def _move_to(self, geometry: Any) -> None:
@@ -384,6 +465,7 @@ class StageSolver:
         tolerance: float,
         *,
         output_step: bool = True,
+        problem: WearProblem | None = None,
     ) -> Stage:
         """One implicit stage.
 
@@ -402,6 +484,8 @@ class StageSolver:
         output_step
             Whether the stage ends at a requested cycle: only there the reduced contact is solved
             to the last digit, and the residual is computed by a convolution of its own.
+        problem
+            As it is at the end of the stage, where it changes.
 
         Raises
         ------
@@ -409,8 +493,8 @@ class StageSolver:
             If a contact does not converge, if flow and wear do not converge in turn, or if a value
             is not finite.
         """
-        problem, integral = self.problem, self.geometry.integral
-        model, moves = problem.slip_model, problem.slip_moves
+        problem, integral = problem or self.problem, self.geometry.integral
+        model, moves = problem.slip_model, self.problem.slip_moves
         bodies, unworn = self.ground.half_space, self.ground.unworn
         reduced = base.reduced
         shift = None

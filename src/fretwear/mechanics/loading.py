@@ -140,9 +140,12 @@ class Loading(Part):
     ----------
     is_force
         Whether it is a force: then the reduced contact follows from the load alone.
+    is_ratio
+        Whether it is a part of the load of gross sliding: then friction does not matter to it.
     """
 
     is_force: ClassVar[bool] = True
+    is_ratio: ClassVar[bool] = False
 
     def sliding(self, friction: float, coupling: float, load: float, approach: float) -> Sliding:
         """What the reduced contact has to satisfy.
@@ -194,6 +197,8 @@ class TangentialRatio(Loading):
         ),
     ]
     kind: Literal["tangential_ratio"] = "tangential_ratio"
+
+    is_ratio: ClassVar[bool] = True
 
     def sliding(self, friction: float, coupling: float, load: float, approach: float) -> Sliding:
         """P* = (1 − X) P."""

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, Literal
+from itertools import pairwise
+from typing import Annotated, Any, Literal
 
-from fretwear.parts import Part, PerBody, Quantity, pair
+import numpy as np
+
+from fretwear.parts import Parameter, Part, PerBody, Quantity, WholeNumber, is_list, pair
 from fretwear.theory import composite_modulus, coupling_ratio
+from fretwear.units import QuantityError
 
 
 class Bodies(Part):
@@ -77,38 +82,155 @@ class ElasticBodies(Bodies):
         return ""
 
 
+@dataclass(frozen=True)
+class Course:
+    """A value that changes over the cycles: linear between its points, constant after the last.
+
+    Attributes
+    ----------
+    cycles, values
+        Of the points; the first one is at cycle 0.
+    """
+
+    cycles: tuple[float, ...]
+    values: tuple[float, ...]
+
+    def at(self, cycle: float) -> float:
+        """The value at a cycle."""
+        return float(np.interp(cycle, self.cycles, self.values))
+
+
+@dataclass(frozen=True)
+class OverCycles(Quantity):
+    """A quantity, or a mapping of cycles and values that it takes there."""
+
+    def read(self, value: object, units_required: bool) -> Any:
+        """Return a float, or a `Course` where values differ."""
+        if isinstance(value, Course):
+            return value
+        if not isinstance(value, Mapping):
+            return super().read(value, units_required)
+        example = f"{{cycles: [0, 500], values: [{self.example}, {self.example}]}}"
+        lists = [value.get(name) for name in ("cycles", "values")]
+        if len(value) != 2 or not all(is_list(each) and each for each in lists):
+            raise QuantityError("must be a value, or a mapping of cycles and values", example)
+        cycles, values = ([*each] for each in lists if is_list(each))
+        if len(cycles) != len(values):
+            rule = f"has {len(cycles)} cycles and {len(values)} values"
+            raise QuantityError(rule, "give a value for each cycle")
+        numbers = [_CYCLE.read(each, units_required) for each in cycles]
+        if numbers[0] != 0:
+            raise QuantityError(f"starts at cycle {cycles[0]}", "the first cycle must be 0")
+        if any(later <= earlier for earlier, later in pairwise(numbers)):
+            raise QuantityError("has cycles that do not increase", example)
+        read = tuple(float(super(OverCycles, self).read(each, units_required)) for each in values)
+        return read[0] if len(set(read)) == 1 else Course(tuple(map(float, numbers)), read)
+
+    def schema(self) -> dict[str, Any]:
+        """JSON Schema of the value in a study file."""
+        one = super().schema()
+        listed = {"type": "array", "minItems": 1}
+        course = {
+            "type": "object",
+            "additionalProperties": False,
+            "required": ["cycles", "values"],
+            "properties": {
+                "cycles": {**listed, "items": _CYCLE.schema()},
+                "values": {**listed, "items": one},
+            },
+        }
+        return {"anyOf": [one, course]}
+
+    def canonical(self, value: Any) -> Any:
+        """Return the value, or the mapping."""
+        if isinstance(value, Course):
+            return {"cycles": list(value.cycles), "values": list(value.values)}
+        return super().canonical(value)
+
+    def coordinates(self, name: str, value: Any) -> Iterator[tuple[str, Parameter, float | str]]:
+        """Yield the value, or that at cycle 0 and the table as text."""
+        if not isinstance(value, Course):
+            yield name, self, value
+            return
+        yield name, self, value.values[0]
+        table = f"{name} over the cycles"
+        yield f"{name}_over_cycles", Quantity("1", table, table), course_text(value)
+
+    def text(self, value: Any) -> str:
+        """Return the value, or the table, for people."""
+        return course_text(value) if isinstance(value, Course) else super().text(value)
+
+
+_CYCLE = WholeNumber("$N$", "cycle", 0, 10**9, 500, "A cycle at which a table has a value.")
+
+
+def course_text(course: Course) -> str:
+    """``0.2 at cycle 0, 0.6 at 500``."""
+    points = [f"{value:g} at {n:g}" for n, value in zip(course.cycles, course.values, strict=True)]
+    return ", ".join(points).replace(" at 0", " at cycle 0", 1)
+
+
 class Friction(Part):
     """What the tangential traction of slipping cells is."""
 
     @property
     def coefficient(self) -> float:
-        """Coefficient of friction µ."""
+        """Coefficient of friction µ, at cycle 0 where it changes."""
         raise NotImplementedError
+
+    def at(self, cycle: float) -> Friction:  # noqa: ARG002 - constant unless a kind says otherwise
+        """The friction of a cycle."""
+        return self
+
+    @property
+    def kinks(self) -> tuple[float, ...]:
+        """Cycles at which the coefficient does not change smoothly."""
+        return ()
 
 
 @dataclass(frozen=True)
 class Coulomb(Friction):
-    """A constant coefficient of friction."""
+    """A coefficient of friction, constant or given over the cycles."""
 
     friction: Annotated[
-        float,
-        Quantity(
+        float | Course,
+        OverCycles(
             "1",
             "$µ$",
             "coefficient of friction",
             like="0.5",
             above=0.0,
-            description="Coefficient of friction µ.",
+            description="Coefficient of friction µ; or {cycles: [0, 500], values: [0.2, 0.6]}, "
+            "linear between these cycles.",
         ),
     ]
     kind: Literal["coulomb"] = "coulomb"
 
     @property
     def coefficient(self) -> float:
-        """Coefficient of friction µ."""
-        return self.friction
+        """Coefficient of friction µ, at cycle 0 where it changes."""
+        return self.friction.values[0] if isinstance(self.friction, Course) else self.friction
+
+    @property
+    def least(self) -> float:
+        """Smallest coefficient of all cycles."""
+        return min(self.friction.values) if isinstance(self.friction, Course) else self.friction
+
+    def at(self, cycle: float) -> Friction:
+        """The friction of a cycle."""
+        if not isinstance(self.friction, Course):
+            return self
+        return Coulomb.unchecked(friction=self.friction.at(cycle))
+
+    @property
+    def kinks(self) -> tuple[float, ...]:
+        """Cycles at which the coefficient does not change smoothly."""
+        return self.friction.cycles if isinstance(self.friction, Course) else ()
 
     @property
     def slug(self) -> str:
-        """``mu0.5``."""
+        """``mu0.5``, ``mu0.2to0.6``."""
+        if isinstance(self.friction, Course):
+            first, *_, last = self.friction.values
+            return f"mu{first:.4g}to{last:.4g}".replace("+", "")
         return f"mu{self.friction:.4g}".replace("+", "")

@@ -7,14 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fretwear.mechanics.geometry import Array, Geometry, Mask
-from fretwear.mechanics.state import State, WearProblem
-
-CONTACT_GAP = 1e-5
-"""Largest gap of a cell in contact, relative to the approach.
-
-Where worn surfaces conform, pressure and gap vanish together: a contact read off p > 0 would
-collapse to the stick zone after many cycles.
-"""
+from fretwear.mechanics.state import State, WearProblem, in_contact
 
 
 @dataclass(frozen=True)
@@ -65,7 +58,7 @@ class Measures:
 
 def measure(problem: WearProblem, state: State) -> Measures:
     """Measure a state of the contact."""
-    geometry, reduced, friction = state.geometry, state.reduced, problem.friction
+    geometry, reduced = state.geometry, state.reduced
     contact = in_contact(state)
     stick_area = geometry.integral(reduced.stick.astype(float))
     stick_load = geometry.integral(np.where(reduced.stick, state.pressure, 0.0))
@@ -85,20 +78,8 @@ def measure(problem: WearProblem, state: State) -> Measures:
         wear_volume=geometry.integral(state.wear),
         maximum_wear_depth=float(state.wear.max()),
         plastic_volume=geometry.integral(state.plastic),
-        dissipated_energy=4.0
-        * friction.coefficient
-        * geometry.integral(state.pressure * problem.slip(reduced)),
+        dissipated_energy=problem.dissipated_energy(state, geometry),
     )
-
-
-def in_contact(state: State) -> Mask:
-    """Cells under pressure, and those whose gap is at most `CONTACT_GAP` of the approach.
-
-    The approach counts from the smooth sphere: bodies that touch in deep valleys of roughness
-    only have a negative one.
-    """
-    result: Mask = (state.pressure > 0) | (state.gap <= CONTACT_GAP * abs(state.approach))
-    return result
 
 
 def half_width(geometry: Geometry, inside: Mask, gap: Array, axis: int) -> float:

@@ -211,6 +211,13 @@ class CattaneoMindlin(SlipModel):
         return ReducedContact(hertz.pressure(r), hertz.gap(r), hertz.approach, load)
 
 
+def contact_under(
+    half_space: HalfSpace, shape: Array, load: float, start: Array, tolerance: float
+) -> ReducedContact:
+    """The normal contact of a shape, m, under a part of the load, N."""
+    return _part_of_contact(half_space, shape, load, None, start, tolerance)
+
+
 def _part_of_contact(
     half_space: HalfSpace,
     shape: Array,

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from math import isfinite
+from math import inf, isfinite
 from typing import Any
 
 import numpy as np
 
 from fretwear.mechanics.contact import ContactProblem, Layer, is_finite
-from fretwear.mechanics.geometry import Array, Even, Geometry, HalfSpace, Workspace
+from fretwear.mechanics.geometry import Array, Even, Geometry, HalfSpace, Mask, Workspace
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.loading import Loading, Normal, Sliding
@@ -17,8 +18,15 @@ from fretwear.mechanics.materials import Bodies, Friction
 from fretwear.mechanics.roughness import Roughness, even_in
 from fretwear.mechanics.slip import ReducedContact, SlipModel
 from fretwear.mechanics.surfaces import Indenter
-from fretwear.mechanics.wear_laws import WearLaw
+from fretwear.mechanics.wear_laws import Archard, WearLaw
 from fretwear.theory import HertzContact
+
+CONTACT_GAP = 1e-5
+"""Largest gap of a cell in contact, relative to the approach.
+
+Where worn surfaces conform, pressure and gap vanish together: a contact read off p > 0 would
+collapse to the stick zone after many cycles.
+"""
 
 
 @dataclass(frozen=True)
@@ -47,6 +55,8 @@ class WearProblem:
         What cells to compute on.
     debris_fraction
         Part γ of what is worn that stays between the bodies and carries load.
+    end, following
+        The cycle up to which this holds, and the problem that follows then, of the same bodies.
     """
 
     indenter: Indenter
@@ -63,6 +73,16 @@ class WearProblem:
     workers: int = 1
     geometry: type[Geometry] = Grid
     debris_fraction: float = 0.0
+    end: float = inf
+    following: WearProblem | None = None
+
+    @property
+    def blocks(self) -> Iterator[WearProblem]:
+        """The problem, and those that follow."""
+        block: WearProblem | None = self
+        while block is not None:
+            yield block
+            block = block.following
 
     def sliding(self, load: float, approach: float) -> Sliding:
         """What the reduced contact of a contact with a load, N, and an approach, m, satisfies."""
@@ -79,6 +99,26 @@ class WearProblem:
         return self.unworn_sliding.of_sphere(self.hertz)[0]
 
     @property
+    def changes(self) -> bool:
+        """Whether friction or the wear coefficient change in the course of a run."""
+        return bool(self.friction.kinks) or self.wear_law.follows_power
+
+    def at(self, cycle: float, energy_density: float = 0.0) -> WearProblem:
+        """The problem as it is at a cycle: with its friction, and its wear coefficient.
+
+        ``energy_density`` is the energy per cycle and area of contact, J/m².
+        """
+        if cycle > self.end and self.following is not None:
+            return self.following.at(cycle, energy_density)
+        if not self.changes:
+            return self
+        friction = self.friction.at(cycle)
+        law = self.wear_law
+        if law.follows_power:
+            law = Archard(law.coefficient(friction, energy_density))
+        return replace(self, friction=friction, wear_law=law)
+
+    @property
     def slip_moves(self) -> bool:
         """Whether the reduced contact changes although nothing yields.
 
@@ -86,6 +126,8 @@ class WearProblem:
         reduced approach follows the approach of the bodies, and a load that is not held falls.
         """
         fixed = self.loading.is_force and self.normal.holds_load
+        if self.friction.kinks and not self.loading.is_ratio:
+            fixed = False
         return self.slip_model.follows_shape and not fixed
 
     def contact(
@@ -173,9 +215,37 @@ class WearProblem:
         """Relative displacement of distant points along x at +Q, m: µκ (δ − δ*)."""
         return self.friction.coefficient * self.bodies.coupling * (approach - reduced.approach)
 
+    def of(self, state: State) -> WearProblem:
+        """The problem as it is in a state."""
+        now = self.at(state.cycle)
+        block = next(each for each in self.blocks if state.cycle <= each.end)
+        if not block.wear_law.follows_power:
+            return now
+        return self.at(state.cycle, now.energy_per_area(state, state.geometry))
+
+    def energy_per_area(self, stage: Stage, geometry: Geometry) -> float:
+        """Energy dissipated in a cycle, over the area of contact, J/m²."""
+        area = geometry.integral(in_contact(stage).astype(float))
+        return self.dissipated_energy(stage, geometry) / area
+
+    def dissipated_energy(self, stage: Stage, geometry: Geometry) -> float:
+        """Energy dissipated in a cycle, D = ∬ 4 µ p s dA, J."""
+        slip = self.slip(stage.reduced)
+        return 4.0 * self.friction.coefficient * geometry.integral(stage.pressure * slip)
+
     def tangential_force(self, load: float, reduced: ReducedContact) -> float:
         """Amplitude Q of the tangential force, N: µ (P − P*)."""
         return self.friction.coefficient * (load - reduced.load)
+
+
+def in_contact(stage: Stage) -> Mask:
+    """Cells under pressure, and those whose gap is at most `CONTACT_GAP` of the approach.
+
+    The approach counts from the smooth sphere: bodies that touch in deep valleys of roughness
+    only have a negative one.
+    """
+    result: Mask = (stage.pressure > 0) | (stage.gap <= CONTACT_GAP * abs(stage.approach))
+    return result
 
 
 @dataclass(frozen=True, kw_only=True)

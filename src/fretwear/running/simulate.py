@@ -15,8 +15,8 @@ from fretwear.mechanics.geometry import Array, Workspace
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.integrator import evolve
-from fretwear.mechanics.measures import Measures, in_contact, measure
-from fretwear.mechanics.state import State, WearProblem
+from fretwear.mechanics.measures import Measures, measure
+from fretwear.mechanics.state import State, WearProblem, in_contact
 from fretwear.running.resources import require_memory
 from fretwear.study.rules import doubts
 from fretwear.vocabulary import FIELDS, SYMMETRIES, ContactState
@@ -176,7 +176,7 @@ def steps(case: Case, *, start: State | None = None, rings: bool = False) -> Ite
 def _steps(case: Case, problem: WearProblem, start: State | None) -> Iterator[Step]:
     stops = [float(cycle) for cycle in case.output_cycles]
     for state in evolve(problem, stops, case.tolerance, start):
-        yield Step(state, measure(problem, state), case.cycles)
+        yield Step(state, measure(problem.of(state), state), case.cycles)
 
 
 def _result(
@@ -239,7 +239,7 @@ def _snapshot_fields(workspace: Workspace, snapshots: Sequence[State]) -> dict[s
     fields = {field.name: np.empty(shape, dtype=field.dtype) for field in FIELDS}
     for row, state in enumerate(snapshots):
         state = state.on(workspace, geometry)
-        for name, values in _fields(workspace.problem, state).items():
+        for name, values in _fields(workspace.problem.of(state), state).items():
             fields[name][row] = geometry.sampled(values, plane)
     return fields
 
