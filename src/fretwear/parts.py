@@ -29,13 +29,13 @@ from fretwear.units import (
     NUMBER,
     NUMBER_PATTERN,
     Dimension,
-    QuantityError,
     Unit,
     format_quantity,
     number_text,
     parse_quantity,
     with_unit,
 )
+from fretwear.units import QuantityError as QuantityError
 
 # No physical value is beyond; powers and quotients of such numbers are still numbers.
 _SMALLEST, _LARGEST = 1e-30, 1e30

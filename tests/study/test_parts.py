@@ -49,16 +49,17 @@ class Dimple(Roughness):
 
 
 @dataclass(frozen=True)
-class WearPerEnergy(WearLaw):
-    """Worn volume in proportion to the dissipated energy: depth per pressure and path is αµ."""
+class WearPerLoad(WearLaw):
+    """A wear coefficient that grows with friction."""
 
-    energy_coefficient: Annotated[
-        float, Quantity("Pa-1", "$α$", "wear per energy", "/ Pa", like="5e-14 / Pa", above=0.0)
+    friction_wear: Annotated[
+        float, Quantity("Pa-1", "$α$", "wear by friction", "/ Pa", like="5e-14 / Pa", above=0.0)
     ]
-    kind: Literal["energy"] = "energy"
+    kind: Literal["by_friction"] = "by_friction"
 
-    def coefficient(self, friction):
-        return self.energy_coefficient * friction.coefficient
+    def coefficient(self, friction, energy_density=0.0):
+        del energy_density
+        return self.friction_wear * friction.coefficient
 
 
 @dataclass(frozen=True)
@@ -73,7 +74,7 @@ class UniformSlip(SlipModel):
         return ReducedContact(np.zeros_like(shape), np.full_like(shape, self.slip_gap), 0.0, 0.0)
 
 
-MADE_UP = {Dimple: "dimple", WearPerEnergy: "energy", UniformSlip: "uniform"}
+MADE_UP = {Dimple: "dimple", WearPerLoad: "by_friction", UniformSlip: "uniform"}
 
 
 def register(*, there):
@@ -103,7 +104,7 @@ SELF_AFFINE = {
     "anisotropy": 2,
 }
 DIMPLE = {"kind": "dimple", "depth": "0.5 um", "width": "20 um"}
-OWN = ("wear_coefficient", "energy_coefficient")
+OWN = ("wear_coefficient", "friction_wear")
 
 
 def study_case(**changes):
@@ -126,7 +127,8 @@ def examples():
             indentation="2 um",
         ),
         study_case(debris_fraction=0.85),
-        study_case(wear_coefficient=None, energy_coefficient="5e-14 / Pa"),
+        study_case(wear_coefficient=None, energy_wear_coefficient="5e-5 mm^3/J"),
+        study_case(wear_coefficient=None, friction_wear="5e-14 / Pa"),
         study_case(roughness=DIMPLE, cell=None),
         study_case(roughness=SELF_AFFINE),
         study_case(slip_model={"kind": "uniform", "slip_gap": "1 um"}),
@@ -189,7 +191,7 @@ def test_every_coordinate_has_words_and_a_symbol():
 
 def test_a_new_kind_is_read_varied_and_described(studies, content):
     content["base"]["roughness"] = {"kind": "dimple", "width": "20 um"}
-    content["base"]["energy_coefficient"] = "5e-14 / Pa"
+    content["base"]["friction_wear"] = "5e-14 / Pa"
     del content["base"]["wear_coefficient"]
     content["vary"] = {"roughness.depth": ["0.2 um", "0.5 um"]}
     jsonschema.Draft202012Validator(study_schema()).validate(content)
@@ -213,7 +215,7 @@ def test_mistakes_in_a_new_kind_are_told_like_all_others(studies, content):
     (problem,) = studies.error(content).problems
     assert "did you mean 'dimple'" in problem.hint
     with pytest.raises(CaseError, match="exactly one of the two"):
-        study_case(energy_coefficient="5e-14 / Pa")
+        study_case(friction_wear="5e-14 / Pa")
 
 
 def test_names_that_may_be_given_are_those_of_the_declared_fields():
@@ -251,7 +253,7 @@ def test_new_kinds_run_from_a_study_file_to_a_figure(studies, content, tmp_path)
         "plastic_limit": "4500 MPa",
         "roughness": {**DIMPLE, "width": "60 um"},
         "slip_model": {"kind": "uniform", "slip_gap": "1 um"},
-        "energy_coefficient": "5e-14 / Pa",
+        "friction_wear": "5e-14 / Pa",
         "cell": "6 um",
         "cycles": 100,
     }

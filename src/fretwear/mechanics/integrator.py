@@ -304,7 +304,7 @@ class _Integrator:
         """Both stages of TR-BDF2 over a step of so many cycles; whether its end is requested."""
         base, problem = self.state, self.problem
         now, density = self._wearing(base, base.cycle)
-        middle, last = base.cycle + _GAMMA * step, base.cycle + step
+        middle, last = base.cycle + _GAMMA * step, min(base.cycle + step, problem.end)
         # The wear coefficient of a stage, where it follows the power, lags behind by a stage.
         then = problem.at(middle, density)
         p0, rate = base.pressure, now.growth_rate * step

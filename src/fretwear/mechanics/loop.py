@@ -17,8 +17,8 @@ from fretwear.mechanics.slip import contact_under
 from fretwear.mechanics.state import State, WearProblem
 
 POINTS = 64
-_CONTACTS = 6
-_TOLERANCE = 1e-6
+_CONTACTS = 8
+_TOLERANCE = 1e-5
 
 
 @dataclass(frozen=True)
@@ -96,9 +96,7 @@ def loop(
     glide = np.linspace(largest - 2.0 * displacement[-1], -largest, points + 1)[1:]
     falling = np.concatenate([largest - 2.0 * displacement, glide])
     path = np.concatenate([force[-1] - 2.0 * force, np.full(points, -force[-1])])
-    return Loop(
-        np.concatenate([path, -path[1:]]), np.concatenate([falling, -falling[1:]]), opening
-    )
+    return Loop(np.concatenate([path, -path[1:]]), np.concatenate([falling, -falling[1:]]), opening)
 
 
 def _interpolated(known: Array, values: Array, places: Array) -> Array:

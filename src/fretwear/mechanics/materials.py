@@ -10,9 +10,17 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 
-from fretwear.parts import Parameter, Part, PerBody, Quantity, WholeNumber, is_list, pair
+from fretwear.parts import (
+    Parameter,
+    Part,
+    PerBody,
+    Quantity,
+    QuantityError,
+    WholeNumber,
+    is_list,
+    pair,
+)
 from fretwear.theory import composite_modulus, coupling_ratio
-from fretwear.units import QuantityError
 
 
 class Bodies(Part):
@@ -177,6 +185,11 @@ class Friction(Part):
     def coefficient(self) -> float:
         """Coefficient of friction µ, at cycle 0 where it changes."""
         raise NotImplementedError
+
+    @property
+    def least(self) -> float:
+        """Smallest coefficient of all cycles."""
+        return self.coefficient
 
     def at(self, cycle: float) -> Friction:  # noqa: ARG002 - constant unless a kind says otherwise
         """The friction of a cycle."""

@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Any, Literal
 
 from fretwear.mechanics.materials import Friction
-from fretwear.parts import Parameter, Part, PerBody, Quantity, declared
-from fretwear.units import QuantityError
+from fretwear.parts import Parameter, Part, PerBody, Quantity, QuantityError, declared
 
 
 @dataclass(frozen=True)

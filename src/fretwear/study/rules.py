@@ -98,9 +98,10 @@ def _load_slides(case: CaseTree) -> Finding | None:
     """Q ≥ µP as in `_ratio_slides`, where Q itself or a displacement is given."""
     if isinstance(case.loading, TangentialRatio):
         return None
-    if case.tangential_ratio < 1.0 or not case.loading.is_force:
+    friction, hertz = case.friction_law.least, case.hertz
+    if not case.loading.is_force or case.loading.ratio(friction, case.coupling, hertz) < 1.0:
         return _sticks(case)
-    sliding = format_quantity(case.friction_law.coefficient * case.hertz.load, FORCE)
+    sliding = format_quantity(friction * hertz.load, FORCE)
     return Finding(
         case.loading.kind,
         format_quantity(case.tangential_load, FORCE),

@@ -249,8 +249,9 @@ class CaseTree:
 
     @property
     def force_is_held(self) -> bool:
-        """Whether P and Q stay as they are, and the ratio of the two with them."""
-        return self.normal.holds_load and self.loading.is_force
+        """Whether P and Q stay as they are, and Q/(µP) with them."""
+        constant = not self.friction_law.kinks
+        return constant and self.normal.holds_load and self.loading.is_force
 
     @property
     def hertz_radius(self) -> Annotated[float, Quantity("m", "$a$", "Hertz contact radius", "um")]:
