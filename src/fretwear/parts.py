@@ -18,6 +18,7 @@ import dataclasses
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Hashable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from numbers import Real
@@ -25,16 +26,19 @@ from typing import Any, ClassVar, Self, TypeGuard, get_type_hints
 
 from fretwear.units import (
     DIMENSIONS,
+    FORCE_PER_LENGTH,
     NO_UNIT,
     NUMBER,
     NUMBER_PATTERN,
     Dimension,
+    Force,
     Unit,
     format_quantity,
     number_text,
     parse_quantity,
     with_unit,
 )
+from fretwear.units import PerLength as PerLength
 from fretwear.units import QuantityError as QuantityError
 
 # No physical value is beyond; powers and quotients of such numbers are still numbers.
@@ -77,6 +81,7 @@ class Parameter(ABC):
     unit: Unit
     description: str
     must_be_written: bool
+    in_line: bool = False
 
     @property
     @abstractmethod
@@ -91,9 +96,13 @@ class Parameter(ABC):
     def schema(self) -> dict[str, Any]:
         """JSON Schema of the value in a study file."""
 
+    def suiting(self, value: Any) -> Parameter:  # noqa: ARG002 - whatever the value
+        """Return what a value is: itself, as a rule."""
+        return self
+
     def coordinates(self, name: str, value: Any) -> Iterator[tuple[str, Parameter, float | str]]:
         """Yield the scalar coordinates of a value: name, what it is, SI value."""
-        yield name, self, value
+        yield name, self.suiting(value), value
 
     def canonical(self, value: Any) -> Any:
         """Return the value in a form that JSON can hold and `read` takes back."""
@@ -138,6 +147,8 @@ class Quantity(Parameter):
         Words for an infinite value, which study files call ``none``, and for zero.
     absent : float or None
         The coordinate of a case without this part; None: it has no such coordinate.
+    in_line : bool
+        Whether this is a force that is one per length, `PerLength`, in a line contact.
     """
 
     si_unit: str
@@ -152,6 +163,7 @@ class Quantity(Parameter):
     infinite: str = ""
     zero: str = ""
     absent: float | None = None
+    in_line: bool = False
     description: str = ""
     must_be_written: bool = False
 
@@ -181,7 +193,7 @@ class Quantity(Parameter):
                 return math.inf
             raise QuantityError(f"{self.dimension.expectation}, or none", "write none for no limit")
         try:
-            number = parse_quantity(value, self.dimension, units_required=units_required)
+            number = self._number(value, units_required)
         except QuantityError as error:
             if not self.infinite:
                 raise
@@ -191,6 +203,35 @@ class Quantity(Parameter):
         if number > _LARGEST or (0.0 in (self.above, self.at_least) and 0.0 < number < _SMALLEST):
             raise QuantityError(f"must lie between {_SMALLEST:g} and {_LARGEST:g} in SI units")
         return number
+
+    def _number(self, value: object, units_required: bool) -> float:
+        if not self.in_line:
+            return parse_quantity(value, self.dimension, units_required=units_required)
+        if isinstance(value, PerLength | Force):
+            return value
+        try:
+            number = parse_quantity(value, self.dimension, units_required=units_required)
+            return Force(number) if isinstance(value, str) else number
+        except QuantityError:
+            with suppress(QuantityError):
+                return PerLength(parse_quantity(value, FORCE_PER_LENGTH, units_required=True))
+            raise
+
+    def suiting(self, value: Any) -> Quantity:
+        """Return what a value is that may be per length."""
+        if not (self.in_line and isinstance(value, PerLength)):
+            return self
+        return dataclasses.replace(
+            self,
+            si_unit=FORCE_PER_LENGTH.si_unit,
+            shown_in="N/mm",
+            like="18.5 N/mm",
+            words=f"{self.words} per length",
+        )
+
+    def text(self, value: Any) -> str:
+        """Return a value in units for people: ``25 N``, in a line contact ``25 N/mm``."""
+        return super(Quantity, self.suiting(value)).text(value)
 
     def _contains(self, number: float) -> bool:
         return (

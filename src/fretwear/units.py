@@ -107,6 +107,14 @@ class Unit:
         return values / self.size
 
 
+class PerLength(float):
+    """A force per length, N/m: what loads a line contact."""
+
+
+class Force(float):
+    """A force, N, that was given as one, not as a bare number."""
+
+
 NO_UNIT = Unit("")
 NANOMETRE = Unit("nm", 1e-9)
 MICROMETRE = Unit("µm", 1e-6, "um")
@@ -201,6 +209,9 @@ DIMENSIONS = (
 )
 """Every kind of quantity that a parameter may be, plain numbers aside."""
 
+PER_LENGTH = {"N": "N m-1", "J": "J m-1", "m3": "m2", "m2": "m"}
+"""SI units of a line contact in the place of those of a whole contact."""
+
 _READABLE = {
     "m": (Unit("pm", 1e-12), NANOMETRE, MICROMETRE, MILLIMETRE),
     "m2": (Unit("µm²", 1e-12), Unit("10³ µm²", 1e-9), Unit("mm²", 1e-6)),
@@ -216,6 +227,10 @@ _READABLE = {
         Unit("µJ", 1e-6),
         Unit("mJ", 1e-3),
         Unit("J"),
+    ),
+    "J m-1": tuple(
+        Unit(f"{prefix}J/m", size)
+        for prefix, size in (("p", 1e-12), ("n", 1e-9), ("µ", 1e-6), ("m", 1e-3), ("", 1.0))
     ),
     "N": FORCE.units,
     "N m-1": FORCE_PER_LENGTH.units,
@@ -281,6 +296,22 @@ def _spelling(unit: str, dimension: Dimension) -> str:
     by_fold = {name.casefold(): name for name in known}
     near = difflib.get_close_matches(unit.casefold(), by_fold, n=1, cutoff=0.5)
     return f"did you mean {by_fold[near[0]]!r}?" if near else ""
+
+
+def in_unit(value: Any, si_unit: str) -> Any:
+    """Return an SI value that knows whether it is a force per length."""
+    is_per_length = si_unit == FORCE_PER_LENGTH.si_unit and isinstance(value, int | float)
+    return PerLength(value) if is_per_length else value
+
+
+def force_text(value: float, digits: int = 6) -> str:
+    """Write a force, or where it is `PerLength` that, as a study file would have it."""
+    if not isinstance(value, PerLength):
+        return format_quantity(value, FORCE, digits)
+    # N/µm is for the stiffness of a rig.
+    return format_quantity(
+        value, replace(FORCE_PER_LENGTH, units=FORCE_PER_LENGTH.units[:2]), digits
+    )
 
 
 def parse_quantity(value: object, dimension: Dimension, *, units_required: bool = False) -> float:

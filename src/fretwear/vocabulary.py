@@ -7,13 +7,17 @@ not here has no name.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import Any
 
-from fretwear.units import MEGAPASCAL, MICROMETRE, PERCENT, Unit
+from fretwear.units import MEGAPASCAL, MICROMETRE, PER_LENGTH, PERCENT, Unit
 
 CASE_DIMS = ("cycle", "x", "y")
+LINE_DIMS = ("cycle", "x")
+"""Dimensions of the fields of a line contact."""
+
 SYMMETRIES: dict[str, tuple[bool, bool]] = {
     "even_xy": (True, True),
     "even_x": (True, False),
@@ -91,6 +95,18 @@ class Variable:
     def marked(self) -> str:
         """The words, with a dagger where the value means little by itself."""
         return self.words + ("" if self.is_headline else " †")
+
+    @property
+    def per_length(self) -> Variable:
+        """The same of a line contact, where areas, volumes and energies are per length."""
+        if self.si_unit not in PER_LENGTH:
+            return self
+        words = f"{self.words} per length"
+        return replace(self, si_unit=PER_LENGTH[self.si_unit], words=words, unit=None)
+
+    def in_units(self, si_unit: str) -> Variable:
+        """Return the one whose values have a unit: this, or that of a line contact."""
+        return self if si_unit == self.si_unit else self.per_length
 
     @property
     def label(self) -> str:
@@ -301,3 +317,15 @@ HEADLINES = (
 
 RESULTS: dict[str, Variable] = {variable.name: variable for variable in (*FIELDS, *SCALARS)}
 """Every field and scalar by name."""
+
+
+LINE_SCALARS: tuple[Variable, ...] = tuple(
+    each.per_length for each in SCALARS if not each.name.endswith("_y")
+)
+"""The scalars of a line contact, which has no width along y."""
+
+
+def scalars_of(names: Iterable[object]) -> tuple[Variable, ...]:
+    """The scalars of a dataset with such dimensions or variables."""
+    along_y = {Y.name, *(each.name for each in SCALARS if each.name.endswith("_y"))}
+    return LINE_SCALARS if along_y.isdisjoint(names) else SCALARS

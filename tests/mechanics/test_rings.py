@@ -13,6 +13,7 @@ from scipy.special import ellipe
 import fretwear
 from fretwear.mechanics.contact import ContactProblem
 from fretwear.mechanics.geometry import Workspace
+from fretwear.mechanics.geometry.dense import graded_edges
 from fretwear.mechanics.geometry.rings import Rings, mean_influence
 from fretwear.mechanics.integrator import evolve, first_loading
 from fretwear.mechanics.measures import measure
@@ -48,7 +49,7 @@ def contact_on(rings: Rings, **conditions: float):
 
 @pytest.fixture(scope="module")
 def rings() -> Rings:
-    return Rings.graded(A, 2.0 * A, 2e-4 * A, 8e-3 * A)
+    return Rings(graded_edges(A, 2.0 * A, 2e-4 * A, 8e-3 * A))
 
 
 def test_influence_is_symmetric_and_that_of_discs():

@@ -132,6 +132,13 @@ def examples():
         study_case(roughness=DIMPLE, cell=None),
         study_case(roughness=SELF_AFFINE),
         study_case(slip_model={"kind": "uniform", "slip_gap": "1 um"}),
+        study_case(
+            radius=None,
+            indenter={"kind": "cylinder", "radius": "6 mm"},
+            load="18.5 N/mm",
+            tangential_load="5 N/mm",
+            roughness=None,
+        ),
     ]
 
 
@@ -180,8 +187,9 @@ def test_every_case_is_made_again_from_its_parameters_as_json():
 def test_every_coordinate_has_words_and_a_symbol():
     for case in examples():
         for name, (value, units, words) in case.scalar_coordinates().items():
-            assert parameter(name).words == words
-            assert parameter(name).si_unit == (units or "1")
+            about = parameter(name).suiting(value)
+            assert about.words == words
+            assert about.si_unit == (units or "1")
             assert symbol_text(name, value)
             text = words_text(name, value)
             assert "_" not in text or isinstance(value, str)

@@ -24,6 +24,7 @@ from fretwear.cli.common import (
 )
 from fretwear.cli.completion import case_files
 from fretwear.units import (
+    in_unit,
     number_text,
     readable_unit,
     smallest_unit,
@@ -112,13 +113,13 @@ def case_content(case: xr.Dataset, history: xr.Dataset) -> dict[str, Any]:
     history : xarray.Dataset
         Its dense history.
     """
-    results = {name: case[name] for name in _CASE_RESULTS}
+    results = {name: case[name] for name in _CASE_RESULTS if name in case}
     return {
         "case_id": case.attrs["case_id"],
         "title": case.attrs["title"],
         "source": case.attrs["source"],
         "warnings": case.attrs.get("warnings", "").splitlines(),
-        "cells": [case.sizes["x"], case.sizes["y"]],
+        "cells": [case.sizes[axis] for axis in ("x", "y") if axis in case.sizes],
         "symmetry": case.attrs["symmetry"],
         "steps": history.sizes["step"] - 1,
         "convolutions": int(history["convolutions"].sum()),
@@ -145,9 +146,10 @@ def case_lines(content: dict[str, Any]) -> Iterator[str]:
     if content["case_id"] not in content["title"]:
         yield content["case_id"]
     yield content["source"]
-    cells, part = content["cells"], _PARTS[sum(SYMMETRIES[content["symmetry"]])]
+    part = _PARTS[sum(SYMMETRIES[content["symmetry"]])]
+    cells = " x ".join(map(str, content["cells"]))
     yield (
-        f"{cells[0]} x {cells[1]} cells ({part} of the contact), {content['steps']} steps, "
+        f"{cells} cells ({part} of the contact), {content['steps']} steps, "
         f"{content['convolutions']} convolutions"
     )
     for warning in content["warnings"]:
@@ -155,18 +157,19 @@ def case_lines(content: dict[str, Any]) -> Iterator[str]:
     yield ""
     yield "Parameters"
     parameters = content["parameters"].items()
-    yield from aligned([_told(name, each["value"]) for name, each in parameters])
+    yield from aligned([_told(name, each["value"], each["units"]) for name, each in parameters])
     yield ""
     yield "Results"
     rows = [("", *(f"cycle {content['cycle'][i]:.0f}" for i in (0, -1)), "unworn")]
     for name, result in content["results"].items():
         values = [result["values"][0], result["values"][-1], content["unworn"].get(name)]
-        rows.append((RESULTS[name].marked, *_texts(values, result["units"])))
+        units = result["units"]
+        rows.append((RESULTS[name].in_units(units).marked, *_texts(values, units)))
     yield from aligned(rows)
     yield ""
     yield _MARK
     yield (
-        "Unworn: closed forms for a smooth elastic sphere with these parameters "
+        "Unworn: closed forms for smooth elastic bodies with these parameters "
         "(Hertz, Cattaneo and Mindlin)."
     )
 
@@ -215,9 +218,9 @@ def study_lines(content: dict[str, Any]) -> Iterator[str]:
         values = [point[name] for point in listed]
         if name in _STUDY_RESULTS:
             texts = _texts(values, units[name])
-            columns.append([RESULTS[name].words, *texts])
+            columns.append([RESULTS[name].in_units(units[name]).words, *texts])
         else:
-            columns.append([name, *(_told(name, value)[1] for value in values)])
+            columns.append([name, *(_told(name, value, units[name])[1] for value in values)])
     states = [point["status"] for point in listed]
     columns.append(["", *("" if state == PointStatus.DONE.word else state for state in states)])
     yield from aligned(list(zip(*columns, strict=True)))
@@ -231,8 +234,13 @@ def comparison_lines(a: xr.Dataset, b: xr.Dataset) -> Iterator[str]:
 
     rows: list[tuple[str, ...]] = [("", "A", "B")]
     for name in different_parameters(a, b):
-        values = [case.coords[name].item() if name in case.coords else "-" for case in (a, b)]
-        rows.append((_told(name, values[0])[0], *(_told(name, value)[1] for value in values)))
+        told = [
+            _told(name, case.coords[name].item(), case.coords[name].attrs.get("units"))
+            if name in case.coords
+            else (_told(name, 0.0)[0], "-")
+            for case in (a, b)
+        ]
+        rows.append((told[0][0], *(text for _, text in told)))
     if len(rows) > 1:
         yield "Parameters that differ"
         yield from aligned(rows)
@@ -254,7 +262,7 @@ def comparison_lines(a: xr.Dataset, b: xr.Dataset) -> Iterator[str]:
 def _unworn(dataset: xr.Dataset) -> dict[str, float]:
     """Return what closed forms say of the smooth elastic sphere with these parameters."""
     from fretwear.study.case import Case
-    from fretwear.theory import CattaneoMindlin, gross_slip_energy
+    from fretwear.theory import HertzContact, gross_slip_energy
 
     try:
         case = Case(**json.loads(dataset.attrs["parameters"]))
@@ -264,12 +272,12 @@ def _unworn(dataset: xr.Dataset) -> dict[str, float]:
     found = {
         "contact_half_width_x": hertz.contact_radius,
         "contact_half_width_y": hertz.contact_radius,
-        "contact_area": math.pi * hertz.contact_radius**2,
+        "contact_area": hertz.load / hertz.mean_pressure,
         "central_pressure": hertz.peak_pressure,
         "peak_pressure": hertz.peak_pressure,
         "approach": hertz.approach,
     }
-    if case.tangential_ratio >= 1.0:
+    if case.tangential_ratio >= 1.0 and isinstance(hertz, HertzContact):
         # The rig takes up µP/S of the displacement.
         slid = case.displacement_amplitude - friction * hertz.load * case.loading.flexibility
         return found | {
@@ -278,25 +286,27 @@ def _unworn(dataset: xr.Dataset) -> dict[str, float]:
             "tangential_displacement": slid,
             "dissipated_energy": gross_slip_energy(hertz, friction, coupling, slid),
         }
-    sliding = CattaneoMindlin(hertz, friction, case.tangential_load, coupling)
-    # What Hertz's pressure carries inside the stick radius.
-    share = 1.0 - (1.0 - (sliding.stick_radius / hertz.contact_radius) ** 2) ** 1.5
+    sliding = case.indenter.partial_slip(hertz, friction, case.tangential_load, coupling)  # type: ignore[arg-type]
+    stick = sliding.stick_contact
+    stick_load = hertz.load_within(stick.contact_radius)
+    stick_area = stick.load / stick.mean_pressure
     return found | {
         "stick_half_width_x": sliding.stick_radius,
-        "stick_area": math.pi * sliding.stick_radius**2,
-        "mean_stick_pressure": share * hertz.load / (math.pi * sliding.stick_radius**2),
-        "stick_load_share": share,
+        "stick_area": stick_area,
+        "mean_stick_pressure": stick_load / stick_area,
+        "stick_load_share": stick_load / hertz.load,
         "tangential_displacement": sliding.tangential_displacement,
         "dissipated_energy": sliding.dissipated_energy,
     }
 
 
-def _told(name: str, value: float | str | None) -> tuple[str, str]:
+def _told(name: str, value: float | str | None, units: str | None = "") -> tuple[str, str]:
     """Return what a parameter is, in words, and a value of it for people."""
     from fretwear.study.parameters import parameter, value_text
 
     try:
-        return parameter(name).words, value_text(name, math.inf if value is None else value)
+        known = in_unit(math.inf if value is None else value, units or "")
+        return parameter(name).suiting(known).words, value_text(name, known)
     except KeyError:  # of another version of the program
         return name, str(value)
 

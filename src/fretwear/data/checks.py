@@ -21,7 +21,6 @@ from fretwear.vocabulary import (
     CONVOLUTIONS,
     CYCLE,
     ERROR_ESTIMATE,
-    SCALARS,
     STATUS,
     STEP,
     SYMMETRIES,
@@ -29,6 +28,7 @@ from fretwear.vocabulary import (
     Variable,
     X,
     Y,
+    scalars_of,
 )
 
 # Fields of a real case are compressed to a half, and to a tenth where bodies hardly touch.
@@ -68,9 +68,10 @@ def value_problem(file: netCDF4.Dataset) -> str:
     Fields are not read: they are shown, and computed with, as they are.
     """
     history = file.groups["history"]
-    steps = (*SCALARS, ERROR_ESTIMATE, CONVOLUTIONS, STEP, CYCLE)
+    scalars = scalars_of(file.variables)
+    steps = (*scalars, ERROR_ESTIMATE, CONVOLUTIONS, STEP, CYCLE)
     problems = (
-        *(_scalar_problem(file, each, CYCLE.name) for each in SCALARS),
+        *(_scalar_problem(file, each, CYCLE.name) for each in scalars),
         *(_scalar_problem(history, each, STEP.name) for each in steps),
         *_parameter_problems(file),
     )
@@ -85,7 +86,7 @@ def summary_problem(file: netCDF4.Dataset, size: int) -> str:
     if lacking:
         return f"it lacks {', '.join(sorted(lacking))}"
     points = file[STATUS.name].dimensions
-    for scalar in SCALARS:
+    for scalar in scalars_of(file.variables):
         known = file.variables.get(scalar.name)
         if known is None or known.dimensions != (*points, CYCLE.name) or known.dtype.kind != "f":
             return f"it lacks {scalar.name}"

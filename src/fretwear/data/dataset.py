@@ -26,6 +26,7 @@ from fretwear.vocabulary import (
     ERROR_ESTIMATE,
     FIELDS,
     HEADLINES,
+    LINE_DIMS,
     RESULTS,
     SCALARS,
     STEP,
@@ -34,6 +35,7 @@ from fretwear.vocabulary import (
     Variable,
     X,
     Y,
+    scalars_of,
 )
 
 if TYPE_CHECKING:
@@ -52,7 +54,7 @@ _SAME = 1e-12
 def case_dataset(
     case: Case,
     x: ArrayLike,
-    y: ArrayLike,
+    y: ArrayLike | None,
     cycles: ArrayLike,
     fields: Mapping[str, ArrayLike],
     scalars: Mapping[str, ArrayLike],
@@ -70,6 +72,8 @@ def case_dataset(
         The case; its parameters become scalar coordinates and the attribute ``parameters``.
     x, y : array_like, shape (nx,) and (ny,)
         Cell centres in m, increasing; all positive along axes in which the contact is even.
+        ``y`` is None in a line contact, whose fields have the shape (ncycles, nx), and which lacks
+        the scalars along y.
     cycles : array_like, shape (ncycles,)
         Cycle number of each snapshot, increasing from 0.
     fields : mapping of str to array_like, shape (ncycles, nx, ny)
@@ -100,12 +104,14 @@ def case_dataset(
     coordinates = {
         variable.name: _labelled(variable, (variable.name,), np.atleast_1d(np.asarray(values)))
         for variable, values in ((CYCLE, cycles), (X, x), (Y, y))
+        if values is not None
     }
-    shape = tuple(coordinates[name].size for name in CASE_DIMS)
+    dims = CASE_DIMS if y is not None else LINE_DIMS
+    shape = tuple(coordinates[name].size for name in dims)
     problems = _coordinate_problems(coordinates, symmetry)
     variables = {
-        **_variables("field", FIELDS, fields, CASE_DIMS, shape, problems),
-        **_variables("scalar", SCALARS, scalars, CASE_DIMS[:1], shape[:1], problems),
+        **_variables("field", FIELDS, fields, dims, shape, problems),
+        **_variables("scalar", scalars_of(dims), scalars, dims[:1], shape[:1], problems),
     }
     _raise_all(problems)
     for name, (value, units, long_name) in case.scalar_coordinates().items():
@@ -130,6 +136,7 @@ def history_dataset(
     scalars: Mapping[str, ArrayLike],
     error_estimate: ArrayLike,
     convolutions: ArrayLike,
+    variables: tuple[Variable, ...] = SCALARS,
 ) -> xr.Dataset:
     """Label the dense history of a run: the scalars at every accepted step.
 
@@ -143,6 +150,8 @@ def history_dataset(
         Estimated relative error of each step.
     convolutions : array_like of int, shape (nsteps,)
         Convolutions that each step has cost.
+    variables : tuple of Variable
+        What the scalars are: `fretwear.vocabulary.LINE_SCALARS` in a line contact.
 
     Returns
     -------
@@ -162,11 +171,11 @@ def history_dataset(
         CONVOLUTIONS.name: convolutions,
     }
     problems = _coordinate_problems({CYCLE.name: cycle}, "none")
-    expected = (*SCALARS, ERROR_ESTIMATE, CONVOLUTIONS)
-    variables = _variables("scalar", expected, given, dims, cycle.shape, problems)
+    expected = (*variables, ERROR_ESTIMATE, CONVOLUTIONS)
+    labelled = _variables("scalar", expected, given, dims, cycle.shape, problems)
     _raise_all(problems)
     return xr.Dataset(
-        variables,
+        labelled,
         {STEP.name: _labelled(STEP, dims, np.arange(cycle.size)), CYCLE.name: cycle},
         {"title": "Every accepted step of the run", "Conventions": CONVENTIONS},
     )
@@ -382,7 +391,9 @@ def compared_results(first: xr.Dataset, second: xr.Dataset) -> list[Compared]:
     states = [case.sel(cycle=cycle) for case, cycle in zip((first, second), cycles, strict=True)]
     results = []
     for variable in KEY_RESULTS:
-        results.append(Compared(variable, *(float(state[variable.name]) for state in states)))
+        if all(variable.name in state for state in states):
+            known = variable.in_units(states[0][variable.name].attrs.get("units", variable.si_unit))
+            results.append(Compared(known, *(float(state[known.name]) for state in states)))
     return results
 
 

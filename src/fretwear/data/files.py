@@ -26,7 +26,7 @@ from fretwear.data.checks import case_problem, summary_problem, value_problem
 from fretwear.data.dataset import mirrored
 from fretwear.data.safe import CaseFileError, DataFileError, atomic_path, uninterrupted
 from fretwear.version import __version__
-from fretwear.vocabulary import CASE_DIMS, CYCLE, FIELDS, SCALARS, X, Y
+from fretwear.vocabulary import CASE_DIMS, CYCLE, FIELDS, LINE_DIMS, Y, scalars_of
 
 if TYPE_CHECKING:
     from fretwear.study.case import Case
@@ -150,6 +150,11 @@ class CaseFile:
         """
         return np.asarray(self.file[name][index])
 
+    @property
+    def is_line(self) -> bool:
+        """Whether it is that of a line contact, whose fields have no y."""
+        return Y.name not in self.file.variables
+
     def unusable(self, problem: str) -> CaseFileError:
         """Return the error that says why the file cannot be used."""
         return CaseFileError(self.path, problem, _RUN_AGAIN)
@@ -218,10 +223,11 @@ def _damaged(path: Path, problem: str) -> CaseFileError:
 
 def _lacking(dims: Mapping[Hashable, tuple[Hashable, ...]]) -> list[str]:
     """Name the variables of a case that are not there with the right dimensions."""
+    of_case = CASE_DIMS if Y.name in dims else LINE_DIMS
     expected = {
-        **{coordinate.name: (coordinate.name,) for coordinate in (CYCLE, X, Y)},
-        **{scalar.name: CASE_DIMS[:1] for scalar in SCALARS},
-        **{field.name: CASE_DIMS for field in FIELDS},
+        **{name: (name,) for name in of_case},
+        **{scalar.name: of_case[:1] for scalar in scalars_of(of_case)},
+        **{field.name: of_case for field in FIELDS},
     }
     return [name for name, right in expected.items() if dims.get(name) != right]
 

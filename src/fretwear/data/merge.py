@@ -42,9 +42,12 @@ from fretwear.data.safe import (
     uninterrupted,
 )
 from fretwear.vocabulary import (
+    CASE_DIMS,
     CASE_ID,
     CYCLE,
     FIELDS,
+    LINE_DIMS,
+    LINE_SCALARS,
     POINT,
     SCALARS,
     STATUS,
@@ -340,7 +343,8 @@ def _read_cases(
     The dataset has the coordinate ``x`` that serves all cases.
     """
     cycles = layout.cycles()
-    scalars = {scalar: np.full((*layout.shape, cycles.size), np.nan) for scalar in SCALARS}
+    known = LINE_SCALARS if done[0].case.indenter.is_line else SCALARS
+    scalars = {scalar: np.full((*layout.shape, cycles.size), np.nan) for scalar in known}
     windows = set()
     errors = []
     for point in done:
@@ -351,7 +355,9 @@ def _read_cases(
                 for scalar, values in scalars.items():
                     values[point.position][columns] = file.read(scalar.name)[snapshots]
                 windows.add(_Window.of(file, X.name))
-                row = np.s_[:, :, int(np.abs(file.read(Y.name)).argmin())]
+                row: tuple[Any, ...] = np.s_[:, :]
+                if not file.is_line:
+                    row = np.s_[:, :, int(np.abs(file.read(Y.name)).argmin())]
                 profiles = [file.read(field.name, row)[snapshots] for field in PROFILES.values()]
                 np.save(spool, file.read(X.name), allow_pickle=False)
                 np.save(spool, np.stack(profiles), allow_pickle=False)
@@ -438,7 +444,8 @@ def open_study(path: str | PathLike[str]) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        The merged study and every field, dimensions (…, ``cycle``, ``x``, ``y``). Fields are NaN
+        The merged study and every field, dimensions (…, ``cycle``, ``x``, ``y``), in line contacts
+        (…, ``cycle``, ``x``). Fields are NaN
         (``contact_state`` is `NOT_DONE`) where a point is not done or has no such snapshot.
 
     Raises
@@ -454,25 +461,31 @@ def open_study(path: str | PathLike[str]) -> xr.Dataset:
     status, ids = summary[STATUS.name], summary[CASE_ID.name].to_numpy()
     files = np.full(status.shape, None)
     windows = set()
+    dims: tuple[str, ...] = CASE_DIMS
     for position, state in np.ndenumerate(status.to_numpy()):
         if state == PointStatus.DONE:
             files[position] = file = folder / "cases" / f"{ids[position]}.nc"
             with opened_case(file) as case_file:
-                windows.add(_Window.of(case_file, Y.name))
+                if case_file.is_line:
+                    dims = LINE_DIMS
+                else:
+                    windows.add(_Window.of(case_file, Y.name))
     opened = xr.backends.NetCDF4DataStore.open(folder / "summary.nc")  # type: ignore[no-untyped-call]
     with closing(opened) as store:
         # What xarray itself takes for the netCDF library, which no two threads may use at once.
         lock = store.lock
-    y = _common_positions(windows)
-    stacked = summary.assign_coords({Y.name: ((Y.name,), y, Y.attributes)})
-    axes = (summary[CYCLE.name].to_numpy(), summary[X.name].to_numpy(), y)
+    stacked = summary.copy()
+    if dims == CASE_DIMS:
+        y = _common_positions(windows)
+        stacked = summary.assign_coords({Y.name: ((Y.name,), y, Y.attributes)})
+    axes = tuple(stacked[name].to_numpy() for name in dims)
     for field in FIELDS:
         array = _StackedField(files, field, axes, lock)
-        cycle_bytes = axes[1].size * axes[2].size * array.dtype.itemsize
+        cycle_bytes = math.prod(axis.size for axis in axes[1:]) * array.dtype.itemsize
         cycles = min(axes[0].size, max(1, _CHUNK_BYTES // cycle_bytes))
-        chunks = (*(1 for _ in files.shape), cycles, axes[1].size, axes[2].size)
+        chunks = (*(1 for _ in files.shape), cycles, *(axis.size for axis in axes[1:]))
         lazy = da.from_array(array, chunks, name=False)  # type: ignore[no-untyped-call]
-        stacked[field.name] = ((*status.dims, CYCLE.name, X.name, Y.name), lazy, field.attributes)
+        stacked[field.name] = ((*status.dims, *dims), lazy, field.attributes)
     stacked.set_close(summary.close)
     return stacked
 
@@ -520,7 +533,7 @@ class _StackedField:
     def _read_case(
         self, path: Path, axes: Sequence[NDArray[np.float64]], into: NDArray[Any]
     ) -> None:
-        cycles, x, y = axes
+        cycles, *places = axes
         # Opening a file is a use of the library too.
         with self.lock, netCDF4.Dataset(path) as file:
             file.set_auto_mask(False)
@@ -530,11 +543,10 @@ class _StackedField:
                 for place, cycle in enumerate(cycles)
                 if cycle in stored
             }
-            cells_x, cells_y = file[X.name][:], file[Y.name][:]
-        inside_x, inside_y = positions_inside(cells_x, x), positions_inside(cells_y, y)
+            cells = [file[name][:] for name in CASE_DIMS[1 : 1 + len(places)]]
+        inside = [positions_inside(own, wanted) for own, wanted in zip(cells, places, strict=True)]
         for place, values in snapshots.items():
-            along_x = resampled(values, cells_x, x[inside_x], axis=0)
+            for axis, (own, wanted) in enumerate(zip(cells, places, strict=True)):
+                values = resampled(values, own, wanted[inside[axis]], axis=axis)
             into[place] = self.field.outside
-            into[place][np.ix_(inside_x, inside_y)] = resampled(
-                along_x, cells_y, y[inside_y], axis=1
-            )
+            into[place][np.ix_(*inside)] = values

@@ -104,7 +104,10 @@ class CaseAnimation:
                 self._add_profile(axes, half_profiles(shown, name, self.cycles), whole, reach)
             grid[0, 0].tick_params(labelbottom=False)
             grid[0, 0].set_xlabel("")
-            self._add_map(grid[0, 1], whole, reach)
+            if "y" in whole.dims:
+                self._add_map(grid[0, 1], whole, reach)
+            else:
+                grid[0, 1].remove()
             self._add_widths(grid[1, 1], shown, history)
             self._add_key()
             self._draw(len(self.cycles) - 1)

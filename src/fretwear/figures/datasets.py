@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
 from fretwear.data.merge import PROFILES
-from fretwear.vocabulary import FIELDS, Field
+from fretwear.units import in_unit
+from fretwear.vocabulary import FIELDS, RESULTS, Field, Variable
 
 Array = NDArray[np.float64]
 Cycles = Sequence[int] | int | None
@@ -133,6 +134,16 @@ def field_of(quantity: Field | str) -> Field:
             f"quantity = {quantity!r}: there are profiles of {', '.join(map(repr, fields))}."
         )
     return fields[quantity]
+
+
+def variable_of(dataset: xr.Dataset, name: str) -> Variable:
+    """Return what a result of a dataset is: in a line contact it may be per length."""
+    return RESULTS[name].in_units(dataset[name].attrs.get("units", RESULTS[name].si_unit))
+
+
+def coordinate_value(coordinate: xr.DataArray) -> Any:
+    """Return the value of a scalar coordinate as its texts need it."""
+    return in_unit(coordinate.item(), coordinate.attrs.get("units", ""))
 
 
 def line_near_the_middle(values: xr.DataArray) -> xr.DataArray:

@@ -24,7 +24,7 @@ from fretwear.figures.axes import (
     outside_key,
     set_cycle_axis,
 )
-from fretwear.figures.datasets import check_dataset
+from fretwear.figures.datasets import check_dataset, variable_of
 from fretwear.figures.lines import (
     MOST_KEYED_COLORS,
     Layout,
@@ -49,7 +49,7 @@ from fretwear.figures.style import (
 )
 from fretwear.study.parameters import parameter, symbol_text
 from fretwear.units import MICROMETRE, Unit
-from fretwear.vocabulary import RESULTS, Variable
+from fretwear.vocabulary import Variable
 
 ZONES = {"contact": CATEGORICAL[0], "stick": INK}
 """The zones and their colours."""
@@ -123,7 +123,7 @@ def history(
 ) -> Figure:
     """Draw any scalar over the cycles, as `contact_half_width` does."""
     check_dataset(dataset)
-    variable = RESULTS[quantity] if isinstance(quantity, str) else quantity
+    variable = variable_of(dataset, quantity) if isinstance(quantity, str) else quantity
     lines = study_lines(dataset, variable.name)
     if not lines:
         raise ValueError(f"No point has a value of {variable.name}: there is nothing to draw.")

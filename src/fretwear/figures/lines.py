@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from fretwear.figures.datasets import require
 from fretwear.study.parameters import symbol_text, words_text
+from fretwear.units import in_unit
 from fretwear.vocabulary import CASE_ID, POINT, STATUS
 
 Array = NDArray[np.float64]
@@ -82,7 +83,11 @@ def _parameters(
         along = [str(dim) for dim in coordinate.dims]
         if name not in _BOOKKEEPING and along and set(along) <= set(dims):
             kind = str if coordinate.dtype.kind in "OUS" else np.float64
-            yield str(name), along, coordinate.values.astype(kind).astype(object)
+            values, units = coordinate.values.astype(kind), coordinate.attrs.get("units", "")
+            known = [in_unit(value, units) for value in values.ravel().tolist()]
+            column = np.empty(values.shape, dtype=object)
+            column.ravel()[:] = known
+            yield str(name), along, column
 
 
 @dataclass(frozen=True)

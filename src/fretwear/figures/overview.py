@@ -20,7 +20,14 @@ from fretwear.data.dataset import (
     different_parameters,
 )
 from fretwear.figures.axes import ValueAxis, label_curves, outside_key, set_cycle_axis
-from fretwear.figures.datasets import Cycles, HalfProfiles, check_cases, half_profiles
+from fretwear.figures.datasets import (
+    Cycles,
+    HalfProfiles,
+    check_cases,
+    coordinate_value,
+    half_profiles,
+    variable_of,
+)
 from fretwear.figures.history import HALF_WIDTH_LABEL, draw_zone_widths
 from fretwear.figures.maps import add_scale, depth_scale, draw_wear_map, take_wear_map
 from fretwear.figures.profiles import (
@@ -75,7 +82,8 @@ def overview(
     Returns
     -------
     matplotlib.figure.Figure
-        Six panels over two journal columns; the map is of the last snapshot of the case.
+        Six panels over two journal columns; the map is of the last snapshot of the case. In the
+        place of the map, which a line contact has none of, is the slip along x.
 
     Raises
     ------
@@ -85,18 +93,21 @@ def overview(
         When `dataset` has no fields or no such snapshot.
     """
     panels = [half_profiles(dataset, name, cycles) for name in _PANELS]
-    scar = take_wear_map(dataset, None)
     colors = cycle_colors(panels[0].cycles)
     figure = JournalFigure(2, 126.0)
     grid = figure.subplots(2, 3, width_ratios=(1.0, 1.0, 1.08))
     for axes, profiles in zip(grid[:, :2].flat, panels, strict=True):
         draw_profiles(axes, profiles, colors)
     place, zones = grid[:, 2]
-    unit = readable_unit(scar.depth, "m")
-    image = draw_wear_map(place, scar, unit, depth_scale(unit.of(scar.depth.max())))
-    label = f"{RESULTS['wear_depth'].label} ({unit.name})"
-    place.set_title(f"{label}, cycle {cycle_text(scar.cycle)}")
-    add_scale(figure, [place], image, "", aspect=24)
+    if "y" in dataset.dims:
+        scar = take_wear_map(dataset, None)
+        unit = readable_unit(scar.depth, "m")
+        image = draw_wear_map(place, scar, unit, depth_scale(unit.of(scar.depth.max())))
+        label = f"{RESULTS['wear_depth'].label} ({unit.name})"
+        place.set_title(f"{label}, cycle {cycle_text(scar.cycle)}")
+        add_scale(figure, [place], image, "", aspect=24)
+    else:
+        draw_profiles(place, half_profiles(dataset, "slip", cycles), colors)
     curves = draw_zone_widths(zones, dataset if history is None else history)
     zones.set_title("Contact and stick zone")
     figure.suptitle(headline(dataset), fontsize=8, x=0.005, ha="left")
@@ -108,7 +119,7 @@ def overview(
 def headline(dataset: xr.Dataset) -> str:
     """Return the parameters that tell a case, in symbols."""
     names = [name for name in _HEADLINE if name in dataset.coords]
-    return ", ".join(symbol_text(name, dataset[name].values[()]) for name in names)
+    return ", ".join(symbol_text(name, coordinate_value(dataset[name])) for name in names)
 
 
 @dataclass(frozen=True)
@@ -183,7 +194,9 @@ def _described(sides: Sequence[_Side]) -> list[str]:
     for side in sides:
         coordinates = side.case.coords
         described = ", ".join(
-            symbol_text(name, coordinates[name].values[()]) for name in told if name in coordinates
+            symbol_text(name, coordinate_value(coordinates[name]))
+            for name in told
+            if name in coordinates
         )
         says_more = described not in ("", side.title)
         words.append(f"{side.title}: {described}" if says_more else side.title)
@@ -229,7 +242,7 @@ def _draw_widths(axes: Axes, sides: Sequence[_Side]) -> None:
 def _draw_volumes(axes: Axes, sides: Sequence[_Side]) -> None:
     evolutions = [(s.history["cycle"].values, s.history["wear_volume"].values) for s in sides]
     cycles, volumes = (np.concatenate(values) for values in zip(*evolutions, strict=True))
-    axis = ValueAxis.of(RESULTS["wear_volume"], volumes)
+    axis = ValueAxis.of(variable_of(sides[0].case, "wear_volume"), volumes)
     for side, (along, values) in zip(sides, evolutions, strict=True):
         axes.plot(along, axis.unit.of(values), label=side.title, **side.style)
     axis.set_cycles(axes, cycles, volumes)

@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 from fretwear.data.files import open_case
 from fretwear.data.safe import DataFileError, read_data, write_text
 from fretwear.figures.axes import ValueAxis
-from fretwear.figures.datasets import envelope_of, field_of, peak_envelope
+from fretwear.figures.datasets import envelope_of, field_of, peak_envelope, variable_of
 from fretwear.figures.history import history
 from fretwear.figures.lines import (
     MOST_KEYED_COLORS,
@@ -35,7 +35,7 @@ from fretwear.figures.maps import compare_wear_maps, depth_scale
 from fretwear.figures.profiles import at_edge, compare_profiles, is_traction
 from fretwear.figures.style import save_figure
 from fretwear.study.parameters import parameter
-from fretwear.vocabulary import RESULTS, Field, Variable
+from fretwear.vocabulary import Field, Variable
 
 INDEX_NAME = "index.json"
 HISTORY_CATEGORY = "Over the cycles"
@@ -91,7 +91,7 @@ def study_figures(summary: xr.Dataset, cases: Path) -> Iterator[StudyFigure]:
     if not study_lines(summary, "wear_volume"):
         return
     for name, quantity in HISTORIES.items():
-        caption = _history_caption(summary, RESULTS[quantity])
+        caption = _history_caption(summary, variable_of(summary, quantity))
         yield StudyFigure(name, caption, HISTORY_CATEGORY, history(summary, quantity))
     cases_of = representative_cases(summary)
     suffix = f"_by_{'_and_'.join(cases_of.contrasts)}" if cases_of.contrasts else ""
@@ -105,8 +105,10 @@ def study_figures(summary: xr.Dataset, cases: Path) -> Iterator[StudyFigure]:
             caption = _profile_caption(field_of(quantity), where, opened)
             figure = compare_profiles(opened, quantity)
             yield StudyFigure(f"{name}{suffix}", caption, PROFILE_CATEGORY, figure)
-        caption = _map_caption(where, opened)
-        yield StudyFigure(f"wear_map{suffix}", caption, MAP_CATEGORY, compare_wear_maps(opened))
+        # A line contact has no map: it is the same all along y.
+        if all("y" in case.dims for case in opened.values()):
+            caption, figure = _map_caption(where, opened), compare_wear_maps(opened)
+            yield StudyFigure(f"wear_map{suffix}", caption, MAP_CATEGORY, figure)
 
 
 def write_study_figures(

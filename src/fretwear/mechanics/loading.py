@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Annotated, ClassVar, Literal
+from dataclasses import dataclass, replace
+from typing import Annotated, ClassVar, Literal, Self
 
-from fretwear.parts import Part, Quantity
-from fretwear.theory import HertzContact
+from fretwear.parts import Part, PerLength, Quantity
+from fretwear.theory import HertzContact, LineContact
+
+Smooth = HertzContact | LineContact
 
 
 @dataclass(frozen=True)
@@ -28,7 +30,7 @@ class Sliding:
     level: float = 0.0
     flexibility: float = 0.0
 
-    def of_sphere(self, hertz: HertzContact) -> tuple[float, float]:
+    def of_sphere(self, hertz: Smooth) -> tuple[float, float]:
         """P*, N, and d*, m, of the unworn smooth sphere; no load where it slides as a whole."""
         if self.load is not None:
             return self.load, hertz.with_load(self.load).approach if self.load > 0 else 0.0
@@ -45,7 +47,23 @@ class Sliding:
         return stiffness * found**1.5, found
 
 
-class Normal(Part):
+class Pressed(Part):
+    """Parts with loads, which are forces, or forces per length in a line contact."""
+
+    def in_line(self) -> Self:
+        """The same in a line contact: bare numbers are forces per length."""
+        given = {name: getattr(self, name) for name, p in self.parameters().items() if p.in_line}
+        per_length = {name: PerLength(load) for name, load in given.items() if type(load) is float}
+        return replace(self, **per_length) if per_length else self  # type: ignore[type-var]
+
+
+def load_slug(load: float) -> str:
+    """Return a force, or a force per length, for the id of a case: ``50N``, ``18.5N_mm``."""
+    number, unit = (load * 1e-3, "N_mm") if isinstance(load, PerLength) else (load, "N")
+    return f"{number:.4g}{unit}".replace("+", "")
+
+
+class Normal(Pressed):
     """What presses the bodies together.
 
     Attributes
@@ -56,8 +74,8 @@ class Normal(Part):
 
     holds_load: ClassVar[bool] = False
 
-    def hertz(self, radius: float, modulus: float) -> HertzContact:
-        """Contact of an unworn smooth sphere of a radius, m, and composite modulus, Pa."""
+    def hertz(self, smooth: type[Smooth], radius: float, modulus: float) -> Smooth:
+        """Unworn smooth contact of some form, of a radius, m, and composite modulus, Pa."""
         raise NotImplementedError
 
     @property
@@ -78,16 +96,18 @@ class NormalLoad(Normal):
             "normal load",
             "N",
             above=0.0,
-            description="Constant normal load P. Or give indentation.",
+            in_line=True,
+            description="Constant normal load P, of a cylinder per length, such as 18.5 N/mm. Or "
+            "give indentation.",
         ),
     ]
     kind: Literal["load"] = "load"
 
     holds_load: ClassVar[bool] = True
 
-    def hertz(self, radius: float, modulus: float) -> HertzContact:
+    def hertz(self, smooth: type[Smooth], radius: float, modulus: float) -> Smooth:
         """Contact under P."""
-        return HertzContact(radius, self.load, modulus)
+        return smooth(radius, self.load, modulus)
 
     @property
     def given(self) -> tuple[float, None]:
@@ -96,8 +116,8 @@ class NormalLoad(Normal):
 
     @property
     def slug(self) -> str:
-        """``P50N``."""
-        return f"P{self.load:.4g}N".replace("+", "")
+        """``P50N``, of a line contact ``P18.5N_mm``."""
+        return f"P{load_slug(self.load)}"
 
 
 @dataclass(frozen=True)
@@ -118,9 +138,9 @@ class Indentation(Normal):
     ]
     kind: Literal["indentation"] = "indentation"
 
-    def hertz(self, radius: float, modulus: float) -> HertzContact:
+    def hertz(self, smooth: type[Smooth], radius: float, modulus: float) -> Smooth:
         """Contact at the approach d."""
-        return HertzContact.at_approach(radius, self.indentation, modulus)
+        return smooth.at_approach(radius, self.indentation, modulus)
 
     @property
     def given(self) -> tuple[None, float]:
@@ -133,7 +153,7 @@ class Indentation(Normal):
         return f"d{self.indentation * 1e6:.4g}um".replace("+", "")
 
 
-class Loading(Part):
+class Loading(Pressed):
     """What is imposed along x, between an amplitude and its negative.
 
     Attributes
@@ -159,19 +179,19 @@ class Loading(Part):
         """
         raise NotImplementedError
 
-    def ratio(self, friction: float, coupling: float, hertz: HertzContact) -> float:
+    def ratio(self, friction: float, coupling: float, hertz: Smooth) -> float:
         """X = Q/(µP) of the unworn smooth sphere; 1 where it slides as a whole."""
         raise NotImplementedError
 
-    def amplitude(self, friction: float, coupling: float, hertz: HertzContact) -> float:
+    def amplitude(self, friction: float, coupling: float, hertz: Smooth) -> float:
         """Tangential load amplitude Q, N, of the unworn smooth sphere."""
-        return self.ratio(friction, coupling, hertz) * friction * hertz.load
+        return type(hertz.load)(self.ratio(friction, coupling, hertz) * friction * hertz.load)
 
-    def displacement(self, friction: float, coupling: float, hertz: HertzContact) -> float:
+    def displacement(self, friction: float, coupling: float, hertz: Smooth) -> float:
         """Amplitude U, m, of the displacement that is imposed, if it is one."""
         raise NotImplementedError
 
-    def plain(self, friction: float, coupling: float, hertz: HertzContact) -> Loading:
+    def plain(self, friction: float, coupling: float, hertz: Smooth) -> Loading:
         """The same loading in SI units: one loading, however it was written, is one case."""
         return TangentialLoad(self.amplitude(friction, coupling, hertz))
 
@@ -205,7 +225,7 @@ class TangentialRatio(Loading):
         del friction, coupling, approach
         return Sliding(load * (1.0 - self.tangential_ratio))
 
-    def ratio(self, friction: float, coupling: float, hertz: HertzContact) -> float:
+    def ratio(self, friction: float, coupling: float, hertz: Smooth) -> float:
         """X = Q/(µP), as given."""
         del friction, coupling, hertz
         return self.tangential_ratio
@@ -229,6 +249,7 @@ class TangentialLoad(Loading):
             "N",
             like="20 N",
             above=0.0,
+            in_line=True,
             description="Tangential load Q, less than µP. Or give tangential_ratio.",
         ),
     ]
@@ -239,12 +260,12 @@ class TangentialLoad(Loading):
         del coupling, approach
         return Sliding(load * (1.0 - self.tangential_load / (friction * load)))
 
-    def ratio(self, friction: float, coupling: float, hertz: HertzContact) -> float:
+    def ratio(self, friction: float, coupling: float, hertz: Smooth) -> float:
         """X = Q/(µP)."""
         del coupling
         return self.tangential_load / (friction * hertz.load)
 
-    def amplitude(self, friction: float, coupling: float, hertz: HertzContact) -> float:
+    def amplitude(self, friction: float, coupling: float, hertz: Smooth) -> float:
         """Q, N, as given."""
         del friction, coupling, hertz
         return self.tangential_load
@@ -252,7 +273,7 @@ class TangentialLoad(Loading):
     @property
     def slug(self) -> str:
         """``Q20N``."""
-        return f"Q{self.tangential_load:.4g}N".replace("+", "")
+        return f"Q{load_slug(self.tangential_load)}"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -276,13 +297,13 @@ class Displacement(Loading):
 
     is_force: ClassVar[bool] = False
 
-    def ratio(self, friction: float, coupling: float, hertz: HertzContact) -> float:
+    def ratio(self, friction: float, coupling: float, hertz: Smooth) -> float:
         """X = Q/(µP) of the unworn smooth sphere; 1 where it slides as a whole."""
         plain = self.plain(friction, coupling, hertz)
         sliding = plain.sliding(friction, coupling, hertz.load, hertz.approach)
         return 1.0 - sliding.of_sphere(hertz)[0] / hertz.load
 
-    def plain(self, friction: float, coupling: float, hertz: HertzContact) -> DisplacementAmplitude:
+    def plain(self, friction: float, coupling: float, hertz: Smooth) -> DisplacementAmplitude:
         """The amplitude in m."""
         return DisplacementAmplitude(
             displacement_amplitude=self.displacement(friction, coupling, hertz),
@@ -313,7 +334,7 @@ class DisplacementAmplitude(Displacement):
     ]
     kind: Literal["displacement_amplitude"] = "displacement_amplitude"
 
-    def displacement(self, friction: float, coupling: float, hertz: HertzContact) -> float:
+    def displacement(self, friction: float, coupling: float, hertz: Smooth) -> float:
         """U, m, as given."""
         del friction, coupling, hertz
         return self.displacement_amplitude
@@ -349,6 +370,6 @@ class DisplacementRatio(Displacement):
     ]
     kind: Literal["displacement_ratio"] = "displacement_ratio"
 
-    def displacement(self, friction: float, coupling: float, hertz: HertzContact) -> float:
+    def displacement(self, friction: float, coupling: float, hertz: Smooth) -> float:
         """U = u µκ d, m."""
         return self.displacement_ratio * friction * coupling * hertz.approach

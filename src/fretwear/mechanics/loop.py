@@ -86,7 +86,7 @@ def loop(
     coefficient = problem.friction.coefficient
     force = coefficient * state.load * (1.0 - place**3)
     fallen = state.approach - _interpolated(known, approach, place)
-    compliance = coefficient * problem.bodies.coupling
+    compliance = coefficient * problem.coupling
     flexibility = problem.loading.flexibility
     displacement = compliance * fallen + flexibility * force
     largest = compliance * (state.approach - reduced.approach) + flexibility * force[-1]

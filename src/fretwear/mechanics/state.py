@@ -12,6 +12,7 @@ import numpy as np
 from fretwear.mechanics.contact import ContactProblem, Layer, is_finite
 from fretwear.mechanics.geometry import Array, Even, Geometry, HalfSpace, Mask, Workspace
 from fretwear.mechanics.geometry.grid import Grid
+from fretwear.mechanics.geometry.line import Line
 from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.loading import Loading, Normal, Sliding
 from fretwear.mechanics.materials import Bodies, Friction
@@ -19,7 +20,7 @@ from fretwear.mechanics.roughness import Roughness, even_in
 from fretwear.mechanics.slip import ReducedContact, SlipModel
 from fretwear.mechanics.surfaces import Indenter
 from fretwear.mechanics.wear_laws import Archard, WearLaw
-from fretwear.theory import HertzContact
+from fretwear.theory import HertzContact, LimitingState, LineContact, LineLimitingState
 
 CONTACT_GAP = 1e-5
 """Largest gap of a cell in contact, relative to the approach.
@@ -86,7 +87,7 @@ class WearProblem:
 
     def sliding(self, load: float, approach: float) -> Sliding:
         """What the reduced contact of a contact with a load, N, and an approach, m, satisfies."""
-        return self.loading.sliding(self.friction.coefficient, self.bodies.coupling, load, approach)
+        return self.loading.sliding(self.friction.coefficient, self.coupling, load, approach)
 
     @property
     def unworn_sliding(self) -> Sliding:
@@ -145,13 +146,24 @@ class WearProblem:
     @property
     def growth_rate(self) -> float:
         """β = 4 K µκ, 1/Pa per cycle: relative growth of g* per unit pressure."""
-        return 4.0 * self.wear_coefficient * self.friction.coefficient * self.bodies.coupling
+        return 4.0 * self.wear_coefficient * self.friction.coefficient * self.coupling
 
     @property
-    def hertz(self) -> HertzContact:
+    def coupling(self) -> float:
+        """κ, tangential compliance of the bodies relative to the normal one."""
+        return self.indenter.coupling(self.bodies)
+
+    @property
+    def hertz(self) -> HertzContact | LineContact:
         """The unworn smooth contact."""
-        radius = self.indenter.curvature_radius
-        return self.normal.hertz(radius, self.bodies.composite_modulus)
+        return self.indenter.hertz(self.normal, self.bodies.composite_modulus)
+
+    @property
+    def limiting(self) -> LimitingState | LineLimitingState:
+        """The smooth elastic contact after infinitely many cycles, or nearly gross slip."""
+        hertz = self.hertz
+        ratio = min(1.0 - self.stick_load / hertz.load, 0.9999)
+        return self.indenter.limiting(hertz, ratio)  # type: ignore[arg-type]
 
     @property
     def is_axisymmetric(self) -> bool:
@@ -209,11 +221,11 @@ class WearProblem:
 
     def slip(self, reduced: ReducedContact) -> Array:
         """Slip amplitude from 0 to Q, m: s = µκ g*; a whole cycle travels 4 s."""
-        return self.friction.coefficient * self.bodies.coupling * reduced.gap
+        return self.friction.coefficient * self.coupling * reduced.gap
 
     def tangential_displacement(self, approach: float, reduced: ReducedContact) -> float:
         """Relative displacement of distant points along x at +Q, m: µκ (δ − δ*)."""
-        return self.friction.coefficient * self.bodies.coupling * (approach - reduced.approach)
+        return self.friction.coefficient * self.coupling * (approach - reduced.approach)
 
     def of(self, state: State) -> WearProblem:
         """The problem as it is in a state."""
@@ -316,7 +328,7 @@ class State(Stage):
     """
 
     cycle: float
-    geometry: Grid | Rings
+    geometry: Grid | Rings | Line
     next_step: float
     pressure_rate: Array
     source_rate: Array
@@ -324,7 +336,7 @@ class State(Stage):
     error_estimate: float = 0.0
     convolutions: int = 0
 
-    def on(self, workspace: Workspace, geometry: Grid | Rings) -> State:
+    def on(self, workspace: Workspace, geometry: Any) -> State:
         """The same state on a larger geometry; its gaps are computed where they were not known."""
         old = self.geometry
         if geometry.shape == old.shape:

@@ -7,7 +7,7 @@ import platform
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -116,10 +116,13 @@ def read_case(path: Path) -> CaseRecord:
             for name, variable in file.file.variables.items()
             if not variable.dimensions and variable.dtype.kind == "f"
         }
-        cycles, x, y = (file.read(name) for name in ("cycle", "x", "y"))
+        cycles, x = file.read("cycle"), file.read("x")
         reach = _BEYOND_CONTACT * float(file.read("contact_half_width_x").max())
         inside = np.flatnonzero(np.abs(x) <= max(reach, 2.0 * float(np.abs(x).min())))
-        row = int(np.abs(y).argmin())
+        columns = 1 if file.is_line else file.read("y").size
+        row: Any = np.s_[inside]
+        if not file.is_line:
+            row = inside, int(np.abs(file.read("y")).argmin())
         kept = np.isin(cycles, representative_cycles(cycles.astype(int).tolist(), _MOST_SNAPSHOTS))
         copies = 1 << sum(SYMMETRIES[file.attribute("symmetry")])
         lines: dict[str, list[Array]] = {name: [] for name in (*PROFILES, "contact_state")}
@@ -128,7 +131,7 @@ def read_case(path: Path) -> CaseRecord:
             fields = {name: file.read(name, place) for name in lines}
             found.append(residuals(fields, parameters, copies))
             for name, field in fields.items() if is_kept else ():
-                lines[name].append(field[inside, row].astype(np.float64))
+                lines[name].append(field[row].astype(np.float64))
         profiles = {name: np.array(rows) for name, rows in lines.items()}
         numbers = {name: _floats(file, name)[kept] for name in READOUT}
         steps = (CYCLE.name, *HISTORY, ERROR_ESTIMATE.name, CONVOLUTIONS.name)
@@ -142,7 +145,7 @@ def read_case(path: Path) -> CaseRecord:
             profiles=profiles,
             numbers=numbers,
             history={name: _floats(file, f"{HISTORY_GROUP}/{name}") for name in steps},
-            cells=x.size * y.size,
+            cells=x.size * columns,
             residuals=Residuals(*np.max(found, axis=0).tolist()),
         )
 
@@ -158,7 +161,7 @@ def residuals(
 
     Parameters
     ----------
-    fields : mapping of str to array of shape (nx, ny)
+    fields : mapping of str to array of shape (nx, ny), or (nx,) in a line contact
         ``pressure``, ``shear_traction`` and ``gap`` in SI units.
     parameters : mapping of str to float
         Parameters of the case.
@@ -168,8 +171,9 @@ def residuals(
     pressure, shear, gap = (
         fields[name].astype(np.float64) for name in ("pressure", "shear_traction", "gap")
     )
-    area = copies * parameters["cell_x"] * parameters["cell_y"]
-    approach = parameters["hertz_radius"] ** 2 / parameters["radius"]
+    area = copies * parameters["cell_x"] * (parameters["cell_y"] if pressure.ndim == 2 else 1.0)
+    radius = parameters.get("radius", parameters.get("indenter_radius", np.nan))
+    approach = parameters["hertz_radius"] ** 2 / radius
     return Residuals(
         abs(float(pressure.sum()) * area / parameters["load"] - 1.0),
         abs(float(shear.sum()) * area / parameters["tangential_load"] - 1.0),

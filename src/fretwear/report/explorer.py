@@ -12,7 +12,7 @@ import numpy as np
 
 from fretwear.report.cases import HISTORY, PROFILES, READOUT, Array, CaseRecord
 from fretwear.report.page import compressed
-from fretwear.report.results import PointResult, levels_of, marked_label
+from fretwear.report.results import PointResult, levels_of, marked_label, variable_of
 from fretwear.study.parameters import parameter
 from fretwear.study.plan import Plan
 from fretwear.units import MICROMETRE, Unit, readable_unit
@@ -110,7 +110,7 @@ def build_explorer(
     if not records:
         return None
     ids = list(records)
-    units = _units(list(records.values()))
+    units = _units(list(records.values()), results)
     held = [results[place] for place in places]
     header = {
         "words": _words(units),
@@ -154,17 +154,17 @@ def _axes(plan: Plan, places: Sequence[int]) -> list[dict[str, Any]]:
     return axes
 
 
-def _units(records: Sequence[CaseRecord]) -> dict[str, Unit]:
+def _units(records: Sequence[CaseRecord], results: Sequence[PointResult]) -> dict[str, Unit]:
     """Return the unit of every result, one for all cases; depths and gaps have the same."""
 
     def fitting(name: str) -> Unit:
         values = np.concatenate([record.numbers[name] for record in records])
-        return readable_unit(values, RESULTS[name].si_unit)
+        return readable_unit(values, variable_of(name, results).si_unit)
 
     depths = ("gap", "wear_depth", "maximum_wear_depth")
     depth = fitting("maximum_wear_depth")
     return {
-        name: depth if name in depths else RESULTS[name].unit or fitting(name)
+        name: depth if name in depths else variable_of(name, results).unit or fitting(name)
         for name in (*PROFILES, *READOUT)
     }
 

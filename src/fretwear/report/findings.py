@@ -6,7 +6,15 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from fretwear.report.results import FIRST, LAST, PointResult, display_units, levels_of, span
+from fretwear.report.results import (
+    FIRST,
+    LAST,
+    PointResult,
+    display_units,
+    levels_of,
+    span,
+    variable_of,
+)
 from fretwear.study.plan import Plan
 from fretwear.units import Unit, fixed_digits, number_text, with_unit
 from fretwear.vocabulary import RESULTS
@@ -54,7 +62,9 @@ def key_numbers(results: Sequence[PointResult], cycles: str) -> dict[str, str]:
     return {
         "case simulated" if len(done) == 1 else "cases simulated": str(len(done)),
         "cycles each": cycles,
-        f"{RESULTS[VOLUME].words} at the end": _told(VOLUME, LAST, done, display_units(done)),
+        f"{variable_of(VOLUME, done).words} at the end": _told(
+            VOLUME, LAST, done, display_units(done)
+        ),
         f"growth of the {RESULTS[CONTACT].words}": _growth(growth),
     }
 
@@ -82,7 +92,7 @@ def summary_sentences(results: Sequence[PointResult]) -> Iterator[str]:
 
 
 def _on_wear(done: Sequence[PointResult], units: Mapping[str, Unit]) -> str:
-    volume, depth = RESULTS[VOLUME].words, RESULTS[DEPTH].words
+    volume, depth = variable_of(VOLUME, done).words, RESULTS[DEPTH].words
     deepest = max(done, key=lambda result: result.last(DEPTH))
     if len(done) == 1:
         one, other = _told(VOLUME, LAST, done, units), _told(DEPTH, LAST, done, units)
@@ -115,7 +125,8 @@ def _on_sticking(done: Sequence[PointResult]) -> Iterator[str]:
 
 
 def _on_energy(done: Sequence[PointResult], units: Mapping[str, Unit]) -> str:
-    text = f"The {RESULTS[ENERGY].words} is initially {_told(ENERGY, FIRST, done, units)} and"
+    words = variable_of(ENERGY, done).words
+    text = f"The {words} is initially {_told(ENERGY, FIRST, done, units)} and"
     ratios = [result.ratio(ENERGY) for result in done if not _has_ceased(result)]
     ceased = len(done) - len(ratios)
     if not ratios:

@@ -19,7 +19,7 @@ from fretwear.study.parameters import value_text, words_text
 from fretwear.study.plan import Plan
 from fretwear.study.points import Axis
 from fretwear.units import Unit, readable_unit
-from fretwear.vocabulary import RESULTS, PointStatus
+from fretwear.vocabulary import RESULTS, PointStatus, Variable
 
 Array = NDArray[np.float64]
 
@@ -66,6 +66,8 @@ class PointResult:
         Key results in SI units by name and cycle, as in `KEY_RESULTS`; empty when not done.
     capped, smooth : bool
         Whether there is a plastic limit, and whether there is no roughness.
+    in_line : bool
+        Whether it is a line contact, whose volumes and energies are per length.
     """
 
     number: int
@@ -76,6 +78,7 @@ class PointResult:
     values: Mapping[tuple[str, str], float] = field(default_factory=dict)
     capped: bool = False
     smooth: bool = False
+    in_line: bool = False
 
     @property
     def done(self) -> bool:
@@ -147,7 +150,9 @@ def point_results(
         else:
             values = {key: float(column[place]) for key, column in columns.items()}
             capped, smooth = math.isfinite(case.plastic_limit), case.roughness is None
-            results.append(replace(result, values=values, capped=capped, smooth=smooth))
+            in_line = case.indenter.is_line
+            result = replace(result, values=values, capped=capped, smooth=smooth, in_line=in_line)
+            results.append(result)
     return results
 
 
@@ -179,13 +184,19 @@ def marked_label(name: str) -> str:
 def display_units(results: Sequence[PointResult]) -> dict[str, Unit]:
     """Return the unit in which each key result is shown, the same for all points and cycles."""
     return {
-        name: RESULTS[name].unit
+        name: variable_of(name, results).unit
         or readable_unit(
             [result.values[name, when] for result in results if result.done for when in cycles],
-            RESULTS[name].si_unit,
+            variable_of(name, results).si_unit,
         )
         for name, cycles in KEY_RESULTS.items()
     }
+
+
+def variable_of(name: str, results: Sequence[PointResult]) -> Variable:
+    """Return what a key result is: in a line contact it may be per length."""
+    in_line = any(result.in_line for result in results)
+    return RESULTS[name].per_length if in_line else RESULTS[name]
 
 
 def _evaluated(summary: xr.Dataset, name: str, when: str) -> Array:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field
@@ -13,13 +12,14 @@ from numpy.typing import NDArray
 
 from fretwear.mechanics.geometry import Array, Workspace
 from fretwear.mechanics.geometry.grid import Grid
+from fretwear.mechanics.geometry.line import Line
 from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.measures import Measures, measure
 from fretwear.mechanics.state import State, WearProblem, in_contact
 from fretwear.running.resources import require_memory
 from fretwear.study.rules import doubts
-from fretwear.vocabulary import FIELDS, SYMMETRIES, ContactState
+from fretwear.vocabulary import FIELDS, LINE_SCALARS, SCALARS, SYMMETRIES, ContactState
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -190,27 +190,34 @@ def _result(
     cycles = [state.cycle for state in record.snapshots]
     kept = np.isin(steps_at, cycles)
     plane = record.snapshots[-1].geometry.plane(problem.spacing)
+    in_line = case.indenter.is_line
+    symmetry = next(name for name, even in SYMMETRIES.items() if even == plane.even)
+    if in_line:
+        columns = {name: columns[name] for name in columns if not name.endswith("_y")}
+        symmetry = "even_x"
     dataset = case_dataset(
         case,
         plane.x,
-        plane.y,
+        None if in_line else plane.y,
         cycles,
         _snapshot_fields(Workspace(problem), record.snapshots),
         {name: values[kept] for name, values in columns.items()},
-        symmetry=next(name for name, even in SYMMETRIES.items() if even == plane.even),
+        symmetry=symmetry,
         rings=problem.geometry is Rings,
         title=title,
         command=command,
     )
-    history = history_dataset(steps_at, columns, errors, np.diff(convolutions, prepend=0))
+    scalars = LINE_SCALARS if in_line else SCALARS
+    spent = np.diff(convolutions, prepend=0)
+    history = history_dataset(steps_at, columns, errors, spent, scalars)
     return Result(dataset, history)
 
 
 def wear_problem(case: Case, *, rings: bool = False) -> WearProblem:
     """The mechanical problem of a case."""
     # A contact at the limit everywhere is the smallest one that carries the load.
-    carrying = math.sqrt(case.hertz.load / (math.pi * case.plastic_limit))
-    half_width = _MARGIN * max(case.hertz_radius, carrying)
+    half_width = _MARGIN * max(case.hertz_radius, case.hertz.spread_radius(case.plastic_limit))
+    geometry = Line if case.indenter.is_line else Rings if rings else Grid
     return WearProblem(
         indenter=case.indenter,
         roughness=case.roughness,
@@ -223,7 +230,7 @@ def wear_problem(case: Case, *, rings: bool = False) -> WearProblem:
         limit=case.plastic_limit,
         spacing=case.grid_spacing,
         extent=(half_width, half_width),
-        geometry=Rings if rings else Grid,
+        geometry=geometry,
         debris_fraction=case.debris_fraction,
     )
 
@@ -235,12 +242,13 @@ def _snapshot_fields(workspace: Workspace, snapshots: Sequence[State]) -> dict[s
     """
     geometry = snapshots[-1].geometry
     plane = geometry.plane(workspace.problem.spacing)
-    shape = (len(snapshots), *plane.shape)
+    in_line = workspace.problem.indenter.is_line
+    shape = (len(snapshots), *(plane.shape[:1] if in_line else plane.shape))
     fields = {field.name: np.empty(shape, dtype=field.dtype) for field in FIELDS}
     for row, state in enumerate(snapshots):
         state = state.on(workspace, geometry)
         for name, values in _fields(workspace.problem.of(state), state).items():
-            fields[name][row] = geometry.sampled(values, plane)
+            fields[name][row] = geometry.sampled(values, plane).reshape(shape[1:])
     return fields
 
 

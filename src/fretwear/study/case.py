@@ -87,7 +87,7 @@ class Case(CaseTree):
             raise CaseError(problems)
         assembled = assemble(values)
         assembled["output_cycles"] = with_first_and_last(snapshots, assembled["cycles"])
-        super().__init__(**assembled)
+        super().__init__(**_suited(assembled))
         if broken := findings(self):
             raise CaseError(Problem(f.subject, f.value or None, f.rule, f.hint) for f in broken)
 
@@ -96,7 +96,7 @@ class Case(CaseTree):
         """Return the case of members that have been read and checked; some may be missing."""
         case = object.__new__(cls)
         defaults = {name: getattr(CaseTree, name) for name in _DEFAULTED}
-        case.__dict__.update({**defaults, **assembled})
+        case.__dict__.update({**defaults, **_suited(assembled)})
         return case
 
     def replace(self, **changes: Any) -> Case:
@@ -120,6 +120,15 @@ class Case(CaseTree):
 def with_first_and_last(snapshots: Iterable[int], cycles: int) -> tuple[int, ...]:
     """Return the snapshots in order, each once, with cycle 0 and the last among them."""
     return tuple(sorted({0, cycles, *snapshots}))
+
+
+def _suited(assembled: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return the members of a case, the loads of a line contact per length."""
+    indenter = assembled.get("indenter")
+    if indenter is None or not indenter.is_line:
+        return assembled
+    loads = {name: part for name in ("normal", "loading") if (part := assembled.get(name))}
+    return {**assembled, **{name: part.in_line() for name, part in loads.items()}}
 
 
 def such_as(name: str) -> str:

@@ -7,14 +7,15 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from fretwear.mechanics.roughness import even_in
+from fretwear.mechanics.surfaces import Indenter
 from fretwear.study.case import Case
-from fretwear.theory import HertzContact, LimitingState
 
 # Calibrated with `python -m benchmarks.cost`, which says how well they hold.
 SECONDS_TO_START = 1.3
 SECONDS_PER_CASE = 0.1
 SECONDS_PER_CONVOLUTION = 1.6e-4
 SECONDS_PER_CELL_AND_CONVOLUTION = 2.7e-8
+SECONDS_PER_CONVOLUTION_OF_LINE = 2e-3
 
 STEPS_TO_BEGIN = 2.0
 STEPS_PER_FOLD_OF_WEAR = 2.4
@@ -82,6 +83,8 @@ def estimate(case: Case) -> Estimate:
     reach = WINDOW_MARGIN * greatest_contact_radius(case)
     sides_x, sides_y = (2 - is_even for is_even in even_in(case.indenter, case.roughness))
     cells_x, cells_y = sides_x * math.ceil(reach / dx), sides_y * math.ceil(reach / dy)
+    if case.indenter.is_line:
+        cells_y = 1
     cells = cells_x * cells_y
     # The window grows with the contact, from about the unworn one.
     unworn = sides_x * sides_y * (WINDOW_MARGIN * case.hertz_radius) ** 2
@@ -89,6 +92,8 @@ def estimate(case: Case) -> Estimate:
     seconds_each = SECONDS_PER_CONVOLUTION + SECONDS_PER_CELL_AND_CONVOLUTION * 0.5 * (
         first + cells
     )
+    if case.indenter.is_line:
+        seconds_each = SECONDS_PER_CONVOLUTION_OF_LINE
     work = _work(case, cells)
     padded_bytes = 4 * cells * 8
     snapshots = len(case.output_cycles)
@@ -140,13 +145,14 @@ def _work(case: Case, cells: int) -> _Work:
 
 def greatest_contact_radius(case: Case) -> float:
     """Return an upper estimate in m of the radius of contact at any time of a run."""
-    limiting = _limiting_radius_ratio(round(case.tangential_ratio, 4))
+    kind = type(case.indenter)
+    limiting = _limiting_radius_ratio(kind, round(case.tangential_ratio, 4))  # type: ignore[arg-type]
     folds = case.cycles * case.wear_growth * case.hertz_pressure
     worn = 1.0 + (limiting - 1.0) * -math.expm1(-folds / FOLDS_TO_LIMITING_STATE)
     if _stick_shrinks(case):
         yielding = case.cycles * case.wear_growth * case.plastic_limit
         worn *= (1.0 + yielding / YIELDING_TIMES_TO_WIDEN) ** WIDENING
-    full_plastic = math.sqrt(case.hertz.load / (math.pi * case.plastic_limit))
+    full_plastic = case.hertz.spread_radius(case.plastic_limit)
     rough = 0.0
     if case.roughness is not None:
         # Tips reach out to where the sphere has fallen back by the height of the waves.
@@ -160,7 +166,8 @@ def _stick_shrinks(case: Case) -> bool:
 
 
 @lru_cache(maxsize=4096)
-def _limiting_radius_ratio(load_ratio: float) -> float:
-    """Return a∞/a, the contact radius after infinitely many cycles of a smooth elastic sphere."""
-    unworn = HertzContact(radius=1.0, load=1.0, composite_modulus=1.0)
-    return LimitingState(unworn, min(load_ratio, 0.9999)).contact_radius / unworn.contact_radius
+def _limiting_radius_ratio(indenter: type[Indenter], load_ratio: float) -> float:
+    """Return a∞/a, the contact radius after infinitely many cycles of smooth elastic bodies."""
+    unworn = indenter.smooth(radius=1.0, load=1.0, composite_modulus=1.0)
+    limiting = indenter.limiting(unworn, min(load_ratio, 0.9999))  # type: ignore[arg-type]
+    return limiting.contact_radius / unworn.contact_radius

@@ -14,8 +14,7 @@ from fretwear.mechanics.loading import TangentialRatio
 from fretwear.mechanics.materials import ElasticBodies
 from fretwear.parts import pair
 from fretwear.study.tree import CaseTree
-from fretwear.theory import LimitingState
-from fretwear.units import FORCE, LENGTH, PRESSURE, format_quantity
+from fretwear.units import LENGTH, PRESSURE, Force, PerLength, force_text, format_quantity
 
 LEAST_CELLS_PER_CONTACT_RADIUS = 8
 LEAST_CELLS_PER_STICK_RADIUS = 2
@@ -101,10 +100,10 @@ def _load_slides(case: CaseTree) -> Finding | None:
     friction, hertz = case.friction_law.least, case.hertz
     if not case.loading.is_force or case.loading.ratio(friction, case.coupling, hertz) < 1.0:
         return _sticks(case)
-    sliding = format_quantity(friction * hertz.load, FORCE)
+    sliding = force_text(type(hertz.load)(friction * hertz.load))
     return Finding(
         case.loading.kind,
-        format_quantity(case.tangential_load, FORCE),
+        force_text(case.tangential_load),
         f"is gross sliding: Q must be less than µP = {sliding}",
         "lower tangential_load, or raise load or friction",
     )
@@ -130,19 +129,22 @@ def _contact_small(case: CaseTree) -> Finding | None:
     radius = case.indenter.curvature_radius
     if case.hertz_radius <= GREATEST_CONTACT * case.indenter.curvature_radius:
         return None
-    less = (GREATEST_CONTACT * radius / case.hertz_radius) ** 2
     load, approach = case.normal.given
     if load is not None:
-        given, greatest, dimension = load, 0.99 * load * less**1.5, FORCE
+        given = force_text(load)
+        most = type(load)(0.99 * case.hertz.load_at(GREATEST_CONTACT * radius))
+        greatest = force_text(most, 3)
     elif approach is not None:
-        given, greatest, dimension = approach, 0.99 * approach * less, LENGTH
+        less = (GREATEST_CONTACT * radius / case.hertz_radius) ** 2
+        given = format_quantity(approach, LENGTH)
+        greatest = format_quantity(0.99 * approach * less, LENGTH, 3)
     return Finding(
         case.normal.kind,
-        format_quantity(given, dimension),
-        f"is too much for this sphere: the contact radius "
+        given,
+        f"is too much for this {case.indenter.kind}: the contact radius "
         f"{format_quantity(case.hertz_radius, LENGTH, 3)} is more than {GREATEST_CONTACT:g} of "
         f"the radius {format_quantity(radius, LENGTH)}, beyond half-space theory",
-        f"up to {format_quantity(greatest, dimension, 3)} would do",
+        f"up to {greatest} would do",
     )
 
 
@@ -157,14 +159,13 @@ def _plastic_limit_carries_load(case: CaseTree) -> Finding | None:
     three times the Hertz radius, which has its own rule.
     """
     largest = GREATEST_CONTACT * case.indenter.curvature_radius
-    load = case.hertz.load
-    least_limit = load / (math.pi * largest**2)
+    least_limit = case.hertz.spread_pressure(largest)
     if case.plastic_limit >= least_limit:
         return None
     return Finding(
         "plastic_limit",
         format_quantity(case.plastic_limit, PRESSURE),
-        f"is too low to carry the load {format_quantity(load, FORCE)} on any contact the "
+        f"is too low to carry the load {force_text(case.hertz.load)} on any contact the "
         f"run could reach: at most {format_quantity(largest, LENGTH, 3)} in radius "
         f"({GREATEST_CONTACT:g} of the sphere's, where half-space theory ends)",
         f"it must be at least {format_quantity(1.005 * least_limit, PRESSURE, 3)}; "
@@ -248,6 +249,41 @@ def _coarsest_for_contact(case: CaseTree) -> float:
     )
 
 
+def _loads_suit_the_contact(case: CaseTree) -> Finding | None:
+    """A line contact is loaded by forces per length, every other by forces."""
+    kind = case.indenter.kind
+    parts = (case.normal, case.loading)
+    for part, name in ((each, name) for each in parts for name in each.parameters()):
+        about, value = part.parameters()[name], getattr(part, name)
+        if case.indenter.is_line and isinstance(value, Force):
+            rule, example = f"is a force, but the load of a {kind} is per length", "18.5 N/mm"
+        elif isinstance(value, PerLength) and not case.indenter.is_line:
+            rule, example = f"is a force per length, but a {kind} is loaded by a force", "50 N"
+        else:
+            continue
+        return Finding(name, about.text(value), rule, f"write {name}: {example}")
+    return None
+
+
+def _line_has_no_approach(case: CaseTree) -> Finding | None:
+    """The approach of a line contact, and its displacement, count from a place to be chosen."""
+    kind = case.indenter.kind
+    if not case.indenter.is_line or (case.normal.holds_load and case.loading.is_force):
+        return None
+    if not case.normal.holds_load:
+        rule = f"cannot be given of a {kind}: how deep a line contact is depends on from where"
+        return Finding(case.normal.kind, "", rule, "write load: 18.5 N/mm")
+    rule = f"cannot be given of a {kind}: how far it moves depends on the size of the bodies"
+    return Finding(case.loading.kind, "", rule, "write tangential_ratio or tangential_load")
+
+
+def _line_is_smooth(case: CaseTree) -> Finding | None:
+    if not case.indenter.is_line or case.roughness is None:
+        return None
+    rule = f"cannot be on a {case.indenter.kind}: line contacts are smooth"
+    return Finding("roughness", case.roughness.kind, rule, "write roughness: none")
+
+
 def _part_is_sound(case: CaseTree) -> Finding | None:
     """A roughness may have a rule between its own parameters."""
     broken = None if case.roughness is None else case.roughness.problem
@@ -257,6 +293,9 @@ def _part_is_sound(case: CaseTree) -> Finding | None:
 _CONTACT = frozenset({"indenter", "bodies", "normal"})
 
 RULES = (
+    Rule(frozenset({"indenter", "normal", "loading"}), _loads_suit_the_contact),
+    Rule(frozenset({"indenter", "normal", "loading"}), _line_has_no_approach),
+    Rule(frozenset({"indenter", "roughness"}), _line_is_smooth),
     Rule(frozenset({"roughness"}), _part_is_sound),
     Rule(frozenset({"tangential_ratio"}), _ratio_slides),
     Rule(frozenset({"normal", "loading", "friction_law", "bodies", "indenter"}), _load_slides),
@@ -306,7 +345,8 @@ def yielding_ring_width(case: CaseTree) -> float:
     if math.isinf(case.plastic_limit):
         return 0.0
     ratio = min(case.tangential_ratio, NEARLY_GROSS)
-    return LimitingState(case.hertz, ratio).width_above(case.plastic_limit)
+    limiting = case.indenter.limiting(case.hertz, ratio)  # type: ignore[arg-type]
+    return limiting.width_above(case.plastic_limit)
 
 
 def _ring_is_unseen(case: CaseTree) -> Doubt | None:
@@ -344,7 +384,7 @@ def _bodies_are_unlike(case: CaseTree) -> Doubt | None:
 
 
 def _limit_is_low(case: CaseTree) -> Doubt | None:
-    mean = 2.0 / 3.0 * case.hertz_pressure
+    mean = case.hertz.mean_pressure
     if case.plastic_limit >= mean:
         return None
     numbers = (format_quantity(pressure, PRESSURE, 3) for pressure in (case.plastic_limit, mean))

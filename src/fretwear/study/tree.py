@@ -29,7 +29,7 @@ from fretwear.parts import (
     WholeNumber,
     derived,
 )
-from fretwear.theory import HertzContact
+from fretwear.theory import HertzContact, LineContact
 
 MAX_CYCLES = 10**9
 
@@ -192,10 +192,9 @@ class CaseTree:
         raise AttributeError(f"{type(self).__name__!r} has no attribute {name!r}")
 
     @property
-    def hertz(self) -> HertzContact:
-        """Contact of the smooth elastic sphere, which gives the scales."""
-        radius = self.indenter.curvature_radius
-        return self.normal.hertz(radius, self.bodies.composite_modulus)
+    def hertz(self) -> HertzContact | LineContact:
+        """Contact of the smooth elastic bodies, which gives the scales."""
+        return self.indenter.hertz(self.normal, self.bodies.composite_modulus)
 
     @property
     def composite_modulus(self) -> float:
@@ -205,7 +204,7 @@ class CaseTree:
     @property
     def coupling(self) -> float:
         """κ = E*/G*, tangential compliance relative to the normal one."""
-        return self.bodies.coupling
+        return self.indenter.coupling(self.bodies)
 
     @property
     def tangential_ratio(
@@ -217,7 +216,7 @@ class CaseTree:
     @property
     def tangential_load(
         self,
-    ) -> Annotated[float, Quantity("N", "$Q$", "tangential load amplitude", "N")]:
+    ) -> Annotated[float, Quantity("N", "$Q$", "tangential load amplitude", "N", in_line=True)]:
         """Amplitude Q of the tangential load in N, as for `tangential_ratio`."""
         return self.loading.amplitude(*self._unworn)
 
@@ -237,8 +236,8 @@ class CaseTree:
         return self.displacement_amplitude / (friction * coupling * hertz.approach)
 
     @property
-    def _unworn(self) -> tuple[float, float, HertzContact]:
-        return self.friction_law.coefficient, self.bodies.coupling, self.hertz
+    def _unworn(self) -> tuple[float, float, HertzContact | LineContact]:
+        return self.friction_law.coefficient, self.coupling, self.hertz
 
     @property
     def plain_loading(self) -> Loading:
@@ -255,14 +254,14 @@ class CaseTree:
 
     @property
     def hertz_radius(self) -> Annotated[float, Quantity("m", "$a$", "Hertz contact radius", "um")]:
-        """Contact radius a of the smooth elastic sphere in m."""
+        """Contact radius a of the smooth elastic sphere, or half-width of the cylinder, in m."""
         return self.hertz.contact_radius
 
     @property
     def hertz_pressure(
         self,
     ) -> Annotated[float, Quantity("Pa", "$p_0$", "Hertz pressure", "MPa")]:
-        """Peak pressure p0 of the smooth elastic sphere in Pa."""
+        """Peak pressure p0 of the smooth elastic contact in Pa."""
         return self.hertz.peak_pressure
 
     @property
@@ -272,14 +271,15 @@ class CaseTree:
 
     @property
     def stick_radius(self) -> float:
-        """Stick radius c of the smooth elastic sphere in m: a (1 − X)^(1/3)."""
-        return self.hertz_radius * math.cbrt(max(0.0, 1.0 - self.tangential_ratio))
+        """Stick radius c of the smooth elastic contact in m, that under the load P*."""
+        stick_load = self.stick_load
+        return self.hertz.with_load(stick_load).contact_radius if stick_load > 0.0 else 0.0
 
     @property
     def wear_growth(self) -> float:
         """β = 4 K_w µ κ in 1/Pa per cycle: a pressure p wears e-fold in 1/(β p) cycles."""
         coefficient = self.wear_law.coefficient(self.friction_law)
-        return 4.0 * coefficient * self.friction_law.coefficient * self.bodies.coupling
+        return 4.0 * coefficient * self.friction_law.coefficient * self.coupling
 
     @property
     def surfaces(self) -> dict[str, Indenter | Roughness]:

@@ -1,11 +1,13 @@
 """Closed forms: elastic constants, Hertz, partial slip, the limit of infinitely many cycles.
 
-Everything is axisymmetric about the axis of the sphere, in SI units; ``r`` is the distance from
-that axis.  Arrays of any shape are accepted for ``r`` and returned in that shape.
+SI units. A sphere is axisymmetric, ``r`` the distance from its axis; a cylinder is in plane
+strain, ``x`` the distance from its middle, and its loads are per length. Arrays of any shape are
+accepted for ``r`` and ``x`` and returned in that shape.
 """
 
 from fretwear.theory.hertz import HertzContact
 from fretwear.theory.limiting_state import LimitingState
+from fretwear.theory.line_contact import LineContact, LineLimitingState, LinePartialSlip
 from fretwear.theory.materials import (
     composite_modulus,
     composite_shear_modulus,
@@ -19,6 +21,9 @@ __all__ = [
     "CattaneoMindlin",
     "HertzContact",
     "LimitingState",
+    "LineContact",
+    "LineLimitingState",
+    "LinePartialSlip",
     "composite_modulus",
     "composite_shear_modulus",
     "coupling_ratio",

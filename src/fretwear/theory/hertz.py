@@ -60,6 +60,11 @@ class HertzContact:
         return self.contact_radius**2 / self.radius
 
     @property
+    def mean_pressure(self) -> float:
+        """P / π a², Pa."""
+        return self.spread_pressure(self.contact_radius)
+
+    @property
     def peak_pressure(self) -> float:
         """Pressure at the centre p0 = 3 P / (2 π a²), Pa."""
         return 1.5 * self.load / (math.pi * self.contact_radius**2)
@@ -73,6 +78,23 @@ class HertzContact:
     def with_load(self, load: float) -> "HertzContact":
         """Contact of the same bodies under another load (N)."""
         return HertzContact(self.radius, load, self.composite_modulus)
+
+    def load_at(self, contact_radius: float) -> float:
+        """Load, N, of a contact of some radius, m."""
+        return 4.0 * self.composite_modulus * contact_radius**3 / (3.0 * self.radius)
+
+    def load_within(self, radius: float) -> float:
+        """Load, N, that a disc of some radius, m, in the middle of the contact carries."""
+        outside = max(0.0, 1.0 - (radius / self.contact_radius) ** 2)
+        return self.load * (1.0 - outside * math.sqrt(outside))
+
+    def spread_pressure(self, radius: float) -> float:
+        """Uniform pressure, Pa, that carries the load on a contact of some radius, m."""
+        return self.load / (math.pi * radius**2)
+
+    def spread_radius(self, pressure: float) -> float:
+        """Radius, m, of the contact that carries the load at a uniform pressure, Pa."""
+        return math.sqrt(self.load / (math.pi * pressure))
 
     def pressure(self, r: ArrayLike) -> FloatArray:
         """Pressure p0 √(1 - r²/a²) in Pa, zero outside the contact, at distances ``r`` in m."""

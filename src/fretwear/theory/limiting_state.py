@@ -51,10 +51,7 @@ class LimitingState:
     load_ratio: float
 
     def __post_init__(self) -> None:
-        if not 0.0 <= self.load_ratio < 1.0:
-            raise ValueError(
-                f"load_ratio is {self.load_ratio!r}, but partial slip needs 0 <= load_ratio < 1"
-            )
+        require_partial_slip(self.load_ratio)
 
     @property
     def stick_radius(self) -> float:
@@ -130,7 +127,9 @@ class LimitingState:
         outside = 2.0 * self.stick_radius
         while self._height_above_sphere(outside) > 0.0:
             outside *= 2.0
-        return _root(lambda r: float(self._height_above_sphere(r)), self._deepest_radius, outside)
+        return find_root(
+            lambda r: float(self._height_above_sphere(r)), self._deepest_radius, outside
+        )
 
     @property
     def deepest_wear(self) -> float:
@@ -176,10 +175,18 @@ class LimitingState:
         outside = c
         while slope(outside) > 0.0:
             outside *= 2.0
-        return c + _root(slope, 0.0, outside)
+        return c + find_root(slope, 0.0, outside)
 
 
-def _root(falling: Callable[[float], float], low: float, high: float) -> float:
+def require_partial_slip(load_ratio: float) -> None:
+    """Refuse a tangential load with which the contact slides as a whole."""
+    if not 0.0 <= load_ratio < 1.0:
+        raise ValueError(
+            f"load_ratio is {load_ratio!r}, but partial slip needs 0 <= load_ratio < 1"
+        )
+
+
+def find_root(falling: Callable[[float], float], low: float, high: float) -> float:
     """Zero of a function, positive at ``low`` and negative at ``high``, to rounding.
 
     The Illinois variant of regula falsi: Dowell and Jarratt (1971), BIT 11, 168-174.

@@ -1,11 +1,13 @@
 """What the contact solver and the integrator ask of a geometry.
 
-A geometry is a set of cells: rectangles (`fretwear.mechanics.geometry.grid`) or concentric rings
-(`fretwear.mechanics.geometry.rings`). It says where the cells lie, what area each of them stands
+A geometry is a set of cells: rectangles (`fretwear.mechanics.geometry.grid`), concentric rings
+(`fretwear.mechanics.geometry.rings`) or the strips of a line contact
+(`fretwear.mechanics.geometry.line`). It says where the cells lie, what area each of them stands
 for, and what a larger self is. Its half-space is the elastic bodies on these cells: displacement
 under a pressure, and the linear problem of the cells in contact.
 
-Every field has two axes; on rings the second one has a single cell.
+Every field has two axes; on rings and strips the second one has a single cell. In a line contact
+loads are per length: areas are widths, m, and forces N/m.
 """
 
 from __future__ import annotations
@@ -17,7 +19,7 @@ from typing import Any, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from fretwear.theory import HertzContact
+from fretwear.theory import HertzContact, LimitingState, LineContact, LineLimitingState
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
@@ -68,8 +70,13 @@ class Problem(Protocol):
         ...
 
     @property
-    def hertz(self) -> HertzContact:
+    def hertz(self) -> HertzContact | LineContact:
         """The unworn smooth contact."""
+        ...
+
+    @property
+    def limiting(self) -> LimitingState | LineLimitingState:
+        """The smooth elastic contact after infinitely many cycles."""
         ...
 
     @property

@@ -1,0 +1,321 @@
+"""Cells one beyond the other from the origin outward: some hundreds, graded, dense matrices.
+
+What concentric rings (`fretwear.mechanics.geometry.rings`) and the strips of a line contact
+(`fretwear.mechanics.geometry.line`) have in common: cells between edges from 0 outward, pressure
+uniform on each, displacements that are means over a cell. So the influence of cells on each other
+is symmetric, and the linear problem of the free cells is solved directly.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fretwear.mechanics import kernels
+from fretwear.mechanics.geometry import Array, Index, Mask, Problem, Single, Step, Workspace
+
+# Widths in units of the Hertzian contact radius: at the stick edge, where the elastic pressure
+# grows without bound, and of the widest cells; and how the width grows with the distance from it.
+_NARROWEST = 2e-4
+_WIDEST = 0.008
+_GRADING = 0.1
+# Where bodies yield, the stick edge moves inward, and the band that yields moves with it: there
+# cells stay narrow longer, and a band in the limit of many cycles has so many of them at first.
+_INWARD_GRADING = 0.03
+_ACROSS_BAND = 6.0
+# The contact lies within this part of the cells; by what factor they grow.
+_ROOM = 0.94
+_GROWTH = 1.12
+
+
+@dataclass(frozen=True)
+class DenseCells:
+    """Cells from the origin outward.
+
+    Parameters
+    ----------
+    edges
+        Distances of the edges of the cells from 0 outward, m.
+    """
+
+    edges: tuple[float, ...]
+
+    @property
+    def areas(self) -> Array:
+        """What the cells stand for, shape (n, 1): areas, m², or of a line contact widths, m."""
+        raise NotImplementedError
+
+    def influence(self, modulus: float) -> Array:
+        """Mean displacement of each cell under a unit pressure on each, m/Pa, shape (n, n)."""
+        raise NotImplementedError
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Of fields: one column."""
+        return len(self.edges) - 1, 1
+
+    @property
+    def x(self) -> Array:
+        """Where a paraboloid has its mean over a cell, m, shape (n,)."""
+        raise NotImplementedError
+
+    @property
+    def y(self) -> Array:
+        """The x axis stands for all."""
+        return np.zeros(1)
+
+    @property
+    def extent(self) -> tuple[float, float]:
+        """Half-widths of what is written, m."""
+        return self.edges[-1], self.edges[-1]
+
+    @property
+    def unit_area(self) -> float:
+        """Mean of `areas`."""
+        return float(self.areas.mean())
+
+    @cached_property
+    def weights(self) -> Array:
+        """`areas` over their mean."""
+        result: Array = self.areas / self.unit_area
+        return result
+
+    def integral(self, field: Array) -> float:
+        """Integral of a field over the whole contact."""
+        return float((self.areas * field).sum())
+
+    def half_space(
+        self,
+        modulus: float,
+        workers: int = 1,  # noqa: ARG002 - some hundreds of cells need one
+        parts: dict[Any, Any] | None = None,  # noqa: ARG002 - there are none
+    ) -> DenseHalfSpace:
+        """The elastic bodies on the cells."""
+        return DenseHalfSpace(self, modulus)
+
+    def resized(self, field: NDArray[Any], other: Any) -> NDArray[Any]:
+        """A field on cells that reach further or less far; zero where there were none."""
+        result = np.zeros(other.shape, dtype=field.dtype)
+        count = min(self.shape[0], other.shape[0])
+        result[:count] = field[:count]
+        return result
+
+    def where(self, smaller: Any) -> Index:
+        """Where the cells lie that reach less far."""
+        return slice(0, min(self.shape[0], smaller.shape[0])), slice(0, 1)
+
+    def along(
+        self,
+        axis: int,  # noqa: ARG002
+    ) -> list[tuple[tuple[slice | int, slice | int], Array]]:
+        """Index of all cells, and their distances, m."""
+        return [((slice(None), 0), self.x)]
+
+    def ahead_of(self, pressure: Array) -> Self:
+        """Cells that reach further if the next step may bring the contact to the border."""
+        return self._reaching(pressure)
+
+    def holding(
+        self,
+        workspace: Workspace,  # noqa: ARG002 - a smooth contact grows at its border
+        pressure: Array,
+        approach: float,  # noqa: ARG002
+    ) -> Self:
+        """These cells, or ones that the contact fits into."""
+        return self._reaching(pressure)
+
+    def _reaching(self, pressure: Array) -> Self:
+        loaded = np.flatnonzero(pressure)
+        radius = self.edges[loaded[-1] + 1] if loaded.size else 0.0
+        if radius <= _ROOM * self.extent[0]:
+            return self
+        width, outer = self.edges[-1] - self.edges[-2], _GROWTH * self.edges[-1]
+        count = math.ceil((outer - self.edges[-1]) / width)
+        added = (self.edges[-1] + (step + 1) * width for step in range(count))
+        return replace(self, edges=(*self.edges, *added))
+
+    def plane(self, spacing: tuple[float, float]) -> Any:
+        """The grid on which fields are written."""
+        raise NotImplementedError
+
+    def sampled(self, field: NDArray[Any], plane: Any) -> NDArray[Any]:
+        """A field on a grid: interpolated along x, or of the cell if it has no values."""
+        r = self._distances_on(plane)
+        if field.dtype.kind == "f":
+            result: NDArray[Any] = np.interp(r, self.x, field[:, 0])
+            return result
+        cell = np.searchsorted(self.edges, r, side="right") - 1
+        nearest: NDArray[Any] = field[np.minimum(cell, self.shape[0] - 1), 0]
+        return nearest
+
+    def _distances_on(self, plane: Any) -> Array:
+        """Distance of the points of a grid from the origin, m."""
+        distances: Array = np.hypot(plane.x[:, None], plane.y[None, :])
+        return distances
+
+
+def edges_about_stick(problem: Problem, outer: float, finer: float = 1.0) -> tuple[float, ...]:
+    """Edges of cells for the first loading of a problem, graded to the edge of its stick zone.
+
+    Parameters
+    ----------
+    problem
+        What is to be solved.
+    outer
+        Where the cells end, m.
+    finer
+        How many times more cells than there are of rings.
+    """
+    hertz, load = problem.hertz, problem.stick_load
+    scale = hertz.contact_radius
+    edge = hertz.with_load(load).contact_radius if load > 0.0 else 0.0
+    narrowest, widest = _NARROWEST / finer * scale, _WIDEST / finer * scale
+    inward = outward = _GRADING / finer
+    if not math.isinf(problem.limit):
+        band = problem.limiting.width_above(problem.limit)
+        narrowest, inward = min(narrowest, band / _ACROSS_BAND), min(inward, _INWARD_GRADING)
+    return graded_edges(edge, outer, narrowest, widest, inward, outward)
+
+
+def graded_edges(
+    edge: float,
+    outer: float,
+    narrowest: float,
+    widest: float,
+    inward: float = _GRADING,
+    outward: float = _GRADING,
+) -> tuple[float, ...]:
+    """Edges of cells from 0 outward that are narrow about one of them.
+
+    Parameters
+    ----------
+    edge, outer
+        Where the cells are narrowest, and where they end, m.
+    narrowest, widest
+        Their widths, m.
+    inward, outward
+        Growth of the width with the distance from the edge, on either side.
+    """
+    inner = edge - _distances(edge, narrowest, widest, inward)[::-1]
+    outside = edge + _distances(outer - edge, narrowest, widest, outward)[1:]
+    inner[0] = 0.0
+    return tuple(float(each) for each in (*inner, *outside))
+
+
+def _distances(length: float, narrowest: float, widest: float, grading: float) -> Array:
+    """Distances from 0 to a length whose spacing grows with the distance between two bounds."""
+    first, last = narrowest / grading, widest / grading
+    middle = math.log(last / first) / grading
+    # The count of cells up to a distance: linear, logarithmic, linear.
+    start = first / narrowest
+    total = (
+        length / narrowest
+        if length < first
+        else start + math.log(min(length, last) / first) / grading
+    )
+    total += max(length - last, 0.0) / widest
+    count = np.linspace(0.0, total, math.ceil(total) + 1)
+    growing = first * np.exp(grading * np.clip(count - start, 0.0, middle))
+    result: Array = np.where(count < start, count * narrowest, growing)
+    result += np.maximum(count - start - middle, 0.0) * widest
+    result[-1] = length
+    return result
+
+
+class DenseHalfSpace:
+    """The elastic half-space under a pressure that is uniform on each cell.
+
+    Parameters
+    ----------
+    geometry
+        The cells.
+    composite_modulus
+        E*, Pa.
+
+    Attributes
+    ----------
+    self_influence
+        Largest displacement of a cell per pressure on itself, m/Pa.
+    """
+
+    def __init__(self, geometry: DenseCells, composite_modulus: float) -> None:
+        self.geometry = geometry
+        self.influence = geometry.influence(composite_modulus)
+        self.self_influence = float(self.influence.diagonal().max())
+
+    def displacement(self, pressure: Array) -> Array:
+        """Normal surface displacement w, m, of a pressure, Pa, in the mean over each cell."""
+        result: Array = self.influence @ pressure
+        return result
+
+    def relative_displacement(self, pressure: Array) -> tuple[Single, float]:
+        """`displacement` in single precision in some unit, m, and the unit."""
+        return kernels.scaled(self.displacement(pressure))
+
+    def around(self, cells: Mask) -> DenseHalfSpace:  # noqa: ARG002 - parts would gain nothing
+        """The same bodies."""
+        return self
+
+    def preconditioned(
+        self,
+        tangent: Single | None,  # noqa: ARG002 - the problem is solved directly
+        free: Mask,  # noqa: ARG002
+    ) -> DenseHalfSpace:
+        """The linear problems of sets of free cells."""
+        return self
+
+    def on(self, free: Mask, *, under_load: bool = True) -> FreeDenseCells:
+        """The linear problem of the free cells, under a given load or at a given approach."""
+        return FreeDenseCells(self, free, under_load=under_load)
+
+
+class FreeDenseCells:
+    """A set of free cells, solved directly; see `fretwear.mechanics.geometry.FreeCells`."""
+
+    uniform: Single
+    uniform_sum: float
+
+    def __init__(self, half_space: DenseHalfSpace, free: Mask, *, under_load: bool) -> None:
+        self._cells = np.flatnonzero(free)
+        self._under_load = under_load
+        self._weights = half_space.geometry.weights[self._cells, 0]
+        self._relative = half_space.influence[:, self._cells] / half_space.self_influence
+        # Multiplied by the areas it is symmetric, but for rounding.
+        matrix = self._weights[:, None] * self._relative[self._cells]
+        self._matrix = 0.5 * (matrix + matrix.T)
+        self._shape = half_space.geometry.shape
+
+    def solve(
+        self,
+        residual: Array,
+        unit: float,
+        tangent: Single | None,
+        reduction: float,  # noqa: ARG002 - solved to rounding
+        enough: float,  # noqa: ARG002
+    ) -> Step:
+        """Solution by Cholesky's factors."""
+        from scipy.linalg import cho_factor, cho_solve
+
+        cells, matrix = self._cells, self._matrix.copy()
+        if tangent is not None:
+            matrix[np.diag_indices(cells.size)] += self._weights * tangent[cells, 0]
+        right = np.stack([residual[cells, 0] / unit, np.ones(cells.size)], axis=1)
+        factors = cho_factor(matrix, lower=True, overwrite_a=True, check_finite=False)
+        found, uniform = cho_solve(factors, self._weights[:, None] * right, check_finite=False).T
+        self.uniform, self.uniform_sum = np.zeros(self._shape, np.float32), np.inf
+        if self._under_load:
+            sums = self._weights @ found, self._weights @ uniform
+            found = found - sums[0] / sums[1] * uniform
+            self.uniform[cells, 0], self.uniform_sum = uniform, float(sums[1])
+        pressure = np.zeros(self._shape, np.float32)
+        pressure[cells, 0] = found
+        # What the rounded pressure does, so that displacements belong to pressures.
+        rounded = pressure[cells, 0].astype(np.float64)
+        displacement = (self._relative @ rounded)[:, None].astype(np.float32)
+        largest, missed = float(np.abs(displacement).max()), float(self._weights @ rounded)
+        return Step(pressure, displacement, largest, missed, 1)

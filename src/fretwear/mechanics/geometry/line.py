@@ -1,0 +1,95 @@
+"""Strips of a line contact: plane strain, half of an even contact, dense matrices.
+
+A cylinder along y touches in a strip. Fields depend on x alone, loads are per length, and where a
+contact of three dimensions has areas, this one has widths. The surface of a half-plane under a
+load per length sinks without bound, so displacements count from that at a distance from the middle,
+the radius of the cylinder.
+
+References
+----------
+K. L. Johnson (1985), Contact Mechanics, Cambridge University Press, section 2.4.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fretwear.mechanics.geometry import Array, Problem
+from fretwear.mechanics.geometry.dense import DenseCells, edges_about_stick
+from fretwear.mechanics.geometry.grid import Grid
+
+# Strips are more than rings: the worn area of a line contact depends more on where it ends.
+_FINER = 2.0
+
+
+@dataclass(frozen=True)
+class Line(DenseCells):
+    """Strips of the half x > 0 of an even line contact.
+
+    Parameters
+    ----------
+    edges
+        Positions of the edges of the strips from 0 outward, m.
+    reference
+        Distance from the middle at which the surface stays where it is, m.
+    """
+
+    reference: float
+
+    @classmethod
+    def first(cls, problem: Problem) -> Line:
+        """Strips for the first loading of a problem, graded to the edge of its stick zone."""
+        edges = edges_about_stick(problem, problem.extent[0], _FINER)
+        return cls(edges, problem.hertz.radius)
+
+    @cached_property
+    def areas(self) -> Array:
+        """Widths of the strips and their images, m, shape (n, 1)."""
+        return 2.0 * np.diff(self.edges)[:, None]
+
+    @cached_property
+    def x(self) -> Array:
+        """Root mean square of the positions in each strip, m, shape (n,)."""
+        edges = np.asarray(self.edges)
+        left, right = edges[:-1], edges[1:]
+        result: Array = np.sqrt((left * left + left * right + right * right) / 3.0)
+        return result
+
+    def influence(self, modulus: float) -> Array:
+        """Mean displacement of each strip under a unit pressure on each, m/Pa, shape (n, n).
+
+        −(2/πE*) ∫ ln(|x − ξ|/L) dξ of the strips and their images, L the reference.
+        """
+        edges = np.asarray(self.edges) / self.reference
+        twice = _logarithm(edges[:, None] + edges) - _logarithm(edges[:, None] - edges)
+        integrals = np.diff(np.diff(twice, axis=0), axis=1) * self.reference**2
+        return -2.0 / (math.pi * modulus) * integrals / np.diff(self.edges)[:, None]
+
+    def plane(self, spacing: tuple[float, float]) -> Grid:
+        """The row of cells on which fields are written."""
+        return Grid((max(1, math.floor(self.extent[0] / spacing[0])), 1), spacing)
+
+    def sampled(self, field: NDArray[Any], plane: Grid) -> NDArray[Any]:
+        """A field on a row of cells: its mean over each, or of the strip if it has no values."""
+        if field.dtype.kind != "f":
+            return super().sampled(field, plane)
+        total = np.append(0.0, np.cumsum(field[:, 0] * np.diff(self.edges)))
+        borders = np.arange(plane.shape[0] + 1) * plane.spacing[0]
+        means: Array = np.diff(np.interp(borders, self.edges, total)) / plane.spacing[0]
+        return means[:, None]
+
+    def _distances_on(self, plane: Grid) -> Array:
+        """Distance of the cells of a row from the middle, m."""
+        return plane.x[:, None]
+
+
+def _logarithm(x: Array) -> Array:
+    """A function whose second derivative is ln|x|."""
+    square = x * x
+    return 0.25 * square * np.log(np.maximum(square, np.finfo(np.float64).tiny)) - 0.75 * square

@@ -1,0 +1,93 @@
+"""Line contact on strips against closed forms of plane strain."""
+
+import math
+
+import numpy as np
+import pytest
+
+from fretwear.mechanics.geometry import Workspace
+from fretwear.mechanics.geometry.line import Line
+from fretwear.mechanics.integrator import evolve, first_loading
+from fretwear.mechanics.loading import NormalLoad, TangentialRatio
+from fretwear.mechanics.materials import ElasticBodies
+from fretwear.mechanics.measures import measure
+from fretwear.mechanics.surfaces import Cylinder
+
+from .problems import FRICTION, P0, fretting
+
+CYLINDER, LOAD = Cylinder(6e-3), 18.5e3
+STEEL = ElasticBodies(200e9, 0.3)
+HERTZ = CYLINDER.hertz(NormalLoad(LOAD), STEEL.composite_modulus)
+A = HERTZ.contact_radius
+
+
+def rubbing(load_ratio, **changes):
+    """A cylinder under a tangential load."""
+    return fretting(
+        indenter=CYLINDER,
+        bodies=STEEL,
+        normal=NormalLoad(LOAD),
+        loading=TangentialRatio(load_ratio),
+        spacing=(A / 64, A / 64),
+        extent=(1.15 * A, 1.15 * A),
+        geometry=Line,
+        **changes,
+    )
+
+
+def test_the_influence_is_symmetric_and_positive():
+    line = Line((0.0, 1e-6, 3e-6, 8e-6, 1e-5), 6e-3)
+    influence = line.areas * line.influence(1e11)
+    assert influence == pytest.approx(influence.T, rel=1e-6)
+    assert np.linalg.eigvalsh(0.5 * (influence + influence.T)).min() > 0
+
+
+def test_first_loading():
+    problem = rubbing(0.5)
+    state = first_loading(problem)
+    found = measure(problem, state)
+    sliding = CYLINDER.partial_slip(HERTZ, FRICTION, 0.5 * FRICTION * LOAD, 1.0)
+    assert found.approach == pytest.approx(HERTZ.approach, rel=1e-5)
+    assert found.central_pressure == pytest.approx(HERTZ.peak_pressure, rel=1e-4)
+    assert found.contact_half_width_x == pytest.approx(A, rel=1e-3)
+    assert found.stick_half_width_x == pytest.approx(sliding.stick_radius, rel=1e-4)
+    assert found.tangential_displacement == pytest.approx(sliding.tangential_displacement, rel=1e-4)
+    assert found.dissipated_energy == pytest.approx(sliding.dissipated_energy, rel=1e-3)
+    slip = np.interp(A, state.geometry.x, problem.slip(state.reduced)[:, 0])
+    assert slip == pytest.approx(float(sliding.slip(A)), rel=1e-3)
+
+
+@pytest.mark.parametrize("load_ratio", [0.2, 0.5, 0.9])
+def test_the_limit_of_many_cycles(load_ratio):
+    problem = rubbing(load_ratio)
+    limiting = problem.limiting
+    *_, state = evolve(problem, [1e4 / (problem.growth_rate * HERTZ.peak_pressure)])
+    found = measure(problem, state)
+    assert found.approach == pytest.approx(limiting.approach, rel=1e-5)
+    assert found.central_pressure == pytest.approx(limiting.central_pressure, rel=1e-3)
+    assert found.wear_volume == pytest.approx(limiting.wear_volume, rel=1e-3)
+    assert state.wear.max() == pytest.approx(limiting.deepest_wear, rel=1e-3)
+    assert found.contact_half_width_x == pytest.approx(limiting.contact_radius, rel=2e-3)
+
+
+def test_where_it_yields_the_load_is_kept_and_the_stick_zone_shrinks():
+    limit = 1.5 * HERTZ.peak_pressure
+    problem = rubbing(0.8, limit=limit / P0)
+    first, *_, last = evolve(problem, [20.0 / (problem.growth_rate * HERTZ.peak_pressure)])
+    assert last.pressure.max() == pytest.approx(limit)
+    assert last.geometry.integral(last.pressure) == pytest.approx(LOAD)
+    assert last.plastic.max() > 0
+    assert last.reduced.stick.sum() < first.reduced.stick.sum()
+
+
+def test_a_larger_line_keeps_what_is_known():
+    problem = rubbing(0.5)
+    state = first_loading(problem)
+    larger = state.geometry.ahead_of(np.ones(state.geometry.shape))
+    assert larger.extent > state.geometry.extent
+    moved = state.on(Workspace(problem), larger)
+    kept = larger.where(state.geometry)
+    assert moved.gap[kept] == pytest.approx(state.gap)
+    outside = moved.gap[state.geometry.shape[0] :, 0]
+    assert outside == pytest.approx(HERTZ.gap(larger.x[-outside.size :]), rel=1e-3)
+    assert math.isclose(larger.integral(moved.pressure), LOAD)

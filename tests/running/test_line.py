@@ -1,0 +1,120 @@
+"""A cylinder on a flat from its study to its figures: per length, and nothing along y."""
+
+import math
+
+import numpy as np
+import pytest
+from tests.studies import base, refusal, run_study, steel, write_study
+
+from fretwear.cli.show import case_content, case_lines, comparison_lines
+from fretwear.data.dataset import mirrored
+from fretwear.data.files import open_case, open_history, open_summary
+from fretwear.data.merge import open_study
+from fretwear.figures import overview
+from fretwear.figures.study import study_figures
+from fretwear.study.cost import estimate
+from fretwear.study.study import load_study
+
+CYLINDER = {"radius": None, "indenter": {"kind": "cylinder", "radius": "6 mm"}}
+LOADS = ["10 N/mm", "18.5 N/mm"]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Results of a study of two loads."""
+    content = {"base": base(**CYLINDER, load=None), "vary": {"load": LOADS}}
+    made = tmp_path_factory.mktemp("line")
+    study = load_study(write_study(made / "line.yaml", content))
+    run_study(study, made)
+    return made
+
+
+@pytest.fixture
+def paths(folder):
+    return sorted((folder / "cases").glob("*.nc"))
+
+
+def test_a_dataset_has_no_y_and_its_integrals_are_per_length(paths):
+    with open_case(paths[1]) as case:
+        assert case.pressure.dims == ("cycle", "x")
+        assert case.symmetry == "even_x"
+        assert not [name for name in case.variables if str(name).endswith("half_width_y")]
+        units = {name: case[name].units for name in ("wear_volume", "contact_area", "load")}
+        assert units == {"wear_volume": "m2", "contact_area": "m", "load": "N m-1"}
+        assert case.dissipated_energy.units == "J m-1"
+        assert case["load"].long_name == "normal load per length"
+        whole = mirrored(case)
+        assert whole.sizes["x"] == 2 * case.sizes["x"]
+        carried = whole.pressure.sum("x") * float(case["cell_x"])
+        assert carried.values == pytest.approx(float(case["load"]), rel=1e-6)
+    with open_history(paths[1]) as history:
+        assert history.wear_volume.units == "m2"
+
+
+def test_a_case_is_told_and_compared_in_loads_per_length(paths):
+    with open_case(paths[0]) as a, open_case(paths[1]) as b, open_history(paths[0]) as steps:
+        told = "\n".join(case_lines(case_content(a, steps)))
+        compared = "\n".join(comparison_lines(a, b))
+    assert "(half of the contact)" in told
+    assert "10 N/mm" in told
+    assert "wear volume per length" in told
+    assert "18.5 N/mm" in compared
+
+
+def test_a_study_is_merged_and_drawn_without_maps(folder, paths):
+    with open_summary(folder / "summary.nc") as summary:
+        assert summary.wear_volume.units == "m2"
+        drawn = {each.name: each.figure for each in study_figures(summary, folder / "cases")}
+    assert drawn
+    assert not [name for name in drawn if "map" in name]
+    assert "per length" in drawn["wear_volume"].axes[0].get_ylabel()
+    with open_study(folder) as study:
+        assert study.wear_depth.dims == ("load", "cycle", "x")
+        deepest = study.wear_depth.max("x").values[:, -1]
+    with open_case(paths[1]) as case:
+        assert deepest[1] == pytest.approx(float(case.wear_depth.max()), rel=1e-3)
+        titles = [axes.get_title() for axes in overview(case).axes]
+    assert not any("Wear depth" in title for title in titles)
+
+
+def test_bare_numbers_are_forces_per_length():
+    typed = steel(**CYLINDER, load="18.5 N/mm")
+    assert steel(**CYLINDER, load=18.5e3).case_id == typed.case_id
+    assert typed.case_id.startswith("cylinder-P18.5N_mm-Q7.4N_mm-")
+    assert typed.coupling == 1.0
+    assert typed.tangential_load == pytest.approx(0.8 * 0.5 * 18.5e3)
+
+
+@pytest.mark.parametrize(
+    ("changes", "parts"),
+    [
+        ({**CYLINDER, "load": "50 N"}, ("load", "per length", "load: 18.5 N/mm")),
+        ({"load": "18.5 N/mm"}, ("load", "a sphere is loaded by a force", "load: 50 N")),
+        (
+            {**CYLINDER, "load": "18.5 N/mm", "tangential_load": "20 N"},
+            ("tangential_load", "per length"),
+        ),
+        ({**CYLINDER, "load": "18.5 MPa"}, ("load", "must be a force")),
+        ({**CYLINDER, "load": "1000 kN/mm"}, ("too much for this cylinder", "N/mm would do")),
+        (
+            {
+                **CYLINDER,
+                "load": "18.5 N/mm",
+                "roughness": {"amplitude": "1 um", "slope_x": "1 deg", "slope_y": "0 deg"},
+            },
+            ("line contacts are smooth", "roughness: none"),
+        ),
+        ({**CYLINDER, "load": "18.5 N/mm", "tangential_load": "20 N/mm"}, ("µP = 9.25 N/mm",)),
+    ],
+)
+def test_mistakes_are_named(changes, parts):
+    message = refusal(**changes)
+    for part in parts:
+        assert part in message
+
+
+def test_the_plan_counts_strips():
+    found = estimate(steel(**CYLINDER, load="18.5 N/mm"))
+    assert found.cells_y == 1
+    assert math.isfinite(found.seconds)
+    assert np.isfinite(found.memory_bytes)
