@@ -54,7 +54,7 @@ def elastic_id(finished) -> str:
     (found,) = (
         planned.id
         for planned in finished.plan.points
-        if list(planned.point.labels.values()) == ["40 N", "0.4", "0.3 um", "none"]
+        if list(planned.labels.values()) == ["40 N", "0.4", "0.3 um", "none"]
     )
     return found
 

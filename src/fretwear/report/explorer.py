@@ -61,7 +61,7 @@ def held_points(plan: Plan, results: Sequence[PointResult], most: int = _MOST_CA
     count = len(plan.points)
     if plan.study.design.kind == "grid" and count > most:
         kept = set(product(*thinned_levels([len(axis.values) for axis in plan.study.axes], most)))
-        places = [place for place, planned in enumerate(plan.points) if planned.point.index in kept]
+        places = [place for place, planned in enumerate(plan.points) if planned.index in kept]
     else:
         places = evenly(count, most)
     done = [place for place, result in enumerate(results) if result.done]
@@ -122,7 +122,7 @@ def build_explorer(
         "points": [
             {
                 "number": result.number,
-                "index": plan.points[place].point.index,
+                "index": plan.points[place].index,
                 "title": result.title,
                 "status": result.status.word,
                 "reason": result.reason,
@@ -147,7 +147,7 @@ def _axes(plan: Plan, places: Sequence[int]) -> list[dict[str, Any]]:
     """Return the varied parameters of a grid with the values that are held; else nothing."""
     axes = []
     for position, axis in enumerate(plan.study.axes if plan.study.design.kind == "grid" else ()):
-        levels = sorted({plan.points[place].point.index[position] for place in places})
+        levels = sorted({plan.points[place].index[position] for place in places})
         texts = [level.label for level in levels_of(axis)]
         words = parameter(axis.coordinate).words
         axes.append({"words": words, "levels": [[level, texts[level]] for level in levels]})

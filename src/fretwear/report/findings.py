@@ -146,7 +146,7 @@ def effects(plan: Plan, results: Sequence[PointResult]) -> list[Effect]:
     if plan.study.design.kind != "grid":
         return []
     by_index = {
-        planned.point.index: result
+        planned.index: result
         for planned, result in zip(plan.points, results, strict=True)
         if result.done
     }

@@ -9,50 +9,27 @@ from functools import cached_property
 from pathlib import Path
 from typing import IO
 
-from fretwear.study.case import Case
-from fretwear.study.cost import Estimate, estimate
+from fretwear.study.cost import Estimate
 from fretwear.study.points import Point
 from fretwear.study.rules import Doubt, doubts
 from fretwear.study.study import Study
+from fretwear.study.tree import coordinate
 from fretwear.units import duration_text, size_text
 
 
 @dataclass(frozen=True)
-class PlannedPoint:
-    """A point of a study with what it is expected to take (None where it is invalid)."""
-
-    point: Point
-    estimate: Estimate | None
-
-    @property
-    def id(self) -> str:
-        """Case id; empty where the point is invalid."""
-        return self.point.id
-
-    @property
-    def case(self) -> Case | None:
-        """What to run; None where the point is invalid."""
-        return self.point.case
-
-
-@dataclass(frozen=True)
 class Plan:
-    """The points of a study in order, with estimates.
-
-    Attributes
-    ----------
-    study : Study
-        The study planned.
-    points : tuple of PlannedPoint
-        One for each point, the last varied parameter fastest.
-    speed : float
-        How fast the machine is that times are told for, from `machine_speed` of
-        `fretwear.running.resources`; the table of points and the batches are the same everywhere.
-    """
+    """The points of a study in order, with estimates."""
 
     study: Study
-    points: tuple[PlannedPoint, ...]
+    # How fast the machine is that times are told for, from `fretwear.running.resources`; the table
+    # of points and the batches are the same everywhere.
     speed: float = 1.0
+
+    @property
+    def points(self) -> tuple[Point, ...]:
+        """The points, the last varied parameter fastest."""
+        return self.study.points()
 
     @cached_property
     def estimates(self) -> Mapping[str, Estimate]:
@@ -63,10 +40,10 @@ class Plan:
     def doubts(self) -> Mapping[Doubt, Mapping[str, str]]:
         """What makes results doubtful: numbers by case id, for a first case of each kind."""
         found: dict[str, tuple[Doubt, dict[str, str]]] = {}
-        for planned in self.points:
-            for doubt in doubts(planned.case) if planned.case is not None else ():
+        for point in self.points:
+            for doubt in doubts(point.case) if point.case is not None else ():
                 _, numbers = found.setdefault(doubt.what, (doubt, {}))
-                numbers[planned.id] = doubt.detail
+                numbers[point.id] = doubt.detail
         return dict(found.values())
 
     @property
@@ -92,15 +69,14 @@ class Plan:
         first, last : int
             Part of the points, as for a slice.
         """
-        for planned in self.points[first:last]:
-            labels = planned.point.labels.values()
-            if planned.estimate is None:
-                yield ("(invalid)", *labels, "-", "-", planned.point.problem)
+        for point in self.points[first:last]:
+            labels = point.labels.values()
+            if (found := point.estimate) is None:
+                yield ("(invalid)", *labels, "-", "-", point.problem)
                 continue
-            found = planned.estimate
             cells = f"{found.cells_x} x {found.cells_y}"
             time = duration_text(found.seconds / self.speed)
-            yield (planned.id, *labels, cells, time, size_text(found.memory_bytes))
+            yield (point.id, *labels, cells, time, size_text(found.memory_bytes))
 
     def write_csv(self, stream: IO[str]) -> None:
         """Write the table of points: id, every parameter in SI units, cells, estimates.
@@ -108,17 +84,14 @@ class Plan:
         The stream should be opened with ``newline=""``.  Cells of the table are empty where a
         point is invalid; the column `problem` says why.
         """
-        names: dict[str, None] = {}
-        for planned in self.points:
-            names.update(dict.fromkeys(_parameters(planned)))
+        names = dict.fromkeys(name for point in self.points for name in _parameters(point))
         estimates = ("cells", "estimated_seconds", "estimated_memory_bytes")
         writer = csv.DictWriter(stream, ["id", *names, *estimates, "problem"], restval="")
         writer.writeheader()
-        for planned in self.points:
-            row: dict[str, object] = {"id": planned.id, "problem": planned.point.problem}
-            row.update(_parameters(planned))
-            if planned.estimate is not None:
-                found = planned.estimate
+        for point in self.points:
+            row: dict[str, object] = {"id": point.id, "problem": point.problem}
+            row.update(_parameters(point))
+            if (found := point.estimate) is not None:
                 values = (found.cells, f"{found.seconds:.3g}", found.memory_bytes)
                 row.update(zip(estimates, values, strict=True))
             writer.writerow(row)
@@ -126,13 +99,7 @@ class Plan:
 
 def plan_study(study: Study) -> Plan:
     """Return the plan of a study; nothing is run."""
-    return Plan(
-        study,
-        tuple(
-            PlannedPoint(point, estimate(point.case) if point.case is not None else None)
-            for point in study.points()
-        ),
-    )
+    return Plan(study)
 
 
 def write_points(study: Study, path: str | Path) -> None:
@@ -141,15 +108,11 @@ def write_points(study: Study, path: str | Path) -> None:
         plan_study(study).write_csv(stream)
 
 
-def _parameters(planned: PlannedPoint) -> dict[str, float | str]:
+def _parameters(point: Point) -> dict[str, float | str]:
     """Return parameters in SI units; varied ones that are no single number as the file has them."""
-    varied = {
-        name.replace(".", "_"): value if isinstance(value, float | int | str) else label
-        for (name, value), label in zip(
-            planned.point.values.items(), planned.point.labels.values(), strict=True
-        )
-    }
-    if planned.case is None:
-        return varied
-    coordinates = planned.case.scalar_coordinates()
-    return {**varied, **{name: value for name, (value, _, _) in coordinates.items()}}
+    found: dict[str, float | str] = {}
+    for (name, value), label in zip(point.values.items(), point.labels.values(), strict=True):
+        found[coordinate(name)] = value if isinstance(value, float | int | str) else label
+    if point.case is not None:
+        found |= {name: value for name, (value, *_) in point.case.scalar_coordinates().items()}
+    return found

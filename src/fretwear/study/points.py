@@ -10,6 +10,7 @@ from typing import Any
 
 from fretwear.parts import Part, required
 from fretwear.study.case import Case, assemble, with_first_and_last
+from fretwear.study.cost import Estimate, estimate
 from fretwear.study.problems import in_words
 from fretwear.study.rules import RULES, Finding, Rule
 from fretwear.study.tree import CaseTree, leaves, member_of, members
@@ -17,21 +18,11 @@ from fretwear.study.tree import CaseTree, leaves, member_of, members
 
 @dataclass(frozen=True)
 class Axis:
-    """One varied parameter.
+    """One varied parameter."""
 
-    Attributes
-    ----------
-    name : str
-        Dotted name as in the file.
-    values : tuple
-        Values in SI units, in the order of the file (sampled designs: one per point).
-    written : tuple
-        The values as a study file would have them.
-    """
-
-    name: str
-    values: tuple[Any, ...]
-    written: tuple[Any, ...]
+    name: str  # dotted, as in the file
+    values: tuple[Any, ...]  # in SI units, in the order of the file; sampled designs: one a point
+    written: tuple[Any, ...]  # as a study file would have them
 
     @cached_property
     def member(self) -> str:
@@ -49,7 +40,7 @@ class Axis:
         names = [leaf.name for leaf in leaves().get(self.name, ())]
         return (names[0] if names else self.name).replace(".", "_")
 
-    @property
+    @cached_property
     def labels(self) -> tuple[str, ...]:
         """The values in the words of the file."""
         return tuple(in_words(value) for value in self.written)
@@ -57,32 +48,32 @@ class Axis:
 
 @dataclass(frozen=True)
 class Point:
-    """One point of a study.
+    """One point of a study."""
 
-    Attributes
-    ----------
-    index : tuple of int
-        Position along each axis (under ``zip`` and sampled designs the same along all).
-    values : dict
-        Varied parameters by dotted name, in SI units.
-    labels : dict
-        The same in the words of the file.
-    case : Case or None
-        What to run; None where the point is invalid.
-    problem : str
-        Why it is invalid, or an empty string.
-    """
-
-    index: tuple[int, ...]
-    values: Mapping[str, Any]
-    labels: Mapping[str, str]
-    case: Case | None
-    problem: str = ""
+    axes: tuple[Axis, ...] = field(repr=False)
+    index: tuple[int, ...]  # position along each axis (zip and sampled designs: the same along all)
+    case: Case | None  # what to run; None where the point is invalid
+    problem: str = ""  # why it is invalid
 
     @cached_property
     def id(self) -> str:
         """Case id; empty where the point is invalid.  Points that come to one case share it."""
         return self.case.case_id if self.case is not None else ""
+
+    @cached_property
+    def estimate(self) -> Estimate | None:
+        """What the case is expected to take; None where the point is invalid."""
+        return estimate(self.case) if self.case is not None else None
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """Varied parameters by dotted name, in SI units."""
+        return {a.name: a.values[i] for a, i in zip(self.axes, self.index, strict=True)}
+
+    @property
+    def labels(self) -> dict[str, str]:
+        """Varied parameters by dotted name, in the words of the file."""
+        return {a.name: a.labels[i] for a, i in zip(self.axes, self.index, strict=True)}
 
 
 @dataclass(frozen=True)
@@ -91,6 +82,7 @@ class PointFinding:
 
     finding: Finding
     where: tuple[tuple[Axis, int], ...]
+    points: Sequence[tuple[int, ...]]
 
 
 @dataclass(frozen=True)
@@ -104,21 +96,9 @@ class Parameters:
 
     def points(self, broken: Mapping[tuple[int, ...], str]) -> Iterator[Point]:
         """Iterate over the points; `broken` says why some of them are invalid."""
-        labels = [axis.labels for axis in self.axes]
         for index in self.indices:
             problem = broken.get(index, "")
-            yield Point(
-                index=index,
-                values={
-                    axis.name: axis.values[i] for axis, i in zip(self.axes, index, strict=True)
-                },
-                labels={
-                    axis.name: texts[i]
-                    for axis, texts, i in zip(self.axes, labels, index, strict=True)
-                },
-                case=None if problem else self.case(index),
-                problem=problem,
-            )
+            yield Point(self.axes, index, None if problem else self.case(index), problem)
 
     def case(self, index: tuple[int, ...]) -> Case:
         """Return the case of a point from values that have been read and checked one by one."""
@@ -171,8 +151,8 @@ class Parameters:
                 sound.append(member)
         return tuple(sound)
 
-    def find(self) -> Iterator[tuple[PointFinding, list[tuple[int, ...]]]]:
-        """Iterate over the broken rules, each with the points that break it.
+    def find(self) -> Iterator[PointFinding]:
+        """Iterate over the broken rules.
 
         A rule is tried once for each combination of the values it needs, and only where all
         of these are among the sound values.
@@ -191,13 +171,28 @@ class Parameters:
         for index in self.indices:
             case: Case | None = None
             for trial in trials:
-                if trial.is_new(index):
-                    case = self.case(index) if case is None else case
-                    trial.found(index, trial.rule.find(case))
+                positions = tuple([index[i] for i in trial.relevant])
+                if positions not in trial.tried:
+                    case = case or self.case(index)
+                    trial.tried[positions] = trial.rule.find(case)
+                if trial.tried[positions] is not None:
+                    trial.broken.setdefault(positions, []).append(index)
         for trial in trials:
-            for positions, (finding, points) in trial.broken.items():
+            for positions, points in trial.broken.items():
+                finding = trial.tried[positions]
                 where = zip((self.axes[i] for i in trial.relevant), positions, strict=True)
-                yield PointFinding(finding, tuple(where)), points
+                assert finding is not None
+                yield PointFinding(finding, tuple(where), points)
+
+
+@dataclass
+class _Trial:
+    """A rule tried at the points, by their positions along the axes that it needs."""
+
+    rule: Rule
+    relevant: Sequence[int]
+    tried: dict[tuple[int, ...], Finding | None] = field(default_factory=dict)
+    broken: dict[tuple[int, ...], list[tuple[int, ...]]] = field(default_factory=dict)
 
 
 def _belongs(name: str, member: str) -> bool:
@@ -206,32 +201,3 @@ def _belongs(name: str, member: str) -> bool:
 
 def _member_needed(name: str) -> str:
     return name if name == "output_cycles" else member_of(name)
-
-
-@dataclass
-class _Trial:
-    """A rule tried at the points: once for each combination of the values it needs."""
-
-    rule: Rule
-    relevant: Sequence[int]
-    sound: set[tuple[int, ...]] = field(default_factory=set)
-    broken: dict[tuple[int, ...], tuple[Finding, list[tuple[int, ...]]]] = field(
-        default_factory=dict
-    )
-
-    def is_new(self, index: tuple[int, ...]) -> bool:
-        """Say whether the rule is to be tried here; keep the point where it is known to break."""
-        positions = self._positions(index)
-        if positions in self.broken:
-            self.broken[positions][1].append(index)
-        return positions not in self.sound and positions not in self.broken
-
-    def found(self, index: tuple[int, ...], finding: Finding | None) -> None:
-        """Keep what was found at a point."""
-        if finding is None:
-            self.sound.add(self._positions(index))
-        else:
-            self.broken[self._positions(index)] = (finding, [index])
-
-    def _positions(self, index: tuple[int, ...]) -> tuple[int, ...]:
-        return tuple([index[i] for i in self.relevant])

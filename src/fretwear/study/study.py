@@ -222,9 +222,9 @@ def _try_rules(
     """Try the rules between parameters; return the points to skip, report all others."""
     invalid: dict[tuple[int, ...], str] = {}
     listed: dict[str, int] = {}
-    for found, points in parameters.find():
+    for found in parameters.find():
         if skip and found.where:
-            for index in points:
+            for index in found.points:
                 invalid.setdefault(index, found.finding.sentence())
             continue
         subject = found.finding.subject
