@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import errno
 import os
 import shlex
@@ -17,7 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fretwear.cli import completion
-from fretwear.study.problems import printable
+from fretwear.study.problems import few_of, nearest, printable
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,8 +30,6 @@ FIGURE_FORMATS = (".png", ".svg", ".pdf")
 """Endings of the files into which figures are drawn."""
 
 LOG_FORMAT_OPTION, LOG_FORMAT_VARIABLE = "--log-format", "FRETWEAR_LOG_FORMAT"
-
-_LISTED = 5
 
 
 class Status(IntEnum):
@@ -237,15 +234,14 @@ def check_results(file: Path) -> None:
     """
     if file.is_dir():
         found = sorted([*file.glob("*.nc"), *file.glob("cases/*.nc")])
-        more = f"\n    and {len(found) - _LISTED} more" if len(found) > _LISTED else ""
-        names = "".join(f"\n    {name}" for name in found[:_LISTED])
-        hint = f"; name one of its files, such as{names}{more}" if found else " without results"
+        names = "".join(f"\n    {name}" for name in few_of(found))
+        hint = f"; name one of its files, such as{names}" if found else " without results"
         raise CommandError(f"{file}: is a folder{hint}")
     if not file.exists():
         present = [path.name for path in file.parent.iterdir()] if file.parent.is_dir() else []
         hint = "the cases of a study are in results/STUDY/cases/; fretwear run computes one"
-        if near := difflib.get_close_matches(file.name, present, n=1, cutoff=0.7):
-            hint = f"did you mean {str(file.with_name(near[0]))!r}?"
+        if near := nearest(file.name, present, cutoff=0.7):
+            hint = f"did you mean {str(file.with_name(near))!r}?"
         raise CommandError(f"{file}: there is no such file\n    {hint}")
     if file.suffix in completion.STUDY_FILES:
         raise CommandError(

@@ -27,31 +27,15 @@ def printable(text: str) -> str:
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing wrong with a study; it is put into words when it is told.
+    """One thing wrong with a study; it is put into words when it is told."""
 
-    Attributes
-    ----------
-    key : str
-        Dotted name as in the file, such as ``vary.load[1]``; empty for the file as a whole.
-    given : object
-        What stands there; None where nothing does.
-    rule : str
-        What is wrong or what it must be, as a sentence without its subject.
-    remedy : str
-        What to do, or empty.
-    line : int or None
-        Line of the file, counted from 1.
-    written, known : str, sequence of str
-        A name that may be misspelt, and those that there are.
-    """
-
-    key: str
-    given: object
-    rule: str
-    remedy: str = ""
-    line: int | None = None
-    written: object = None
-    known: Sequence[str] = ()
+    key: str  # dotted name as in the file, such as vary.load[1]; empty for the file as a whole
+    given: object  # what stands there; None where nothing does
+    rule: str  # what is wrong or what it must be, as a sentence without its subject
+    remedy: str = ""  # what to do
+    line: int | None = None  # of the file, counted from 1
+    written: object = None  # a name that may be misspelt
+    known: Sequence[str] = ()  # the names that there are
 
     @property
     def value(self) -> str:
@@ -62,8 +46,7 @@ class Problem:
     @property
     def hint(self) -> str:
         """The likely correction, or what to do, or nothing."""
-        near = nearest(self.written, self.known) if isinstance(self.written, str) else ""
-        return f"did you mean {near!r}?" if near else self.remedy
+        return did_you_mean(self.written, self.known) or self.remedy
 
     def __str__(self) -> str:
         place = self.key + (f" = {self.value}" if self.value else "")
@@ -80,7 +63,7 @@ class StudyError(ValueError):
     file : Path
         The study file.
     problems : tuple of Problem
-        All of its problems, in the order of the file where lines are known.
+        In the order of the file where lines are known.
     """
 
     def __init__(self, file: Path, problems: Iterable[Problem]) -> None:
@@ -113,7 +96,20 @@ def in_words(value: object) -> str:
         return "a number of thousands of digits"
 
 
-def nearest(name: str, known: Sequence[str]) -> str:
+def nearest(name: object, known: Iterable[str], cutoff: float = 0.6) -> str:
     """Return the known name nearest to a misspelt one, or nothing."""
-    near = difflib.get_close_matches(name.casefold(), known, n=1, cutoff=0.6)
-    return near[0] if near else ""
+    by_fold = {each.casefold(): each for each in known}
+    near = difflib.get_close_matches(str(name).casefold(), by_fold, n=1, cutoff=cutoff)
+    return by_fold[near[0]] if near and isinstance(name, str) else ""
+
+
+def did_you_mean(name: object, known: Iterable[str], cutoff: float = 0.6) -> str:
+    """Ask whether the nearest known name is meant; nothing where none is near."""
+    near = nearest(name, known, cutoff)
+    return f"did you mean {near!r}?" if near else ""
+
+
+def few_of(things: Sequence[object], most: int = 5) -> list[str]:
+    """Return the first of some things as text, and how many more there are."""
+    more = [f"and {len(things) - most} more"] if len(things) > most else []
+    return [*map(str, things[:most]), *more]

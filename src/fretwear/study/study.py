@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import difflib
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -23,14 +22,13 @@ from fretwear.study.case import (
 )
 from fretwear.study.designs import Design, read_axes
 from fretwear.study.points import Axis, Parameters, Point, PointFinding
-from fretwear.study.problems import Problem, StudyError
+from fretwear.study.problems import Problem, StudyError, did_you_mean, few_of
 from fretwear.study.sections import Sections, read_sections
 from fretwear.study.tree import member_of, parameter_names
 from fretwear.study.yamlfile import parse_value, read_document
 
 OPTION = "--set"
 
-_LISTED = 5
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")
 _LISTED_PER_RULE = 8
 
@@ -394,15 +392,13 @@ def _point_with(study: Study, case_id: str, points: Mapping[str, Point]) -> Poin
         rule = f"is the beginning of {len(found)} ids"
         hint = f"give more of it, to choose one of{_listed(found)}"
     else:
-        near = difflib.get_close_matches(case_id, points, n=1, cutoff=0.6)
-        hint = f"did you mean {near[0]!r}?" if near else "fretwear plan lists the cases"
+        hint = did_you_mean(case_id, points) or "fretwear plan lists the cases"
         rule = f"is not one of the {len(points)} cases of this study"
     raise StudyError(study.file, [Problem("--case", case_id, rule, hint)])
 
 
 def _listed(ids: Sequence[str]) -> str:
-    more = [f"and {len(ids) - _LISTED} more"] if len(ids) > _LISTED else []
-    return "".join(f"\n    {line}" for line in [*ids[:_LISTED], *more])
+    return "".join(f"\n    {line}" for line in few_of(ids))
 
 
 def _content_at(study: Study, point: Point) -> dict[str, Any]:

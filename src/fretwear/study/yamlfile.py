@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import difflib
 import re
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +12,7 @@ from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
-from fretwear.study.problems import Problem, StudyError
+from fretwear.study.problems import Problem, StudyError, few_of, nearest
 
 STUDIES = Path("studies")
 ENDINGS = (".yaml", ".yml")
@@ -22,7 +20,6 @@ MAX_BYTES = 1_000_000
 MAX_DEPTH = 12
 MAX_NODES = 300_000
 
-_LISTED = 5
 _NETCDF = b"\x89HDF"
 _ENTRY = re.compile(r"\s*(-\s|[^#]*?:(\s|$)|[\]}])")
 # YAML 1.2 knows no dates; they stay text, as everything with a tag that is not of its core.
@@ -33,21 +30,11 @@ _TEXT = ("tag:yaml.org,2002:str", "tag:yaml.org,2002:timestamp", "tag:yaml.org,2
 
 @dataclass
 class Document:
-    """The content of a YAML file.
+    """The content of a YAML file."""
 
-    Attributes
-    ----------
-    data : object
-        Plain values: dict, list, str, int, float, bool, None.
-    lines : dict
-        Line of every entry by its dotted key, such as ``vary.load[1]``.
-    problems : list of Problem
-        Duplicate and unusable keys, unreadable values.
-    """
-
-    data: Any
-    lines: dict[str, int] = field(default_factory=dict)
-    problems: list[Problem] = field(default_factory=list)
+    data: Any  # plain values: dict, list, str, int, float, bool, None
+    lines: dict[str, int] = field(default_factory=dict)  # of every entry, such as vary.load[1]
+    problems: list[Problem] = field(default_factory=list)  # duplicate keys, unreadable values
 
 
 def read_document(file: Path) -> Document:
@@ -195,10 +182,13 @@ def _instead_of(file: Path) -> str:
     The name of a study without its folder or ending is understood, and so is a misspelt one; where
     nothing is like it, the studies are listed that there are.
     """
-    if near := _same_name(file) or _similar(file):
-        return f"did you mean {str(near)!r}?"
-    if present := _studies_in(file.parent) or _studies_in(STUDIES):
-        return _listed("there are", present)
+    present = [*_studies_in(file.parent), *_studies_in(STUDIES)]
+    same = [path for path in present if file.name in (path.name, path.stem)]
+    similar = nearest(file.name, [path.name for path in present], cutoff=0.75)
+    for path in (*same, *(path for path in reversed(present) if path.name == similar)):
+        return f"did you mean {str(path)!r}?"
+    if present:
+        return _listed("there are", _studies_in(file.parent) or present)
     folder = file.parent.absolute()
     if not folder.is_dir():
         return (
@@ -215,35 +205,12 @@ def _studies_in(folder: Path) -> list[Path]:
         return []
 
 
-def _listed(words: str, files: Iterable[Path]) -> str:
-    """List a few files in a sentence."""
-    names = [str(file) for file in files]
-    more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
-    return f"{words} {', '.join(names[:_LISTED])}{more}"
-
-
-def _same_name(file: Path) -> Path | None:
-    names = [file.name, *(f"{file.name}{ending}" for ending in ENDINGS)]
-    candidates = (folder / name for folder in (file.parent, STUDIES) for name in names)
-    return next((path for path in candidates if path.suffix in ENDINGS and path.is_file()), None)
-
-
-def _similar(file: Path) -> Path | None:
-    present = {path.name: path for path in chain(_studies_in(STUDIES), _studies_in(file.parent))}
-    near = difflib.get_close_matches(file.name, present, n=1, cutoff=0.75)
-    return present[near[0]] if near else None
+def _listed(words: str, files: Sequence[Path]) -> str:
+    return f"{words} {', '.join(few_of(files))}"
 
 
 def _not_yaml(error: YAMLError, text: str) -> Problem:
-    """Return the problem of a text that cannot be read, with its line and what to do.
-
-    Parameters
-    ----------
-    error
-        What the reader of YAML has raised.
-    text
-        The whole text.
-    """
+    """Return the problem of a text that cannot be read, with its line and what to do."""
     mark = getattr(error, "problem_mark", None)
     reason = getattr(error, "problem", None) or getattr(error, "reason", None) or "unreadable"
     if mark is None:
