@@ -90,8 +90,7 @@ def test_an_effect_is_the_geometric_mean_over_pairs_that_differ_in_one_name(
     found = {effect.name: effect for effect in effects(finished.plan, results)}
     assert set(found) == {"load", "friction", "roughness_amplitude", "plastic_limit"}
     by_index = {
-        planned.index: result
-        for planned, result in zip(finished.plan.points, results, strict=True)
+        planned.index: result for planned, result in zip(finished.plan.points, results, strict=True)
     }
     pairs = [
         (by_index[index], by_index[(*index[:3], 1)])

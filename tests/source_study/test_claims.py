@@ -6,19 +6,16 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fretwear.source_study.cases import TITLES
-from fretwear.source_study.claims import CLAIMS
-from fretwear.source_study.measures import (
-    Answer,
+from fretwear.source_study.cases import (
+    TITLES,
     amplitude_left,
     growth,
     largest_on_rings,
     late_growth,
-    percent,
-    short,
     unevenness,
     zone_means,
 )
+from fretwear.source_study.claims import CLAIMS, Answer, percent, short
 from fretwear.vocabulary import ContactState
 
 HOLDS, IN_PART, FAILS = Answer.HOLDS, Answer.IN_PART, Answer.FAILS

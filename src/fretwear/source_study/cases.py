@@ -47,18 +47,10 @@ TITLES = ("smooth elastic", "rough elastic", "smooth plastic", "rough plastic")
 
 @dataclass(frozen=True)
 class Evolution:
-    """A case over its cycles.
+    """A case over its cycles."""
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        Dataset of the case, quarter or whole contact.
-    history : xarray.Dataset
-        Its scalars at every accepted step.
-    """
-
-    dataset: xr.Dataset
-    history: xr.Dataset
+    dataset: xr.Dataset  # of a quarter or of the whole contact
+    history: xr.Dataset  # scalars at every accepted step
 
     @cached_property
     def cycles(self) -> tuple[int, ...]:
@@ -175,18 +167,11 @@ class Zones:
 
     On a smooth sphere they are just that. On a rough one the disc is the smallest around all
     stick cells, the ring ends with the outermost cell in contact: valleys belong to both.
-
-    Parameters
-    ----------
-    radius : array of shape (nx, ny)
-        Distance of every cell from the middle, m.
-    stick_radius, contact_radius : float
-        c and b, m.
     """
 
-    radius: Array
-    stick_radius: float
-    contact_radius: float
+    radius: Array  # distance of every cell from the middle, m, shape (nx, ny)
+    stick_radius: float  # c, m
+    contact_radius: float  # b, m
 
     @property
     def stick(self) -> Mask:
@@ -214,21 +199,11 @@ class Zones:
 
 @dataclass(frozen=True)
 class ReferenceCases:
-    """The four cases of the source study for one sphere radius and one slip model.
-
-    Parameters
-    ----------
-    radius : float
-        Sphere radius, m.
-    slip_model : str
-        How slip is computed.
-    files : mapping of str to pathlib.Path
-        The case file of each of `TITLES`.
-    """
+    """The four cases of the source study for one sphere radius, m, and one slip model."""
 
     radius: float
     slip_model: str
-    files: Mapping[str, Path]
+    files: Mapping[str, Path]  # the case file of each of `TITLES`
 
     def load(self) -> dict[str, Evolution]:
         """Read the four cases into memory, by their titles.
@@ -304,3 +279,89 @@ def _all_near(points: Mapping[str, NDArray[Any]], wanted: Mapping[str, float]) -
         near.append(np.isclose(np.array(numbers, dtype=np.float64), value, 1e-6, 0.0))
     all_near: Mask = np.logical_and.reduce(near)
     return all_near
+
+
+def zone_means(case: Evolution, name: str) -> tuple[Array, Array]:
+    """Means of a field over the first stick disc and over the ring around it, each (ncycles,).
+
+    The disc is that of cycle 0 at every snapshot; the ring ends with the contact of the snapshot.
+    """
+    disc = case.zones(0).stick
+    means = []
+    for cycle in case.cycles:
+        field = case.field(name, cycle)
+        ring = ~disc & (case.radius <= case.zones(cycle).contact_radius)
+        means.append([float(field[zone].mean()) for zone in (disc, ring)])
+    stick, slip = np.array(means).T
+    return stick, slip
+
+
+def differences(
+    smooth: Evolution, rough: Evolution, field: str, cycle: int
+) -> tuple[float, float, float]:
+    """How far rough and smooth are apart in the slip zone that they have in common.
+
+    Returns
+    -------
+    apart, mean, largest : float
+        Mean of |rough − smooth|, mean and largest value of the smooth one, unit of the field.
+    """
+    both = [smooth.zones(cycle), rough.zones(cycle)]
+    inner = max(zones.stick_radius for zones in both)
+    outer = min(zones.contact_radius for zones in both)
+    zone = (rough.radius > inner) & (rough.radius <= outer)
+    if not zone.any():
+        return math.nan, math.nan, math.nan
+    # Linear between the cells of the smooth case; nearer the middle its first value holds.
+    given = smooth.dataset[field].sel(cycle=cycle).astype(float)
+    places = {n: rough.dataset[n].clip(given[n].min(), given[n].max()) for n in ("x", "y")}
+    reference = given.interp(places).transpose("x", "y").values[zone]
+    apart = np.abs(rough.field(field, cycle)[zone] - reference)
+    return float(apart.mean()), float(reference.mean()), float(reference.max())
+
+
+def largest_on_rings(case: Evolution, name: str, cycle: int) -> tuple[float, float]:
+    """Where in the slip zone a field, averaged over rings, is largest, and its value there.
+
+    The place is 0 at the edge of stick and 1 at the outer rim, the value in the field's unit.
+    """
+    zones = case.zones(cycle)
+    radius, mean, _ = case.rings(case.field(name, cycle), case.radius <= zones.contact_radius)
+    largest = int(mean.argmax())
+    return float(zones.place(radius[largest])), float(mean[largest])
+
+
+def unevenness(case: Evolution, cycle: int, start: float = 0.0, end: float = 1.0) -> float:
+    """Standard deviation of the wear of one cycle over the slip zone, of its mean.
+
+    `start` and `end` choose a part of the zone, in fractions of its width.
+    """
+    part = case.zones(cycle).between(start, end)
+    _, values, cells = case.rings(case.field("wear_rate", cycle), part)
+    mean = float(np.average(values, weights=cells))
+    variance = float(np.average((values - mean) ** 2, weights=cells))
+    return math.sqrt(variance) / mean if mean > 0.0 else math.inf
+
+
+def amplitude_left(case: Evolution, cycle: int, zone: Mask) -> float:
+    """Amplitude of the waves on the worn and yielded surface in a zone, of the first one's.
+
+    Rings are averaged out, so that the wear scar itself does not count.
+    """
+    amplitude = case.parameter("roughness_amplitude")
+    changed = case.field("wear_depth", cycle) + case.field("plastic_depth", cycle)
+    shape, pattern = amplitude * case.waves + changed, case.waves[zone]
+    radius, mean, _ = case.rings(shape, zone)
+    local = shape[zone] - np.interp(case.radius[zone], radius, mean)
+    return float((local * pattern).sum() / (pattern**2).sum()) / amplitude
+
+
+def growth(case: Evolution, cycle: float) -> float:
+    """Growth of the contact half-width since cycle 0, m."""
+    return case.at("contact_half_width_x", cycle) - case.at("contact_half_width_x", 0.0)
+
+
+def late_growth(case: Evolution) -> float:
+    """Share of the whole growth that falls into the second half of the cycles."""
+    whole = growth(case, case.last)
+    return 1.0 - growth(case, 0.5 * case.last) / whole if whole > 0.0 else 0.0

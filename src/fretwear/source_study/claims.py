@@ -1,44 +1,78 @@
-"""The claims of the source study, in its words, each a row of `CLAIMS`."""
+"""The claims of the source study, in its words, how each is read, and whether it holds."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from enum import Enum
 
-from fretwear.source_study import measures
-from fretwear.source_study.cases import RUN_IN, TITLES, Evolution
-from fretwear.source_study.measures import Answer, Finding
+import numpy as np
+
+from fretwear.source_study.cases import (
+    RUN_IN,
+    TITLES,
+    Array,
+    Evolution,
+    amplitude_left,
+    differences,
+    growth,
+    largest_on_rings,
+    late_growth,
+    unevenness,
+    zone_means,
+)
+from fretwear.units import cycle_text, number_text
+from fretwear.vocabulary import ContactState
+
+_NEGLIGIBLE = 1e-4
+_NOISE = 1e-3
+_PEAK_CELLS = 2.0
+_ALMOST = 0.05
+_OUTER_PART = 0.75
+_MIDDLE_THIRD = (1.0 / 3.0, 2.0 / 3.0)
+_MIDDLE_HALF = (0.25, 0.75)
+_BEGINNING = 0.1
+_EVEN = 0.1
+_STILL_WEARING = 0.01
+_ON_TIPS = 0.9
+_WORN_OFF = 0.1
+_EARLY, _MUCH = 100.0, 1.5
+
+
+class Answer(Enum):
+    """Whether a claim holds, in words."""
+
+    HOLDS = "holds"
+    IN_PART = "in part"
+    FAILS = "does not hold"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What one case, or a smooth and a rough one together, say to a claim."""
+
+    answer: Answer
+    numbers: Mapping[str, str]  # what it rests on: each with its unit, by what was measured
+    remark: str  # why the claim does not hold, or what of it does; empty where it holds
 
 
 @dataclass(frozen=True)
 class Claim:
-    """A claim of the source study.
-
-    Attributes
-    ----------
-    words, criterion : str
-        What the study says, and how it is read: fixed by the words, not by the result.
-    subjects : mapping of str to sequence of str
-        What is judged: the titles of the cases of each subject.
-    measure : callable
-        Takes the cases of one subject and returns its `Finding`.
-    """
+    """A claim of the source study."""
 
     number: int
     words: str
-    criterion: str
-    subjects: Mapping[str, Sequence[str]]
-    measure: Callable[..., Finding]
+    criterion: str  # how the words are read: fixed by them, not by the result
+    subjects: Mapping[str, Sequence[str]]  # what is judged: the titles of each one's cases
+    measure: Callable[..., Finding]  # takes the cases of one subject
 
     def judge(self, cases: Mapping[str, Evolution]) -> Judgement:
-        """Judge the claim by the four cases of `fretwear.source_study.cases.TITLES`."""
-        return Judgement(
-            self,
-            {
-                subject: self.measure(*(cases[title] for title in titles))
-                for subject, titles in self.subjects.items()
-            },
-        )
+        """Judge the claim by the four cases of `TITLES`."""
+        found = {
+            s: self.measure(*(cases[t] for t in titles)) for s, titles in self.subjects.items()
+        }
+        return Judgement(self, found)
 
 
 @dataclass(frozen=True)
@@ -66,112 +100,350 @@ class Judgement:
         return ", ".join(f"{s}: {finding.answer.value}" for s, finding in self.findings.items())
 
 
+def _claim(
+    number: int, words: str, criterion: str, subjects: Mapping[str, Sequence[str]]
+) -> Callable[[Callable[..., Finding]], Claim]:
+    """Make a claim of the function that finds out whether it holds."""
+    return lambda measure: Claim(number, words, criterion, subjects, measure)
+
+
+def short(value: float) -> str:
+    """Return a number with three significant digits, or a dash for NaN."""
+    if math.isnan(value):
+        return "–"
+    return number_text(0.0 if abs(value) < _NEGLIGIBLE else value, 3)
+
+
+def percent(share: float) -> str:
+    """Return a share in percent, as `short` writes it."""
+    return f"{short(100.0 * share)} %"
+
+
+def _finding(holds: bool, in_part: bool, remark: str, numbers: Mapping[str, str]) -> Finding:
+    """Grade a claim; the remark is for where it does not hold as a whole."""
+    answer = Answer.HOLDS if holds else Answer.IN_PART if in_part else Answer.FAILS
+    return Finding(answer, numbers, "" if holds else remark)
+
+
+def _steps(values: Array) -> Array:
+    """Whether a series rises (1), falls (-1) or stays (0) from each snapshot to the next."""
+    change = np.diff(values)
+    steps: Array = np.where(np.abs(change) > _NOISE * abs(values[0]), np.sign(change), 0.0)
+    return steps
+
+
+def _last_to_first(stick: Array, slip: Array) -> dict[str, str]:
+    return {
+        "stick zone, last to first": short(stick[-1] / stick[0]),
+        "slip zone, last to first": short(slip[-1] / slip[0]),
+    }
+
+
 _EACH = {title: (title,) for title in TITLES}
 _SMOOTH_ELASTIC = {"smooth elastic": ("smooth elastic",)}
 _ROUGH = {title: (title,) for title in TITLES if title.startswith("rough")}
 _PAIRS = {body: (f"smooth {body}", f"rough {body}") for body in ("elastic", "plastic")}
 
+
+@_claim(
+    1,
+    "Pressure increases within the stick zone and decreases inside the slip zones.",
+    "From every snapshot to the next the mean pressure over the first stick disc rises, and "
+    "that over the ring from there to the edge of the contact falls; changes by less than "
+    "0.1 % of the first mean count as none. In part: from the first snapshot to the last.",
+    _EACH,
+)
+def _pressure_moves_inward(case: Evolution) -> Finding:
+    stick, slip = zone_means(case, "pressure")
+    against = {
+        "falls in the stick zone": _steps(stick) < 0.0,
+        "rises in the slip zone": _steps(slip) > 0.0,
+    }
+    back = [
+        f"{what} from cycle {cycle_text(case.cycles[int(steps.argmax())])} on"
+        for what, steps in against.items()
+        if steps.any()
+    ]
+    in_all = bool(stick[-1] > stick[0] and slip[-1] < slip[0])
+    remark = f"it {' and '.join(back)}" if back else "it does not change"
+    return _finding(in_all and not back, in_all, remark, _last_to_first(stick, slip))
+
+
+@_claim(
+    2,
+    "The largest peak of a smooth elastic surface is at the ends of the stick zone after the "
+    "last cycle.",
+    "After the last cycle the cell of highest pressure is within two cells of the edge of the "
+    "stick zone.",
+    _SMOOTH_ELASTIC,
+)
+def _peak_at_stick_edge(case: Evolution) -> Finding:
+    pressure = case.field("pressure", case.last)
+    peak = case.radius[np.unravel_index(int(pressure.argmax()), pressure.shape)]
+    beyond = float(peak - case.zones(case.last).stick_radius) / max(case.sides)
+    growth_of_peak = float(pressure.max() / case.field("pressure", 0).max())
+    numbers = {
+        "peak beyond the edge": f"{short(beyond)} cells",
+        "peak, last to first": short(growth_of_peak),
+    }
+    return _finding(abs(beyond) <= _PEAK_CELLS, False, "the peak is elsewhere", numbers)
+
+
+@_claim(
+    3,
+    f"Rough, after about {RUN_IN} cycles: pressure and slip in the slip area are almost those "
+    "of a smooth surface after the same number.",
+    f"At the snapshot nearest cycle {RUN_IN}, over the slip zone that both have in common, the "
+    "mean difference of pressure and that of slip are at most 5 % of the smooth contact's "
+    "mean. In part: at most 5 % of the Hertz pressure and of the smooth contact's largest "
+    "slip, as good as equal in a figure.",
+    _PAIRS,
+)
+def _rough_becomes_smooth(smooth: Evolution, rough: Evolution) -> Finding:
+    cycle = smooth.nearest(RUN_IN)
+    pressure, mean_pressure, _ = differences(smooth, rough, "pressure", cycle)
+    slip, mean_slip, largest_slip = differences(smooth, rough, "slip", cycle)
+    hertz = smooth.parameter("hertz_pressure")
+    in_figure = pressure <= _ALMOST * hertz and slip <= _ALMOST * largest_slip
+    numbers = {
+        "snapshot": cycle_text(cycle),
+        "pressure apart": f"{percent(pressure / mean_pressure)} of the mean",
+        "slip apart": f"{percent(slip / mean_slip)} of the mean",
+        "pressure apart, to Hertz": percent(pressure / hertz),
+        "slip apart, to the largest": percent(slip / largest_slip),
+    }
+    return _finding(
+        pressure <= _ALMOST * mean_pressure and slip <= _ALMOST * mean_slip,
+        in_figure,
+        f"{'equal' if in_figure else 'not equal even'} on the scale of a figure",
+        numbers,
+    )
+
+
+@_claim(
+    4,
+    "Elastic: no change of the stick zone. Plastic: its edges deform and it reduces continuously.",
+    "Elastic: no cell goes from stick to slip or back. Plastic: there is plastic depth in the "
+    "outer quarter of the stick zone, and the area that sticks falls from every snapshot to "
+    "the next once bodies yield. In part: it falls from a later cycle on.",
+    _EACH,
+)
+def _stick_zone(case: Evolution) -> Finding:
+    if math.isinf(case.parameter("plastic_limit")):
+        sticks, slips = (
+            np.any([case.is_in(state, cycle) for cycle in case.cycles], axis=0)
+            for state in (ContactState.STICK, ContactState.SLIP)
+        )
+        changed, what = int((sticks & slips).sum()), "cells that go from stick to slip or back"
+        return _finding(not changed, False, f"{changed} {what}", {what: str(changed)})
+    area = case.dataset["stick_area"].values
+    yields = [cycle for cycle in case.cycles if _edge_yields(case, cycle)]
+    elastic = [cycle for cycle in case.cycles if case.scalar("plastic_volume", cycle) == 0.0]
+    rises = np.flatnonzero(np.diff(area) >= 0.0)
+    falls = case.cycles[rises[-1] + 1] if rises.size else 0
+    reduces = bool(yields) and falls < case.last and bool(area[-1] < area[0])
+    if not yields:
+        remark = "its edge does not yield"
+    elif not reduces:
+        remark = "its edge yields, but it does not reduce"
+    else:
+        remark = f"the area that sticks falls only from cycle {cycle_text(falls)} on"
+    extent = case.zones(case.last).stick_radius / case.zones(0).stick_radius
+    numbers = {
+        "stick area left": percent(area[-1] / area[0]),
+        "largest on the way": percent(area.max() / area[0]),
+        "radius of the zone left": percent(extent),
+        "edge yields by cycle": cycle_text(yields[0]) if yields else "–",
+    }
+    return _finding(reduces and falls <= max(elastic, default=0), reduces, remark, numbers)
+
+
+def _edge_yields(case: Evolution, cycle: int) -> bool:
+    """Whether there is plastic depth in the outer quarter of the stick zone."""
+    zones = case.zones(cycle)
+    edge = zones.stick & (case.radius >= _OUTER_PART * zones.stick_radius)
+    return bool(case.field("plastic_depth", cycle)[edge].max(initial=0.0) > 0.0)
+
+
+@_claim(
+    5,
+    "The maximum wear is in the middle of the slip zones, smooth and rough, and at the beginning.",
+    "Averaged over rings, wear is deepest in the middle third of the slip zone at every "
+    "snapshot after cycle 0, and the cycle that wears most is among the first tenth. In part: "
+    "deepest there at some snapshots.",
+    _EACH,
+)
+def _deepest_in_the_middle(case: Evolution) -> Finding:
+    places = {c: largest_on_rings(case, "wear_depth", c)[0] for c in case.cycles[1:]}
+    rates = {c: largest_on_rings(case, "wear_rate", c)[1] for c in case.cycles}
+    most = max(rates, key=lambda cycle: rates[cycle])
+    start, end = _MIDDLE_THIRD
+    middle = [cycle_text(cycle) for cycle, place in places.items() if start <= place <= end]
+    early = most <= _BEGINNING * case.last
+    remark = f"in the middle from cycle {middle[0]} to {middle[-1]}" if middle else "never there"
+    numbers = {
+        "place after the first cycle": short(places[case.cycles[1]]),
+        "place after the last cycle": short(places[case.last]),
+        "snapshots in the middle third": percent(len(middle) / len(places)),
+        "cycle that wears most": cycle_text(most),
+    }
+    return _finding(
+        len(middle) == len(places) and early,
+        bool(middle),
+        remark if early else f"{remark}; the cycle that wears most is {cycle_text(most)}",
+        numbers,
+    )
+
+
+@_claim(
+    6,
+    "After some number of cycles the wear of one cycle becomes almost constant over the slip zone.",
+    "Averaged over rings, its standard deviation over the slip zone is at most 10 % of the "
+    "mean, at the last snapshot at which the mean is still at least 1 % of the first. In part: "
+    "at most 10 % over the middle half of the slip zone.",
+    _EACH,
+)
+def _even_wear(case: Evolution) -> Finding:
+    means = [case.field("wear_rate", n)[case.zones(n).slip].mean() for n in case.cycles]
+    cycle = case.cycles[np.flatnonzero(np.array(means) >= _STILL_WEARING * means[0])[-1]]
+    now, middle = unevenness(case, cycle), unevenness(case, cycle, *_MIDDLE_HALF)
+    numbers = {
+        "snapshot": cycle_text(cycle),
+        "unevenness in cycle 0": percent(unevenness(case, 0)),
+        "unevenness there": percent(now),
+        "over the middle half": percent(middle),
+    }
+    remark = "over the middle half only" if middle <= _EVEN else "nor over the middle half"
+    return _finding(now <= _EVEN, middle <= _EVEN, remark, numbers)
+
+
+@_claim(
+    7,
+    "Rough: wear is first on the asperities with the biggest pressures; after about "
+    f"{RUN_IN} cycles the asperities on the slip area are worn.",
+    "In cycle 0 at least 90 % of the wear is on the half of the surface that stands out, and "
+    "pressure is higher there than in the slip zone on average; at the snapshot nearest cycle "
+    f"{RUN_IN} at most 10 % of the amplitude of the waves is left in the slip zone. In part: "
+    "one of the two, or at most 10 % in its middle half.",
+    _ROUGH,
+)
+def _asperities(case: Evolution) -> Finding:
+    wear, pressure = case.field("wear_rate", 0), case.field("pressure", 0)
+    on_tips = float(wear[case.waves < 0.0].sum() / wear.sum())
+    there = float((pressure * wear).sum() / wear.sum() / pressure[case.zones(0).slip].mean())
+    cycle = case.nearest(RUN_IN)
+    zones = case.zones(cycle)
+    slip = amplitude_left(case, cycle, zones.slip)
+    middle = amplitude_left(case, cycle, zones.between(*_MIDDLE_HALF))
+    first = on_tips >= _ON_TIPS and there > 1.0
+    numbers = {
+        "wear on tips in cycle 0": percent(on_tips),
+        "pressure where it wears, to the slip zone's mean": short(there),
+        "snapshot": cycle_text(cycle),
+        "amplitude left in the slip zone": percent(slip),
+        "in its middle half": percent(middle),
+    }
+    gone, gone_in_part = abs(slip) <= _WORN_OFF, abs(middle) <= _WORN_OFF
+    remark = "gone in the middle half only" if gone_in_part else "asperities remain"
+    if not first:
+        remark = "wear is not first on asperities"
+    return _finding(first and gone, first or gone_in_part, remark, numbers)
+
+
+@_claim(
+    8,
+    "Contact width grows much faster for rough surfaces and stabilises at almost the same level.",
+    "By cycle 100 the rough half-width has grown at least 1.5 times as much as the smooth one; "
+    "after the last cycle they are within 5 % of each other, and in the second half of all "
+    "cycles each grows by at most 5 % of its whole growth. In part: one of the two.",
+    _PAIRS,
+)
+def _width_grows_faster_when_rough(smooth: Evolution, rough: Evolution) -> Finding:
+    ratio = growth(rough, _EARLY) / growth(smooth, _EARLY)
+    last = [case.at("contact_half_width_x", case.last) for case in (rough, smooth)]
+    level = last[0] / last[1] - 1.0
+    late = max(late_growth(smooth), late_growth(rough))
+    reasons = {
+        f"it grows {short(ratio)} times as much": ratio < _MUCH,
+        f"the last widths are {percent(abs(level))} apart": abs(level) > _ALMOST,
+        f"{percent(late)} of the growth is in the second half of the cycles": late > _ALMOST,
+    }
+    against = [reason for reason, applies in reasons.items() if applies]
+    numbers = {
+        f"growth by cycle {_EARLY:.0f}, rough to smooth": short(ratio),
+        "growth by cycle 1000": short(growth(rough, 1000.0) / growth(smooth, 1000.0)),
+        "rough beyond smooth at the end": percent(level),
+        "growth in the second half": f"{percent(late)} of all",
+    }
+    stabilises = abs(level) <= _ALMOST and late <= _ALMOST
+    return _finding(not against, ratio >= _MUCH or stabilises, " and ".join(against), numbers)
+
+
+@_claim(
+    9,
+    "Shear tractions exhibit a similar behaviour.",
+    "From snapshot to snapshot the means of shear over the two zones of claim 1 rise where "
+    "those of pressure rise, and fall where they fall. In part: more often than not.",
+    _EACH,
+)
+def _shear_like_pressure(case: Evolution) -> Finding:
+    shear, pressure = (zone_means(case, name) for name in ("shear_traction", "pressure"))
+    opposite = [_steps(q) * _steps(p) < 0.0 for q, p in zip(shear, pressure, strict=True)]
+    against, steps = int(np.sum(opposite)), np.size(opposite)
+    numbers = {
+        **_last_to_first(*shear),
+        "changes against those of pressure": f"{against} of {steps}",
+    }
+    remark = f"{against} of {steps} changes go the other way"
+    return _finding(not against, against < steps // 2, remark, numbers)
+
+
+@_claim(
+    10,
+    "Wear has higher values at the beginning for rough bodies.",
+    f"From cycle 1 to {RUN_IN} wear volume and largest depth of the rough contact exceed those "
+    "of the smooth one. In part: one of them, or at some snapshots.",
+    _PAIRS,
+)
+def _more_wear_when_rough(smooth: Evolution, rough: Evolution) -> Finding:
+    cycles = [cycle for cycle in smooth.cycles if 0 < cycle <= RUN_IN and cycle in rough.cycles]
+    ratios = {
+        "volume": [
+            rough.scalar("wear_volume", n) / smooth.scalar("wear_volume", n) for n in cycles
+        ],
+        "largest depth": [
+            rough.field("wear_depth", n).max() / smooth.field("wear_depth", n).max() for n in cycles
+        ],
+    }
+    numbers = {
+        f"{what}, rough to smooth, cycle {cycle_text(cycles[index])}": short(values[index])
+        for what, values in ratios.items()
+        for index in (0, -1)
+    }
+    less = [
+        f"less {what} at cycle {', '.join(lower)}"
+        for what, values in ratios.items()
+        if (lower := [cycle_text(n) for n, v in zip(cycles, values, strict=True) if v <= 1.0])
+    ]
+    higher = max(map(max, ratios.values())) > 1.0
+    return _finding(not less, bool(higher), " and ".join(less), numbers)
+
+
 CLAIMS = (
-    Claim(
-        1,
-        "Pressure increases within the stick zone and decreases inside the slip zones.",
-        "From every snapshot to the next the mean pressure over the first stick disc rises, and "
-        "that over the ring from there to the edge of the contact falls; changes by less than "
-        "0.1 % of the first mean count as none. In part: from the first snapshot to the last.",
-        _EACH,
-        measures.pressure_moves_inward,
-    ),
-    Claim(
-        2,
-        "The largest peak of a smooth elastic surface is at the ends of the stick zone after the "
-        "last cycle.",
-        "After the last cycle the cell of highest pressure is within two cells of the edge of the "
-        "stick zone.",
-        _SMOOTH_ELASTIC,
-        measures.peak_at_stick_edge,
-    ),
-    Claim(
-        3,
-        f"Rough, after about {RUN_IN} cycles: pressure and slip in the slip area are almost those "
-        "of a smooth surface after the same number.",
-        f"At the snapshot nearest cycle {RUN_IN}, over the slip zone that both have in common, the "
-        "mean difference of pressure and that of slip are at most 5 % of the smooth contact's "
-        "mean. In part: at most 5 % of the Hertz pressure and of the smooth contact's largest "
-        "slip, as good as equal in a figure.",
-        _PAIRS,
-        measures.rough_becomes_smooth,
-    ),
-    Claim(
-        4,
-        "Elastic: no change of the stick zone. Plastic: its edges deform and it reduces "
-        "continuously.",
-        "Elastic: no cell goes from stick to slip or back. Plastic: there is plastic depth in the "
-        "outer quarter of the stick zone, and the area that sticks falls from every snapshot to "
-        "the next once bodies yield. In part: it falls from a later cycle on.",
-        _EACH,
-        measures.stick_zone,
-    ),
-    Claim(
-        5,
-        "The maximum wear is in the middle of the slip zones, smooth and rough, and at the "
-        "beginning.",
-        "Averaged over rings, wear is deepest in the middle third of the slip zone at every "
-        "snapshot after cycle 0, and the cycle that wears most is among the first tenth. In part: "
-        "deepest there at some snapshots.",
-        _EACH,
-        measures.deepest_in_the_middle,
-    ),
-    Claim(
-        6,
-        "After some number of cycles the wear of one cycle becomes almost constant over the slip "
-        "zone.",
-        "Averaged over rings, its standard deviation over the slip zone is at most 10 % of the "
-        "mean, at the last snapshot at which the mean is still at least 1 % of the first. In part: "
-        "at most 10 % over the middle half of the slip zone.",
-        _EACH,
-        measures.even_wear,
-    ),
-    Claim(
-        7,
-        "Rough: wear is first on the asperities with the biggest pressures; after about "
-        f"{RUN_IN} cycles the asperities on the slip area are worn.",
-        "In cycle 0 at least 90 % of the wear is on the half of the surface that stands out, and "
-        "pressure is higher there than in the slip zone on average; at the snapshot nearest cycle "
-        f"{RUN_IN} at most 10 % of the amplitude of the waves is left in the slip zone. In part: "
-        "one of the two, or at most 10 % in its middle half.",
-        _ROUGH,
-        measures.asperities,
-    ),
-    Claim(
-        8,
-        "Contact width grows much faster for rough surfaces and stabilises at almost the same "
-        "level.",
-        "By cycle 100 the rough half-width has grown at least 1.5 times as much as the smooth one; "
-        "after the last cycle they are within 5 % of each other, and in the second half of all "
-        "cycles each grows by at most 5 % of its whole growth. In part: one of the two.",
-        _PAIRS,
-        measures.width_grows_faster_when_rough,
-    ),
-    Claim(
-        9,
-        "Shear tractions exhibit a similar behaviour.",
-        "From snapshot to snapshot the means of shear over the two zones of claim 1 rise where "
-        "those of pressure rise, and fall where they fall. In part: more often than not.",
-        _EACH,
-        measures.shear_like_pressure,
-    ),
-    Claim(
-        10,
-        "Wear has higher values at the beginning for rough bodies.",
-        f"From cycle 1 to {RUN_IN} wear volume and largest depth of the rough contact exceed those "
-        "of the smooth one. In part: one of them, or at some snapshots.",
-        _PAIRS,
-        measures.more_wear_when_rough,
-    ),
+    _pressure_moves_inward,
+    _peak_at_stick_edge,
+    _rough_becomes_smooth,
+    _stick_zone,
+    _deepest_in_the_middle,
+    _even_wear,
+    _asperities,
+    _width_grows_faster_when_rough,
+    _shear_like_pressure,
+    _more_wear_when_rough,
 )
 """All claims, in the order of their numbers; 10 is of the study's conclusions."""
 
 
 def judge(cases: Mapping[str, Evolution]) -> tuple[Judgement, ...]:
-    """Judge every claim by the four cases of `fretwear.source_study.cases.TITLES`."""
+    """Judge every claim by the four cases of `TITLES`."""
     return tuple(claim.judge(cases) for claim in CLAIMS)

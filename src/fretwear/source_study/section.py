@@ -14,8 +14,7 @@ from markupsafe import Markup
 from fretwear.data.dataset import compared_results
 from fretwear.report import Section, environment
 from fretwear.source_study.cases import RUN_IN, TITLES, Evolution, ReferenceCases, reference_cases
-from fretwear.source_study.claims import CLAIMS, Judgement, judge
-from fretwear.source_study.measures import percent, short
+from fretwear.source_study.claims import CLAIMS, Judgement, judge, percent, short
 from fretwear.study.parameters import value_text
 from fretwear.units import cycle_text
 from fretwear.vocabulary import SYMMETRIES
