@@ -179,14 +179,19 @@ class GridFreeCells:
             preconditioned, energy = self.apply_preconditioner(left)
             if not energy > 0:
                 break
-            if direction is None:
-                direction = preconditioned
-            else:
-                kernels.update_direction(energy / previous, preconditioned, direction)
+            if direction is not None:
+                preconditioned += np.float32(energy / previous) * direction
+            direction = preconditioned
             force = self._convolve(direction)
             iterations += 1
-            length = energy / kernels.add_layer(tangent, direction, force)
+            if tangent is not None:
+                force += tangent * direction
+            length = energy / kernels.inner(direction, force)
             uniform = kernels.advance(length, direction, force, self.uniform, pressure, left)
         # What is left on other cells tells how far the step moves the surface there.
-        largest = kernels.recover_displacement(start, tangent, pressure, alpha, left)
-        return Step(pressure, left, largest, kernels.total(pressure), iterations)
+        start -= left
+        start -= np.float32(alpha)
+        if tangent is not None:
+            start -= tangent * pressure
+        largest = max(float(start.max()), -float(start.min()))
+        return Step(pressure, start, largest, kernels.total(pressure), iterations)
