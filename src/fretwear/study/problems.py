@@ -98,9 +98,11 @@ def in_words(value: object) -> str:
 
 def nearest(name: object, known: Iterable[str], cutoff: float = 0.6) -> str:
     """Return the known name nearest to a misspelt one, or nothing."""
+    if not isinstance(name, str):
+        return ""
     by_fold = {each.casefold(): each for each in known}
-    near = difflib.get_close_matches(str(name).casefold(), by_fold, n=1, cutoff=cutoff)
-    return by_fold[near[0]] if near and isinstance(name, str) else ""
+    near = difflib.get_close_matches(name.casefold(), by_fold, n=1, cutoff=cutoff)
+    return by_fold[near[0]] if near else ""
 
 
 def did_you_mean(name: object, known: Iterable[str], cutoff: float = 0.6) -> str:
