@@ -57,30 +57,14 @@ def means_none(value: object, units_required: bool) -> bool:
 
 
 class Parameter(ABC):
-    """What a field of a part is.
+    """What a field of a part is."""
 
-    Attributes
-    ----------
-    si_unit : str
-        In UDUNITS notation, ``1`` for plain numbers.
-    symbol : str
-        In mathtext.
-    words : str
-        What it is called in messages, tables and long names.
-    unit : Unit
-        Unit for people.
-    description : str
-        A sentence for the JSON Schema and the documentation.
-    must_be_written : bool
-        Whether a study file has to give it although it has a default.
-    """
-
-    si_unit: str
-    symbol: str
-    words: str
-    unit: Unit
-    description: str
-    must_be_written: bool
+    si_unit: str  # in UDUNITS notation, ``1`` for plain numbers
+    symbol: str  # in mathtext
+    words: str  # what it is called in messages, tables and long names
+    unit: Unit  # unit for people
+    description: str  # a sentence for the JSON Schema and the documentation
+    must_be_written: bool  # whether a study file has to give it although it has a default
     in_line: bool = False
 
     @property
@@ -129,41 +113,24 @@ class Parameter(ABC):
 
 @dataclass(frozen=True)
 class Quantity(Parameter):
-    """A physical quantity or a plain number, within a range.
+    """A physical quantity or a plain number, within a range."""
 
-    Parameters
-    ----------
-    si_unit : str
-        ``m``, ``N``, ``Pa``, ``Pa-1``, ``rad`` or ``1``.
-    symbol, words, description, must_be_written
-        See `Parameter`.
-    shown_in : str
-        Unit for people, as typed in study files (``um``); empty for plain numbers.
-    like : str
-        A sensible value; that of the kind of quantity where it is empty.
-    above, at_least, below, at_most : float or None
-        Bounds in SI units.
-    infinite, zero : str
-        Words for an infinite value, which study files call ``none``, and for zero.
-    absent : float or None
-        The coordinate of a case without this part; None: it has no such coordinate.
-    in_line : bool
-        Whether this is a force that is one per length, `PerLength`, in a line contact.
-    """
-
-    si_unit: str
+    si_unit: str  # ``m``, ``N``, ``Pa``, ``Pa-1``, ``rad`` or ``1``
     symbol: str
     words: str
-    shown_in: str = ""
-    like: str = ""
+    shown_in: str = ""  # unit for people, as typed in study files (``um``); empty for plain numbers
+    like: str = ""  # a sensible value; that of the kind of quantity where it is empty
+    # Bounds in SI units.
     above: float | None = None
     at_least: float | None = None
     below: float | None = None
     at_most: float | None = None
+    # Words for an infinite value, which study files call ``none``, and for zero.
     infinite: str = ""
     zero: str = ""
+    # The coordinate of a case without this part; None: it has no such coordinate.
     absent: float | None = None
-    in_line: bool = False
+    in_line: bool = False  # whether this is a force that is one per length in a line contact
     description: str = ""
     must_be_written: bool = False
 
@@ -434,16 +401,10 @@ class Part:
 
     A class that derives from `Part` directly is a family, such as `Roughness`; the dataclasses
     that derive from a family are its kinds.  To add a kind is to write its class.
-
-    Attributes
-    ----------
-    kind : str
-        Name in study files: ``{kind: wavy, ...}``.
-    told_as : str
-        What a caption calls the kind where the name does not tell; empty: the name.
     """
 
-    kind: str = ""
+    kind: str = ""  # name in study files: ``{kind: wavy, ...}``
+    # What a caption calls the kind where the name does not tell; empty: the name.
     told_as: ClassVar[str] = ""
 
     def __post_init__(self) -> None:

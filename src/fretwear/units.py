@@ -81,21 +81,11 @@ class QuantityError(ValueError):
 
 @dataclass(frozen=True)
 class Unit:
-    """A unit in which values are shown.
+    """A unit in which values are shown."""
 
-    Attributes
-    ----------
-    name : str
-        As printed: ``µm``, ``10³ µm³``; empty for plain numbers.
-    size : float
-        Its value in SI units.
-    typed : str
-        As typed in a study file where that differs from the name: ``um``.
-    """
-
-    name: str
-    size: float = 1.0
-    typed: str = ""
+    name: str  # as printed: ``µm``, ``10³ µm³``; empty for plain numbers
+    size: float = 1.0  # its value in SI units
+    typed: str = ""  # as typed in a study file where that differs from the name: ``um``
 
     @property
     def is_power(self) -> bool:
@@ -129,27 +119,13 @@ PERCENT = Unit("%", 0.01)
 
 @dataclass(frozen=True)
 class Dimension:
-    """A kind of physical quantity.
+    """A kind of physical quantity."""
 
-    Attributes
-    ----------
-    name : str
-        With its article, as it stands in messages: "a force".
-    si_unit : str
-        SI unit in the notation of dataset attributes (UDUNITS), "1" for plain numbers.
-    typed : str
-        The SI unit as typed in a study file.
-    example : str
-        A value as a study file would have it.
-    units : tuple of Unit
-        Units for people, ascending.
-    """
-
-    name: str
-    si_unit: str
-    typed: str
-    example: str
-    units: tuple[Unit, ...] = ()
+    name: str  # with its article, as it stands in messages: "a force"
+    si_unit: str  # SI unit in the notation of dataset attributes (UDUNITS), "1" for plain numbers
+    typed: str  # the SI unit as typed in a study file
+    example: str  # a value as a study file would have it
+    units: tuple[Unit, ...] = ()  # units for people, ascending
 
     @property
     def expectation(self) -> str:

@@ -50,45 +50,21 @@ class PointStatus(IntEnum):
 
 @dataclass(frozen=True)
 class Variable:
-    """One variable of a dataset.
+    """One variable of a dataset."""
 
-    Attributes
-    ----------
-    name : str
-        Name in the dataset.
-    si_unit : str
-        As UDUNITS reads it, ``"1"`` for a pure number, empty for flags and text.
-    words : str
-        What the values are: the long name, and the label of an axis.
-    symbol : str
-        In mathtext, empty where the field has none.
-    comment : str
-        What a reader has to know beyond the words.
-    unit : Unit or None
-        Unit for people; None: the one that suits the size of the values.
-    dtype : str
-        Type in memory and in the file.
-    cf_axis : str
-        CF axis (``"X"`` or ``"Y"``), empty where there is none.
-    from_zero : bool
-        Whether a linear axis begins at zero.
-    may_be_logarithmic : bool
-        Whether a wide range of values is shown on a logarithmic axis.
-    is_headline : bool
-        Whether the value means something by itself: not where it is that of a single cell at a
-        singularity, as the peak pressure of an elastic contact is.
-    """
-
-    name: str
-    si_unit: str
-    words: str
-    symbol: str = ""
-    comment: str = ""
-    unit: Unit | None = None
-    dtype: str = "float64"
-    cf_axis: str = ""
-    from_zero: bool = True
+    name: str  # name in the dataset
+    si_unit: str  # as UDUNITS reads it, ``"1"`` for a pure number, empty for flags and text
+    words: str  # what the values are: the long name, and the label of an axis
+    symbol: str = ""  # in mathtext, empty where the field has none
+    comment: str = ""  # what a reader has to know beyond the words
+    unit: Unit | None = None  # unit for people; None: the one that suits the size of the values
+    dtype: str = "float64"  # type in memory and in the file
+    cf_axis: str = ""  # CF axis (``"X"`` or ``"Y"``), empty where there is none
+    from_zero: bool = True  # whether a linear axis begins at zero
+    # Whether a wide range of values is shown on a logarithmic axis.
     may_be_logarithmic: bool = False
+    # Whether the value means something by itself: not where it is that of a single cell at a
+    # singularity, as the peak pressure of an elastic contact is.
     is_headline: bool = True
 
     @property
@@ -127,19 +103,13 @@ class Variable:
 
 @dataclass(frozen=True)
 class Field(Variable):
-    """A variable on the surface, dimensions ``(cycle, x, y)``.
-
-    Attributes
-    ----------
-    outside : float
-        Value outside the window of a case, where the surfaces do not touch; NaN when that does
-        not tell it.
-    flags : tuple of ContactState
-        The values that can occur, for a field of flags; empty for a physical quantity.
-    """
+    """A variable on the surface, dimensions ``(cycle, x, y)``."""
 
     dtype: str = "float32"
+    # Value outside the window of a case, where the surfaces do not touch; NaN when that does not
+    # tell it.
     outside: float = 0.0
+    # The values that can occur, for a field of flags; empty for a physical quantity.
     flags: tuple[ContactState, ...] = ()
 
     @property

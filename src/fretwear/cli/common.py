@@ -58,18 +58,10 @@ class LogFormat(StrEnum):
 
 @dataclass
 class Call:
-    """One call of the command line, the object of every context.
+    """One call of the command line, the object of every context."""
 
-    Attributes
-    ----------
-    arguments : sequence of str
-        What was typed after ``fretwear``.
-    log : Log or None
-        Takes all messages once the command has begun.
-    """
-
-    arguments: Sequence[str]
-    log: Log | None = None
+    arguments: Sequence[str]  # what was typed after ``fretwear``
+    log: Log | None = None  # takes all messages once the command has begun
 
     @property
     def line(self) -> str:

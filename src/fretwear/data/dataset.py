@@ -354,18 +354,10 @@ def history_line(command: str) -> str:
 
 @dataclass(frozen=True)
 class Compared:
-    """One result of two cases.
-
-    Attributes
-    ----------
-    variable : Variable
-        The result.
-    first, second : float
-        Its values in its SI unit.
-    """
+    """One result of two cases."""
 
     variable: Variable
-    first: float
+    first: float  # in its SI unit
     second: float
 
     @property

@@ -98,11 +98,6 @@ class StudyLayout:
 
     A grid has one dimension for each varied name, in the order of the study. Every other design
     has the one dimension ``point``, with the varied values along it.
-
-    Attributes
-    ----------
-    study : Study
-        The study.
     """
 
     study: Study

@@ -161,25 +161,14 @@ def cores() -> int:
 
 @dataclass(frozen=True)
 class Batch:
-    """Cases of neighbouring points that one job runs one after the other.
+    """Cases of neighbouring points that one job runs one after the other."""
 
-    Attributes
-    ----------
-    first, last : int
-        Numbers of its first and last point; some between them may belong to cases of others.
-    case_ids : tuple of str
-        Its cases, each at the first point that comes to it.
-    seconds : float
-        Time for all cases on one core, once the job has started.
-    memory_bytes : int
-        Memory of the largest case.
-    """
-
+    # Numbers of its first and last point; some between them may belong to cases of others.
     first: int
     last: int
-    case_ids: tuple[str, ...]
-    seconds: float
-    memory_bytes: int
+    case_ids: tuple[str, ...]  # its cases, each at the first point that comes to it
+    seconds: float  # time for all cases on one core, once the job has started
+    memory_bytes: int  # memory of the largest case
 
     @classmethod
     def of(cls, parts: Sequence[Batch]) -> Batch:

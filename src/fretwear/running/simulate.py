@@ -53,22 +53,14 @@ Observer = Callable[[Step], None]
 
 @dataclass
 class RunRecord:
-    """What a run has to remember: for its dataset, and to resume where it stopped.
+    """What a run has to remember: for its dataset, and to resume where it stopped."""
 
-    Attributes
-    ----------
-    snapshots
-        States whose fields the dataset will hold.
-    history
-        A row for every step: ``cycle``, ``error_estimate``, ``convolutions`` spent so far, and
-        every scalar of `Measures`.
-    last
-        The state that the run has reached; None before the first loading.
-    """
-
+    # States whose fields the dataset will hold.
     snapshots: list[State] = field(default_factory=list)
+    # A row for every step: ``cycle``, ``error_estimate``, ``convolutions`` spent so far, and
+    # every scalar of `Measures`.
     history: list[dict[str, float]] = field(default_factory=list)
-    last: State | None = None
+    last: State | None = None  # The state that the run has reached; None before the first loading.
 
     def add(self, step: Step, *, keep_fields: bool) -> None:
         """Add a step."""

@@ -77,13 +77,7 @@ def study_file(name: str) -> Path:
 
 @dataclass(frozen=True)
 class StudyJobs:
-    """The jobs of a study: their files, what they depend on, and what they take.
-
-    Attributes
-    ----------
-    study : Study
-        The study, sound.
-    """
+    """The jobs of a study: their files, what they depend on, and what they take."""
 
     study: Study
 

@@ -42,29 +42,17 @@ COMPRESSION = 0.6
 
 @dataclass(frozen=True)
 class Estimate:
-    """What a case is expected to take.
+    """What a case is expected to take."""
 
-    Attributes
-    ----------
-    cells_x, cells_y : int
-        Cells of the window at its largest, along x and y, of as much as is computed.
-    steps, convolutions : float
-        Steps over the cycles, and half-space convolutions of all of them.
-    seconds : float
-        Time on one core.
-    memory_bytes : int
-        Memory while it runs.
-    file_bytes : int
-        Size of its file.
-    """
-
+    # Cells of the window at its largest, along x and y, of as much as is computed.
     cells_x: int
     cells_y: int
+    # Steps over the cycles, and half-space convolutions of all of them.
     steps: float
     convolutions: float
-    seconds: float
-    memory_bytes: int
-    file_bytes: int
+    seconds: float  # time on one core
+    memory_bytes: int  # memory while it runs
+    file_bytes: int  # size of its file
 
     @property
     def cells(self) -> int:

@@ -29,22 +29,13 @@ _SAMPLE_DIGITS = 6
 
 @dataclass(frozen=True)
 class Design:
-    """How the varied values are combined.
+    """How the varied values are combined."""
 
-    Attributes
-    ----------
-    kind : str
-        ``grid``: every combination.  ``zip``: first with first, second with second.
-        ``latin_hypercube``, ``sobol``: points spread over ranges.
-    points : int
-        Number of points of a sampled design; 0 for the others.
-    seed : int
-        Seed of a sampled design: the same seed gives the same points.
-    """
-
+    # ``grid``: every combination.  ``zip``: first with first, second with second.
+    # ``latin_hypercube``, ``sobol``: points spread over ranges.
     kind: str = "grid"
-    points: int = 0
-    seed: int = 0
+    points: int = 0  # number of points of a sampled design; 0 for the others
+    seed: int = 0  # seed of a sampled design: the same seed gives the same points
 
     @property
     def is_sampled(self) -> bool:

@@ -45,24 +45,12 @@ GREATEST_SLOPE = 0.3
 
 @dataclass(frozen=True)
 class Finding:
-    """A rule that a case breaks.
+    """A rule that a case breaks."""
 
-    Attributes
-    ----------
-    subject : str
-        Name of the parameter to blame.
-    value : str
-        What it is; empty where that is no value.
-    rule : str
-        What is wrong, as a sentence that continues "subject: value".
-    hint : str
-        What to do, or an empty string.
-    """
-
-    subject: str
-    value: str
-    rule: str
-    hint: str = ""
+    subject: str  # name of the parameter to blame
+    value: str  # what it is; empty where that is no value
+    rule: str  # what is wrong, as a sentence that continues "subject: value"
+    hint: str = ""  # what to do, or an empty string
 
     def sentence(self) -> str:
         """Everything in one line."""
@@ -315,21 +303,12 @@ def findings(case: CaseTree) -> list[Finding]:
 
 @dataclass(frozen=True)
 class Doubt:
-    """Why the results of a case that can be run are not to be trusted as they stand.
+    """Why the results of a case that can be run are not to be trusted as they stand."""
 
-    Attributes
-    ----------
-    what : str
-        What will happen, as a sentence without its subject; the same for every case of a kind.
-    detail : str
-        The numbers of this case.
-    remedy : str
-        What to do.
-    """
-
+    # What will happen, as a sentence without its subject; the same for every case of a kind.
     what: str
-    detail: str
-    remedy: str
+    detail: str  # the numbers of this case
+    remedy: str  # what to do
 
     def __str__(self) -> str:
         return f"The contact {self.what} ({self.detail}); {self.remedy}"

@@ -46,52 +46,27 @@ _USUAL_SLIP = Jaeger()
 
 @dataclass(frozen=True)
 class Member:
-    """How a part belongs to a case.
+    """How a part belongs to a case."""
 
-    Attributes
-    ----------
-    inline : bool
-        Whether the part's fields are keys of a case themselves; the kind is the one whose keys
-        are given.  Otherwise the part is a key of its own, with a mapping ``{kind: ..., ...}``.
-    short : str
-        The kind of a part with a key of its own whose fields may stand for the whole.
-    none : str
-        What it is called to have no such part, "smooth"; empty where there has to be one.
-    description, example : str
-        For the JSON Schema and for messages.
-    must_be_written : bool
-        Whether a study file has to give it although it has a default.
-    """
-
+    # Whether the part's fields are keys of a case themselves; the kind is the one whose keys are
+    # given.  Otherwise the part is a key of its own, with a mapping ``{kind: ..., ...}``.
     inline: bool = False
-    short: str = ""
+    short: str = ""  # the kind of a part with a key of its own whose fields may stand for the whole
+    # What it is called to have no such part, "smooth"; empty where there has to be one.
     none: str = ""
+    # For the JSON Schema and for messages.
     description: str = ""
     example: str = ""
-    must_be_written: bool = False
+    must_be_written: bool = False  # whether a study file has to give it although it has a default
 
 
 @dataclass(frozen=True)
 class Leaf:
-    """One parameter of a case.
+    """One parameter of a case."""
 
-    Attributes
-    ----------
-    name : str
-        In study files, dotted where it is a part's: ``load``, ``roughness.amplitude``.
-    member : str
-        Field of the case that it belongs to.
-    kind : type of Part or None
-        The part that has it; None: the case itself.
-    field : str
-        Field of the part.
-    parameter : Parameter
-        What it is.
-    """
-
-    name: str
-    member: str
-    kind: type[Part] | None
+    name: str  # in study files, dotted where it is a part's: ``load``, ``roughness.amplitude``
+    member: str  # field of the case that it belongs to
+    kind: type[Part] | None  # the part that has it; None: the case itself
     field: str
     parameter: Parameter
 
