@@ -89,7 +89,7 @@ class Case(CaseTree):
         assembled["output_cycles"] = with_first_and_last(snapshots, assembled["cycles"])
         super().__init__(**_suited(assembled))
         if broken := findings(self):
-            raise CaseError(Problem(f.subject, f.value or None, f.rule, f.hint) for f in broken)
+            raise CaseError(broken)
 
     @classmethod
     def of(cls, assembled: Mapping[str, Any]) -> Self:

@@ -11,8 +11,8 @@ from typing import Any
 from fretwear.parts import Part, required
 from fretwear.study.case import Case, assemble, with_first_and_last
 from fretwear.study.cost import Estimate, estimate
-from fretwear.study.problems import in_words
-from fretwear.study.rules import RULES, Finding, Rule
+from fretwear.study.problems import Problem, in_words
+from fretwear.study.rules import RULES, Rule
 from fretwear.study.tree import CaseTree, leaves, member_of, members
 
 
@@ -77,10 +77,10 @@ class Point:
 
 
 @dataclass(frozen=True)
-class PointFinding:
+class BrokenRule:
     """A rule that some points break: at which positions of which axes."""
 
-    finding: Finding
+    problem: Problem
     where: tuple[tuple[Axis, int], ...]
     points: Sequence[tuple[int, ...]]
 
@@ -151,7 +151,7 @@ class Parameters:
                 sound.append(member)
         return tuple(sound)
 
-    def find(self) -> Iterator[PointFinding]:
+    def find(self) -> Iterator[BrokenRule]:
         """Iterate over the broken rules.
 
         A rule is tried once for each combination of the values it needs, and only where all
@@ -179,10 +179,10 @@ class Parameters:
                     trial.broken.setdefault(positions, []).append(index)
         for trial in trials:
             for positions, points in trial.broken.items():
-                finding = trial.tried[positions]
+                problem = trial.tried[positions]
                 where = zip((self.axes[i] for i in trial.relevant), positions, strict=True)
-                assert finding is not None
-                yield PointFinding(finding, tuple(where), points)
+                assert problem is not None
+                yield BrokenRule(problem, tuple(where), points)
 
 
 @dataclass
@@ -191,7 +191,7 @@ class _Trial:
 
     rule: Rule
     relevant: Sequence[int]
-    tried: dict[tuple[int, ...], Finding | None] = field(default_factory=dict)
+    tried: dict[tuple[int, ...], Problem | None] = field(default_factory=dict)
     broken: dict[tuple[int, ...], list[tuple[int, ...]]] = field(default_factory=dict)
 
 

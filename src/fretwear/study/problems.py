@@ -48,10 +48,19 @@ class Problem:
         """The likely correction, or what to do, or nothing."""
         return did_you_mean(self.written, self.known) or self.remedy
 
+    @property
+    def _place(self) -> str:
+        return self.key + (f" = {self.value}" if self.value else "")
+
+    @property
+    def sentence(self) -> str:
+        """Everything in one line."""
+        text = f"{self._place} {self.rule}"
+        return f"{text}; {self.hint}" if self.hint else text
+
     def __str__(self) -> str:
-        place = self.key + (f" = {self.value}" if self.value else "")
         where = f" (line {self.line})" if self.line else ""
-        text = f"{place}{where}: {self.rule}" if self.key else f"{self.rule}{where}"
+        text = f"{self._place}{where}: {self.rule}" if self.key else f"{self.rule}{where}"
         return f"{text}\n    {self.hint}" if self.hint else text
 
 

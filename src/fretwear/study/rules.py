@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from fretwear.mechanics.loading import TangentialRatio
 from fretwear.mechanics.materials import ElasticBodies
 from fretwear.parts import pair
+from fretwear.study.problems import Problem
 from fretwear.study.tree import CaseTree
 from fretwear.units import LENGTH, PRESSURE, Force, PerLength, force_text, format_quantity
 
@@ -44,36 +45,20 @@ GREATEST_SLOPE = 0.3
 
 
 @dataclass(frozen=True)
-class Finding:
-    """A rule that a case breaks."""
-
-    subject: str  # name of the parameter to blame
-    value: str  # what it is; empty where that is no value
-    rule: str  # what is wrong, as a sentence that continues "subject: value"
-    hint: str = ""  # what to do, or an empty string
-
-    def sentence(self) -> str:
-        """Everything in one line."""
-        place = self.subject + (f" = {self.value}" if self.value else "")
-        text = f"{place} {self.rule}"
-        return f"{text}; {self.hint}" if self.hint else text
-
-
-@dataclass(frozen=True)
 class Rule:
     """A rule, and the members or single parameters of a case that it needs."""
 
     needs: frozenset[str]
-    find: Callable[[CaseTree], Finding | None]
+    find: Callable[[CaseTree], Problem | None]
 
 
-def _ratio_slides(case: CaseTree) -> Finding | None:
+def _ratio_slides(case: CaseTree) -> Problem | None:
     """Q ≥ µP slides as a whole: no stick zone, outside of the model."""
     if not isinstance(case.loading, TangentialRatio):
         return None
     if case.tangential_ratio < 1.0:
         return _sticks(case)
-    return Finding(
+    return Problem(
         case.loading.kind,
         f"{case.tangential_ratio:.6g}",
         "is gross sliding: Q/(µP) must be less than 1",
@@ -81,7 +66,7 @@ def _ratio_slides(case: CaseTree) -> Finding | None:
     )
 
 
-def _load_slides(case: CaseTree) -> Finding | None:
+def _load_slides(case: CaseTree) -> Problem | None:
     """Q ≥ µP as in `_ratio_slides`, where Q itself or a displacement is given."""
     if isinstance(case.loading, TangentialRatio):
         return None
@@ -89,7 +74,7 @@ def _load_slides(case: CaseTree) -> Finding | None:
     if not case.loading.is_force or case.loading.ratio(friction, case.coupling, hertz) < 1.0:
         return _sticks(case)
     sliding = force_text(type(hertz.load)(friction * hertz.load))
-    return Finding(
+    return Problem(
         case.loading.kind,
         force_text(case.tangential_load),
         f"is gross sliding: Q must be less than µP = {sliding}",
@@ -97,13 +82,13 @@ def _load_slides(case: CaseTree) -> Finding | None:
     )
 
 
-def _sticks(case: CaseTree) -> Finding | None:
+def _sticks(case: CaseTree) -> Problem | None:
     """Hardly any tangential load sticks as a whole: no slip, no wear."""
     if case.tangential_ratio >= LEAST_LOAD_RATIO:
         return None
-    return Finding(
+    return Problem(
         case.loading.kind,
-        "",
+        None,
         f"leaves no slip to compute: Q/(µP) is {case.tangential_ratio:.3g} and must be at least "
         f"{LEAST_LOAD_RATIO:g}",
         "partial slip needs a ratio between 0 and 1, such as 0.8"
@@ -112,7 +97,7 @@ def _sticks(case: CaseTree) -> Finding | None:
     )
 
 
-def _contact_small(case: CaseTree) -> Finding | None:
+def _contact_small(case: CaseTree) -> Problem | None:
     """The half-space needs a contact much smaller than the sphere (`GREATEST_CONTACT`)."""
     radius = case.indenter.curvature_radius
     if case.hertz_radius <= GREATEST_CONTACT * case.indenter.curvature_radius:
@@ -126,7 +111,7 @@ def _contact_small(case: CaseTree) -> Finding | None:
         less = (GREATEST_CONTACT * radius / case.hertz_radius) ** 2
         given = format_quantity(approach, LENGTH)
         greatest = format_quantity(0.99 * approach * less, LENGTH, 3)
-    return Finding(
+    return Problem(
         case.normal.kind,
         given,
         f"is too much for this {case.indenter.kind}: the contact radius "
@@ -136,7 +121,7 @@ def _contact_small(case: CaseTree) -> Finding | None:
     )
 
 
-def _plastic_limit_carries_load(case: CaseTree) -> Finding | None:
+def _plastic_limit_carries_load(case: CaseTree) -> Problem | None:
     """The capped pressure must carry P on a contact that half-space theory can describe.
 
     Neither elastic wear nor the cap itself bounds the contact: where the pressure is at the
@@ -150,7 +135,7 @@ def _plastic_limit_carries_load(case: CaseTree) -> Finding | None:
     least_limit = case.hertz.spread_pressure(largest)
     if case.plastic_limit >= least_limit:
         return None
-    return Finding(
+    return Problem(
         "plastic_limit",
         format_quantity(case.plastic_limit, PRESSURE),
         f"is too low to carry the load {force_text(case.hertz.load)} on any contact the "
@@ -161,7 +146,7 @@ def _plastic_limit_carries_load(case: CaseTree) -> Finding | None:
     )
 
 
-def _cell_resolves_surfaces(case: CaseTree) -> Finding | None:
+def _cell_resolves_surfaces(case: CaseTree) -> Problem | None:
     """A wave or an edge of too few cells is another surface."""
     if case.cell is None:
         return None
@@ -176,7 +161,7 @@ def _cell_resolves_surfaces(case: CaseTree) -> Finding | None:
         if wrong:
             limits = zip(case.cell, fine, strict=True)
             pair = ", ".join(_just_below(min(each)) for each in limits)
-            return Finding(
+            return Problem(
                 "cell",
                 _cell_text(case.cell),
                 f"is too coarse for the {name}: {' and '.join(wrong)} and needs at least "
@@ -186,7 +171,7 @@ def _cell_resolves_surfaces(case: CaseTree) -> Finding | None:
     return None
 
 
-def _cell_resolves_contact(case: CaseTree) -> Finding | None:
+def _cell_resolves_contact(case: CaseTree) -> Problem | None:
     """Contact, stick zone and slip annulus must be wider than the cells they are seen with."""
     if case.cell is None or (
         case.loading.is_force and not LEAST_LOAD_RATIO <= case.tangential_ratio < 1.0
@@ -196,7 +181,7 @@ def _cell_resolves_contact(case: CaseTree) -> Finding | None:
     if max(case.cell) <= limit * (1.0 + 1e-9):
         return None
     pair = ", ".join(_just_below(min(cell, limit)) for cell in case.cell)
-    return Finding(
+    return Problem(
         "cell",
         _cell_text(case.cell),
         f"is too coarse for the contact: radius {format_quantity(case.hertz_radius, LENGTH, 3)}, "
@@ -205,12 +190,12 @@ def _cell_resolves_contact(case: CaseTree) -> Finding | None:
     )
 
 
-def _snapshots_within_run(case: CaseTree) -> Finding | None:
+def _snapshots_within_run(case: CaseTree) -> Problem | None:
     """Snapshots lie between cycle 0 and the last."""
     beyond = [cycle for cycle in case.output_cycles if cycle > case.cycles]
     if not beyond:
         return None
-    return Finding(
+    return Problem(
         "output_cycles",
         ", ".join(str(cycle) for cycle in beyond),
         f"is beyond the last cycle, {case.cycles}",
@@ -237,7 +222,7 @@ def _coarsest_for_contact(case: CaseTree) -> float:
     )
 
 
-def _loads_suit_the_contact(case: CaseTree) -> Finding | None:
+def _loads_suit_the_contact(case: CaseTree) -> Problem | None:
     """A line contact is loaded by forces per length, every other by forces."""
     kind = case.indenter.kind
     parts = (case.normal, case.loading)
@@ -249,33 +234,33 @@ def _loads_suit_the_contact(case: CaseTree) -> Finding | None:
             rule, example = f"is a force per length, but a {kind} is loaded by a force", "50 N"
         else:
             continue
-        return Finding(name, about.text(value), rule, f"write {name}: {example}")
+        return Problem(name, about.text(value), rule, f"write {name}: {example}")
     return None
 
 
-def _line_has_no_approach(case: CaseTree) -> Finding | None:
+def _line_has_no_approach(case: CaseTree) -> Problem | None:
     """The approach of a line contact, and its displacement, count from a place to be chosen."""
     kind = case.indenter.kind
     if not case.indenter.is_line or (case.normal.holds_load and case.loading.is_force):
         return None
     if not case.normal.holds_load:
         rule = f"cannot be given of a {kind}: how deep a line contact is depends on from where"
-        return Finding(case.normal.kind, "", rule, "write load: 18.5 N/mm")
+        return Problem(case.normal.kind, None, rule, "write load: 18.5 N/mm")
     rule = f"cannot be given of a {kind}: how far it moves depends on the size of the bodies"
-    return Finding(case.loading.kind, "", rule, "write tangential_ratio or tangential_load")
+    return Problem(case.loading.kind, None, rule, "write tangential_ratio or tangential_load")
 
 
-def _line_is_smooth(case: CaseTree) -> Finding | None:
+def _line_is_smooth(case: CaseTree) -> Problem | None:
     if not case.indenter.is_line or case.roughness is None:
         return None
     rule = f"cannot be on a {case.indenter.kind}: line contacts are smooth"
-    return Finding("roughness", case.roughness.kind, rule, "write roughness: none")
+    return Problem("roughness", case.roughness.kind, rule, "write roughness: none")
 
 
-def _part_is_sound(case: CaseTree) -> Finding | None:
+def _part_is_sound(case: CaseTree) -> Problem | None:
     """A roughness may have a rule between its own parameters."""
     broken = None if case.roughness is None else case.roughness.problem
-    return None if broken is None else Finding("roughness", "", *broken)
+    return None if broken is None else Problem("roughness", None, *broken)
 
 
 _CONTACT = frozenset({"indenter", "bodies", "normal"})
@@ -295,10 +280,9 @@ RULES = (
 )
 
 
-def findings(case: CaseTree) -> list[Finding]:
+def findings(case: CaseTree) -> list[Problem]:
     """Return every rule that a case with sound single values breaks."""
-    found = (rule.find(case) for rule in RULES)
-    return [finding for finding in found if finding is not None]
+    return [broken for rule in RULES if (broken := rule.find(case)) is not None]
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from fretwear.study.case import (
     such_as,
 )
 from fretwear.study.designs import Design, read_axes
-from fretwear.study.points import Axis, Parameters, Point, PointFinding
+from fretwear.study.points import Axis, BrokenRule, Parameters, Point
 from fretwear.study.problems import Problem, StudyError, did_you_mean, few_of
 from fretwear.study.sections import Sections, read_sections
 from fretwear.study.tree import member_of, parameter_names
@@ -223,9 +223,9 @@ def _try_rules(
     for found in parameters.find():
         if skip and found.where:
             for index in found.points:
-                invalid.setdefault(index, found.finding.sentence())
+                invalid.setdefault(index, found.problem.sentence)
             continue
-        subject = found.finding.subject
+        subject = found.problem.key
         listed[subject] = listed.get(subject, 0) + 1
         if listed[subject] <= _LISTED_PER_RULE:
             problems.append(_point_problem(found, design))
@@ -237,18 +237,18 @@ def _try_rules(
     return invalid
 
 
-def _point_problem(found: PointFinding, design: Design) -> Problem:
+def _point_problem(found: BrokenRule, design: Design) -> Problem:
     """Say where in the file a broken rule is to be mended, and at which values it breaks."""
-    finding = found.finding
-    key = "output.cycles" if finding.subject == "output_cycles" else f"base.{finding.subject}"
+    subject = found.problem.key
+    key = "output.cycles" if subject == "output_cycles" else f"base.{subject}"
     others = []
     for axis, position in found.where:
-        if axis.key == finding.subject:
+        if axis.key == subject:
             key = f"vary.{axis.name}" + ("" if design.is_sampled else f"[{position}]")
         else:
             others.append(f"{axis.name} = {axis.labels[position]}")
     at = f" (at {', '.join(others)})" if others else ""
-    return Problem(key, finding.value or None, f"{finding.rule}{at}", finding.hint)
+    return replace(found.problem, key=key, rule=f"{found.problem.rule}{at}")
 
 
 def _in_order(
