@@ -2,6 +2,8 @@
 #
 #     snakemake --cores 2                          runs studies/demo.yaml
 #     snakemake --cores 2 --config study=paper     runs studies/paper.yaml
+#     snakemake --cores 2 --config keep_older=true
+#                                  keeps cases that another version of the solver has computed
 #
 # The study is checked here, before any job; the jobs are calls of the command `fretwear`.
 import shlex
@@ -9,11 +11,17 @@ import sys
 from pathlib import Path
 
 from fretwear.data.safe import why_leading_out, why_not_writable
-from fretwear.running.workflow import BATCHES, CAPTION, StudyJobs, chosen_study
+from fretwear.running.workflow import (
+    BATCHES,
+    CAPTION,
+    StudyJobs,
+    chosen_study,
+    keeps_older,
+)
 from fretwear.study.problems import StudyError
 
 try:
-    JOBS = StudyJobs.of(chosen_study(config))
+    JOBS = StudyJobs.of(chosen_study(config), keep_older=keeps_older(config))
 except StudyError as error:
     print(f"fretwear: error: {error}", file=sys.stderr)
     sys.exit(2)
@@ -50,8 +58,9 @@ onerror:
     if workflow.execution_settings.keep_going and JOBS.failures:
         for step in ("merge", "figures", "report"):
             log_file = f"{RESULTS}/logs/{step}.log"
+            options = JOBS.options if step == "merge" else ""
             shell(
-                "{FRETWEAR} {step} {STUDY:q} >{log_file:q} 2>&1 || (cat {log_file:q} >&2; false)"
+                "{FRETWEAR} {step} {STUDY:q} {options} >{log_file:q} 2>&1 || (cat {log_file:q} >&2; false)"
             )
         print(JOBS.verdict(), file=sys.stderr)
 
@@ -92,6 +101,7 @@ rule simulate:
     # kills what is then left of the job, before it has written its checkpoint.
     shell:
         "exec {FRETWEAR} batch {STUDY:q} --points {params.points} --finished {output:q} --supervise "
+        "{JOBS.options} "
         ">{log:q} 2>&1"
 
 
@@ -107,12 +117,13 @@ rule merge:
         f"{RESULTS}/benchmarks/merge.tsv"
     params:
         version=JOBS.version,
+        code=JOBS.code,
         # A function, for what is in braces in a title is no wildcard.
         study=lambda wildcards: JOBS.content,
     message:
         "Merging {JOBS.study.name}"
     shell:
-        "{FRETWEAR} merge {STUDY:q} >{log:q} 2>&1"
+        "{FRETWEAR} merge {STUDY:q} {JOBS.options} >{log:q} 2>&1"
 
 
 rule figures:

@@ -1,3 +1,47 @@
-"""The version of the package, for those who must not import all of it."""
+"""The version of the package, and the digest of what its numbers come from.
+
+Nothing else is imported here: this is asked at every start of the workflow.
+"""
+
+import hashlib
+from functools import cache
+from importlib.machinery import EXTENSION_SUFFIXES
+from pathlib import Path
 
 __version__ = "0.1.0"
+
+# What lies between a case and the numbers in its file; not what reads, draws or reports them.
+_SOURCES = ("mechanics", "theory", "study", "parts.py", "units.py", "vocabulary.py")
+_DRIVERS = ("running/simulate.py", "data/dataset.py")
+_LIBRARIES = ("numpy", "scipy", "ducc0")
+
+
+@cache
+def code_digest() -> str:
+    """Return the digest of all that the bits of a result depend on but its parameters.
+
+    These are the sources that compute it, whether the kernels are compiled, and the versions of
+    the libraries, from a checkout as from a wheel.
+    """
+    package = Path(__file__).parent
+    digest = hashlib.sha256()
+    places = (package / name for name in (*_SOURCES, *_DRIVERS))
+    files = (file for place in places for file in (place, *place.rglob("*")))
+    for file in sorted(file for file in files if file.suffix in (".py", ".cpp")):
+        content = file.read_bytes()
+        digest.update(f"{file.relative_to(package).as_posix()} {len(content)}\n".encode())
+        digest.update(content)
+    kernels = (package / "mechanics" / f"compiled_kernels{each}" for each in EXTENSION_SUFFIXES)
+    digest.update(f"compiled {any(file.exists() for file in kernels)}\n".encode())
+    for library in _LIBRARIES:
+        digest.update(f"{library} {_version_of(library)}\n".encode())
+    return digest.hexdigest()[:16]
+
+
+def _version_of(library: str) -> str:
+    from importlib import metadata
+
+    try:
+        return metadata.version(library)
+    except metadata.PackageNotFoundError:
+        return ""

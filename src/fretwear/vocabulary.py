@@ -133,6 +133,7 @@ CYCLE = Variable("cycle", "1", "number of load cycles", "$N$")
 STEP = Variable("step", "1", "accepted step of the wear integration", dtype="int32")
 POINT = Variable("point", "1", "point of the study", dtype="int32")
 CASE_ID = Variable("case_id", "", "id of the case and name of its file")
+CODE_DIGEST = Variable("code_digest", "", "digest of the code and libraries that computed the case")
 STATUS = Variable("status", "", "what became of the point", dtype="int8")
 
 FIELDS: tuple[Field, ...] = (

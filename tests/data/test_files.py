@@ -192,7 +192,7 @@ def test_what_cannot_be_a_case_file_leaves_nothing(tmp_path, results):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_finished_case_is_that_of_the_same_case_snapshots_and_version(
+def test_a_finished_case_is_that_of_the_same_case_snapshots_and_code(
     case_path, case, make_case, results
 ):
     # The closed forms are those of cycle 0 and of the last one, as the case asks for.
@@ -200,7 +200,7 @@ def test_a_finished_case_is_that_of_the_same_case_snapshots_and_version(
     assert not is_finished_case(case_path.with_name("other.nc"), case)
     assert not is_finished_case(case_path, make_case(friction=0.6))
     assert not is_finished_case(case_path, make_case(output_cycles=(0, 100, 1000)))
-    write_case(results.dataset.assign_attrs(source="fretwear 0.0.1"), results.history, case_path)
+    write_case(results.dataset.assign_attrs(code_digest="other"), results.history, case_path)
     assert not is_finished_case(case_path, case)
 
 

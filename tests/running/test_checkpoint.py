@@ -89,12 +89,12 @@ def refusal(path, case):
     return told[0]
 
 
-def test_a_checkpoint_of_another_run_or_version_is_refused(case, path, monkeypatch):
+def test_a_checkpoint_of_another_run_or_code_is_refused(case, path, monkeypatch):
     interrupted(case, Checkpoint(path, case, print), 3)
     assert "another parameters" in refusal(path, make_case(**{**CHANGES, "friction": 0.6}))
     assert "another output cycles" in refusal(path, make_case(**{**CHANGES, "output_cycles": (7,)}))
-    monkeypatch.setattr("fretwear.running.checkpoint.source", lambda: "fretwear 0.0.1")
-    assert "another version" in refusal(path, case)
+    monkeypatch.setattr("fretwear.running.checkpoint.code_digest", lambda: "other")
+    assert "another code" in refusal(path, case)
 
 
 @pytest.mark.parametrize("content", [b"", b"PK", b"\x93NUMPY"])

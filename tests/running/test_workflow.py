@@ -100,11 +100,39 @@ def test_an_extended_study_computes_what_is_new_or_was_removed_and_no_other(copy
 
 
 @pytest.mark.slow
-def test_another_version_of_the_package_reruns_everything(copy):
+def test_another_solver_computes_everything_again_and_another_report_reports_again(copy):
     file = copy.folder / "Snakefile"
-    text = file.read_text().replace("try:", "import fretwear\nfretwear.__version__ = '0'\ntry:", 1)
-    file.write_text(text)
+    text, module = file.read_text(), "import fretwear.running.workflow as w\n"
+    file.write_text(text.replace("try:", f"{module}w.code_digest = lambda: '0'\ntry:", 1))
     assert copy.jobs() == (BOTH, AFTERWARDS)
+    file.write_text(text.replace("try:", f"{module}w.__version__ = '0'\ntry:", 1))
+    assert copy.jobs() == (set(), AFTERWARDS)
+
+
+@pytest.mark.slow
+def test_cases_of_an_older_solver_are_kept_on_request_and_told_everywhere(copy, monkeypatch):
+    package = shutil.copytree(Path(fretwear.__file__).parent, copy.folder / "lib/fretwear")
+    with (package / "theory/hertz.py").open("a") as file:
+        file.write("# Hertz 1881\n")
+    monkeypatch.setenv("PYTHONPATH", str(package.parent))
+    before, first = written(copy), next((copy.results / "cases").iterdir())
+    first.unlink()
+    assert copy.jobs() == (BOTH, AFTERWARDS)
+    summary_of = ("results/demo/summary.nc", "--config", "keep_older=true")
+    copy.snakemake(*summary_of, status=0)
+    assert written(copy).items() - before.items() == {(first, first.stat().st_mtime_ns)}
+    words = "1 of 2 cases were computed by other code than fretwear has now"
+    assert words in (copy.results / "logs/merge.log").read_text()
+    assert "1 of them by other code than this: kept" in "".join(
+        log.read_text() for log in (copy.results / "logs/batches").glob("*.log")
+    )
+    with open_summary(copy.results / "summary.nc") as summary:
+        assert words in summary.attrs["warnings"]
+        digests = summary["code_digest"].values.tolist()
+        assert len(set(digests)) == 2
+        assert summary.attrs["code_digest"] in digests
+    assert copy.jobs(*summary_of) == (set(), set())
+    assert copy.jobs("results/demo/summary.nc") == (BOTH, {"Merging"})
 
 
 @pytest.mark.slow
@@ -196,7 +224,7 @@ def jobs(checkout, monkeypatch):
 def test_a_job_depends_on_all_that_its_files_hold(jobs, monkeypatch):
     changes = ({}, {"base": {**TINY["base"], "friction": 0.6}}, {"output": {"cycles": [0, 30]}})
     names = [set(jobs({**TINY, **change}).batches) for change in changes]
-    monkeypatch.setattr(fretwear, "__version__", "0.0.0")
+    monkeypatch.setattr("fretwear.running.workflow.code_digest", lambda: "other")
     names.append(set(jobs(TINY).batches))
     assert sum(map(len, names)) == len(set.union(*names)) == 8
 
@@ -270,8 +298,8 @@ def test_an_unsound_study_has_no_jobs(jobs):
 def test_a_study_is_chosen_by_its_key_alone_and_a_misspelt_one_does_not_run_the_default():
     assert chosen_study({}) == "demo"
     assert chosen_study({"study": "paper"}) == "paper"
-    for config in ({"stdy": "paper"}, {"study": "paper", "cores": 2}, {"study": None}):
-        with pytest.raises(StudyError, match="--config study="):
+    for config in ({"stdy": "paper"}, {"study": "a", "cores": 2}, {"study": None}, {"keep_older": 1}):
+        with pytest.raises(StudyError, match="--config"):
             chosen_study(config)
 
 

@@ -112,6 +112,9 @@ _RESULTS = "Folder of the study's results, with its case files in cases/."
 Results = Annotated[
     Path | None, option("--results", "FOLDER", _RESULTS, "results/ and the name of the study")
 ]
+KeepOlder = Annotated[
+    bool, typer.Option("--keep-older", help="Keep cases that other code than this has computed.")
+]
 Quiet = Annotated[
     bool, typer.Option("--quiet", "-q", help="Print errors only.", rich_help_panel="Messages")
 ]

@@ -12,6 +12,7 @@ from fretwear.cli.common import (
     Assignments,
     CommandError,
     Format,
+    KeepOlder,
     LogFormat,
     Quiet,
     Results,
@@ -71,6 +72,7 @@ def batch(
     points: Annotated[str | None, option("--points", "FIRST-LAST", _POINTS, "all")] = None,
     results: Results = None,
     finished: Annotated[Path | None, option("--finished", "OUT.json", _FINISHED)] = None,
+    keep_older: KeepOlder = False,
     supervised: Annotated[bool, typer.Option("--supervise", help=_SUPERVISE)] = False,
     quiet: Quiet = False,
     log_format: Format = LogFormat.AUTO,
@@ -91,7 +93,8 @@ def batch(
     from fretwear.running.batch import BatchRun
     from fretwear.running.workflow import write_finished
 
-    outcome = BatchRun(study, folder, log, lambda stream: Log(stream=stream)).run(first, last)
+    runs = BatchRun(study, folder, log, lambda stream: Log(stream=stream), keep_older=keep_older)
+    outcome = runs.run(first, last)
     count, found = len(outcome.case_ids), len(outcome.found)
     if failed := outcome.failed:
         listed = "".join(f"\n  {case_id}: {reason}" for case_id, reason in failed.items())

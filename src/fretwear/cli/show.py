@@ -116,6 +116,7 @@ def case_content(case: xr.Dataset, history: xr.Dataset) -> dict[str, Any]:
     results = {name: case[name] for name in _CASE_RESULTS if name in case}
     return {
         "case_id": case.attrs["case_id"],
+        "code_digest": case.attrs.get("code_digest"),
         "title": case.attrs["title"],
         "source": case.attrs["source"],
         "warnings": case.attrs.get("warnings", "").splitlines(),
@@ -196,6 +197,7 @@ def study_content(summary: xr.Dataset) -> dict[str, Any]:
         "study": summary.attrs["study"],
         "title": summary.attrs["title"],
         "source": summary.attrs["source"],
+        "warnings": summary.attrs.get("warnings", "").splitlines(),
         "cycle": float(summary["cycle"].max()),
         "units": {name: summary[name].attrs.get("units", "") for name in columns[2:]},
         "points": [{name: _finite(point[name]) for name in columns} for point in points],
@@ -207,6 +209,8 @@ def study_lines(content: dict[str, Any]) -> Iterator[str]:
     points, units = content["points"], content["units"]
     yield content["title"]
     yield f"study {content['study']}, {content['source']}"
+    for warning in content["warnings"]:
+        yield f"Doubtful: {warning}"
     counts = Counter(point["status"] for point in points)
     told = ", ".join(f"{counts[status.word]} {status.word}" for status in PointStatus)
     yield f"{len(points)} point{'s' * (len(points) != 1)}: {told}"

@@ -13,6 +13,7 @@ from fretwear.cli.common import (
     Assignments,
     CommandError,
     Format,
+    KeepOlder,
     LogFormat,
     Quiet,
     Results,
@@ -66,6 +67,7 @@ def merge(
     context: typer.Context,
     file: StudyFile,
     results: Results = None,
+    keep_older: KeepOlder = False,
     quiet: Quiet = False,
     log_format: Format = LogFormat.AUTO,
 ) -> None:
@@ -78,7 +80,11 @@ def merge(
     from fretwear.study.plan import write_points
 
     summary = folder / "summary.nc"
-    tally = merge_study(study, folder / "cases", summary, command=context.obj.line)
+    tally = merge_study(
+        study, folder / "cases", summary, command=context.obj.line, keep_older=keep_older
+    )
+    if tally.older:
+        log.note(tally.older)
     with atomic_path(folder / "points.csv") as temporary:
         write_points(study, temporary)
     log.result(

@@ -18,9 +18,11 @@ import numpy as np
 from fretwear.study.parameters import parameter
 from fretwear.vocabulary import (
     CASE_ID,
+    CODE_DIGEST,
     CONVOLUTIONS,
     CYCLE,
     ERROR_ESTIMATE,
+    FIELDS,
     STATUS,
     STEP,
     SYMMETRIES,
@@ -39,7 +41,7 @@ _MOST_TEXT = 10_000_000
 _CHANGING = {"scale_factor", "add_offset", "_Unsigned", "missing_value", "dtype", "valid_range"}
 
 _CASE_TEXTS = ("title", "source", "case_id", "parameters", "symmetry")
-_OPTIONAL_TEXTS = ("warnings", "history", "code_digest")
+_OPTIONAL_TEXTS = ("warnings", "history", CODE_DIGEST.name)
 _STUDY_TEXTS = ("title", "source", "study", "design", "study_file")
 
 
@@ -71,6 +73,7 @@ def value_problem(file: netCDF4.Dataset) -> str:
     scalars = scalars_of(file.variables)
     steps = (*scalars, ERROR_ESTIMATE, CONVOLUTIONS, STEP, CYCLE)
     problems = (
+        *(_unit_problem(file[each.name], each) for each in FIELDS if each.name in file.variables),
         *(_scalar_problem(file, each, CYCLE.name) for each in scalars),
         *(_scalar_problem(history, each, STEP.name) for each in steps),
         *_parameter_problems(file),
@@ -90,6 +93,8 @@ def summary_problem(file: netCDF4.Dataset, size: int) -> str:
         known = file.variables.get(scalar.name)
         if known is None or known.dimensions != (*points, CYCLE.name) or known.dtype.kind != "f":
             return f"it lacks {scalar.name}"
+        if problem := _unit_problem(known, scalar):
+            return problem
     if problem := _axis_problem(file, CYCLE) or _axis_problem(file, X):
         return problem
     if not np.isin(file[STATUS.name][...], list(PointStatus)).all():
@@ -143,12 +148,17 @@ def _scalar_problem(group: Any, scalar: Variable, along: str) -> str:
     known = group.variables.get(scalar.name)
     if known is None or known.dimensions != (along,) or known.dtype.kind not in "if":
         return f"it lacks {group.name}/{scalar.name}".replace("//", "")
+    if problem := _unit_problem(known, scalar):
+        return problem
+    is_finite = np.isfinite(known[...]).all()
+    return "" if is_finite else f"{scalar.name} holds values that are not finite"
+
+
+def _unit_problem(known: Any, variable: Variable) -> str:
     unit = known.getncattr("units") if "units" in known.ncattrs() else ""
-    if unit != scalar.si_unit:
-        return f"{scalar.name} is in {unit or 'no unit'}, not in {scalar.si_unit}"
-    return (
-        "" if np.isfinite(known[...]).all() else f"{scalar.name} holds values that are not finite"
-    )
+    if unit == variable.si_unit:
+        return ""
+    return f"{variable.name} is in {unit or 'no unit'}, not in {variable.si_unit or 'any'}"
 
 
 def _parameter_problems(file: netCDF4.Dataset) -> Iterator[str]:

@@ -18,9 +18,10 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from fretwear.study.rules import doubts
-from fretwear.version import __version__
+from fretwear.version import __version__, code_digest
 from fretwear.vocabulary import (
     CASE_DIMS,
+    CODE_DIGEST,
     CONVOLUTIONS,
     CYCLE,
     ERROR_ESTIMATE,
@@ -125,6 +126,7 @@ def case_dataset(
         "history": history_line(command),
         "parameters": json.dumps(case.canonical_parameters(), sort_keys=True, allow_nan=False),
         "case_id": case.case_id,
+        CODE_DIGEST.name: code_digest(),
         "symmetry": symmetry,
         "warnings": "\n".join(map(str, doubts(case, rings=rings))),
     }

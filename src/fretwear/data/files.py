@@ -25,8 +25,8 @@ from numpy.typing import NDArray
 from fretwear.data.checks import case_problem, summary_problem, value_problem
 from fretwear.data.dataset import mirrored
 from fretwear.data.safe import CaseFileError, DataFileError, atomic_path, uninterrupted
-from fretwear.version import __version__
-from fretwear.vocabulary import CASE_DIMS, CYCLE, FIELDS, LINE_DIMS, Y, scalars_of
+from fretwear.version import code_digest
+from fretwear.vocabulary import CASE_DIMS, CODE_DIGEST, CYCLE, FIELDS, LINE_DIMS, Y, scalars_of
 
 if TYPE_CHECKING:
     from fretwear.study.case import Case
@@ -135,8 +135,8 @@ class CaseFile:
     file: netCDF4.Dataset
 
     def attribute(self, name: str) -> str:
-        """A global attribute."""
-        return str(self.file.getncattr(name))
+        """A global attribute; empty where there is none."""
+        return str(self.file.getncattr(name)) if name in self.file.ncattrs() else ""
 
     def read(self, name: str, index: Any = np.s_[...]) -> NDArray[Any]:
         """Read a variable or a part of it.
@@ -232,20 +232,25 @@ def _lacking(dims: Mapping[Hashable, tuple[Hashable, ...]]) -> list[str]:
     return [name for name, right in expected.items() if dims.get(name) != right]
 
 
-def is_finished_case(path: str | PathLike[str], case: Case) -> bool:
-    """Say whether a file is there that a run of this case by this version would write again.
+def finished_by(path: str | PathLike[str], case: Case) -> str | None:
+    """Return the digest of the code that has finished a case; None where its file is not there.
 
-    The file is read once to compare it with its checksum.
+    The file is read once to compare it with its checksum. It has to be that of the same case with
+    the same snapshots.
     """
     try:
         with opened_case(path) as file:
-            version = file.attribute("source").split(" (")[0]
             same = file.attribute("case_id") == case.case_id
             cycles = file.read(CYCLE.name)
+            digest = file.attribute(CODE_DIGEST.name)
     except CaseFileError:
-        return False
-    is_of_version = version == f"fretwear {__version__}"
-    return same and is_of_version and np.array_equal(cycles, case.output_cycles)
+        return None
+    return digest if same and np.array_equal(cycles, case.output_cycles) else None
+
+
+def is_finished_case(path: str | PathLike[str], case: Case) -> bool:
+    """Say whether a file is there that a run of this case by this code would write again."""
+    return finished_by(path, case) == code_digest()
 
 
 def write_case(dataset: xr.Dataset, history: xr.Dataset, path: str | PathLike[str]) -> None:

@@ -24,7 +24,6 @@ from fretwear.data.dataset import (
     history_line,
     positions_inside,
     resampled,
-    source,
 )
 from fretwear.data.files import (
     COMPRESSION,
@@ -41,9 +40,11 @@ from fretwear.data.safe import (
     atomic_path,
     uninterrupted,
 )
+from fretwear.version import code_digest
 from fretwear.vocabulary import (
     CASE_DIMS,
     CASE_ID,
+    CODE_DIGEST,
     CYCLE,
     FIELDS,
     LINE_DIMS,
@@ -81,15 +82,19 @@ NOT_DONE = -1
 """What ``contact_state`` is at points and cycles that are not there; other fields are NaN."""
 
 _CHUNK_BYTES = 32 << 20
+_MOST_SOURCES = 10
+_OTHER_CODE = "it was computed by other code than fretwear has now (another code_digest)"
+_KEEP_OR_RUN = "Run the case again, or keep it as it is by --keep-older"
 
 
 @dataclass(frozen=True)
 class Tally:
-    """How many points of a study are done, failed and invalid."""
+    """How many points of a study are done, failed and invalid; what is said of older ones."""
 
     done: int
     failed: int
     invalid: int
+    older: str = ""
 
 
 @dataclass(frozen=True)
@@ -260,6 +265,7 @@ def merge_study(
     path: str | PathLike[str],
     *,
     command: str = "fretwear.merge_study",
+    keep_older: bool = False,
 ) -> Tally:
     """Merge the case files of a study into one file.
 
@@ -279,6 +285,8 @@ def merge_study(
         File to write.
     command : str
         What was run, for the attribute ``history``.
+    keep_older : bool
+        Whether cases that other code has computed are merged too, rather than refused.
 
     Returns
     -------
@@ -288,7 +296,8 @@ def merge_study(
     Raises
     ------
     CaseFilesError
-        When case files are damaged or of other cases; it names them all, nothing is written.
+        When case files are damaged, of other cases or of other code; it names them all, nothing
+        is written.
     DataFileError
         When no case is done, or the file cannot be written.
     """
@@ -312,11 +321,10 @@ def merge_study(
         # longer than anything else: the profiles wait on disk, in a file without a name.
         tempfile.TemporaryFile(dir=temporary.parent) as spool,
     ):
-        dataset = _read_cases(layout, status, done, spool)
+        dataset = _read_cases(layout, status, done, spool, keep_older=keep_older)
         dataset.attrs |= {
             "title": study.title,
             "Conventions": CONVENTIONS,
-            "source": source(),
             "history": history_line(command),
             "study": study.name,
             "design": study.design.kind,
@@ -327,16 +335,23 @@ def merge_study(
             encoding = plain_encoding(dataset)
             dataset.to_netcdf(temporary, mode="a", engine="netcdf4", encoding=encoding)
         add_checksum(temporary)
-    return Tally(*(int((status == kind).sum()) for kind in PointStatus))
+    count, failed, invalid = (int((status == kind).sum()) for kind in PointStatus)
+    return Tally(count, failed, invalid, dataset.attrs["warnings"])
 
 
 def _read_cases(
-    layout: StudyLayout, status: NDArray[np.int8], done: Sequence[_Done], spool: IO[bytes]
+    layout: StudyLayout,
+    status: NDArray[np.int8],
+    done: Sequence[_Done],
+    spool: IO[bytes],
+    *,
+    keep_older: bool,
 ) -> xr.Dataset:
     """Read scalars into a dataset, and the profiles of each case in its own cells onto the spool.
 
-    The dataset has the coordinate ``x`` that serves all cases.
+    The dataset has the coordinate ``x`` that serves all cases, and says what computed each.
     """
+    digests, sources = np.full(layout.shape, "", dtype=object), set()
     cycles = layout.cycles()
     known = LINE_SCALARS if done[0].case.indenter.is_line else SCALARS
     scalars = {scalar: np.full((*layout.shape, cycles.size), np.nan) for scalar in known}
@@ -347,8 +362,14 @@ def _read_cases(
         try:
             with opened_case(point.path) as file:
                 snapshots = point.snapshots(file)
+                digests[point.position] = digest = file.attribute(CODE_DIGEST.name)
+                if digest != code_digest() and not keep_older:
+                    raise CaseFileError(point.path, _OTHER_CODE, _KEEP_OR_RUN)
+                sources.add(file.attribute("source"))
                 for scalar, values in scalars.items():
-                    values[point.position][columns] = file.read(scalar.name)[snapshots]
+                    values[point.position][columns] = own = file.read(scalar.name)[snapshots]
+                    if not np.isfinite(own).all():
+                        raise file.unusable(f"{scalar.name} holds values that are not finite")
                 windows.add(_Window.of(file, X.name))
                 row: tuple[Any, ...] = np.s_[:, :]
                 if not file.is_line:
@@ -369,6 +390,7 @@ def _read_cases(
     return xr.Dataset(
         {
             STATUS.name: (layout.dims, status, flags),
+            CODE_DIGEST.name: (layout.dims, digests.astype(str), CODE_DIGEST.attributes),
             **layout.dependent(),
             **{
                 scalar.name: (dims, values, scalar.attributes) for scalar, values in scalars.items()
@@ -379,6 +401,22 @@ def _read_cases(
             CYCLE.name: (CYCLE.name, cycles, CYCLE.attributes),
             X.name: (X.name, _common_positions(windows), X.attributes),
         },
+        {
+            "source": "; ".join(sorted(sources)[:_MOST_SOURCES]),
+            CODE_DIGEST.name: code_digest(),
+            "warnings": _older_words(digests[status == PointStatus.DONE].tolist()),
+        },
+    )
+
+
+def _older_words(digests: Sequence[str]) -> str:
+    """Say how many of some cases were computed by other code than this; empty if none was."""
+    older = [digest or "missing" for digest in digests if digest != code_digest()]
+    if not older:
+        return ""
+    return (
+        f"{len(older)} of {len(digests)} cases were computed by other code than fretwear has now: "
+        f"their code_digest is {', '.join(sorted(set(older)))}, not {code_digest()}"
     )
 
 

@@ -94,7 +94,8 @@ def build_report(
     body: Any = environment().get_template("sections.html.j2").module
     computation = body.computation(facts, plan.study.file.name, study_text(plan.study))
 
-    page = [Section("summary", "Summary", _summary(body, plan, results))]
+    remarks = summary.attrs.get("warnings", "").splitlines()
+    page = [Section("summary", "Summary", _summary(body, plan, results, remarks))]
     if explorer:
         page += [Section("explorer", "Explorer", body.explorer(*explorer, scripts.plotly))]
     page += [
@@ -123,7 +124,9 @@ def build_report(
     )
 
 
-def _summary(body: Any, plan: Plan, results: Sequence[PointResult]) -> Markup:
+def _summary(
+    body: Any, plan: Plan, results: Sequence[PointResult], remarks: Sequence[str]
+) -> Markup:
     numbers, sentences = key_numbers(results, _cycles(plan)), list(summary_sentences(results))
     labels = [RESULTS[name].label for name in EFFECTS_ON]
     warnings = [
@@ -136,7 +139,9 @@ def _summary(body: Any, plan: Plan, results: Sequence[PointResult]) -> Markup:
         }
         for doubt, cases in plan.doubts.items()
     ]
-    return Markup(body.summary(warnings, numbers, sentences, effects(plan, results), labels))
+    return Markup(
+        body.summary(warnings, remarks, numbers, sentences, effects(plan, results), labels)
+    )
 
 
 def _lead(plan: Plan, results: Sequence[PointResult]) -> str:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, TextIO, cast
 
-from fretwear.data.files import is_finished_case, open_history, write_case
+from fretwear.data.files import finished_by, is_finished_case, open_history, write_case
 from fretwear.data.locks import locked
 from fretwear.data.safe import DataFileError, Unfailing, open_log, uninterrupted
 from fretwear.mechanics.contact import ContactError
@@ -21,6 +21,7 @@ from fretwear.running.records import failures, forget, log_file, record
 from fretwear.running.resources import require_memory
 from fretwear.running.simulate import run
 from fretwear.study.rules import doubts
+from fretwear.version import code_digest
 
 if TYPE_CHECKING:
     from fretwear.running.simulate import Observer
@@ -164,12 +165,15 @@ class BatchRun:
         Hears of the batch as a whole.
     listener_to
         Takes the open log of a case; gives one who writes there what this case says.
+    keep_older
+        Whether cases that other code has finished are left as they are, and not run again.
     """
 
     study: Study
     results: Path
     listener: Listener
     listener_to: Callable[[TextIO], Listener]
+    keep_older: bool = False
 
     def run(self, first: int, last: int) -> BatchOutcome:
         """Run the cases of neighbouring points, those excepted that are done and sound.
@@ -182,11 +186,18 @@ class BatchRun:
             Numbers of the first and the last point, counted from 1.
         """
         cases = {point.id: point.case for point in self.study.points(first, last) if point.case}
-        found = [each for each in cases if is_finished_case(self._file(each), cases[each])]
+        digests = {each: finished_by(self._file(each), cases[each]) for each in cases}
+        older = [each for each, digest in digests.items() if digest not in (None, code_digest())]
+        found = [each for each, digest in digests.items() if digest is not None]
+        if not self.keep_older:
+            found = [each for each in found if each not in older]
         for case_id in found:
             forget(self.results, case_id)
         if found:
             self.listener.note(f"{len(found)} of {len(cases)} cases were done before")
+        if older:
+            what = "kept" if self.keep_older else "computed again"
+            self.listener.note(f"{len(older)} of them by other code than this: {what}")
         # A case during which an earlier process vanished may take this one along: it comes last.
         vanished = failures(self.results)
         to_do = {case_id: cases[case_id] for case_id in cases if case_id not in found}

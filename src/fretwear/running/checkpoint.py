@@ -19,10 +19,10 @@ import numpy as np
 from numpy.lib import format as numpy_format
 from numpy.typing import NDArray
 
-from fretwear.data.dataset import source
 from fretwear.data.files import add_checksum, damage
 from fretwear.data.safe import DataFileError, atomic_path, remove_stale_temporaries
 from fretwear.running.simulate import RunRecord, Step
+from fretwear.version import code_digest
 
 if TYPE_CHECKING:
     from fretwear.study.case import Case
@@ -147,8 +147,7 @@ class Checkpoint:
 def identity_of(case: Case) -> dict[str, Any]:
     """What a run must have in common with the one that wrote a checkpoint, to resume from it."""
     return {
-        # Files of a checkout that were changed may as well be those of a study.
-        "version": source().replace("-dirty", ""),
+        "code": code_digest(),
         "parameters": case.canonical_parameters(),
         "output cycles": list(case.output_cycles),
     }

@@ -16,13 +16,13 @@ from functools import cached_property
 from itertools import count
 from pathlib import Path
 
-import fretwear
 from fretwear.data.safe import DataFileError, read_data, write_text
 from fretwear.running.records import Failure, failures
 from fretwear.running.resources import Batch, batches
 from fretwear.study.plan import plan_study
 from fretwear.study.problems import Problem, StudyError
 from fretwear.study.study import Study, load_study
+from fretwear.version import __version__, code_digest
 
 STUDIES = Path("studies")
 RESULTS = Path("results")
@@ -56,14 +56,27 @@ def chosen_study(config: Mapping[str, object]) -> str:
     problems = [
         Problem(key, value, "is not known", "choose a study by --config study=NAME")
         for key, value in config.items()
-        if key != "study"
+        if key not in ("study", "keep_older")
     ]
+    if _keep_older(config) not in ("true", "false"):
+        rule = "must be true or false"
+        problems.append(Problem("keep_older", config["keep_older"], rule))
     name = config.get("study", "demo")
     if name is None:
         problems.append(Problem("study", None, "has no value", "such as --config study=demo"))
     if problems:
         raise StudyError(Path("--config"), problems)
     return str(name)
+
+
+def keeps_older(config: Mapping[str, object]) -> bool:
+    """Say whether ``--config keep_older=true`` asks for cases of other code to be kept."""
+    return _keep_older(config) == "true"
+
+
+def _keep_older(config: Mapping[str, object]) -> str:
+    # Snakemake hands on some words as text.
+    return str(config.get("keep_older", False)).lower()
 
 
 def study_file(name: str) -> Path:
@@ -77,12 +90,21 @@ def study_file(name: str) -> Path:
 
 @dataclass(frozen=True)
 class StudyJobs:
-    """The jobs of a study: their files, what they depend on, and what they take."""
+    """The jobs of a study: their files, what they depend on, and what they take.
+
+    Attributes
+    ----------
+    study : Study
+        The study, sound.
+    keep_older : bool
+        Whether cases are kept that other code has computed.
+    """
 
     study: Study
+    keep_older: bool = False
 
     @classmethod
-    def of(cls, name: str) -> StudyJobs:
+    def of(cls, name: str, *, keep_older: bool = False) -> StudyJobs:
         """Return the jobs of a study given as for `study_file`.
 
         Raises
@@ -90,7 +112,7 @@ class StudyJobs:
         StudyError
             With everything that is wrong with the study.
         """
-        return cls(load_study(study_file(name)))
+        return cls(load_study(study_file(name)), keep_older)
 
     @property
     def folder(self) -> str:
@@ -99,8 +121,18 @@ class StudyJobs:
 
     @property
     def version(self) -> str:
-        """Version of the package: another one computes everything anew."""
-        return fretwear.__version__
+        """Version of the package: another one merges, draws and reports anew."""
+        return __version__
+
+    @property
+    def code(self) -> str:
+        """Digest of the code that computes: another one computes everything anew, or nothing."""
+        return "any" if self.keep_older else code_digest()
+
+    @property
+    def options(self) -> str:
+        """Options of the commands that compute and merge cases."""
+        return "--keep-older" if self.keep_older else ""
 
     @property
     def content(self) -> str:
@@ -176,7 +208,7 @@ class StudyJobs:
 
     def _name(self, batch: Batch) -> str:
         cases = self._snapshots
-        everything = [self.version, [(each, cases[each]) for each in batch.case_ids]]
+        everything = [self.code, [(each, cases[each]) for each in batch.case_ids]]
         text = json.dumps(everything, separators=(",", ":"))
         return hashlib.sha256(text.encode()).hexdigest()[:_HASH_DIGITS]
 
