@@ -298,7 +298,8 @@ def test_an_unsound_study_has_no_jobs(jobs):
 def test_a_study_is_chosen_by_its_key_alone_and_a_misspelt_one_does_not_run_the_default():
     assert chosen_study({}) == "demo"
     assert chosen_study({"study": "paper"}) == "paper"
-    for config in ({"stdy": "paper"}, {"study": "a", "cores": 2}, {"study": None}, {"keep_older": 1}):
+    misspelt = ({"stdy": "a"}, {"study": "a", "cores": 2}, {"study": None}, {"keep_older": 1})
+    for config in misspelt:
         with pytest.raises(StudyError, match="--config"):
             chosen_study(config)
 
