@@ -372,6 +372,80 @@ class WholeNumber(Parameter):
         return {"anyOf": [number, text], "examples": [self.usual]}
 
 
+@dataclass(frozen=True)
+class Choice(Parameter):
+    """One of some words."""
+
+    si_unit = "1"
+    unit = NO_UNIT
+
+    symbol: str
+    words: str
+    options: tuple[str, ...]
+    description: str = ""
+    must_be_written: bool = False
+
+    @property
+    def example(self) -> str:
+        """The first of them."""
+        return self.options[0]
+
+    def read(self, value: object, units_required: bool) -> str:
+        """Return the word."""
+        del units_required
+        if value not in self.options:
+            raise QuantityError(f"must be {' or '.join(self.options)}")
+        return str(value)
+
+    def schema(self) -> dict[str, Any]:
+        """JSON Schema of the value in a study file."""
+        return {"enum": [*self.options]}
+
+
+@dataclass(frozen=True)
+class Patch(Parameter):
+    """A rectangle: its corner x, y, its width and its height; None for all there is."""
+
+    si_unit = "1"
+    unit = NO_UNIT
+
+    symbol: str
+    words: str
+    description: str = ""
+    must_be_written: bool = False
+
+    _side: ClassVar[Quantity] = Quantity("m", "", "", "mm", like="0.5 mm", at_least=0.0)
+
+    @property
+    def example(self) -> str:
+        """Half a millimetre."""
+        return "[0 mm, 0 mm, 0.5 mm, 0.5 mm]"
+
+    def read(self, value: object, units_required: bool) -> Any:
+        """Return four lengths, or None."""
+        if (value is None and not units_required) or value == "none":
+            return None
+        if not is_list(value) or len(value) != 4:
+            raise QuantityError("must be [x, y, width, height]", f"such as {self.example}")
+        lengths = tuple(self._side.read(each, units_required) for each in value)
+        if not all(side > 0.0 for side in lengths[2:]):
+            raise QuantityError("must have a width and a height larger than 0")
+        return lengths
+
+    def canonical(self, value: Any) -> Any:
+        """Return the four, or none."""
+        return "none" if value is None else list(value)
+
+    def coordinates(self, name: str, value: Any) -> Iterator[tuple[str, Parameter, float | str]]:
+        """Yield one text, in m."""
+        yield name, self, str(self.canonical(value))
+
+    def schema(self) -> dict[str, Any]:
+        """JSON Schema of the value in a study file."""
+        four = {"type": "array", "items": self._side.schema(), "minItems": 4, "maxItems": 4}
+        return {"anyOf": [{"const": "none"}, four]}
+
+
 def pair(value: float | tuple[float, float]) -> tuple[float, float]:
     """Return two values, equal where one was given."""
     return value if isinstance(value, tuple) else (value, value)

@@ -12,12 +12,13 @@ from fretwear import figures
 from fretwear.mechanics.roughness import Roughness
 from fretwear.mechanics.slip import Jaeger, ReducedContact, SlipModel
 from fretwear.mechanics.wear_laws import WearLaw
-from fretwear.parts import Quantity, WholeNumber
+from fretwear.parts import Choice, Quantity, WholeNumber
 from fretwear.running.simulate import simulate
 from fretwear.study.case import Case, CaseError
 from fretwear.study.parameters import parameter, symbol_text, words_text
 from fretwear.study.sections import study_schema
 from fretwear.study.tree import base_names, leaves, parameter_names
+from fretwear.topography import Source, SourceFile
 
 from ..studies import WAVES, steel
 
@@ -103,6 +104,12 @@ SELF_AFFINE = {
     "seed": 11,
     "anisotropy": 2,
 }
+MEASURED = {
+    "kind": "measured",
+    # As a dataset has it: the file itself is not needed to know the case again.
+    "file": f"disc.x3p sha256:{64 * 'a'}",
+    "patch": ["0 mm", "0 mm", "1 mm", "2 mm"],
+}
 DIMPLE = {"kind": "dimple", "depth": "0.5 um", "width": "20 um"}
 OWN = ("wear_coefficient", "friction_wear")
 
@@ -131,6 +138,7 @@ def examples():
         study_case(wear_coefficient=None, friction_wear="5e-14 / Pa"),
         study_case(roughness=DIMPLE, cell=None),
         study_case(roughness=SELF_AFFINE),
+        study_case(roughness=MEASURED),
         study_case(slip_model={"kind": "uniform", "slip_gap": "1 um"}),
         study_case(
             radius=None,
@@ -146,6 +154,10 @@ def moved(leaf, value):
     """Another value of a parameter that is still in its range."""
     if isinstance(leaf.parameter, WholeNumber):
         return value + 1
+    if isinstance(leaf.parameter, Choice):
+        return next(each for each in leaf.parameter.options if each != value)
+    if isinstance(leaf.parameter, SourceFile):
+        return Source(value.name, 64 * "b")
     if isinstance(value, tuple):
         return tuple(0.99 * each for each in value)
     return 0.99 * value

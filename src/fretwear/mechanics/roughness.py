@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Annotated, ClassVar, Literal
@@ -12,7 +13,9 @@ from numpy.typing import NDArray
 
 from fretwear.mechanics.geometry import Array, Even
 from fretwear.mechanics.surfaces import Indenter
-from fretwear.parts import Part, Quantity, WholeNumber
+from fretwear.parts import Choice, Part, Patch, Quantity, WholeNumber
+from fretwear.topography import Source, SourceFile, Topography, read_topography
+from fretwear.units import QuantityError
 
 MAX_SLOPE = math.pi / 4.0
 
@@ -71,6 +74,11 @@ class Roughness(Part):
     @property
     def period(self) -> tuple[float, float]:
         """Distance along x and along y, m, after which a random surface repeats; inf for others."""
+        return math.inf, math.inf
+
+    @property
+    def sides(self) -> tuple[float, float]:
+        """Lengths along x and y, m, of what is known of a measured surface; inf for others."""
         return math.inf, math.inf
 
     @property
@@ -389,6 +397,140 @@ class SelfAffineRoughness(Roughness):
         amplitude = self.rms_height * np.sqrt(2.0 * power / power.sum())
         waves: NDArray[np.complex128] = amplitude * np.exp(1j * _phases(self.seed, len(power) - 1))
         return waves
+
+
+@dataclass(frozen=True)
+class MeasuredRoughness(Roughness):
+    """A measured topography, its centre under the tip of the indenter.
+
+    Heights are those of the file, upwards out of its body, less their mean or the plane that fits
+    them best; between the points a bicubic spline, beyond the border the height of the border.
+    Seen from above both, the indenter's is turned over: about the y axis.
+    """
+
+    file: Annotated[
+        Source,
+        SourceFile(
+            "measured surface",
+            "file",
+            "surfaces/disc.x3p",
+            "File of a profilometer or a microscope, relative to the study file.",
+        ),
+    ]
+    tilt: Annotated[
+        str,
+        Choice("tilt", "tilt of the surface", ("remove", "keep"), "Whether to level the surface."),
+    ] = "remove"
+    patch: Annotated[
+        tuple[float, float, float, float] | None,
+        Patch(
+            "patch",
+            "patch of the surface",
+            "Part to take, [x, y, width, height] from the corner; none: all.",
+        ),
+    ] = None
+    body: Annotated[
+        str, Choice("body", "body of the surface", ("flat", "indenter"), "Which body it is of.")
+    ] = "flat"
+    kind: Literal["measured"] = "measured"
+
+    # Points are as fine as a grid is to be, or half as fine.
+    detail: ClassVar[str] = "distance of two points"
+    cells: ClassVar[int] = 4
+
+    def height(self, x: Array, y: Array) -> Array:
+        """Added to the gap, m: what stands out of either body takes from it."""
+        from scipy.interpolate import RectBivariateSpline
+
+        data = read_topography(self.file, self.tilt == "remove", self.patch)
+        spline = RectBivariateSpline(data.x, data.y, data.heights)
+        x, y = np.broadcast_arrays(x if self.body == "flat" else -np.asarray(x), y)
+        half_x, half_y = data.x[-1], data.y[-1]
+        at = np.clip(x, -half_x, half_x), np.clip(y, -half_y, half_y)
+        result: Array = -spline.ev(*at)
+        return result
+
+    @property
+    def _data(self) -> Topography | None:
+        """The topography; None for a case that was read from a dataset, without its file."""
+        if not self.file.path:
+            return None
+        return read_topography(self.file, self.tilt == "remove", self.patch)
+
+    @property
+    def rms_height(
+        self,
+    ) -> Annotated[float, Quantity("m", r"$h_\mathrm{rms}$", "rms height of the roughness", "um")]:
+        """Root mean square of the heights."""
+        return math.nan if self._data is None else float(self._data.heights.std())
+
+    @property
+    def rms_slope(
+        self,
+    ) -> Annotated[float, Quantity("1", r"$h^\prime_\mathrm{rms}$", "rms slope of the roughness")]:
+        """Root mean square of the slope between neighbouring points."""
+        data = self._data
+        if data is None:
+            return math.nan
+        squares = (
+            np.square(np.diff(data.heights, axis=axis) / data.spacing[axis]).mean()
+            for axis in (0, 1)
+        )
+        return math.sqrt(sum(squares))
+
+    @property
+    def missing_points(
+        self,
+    ) -> Annotated[float, Quantity("1", "missing", "points without a height, filled")]:
+        """How many points were not measured."""
+        return math.nan if self._data is None else float(self._data.missing)
+
+    @property
+    def finest(self) -> tuple[float, float]:
+        """Twice the distance of points along x and y, m."""
+        if self._data is None:
+            return math.inf, math.inf
+        return 2.0 * self._data.spacing[0], 2.0 * self._data.spacing[1]
+
+    @property
+    def sides(self) -> tuple[float, float]:
+        """Lengths of the sides, m."""
+        return (math.inf, math.inf) if self._data is None else self._data.sides
+
+    @property
+    def wavelengths(self) -> tuple[float, float]:
+        """A quarter of the sides, m: the next tip is hardly farther away."""
+        return self.sides[0] / 4.0, self.sides[1] / 4.0
+
+    @property
+    def highest(self) -> float:
+        """Largest magnitude of a height, m."""
+        return 0.0 if self._data is None else float(np.abs(self._data.heights).max())
+
+    @property
+    def tips(self) -> float:
+        """Height of tips as a rule, m."""
+        return min(_TIPS * self.rms_height, self.highest)
+
+    @property
+    def steepest(self) -> float:
+        """Three times the root mean square of the slope."""
+        return _STEEPEST * self.rms_slope
+
+    @property
+    def problem(self) -> tuple[str, str] | None:
+        """What is wrong with the file."""
+        try:
+            _ = self._data
+        except QuantityError as error:
+            return f"file {self.file.name}: {error.rule}", error.hint
+        return None
+
+    @property
+    def slug(self) -> str:
+        """The name of the file and the beginning of its checksum."""
+        stem = re.sub(r"[^A-Za-z0-9._-]+", "-", self.file.name.partition(".")[0])[:24]
+        return f"{stem}-{self.file.checksum[:6]}"
 
 
 @lru_cache(maxsize=8)

@@ -37,6 +37,9 @@ NEARLY_GROSS = 0.9999
 GREATEST_DUNDURS = 0.1
 """Largest |β|/µ at which the coupling of pressure and slip between unlike bodies is small."""
 
+FEW_POINTS = 20
+"""Points of a measured surface on a contact radius below which it hardly has a roughness."""
+
 FEW_CELLS = 5
 """Cells on a stick radius below which its edge is hardly one."""
 
@@ -395,7 +398,35 @@ def _roughness_repeats(case: CaseTree) -> Doubt | None:
     )
 
 
+def _surface_is_small(case: CaseTree) -> Doubt | None:
+    side = math.inf if case.roughness is None else min(case.roughness.sides)
+    if side >= 3.0 * case.hertz_radius:
+        return None
+    return Doubt(
+        "will hardly fit on the measured surface, beyond whose border its last height goes on",
+        f"side {format_quantity(side, LENGTH, 3)}, "
+        f"contact radius {format_quantity(case.hertz_radius, LENGTH, 3)}",
+        "measure a larger area, or choose a larger patch or a lower load",
+    )
+
+
+def _points_are_few(case: CaseTree) -> Doubt | None:
+    if case.roughness is None or math.isinf(min(case.roughness.sides)):
+        return None
+    distance = max(case.roughness.finest) / 2.0
+    if distance <= case.hertz_radius / FEW_POINTS:
+        return None
+    return Doubt(
+        "will be computed on a surface measured at few points",
+        f"distance {format_quantity(distance, LENGTH, 3)}, "
+        f"contact radius {format_quantity(case.hertz_radius, LENGTH, 3)}",
+        f"measure {FEW_POINTS} points a contact radius or more: what lies between is not known",
+    )
+
+
 _DOUBTS = (
+    _surface_is_small,
+    _points_are_few,
     _roughness_repeats,
     _ring_is_unseen,
     _bodies_are_unlike,

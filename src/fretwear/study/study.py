@@ -24,8 +24,9 @@ from fretwear.study.designs import Design, read_axes
 from fretwear.study.points import Axis, BrokenRule, Parameters, Point
 from fretwear.study.problems import Problem, StudyError, did_you_mean, few_of
 from fretwear.study.sections import Sections, read_sections
-from fretwear.study.tree import member_of, parameter_names
+from fretwear.study.tree import leaves, member_of, parameter_names
 from fretwear.study.yamlfile import parse_value, read_document
+from fretwear.topography import Located, SourceFile
 
 OPTION = "--set"
 
@@ -146,7 +147,7 @@ def _checked(
 ) -> Study:
     """Turn the plain content of a study file, assignments applied, into a `Study`."""
     found: list[Problem] = []
-    sections = read_sections(content, found)
+    sections = read_sections(_located(content, file.parent), found)
     design = sections.design
     axes = read_axes(sections.vary, design, found)
     fixed = _read_base(sections, found)
@@ -177,6 +178,28 @@ def _checked(
         content=content,
         batch=sections.batch,
     )
+
+
+def _located(content: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+    """Say of the names of files that they are relative to the folder of the study file."""
+    located = copy.deepcopy(dict(content))
+
+    def at(value: Any) -> Any:
+        return Located.at(value, folder) if isinstance(value, str) else value
+
+    for name, several in leaves().items():
+        if not any(isinstance(leaf.parameter, SourceFile) for leaf in several):
+            continue
+        whole, _, part = name.partition(".")
+        for section in (located.get("base"), located.get("vary")):
+            given = section.get(whole) if isinstance(section, Mapping) else None
+            for each in given if isinstance(given, list) else [given]:
+                if isinstance(each, dict) and part in each:
+                    each[part] = at(each[part])
+        vary = located.get("vary")
+        if isinstance(vary, dict) and isinstance(vary.get(name), list):
+            vary[name] = [at(value) for value in vary[name]]
+    return located
 
 
 def _read_base(sections: Sections, problems: list[Problem]) -> dict[str, Any]:

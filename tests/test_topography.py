@@ -1,0 +1,186 @@
+"""Files with surfaces: heights and units as they are, and a sentence for every bad file."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fretwear import topography
+from fretwear.mechanics.roughness import MeasuredRoughness
+from fretwear.study.case import Case, CaseError
+from fretwear.study.study import load_study
+from fretwear.topography import SourceFile, read_profile, read_topography
+from fretwear.units import QuantityError
+
+GROUND = Path(__file__).parents[1] / "studies/surfaces/ground.nc"
+FILE = SourceFile("surface", "file", "disc.x3p")
+STEEL = {
+    "radius": "10 mm",
+    "youngs_modulus": "208 GPa",
+    "poisson_ratio": 0.3,
+    "load": "50 N",
+    "tangential_ratio": 0.8,
+    "friction": 0.5,
+    "wear_coefficient": "7e-13 / Pa",
+    "cycles": 100,
+}
+
+
+@pytest.fixture
+def library():
+    return pytest.importorskip("SurfaceTopography")
+
+
+@pytest.fixture
+def written(library, tmp_path):
+    """A function that writes heights, m, of a map of 40 µm by 30 µm in µm."""
+
+    def write(heights, name="map.nc", unit="um"):
+        scaled = np.ma.masked_invalid(heights * 1e6)
+        file = tmp_path / name
+        library.Topography(scaled, (40.0, 30.0), unit=unit).to_netcdf(str(file))
+        return str(file)
+
+    return write
+
+
+def wave(x, y):
+    return 1e-7 * np.sin(2 * np.pi * x / 40e-6) * np.cos(2 * np.pi * y / 30e-6)
+
+
+X, Y = (np.arange(40) - 19.5)[:, None] * 1e-6, (np.arange(30) - 14.5)[None, :] * 1e-6
+
+
+def test_a_map_is_read_in_metres_levelled_and_filled(written):
+    missing = np.zeros((40, 30), bool)
+    missing[3::7, 2::5] = True
+    tilted = np.where(missing, np.nan, wave(X, Y) + 2e-3 * X - 1e-3 * Y + 5e-6)
+    found = read_topography(FILE.read(written(tilted), True))
+    np.testing.assert_allclose(found.x, X[:, 0], atol=1e-12)
+    np.testing.assert_allclose(found.y, Y[0], atol=1e-12)
+    assert found.missing == missing.sum()
+    plane = np.linalg.lstsq(
+        np.stack([np.ones(1200), (X + 0 * Y).ravel(), (Y + 0 * X).ravel()], 1), wave(X, Y).ravel()
+    )[0]
+    level = wave(X, Y) - plane[0] - plane[1] * X - plane[2] * Y
+    # The points that are missing move the plane a little, and are filled from their neighbours.
+    np.testing.assert_allclose(found.heights[~missing], level[~missing], atol=3e-9)
+    np.testing.assert_allclose(found.heights[missing], level[missing], atol=6e-9)
+    tilt = read_topography(FILE.read(written(wave(X, Y) + 2e-3 * X), True), levelled=False)
+    assert np.polyfit(X[:, 0], tilt.heights.mean(axis=1), 1)[0] == pytest.approx(2e-3, rel=1e-6)
+
+
+def test_a_patch_is_a_part_of_the_file_about_its_own_centre(written):
+    file = FILE.read(written(wave(X, Y)), True)
+    part = read_topography(file, levelled=False, patch=(10e-6, 5e-6, 20e-6, 10e-6))
+    expected = wave(X[10:30], Y[:, 5:15])
+    np.testing.assert_allclose(part.heights, expected - expected.mean(), atol=1e-15)
+    assert part.sides == pytest.approx((20e-6, 10e-6), rel=1e-9)
+    assert part.x[0] == -part.x[-1]
+
+
+def test_what_stands_out_of_either_body_closes_the_gap(written):
+    heights = wave(X, Y) + 3e-3 * X
+    flat = MeasuredRoughness(written(heights), tilt="keep")
+    at = X[3:37:5], Y[:, 2:28:5]
+    expected = -(heights - heights.mean())[3:37:5, 2:28:5]
+    np.testing.assert_allclose(flat.height(*at), expected, atol=1e-15)
+    # Turned over about the y axis.
+    turned = MeasuredRoughness(written(heights), tilt="keep", body="indenter")
+    np.testing.assert_allclose(turned.height(*at), flat.height(-at[0], at[1]), atol=1e-18)
+
+
+@pytest.mark.usefixtures("library")
+def test_the_checksum_of_the_file_is_part_of_the_id():
+    study = load_study(GROUND.parents[1] / "measured.yaml")
+    case = study.points()[0].case
+    assert case.roughness.missing_points == 278
+    assert case.roughness.rms_height == pytest.approx(0.08e-6, rel=0.05)
+    again = Case(**case.canonical_parameters())
+    assert again.case_id == case.case_id
+    parameters = case.canonical_parameters()
+    file = parameters["roughness"]["file"]
+    parameters["roughness"]["file"] = file[:-1] + ("0" if file[-1] != "0" else "1")
+    parameters["cell"] = case.grid_spacing
+    assert Case(**parameters).case_id != case.case_id
+    assert not case.replace(load="20 N").roughness.problem
+
+
+def test_the_same_file_elsewhere_is_the_same_surface(written, tmp_path):
+    first = Path(written(wave(X, Y)))
+    moved = tmp_path / "elsewhere" / first.name
+    moved.parent.mkdir()
+    moved.write_bytes(first.read_bytes())
+    assert FILE.read(str(first), True) == FILE.read(str(moved), True)
+
+
+@pytest.mark.parametrize(
+    ("heights", "unit", "sentence"),
+    [
+        (np.full((40, 30), np.nan), "um", "every point is missing"),
+        (np.zeros((40, 30)), None, "does not say the unit of its lengths"),
+        (np.zeros((3, 30)), "um", "has 3 x 30 points"),
+    ],
+)
+def test_a_map_without_a_surface_gets_a_sentence(written, heights, unit, sentence):
+    with pytest.raises(QuantityError, match=sentence):
+        read_topography(FILE.read(written(heights, unit=unit), True))
+
+
+def test_bad_files_get_a_sentence_before_anything_runs(library, tmp_path):
+    text = tmp_path / "notes.txt"
+    text.write_text("no heights here\n")
+    rough = {"kind": "measured", "file": str(text)}
+    with pytest.raises(CaseError, match=r"notes.txt: cannot be read as a topography"):
+        Case(**STEEL, roughness=rough)
+    line = tmp_path / "line.nc"
+    library.UniformLineScan(np.zeros(50), 1.0, unit="um").to_netcdf(str(line))
+    with pytest.raises(CaseError, match="is a line scan"):
+        Case(**STEEL, roughness={**rough, "file": str(line)})
+    for file, sentence in (("gone.x3p", "there is none at"), (3, "must be the name of a file")):
+        with pytest.raises(CaseError, match=sentence):
+            Case(**STEEL, roughness={**rough, "file": file})
+
+
+def test_a_huge_file_is_not_read(tmp_path):
+    file = tmp_path / "huge.x3p"
+    with file.open("wb") as sparse:
+        sparse.truncate(4 * 2**30)
+    with pytest.raises(QuantityError, match="more than the"):
+        FILE.read(str(file), True)
+
+
+def test_without_the_library_it_is_said_what_to_install(monkeypatch, tmp_path):
+    monkeypatch.setitem(__import__("sys").modules, "SurfaceTopography", None)
+    file = tmp_path / "map.nc"
+    file.write_text("x")
+    with pytest.raises(QuantityError, match=r"install it: pip install 'fretwear\[surfaces\]'"):
+        topography.read_topography(FILE.read(str(file), True))
+
+
+def test_a_profile_is_read_with_the_units_of_its_first_line(tmp_path):
+    file = tmp_path / "tip.csv"
+    file.write_text("r (mm), z (um)\n0, 1\n0.1, 1.5\n0.2, 3\n0.3, 5.5\n")
+    distance, height = read_profile(FILE.read(str(file), True))
+    np.testing.assert_allclose(distance, [0, 1e-4, 2e-4, 3e-4])
+    np.testing.assert_allclose(height, [0, 0.5e-6, 2e-6, 4.5e-6], atol=1e-18)
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("", "no units in its first line"),
+        ("r, z\n0, 0\n1, 1\n", "no units in its first line"),
+        ("r (mm), z (N)\n0, 0\n", "'N' is a force"),
+        ("r (mm), z (um)\n0, 0\n1, x\n2, 2\n3, 3\n", "two numbers a line"),
+        ("r (mm), z (um)\n0, 0\n1, 1\n", "at least 4 points"),
+        ("r (mm), z (um)\n0, 0\n1, nan\n2, 2\n3, 3\n", "all of them numbers"),
+        ("r (mm), z (um)\n1, 0\n2, 1\n3, 2\n4, 3\n", "begin at the axis"),
+        ("r (mm), z (um)\n0, 1\n1, 0\n2, 2\n3, 3\n", "a convex tip"),
+    ],
+)
+def test_bad_profiles_get_a_sentence(tmp_path, text, sentence):
+    file = tmp_path / "tip.csv"
+    file.write_text(text)
+    with pytest.raises(QuantityError, match=sentence):
+        read_profile(FILE.read(str(file), True))
