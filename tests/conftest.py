@@ -4,7 +4,9 @@ With ``--hypothesis-profile=thorough`` they try other and far more examples ever
 """
 
 import os
+import subprocess
 
+import pytest
 from hypothesis import settings
 
 # Tests run beside each other; threads of BLAS on top of that only wait for one another. It reads
@@ -14,3 +16,25 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 settings.register_profile("reproducible", deadline=None, derandomize=True)
 settings.register_profile("thorough", deadline=None, max_examples=10_000, print_blob=True)
 settings.load_profile("reproducible")
+
+
+@pytest.fixture
+def mounted(tmp_path):
+    """Mount a small file system, for whoever may, and take it away again."""
+    places = []
+
+    def mount(size="12m"):
+        place = tmp_path / "disk"
+        place.mkdir()
+        command = ["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", place]
+        try:
+            subprocess.run(command, check=True, capture_output=True)
+        except (OSError, subprocess.CalledProcessError):
+            pytest.skip("mounting a small file system takes rights that are not given here")
+        places.append(place)
+        return place
+
+    yield mount
+    for place in places:
+        # After a failure the netCDF library keeps its file open until the process ends.
+        subprocess.run(["umount", "-l", place], check=True)

@@ -16,28 +16,6 @@ def copied(finished_desk, desk):
     return desk
 
 
-@pytest.fixture
-def mounted(tmp_path):
-    """Mount a small file system, for whoever may, and take it away again."""
-    places = []
-
-    def mount(size="12m"):
-        place = tmp_path / "disk"
-        place.mkdir()
-        command = ["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", place]
-        try:
-            subprocess.run(command, check=True, capture_output=True)
-        except (OSError, subprocess.CalledProcessError):
-            pytest.skip("mounting a small file system takes rights that are not given here")
-        places.append(place)
-        return place
-
-    yield mount
-    for place in places:
-        # After a failure the netCDF library keeps its file open until the process ends.
-        subprocess.run(["umount", "-l", place], check=True)
-
-
 def fill(disk, leaving):
     """Fill a disk but for so many bytes."""
     free = shutil.disk_usage(disk).free

@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 import xarray as xr
-import yaml
 
 from fretwear.data.dataset import case_dataset, history_dataset
 from fretwear.data.files import write_case
@@ -17,17 +16,10 @@ from fretwear.study.case import Case
 from fretwear.study.study import Study, load_study
 from fretwear.theory import CattaneoMindlin, HertzContact
 
-PARAMETERS = {
-    "radius": "10 mm",
-    "youngs_modulus": "208 GPa",
-    "poisson_ratio": 0.3,
-    "load": "50 N",
-    "tangential_ratio": 0.8,
-    "friction": 0.5,
-    "wear_coefficient": "7e-13 / Pa",
-    "cycles": 1000,
-    "cell": ["10 um", "12 um"],
-}
+from ..studies import base as study_base
+from ..studies import steel, write_study
+
+CELL = ["10 um", "12 um"]
 
 
 class Results(NamedTuple):
@@ -49,7 +41,7 @@ class Arrays(NamedTuple):
 
 @pytest.fixture
 def make_case() -> Callable[..., Case]:
-    return lambda **changes: Case(**(PARAMETERS | changes))
+    return lambda **changes: steel(**{"cell": CELL, **changes})
 
 
 @pytest.fixture
@@ -143,7 +135,7 @@ def case_path(tmp_path: Path, results: Results) -> Path:
 @pytest.fixture
 def make_study(tmp_path: Path) -> Callable[..., Study]:
     def make(vary: dict[str, object], **sections: object) -> Study:
-        base = {**PARAMETERS, "plastic_limit": "none", "roughness": "none"}
+        base = study_base(cell=CELL)
         if any(name.startswith("roughness.") for name in vary):
             base["roughness"] = {"kind": "wavy", "slope_x": "0.2 deg", "slope_y": "0.2 deg"}
         replaced = {*vary, "tangential_ratio"} if "tangential_load" in vary else vary
@@ -154,9 +146,7 @@ def make_study(tmp_path: Path) -> Callable[..., Study]:
             "output": {"cycles": [0, 100, 1000]},
             **sections,
         }
-        path = tmp_path / "study.yaml"
-        path.write_text(yaml.safe_dump(content, sort_keys=False))
-        return load_study(path)
+        return load_study(write_study(tmp_path / "study.yaml", content))
 
     return make
 

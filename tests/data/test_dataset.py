@@ -20,13 +20,12 @@ from fretwear.data.dataset import (
     different_parameters,
     history_dataset,
     history_line,
-    mirrored,
     positions_inside,
     resampled,
     source,
 )
 from fretwear.study.case import Case
-from fretwear.vocabulary import FIELDS, SCALARS
+from fretwear.vocabulary import SCALARS
 
 CONTRACT_UNITS = {
     "Pa": "pressure shear_traction peak_pressure central_pressure mean_stick_pressure",
@@ -97,25 +96,18 @@ def test_history_has_every_scalar_along_the_steps(results):
     assert history.convolutions.dtype == np.int32
 
 
-@pytest.mark.parametrize("name", [variable.name for variable in (*FIELDS, *SCALARS)])
-def test_a_missing_variable_is_named(case, make_arrays, name):
-    arrays = make_arrays(case)
-    arrays.fields.pop(name, None)
-    arrays.scalars.pop(name, None)
-    with pytest.raises(ValueError, match=rf"missing (field|scalar) {name}\b"):
-        case_dataset(case, *arrays)
-
-
 def test_all_problems_are_told_at_once(case, make_arrays):
     arrays = make_arrays(case)
     arrays.fields["presure"] = arrays.fields.pop("pressure")
     arrays.fields["gap"] = arrays.fields["gap"][:, :-1]
     arrays.fields["slip"][0, 0, 0] = np.nan
     arrays.fields["contact_state"][0, 0, 0] = 3
+    del arrays.scalars["approach"]
     with pytest.raises(ValueError, match="not be whole") as error:
         case_dataset(case, *arrays)
     for part in (
         "missing field pressure",
+        "missing scalar approach",
         "unknown field presure",
         "gap has shape",
         "slip holds values that are not finite",
@@ -166,42 +158,17 @@ def test_at_cell_centres_values_are_kept_to_the_last_bit(dtype, some):
     assert (kept == values[some]).all()
 
 
-def test_interpolation_agrees_with_numpy_on_both_sides_of_the_middle():
+def test_between_cells_values_are_interpolated_on_both_sides_and_states_those_of_the_nearest():
     values = np.random.default_rng(1).random((6, 4)).astype(np.float32)
     positions = np.linspace(-20.0, 20.0, 101)
     between = resampled(values, CELLS, positions, axis=0)
     for column in range(4):
         expected = np.interp(np.abs(positions), CELLS, values[:, column])
         np.testing.assert_allclose(between[:, column], expected, rtol=1e-6)
-
-
-def test_a_whole_contact_is_not_taken_for_a_quarter():
+    # A whole contact is not taken for a quarter.
     cells = np.r_[-CELLS[::-1], CELLS]
     between = resampled(cells[None], cells, np.array([-6.0, 6.0]), axis=1)
     np.testing.assert_allclose(between, [[-6.0, 6.0]], rtol=1e-14)
-
-
-@pytest.mark.parametrize(("symmetry", "doubled"), [("even_x", "x"), ("even_y", "y")])
-def test_a_half_is_mirrored_along_the_axis_in_which_it_is_even(
-    case, make_arrays, symmetry, doubled
-):
-    arrays = make_arrays(case)
-    other = {"x": "y", "y": "x"}[doubled]
-    centred = arrays._replace(**{other: getattr(arrays, other) - getattr(arrays, other).mean()})
-    half = case_dataset(case, *centred, symmetry=symmetry)
-    whole = mirrored(half)
-    assert whole.attrs["symmetry"] == "none"
-    assert whole.sizes[doubled] == 2 * half.sizes[doubled]
-    assert whole.sizes[other] == half.sizes[other]
-    xr.testing.assert_equal(whole.sel({doubled: half[doubled]}).pressure, half.pressure)
-    np.testing.assert_array_equal(
-        whole.pressure.isel({doubled: slice(None, None, -1)}), whole.pressure
-    )
-    with pytest.raises(ValueError, match=f"both sides have {other} < 0"):
-        case_dataset(case, *arrays, symmetry=symmetry)
-
-
-def test_states_are_those_of_the_nearest_cell():
     states = np.array([2, 2, 1, 1, 0, 0], dtype=np.int8)
     positions = np.array([0.1, 5.9, 6.1, 11.9, 12.1, 30.0])
     assert resampled(states, CELLS, positions, axis=0).tolist() == [2, 2, 1, 1, 0, 0]

@@ -18,8 +18,10 @@ from fretwear.data.merge import (
 from fretwear.data.safe import CaseFilesError, DataFileError
 from fretwear.vocabulary import SCALARS, PointStatus
 
+from ..studies import WAVES
+
 LOADS = {"load": ["20 N", "50 N", "40 N"], "plastic_limit": ["none", "4500 MPa"]}
-ROUGH = {"kind": "wavy", "amplitude": "0.1 um", "slope_x": "0.2 deg", "slope_y": "0.2 deg"}
+ROUGH = {**WAVES, "amplitude": "0.1 um", "slope_x": "0.2 deg", "slope_y": "0.2 deg"}
 
 
 @pytest.fixture
@@ -43,6 +45,15 @@ def test_dimensions_are_the_varied_names_in_the_order_of_the_study(make_study, s
     assert summary.plastic_limit.values.tolist() == [math.inf, 4.5e9]
     assert (summary["load"].attrs["units"], summary.plastic_limit.attrs["units"]) == ("N", "Pa")
     assert summary.cycle.values.tolist() == [0.0, 100.0, 1000.0]
+    # Parameters that all cases share are scalars.
+    assert summary.radius.ndim == 0
+    assert summary.radius.attrs["units"] == "m"
+    assert summary.slip_model == "jaeger"
+    assert summary.cycles.dtype == summary.radius.dtype == np.float64
+    assert summary.tangential_load.dims == ("load", "plastic_limit")
+    assert "tangential_load" not in summary.coords
+    assert summary.attrs["title"] == "Loads and limits"
+    assert json.loads(summary.attrs["study_file"])["vary"] == LOADS
 
 
 @pytest.mark.parametrize(
@@ -141,13 +152,10 @@ def test_words_stand_for_values_that_are_not_numbers(make_study, summary_of):
     assert "0.1 um" in str(summary.roughness.values[1])
     assert "units" not in summary.roughness.attrs
     np.testing.assert_allclose(summary.roughness_amplitude, [[0.0], [1e-7]], rtol=1e-12)
-
-
-def test_a_dotted_name_becomes_one_word(make_study, summary_of):
-    summary = summary_of(make_study({"roughness.amplitude": ["0 um", "0.1 um"]}))
-    assert summary.wear_volume.dims == ("roughness_amplitude", "cycle")
-    np.testing.assert_allclose(summary.roughness_amplitude, [0.0, 1e-7], rtol=1e-12)
-    assert summary.roughness_amplitude.attrs["units"] == "m"
+    dotted = summary_of(make_study({"roughness.amplitude": ["0 um", "0.1 um"]}))
+    assert dotted.wear_volume.dims == ("roughness_amplitude", "cycle")
+    np.testing.assert_allclose(dotted.roughness_amplitude, [0.0, 1e-7], rtol=1e-12)
+    assert dotted.roughness_amplitude.attrs["units"] == "m"
 
 
 def test_what_is_not_done_is_nan_and_says_why(make_study, run_study, tmp_path):
@@ -179,19 +187,6 @@ def test_snapshots_that_a_case_does_not_have_are_nan(make_study, summary_of):
     there = summary.wear_volume.notnull().values.tolist()
     assert there == [[True, True, True, False], [True, True, False, True]]
     assert summary.pressure_profile[0, 3].isnull().all()
-
-
-def test_parameters_that_all_cases_share_are_scalars(make_study, summary_of):
-    study = make_study(LOADS)
-    summary = summary_of(study)
-    assert summary.radius.ndim == 0
-    assert summary.radius.attrs["units"] == "m"
-    assert summary.slip_model == "jaeger"
-    assert summary.cycles.dtype == summary.radius.dtype == np.float64
-    assert summary.tangential_load.dims == ("load", "plastic_limit")
-    assert "tangential_load" not in summary.coords
-    assert summary.attrs["title"] == study.title
-    assert json.loads(summary.attrs["study_file"])["vary"] == LOADS
 
 
 def test_a_missing_study_is_told(make_study, tmp_path):

@@ -71,8 +71,10 @@ def test_any_part_can_be_asked_for_and_no_more_is_read(make_study, merged, monke
         assert sum(values.size for values in taken) == 2 * stack.sizes["x"]
 
 
-def test_the_stack_can_be_copied_to_other_processes(make_study, merged):
-    with open_study(merged(make_study(LOADS))) as stack:
+def test_the_stack_even_of_one_case_can_be_copied_to_other_processes(make_study, merged):
+    with open_study(merged(make_study({}))) as stack:
+        assert stack.wear_depth.dims == ("cycle", "x", "y")
+        assert float(stack.wear_depth.max()) > 0.0
         copy = pickle.loads(pickle.dumps(stack.slip))
         np.testing.assert_array_equal(copy, stack.slip)
 
@@ -97,12 +99,6 @@ def test_cases_of_different_spacing_share_the_cells_of_the_finest(make_study, me
         np.testing.assert_allclose(loads, 50.0, rtol=3e-2)
         states = set(np.unique(stack.contact_state))
         assert states == {0, 1, 2}
-
-
-def test_a_single_case_is_a_stack_too(make_study, merged):
-    with open_study(merged(make_study({}))) as stack:
-        assert stack.wear_depth.dims == ("cycle", "x", "y")
-        assert float(stack.wear_depth.max()) > 0.0
 
 
 def test_a_file_that_went_missing_is_named(make_study, merged):
@@ -137,7 +133,7 @@ with fretwear.open_study(sys.argv[1]) as stack:
 def test_a_reduction_over_all_cases_never_holds_them_all(
     make_study, make_case, make_results, tmp_path
 ):
-    loads = [f"{50 + 0.01 * number:.2f} N" for number in range(60)]
+    loads = [f"{50 + 0.01 * number:.2f} N" for number in range(40)]
     cycles = tuple(range(0, 1001, 100))
     study = make_study({"load": loads}, output={"cycles": list(cycles)})
     first, *others = study.cases()
@@ -155,5 +151,5 @@ def test_a_reduction_over_all_cases_never_holds_them_all(
     command = [sys.executable, "-c", MEMORY, str(tmp_path)]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     before, after, whole = map(int, done.stdout.split())
-    assert whole > 140_000
+    assert whole > 90_000
     assert after - before < 0.6 * whole
