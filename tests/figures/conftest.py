@@ -13,32 +13,29 @@ from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
 from fretwear.running.simulate import Result, run
-from fretwear.study.case import Case
 from fretwear.study.study import Study, load_study
 
-from ..studies import run_study
+from ..studies import base, run_study, steel, write_study
 
 WAVES = {"kind": "wavy", "amplitude": "0.3 um", "slope_x": "1.8 deg", "slope_y": "1 deg"}
 
-STUDY = """
-title: A small grid
-base:
-  radius: 10 mm
-  youngs_modulus: 208 GPa
-  poisson_ratio: 0.3
-  tangential_ratio: 0.8
-  wear_coefficient: 7e-13 / Pa
-  roughness: {kind: wavy, slope_x: 1.8 deg, slope_y: 1 deg}
-  cell: [3.9 um, 4 um]
-  cycles: 1000
-vary:
-  load: [30 N, 40 N]
-  friction: [0.3, 0.6]
-  roughness.amplitude: [0 um, 0.25 um, 0.3 um]
-  plastic_limit: [none, 4500 MPa]
-output:
-  cycles: [1, 10, 100]
-"""
+STUDY = {
+    "title": "A small grid",
+    "base": base(
+        load=None,
+        friction=None,
+        plastic_limit=None,
+        roughness={"kind": "wavy", "slope_x": "1.8 deg", "slope_y": "1 deg"},
+        cell=["3.9 um", "4 um"],
+    ),
+    "vary": {
+        "load": ["30 N", "40 N"],
+        "friction": [0.3, 0.6],
+        "roughness.amplitude": ["0 um", "0.25 um", "0.3 um"],
+        "plastic_limit": ["none", "4500 MPa"],
+    },
+    "output": {"cycles": [1, 10, 100]},
+}
 
 
 class SmallStudy(NamedTuple):
@@ -103,25 +100,12 @@ def check_texts() -> Callable[[Figure], list[str]]:
     return check
 
 
-def small_case(**changes: object) -> Case:
-    given = {
-        "radius": "10 mm",
-        "youngs_modulus": "208 GPa",
-        "poisson_ratio": 0.3,
-        "load": "40 N",
-        "tangential_ratio": 0.8,
-        "friction": 0.6,
-        "wear_coefficient": 7e-13,
-        "cycles": 1000,
-        "output_cycles": (1, 10, 100),
-        "cell": ("4 um", "4 um"),
-    }
-    return Case(**(given | changes))
+SMALL = {"load": "40 N", "friction": 0.6, "output_cycles": (1, 10, 100), "cell": ("4 um", "4 um")}
 
 
 @pytest.fixture(scope="session")
 def smooth_run() -> Result:
-    return run(small_case())
+    return run(steel(**SMALL))
 
 
 @pytest.fixture(scope="session")
@@ -131,15 +115,13 @@ def smooth(smooth_run: Result) -> xr.Dataset:
 
 @pytest.fixture(scope="session")
 def rough() -> xr.Dataset:
-    return run(small_case(roughness=WAVES, plastic_limit="4500 MPa")).dataset
+    return run(steel(**SMALL, roughness=WAVES, plastic_limit="4500 MPa")).dataset
 
 
 @pytest.fixture(scope="session")
 def small_study(tmp_path_factory: pytest.TempPathFactory) -> SmallStudy:
     folder = tmp_path_factory.mktemp("study")
-    file = folder / "small.yaml"
-    file.write_text(STUDY, encoding="utf-8")
-    study = load_study(file)
+    study = load_study(write_study(folder / "small.yaml", STUDY))
     run_study(study, folder)
     return SmallStudy(study, xr.load_dataset(folder / "summary.nc"), folder / "cases")
 

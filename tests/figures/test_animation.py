@@ -2,31 +2,24 @@
 
 import shutil
 import subprocess
-from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
-import xarray as xr
-from matplotlib.figure import Figure
 from PIL import Image
 
 from fretwear import figures
 from fretwear.figures.animation import FfmpegMissingError, durations, well_spaced_cycles
-from fretwear.running.simulate import Result
 
 CYCLES = (0, 1, 10, 100, 1000)
 
 
-def _curve(figure: Figure, label: str) -> tuple[np.ndarray, np.ndarray]:
+def _curve(figure, label):
     lines = [line for axes in figure.axes for line in axes.get_lines()]
     line = next(line for line in lines if line.get_label() == label)
     return line.get_xdata(), line.get_ydata()
 
 
-def test_every_picture_is_a_snapshot_on_the_whole_contact(
-    rough: xr.Dataset, check_texts: Callable[[Figure], list[str]]
-) -> None:
+def test_every_picture_is_a_snapshot_on_the_whole_contact(rough, check_texts):
     animation = figures.animation(rough)
     assert animation.cycles == CYCLES
     limits = []
@@ -48,9 +41,7 @@ def test_every_picture_is_a_snapshot_on_the_whole_contact(
     assert all(other == limits[0] for other in limits)
 
 
-def test_a_gif_has_one_picture_a_snapshot_and_rests_at_the_end(
-    smooth_run: Result, tmp_path: Path
-) -> None:
+def test_a_gif_has_one_picture_a_snapshot_and_rests_at_the_end(smooth_run, tmp_path):
     seen: list[tuple[int, int]] = []
     animation = figures.animation(smooth_run.dataset, smooth_run.history)
     path = animation.save(
@@ -69,14 +60,14 @@ def test_a_gif_has_one_picture_a_snapshot_and_rests_at_the_end(
     assert durations[-1] == max(durations)
 
 
-def test_snapshots_far_apart_are_shown_longer() -> None:
+def test_snapshots_far_apart_are_shown_longer():
     seconds = durations([0, 10, 20, 1000])
     assert seconds[0] > seconds[1]
     assert seconds[2] > seconds[1]
     assert seconds[3] == max(seconds)
 
 
-def test_only_the_snapshots_asked_for_are_shown(smooth: xr.Dataset) -> None:
+def test_only_the_snapshots_asked_for_are_shown(smooth):
     animation = figures.animation(smooth, cycles=[0, 1000])
     assert animation.cycles == (0, 1000)
     with pytest.raises(ValueError, match=r"shows \[0, 1000\]"):
@@ -85,26 +76,21 @@ def test_only_the_snapshots_asked_for_are_shown(smooth: xr.Dataset) -> None:
         figures.animation(smooth, cycles=[0, 5])
 
 
-@pytest.mark.parametrize("name", ["wear.avi", "wear"])
-def test_other_films_are_refused(name: str, smooth: xr.Dataset, tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match=r"\.gif or \.mp4"):
-        figures.animation(smooth, cycles=[0, 1]).save(tmp_path / name)
-    assert not list(tmp_path.iterdir())
-
-
-def test_where_ffmpeg_is_missing_a_gif_is_offered(
-    smooth: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_other_films_are_refused_and_where_ffmpeg_is_missing_a_gif_is_offered(
+    smooth, tmp_path, monkeypatch
+):
+    animation = figures.animation(smooth, cycles=[0, 1])
+    for name in ("wear.avi", "wear"):
+        with pytest.raises(ValueError, match=r"\.gif or \.mp4"):
+            animation.save(tmp_path / name)
     monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.raises(FfmpegMissingError, match=r"wear\.gif instead"):
-        figures.animation(smooth, cycles=[0, 1]).save(tmp_path / "wear.mp4")
+        animation.save(tmp_path / "wear.mp4")
     assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.skipif(shutil.which("ffprobe") is None, reason="needs Debian's ffmpeg")
-def test_an_mp4_lasts_as_long_as_its_pictures_and_plays_everywhere(
-    smooth: xr.Dataset, tmp_path: Path
-) -> None:
+def test_an_mp4_lasts_as_long_as_its_pictures_and_plays_everywhere(smooth, tmp_path):
     animation = figures.animation(smooth, cycles=[0, 10, 1000])
     path = animation.save(tmp_path / "wear.mp4", dots_per_inch=51)
     entries = "stream=codec_name,pix_fmt,duration"
@@ -115,7 +101,7 @@ def test_an_mp4_lasts_as_long_as_its_pictures_and_plays_everywhere(
     assert float(seconds) == pytest.approx(sum(animation.seconds), abs=0.2)
 
 
-def test_cycles_for_a_smooth_animation_are_whole_increasing_and_go_to_the_end() -> None:
+def test_cycles_for_a_smooth_animation_are_whole_increasing_and_go_to_the_end():
     for last in (1, 50, 7000, 30000):
         cycles = well_spaced_cycles(last)
         assert cycles[0] == 0

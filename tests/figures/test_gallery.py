@@ -19,7 +19,7 @@ MOST_LINES = 20
 
 
 @pytest.fixture(scope="session")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(tmp_path_factory):
     """A folder in which the study of the gallery has been run."""
     folder = tmp_path_factory.mktemp("gallery")
     results = folder / "results" / "gallery"
@@ -29,9 +29,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: script.stem)
-def test_a_script_says_what_it_shows_and_makes_a_figure(
-    script: Path, folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_script_says_what_it_shows_and_makes_a_figure(script, folder, monkeypatch):
     source = script.read_text(encoding="utf-8")
     title, _, text = (ast.get_docstring(ast.parse(source)) or "").partition("\n\n")
     assert title.endswith(".")
@@ -51,5 +49,5 @@ def test_a_script_says_what_it_shows_and_makes_a_figure(
         if name.islower() and name not in ("save_as", "save_figure", "style_context")
     ],
 )
-def test_every_public_figure_is_in_the_gallery(name: str) -> None:
+def test_every_public_figure_is_in_the_gallery(name):
     assert any(f"figures.{name}(" in script.read_text(encoding="utf-8") for script in SCRIPTS)

@@ -1,15 +1,10 @@
 """Quantities over the cycles: every case is there, in its panel, with units and a key."""
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 import xarray as xr
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from fretwear import figures
-from fretwear.running.simulate import Result
 
 LABELS = {
     "contact_half_width": ("contact_half_width_x", "Contact half-width along x (µm)"),
@@ -19,15 +14,13 @@ LABELS = {
 }
 
 
-def _lines(axes: Axes) -> list[np.ndarray]:
+def _lines(axes):
     lines = [line for line in axes.get_lines() if line.get_label() != "_break"]
     return [line.get_ydata() for line in lines]
 
 
 @pytest.mark.parametrize("name", LABELS)
-def test_a_study_shows_every_case_and_no_text_overlaps(
-    name: str, small_study, check_texts: Callable[[Figure], list[str]]
-) -> None:
+def test_a_study_shows_every_case_and_no_text_overlaps(name, small_study, check_texts):
     variable, label = LABELS[name]
     figure = getattr(figures, name)(small_study.summary)
     assert sum(len(_lines(axes)) for axes in figure.axes) == 24
@@ -41,14 +34,14 @@ def test_a_study_shows_every_case_and_no_text_overlaps(
     np.testing.assert_allclose(drawn / drawn[-1], point.values / point.values[-1], rtol=1e-12)
 
 
-def test_a_case_that_is_not_done_is_left_out(small_study) -> None:
+def test_a_case_that_is_not_done_is_left_out(small_study):
     summary = small_study.summary.copy(deep=True)
     summary["wear_volume"][0, 0, 1, 1] = np.nan
     figure = figures.wear_volume(summary)
     assert sum(len(_lines(axes)) for axes in figure.axes) == 23
 
 
-def test_a_line_goes_on_over_cycles_at_which_a_case_has_no_snapshot(small_study) -> None:
+def test_a_line_goes_on_over_cycles_at_which_a_case_has_no_snapshot(small_study):
     summary = small_study.summary.isel(friction=0, roughness_amplitude=0, plastic_limit=0)
     summary = summary.copy(deep=True)
     summary["wear_volume"][0, 2] = np.nan
@@ -58,23 +51,17 @@ def test_a_line_goes_on_over_cycles_at_which_a_case_has_no_snapshot(small_study)
     assert np.isfinite(np.concatenate(_lines(axes))).all()
 
 
-def test_a_panel_may_be_empty(small_study) -> None:
+def test_a_panel_may_be_empty_and_no_results_are_no_figure(small_study):
     summary = small_study.summary.copy(deep=True)
     summary["wear_volume"][0] = np.nan
     summary["wear_volume"][1, 0] = np.nan
     figure = figures.wear_volume(summary)
     assert sum(len(_lines(axes)) for axes in figure.axes) == 6
-
-
-def test_no_results_are_no_figure(small_study) -> None:
-    nothing = small_study.summary.where(False)
     with pytest.raises(ValueError, match="nothing to draw"):
-        figures.wear_volume(nothing)
+        figures.wear_volume(summary.where(False))
 
 
-def test_one_case_and_its_dense_history_have_one_line(
-    smooth_run: Result, check_texts: Callable[[Figure], list[str]]
-) -> None:
+def test_one_case_and_its_dense_history_have_one_line(smooth_run, check_texts):
     for dataset in (smooth_run.dataset, smooth_run.history):
         figure = figures.contact_half_width(dataset, columns=1)
         (line,) = _lines(figure.axes[0])
@@ -82,9 +69,7 @@ def test_one_case_and_its_dense_history_have_one_line(
         check_texts(figure)
 
 
-def test_many_values_get_a_colour_bar_with_their_unit(
-    smooth: xr.Dataset, check_texts: Callable[[Figure], list[str]]
-) -> None:
+def test_many_values_get_a_colour_bar_with_their_unit(smooth, check_texts):
     loads = np.linspace(10.0, 100.0, 20)
     study = xr.concat([smooth[["wear_volume"]] * load for load in loads], "load")
     study = study.drop_vars("load").assign_coords(load=loads)
@@ -92,7 +77,7 @@ def test_many_values_get_a_colour_bar_with_their_unit(
     assert "normal load (N)" in words
 
 
-def test_energy_over_decades_is_on_a_logarithmic_axis(smooth: xr.Dataset) -> None:
+def test_energy_over_decades_is_on_a_logarithmic_axis(smooth):
     energy = smooth[["dissipated_energy"]].copy(deep=True)
     energy["dissipated_energy"][:] = [1e-5, 1e-5, 8e-6, 1e-7, 1e-12]
     (axes,) = figures.dissipated_energy(energy).axes
@@ -101,7 +86,7 @@ def test_energy_over_decades_is_on_a_logarithmic_axis(smooth: xr.Dataset) -> Non
     assert high / low < 1e7
 
 
-def test_wear_over_decades_is_on_logarithmic_axes_without_cycle_zero(smooth: xr.Dataset) -> None:
+def test_wear_over_decades_is_on_logarithmic_axes_without_cycle_zero(smooth):
     (axes,) = figures.wear_volume(smooth).axes
     assert axes.get_yscale() == "log"
     low, _ = axes.get_xlim()
@@ -111,16 +96,14 @@ def test_wear_over_decades_is_on_logarithmic_axes_without_cycle_zero(smooth: xr.
     assert bottom < volumes.min() < volumes.max() < top
 
 
-def test_a_width_that_stays_is_shown_from_zero(smooth: xr.Dataset) -> None:
+def test_a_width_that_stays_is_shown_from_zero(smooth):
     (axes,) = figures.stick_half_width(smooth).axes
     assert axes.get_ylim()[0] == 0.0
     (axes,) = figures.contact_half_width(smooth).axes
     assert axes.get_ylim()[0] > 0.0
 
 
-def test_a_few_lines_are_labelled_beside_themselves(
-    small_study, check_texts: Callable[[Figure], list[str]]
-) -> None:
+def test_a_few_lines_are_labelled_beside_themselves(small_study, check_texts):
     part = small_study.summary.isel(friction=0, roughness_amplitude=0, plastic_limit=0)
     figure = figures.contact_half_width(part, columns=1)
     assert not figure.legends

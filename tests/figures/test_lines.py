@@ -1,7 +1,5 @@
 """Any number of varied names becomes panels, colours and styles; a few cases stand for all."""
 
-from collections.abc import Mapping, Sequence
-
 import numpy as np
 import pytest
 import xarray as xr
@@ -9,7 +7,7 @@ import xarray as xr
 from fretwear.figures.lines import choose_layout, representative_cases, shown_lines, study_lines
 
 
-def _grid(levels: Mapping[str, Sequence[object]]) -> xr.Dataset:
+def _grid(levels):
     shape = tuple(len(values) for values in levels.values())
     cycles = [0.0, 10.0, 100.0]
     table = np.arange(np.prod(shape, dtype=int) * 3, dtype=float).reshape(*shape, 3)
@@ -17,7 +15,7 @@ def _grid(levels: Mapping[str, Sequence[object]]) -> xr.Dataset:
     return xr.Dataset({"wear_volume": ((*levels, "cycle"), table)}, {**coords, "cycle": cycles})
 
 
-def _list(values: Mapping[str, Sequence[object]]) -> xr.Dataset:
+def _list(values):
     count = len(next(iter(values.values())))
     coords = {name: ("point", list(column)) for name, column in values.items()}
     coords["case_id"] = ("point", [f"case-{i}" for i in range(count)])
@@ -36,7 +34,7 @@ DEMO = {
 }
 
 
-def test_the_demo_is_panels_of_load_and_friction() -> None:
+def test_the_demo_is_panels_of_load_and_friction():
     layout = choose_layout(study_lines(_grid(DEMO), "wear_volume"))
     assert (layout.rows, layout.across) == (("load",), ("friction",))
     assert (layout.color, layout.style) == ("roughness_amplitude", "plastic_limit")
@@ -61,17 +59,17 @@ def test_the_demo_is_panels_of_load_and_friction() -> None:
     ],
 )
 def test_names_find_their_places(
-    levels: Mapping[str, Sequence[object]],
-    rows: tuple[str, ...],
-    across: tuple[str, ...],
-    color: str | None,
-    style: str | None,
-) -> None:
+    levels,
+    rows,
+    across,
+    color,
+    style,
+):
     layout = choose_layout(study_lines(_grid(levels), "wear_volume"))
     assert (layout.rows, layout.across, layout.color, layout.style) == (rows, across, color, style)
 
 
-def test_every_line_of_a_small_study_is_shown_once() -> None:
+def test_every_line_of_a_small_study_is_shown_once():
     lines = study_lines(_grid(DEMO), "wear_volume")
     shown = shown_lines(lines, choose_layout(lines))
     assert len(shown) == 24
@@ -79,7 +77,7 @@ def test_every_line_of_a_small_study_is_shown_once() -> None:
     np.testing.assert_array_equal(first.quantity, [36.0, 37.0, 38.0])
 
 
-def test_points_that_are_not_done_are_left_out() -> None:
+def test_points_that_are_not_done_are_left_out():
     study = _grid(DEMO)
     study["wear_volume"][0, 1, 2, 0] = np.nan
     lines = study_lines(study, "wear_volume")
@@ -89,7 +87,7 @@ def test_points_that_are_not_done_are_left_out() -> None:
     ]
 
 
-def test_many_values_are_thinned_evenly_ends_included() -> None:
+def test_many_values_are_thinned_evenly_ends_included():
     study = _grid({"load": np.arange(20.0), "friction": np.arange(30.0), "radius": np.arange(70.0)})
     lines = study_lines(study, "wear_volume")
     layout = choose_layout(lines)
@@ -100,7 +98,7 @@ def test_many_values_are_thinned_evenly_ends_included() -> None:
     assert 0 < len(shown) <= 5 * 4 * 60
 
 
-def test_a_fifth_name_is_held_at_its_last_value() -> None:
+def test_a_fifth_name_is_held_at_its_last_value():
     study = _grid({**DEMO, "radius": [1.0, 2.0, 3.0]})
     lines = study_lines(study, "wear_volume")
     layout = choose_layout(lines)
@@ -110,24 +108,24 @@ def test_a_fifth_name_is_held_at_its_last_value() -> None:
     assert len(shown) == 24
 
 
-def test_paired_lists_are_told_by_colour_alone() -> None:
+def test_paired_lists_are_told_by_colour_alone():
     study = _list({"load": [1.0, 2.0, 3.0, 4.0, 5.0], "friction": [0.1, 0.2, 0.3, 0.4, 0.5]})
     layout = choose_layout(study_lines(study, "wear_volume"))
     assert (layout.rows, layout.across) == ((), ())
     assert layout.color in ("load", "friction")
 
 
-def test_case_ids_and_point_numbers_are_no_parameters() -> None:
+def test_case_ids_and_point_numbers_are_no_parameters():
     lines = study_lines(_list({"load": [1.0, 2.0]}), "wear_volume")
     assert all(set(line.values) == {"load"} for line in lines)
 
 
-def test_a_missing_quantity_is_named() -> None:
+def test_a_missing_quantity_is_named():
     with pytest.raises(ValueError, match="'stick_area'"):
         study_lines(_grid(DEMO), "stick_area")
 
 
-def test_points_drawn_at_random_are_told_by_panels_and_one_colour_bar() -> None:
+def test_points_drawn_at_random_are_told_by_panels_and_one_colour_bar():
     loads, ratios = np.linspace(20.0, 60.0, 30), np.linspace(0.9, 0.5, 30)
     sampled = xr.Dataset(
         {"wear_volume": (("point", "cycle"), np.ones((30, 3)))},
@@ -145,7 +143,7 @@ def test_points_drawn_at_random_are_told_by_panels_and_one_colour_bar() -> None:
     assert len(shown_lines(lines, layout)) == 30
 
 
-def test_the_demo_gives_the_four_corners_of_roughness_and_plastic_limit(small_study) -> None:
+def test_the_demo_gives_the_four_corners_of_roughness_and_plastic_limit(small_study):
     chosen = representative_cases(small_study.summary)
     assert chosen.contrasts == ("roughness_amplitude", "plastic_limit")
     assert list(chosen.ids) == [
@@ -161,7 +159,7 @@ def test_the_demo_gives_the_four_corners_of_roughness_and_plastic_limit(small_st
         assert ("elastic" in case_id) is ("elastic" in title)
 
 
-def test_where_a_corner_is_missing_other_loads_are_taken(small_study) -> None:
+def test_where_a_corner_is_missing_other_loads_are_taken(small_study):
     summary = small_study.summary.copy(deep=True)
     summary["wear_volume"].loc[{"load": 40.0, "friction": 0.6, "plastic_limit": 4.5e9}] = np.nan
     chosen = representative_cases(summary)
@@ -169,7 +167,7 @@ def test_where_a_corner_is_missing_other_loads_are_taken(small_study) -> None:
     assert chosen.common == "normal load 40 N, coefficient of friction 0.3"
 
 
-def test_a_study_of_other_names_takes_the_extremes_of_its_first_two(small_study) -> None:
+def test_a_study_of_other_names_takes_the_extremes_of_its_first_two(small_study):
     summary = small_study.summary.isel(roughness_amplitude=0, plastic_limit=0)
     chosen = representative_cases(summary)
     assert chosen.contrasts == ("load", "friction")
@@ -178,7 +176,7 @@ def test_a_study_of_other_names_takes_the_extremes_of_its_first_two(small_study)
 
 
 @pytest.mark.parametrize("models", [["jaeger", "cattaneo_mindlin"], ["cattaneo_mindlin", "jaeger"]])
-def test_slip_that_follows_the_worn_shape_is_shown_whatever_the_order(small_study, models) -> None:
+def test_slip_that_follows_the_worn_shape_is_shown_whatever_the_order(small_study, models):
     of_one_load = small_study.summary.isel(load=1, friction=1).drop_vars(
         "slip_model", errors="ignore"
     )
@@ -188,14 +186,14 @@ def test_slip_that_follows_the_worn_shape_is_shown_whatever_the_order(small_stud
     assert chosen.common == "slip of the worn shape"
 
 
-def test_a_study_of_one_case_has_that_case(small_study) -> None:
+def test_a_study_of_one_case_has_that_case(small_study):
     summary = small_study.summary.isel(load=0, friction=0, roughness_amplitude=0, plastic_limit=0)
     chosen = representative_cases(summary)
     assert chosen.contrasts == ()
     assert list(chosen.ids.values()) == [str(summary["case_id"].item())]
 
 
-def test_of_points_drawn_at_random_those_of_least_and_most_wear_are_taken() -> None:
+def test_of_points_drawn_at_random_those_of_least_and_most_wear_are_taken():
     loads, frictions = [20.0, 40.0, 30.0, 25.0], [0.3, 0.4, 0.5, 0.6]
     volumes = np.array([[0.0, 3.0], [0.0, 9.0], [0.0, 1.0], [0.0, 2.0]])
     sampled = xr.Dataset(
@@ -210,6 +208,6 @@ def test_of_points_drawn_at_random_those_of_least_and_most_wear_are_taken() -> N
     assert list(representative_cases(sampled).ids.values()) == ["c", "b"]
 
 
-def test_without_results_there_is_nothing_to_choose(small_study) -> None:
+def test_without_results_there_is_nothing_to_choose(small_study):
     with pytest.raises(ValueError, match="no case to choose"):
         representative_cases(small_study.summary.where(False))

@@ -1,20 +1,14 @@
 """The wear map shows the whole scar, to scale, with edges where the zones end."""
 
-from collections.abc import Callable
-from pathlib import Path
-
 import numpy as np
 import pytest
-import xarray as xr
-from matplotlib.figure import Figure
 
 from fretwear import figures
 from fretwear.data.files import open_case, write_case
 from fretwear.figures.maps import take_wear_map
-from fretwear.running.simulate import Result
 
 
-def test_the_map_is_the_last_scar_mirrored_in_both_directions(smooth: xr.Dataset) -> None:
+def test_the_map_is_the_last_scar_mirrored_in_both_directions(smooth):
     scar = take_wear_map(smooth, None)
     quarter = smooth["wear_depth"].isel(cycle=-1).values
     half = quarter.shape[0]
@@ -24,7 +18,7 @@ def test_the_map_is_the_last_scar_mirrored_in_both_directions(smooth: xr.Dataset
     np.testing.assert_array_equal(scar.x, -scar.x[::-1])
 
 
-def test_the_edges_of_a_smooth_contact_are_circles_of_the_half_widths(smooth: xr.Dataset) -> None:
+def test_the_edges_of_a_smooth_contact_are_circles_of_the_half_widths(smooth):
     scar = take_wear_map(smooth, None)
     cell = float(smooth["cell_x"])
     last = smooth.isel(cycle=-1)
@@ -35,7 +29,7 @@ def test_the_edges_of_a_smooth_contact_are_circles_of_the_half_widths(smooth: xr
         assert np.abs(radii - expected).max() < 0.1 * cell
 
 
-def test_scars_of_very_different_depths_are_all_seen(smooth: xr.Dataset) -> None:
+def test_scars_of_very_different_depths_are_all_seen(smooth):
     shallow = smooth.assign(wear_depth=0.1 * smooth["wear_depth"])
     figure = figures.compare_wear_maps({"deep": smooth, "shallow": shallow})
     shades = [axes.get_images()[0].get_array().max() for axes in figure.axes if axes.get_images()]
@@ -46,7 +40,7 @@ def test_scars_of_very_different_depths_are_all_seen(smooth: xr.Dataset) -> None
     assert scale(0.5 * scale.vmax) == pytest.approx(0.5)
 
 
-def test_a_mirrored_case_gives_the_same_map(smooth_run: Result, tmp_path: Path) -> None:
+def test_a_mirrored_case_gives_the_same_map(smooth_run, tmp_path):
     write_case(smooth_run.dataset, smooth_run.history, tmp_path / "case.nc")
     with open_case(tmp_path / "case.nc", full=True) as whole:
         mirrored = take_wear_map(whole, None)
@@ -55,9 +49,7 @@ def test_a_mirrored_case_gives_the_same_map(smooth_run: Result, tmp_path: Path) 
     np.testing.assert_allclose(mirrored.contact_edge, quarter.contact_edge)
 
 
-def test_the_image_is_to_scale_and_says_its_units(
-    rough: xr.Dataset, check_texts: Callable[[Figure], list[str]]
-) -> None:
+def test_the_image_is_to_scale_and_says_its_units(rough, check_texts):
     figure = figures.wear_map(rough)
     axes = figure.axes[0]
     figure.draw_without_rendering()
@@ -71,21 +63,12 @@ def test_the_image_is_to_scale_and_says_its_units(
     assert any(text.startswith("Wear depth (") for text in words)
 
 
-def test_an_unworn_surface_has_a_map_too(
-    smooth: xr.Dataset, check_texts: Callable[[Figure], list[str]]
-) -> None:
-    check_texts(figures.wear_map(smooth, cycle=0))
-
-
-def test_panels_share_one_scale_of_depth(
-    smooth: xr.Dataset, rough: xr.Dataset, check_texts: Callable[[Figure], list[str]]
-) -> None:
-    figure = figures.compare_wear_maps({"smooth": smooth, "rough": rough, "more": rough})
+def test_panels_share_one_scale_of_depth_also_with_an_unworn_surface(smooth, rough, check_texts):
+    cases = {"smooth": smooth, "rough": rough, "more": rough}
+    figure = figures.compare_wear_maps(cases)
     limits = {axes.get_images()[0].get_clim() for axes in figure.axes if axes.get_images()}
     assert len(limits) == 1
     check_texts(figure)
-
-
-def test_a_cycle_without_a_snapshot_is_refused(smooth: xr.Dataset) -> None:
+    check_texts(figures.wear_map(smooth, cycle=0))
     with pytest.raises(ValueError, match=r"no snapshot at \[7\].*\[0, 1, 10, 100, 1000\]"):
         figures.wear_map(smooth, cycle=7)
