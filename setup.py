@@ -1,18 +1,36 @@
-"""The compiled kernels; what else there is to say about the package stands in pyproject.toml.
+"""The compiled kernels and the workspace; all else about the package stands in pyproject.toml.
 
 Without a C++ compiler the package is installed without them, and NumPy does the same.
 """
 
+import shutil
 import sys
+from pathlib import Path
 
 from pybind11.setup_helpers import Pybind11Extension
 from setuptools import setup
+from setuptools.command.build_py import build_py
 
 # Vector instructions for the loops marked for them. No option that assumes finite values, because
 # sums have to show those that are not.
 FLAGS = ["-O3", "-fopenmp-simd", "-fno-math-errno", "-fno-trapping-math", "-fno-signed-zeros"]
 
+
+class BuildWithWorkspace(build_py):
+    """Copies what ``fretwear init`` writes into the package; a checkout has it at its root."""
+
+    def run(self) -> None:
+        """Build the package, then copy."""
+        super().run()
+        if not self.editable_mode:
+            workspace = Path(self.build_lib, "fretwear", "workspace")
+            for folder in ("profiles", "studies"):
+                shutil.copytree(folder, workspace / folder, dirs_exist_ok=True)
+            shutil.copy("Snakefile", workspace)
+
+
 setup(
+    cmdclass={"build_py": BuildWithWorkspace},
     ext_modules=[
         Pybind11Extension(
             "fretwear.mechanics.compiled_kernels",
@@ -21,5 +39,5 @@ setup(
             extra_compile_args=[] if sys.platform == "win32" else FLAGS,
             optional=True,
         )
-    ]
+    ],
 )

@@ -22,6 +22,7 @@ from fretwear.cli.common import (
     Status,
     say,
 )
+from fretwear.cli.init import init
 from fretwear.cli.plot import animate, plot
 from fretwear.cli.run import batch, run
 from fretwear.cli.show import compare, show
@@ -183,6 +184,7 @@ def _add(function: Callable[..., None], example: str, panel: str | None = None) 
     app.command(cls=_Command, rich_help_panel=panel, epilog=epilog)(function)
 
 
+_add(init, "fretwear init my-study")
 _add(plan, "fretwear plan studies/demo.yaml")
 _add(run, "fretwear run studies/demo.yaml --case ID --set 'load=30 N'")
 _add(show, "fretwear show results/demo/cases/ID.nc")

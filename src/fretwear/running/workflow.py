@@ -30,6 +30,20 @@ BATCHES = "batches"
 CAPTION = str(Path(__file__).with_name("caption.rst"))
 """Template of what Snakemake's report says of a figure; none of the results ever is one."""
 
+
+def workspace() -> Path:
+    """Folder with the workflow, its settings and the studies that come with the package.
+
+    That is the root of a checkout; an installed package has a copy in it.
+    """
+    package = Path(__file__).parents[1]
+    installed = package / "workspace"
+    return installed if installed.is_dir() else package.parents[1]
+
+
+SNAKEFILE = str(workspace() / "Snakefile")
+"""The workflow itself, for the Snakefile of a folder made by ``fretwear init`` to include."""
+
 # File systems differ in how finely they keep the time of a file, and clients of a network one too.
 _SECONDS_OF_DOUBT = 2.0
 _HASH_DIGITS = 12
