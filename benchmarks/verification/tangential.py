@@ -2,8 +2,9 @@
 
 import numpy as np
 from benchmarks.pages import Check, Data, Section, scientific, table
+from tests.mechanics.oracles import influence_matrix
 from tests.mechanics.problems import COUPLING, FRICTION, LOAD, MODULUS, ROUGH, fretting, uneven
-from tests.mechanics.tangential import influence_matrix, tangential_step
+from tests.mechanics.tangential import tangential_step
 
 from fretwear.mechanics.contact import ContactProblem
 from fretwear.mechanics.geometry import Array
@@ -38,8 +39,8 @@ def compare(window: Grid, shape: Array, ratio: float, problem: WearProblem) -> D
     contact = solve_contact(ContactProblem(bodies, shape, LOAD), tolerance=TOLERANCE)
     small = solve_contact(ContactProblem(bodies, shape, LOAD * (1 - ratio)), tolerance=TOLERANCE)
     gap = np.where(small.pressure > 0, 0.0, small.gap)
-    reduced = ReducedContact(small.pressure, gap, small.approach)
-    influence = COUPLING * influence_matrix(window.x, window.y, MODULUS)
+    reduced = ReducedContact(small.pressure, gap, small.approach, LOAD * (1 - ratio))
+    influence = COUPLING * influence_matrix(window, MODULUS)
     bound = FRICTION * contact.pressure.ravel()
     force = ratio * FRICTION * LOAD
 

@@ -1,8 +1,8 @@
 """Dense contact of rectangular cells, normal and tangential, for grids small enough to factorize.
 
-Written without the library: influence coefficients of Love (1929), Phil. Trans. R. Soc. A 228, as
-one matrix; both problems by active sets with direct solves. The tangential problem is solved for
-what it is, |q| ≤ µp and no slip below the bound, and knows nothing of a reduced normal load.
+Both problems by active sets with direct solves, on the influence coefficients of `oracles`. The
+tangential problem is solved for what it is, |q| ≤ µp and no slip below the bound, and knows nothing
+of a reduced normal load.
 """
 
 from dataclasses import dataclass
@@ -11,28 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
-
-
-def influence_matrix(x: FloatArray, y: FloatArray, modulus: float) -> FloatArray:
-    """Displacement of cell centres (i, j) under unit pressure on cells, m/Pa; shape (n, n).
-
-    ``x`` and ``y`` are the uniformly spaced coordinates of the cell centres, in m; cells are
-    numbered with y running fastest, n = x.size · y.size.
-    """
-    half_x, half_y = 0.5 * (x[1] - x[0]), 0.5 * (y[1] - y[0])
-    centre_x, centre_y = (axis.ravel() for axis in np.meshgrid(x, y, indexing="ij"))
-    along_x = centre_x[:, None] - centre_x[None, :]
-    along_y = centre_y[:, None] - centre_y[None, :]
-
-    def corner(u: FloatArray, v: FloatArray) -> FloatArray:
-        # ∬ du dv / √(u² + v²), odd in u and in v
-        return u * np.arcsinh(v / np.abs(u)) + v * np.arcsinh(u / np.abs(v))
-
-    total = np.zeros_like(along_x)
-    for sign_x in (1, -1):
-        for sign_y in (1, -1):
-            total += sign_x * sign_y * corner(along_x + sign_x * half_x, along_y + sign_y * half_y)
-    return total / (np.pi * modulus)
 
 
 def normal_contact(
