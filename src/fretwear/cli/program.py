@@ -101,7 +101,8 @@ def _tell(error: BaseException, call: Call) -> int:
 
     log = call.log or Log(format_in_call(call.arguments, os.environ))
     if isinstance(error, Stopped):
-        log.stopped(f"{error}; run the same command again to resume", error.exit_status)
+        message = f"{error}; run the same command again to resume"
+        log.error(message, error.exit_status, event="stopped")
         return error.exit_status
     name, status = type(error).__name__, _status_of(error)
     if isinstance(error, typer.TyperException):

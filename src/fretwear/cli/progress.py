@@ -62,16 +62,8 @@ _SMALLEST_SHARE = 0.1
 class Log:
     """All that a command says: errors and progress to standard error, results to standard output.
 
-    Parameters
-    ----------
-    log_format : {"auto", "lines", "json"}
-        How messages are written.
-    quiet : bool
-        Whether only errors are.
-    stream : text stream, optional
-        Where text is written to instead of the standard error stream, without colours.
-    clock : callable
-        Seconds, increasing.
+    Messages are text, on a terminal with a bar if the format is ``auto``, or ``json``; a quiet log
+    tells of errors only.  Text may go to another stream, without colours.
     """
 
     def __init__(
@@ -126,15 +118,20 @@ class Log:
             }
             self._say("end", fields)
 
-    def error(self, message: str, exit_status: int, defect: Exception | None = None) -> None:
-        """Say what went wrong and what to do, with the traceback of what never should happen."""
-        fields = {"message": message, "exit_status": exit_status}
-        self._say("error", fields, message, logging.ERROR, defect)
+    def error(
+        self,
+        message: str,
+        exit_status: int,
+        *,
+        event: str = "error",
+        defect: Exception | None = None,
+    ) -> None:
+        """Say what ends the command: an error and what to do, or that it is ``stopped`` by whom.
 
-    def stopped(self, message: str, exit_status: int) -> None:
-        """Say that the command was stopped from outside, and by what."""
+        What never should happen, a defect, is told with its traceback.
+        """
         fields = {"message": message, "exit_status": exit_status}
-        self._say("stopped", fields, message, logging.ERROR)
+        self._say(event, fields, message, logging.ERROR, defect)
 
     def note(self, message: str) -> None:
         """Say something worth knowing that is neither an error nor a result."""
@@ -312,26 +309,14 @@ class TimeLeft:
     and their growth, carried on, too little: their geometric mean counts, and beside it the plan,
     the less of it the more cycles are done.
 
-    Parameters
-    ----------
-    planned : mapping of str to float
-        What each case should take, s, by its id.
-    clock : callable
-        Seconds, increasing.
-
-    Attributes
-    ----------
-    count : int
-        How many cases there are.
-    share : float
-        Part of the time of the running case that is over, from 0 to 1; never falls.
+    It is made of what each case should take, s, by its id.
     """
 
     def __init__(self, planned: Mapping[str, float], clock: Clock = time.monotonic) -> None:
         self._clock = clock
         self._ahead = dict(planned)
         self._planned_before = self._taken_before = 0.0
-        self.count = len(planned)
+        self.count = len(planned)  # how many cases there are
 
     def begin(self, case_id: str, cycles: int) -> None:
         """Begin a case; what its plan says is corrected by how the cases before have fared."""
@@ -341,7 +326,7 @@ class TimeLeft:
         self._first_cycle: float | None = None
         self._recent: deque[tuple[float, float]] = deque(maxlen=_RECENT_STEPS)
         self._started = self._noted = self._clock()
-        self.share = 0.0
+        self.share = 0.0  # of the time of the case that is over, from 0 to 1; never falls
 
     def note(self, cycle: float) -> None:
         """Take note of a step that has come to a cycle."""
