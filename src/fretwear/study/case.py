@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 from typing import Any, Self
 
 from fretwear.parts import Parameter, Part, WholeNumber, is_list, means_none, required
-from fretwear.study.problems import Problem, nearest
+from fretwear.study.problems import Problem, nearest, unknown_key
 from fretwear.study.rules import findings
 from fretwear.study.tree import (
     MAX_CYCLES,
@@ -239,10 +239,7 @@ def _read_part(
             remedy = such_as(f"{member}.{field}")
             wrong.append(Problem(f"{key}.{field}", None, "is missing", remedy))
     known = ["kind", *kind.parameters()]
-    for field in (field for field in raw if field not in known):
-        remedy = f"known are {', '.join(known)}"
-        place = f"{key}.{field}"
-        wrong.append(Problem(place, raw[field], "is not known", remedy, written=field, known=known))
+    wrong += (unknown_key(key, each, raw[each], known) for each in raw if each not in known)
     part = None if wrong else kind.unchecked(**values)
     if part is not None and part.problem is not None:
         wrong.append(Problem(key, None, *part.problem))

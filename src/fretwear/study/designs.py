@@ -7,17 +7,14 @@ import math
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fretwear.parts import Part, Quantity
 from fretwear.study.case import UNREAD, read_value
 from fretwear.study.points import Axis
-from fretwear.study.problems import Problem
+from fretwear.study.problems import Problem, unknown_key
 from fretwear.study.tree import example_of, parameter_names, parameter_of
 from fretwear.units import exact_text
-
-if TYPE_CHECKING:
-    import numpy as np
 
 LISTED = ("grid", "zip")
 SAMPLED = ("latin_hypercube", "sobol")
@@ -79,33 +76,10 @@ class Range:
 
 
 def sample(design: Design, axes: Sequence[Range | Sequence[Any]]) -> list[list[Any]]:
-    """Draw the values of a sampled design.
+    """Draw the values of a sampled design: for each axis one per point.
 
-    Parameters
-    ----------
-    design : Design
-        A Latin hypercube or a scrambled Sobol sequence.
-    axes : sequence of Range or of lists
-        From a list each value is drawn equally often, as far as the number of points allows.
-
-    Returns
-    -------
-    list of lists
-        For each axis one value per point.
+    From a list each value is drawn equally often, as far as the number of points allows.
     """
-    unit = _unit_sample(design, len(axes))
-    return [
-        [
-            axis.at(fraction)
-            if isinstance(axis, Range)
-            else axis[min(int(fraction * len(axis)), len(axis) - 1)]
-            for fraction in unit[:, position].tolist()
-        ]
-        for position, axis in enumerate(axes)
-    ]
-
-
-def _unit_sample(design: Design, dimensions: int) -> np.ndarray[Any, np.dtype[np.float64]]:
     # scipy.stats takes half a second to import: only sampled designs pay for it.
     from scipy.stats import qmc
 
@@ -113,10 +87,16 @@ def _unit_sample(design: Design, dimensions: int) -> np.ndarray[Any, np.dtype[np
     with warnings.catch_warnings():
         # Numbers of points other than powers of two are the user's choice.
         warnings.simplefilter("ignore", UserWarning)
-        drawn: np.ndarray[Any, np.dtype[np.float64]] = engine(
-            d=dimensions, seed=design.seed
-        ).random(design.points)
-    return drawn
+        unit = engine(d=len(axes), seed=design.seed).random(design.points)
+    return [
+        [
+            axis.at(fraction)
+            if isinstance(axis, Range)
+            else axis[min(int(fraction * len(axis)), len(axis) - 1)]
+            for fraction in column.tolist()
+        ]
+        for axis, column in zip(axes, unit.T, strict=True)
+    ]
 
 
 _RANGE_KEYS = ("from", "to", "scale")
@@ -229,10 +209,7 @@ def _read_range(
         return None
     for part, value in raw.items():
         if part not in _RANGE_KEYS:
-            remedy, place = f"known are {', '.join(_RANGE_KEYS)}", f"{key}.{part}"
-            problems.append(
-                Problem(place, value, "is not known", remedy, written=part, known=_RANGE_KEYS)
-            )
+            problems.append(unknown_key(key, part, value, _RANGE_KEYS))
     scale = raw.get("scale", "linear")
     if scale not in ("linear", "log"):
         rule, known = "must be linear or log", ("linear", "log")

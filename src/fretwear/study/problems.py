@@ -64,6 +64,16 @@ class Problem:
         return f"{text}\n    {self.hint}" if self.hint else text
 
 
+def unknown_key(
+    place: str, name: str, given: object, known: Sequence[str], knows: str = ""
+) -> Problem:
+    """Return the problem of a key that is not known at a place; `knows` is what begins the list."""
+    knows = knows or ("known are" if len(known) > 1 else "known is")
+    remedy = f"{knows} {', '.join(known)}"
+    key = f"{place}.{name}"
+    return Problem(key, given, "is not known", remedy, written=name, known=known)
+
+
 class StudyError(ValueError):
     """A study that cannot be run, with everything that is wrong with it.
 

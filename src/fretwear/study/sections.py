@@ -9,7 +9,7 @@ from typing import Any
 from fretwear.parts import Quantity
 from fretwear.study.case import SNAPSHOT, schema_of, schema_required
 from fretwear.study.designs import KINDS, LISTED, MAX_POINTS, SAMPLED, Design
-from fretwear.study.problems import Problem
+from fretwear.study.problems import Problem, unknown_key
 from fretwear.study.tree import base_names, parameter_names, parameter_of
 
 NAMES = ("title", "base", "vary", "design", "invalid", "batch", "output")
@@ -59,7 +59,7 @@ def read_sections(raw: Mapping[str, Any], problems: list[Problem]) -> Sections:
                 problems.append(_unknown_section(name, given))
     output = found.pop("output", {})
     for name in (name for name in output if name not in _CYCLES):
-        problems.append(_unknown_key(f"output.{name}", output[name], _CYCLES, "known is cycles"))
+        problems.append(unknown_key("output", name, output[name], _CYCLES))
     return Sections(**found, cycles=output.get("cycles", ()))
 
 
@@ -68,11 +68,6 @@ def _unknown_section(name: str, given: object) -> Problem:
     if name in parameter_names():
         return Problem(name, given, rule, f"put it under base: base.{name}")
     return Problem(name, given, rule, f"known are {', '.join(NAMES)}", written=name, known=NAMES)
-
-
-def _unknown_key(key: str, given: object, known: tuple[str, ...], remedy: str) -> Problem:
-    name = key.rpartition(".")[2]
-    return Problem(key, given, "is not known", remedy, written=name, known=known)
 
 
 def _is_whole(given: object, least: int, most: int) -> bool:
@@ -114,8 +109,7 @@ def _design(given: object, problems: list[Problem]) -> Design:
     found: dict[str, Any] = {}
     for name, number in keys.items():
         if name not in known:
-            remedy = f"{kind} knows {', '.join(known)}"
-            problems.append(_unknown_key(f"design.{name}", number, known, remedy))
+            problems.append(unknown_key("design", name, number, known, f"{kind} knows"))
         elif name != "kind" and _is_whole(number, *_NUMBERS[name]):
             found[name] = number
         elif name != "kind":
