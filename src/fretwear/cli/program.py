@@ -13,6 +13,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 import fretwear
+from fretwear.cli import commands
 from fretwear.cli.common import (
     LOG_FORMAT_OPTION,
     LOG_FORMAT_VARIABLE,
@@ -23,10 +24,7 @@ from fretwear.cli.common import (
     say,
 )
 from fretwear.cli.init import init
-from fretwear.cli.plot import animate, plot
-from fretwear.cli.run import batch, run
 from fretwear.cli.show import compare, show
-from fretwear.cli.study import figures, merge, plan, report, schema
 from fretwear.cli.supervise import Stopped
 
 if TYPE_CHECKING:
@@ -186,17 +184,17 @@ def _add(function: Callable[..., None], example: str, panel: str | None = None) 
 
 
 _add(init, "fretwear init my-study")
-_add(plan, "fretwear plan studies/demo.yaml")
-_add(run, "fretwear run studies/demo.yaml --case ID --set 'load=30 N'")
+_add(commands.plan, "fretwear plan studies/demo.yaml")
+_add(commands.run, "fretwear run studies/demo.yaml --case ID --set 'load=30 N'")
 _add(show, "fretwear show results/demo/cases/ID.nc")
-_add(plot, "fretwear plot results/demo/cases/ID.nc -o overview.svg")
+_add(commands.plot, "fretwear plot results/demo/cases/ID.nc -o overview.svg")
 _add(compare, "fretwear compare A.nc B.nc -o comparison.png")
-_add(animate, "fretwear animate results/demo/cases/ID.nc -o wear.gif")
-_add(schema, "fretwear schema > study.schema.json")
-_add(batch, "fretwear batch studies/demo.yaml --points 1-12", _WORKFLOW)
-_add(merge, "fretwear merge studies/demo.yaml", _WORKFLOW)
-_add(figures, "fretwear figures studies/demo.yaml", _WORKFLOW)
-_add(report, "fretwear report studies/demo.yaml", _WORKFLOW)
+_add(commands.animate, "fretwear animate results/demo/cases/ID.nc -o wear.gif")
+_add(commands.schema, "fretwear schema > study.schema.json")
+_add(commands.batch, "fretwear batch studies/demo.yaml --points 1-12", _WORKFLOW)
+_add(commands.merge, "fretwear merge studies/demo.yaml", _WORKFLOW)
+_add(commands.figures, "fretwear figures studies/demo.yaml", _WORKFLOW)
+_add(commands.report, "fretwear report studies/demo.yaml", _WORKFLOW)
 
 
 def _print_version(wanted: bool) -> None:

@@ -1,0 +1,341 @@
+"""The commands that plan, run, merge and draw: `fretwear.cli.show` tells of what is there."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from fretwear.cli.common import (
+    FIGURE_FORMATS,
+    Assignments,
+    CaseFile,
+    CommandError,
+    Format,
+    KeepOlder,
+    LogFormat,
+    Quiet,
+    Results,
+    Status,
+    StudyFile,
+    aligned,
+    begin,
+    check_output,
+    opened,
+    option,
+    say,
+    study_and_results,
+)
+from fretwear.cli.completion import case_ids
+
+if TYPE_CHECKING:
+    from fretwear.study.plan import Plan
+    from fretwear.study.study import Study
+
+_MOST_ROWS = 200
+_ROWS_AT_AN_END = 20
+
+_CASE = "Which case, by its id in `fretwear plan` or its beginning; needless if there is only one."
+_OUTPUT = "File to write."
+_POINTS = "Numbers of the points, counted from 1 as in the report."
+_FINISHED = "File to write when all of the cases are done, for the workflow."
+_SUPERVISE = "Run the other cases if the process is killed, as it is without memory."
+_FIGURE = "File to write: .png, .svg or .pdf."
+_FILM = "File to write: .gif, or .mp4 where the program ffmpeg is installed."
+_DOTS = "Dots per inch; the pictures are 190 mm wide, at 120 dpi 897 pixels."
+
+
+def plan(
+    file: StudyFile,
+    set_: Assignments = None,
+    every: Annotated[
+        bool, typer.Option("--all", help=f"Print all points, even if more than {_MOST_ROWS}.")
+    ] = False,
+) -> None:
+    """Print the points of a study with the time and memory each will take; run nothing.
+
+    Times are those of this machine, whose speed is measured in a moment.
+    """
+    from fretwear.running.resources import machine_speed, machine_warnings
+    from fretwear.study.plan import plan_study
+    from fretwear.study.study import load_study
+
+    planned = plan_study(load_study(file, set_ or ()))
+    planned = replace(planned, speed=machine_speed(planned.estimates.values()))
+    for line in _table(planned, every):
+        say(line)
+    say(f"\n{_total(planned)}")
+    for warning in machine_warnings(planned):
+        typer.echo(f"\nfretwear: warning: {warning}", err=True)
+
+
+def _table(planned: Plan, every: bool) -> Iterator[str]:
+    """Yield the lines of all points, or of the first and the last ones of very many."""
+    count = len(planned.points)
+    if every or count <= _MOST_ROWS:
+        yield from aligned([planned.header(), *planned.rows()], str.ljust, indent="")
+        return
+    first, last = planned.rows(0, _ROWS_AT_AN_END), planned.rows(count - _ROWS_AT_AN_END)
+    lines = list(aligned([planned.header(), *first, *last], str.ljust, indent=""))
+    yield from lines[: 1 + _ROWS_AT_AN_END]
+    yield f"... {count - 2 * _ROWS_AT_AN_END} more points, which --all prints ..."
+    yield from lines[1 + _ROWS_AT_AN_END :]
+
+
+def _total(planned: Plan) -> str:
+    from fretwear.running.resources import batches, core_seconds, cores
+    from fretwear.units import duration_text, size_text
+
+    jobs = batches(planned)
+    seconds, at_once = core_seconds(jobs, planned.speed), min(cores(), len(jobs))
+    shared = f", {duration_text(seconds / at_once)} on {at_once} cores"
+    return (
+        f"{_count(len(planned.points), 'point')}, "
+        f"{_count(len(planned.estimates), 'case')} in {_count(len(jobs), 'job')}: "
+        f"about {duration_text(seconds)} on one core{shared if at_once > 1 else ''}, "
+        f"up to {size_text(planned.memory_bytes)} of memory per job, "
+        f"about {size_text(planned.file_bytes)} of files."
+    )
+
+
+def _count(number: int, thing: str) -> str:
+    return f"{number} {thing}{'s' * (number != 1)}"
+
+
+def schema() -> None:
+    """Print the JSON Schema of the study file, for editors that complete and check it."""
+    from fretwear.study.sections import study_schema
+
+    say(json.dumps(study_schema(), indent=2, ensure_ascii=False))
+
+
+def run(
+    context: typer.Context,
+    file: StudyFile,
+    case_id: Annotated[str | None, option("--case", "ID", _CASE, complete=case_ids)] = None,
+    set_: Assignments = None,
+    output: Annotated[Path | None, option("-o/--output", "OUT.nc", _OUTPUT, "ID.nc")] = None,
+    quiet: Quiet = False,
+    log_format: Format = LogFormat.AUTO,
+) -> None:
+    """Simulate one case of a study and write it to one file.
+
+    A run that was interrupted resumes from its checkpoint, which lies beside the file.
+    """
+    log = begin(context, log_format, quiet=quiet)
+
+    from fretwear.study.study import select_case
+
+    case = select_case(file, case_id, set_ or ())
+    path = check_output(output or Path(f"{case.case_id}.nc"), ".nc")
+
+    from fretwear.running.batch import simulate_to_file
+
+    with log.case(case, path) as observe:
+        outcome = simulate_to_file(
+            case, path, observers=[observe], tell=log.note, command=context.obj.line
+        )
+    ending = ", by another process" if outcome.is_taken_over else ""
+    message = f"{outcome.steps} steps in {outcome.seconds:.1f} s{ending}"
+    log.result(path, message, steps=outcome.steps)
+
+
+def batch(
+    context: typer.Context,
+    file: StudyFile,
+    points: Annotated[str | None, option("--points", "FIRST-LAST", _POINTS, "all")] = None,
+    results: Results = None,
+    finished: Annotated[Path | None, option("--finished", "OUT.json", _FINISHED)] = None,
+    keep_older: KeepOlder = False,
+    supervised: Annotated[bool, typer.Option("--supervise", help=_SUPERVISE)] = False,
+    quiet: Quiet = False,
+    log_format: Format = LogFormat.AUTO,
+) -> None:
+    """Simulate several points of a study, one after the other, each to its file in cases/.
+
+    Cases that are done already are kept, and one that fails does not stop the others.
+    """
+    log = begin(context, log_format, quiet=quiet)
+    study, folder = study_and_results(file, results)
+    first, last = _range(points, study)
+    if supervised:
+        from fretwear.cli.supervise import supervise
+
+        supervise({point.id for point in study.points(first, last)}, folder)
+
+    from fretwear.cli.progress import Log
+    from fretwear.running.batch import BatchRun
+    from fretwear.running.workflow import write_finished
+
+    runs = BatchRun(study, folder, log, lambda stream: Log(stream=stream), keep_older=keep_older)
+    outcome = runs.run(first, last)
+    count, found = len(outcome.case_ids), len(outcome.found)
+    if failed := outcome.failed:
+        listed = "".join(f"\n  {case_id}: {reason}" for case_id, reason in failed.items())
+        raise CommandError(f"{len(failed)} of {count} cases failed{listed}", Status.FAILED)
+    if finished is not None:
+        write_finished(finished, folder / "cases", outcome.case_ids)
+    log.result(folder / "cases", f"{count} cases done", cases_done=count, cases_found=found)
+
+
+def _range(points: str | None, study: Study) -> tuple[int, int]:
+    """Return the numbers of the first and the last point."""
+    count = study.size
+    if points is None:
+        return 1, count
+    match = re.fullmatch(r"(\d{1,9})-(\d{1,9})", points.strip())
+    if match is None:
+        raise CommandError(
+            f"--points {points}: must be the first and the last number, such as 1-12"
+        )
+    first, last = int(match[1]), int(match[2])
+    if not 1 <= first <= last <= count:
+        raise CommandError(f"--points {points}: the points of {study.file} are 1 to {count}")
+    return first, last
+
+
+def merge(
+    context: typer.Context,
+    file: StudyFile,
+    results: Results = None,
+    keep_older: KeepOlder = False,
+    quiet: Quiet = False,
+    log_format: Format = LogFormat.AUTO,
+) -> None:
+    """Merge the cases of a study that are done into summary.nc, and list all in points.csv."""
+    log = begin(context, log_format, quiet=quiet)
+    study, folder = study_and_results(file, results)
+
+    from fretwear.data.merge import merge_study
+    from fretwear.data.safe import atomic_path
+    from fretwear.study.plan import write_points
+
+    summary = folder / "summary.nc"
+    tally = merge_study(
+        study, folder / "cases", summary, command=context.obj.line, keep_older=keep_older
+    )
+    if tally.older:
+        log.note(tally.older)
+    with atomic_path(folder / "points.csv") as temporary:
+        write_points(study, temporary)
+    log.result(
+        summary,
+        f"{tally.done} points done, {tally.failed} failed, {tally.invalid} invalid",
+        points_done=tally.done,
+        points_failed=tally.failed,
+        points_invalid=tally.invalid,
+    )
+
+
+def figures(
+    context: typer.Context,
+    file: StudyFile,
+    results: Results = None,
+    quiet: Quiet = False,
+    log_format: Format = LogFormat.AUTO,
+) -> None:
+    """Draw the figures of a merged study, as SVG and PNG, into figures/."""
+    log = begin(context, log_format, quiet=quiet)
+    _, folder = study_and_results(file, results)
+
+    from fretwear.data.files import open_summary
+    from fretwear.figures.study import write_study_figures
+    from fretwear.source_study import source_figures
+
+    cases, drawn = folder / "cases", folder / "figures"
+    with open_summary(folder / "summary.nc") as summary:
+        entries = write_study_figures(summary, cases, drawn, extra=source_figures(summary, cases))
+    log.result(drawn, f"{len(entries)} figures", figures=len(entries))
+
+
+def report(
+    context: typer.Context,
+    file: StudyFile,
+    results: Results = None,
+    quiet: Quiet = False,
+    log_format: Format = LogFormat.AUTO,
+) -> None:
+    """Write the report of a merged study and its figures to report.html."""
+    log = begin(context, log_format, quiet=quiet)
+    study, folder = study_and_results(file, results)
+
+    from fretwear.data.files import open_summary
+    from fretwear.data.safe import write_text
+    from fretwear.figures.study import INDEX_NAME
+    from fretwear.report import build_report
+    from fretwear.source_study import source_sections
+    from fretwear.study.plan import plan_study
+
+    with open_summary(folder / "summary.nc") as summary:
+        index = folder / "figures" / INDEX_NAME
+        if not index.is_file():
+            rule = "there is no such file; draw the figures before the report:"
+            raise CommandError(f"{index}: {rule}\n    fretwear figures {file}", Status.FAILED)
+        sections = source_sections(summary, folder / "cases")
+        page = build_report(plan_study(study), summary, folder, sections=sections)
+        write_text(folder / "report.html", page)
+    log.result(folder / "report.html", f"{len(page) / 1e6:.1f} MB")
+
+
+def plot(
+    file: CaseFile,
+    output: Annotated[Path | None, option("-o/--output", "FIG.png", _FIGURE, "OUT.png")] = None,
+) -> None:
+    """Draw pressure, shear, gap and wear along x, and a map of the scar."""
+    with opened(file) as (case, history):
+        path = check_output(output or file.with_suffix(".png"), *FIGURE_FORMATS)
+
+        from fretwear.figures import overview, save_as
+
+        save_as(overview(case, history), path)
+    say(str(path))
+
+
+def animate(
+    context: typer.Context,
+    file: CaseFile,
+    output: Annotated[Path | None, option("-o/--output", "WEAR.gif", _FILM, "OUT.gif")] = None,
+    dots: Annotated[
+        float, typer.Option("--dpi", metavar="NUMBER", min=30.0, max=600.0, help=_DOTS)
+    ] = 120.0,
+    quiet: Quiet = False,
+    log_format: Format = LogFormat.AUTO,
+) -> None:
+    """Animate pressure, wear depth and contact zones of a case over its cycles.
+
+    Only the snapshots in the case file are shown, each the longer the further away
+    the next one is on a logarithmic axis. Some thirty move smoothly:
+    'output: {cycles: [0, 1, 2, 3, 5, 8, 10, ...]}' in the study file.
+    """
+    log = begin(context, log_format, quiet=quiet)
+    with opened(file) as (case, history):
+        path = check_output(output or file.with_suffix(".gif"), ".gif", ".mp4")
+
+        from fretwear.figures.animation import (
+            FEW_SNAPSHOTS,
+            FfmpegMissingError,
+            animation,
+            check_format,
+            well_spaced_cycles,
+        )
+
+        try:
+            check_format(path)
+        except FfmpegMissingError as error:
+            raise CommandError(str(error)) from error
+        moving = animation(case, history)
+        with log.counting("picture") as progress:
+            moving.save(path, dots_per_inch=dots, progress=progress)
+    pictures, size = len(moving.cycles), path.stat().st_size
+    log.result(path, f"{pictures} pictures, {size / 1e6:.2f} MB", pictures=pictures, bytes=size)
+    if pictures < FEW_SNAPSHOTS:
+        cycles = ", ".join(map(str, well_spaced_cycles(moving.cycles[-1])))
+        log.note(
+            f"{file} has {pictures} snapshots. For a smoother animation let the study keep more, "
+            f"for example output: {{cycles: [{cycles}]}}"
+        )
