@@ -134,10 +134,7 @@ Format = Annotated[
 def say(text: str) -> None:
     """Print to standard output; what comes from files sends no commands to the terminal.
 
-    Raises
-    ------
-    CommandError, typer.Exit
-        When nothing can be written there, without a word where nobody reads it any more.
+    Where nothing can be written there, the command fails, without a word if nobody reads any more.
     """
     try:
         typer.echo(printable(text))
@@ -151,15 +148,7 @@ def say(text: str) -> None:
 
 
 def study_and_results(file: Path, results: Path | None) -> tuple[Study, Path]:
-    """Return a study and the folder of its results, which can be written to.
-
-    Raises
-    ------
-    StudyError
-        When the study is not sound.
-    CommandError
-        When the folder is a link elsewhere or cannot be written to.
-    """
+    """Return a study and the folder of its results, a `CommandError` if it is not to be written."""
     from fretwear.data.safe import why_leading_out
     from fretwear.study.study import load_study
 
@@ -174,17 +163,7 @@ def study_and_results(file: Path, results: Path | None) -> tuple[Study, Path]:
 def check_output(path: Path, *endings: str) -> Path:
     """Return a path to which a file can be written, found out before anything is computed.
 
-    Parameters
-    ----------
-    path
-        Where to write.
-    endings
-        What the name may end in, such as ``.nc``. A folder named by mistake ends in none.
-
-    Raises
-    ------
-    CommandError
-        When it is a folder, ends in something else, or cannot be written to.
+    `CommandError` where it is a folder, ends in none of the endings, or cannot be written to.
     """
     if path.is_dir():
         raise CommandError(f"{path}: is a folder; name a file in it, such as {path}/x{endings[0]}")
@@ -198,13 +177,7 @@ def check_output(path: Path, *endings: str) -> Path:
 
 @contextmanager
 def opened(file: Path) -> Iterator[tuple[xr.Dataset, xr.Dataset]]:
-    """Open a case file: the dataset of the case and its history.
-
-    Raises
-    ------
-    CommandError
-        When it is no sound case file.
-    """
+    """Open a case file: dataset and history of the case, a `CommandError` if it is not sound."""
     check_results(file)
 
     from fretwear.data.files import open_case, open_history
@@ -220,13 +193,7 @@ def opened(file: Path) -> Iterator[tuple[xr.Dataset, xr.Dataset]]:
 
 
 def check_results(file: Path) -> None:
-    """Refuse what cannot be a file of results, before anything heavy is imported.
-
-    Raises
-    ------
-    CommandError
-        When it is missing, a folder or a study file, with what was probably meant.
-    """
+    """Refuse what is missing, a folder or a study file, before anything heavy is imported."""
     if file.is_dir():
         found = sorted([*file.glob("*.nc"), *file.glob("cases/*.nc")])
         names = "".join(f"\n    {name}" for name in few_of(found))

@@ -135,15 +135,7 @@ def format_in_call(arguments: Sequence[str], environment: Mapping[str, str]) -> 
 
 
 def what_is_wrong(error: typer.TyperException, arguments: Sequence[str]) -> str:
-    """Say what is wrong with a call that cannot be parsed, and where to read how it should be.
-
-    Parameters
-    ----------
-    error
-        What typer has raised.
-    arguments
-        The call, without the name of the program.
-    """
+    """Say what is wrong with a call that cannot be parsed, and where to read how it should be."""
     context = getattr(error, "ctx", None)
     option = getattr(error, "option_name", None)
     message = error.format_message().rstrip(".").replace("Value error, ", "")

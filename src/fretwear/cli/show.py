@@ -104,15 +104,7 @@ def compare(
 
 
 def case_content(case: xr.Dataset, history: xr.Dataset) -> dict[str, Any]:
-    """Return what there is to tell of a case, in SI units; what is not finite is None.
-
-    Parameters
-    ----------
-    case : xarray.Dataset
-        The dataset of the case.
-    history : xarray.Dataset
-        Its dense history.
-    """
+    """Return what there is to tell of a case, in SI units; what is not finite is None."""
     results = {name: case[name] for name in _CASE_RESULTS if name in case}
     return {
         "case_id": case.attrs["case_id"],

@@ -133,19 +133,8 @@ class Evolution:
     def rings(self, field: Array, within: Mask) -> tuple[Array, Array, Array]:
         """Average a field over rings around the middle, which averages waves out.
 
-        Rings are two cells wide, or half a wave where that is wider.
-
-        Parameters
-        ----------
-        field : array of shape (nx, ny)
-            Any quantity.
-        within : mask of shape (nx, ny)
-            Cells that count.
-
-        Returns
-        -------
-        radius, mean, cells : array of shape (n,)
-            Mean radius of each ring that has cells, m; mean of the field; number of cells.
+        Rings are two cells wide, or half a wave where that is wider; only cells within the mask
+        count.  Of each ring that has some: their mean radius, m, the field's mean, their number.
         """
         width = 2.0 * max(self.sides)
         wavenumber = max(self.roughness.wavenumber_x, self.roughness.wavenumber_y)

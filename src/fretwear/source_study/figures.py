@@ -89,19 +89,9 @@ _OTHER_PROFILES = {
 
 
 def source_figures(summary: xr.Dataset, folder: Path) -> Iterator[StudyFigure]:
-    """Yield the figures of the source study, numbered as there.
+    """Yield the figures of the source study, numbered as there, of a merged study's case files.
 
-    Parameters
-    ----------
-    summary : xarray.Dataset
-        A merged study.
-    folder : pathlib.Path
-        Folder of its case files.
-
-    Yields
-    ------
-    StudyFigure
-        Nothing when the study does not hold the four cases of the source study.
+    There are none where the study does not hold the four cases of the source study.
     """
     groups = reference_cases(summary, folder)
     if not groups:
@@ -289,13 +279,7 @@ def plastic_pressures(smooth: Evolution, rough: Evolution) -> Figure:
 
 @styled
 def half_widths(histories: Mapping[str, xr.Dataset]) -> Figure:
-    """Draw the half-widths of contact and stick zone over the cycles, from the middle outwards.
-
-    Parameters
-    ----------
-    histories : mapping of str to xarray.Dataset
-        Histories of the four cases by their titles.
-    """
+    """Draw the half-widths of contact and stick zone over the cycles, from the middle outwards."""
     figure = JournalFigure(2, _WIDTH_HEIGHT)
     axes = figure.subplots()
     for variable, width in ((_CONTACT, 1.1), (_STICK, 0.7)):
@@ -312,11 +296,7 @@ def half_widths(histories: Mapping[str, xr.Dataset]) -> Figure:
 def edge_of_contact(histories: Mapping[str, xr.Dataset]) -> Figure:
     """Draw the half-width of the contact alone, early cycles spread out.
 
-    Parameters
-    ----------
-    histories : mapping of str to xarray.Dataset
-        As for `half_widths`; the whole range of elastic cases is shown, others may leave at the
-        top.
+    The whole range of elastic cases is shown; others may leave at the top.
     """
     figure = JournalFigure(2, _WIDTH_HEIGHT)
     axes = figure.subplots()

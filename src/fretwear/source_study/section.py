@@ -40,19 +40,9 @@ class Judged:
 
 
 def source_sections(summary: xr.Dataset, folder: Path) -> Iterator[Section]:
-    """Yield the sections on the source study.
+    """Yield the sections on the source study, of a merged study's case files.
 
-    Parameters
-    ----------
-    summary : xarray.Dataset
-        A merged study.
-    folder : pathlib.Path
-        Folder of its case files.
-
-    Yields
-    ------
-    Section
-        None when the study does not hold the four cases of the source study.
+    There are none where the study does not hold the four cases of the source study.
     """
     judged, models = [], []
     for group in reference_cases(summary, folder):
@@ -75,21 +65,15 @@ def _claims(judged: Sequence[Judged], radius: float) -> Section:
         row = [(one.judgements[index], columns.get(one.group.slip_model, one)) for one in radii]
         others.append([(mine, mine.answers != one.judgements[index].answers) for mine, one in row])
     varied = [str(row[0][0].claim.number) for row in others if any(differs for _, differs in row)]
-    body = (
-        environment("fretwear.source_study")
-        .get_template("claims.html.j2")
-        .render(
-            radius=value_text("radius", radius),
-            claims=list(zip(*(one.judgements for one in columns.values()), strict=True)),
-            models=[one.model for one in columns.values()],
-            headings=[
-                f"R = {value_text('radius', one.group.radius)}, {one.model}" for one in radii
-            ],
-            others=others,
-            varied=", ".join(varied),
-        )
-    )
-    return Section("claims", "Claims of the source study", Markup(body))
+    content = {
+        "radius": value_text("radius", radius),
+        "claims": list(zip(*(one.judgements for one in columns.values()), strict=True)),
+        "models": [one.model for one in columns.values()],
+        "headings": [f"R = {value_text('radius', one.group.radius)}, {one.model}" for one in radii],
+        "others": others,
+        "varied": ", ".join(varied),
+    }
+    return _section("claims", "Claims of the source study", "claims.html.j2", content)
 
 
 def _slip_models(cases: Mapping[str, Evolution], simple: Mapping[str, Evolution]) -> Section:
@@ -99,12 +83,14 @@ def _slip_models(cases: Mapping[str, Evolution], simple: Mapping[str, Evolution]
         for cycle in dict.fromkeys((smooth.nearest(RUN_IN), smooth.last))
     }
     excess = {title: percent(excess_shear(case, smooth.last)) for title, case in simple.items()}
-    body = (
-        environment("fretwear.source_study")
-        .get_template("slip_models.html.j2")
-        .render(subjects=TITLES, tables=tables, excess=excess)
-    )
-    return Section("slip-models", "What the simpler slip model costs", Markup(body))
+    content = {"subjects": TITLES, "tables": tables, "excess": excess}
+    title = "What the simpler slip model costs"
+    return _section("slip-models", title, "slip_models.html.j2", content)
+
+
+def _section(anchor: str, title: str, template: str, content: Mapping[str, object]) -> Section:
+    body = environment("fretwear.source_study").get_template(template).render(content)
+    return Section(anchor, title, Markup(body))
 
 
 def _ratios(
