@@ -20,6 +20,7 @@ from pathlib import Path
 from fretwear.study.case import Case
 from fretwear.study.cost import SECONDS_TO_START, Estimate, estimate
 from fretwear.study.plan import Plan
+from fretwear.study.problems import few_of
 from fretwear.units import size_text
 
 # Estimates are above what runs take, by up to a quarter: below that a case might still fit.
@@ -70,11 +71,6 @@ def available_memory(
 
     The least of what the machine has available, swap space included, and what every Linux control
     group that the process is in (of a container, of a cluster's job) has left.
-
-    Parameters
-    ----------
-    proc, control_groups
-        Where Linux tells of processes and control groups.
     """
     import psutil
 
@@ -110,15 +106,7 @@ def _text(path: Path) -> str:
 
 
 def why_too_large(expected: Estimate, available: int) -> str:
-    """Say why a case certainly does not fit in the memory; empty where it may.
-
-    Parameters
-    ----------
-    expected
-        What the case is expected to take.
-    available
-        Memory in bytes, from `available_memory`.
-    """
+    """Say why a case certainly does not fit in so many bytes of memory; empty where it may."""
     if expected.memory_bytes <= _CERTAIN * available:
         return ""
     return (
@@ -130,10 +118,7 @@ def why_too_large(expected: Estimate, available: int) -> str:
 def require_memory(case: Case) -> None:
     """Let a case pass that may fit in the memory available now.
 
-    Raises
-    ------
-    MemoryError
-        When it certainly does not, with the estimate, what is available, and a cell that fits.
+    Where it certainly does not, a `MemoryError` tells of a cell that fits.
     """
     available, expected = available_memory(), estimate(case)
     if problem := why_too_large(expected, available):
@@ -196,15 +181,9 @@ def joined(single: Sequence[Batch], cases_each: int | None = None) -> tuple[Batc
     """Join batches of one case to larger ones, in their order.
 
     The same study falls into the same batches on every machine: what a cluster node reads is
-    what the machine that sent the job has read.
-
-    Parameters
-    ----------
-    single : sequence of Batch
-        Every case once.
-    cases_each : int or None
-        Cases of a batch; None: as many as take about `SECONDS_PER_JOB`, but never so many that
-        most cores would have nothing to do.
+    what the machine that sent the job has read.  A batch has so many cases each or, where that is
+    None, as many as take about `SECONDS_PER_JOB`, but never so many that most cores would have
+    nothing to do.
     """
     if cases_each is None:
         total = math.fsum(each.seconds for each in single)
@@ -234,11 +213,6 @@ def machine_speed(estimates: Iterable[Estimate]) -> float:
     Most of a run goes into Fourier transforms, so these are timed: for the sizes in which the
     cases spend most of their time, on one thread, in processor time, which other work on the
     machine disturbs less than the clock.
-
-    Parameters
-    ----------
-    estimates : iterable of Estimate
-        What the cases are expected to take.
     """
     spent: defaultdict[int, float] = defaultdict(float)
     for expected in estimates:
@@ -274,12 +248,7 @@ def transform_seconds(cells_x: int, cells_y: int) -> float:
 def machine_warnings(plan: Plan, available: int | None = None) -> Iterator[str]:
     """Iterate over what is likely to go wrong with a study on this machine, with what to do.
 
-    Parameters
-    ----------
-    plan : Plan
-        The study.
-    available : int or None
-        Memory in bytes; None for what this machine has available now.
+    The memory, bytes, is what this machine has available now unless it is given.
     """
     available = available_memory() if available is None else available
     at_once = min(cores(), len(batches(plan)))
@@ -310,6 +279,4 @@ def _cases(count: int) -> str:
 
 
 def _listed(lines: Sequence[str]) -> str:
-    more = len(lines) - _LISTED
-    shown = [*lines[:_LISTED], *([f"and {more} more"] if more > 0 else [])]
-    return "".join(f"\n    {line}" for line in shown)
+    return "".join(f"\n    {line}" for line in few_of(lines, _LISTED))

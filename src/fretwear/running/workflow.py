@@ -62,10 +62,7 @@ _SNAKEMAKE_MB_PER_POINT = 0.008
 def chosen_study(config: Mapping[str, object]) -> str:
     """Return the study that ``--config study=NAME`` chooses, the default one without it.
 
-    Raises
-    ------
-    StudyError
-        When the configuration says something else: a misspelt key must not run the default.
+    Anything else there is a `StudyError`: a misspelt key must not run the default.
     """
     problems = [
         Problem(key, value, "is not known", "choose a study by --config study=NAME")
@@ -119,13 +116,7 @@ class StudyJobs:
 
     @classmethod
     def of(cls, name: str, *, keep_older: bool = False) -> StudyJobs:
-        """Return the jobs of a study given as for `study_file`.
-
-        Raises
-        ------
-        StudyError
-            With everything that is wrong with the study.
-        """
+        """Return the jobs of a study given as for `study_file`."""
         return cls(load_study(study_file(name)), keep_older)
 
     @property

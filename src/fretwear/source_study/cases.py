@@ -211,23 +211,12 @@ class ReferenceCases:
 
 
 def reference_cases(summary: xr.Dataset, folder: Path) -> list[ReferenceCases]:
-    """Find the cases that have the source study's parameters.
+    """Find the cases of a merged study that have the source study's parameters.
 
-    Parameters
-    ----------
-    summary : xarray.Dataset
-        A merged study.
-    folder : pathlib.Path
-        Folder of its case files, ``<case id>.nc``.
-
-    Returns
-    -------
-    list of ReferenceCases
-        One for each sphere radius and slip model of which all four cases are done. First the
-        one that figures and verdicts are about: of the radius nearest 10 mm, which stands for
-        the study's own, with the slip that follows the worn shape; second, if there is one, that
-        of the same radius with other slip; then the rest in the order of the study. Empty when
-        the study is another one.
+    There is one group for each sphere radius and slip model of which all four cases are done.
+    First comes the one that figures and verdicts are about: of the radius nearest 10 mm, which
+    stands for the study's own, with the slip that follows the worn shape; second, if there is one,
+    that of the same radius with other slip; then the rest in the order of the study.
     """
     needed = {"status", "case_id", "radius", "slip_model", "plastic_limit", *_SHARED, *_ROUGH}
     if not needed <= set(summary.variables):
