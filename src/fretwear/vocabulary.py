@@ -164,9 +164,6 @@ FIELDS: tuple[Field, ...] = (
     Field("contact_state", "", "state of the contact", dtype="int8", flags=tuple(ContactState)),
 )
 
-_ON_X = "outermost edge on the line of cells nearest y = 0"
-_ON_Y = "outermost edge on the line of cells nearest x = 0"
-
 SCALARS: tuple[Variable, ...] = (
     Variable("approach", "m", "approach", "$δ$", "of the bodies", MICROMETRE),
     Variable(
@@ -176,41 +173,18 @@ SCALARS: tuple[Variable, ...] = (
         "$δ_x$",
         "of distant points at +Q",
     ),
-    Variable(
-        "contact_half_width_x",
-        "m",
-        "contact half-width along x",
-        "$a_x$",
-        _ON_X,
-        MICROMETRE,
-        from_zero=False,
-    ),
-    Variable(
-        "contact_half_width_y",
-        "m",
-        "contact half-width along y",
-        "$a_y$",
-        _ON_Y,
-        MICROMETRE,
-        from_zero=False,
-    ),
-    Variable(
-        "stick_half_width_x",
-        "m",
-        "stick half-width along x",
-        "$c_x$",
-        _ON_X,
-        MICROMETRE,
-        from_zero=False,
-    ),
-    Variable(
-        "stick_half_width_y",
-        "m",
-        "stick half-width along y",
-        "$c_y$",
-        _ON_Y,
-        MICROMETRE,
-        from_zero=False,
+    *(
+        Variable(
+            f"{zone}_half_width_{axis}",
+            "m",
+            f"{zone} half-width along {axis}",
+            f"${letter}_{axis}$",
+            f"outermost edge on the line of cells nearest {other} = 0",
+            MICROMETRE,
+            from_zero=False,
+        )
+        for zone, letter in (("contact", "a"), ("stick", "c"))
+        for axis, other in ("xy", "yx")
     ),
     Variable("contact_area", "m2", "contact area"),
     Variable("stick_area", "m2", "stick area"),
