@@ -23,20 +23,13 @@ _TOLERANCE = 1e-5
 
 @dataclass(frozen=True)
 class Loop:
-    """Force, N, and displacement, m, round one cycle from +Q to −Q and back.
+    """Force, N, and displacement, m, round one cycle from +Q to −Q and back."""
 
-    Attributes
-    ----------
-    force, displacement
-        At 4 · `POINTS` + 1 places, the first and the last the same; the displacement is that of
-        the rig where there is one in series.
-    opening
-        Displacement U₀ at which the force vanishes, m.
-    """
-
+    # At 4 · `POINTS` + 1 places, the first and the last the same; the displacement is that of the
+    # rig where there is one in series.
     force: Array
     displacement: Array
-    opening: float
+    opening: float  # displacement U₀ at which the force vanishes, m
 
     @property
     def energy(self) -> float:

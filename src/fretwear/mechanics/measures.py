@@ -12,48 +12,29 @@ from fretwear.mechanics.state import State, WearProblem, in_contact
 
 @dataclass(frozen=True)
 class Measures:
-    """Scalars of one state, for the whole contact; SI units.
+    """Scalars of one state, for the whole contact; SI units."""
 
-    Attributes
-    ----------
-    approach
-        δ, m.
-    tangential_displacement
-        Of distant points along x at +Q relative to each other, µκ (δ − δ*), m.
-    contact_half_width_x, contact_half_width_y, stick_half_width_x, stick_half_width_y
-        Outermost edge on the axis, interpolated within a cell, m; where the contact is not even,
-        the mean of both sides.
-    contact_area, stick_area
-        m².
-    mean_stick_pressure, stick_load_share
-        Load that the stick zone carries, over its area, Pa, and over the whole load; 0 where
-        nothing sticks.
-    peak_pressure, central_pressure
-        Pa.
-    wear_volume, plastic_volume
-        m³.
-    maximum_wear_depth
-        m.
-    dissipated_energy
-        In one cycle, D = ∬ 4 µ p s dA, J.
-    """
-
-    approach: float
+    approach: float  # δ, m
+    # Of distant points along x at +Q relative to each other, µκ (δ − δ*), m.
     tangential_displacement: float
+    # Outermost edge on the axis, interpolated within a cell, m; where the contact is not even,
+    # the mean of both sides.
     contact_half_width_x: float
     contact_half_width_y: float
     stick_half_width_x: float
     stick_half_width_y: float
-    contact_area: float
-    stick_area: float
+    contact_area: float  # m²
+    stick_area: float  # m²
+    # Load that the stick zone carries, over its area, Pa, and over the whole load; 0 where
+    # nothing sticks.
     mean_stick_pressure: float
     stick_load_share: float
-    peak_pressure: float
-    central_pressure: float
-    wear_volume: float
-    maximum_wear_depth: float
-    plastic_volume: float
-    dissipated_energy: float
+    peak_pressure: float  # Pa
+    central_pressure: float  # Pa
+    wear_volume: float  # m³
+    maximum_wear_depth: float  # m
+    plastic_volume: float  # m³
+    dissipated_energy: float  # in one cycle, D = ∬ 4 µ p s dA, J
 
 
 def measure(problem: WearProblem, state: State) -> Measures:

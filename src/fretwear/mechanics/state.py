@@ -262,34 +262,21 @@ def in_contact(stage: Stage) -> Mask:
 
 @dataclass(frozen=True, kw_only=True)
 class Stage:
-    """A contact that is consistent in itself: that of a state, or at the end of a stage.
+    """A contact that is consistent in itself: that of a state, or at the end of a stage."""
 
-    Attributes
-    ----------
-    pressure, gap, wear, plastic
-        p, Pa; gap, wear depth and plastic depth, m; shape of the geometry.
-    opening
-        What wear has added to the gap at no load, m: all of it but what stayed as debris.
-    load, approach
-        P, N, and δ, m.
-    residual
-        Largest violation of the gap conditions relative to the largest displacement.
-    reduced
-        The contact at the reduced load, from which slip follows.
-    yielded
-        Whether plastic flow in the last stage changed the reduced contact.
-    """
-
+    # p, Pa; gap, wear depth and plastic depth, m; shape of the geometry.
     pressure: Array
     gap: Array
     wear: Array
+    # What wear has added to the gap at no load, m: all of it but what stayed as debris.
     opening: Array
     plastic: Array
+    # P, N, and δ, m.
     load: float
     approach: float
-    residual: float
-    reduced: ReducedContact
-    yielded: bool = False
+    residual: float  # largest violation of the gap conditions relative to the largest displacement
+    reduced: ReducedContact  # the contact at the reduced load, from which slip follows
+    yielded: bool = False  # whether plastic flow in the last stage changed the reduced contact
 
     @property
     def source(self) -> Array:

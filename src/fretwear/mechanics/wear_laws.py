@@ -107,17 +107,10 @@ class PerEnergy(OfBodies):
 
 
 class WearLaw(Part):
-    """Worn depth in proportion to pressure and path of slip.
+    """Worn depth in proportion to pressure and path of slip."""
 
-    Attributes
-    ----------
-    follows_power
-        Whether the proportion depends on the dissipated energy.
-    shares
-        Parts of indenter and flat in the wear; None where only both together are known.
-    """
-
-    follows_power: bool = False
+    follows_power: bool = False  # whether the proportion depends on the dissipated energy
+    # Parts of indenter and flat in the wear; None where only both together are known.
     shares: tuple[float, float] | None = None
 
     def coefficient(self, friction: Friction, energy_density: float = 0.0) -> float:

@@ -35,24 +35,12 @@ _NOTHING_ELSE = (
 
 @dataclass(frozen=True)
 class Section:
-    """A section of a report.
+    """A section of a report."""
 
-    Attributes
-    ----------
-    id : str
-        Anchor of the section, unique in the page.
-    title : str
-        Its heading.
-    body : markupsafe.Markup
-        Its content; what comes from outside must have been escaped.
-    entry : str
-        Its entry in the contents; empty: the title.
-    """
-
-    id: str
-    title: str
-    body: Markup
-    entry: str = ""
+    id: str  # anchor of the section, unique in the page
+    title: str  # its heading
+    body: Markup  # its content; what comes from outside must have been escaped
+    entry: str = ""  # its entry in the contents; empty: the title
 
 
 def environment(package: str = "fretwear.report") -> Environment:
@@ -127,21 +115,13 @@ def _share(vector: bytes) -> float:
 
 @dataclass(frozen=True)
 class Scripts:
-    """What runs in a page.
+    """What runs in a page."""
 
-    Attributes
-    ----------
-    texts : tuple of markupsafe.Markup
-        The scripts, in the order in which they run.
-    plotly : str
-        The library that the explorer draws with, as `compressed` returns it; empty if it is not
-        needed.
-    policy : markupsafe.Markup
-        Content security policy: only these scripts run, and nothing is loaded from anywhere.
-    """
-
-    texts: tuple[Markup, ...]
+    texts: tuple[Markup, ...]  # the scripts, in the order in which they run
+    # The library that the explorer draws with, as `compressed` returns it; empty if it is not
+    # needed.
     plotly: str
+    # Content security policy: only these scripts run, and nothing is loaded from anywhere.
     policy: Markup
 
 

@@ -34,20 +34,11 @@ JOB_ERRORS = (ContactError, WearError, DataFileError, MemoryError)
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a job did.
+    """What a job did."""
 
-    Attributes
-    ----------
-    steps
-        Accepted steps of the whole run, those before an interruption included.
-    seconds
-        Time that this job took.
-    is_taken_over
-        Whether another process wrote the file while this one waited for it.
-    """
-
-    steps: int
-    seconds: float
+    steps: int  # accepted steps of the whole run, those before an interruption included
+    seconds: float  # time that this job took
+    # Whether another process wrote the file while this one waited for it.
     is_taken_over: bool = False
 
 
@@ -138,41 +129,25 @@ class Listener(Protocol):
 
 @dataclass(frozen=True)
 class BatchOutcome:
-    """What became of the cases of a batch.
+    """What became of the cases of a batch."""
 
-    Attributes
-    ----------
-    case_ids, found
-        All cases, and those that were done before.
-    failed
-        Why cases failed, by id.
-    """
-
+    # All cases, and those that were done before.
     case_ids: tuple[str, ...]
     found: tuple[str, ...]
-    failed: Mapping[str, str]
+    failed: Mapping[str, str]  # why cases failed, by id
 
 
 @dataclass(frozen=True)
 class BatchRun:
-    """A batch of a study on its way.
+    """A batch of a study on its way."""
 
-    Attributes
-    ----------
-    study, results
-        The study, and the folder of its results.
-    listener
-        Hears of the batch as a whole.
-    listener_to
-        Takes the open log of a case; gives one who writes there what this case says.
-    keep_older
-        Whether cases that other code has finished are left as they are, and not run again.
-    """
-
+    # The study, and the folder of its results.
     study: Study
     results: Path
-    listener: Listener
+    listener: Listener  # hears of the batch as a whole
+    # Takes the open log of a case; gives one who writes there what this case says.
     listener_to: Callable[[TextIO], Listener]
+    # Whether cases that other code has finished are left as they are, and not run again.
     keep_older: bool = False
 
     def run(self, first: int, last: int) -> BatchOutcome:

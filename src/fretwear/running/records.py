@@ -30,24 +30,12 @@ _MEBIBYTE = 1 << 20
 
 @dataclass(frozen=True)
 class Failure:
-    """A case that was begun and has no result.
+    """A case that was begun and has no result."""
 
-    Attributes
-    ----------
-    case_id : str
-        The case.
-    reason : str
-        What went wrong and what to do, for people.
-    log : str
-        What the case said, a file in the folder of the study's results.
-    time : str
-        When, in UTC (ISO 8601).
-    """
-
-    case_id: str
-    reason: str
-    log: str
-    time: str
+    case_id: str  # the case
+    reason: str  # what went wrong and what to do, for people
+    log: str  # what the case said, a file in the folder of the study's results
+    time: str  # when, in UTC (ISO 8601)
 
     def __str__(self) -> str:
         return f"{self.reason} (log: {self.log})"
@@ -108,24 +96,12 @@ def log_end(results: str | PathLike[str], case_id: str, most: int = 4000) -> str
 
 @dataclass(frozen=True)
 class Spent:
-    """What jobs took, from the tables that Snakemake writes beside them.
+    """What jobs took, from the tables that Snakemake writes beside them."""
 
-    Attributes
-    ----------
-    jobs : int
-        How many jobs.
-    seconds : float
-        Time on the clock, one job after the other.
-    processor_seconds : float
-        Processor time, s.
-    memory_bytes : float
-        Memory of the largest; NaN where it was not measured.
-    """
-
-    jobs: int
-    seconds: float
-    processor_seconds: float
-    memory_bytes: float
+    jobs: int  # how many jobs
+    seconds: float  # time on the clock, one job after the other
+    processor_seconds: float  # processor time, s
+    memory_bytes: float  # Memory of the largest; NaN where it was not measured.
 
 
 def spent_on_simulations(results: str | PathLike[str]) -> Spent | None:

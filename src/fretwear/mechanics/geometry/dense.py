@@ -35,15 +35,9 @@ _GROWTH = 1.12
 
 @dataclass(frozen=True)
 class DenseCells:
-    """Cells from the origin outward.
+    """Cells from the origin outward."""
 
-    Parameters
-    ----------
-    edges
-        Distances of the edges of the cells from 0 outward, m.
-    """
-
-    edges: tuple[float, ...]
+    edges: tuple[float, ...]  # distances of the edges of the cells from 0 outward, m
 
     @property
     def areas(self) -> Array:
