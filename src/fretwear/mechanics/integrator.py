@@ -2,23 +2,20 @@
 
 One cycle wears Δw = 4 K_w p s = β p g* with β = 4 K_w µκ, so over the cycles dW/dN = β p g*. The
 equation is stiff: pressure reacts at once to wear of a fraction of a micrometer. Each step is
-TR-BDF2 for the exponent x = β∫p dN, from which wear follows in closed form.
+TR-BDF2 (`fretwear.mechanics.tr_bdf2`) for the exponent x = β∫p dN, from which wear follows in
+closed form.
 
 A stage asks for the pressure whose wear gives the shape that carries it: one normal contact with
 a `fretwear.mechanics.slip.WearLayer`. Where the pressure is at its limit the surface sinks by
 the penetration of that contact. This changes the contact at the reduced load, which is solved
 again on the stage's own shape, in turn with the contact itself, until the wear no longer changes.
-
-TR-BDF2 is due to Bank et al., "Transient simulation of silicon devices and circuits", IEEE
-Trans. Electron Devices 32 (1985); coefficients and embedded weights as in Hosea and Shampine,
-"Analysis and implementation of TR-BDF2", Appl. Numer. Math. 20 (1996).
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from math import inf, isfinite, sqrt
+from math import inf, sqrt
 from typing import Any
 
 import numpy as np
@@ -28,24 +25,23 @@ from fretwear.mechanics.geometry import Array, Workspace
 from fretwear.mechanics.slip import WearLayer
 from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.state import Stage, State, WearProblem
+from fretwear.mechanics.tr_bdf2 import (
+    ACCEPTED,
+    DIAGONAL,
+    EMBEDDED,
+    FACTORS,
+    GAMMA,
+    MAIN,
+    OVERESTIMATE,
+    WEIGHT,
+    assessed,
+)
 
-# First stage at γ = 2 − √2; both stages are implicit with the same weight, which makes them alike.
-_GAMMA = 2.0 - sqrt(2.0)
-_DIAGONAL = 0.5 * _GAMMA
-_WEIGHT = 0.25 * sqrt(2.0)
-_MAIN = (_WEIGHT, _WEIGHT, _DIAGONAL)
-_EMBEDDED = ((1.0 - _WEIGHT) / 3.0, (3.0 * _WEIGHT + 1.0) / 3.0, _DIAGONAL / 3.0)
-_BEYOND = (1.0 - _GAMMA) / _GAMMA
+_BEYOND = (1.0 - GAMMA) / GAMMA
 
 _FIRST_STEP = 0.09
 _SMALLEST_STEP = 1e-6
-_ACCEPTED = 1.2
-_SAFETY = 0.85
-_FACTORS = (0.2, 5.0)
 _FLOW_EXPONENT = 1.0
-# The embedded formulas differ from the step by about ten times its error in wear volume, as runs
-# with far smaller steps show; a third of the difference is still on the safe side.
-_OVERESTIMATE = 3.0
 _DEFAULT_TOLERANCE = 0.01
 _LARGEST_SWEEPS = 12
 # A cell with less than this part of the mean pressure carries none.
@@ -285,7 +281,7 @@ class _Integrator:
             if step < wanted and found.factor >= 1.0:
                 # A stop cut this step short; that says nothing about the one that follows.
                 following = max(following, wanted)
-            between = (1.0 - _GAMMA) * step
+            between = (1.0 - GAMMA) * step
             self.state = State(
                 **vars(second),
                 cycle=stop if step == left else self.state.cycle + step,
@@ -304,33 +300,33 @@ class _Integrator:
         """Both stages of TR-BDF2 over a step of so many cycles; whether its end is requested."""
         base, problem = self.state, self.problem
         now, density = self._wearing(base, base.cycle)
-        middle, last = base.cycle + _GAMMA * step, min(base.cycle + step, problem.end)
+        middle, last = base.cycle + GAMMA * step, min(base.cycle + step, problem.end)
         # The wear coefficient of a stage, where it follows the power, lags behind by a stage.
         then = problem.at(middle, density)
         p0, rate = base.pressure, now.growth_rate * step
         first = self._solver.solve(
             base,
-            rate * _DIAGONAL * p0,
-            then.growth_rate * step * _DIAGONAL,
-            p0 + _GAMMA * step * base.pressure_rate,
-            _GAMMA * step * base.source_rate,
+            rate * DIAGONAL * p0,
+            then.growth_rate * step * DIAGONAL,
+            p0 + GAMMA * step * base.pressure_rate,
+            GAMMA * step * base.source_rate,
             self.accuracy.first_stage,
             output_step=False,
             problem=then,
         )
         p1 = first.pressure
-        known = rate * (_WEIGHT - _DIAGONAL) * (p0 + p1)
+        known = rate * (WEIGHT - DIAGONAL) * (p0 + p1)
         found, end = then, problem.at(last)
         if problem.changes:
             found, reached = self._wearing(first, middle)
             end = problem.at(last, max(0.0, reached + _BEYOND * (reached - density)))
             r0, lagged, r1 = (each.growth_rate * step for each in (now, then, found))
-            known = _WEIGHT * (r0 * p0 + r1 * p1) - _DIAGONAL * (r0 * p0 + lagged * p1)
+            known = WEIGHT * (r0 * p0 + r1 * p1) - DIAGONAL * (r0 * p0 + lagged * p1)
         self._rates = (now.growth_rate, found.growth_rate, end.growth_rate)
         second = self._solver.solve(
             first,
             known,
-            end.growth_rate * step * _DIAGONAL,
+            end.growth_rate * step * DIAGONAL,
             p1 + _BEYOND * (p1 - p0),
             _BEYOND * (first.source - base.source),
             self.accuracy.contact,
@@ -350,25 +346,21 @@ class _Integrator:
         """Compare a step with embedded formulas of another order."""
         volume = self.state.geometry.integral(second.wear)
         if volume == 0:
-            return _Assessment(0.0, _FACTORS[1], True)
+            return _Assessment(0.0, FACTORS[1], True)
         error = self._exponent_error(step, first, second)
         if second.yielded or self.problem.slip_moves:
             error = max(error, self._source_error(step, first, second))
-        error /= _OVERESTIMATE * volume * self.tolerance
-        if not isfinite(error):
-            return _Assessment(error, _FACTORS[0], False)
-        factor = _SAFETY * max(error, 1e-6) ** (-1.0 / 3.0)
-        factor = min(max(factor, _FACTORS[0]), _FACTORS[1])
-        accepted = error <= _ACCEPTED
+        error /= OVERESTIMATE * volume * self.tolerance
+        factor, accepted = assessed(error)
         if first.yielded or second.yielded:
             longest = self._longest_while_yielding()
             factor = min(factor, longest / step)
-            accepted &= step <= _ACCEPTED * longest
+            accepted &= step <= ACCEPTED * longest
         return _Assessment(error, factor, accepted)
 
     def _exponent_error(self, step: float, first: Stage, second: Stage) -> float:
         """Wear volume, m³, between the step and its embedded third-order formula."""
-        weights = [e - m for e, m in zip(_EMBEDDED, _MAIN, strict=True)]
+        weights = [e - m for e, m in zip(EMBEDDED, MAIN, strict=True)]
         difference = self._exponent(step, first, second, weights)
         opens = 1.0 - self.problem.debris_fraction
         growth = np.expm1(opens * difference) / opens if opens else difference
@@ -377,7 +369,7 @@ class _Integrator:
     def _source_error(self, step: float, first: Stage, second: Stage) -> float:
         """Wear volume, m³, between slip that changes evenly over each stage or the whole step."""
         base, kept = self.state, self.problem.debris_fraction
-        exponent = self._exponent(step, first, second, _MAIN)
+        exponent = self._exponent(step, first, second, MAIN)
         shift = second.source - base.source
         whole = self.problem.slip_model.wear_layer(
             base.opening, base.reduced.gap, shift, (1.0 - kept) * exponent, 0.0

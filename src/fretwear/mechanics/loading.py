@@ -9,6 +9,9 @@ from typing import Annotated, ClassVar, Literal, Self
 from fretwear.parts import Part, PerLength, Quantity
 from fretwear.theory import HertzContact, LineContact
 
+SMALL_STROKE = 0.05
+"""Sliding amplitude over the Hertz half-width up to which bodies need not be seen to move."""
+
 Smooth = HertzContact | LineContact
 
 
@@ -200,6 +203,11 @@ class Loading(Pressed):
         """Of the rig, m/N."""
         return 0.0
 
+    @property
+    def stroke(self) -> float:
+        """Amplitude of sliding, m, where that is what is imposed; else 0."""
+        return 0.0
+
 
 @dataclass(frozen=True)
 class TangentialRatio(Loading):
@@ -274,6 +282,58 @@ class TangentialLoad(Loading):
     def slug(self) -> str:
         """``Q20N``."""
         return f"Q{load_slug(self.tangential_load)}"
+
+
+@dataclass(frozen=True)
+class SlidingAmplitude(Loading):
+    """The stroke of a contact that slides as a whole, imposed where the bodies touch."""
+
+    sliding_amplitude: Annotated[
+        float,
+        Quantity(
+            "m",
+            "$s$",
+            "sliding amplitude",
+            "um",
+            like="25 um",
+            above=0.0,
+            description="Amplitude of sliding of a contact that slides as a whole, of which "
+            "nothing goes into the elasticity of bodies and rig: half the stroke.",
+        ),
+    ]
+    kind: Literal["sliding_amplitude"] = "sliding_amplitude"
+
+    is_force: ClassVar[bool] = False
+
+    @property
+    def stroke(self) -> float:
+        """Amplitude of sliding, m."""
+        return self.sliding_amplitude
+
+    def sliding(self, friction: float, coupling: float, load: float, approach: float) -> Sliding:
+        """No load: nothing sticks."""
+        del load
+        return Sliding(None, approach - self.sliding_amplitude / (friction * coupling))
+
+    def ratio(self, friction: float, coupling: float, hertz: Smooth) -> float:
+        """X = 1: the contact slides as a whole."""
+        del friction, coupling, hertz
+        return 1.0
+
+    def displacement(self, friction: float, coupling: float, hertz: Smooth) -> float:
+        """The amplitude of sliding, m."""
+        del friction, coupling, hertz
+        return self.sliding_amplitude
+
+    def plain(self, friction: float, coupling: float, hertz: Smooth) -> Loading:
+        """The same."""
+        del friction, coupling, hertz
+        return self
+
+    @property
+    def slug(self) -> str:
+        """``s24.24um``."""
+        return f"s{self.sliding_amplitude * 1e6:.4g}um".replace("+", "")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -17,6 +17,7 @@ from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.measures import Measures, measure
 from fretwear.mechanics.state import State, WearProblem, in_contact
+from fretwear.mechanics.stroke import StrokeState, slide
 from fretwear.running.resources import require_memory
 from fretwear.study.rules import doubts
 from fretwear.vocabulary import FIELDS, LINE_SCALARS, SCALARS, SYMMETRIES, ContactState
@@ -56,11 +57,13 @@ class RunRecord:
     """What a run has to remember: for its dataset, and to resume where it stopped."""
 
     # States whose fields the dataset will hold.
-    snapshots: list[State] = field(default_factory=list)
+    snapshots: list[State | StrokeState] = field(default_factory=list)
     # A row for every step: ``cycle``, ``error_estimate``, ``convolutions`` spent so far, and
     # every scalar of `Measures`.
     history: list[dict[str, float]] = field(default_factory=list)
-    last: State | None = None  # The state that the run has reached; None before the first loading.
+    last: State | StrokeState | None = (
+        None  # The state that the run has reached; None before the first loading.
+    )
 
     def add(self, step: Step, *, keep_fields: bool) -> None:
         """Add a step."""
@@ -167,7 +170,8 @@ def steps(case: Case, *, start: State | None = None, rings: bool = False) -> Ite
 
 def _steps(case: Case, problem: WearProblem, start: State | None) -> Iterator[Step]:
     stops = [float(cycle) for cycle in case.output_cycles]
-    for state in evolve(problem, stops, case.tolerance, start):
+    march: Any = slide if problem.loading.stroke else evolve
+    for state in march(problem, stops, case.tolerance, start):
         yield Step(state, measure(problem.of(state), state), case.cycles)
 
 

@@ -16,6 +16,7 @@ SECONDS_PER_CASE = 0.1
 SECONDS_PER_CONVOLUTION = 1.6e-4
 SECONDS_PER_CELL_AND_CONVOLUTION = 2.7e-8
 SECONDS_PER_CONVOLUTION_OF_LINE = 2e-3
+SECONDS_PER_CUBED_CELL_OF_STROKE = 1e-9
 
 STEPS_TO_BEGIN = 2.0
 STEPS_PER_FOLD_OF_WEAR = 2.4
@@ -82,6 +83,9 @@ def estimate(case: Case) -> Estimate:
     )
     if case.indenter.is_line:
         seconds_each = SECONDS_PER_CONVOLUTION_OF_LINE
+    if case.loading.stroke:
+        places = max(4.0, 2.0 * case.loading.stroke / case.hertz_radius)
+        seconds_each = SECONDS_PER_CUBED_CELL_OF_STROKE * (1.0 + places) * cells_x**3
     work = _work(case, cells)
     padded_bytes = 4 * cells * 8
     snapshots = len(case.output_cycles)
@@ -133,6 +137,8 @@ def _work(case: Case, cells: int) -> _Work:
 
 def greatest_contact_radius(case: Case) -> float:
     """Return an upper estimate in m of the radius of contact at any time of a run."""
+    if case.loading.stroke:
+        return case.scar_half_width + case.loading.stroke
     kind = type(case.indenter)
     limiting = _limiting_radius_ratio(kind, round(case.tangential_ratio, 4))  # type: ignore[arg-type]
     folds = case.cycles * case.wear_growth * case.hertz_pressure

@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from fretwear.mechanics.loading import TangentialRatio
+from fretwear.mechanics.loading import SMALL_STROKE, TangentialRatio
 from fretwear.mechanics.materials import ElasticBodies
 from fretwear.parts import pair
 from fretwear.study.problems import Problem
@@ -39,6 +39,9 @@ GREATEST_DUNDURS = 0.1
 
 FEW_POINTS = 20
 """Points of a measured surface on a contact radius below which it hardly has a roughness."""
+
+MOST_STROKE = 20.0
+"""Largest sliding amplitude over the Hertz half-width that is computed."""
 
 FEW_CELLS = 5
 """Cells on a stick radius below which its edge is hardly one."""
@@ -244,13 +247,68 @@ def _loads_suit_the_contact(case: CaseTree) -> Problem | None:
 def _line_has_no_approach(case: CaseTree) -> Problem | None:
     """The approach of a line contact, and its displacement, count from a place to be chosen."""
     kind = case.indenter.kind
-    if not case.indenter.is_line or (case.normal.holds_load and case.loading.is_force):
+    if not case.indenter.is_line:
+        return None
+    if case.normal.holds_load and (case.loading.is_force or case.loading.stroke):
         return None
     if not case.normal.holds_load:
         rule = f"cannot be given of a {kind}: how deep a line contact is depends on from where"
         return Problem(case.normal.kind, None, rule, "write load: 18.5 N/mm")
     rule = f"cannot be given of a {kind}: how far it moves depends on the size of the bodies"
-    return Problem(case.loading.kind, None, rule, "write tangential_ratio or tangential_load")
+    return Problem(case.loading.kind, None, rule, "write sliding_amplitude or tangential_ratio")
+
+
+def _stroke_is_of_a_line(case: CaseTree) -> Problem | None:
+    if not case.loading.stroke or case.indenter.is_line:
+        return None
+    rule = f"is for line contacts, and this is a {case.indenter.kind}"
+    hint = "write displacement_amplitude, or indenter: {kind: cylinder, radius: 6 mm}"
+    return Problem(case.loading.kind, None, rule, hint)
+
+
+def _bodies_wear_apart(case: CaseTree) -> Problem | None:
+    """Where bodies are seen to move, what is worn off one of them moves with it."""
+    law = case.wear_law
+    seen = case.loading.stroke > SMALL_STROKE * case.hertz_radius
+    if case.loading.stroke and (
+        law.follows_power or (case.friction_law.kinks and "energy" in law.kind)
+    ):
+        rule = "changes in the course of the run, which sliding_amplitude does not allow for"
+        return Problem(next(iter(law.parameters())), None, rule, "write one value for each body")
+    if not seen or law.shares is not None:
+        return None
+    name = next(iter(law.parameters()))
+    value = getattr(law, name)
+    text = law.parameters()[name].text(value)
+    rule = "is that of both bodies, but over a stroke each wears in a place of its own"
+    return Problem(name, text, rule, f"write {name}: [value of the indenter, value of the flat]")
+
+
+def _stroke_is_elastic(case: CaseTree) -> Problem | None:
+    if not case.loading.stroke or math.isinf(case.plastic_limit):
+        return None
+    text, rule = format_quantity(case.plastic_limit, PRESSURE), "does not go with sliding_amplitude"
+    return Problem("plastic_limit", text, rule, "write plastic_limit: none")
+
+
+def _scar_is_small(case: CaseTree) -> Problem | None:
+    """The half-space needs a scar much smaller than the cylinder."""
+    if not case.loading.stroke or not case.indenter.is_line:
+        return None
+    stroke, radius = format_quantity(case.loading.stroke, LENGTH), case.indenter.curvature_radius
+    if case.loading.stroke > MOST_STROKE * case.hertz_radius:
+        most = format_quantity(MOST_STROKE * case.hertz_radius, LENGTH, 3)
+        rule = f"is more than {MOST_STROKE:g} times the half-width of the contact"
+        return Problem(case.loading.kind, stroke, rule, f"up to {most} would do")
+    reach = case.scar_half_width + case.loading.stroke
+    if reach <= GREATEST_CONTACT * radius:
+        return None
+    rule = (
+        f"is larger than the half-space allows: with the scar it reaches to "
+        f"{format_quantity(reach, LENGTH, 3)}, more than {GREATEST_CONTACT:g} of the radius "
+        f"{format_quantity(radius, LENGTH)}"
+    )
+    return Problem(case.loading.kind, stroke, rule, "lower it, the cycles or the wear coefficients")
 
 
 def _line_is_smooth(case: CaseTree) -> Problem | None:
@@ -271,6 +329,13 @@ _CONTACT = frozenset({"indenter", "bodies", "normal"})
 RULES = (
     Rule(frozenset({"indenter", "normal", "loading"}), _loads_suit_the_contact),
     Rule(frozenset({"indenter", "normal", "loading"}), _line_has_no_approach),
+    Rule(frozenset({"indenter", "loading"}), _stroke_is_of_a_line),
+    Rule(_CONTACT | {"loading", "wear_law", "friction_law"}, _bodies_wear_apart),
+    Rule(frozenset({"loading", "plastic_limit"}), _stroke_is_elastic),
+    Rule(
+        _CONTACT | {"loading", "wear_law", "friction_law", "cycles", "debris_fraction"},
+        _scar_is_small,
+    ),
     Rule(frozenset({"indenter", "roughness"}), _line_is_smooth),
     Rule(frozenset({"roughness"}), _part_is_sound),
     Rule(frozenset({"tangential_ratio"}), _ratio_slides),

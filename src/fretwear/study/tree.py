@@ -35,6 +35,7 @@ MAX_CYCLES = 10**9
 
 CELLS_PER_CONTACT_RADIUS = 64
 CELLS_PER_YIELDING_CONTACT_RADIUS = 128
+CELLS_PER_SLIDING_CONTACT_RADIUS = 16
 CELLS_PER_STICK_RADIUS = 8
 CELLS_PER_SLIP_ANNULUS = 12
 
@@ -257,6 +258,17 @@ class CaseTree:
         return 4.0 * coefficient * self.friction_law.coefficient * self.coupling
 
     @property
+    def scar_half_width(self) -> float:
+        """Half-width, m, of the contact of a cylinder at the end: what is worn off lay in it.
+
+        A segment of the half-width b and the depth b²/2R has the area 2b³/3R.
+        """
+        coefficient = self.wear_law.coefficient(self.friction_law)
+        path = 4.0 * self.loading.stroke * self.cycles * (1.0 - self.debris_fraction)
+        worn = coefficient * path * self.hertz.load
+        return self.hertz_radius + math.cbrt(1.5 * self.indenter.curvature_radius * worn)
+
+    @property
     def surfaces(self) -> dict[str, Indenter | Roughness]:
         """The parts that make the unworn gap, by the names of the members."""
         rough = {} if self.roughness is None else {"roughness": self.roughness}
@@ -284,6 +296,8 @@ class CaseTree:
             max(stick / CELLS_PER_STICK_RADIUS, 0.0 if self.force_is_held else radius / 128),
             (radius - stick) / CELLS_PER_SLIP_ANNULUS,
         )
+        if self.loading.stroke:
+            contact = radius / CELLS_PER_SLIDING_CONTACT_RADIUS
         fine = [[each / part.cells for each in part.finest] for part in self.surfaces.values()]
         dx, dy = (_rounded_down(min(contact, *each)) for each in zip(*fine, strict=True))
         return dx, dy
@@ -363,7 +377,7 @@ class CaseTree:
         # What comes out of a run is no parameter.
         if not self.force_is_held:
             del derived["tangential_ratio"], derived["tangential_load"]
-        if self.loading.is_force:
+        if self.loading.is_force or self.loading.stroke:
             del derived["displacement_amplitude"], derived["displacement_ratio"]
         for member, about in members().items():
             value = getattr(self, member)

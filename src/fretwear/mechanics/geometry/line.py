@@ -89,6 +89,16 @@ class Line(DenseCells):
         return plane.x[:, None]
 
 
+def influence_of_cell(count: int, spacing: float, reference: float, modulus: float) -> Array:
+    """Mean displacement of equal cells under a unit pressure on one, m/Pa, by their distance.
+
+    Without images: for a contact that is not even. Parameters as of `Line`, ``count`` distances.
+    """
+    at: Array = np.arange(-1, count + 1) * (spacing / reference)
+    second: Array = np.diff(_logarithm(at), 2)
+    return -2.0 / (math.pi * modulus) * reference**2 / spacing * second
+
+
 def _logarithm(x: Array) -> Array:
     """A function whose second derivative is ln|x|."""
     square = x * x
