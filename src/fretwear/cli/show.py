@@ -273,6 +273,13 @@ def _unworn(dataset: xr.Dataset) -> dict[str, float]:
         "peak_pressure": hertz.peak_pressure,
         "approach": hertz.approach,
     }
+    if stroke := case.loading.stroke:
+        return found | {
+            "stick_half_width_x": 0.0,
+            "stick_area": 0.0,
+            "tangential_displacement": stroke,
+            "dissipated_energy": 4.0 * friction * hertz.load * stroke,
+        }
     if case.tangential_ratio >= 1.0 and isinstance(hertz, HertzContact):
         # The rig takes up µP/S of the displacement.
         slid = case.displacement_amplitude - friction * hertz.load * case.loading.flexibility

@@ -248,6 +248,13 @@ def _snapshot_fields(workspace: Workspace, snapshots: Sequence[State]) -> dict[s
     return fields
 
 
+def _wear_rate(problem: WearProblem, state: State, slip: Array) -> Array:
+    """Wear depth of both bodies in this one cycle, m."""
+    if isinstance(state, StrokeState):
+        return state.wear_rate
+    return 4.0 * problem.wear_coefficient * state.pressure * slip
+
+
 def _fields(problem: WearProblem, state: State) -> dict[str, Array]:
     """The fields of a dataset of one state."""
     reduced = state.reduced
@@ -260,7 +267,7 @@ def _fields(problem: WearProblem, state: State) -> dict[str, Array]:
         "shear_traction": problem.shear_traction(state.pressure, reduced),
         "slip": slip,
         "wear_depth": state.wear,
-        "wear_rate": 4.0 * problem.wear_coefficient * state.pressure * slip,
+        "wear_rate": _wear_rate(problem, state, slip),
         "plastic_depth": state.plastic,
         "gap": state.gap,
         "contact_state": contact_state,

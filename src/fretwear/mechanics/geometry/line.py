@@ -94,7 +94,7 @@ def influence_of_cell(count: int, spacing: float, reference: float, modulus: flo
 
     Without images: for a contact that is not even. Parameters as of `Line`, ``count`` distances.
     """
-    at: Array = np.arange(-1, count + 1) * (spacing / reference)
+    at = np.arange(-1.0, count + 1.0) * (spacing / reference)
     second: Array = np.diff(_logarithm(at), 2)
     return -2.0 / (math.pi * modulus) * reference**2 / spacing * second
 
