@@ -111,6 +111,7 @@ rule merge:
     output:
         summary=local(f"{RESULTS}/summary.nc"),
         points=local(f"{RESULTS}/points.csv"),
+        results=local(f"{RESULTS}/results.csv"),
     log:
         f"{RESULTS}/logs/merge.log",
     benchmark:

@@ -1,5 +1,7 @@
 """The report is one sound page that loads nothing, escapes what users wrote and tells all."""
 
+import base64
+import csv
 import re
 import shutil
 import sys
@@ -15,7 +17,7 @@ from fretwear.data.files import open_case
 from fretwear.data.safe import DataFileError
 from fretwear.report import Section, build_report
 from fretwear.units import fixed_digits
-from fretwear.vocabulary import RESULTS
+from fretwear.vocabulary import HEADLINES, RESULTS
 
 VOID = {"meta", "link", "br", "img", "input", "hr", "mspace"}
 
@@ -82,7 +84,11 @@ def test_nothing_is_loaded_from_anywhere(page: str, parsed: Page) -> None:
     for tag, attrs in parsed.elements:
         for name in ("src", "href", "action", "data", "srcset", "poster"):
             value = attrs.get(name)
-            assert value is None or value.startswith(("#", "data:image/")), (tag, name, value[:60])
+            assert value is None or value.startswith(("#", "data:image/", "data:text/csv")), (
+                tag,
+                name,
+                value[:60],
+            )
     outside_images = re.sub(r"data:image/[^\"]*", "", page)
     assert "http://" not in outside_images
     assert "https://" not in outside_images
@@ -115,22 +121,11 @@ def test_every_point_is_in_the_table_of_cases(page: str, finished) -> None:
 def test_numbers_of_the_table_are_those_of_the_cases(page: str, finished) -> None:
     case_id = next(iter(finished.plan.study.cases()))
     row = next(line for line in page.split("<tr") if case_id in line and "data-value" in line)
-    values = [float(value) for value in re.findall(r'class="number" data-value="([^"]+)"', row)][1:]
+    number = r'class="number" data-label="[^"]*" data-unit="[^"]*" data-value="([^"]+)"'
+    values = [float(value) for value in re.findall(number, row)]
     with open_case(finished.cases / f"{case_id}.nc") as case:
-        expected = [
-            case["contact_half_width_x"][0],
-            case["contact_half_width_x"][-1],
-            case["stick_half_width_x"][0],
-            case["stick_half_width_x"][-1],
-            case["central_pressure"][0],
-            case["central_pressure"][-1],
-            case["peak_pressure"][-1],
-            case["maximum_wear_depth"][-1],
-            case["wear_volume"][-1],
-            case["dissipated_energy"][0],
-            case["dissipated_energy"][-1],
-        ]
-    assert values == pytest.approx([float(value) for value in expected], rel=1e-5)
+        expected = [float(case[name][-1]) for name in HEADLINES]
+    assert values == pytest.approx(expected, rel=1e-5)
 
 
 def test_numbers_of_a_column_have_the_same_digits() -> None:
@@ -147,7 +142,7 @@ def test_sort_keys_are_numbers_that_a_script_reads(page: str) -> None:
 
 def test_all_figures_are_there_with_captions_and_words_for_the_blind(parsed: Page) -> None:
     images = [attrs for tag, attrs in parsed.elements if tag == "img"]
-    assert len(images) == parsed.count("figcaption") == 10
+    assert len(images) == parsed.count("figcaption") == 11
     assert all(attrs["alt"] and attrs["src"].startswith("data:image/") for attrs in images)
 
 
@@ -160,7 +155,7 @@ def test_points_without_results_have_reasons(finished, parsed: Page) -> None:
 
 
 def test_what_makes_results_doubtful_is_said_before_the_results(finished, parsed: Page) -> None:
-    told = parsed.text.index("cases simulated")
+    told = parsed.text.index("matters most")
     assert finished.plan.doubts
     for doubt, cases in finished.plan.doubts.items():
         sentence = f"{len(cases)} case{'s' * (len(cases) > 1)} {doubt.what}"
@@ -218,7 +213,7 @@ def test_a_heavy_vector_figure_gives_way_to_its_bitmap(finished, tmp_path: Path)
     heavy.write_text(heavy.read_text(encoding="utf-8") + "<!--" + "x" * 1_500_000 + "-->")
     page = build_report(finished.plan, finished.summary, folder)
     assert page.count("data:image/png") == 1
-    assert page.count("data:image/svg+xml") == 9
+    assert page.count("data:image/svg+xml") == 10
 
 
 def test_one_case_alone_has_a_report(finished, tmp_path: Path) -> None:
@@ -229,8 +224,7 @@ def test_one_case_alone_has_a_report(finished, tmp_path: Path) -> None:
     parsed = Page(one.report())
     assert "Points without results" not in parsed.text
     assert "1 case" in parsed.text
-    assert "case simulated" in parsed.text
-    assert "Effect of each parameter" not in parsed.text
+    assert "There are no two cases that differ in one parameter alone." in parsed.text
 
 
 def test_a_study_without_results_has_a_report_without_explorer(finished, tmp_path: Path) -> None:
@@ -242,3 +236,20 @@ def test_a_study_without_results_has_a_report_without_explorer(finished, tmp_pat
     assert 'id="explorer"' not in page
     assert "No point of this study has results." in page
     assert len(page) < 200_000
+
+
+def test_the_download_is_the_table_of_all_points_with_final_values(finished, parsed: Page) -> None:
+    (link,) = (attrs for tag, attrs in parsed.elements if tag == "a" and attrs.get("download"))
+    text = base64.b64decode(str(link["href"]).partition("base64,")[2]).decode()
+    rows = list(csv.DictReader(text.splitlines()))
+    assert len(rows) == len(finished.plan.points)
+    for row, planned in zip(rows, finished.plan.points, strict=True):
+        assert row["case_id"] == planned.id
+        if row["status"] != "done":
+            assert row["wear_volume"] == ""
+            continue
+        with open_case(finished.cases / f"{planned.id}.nc") as case:
+            for name in (*HEADLINES, "peak_pressure"):
+                assert float(row[name]) == pytest.approx(float(case[name][-1]), rel=1e-8)
+            for name in ("load", "tangential_load", "radius"):
+                assert float(row[name]) == pytest.approx(float(case[name]), rel=1e-8)

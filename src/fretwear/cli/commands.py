@@ -207,12 +207,14 @@ def merge(
     quiet: Quiet = False,
     log_format: Format = LogFormat.AUTO,
 ) -> None:
-    """Merge the cases of a study that are done into summary.nc, and list all in points.csv."""
+    """Merge the cases that are done into summary.nc, their results.csv, and list points.csv."""
     log = begin(context, log_format, quiet=quiet)
     study, folder = study_and_results(file, results)
 
+    from fretwear.data.effects import results_table
+    from fretwear.data.files import open_summary
     from fretwear.data.merge import merge_study
-    from fretwear.data.safe import atomic_path
+    from fretwear.data.safe import atomic_path, write_text
     from fretwear.study.plan import write_points
 
     summary = folder / "summary.nc"
@@ -223,6 +225,8 @@ def merge(
         log.note(tally.older)
     with atomic_path(folder / "points.csv") as temporary:
         write_points(study, temporary)
+    with open_summary(summary) as merged:
+        write_text(folder / "results.csv", results_table(merged))
     log.result(
         summary,
         f"{tally.done} points done, {tally.failed} failed, {tally.invalid} invalid",
@@ -243,13 +247,17 @@ def figures(
     log = begin(context, log_format, quiet=quiet)
     _, folder = study_and_results(file, results)
 
-    from fretwear.data.files import open_summary
+    from fretwear.data.files import open_history, open_summary
     from fretwear.figures.study import write_study_figures
     from fretwear.source_study import source_figures
 
     cases, drawn = folder / "cases", folder / "figures"
-    with open_summary(folder / "summary.nc") as summary:
-        entries = write_study_figures(summary, cases, drawn, extra=source_figures(summary, cases))
+    with (
+        open_summary(folder / "summary.nc") as summary,
+        open_history(folder / "summary.nc") as history,
+    ):
+        extra = source_figures(summary, cases)
+        entries = write_study_figures(summary, cases, drawn, extra, history)
     log.result(drawn, f"{len(entries)} figures", figures=len(entries))
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 import os
 import zlib
 from collections.abc import Hashable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -332,23 +332,29 @@ def open_case(path: str | PathLike[str], full: bool = False) -> xr.Dataset:
 
 
 def open_history(path: str | PathLike[str]) -> xr.Dataset:
-    """Open the dense history of a case file: the scalars at every accepted step.
+    """Open the dense history of a case file or a merged study: scalars at every accepted step.
 
     Parameters
     ----------
     path : str or path-like
-        The case file.
+        The case file, or ``summary.nc`` of a study.
 
     Returns
     -------
     xarray.Dataset
-        Dimension ``step``, with the coordinate ``cycle`` along it.
+        Dimension ``step``, with ``cycle`` along it; of a merged study the varied names as well,
+        and NaN after the last step of a case.
 
     Raises
     ------
     CaseFileError
         When the file is missing, unfinished, cut short or damaged.
     """
+    with suppress(DataFileError), open_summary(path) as summary:
+        if "study" in summary.attrs:
+            history = open_lazily(path, group=HISTORY_GROUP)
+            coordinates = summary.drop_vars([CYCLE.name, "x"]).coords
+            return history.set_coords(CYCLE.name).assign_coords(coordinates)
     with opened_case(path) as file:
         file.check_values()
     return open_lazily(path, group=HISTORY_GROUP)

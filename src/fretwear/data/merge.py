@@ -27,6 +27,7 @@ from fretwear.data.dataset import (
 )
 from fretwear.data.files import (
     COMPRESSION,
+    HISTORY_GROUP,
     CaseFile,
     add_checksum,
     open_summary,
@@ -47,11 +48,14 @@ from fretwear.vocabulary import (
     CODE_DIGEST,
     CYCLE,
     FIELDS,
+    HEADLINES,
     LINE_DIMS,
     LINE_SCALARS,
     POINT,
+    RESULTS,
     SCALARS,
     STATUS,
+    STEP,
     Field,
     PointStatus,
     Variable,
@@ -81,6 +85,7 @@ PROFILES: dict[str, Field] = {
 NOT_DONE = -1
 """What ``contact_state`` is at points and cycles that are not there; other fields are NaN."""
 
+_HISTORIES = (CYCLE.name, *HEADLINES)
 _CHUNK_BYTES = 32 << 20
 _MOST_SOURCES = 10
 _OTHER_CODE = "it was computed by other code than fretwear has now (another code_digest)"
@@ -203,6 +208,12 @@ class StudyLayout:
             values = np.array(axis.values, dtype=str)
         else:
             attributes.pop("units", None)
+        if axis.drawn_from is not None:
+            attributes |= {
+                "drawn_from": axis.drawn_from.low,
+                "drawn_to": axis.drawn_from.high,
+                "drawn_on": "log" if axis.drawn_from.logarithmic else "linear",
+            }
         return xr.Variable((axis.coordinate if self.is_grid else POINT.name,), values, attributes)
 
 
@@ -272,7 +283,8 @@ def merge_study(
     The file has the varied names as dimensions, in the order of the study (a design other than a
     grid: the one dimension ``point``), then ``cycle`` and ``x``. It holds every variable
     (…, cycle) of the cases, the profiles (…, cycle, x) of `PROFILES`, the ``status`` of every
-    point, and NaN where a point is not done or has no snapshot at a cycle.
+    point, and NaN where a point is not done or has no snapshot at a cycle. Its group ``history``
+    holds the cycles and the `HEADLINES` of every accepted step (…, step), NaN after the last.
     Memory grows by about 1 kB for each point; fields are read one case at a time.
 
     Parameters
@@ -321,7 +333,7 @@ def merge_study(
         # longer than anything else: the profiles wait on disk, in a file without a name.
         tempfile.TemporaryFile(dir=temporary.parent) as spool,
     ):
-        dataset = _read_cases(layout, status, done, spool, keep_older=keep_older)
+        dataset, steps = _read_cases(layout, status, done, spool, keep_older=keep_older)
         dataset.attrs |= {
             "title": study.title,
             "Conventions": CONVENTIONS,
@@ -330,7 +342,7 @@ def merge_study(
             "design": study.design.kind,
             "study_file": json.dumps(study.content, default=str),
         }
-        _write_profiles(temporary, dataset, done, spool)
+        _write_profiles(temporary, dataset, done, spool, steps)
         with uninterrupted():
             encoding = plain_encoding(dataset)
             dataset.to_netcdf(temporary, mode="a", engine="netcdf4", encoding=encoding)
@@ -346,10 +358,11 @@ def _read_cases(
     spool: IO[bytes],
     *,
     keep_older: bool,
-) -> xr.Dataset:
-    """Read scalars into a dataset, and the profiles of each case in its own cells onto the spool.
+) -> tuple[xr.Dataset, int]:
+    """Read scalars into a dataset; profiles of each case in its own cells, and history, to spool.
 
-    The dataset has the coordinate ``x`` that serves all cases, and says what computed each.
+    The dataset has the coordinate ``x`` that serves all cases, and says what computed each; the
+    number is that of the steps of the longest history.
     """
     digests, sources = np.full(layout.shape, "", dtype=object), set()
     cycles = layout.cycles()
@@ -357,6 +370,7 @@ def _read_cases(
     scalars = {scalar: np.full((*layout.shape, cycles.size), np.nan) for scalar in known}
     windows = set()
     errors = []
+    most_steps = 0
     for point in done:
         columns = np.searchsorted(cycles, point.case.output_cycles)
         try:
@@ -377,6 +391,9 @@ def _read_cases(
                 profiles = [file.read(field.name, row)[snapshots] for field in PROFILES.values()]
                 np.save(spool, file.read(X.name), allow_pickle=False)
                 np.save(spool, np.stack(profiles), allow_pickle=False)
+                history = [file.read(f"{HISTORY_GROUP}/{name}") for name in _HISTORIES]
+                np.save(spool, np.stack(history), allow_pickle=False)
+                most_steps = max(most_steps, history[0].size)
         except CaseFileError as error:
             errors.append(error)
     if errors:
@@ -387,7 +404,7 @@ def _read_cases(
         "flag_values": np.array(list(PointStatus), dtype=STATUS.dtype),
         "flag_meanings": " ".join(kind.word for kind in PointStatus),
     }
-    return xr.Dataset(
+    dataset = xr.Dataset(
         {
             STATUS.name: (layout.dims, status, flags),
             CODE_DIGEST.name: (layout.dims, digests.astype(str), CODE_DIGEST.attributes),
@@ -407,6 +424,7 @@ def _read_cases(
             "warnings": _older_words(digests[status == PointStatus.DONE].tolist()),
         },
     )
+    return dataset, most_steps
 
 
 def _older_words(digests: Sequence[str]) -> str:
@@ -421,9 +439,9 @@ def _older_words(digests: Sequence[str]) -> str:
 
 
 def _write_profiles(
-    path: Path, dataset: xr.Dataset, done: Sequence[_Done], spool: IO[bytes]
+    path: Path, dataset: xr.Dataset, done: Sequence[_Done], spool: IO[bytes], steps: int
 ) -> None:
-    """Write the profiles from the spool to a new file, one case at a time."""
+    """Write profiles and histories from the spool to a new file, one case at a time."""
     points = tuple(str(dim) for dim in dataset[STATUS.name].dims)
     dims = (*points, CYCLE.name, X.name)
     beside = " ".join(sorted(str(name) for name in dataset.coords if name not in dims))
@@ -438,9 +456,21 @@ def _write_profiles(
                 name, "f4", dims, chunksizes=chunk, fill_value=np.nan, **COMPRESSION
             )
             variable.setncatts({**_profile_attributes(field), "coordinates": beside})
+        group = file.createGroup(HISTORY_GROUP)
+        group.createDimension(STEP.name, steps)
+        told = (RESULTS[n].in_units(dataset[n].attrs["units"]) for n in HEADLINES)
+        for each in (CYCLE, *told):
+            chunk = (*(1 for _ in points), steps)
+            variable = group.createVariable(
+                each.name, "f8", (*points, STEP.name), chunksizes=chunk, fill_value=np.nan,
+                **COMPRESSION,
+            )  # fmt: skip
+            variable.setncatts(each.attributes)
         for point in done:
             columns = np.searchsorted(cycles, point.case.output_cycles)
-            cells, profiles = np.load(spool), np.load(spool)
+            cells, profiles, history = np.load(spool), np.load(spool), np.load(spool)
+            for name, values in zip(_HISTORIES, history, strict=True):
+                group[name][(*point.position, slice(0, values.size))] = values
             inside = positions_inside(cells, positions)
             for (name, field), own in zip(PROFILES.items(), profiles, strict=True):
                 values = np.full((cycles.size, positions.size), np.nan, dtype=np.float32)

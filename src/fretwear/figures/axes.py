@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass
+from textwrap import wrap
 from typing import Literal
 
 import numpy as np
@@ -143,6 +144,12 @@ class ValueAxis:
     def label(self) -> str:
         """What the axis says."""
         return f"{self.variable.label} ({self.unit.name})"
+
+    @property
+    def wrapped_label(self) -> str:
+        """What the axis says, on lines of a few words, for low panels."""
+        lines = wrap(self.variable.label, 18)
+        return "\n".join([*lines, f"({self.unit.name})"])
 
     def set_cycles(self, axes: Axes, cycles: Array, values: Array) -> None:
         """Set the x axis for all values; on a logarithmic y axis those of zero have no place."""

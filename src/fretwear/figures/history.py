@@ -27,6 +27,7 @@ from fretwear.figures.axes import (
 from fretwear.figures.datasets import check_dataset, variable_of
 from fretwear.figures.lines import (
     MOST_KEYED_COLORS,
+    MOST_MARKED_POINTS,
     Layout,
     Line,
     choose_layout,
@@ -55,12 +56,15 @@ ZONES = {"contact": CATEGORICAL[0], "stick": INK}
 """The zones and their colours."""
 HALF_WIDTH_LABEL = "Half-width along x (µm)"
 
-_MOST_MARKED_POINTS = 12
 _MOST_LABELLED_LINES = 6
 
 
 def contact_half_width(
-    dataset: xr.Dataset, *, columns: Columns = 2, axes: Axes | None = None
+    dataset: xr.Dataset,
+    history: xr.Dataset | None = None,
+    *,
+    columns: Columns = 2,
+    axes: Axes | None = None,
 ) -> Figure:
     """Draw the contact half-width along x against the cycles.
 
@@ -69,6 +73,9 @@ def contact_half_width(
     dataset : xarray.Dataset
         A merged study or a part of it, the dataset of one case, or the history of one case.
         Points of a study that are not done (NaN) are left out.
+    history : xarray.Dataset, optional
+        The dense history of the study or case, from `fretwear.open_history`: curves go through
+        every step, and marks are snapshots. Without it snapshots are joined by straight lines.
     columns : {1, 2}
         Journal columns that the figure spans, 90 mm or 190 mm.
     axes : matplotlib.axes.Axes, optional
@@ -87,36 +94,51 @@ def contact_half_width(
     ValueError
         When the quantity is missing, no point is done, or `axes` are given for more panels.
     """
-    return history(dataset, "contact_half_width_x", columns=columns, axes=axes)
+    return draw_history(dataset, "contact_half_width_x", history, columns=columns, axes=axes)
 
 
 def stick_half_width(
-    dataset: xr.Dataset, *, columns: Columns = 2, axes: Axes | None = None
+    dataset: xr.Dataset,
+    history: xr.Dataset | None = None,
+    *,
+    columns: Columns = 2,
+    axes: Axes | None = None,
 ) -> Figure:
     """Draw the stick zone's half-width along x against cycles, as `contact_half_width` does."""
-    return history(dataset, "stick_half_width_x", columns=columns, axes=axes)
+    return draw_history(dataset, "stick_half_width_x", history, columns=columns, axes=axes)
 
 
-def wear_volume(dataset: xr.Dataset, *, columns: Columns = 2, axes: Axes | None = None) -> Figure:
+def wear_volume(
+    dataset: xr.Dataset,
+    history: xr.Dataset | None = None,
+    *,
+    columns: Columns = 2,
+    axes: Axes | None = None,
+) -> Figure:
     """Draw the wear volume of both bodies against cycles, as `contact_half_width` does.
 
     Volumes that span more than a factor of 30 are on a logarithmic axis, which cycle 0, without
     wear, is not on.
     """
-    return history(dataset, "wear_volume", columns=columns, axes=axes)
+    return draw_history(dataset, "wear_volume", history, columns=columns, axes=axes)
 
 
 def dissipated_energy(
-    dataset: xr.Dataset, *, columns: Columns = 2, axes: Axes | None = None
+    dataset: xr.Dataset,
+    history: xr.Dataset | None = None,
+    *,
+    columns: Columns = 2,
+    axes: Axes | None = None,
 ) -> Figure:
     """Draw the energy dissipated in one cycle against cycles, as `contact_half_width` does."""
-    return history(dataset, "dissipated_energy", columns=columns, axes=axes)
+    return draw_history(dataset, "dissipated_energy", history, columns=columns, axes=axes)
 
 
 @styled
-def history(
+def draw_history(
     dataset: xr.Dataset,
     quantity: Variable | str,
+    history: xr.Dataset | None = None,
     *,
     columns: Columns = 2,
     axes: Axes | None = None,
@@ -124,7 +146,7 @@ def history(
     """Draw any scalar over the cycles, as `contact_half_width` does."""
     check_dataset(dataset)
     variable = variable_of(dataset, quantity) if isinstance(quantity, str) else quantity
-    lines = study_lines(dataset, variable.name)
+    lines = study_lines(dataset, variable.name, history)
     if not lines:
         raise ValueError(f"No point has a value of {variable.name}: there is nothing to draw.")
     layout = choose_layout(lines)
@@ -132,7 +154,7 @@ def history(
     contents, across = layout.panels(4 if columns == 2 else 2)
     figure, panels = _frames(len(contents), across, columns, axes)
     cycles, values = joined(lines)
-    axis = ValueAxis.of(variable, values)
+    axis = ValueAxis.of(variable, values[(cycles == 0.0) | (cycles >= 1.0)])
     palette = _Palette.of(layout)
     curves: list[Line2D] = []
     for index, (panel, facet) in enumerate(zip(panels, contents, strict=True)):
@@ -206,17 +228,22 @@ def _draw_panel(
     for line in lines:
         color = layout.index(layout.color, line)
         style = layout.index(layout.style, line)
-        known = np.isfinite(line.quantity)
-        few = known.sum() <= _MOST_MARKED_POINTS and palette.norm is None
-        curves += axes.plot(
-            line.cycles[known],
-            unit.of(line.quantity[known]),
-            color=palette.colors[color],
-            linestyle=LINE_STYLES[style % len(LINE_STYLES)],
-            marker=MARKERS[color % len(MARKERS)] if few else None,
-            markerfacecolor="white" if style else palette.colors[color],
-            markeredgewidth=0.8,
-        )
+        marked = 0 < line.marks.shape[1] <= MOST_MARKED_POINTS and palette.norm is None
+        look: dict[str, Any] = {"color": palette.colors[color]}
+        marks: dict[str, Any] = {
+            "marker": MARKERS[color % len(MARKERS)],
+            "markerfacecolor": "white" if style else palette.colors[color],
+            "markeredgewidth": 0.8,
+        }
+        dashes = LINE_STYLES[style % len(LINE_STYLES)]
+        values = unit.of(line.quantity)
+        if marked and np.array_equal(line.marks[0], line.cycles):
+            curves += axes.plot(line.cycles, values, linestyle=dashes, **look, **marks)
+            continue
+        curves += axes.plot(line.cycles, values, linestyle=dashes, **look)
+        if marked:
+            heights = unit.of(line.marks[1])
+            axes.plot(line.marks[0], heights, linestyle="none", label="_snapshots", **look, **marks)
     return curves
 
 

@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from fretwear.data.sensitivity import rank_correlations
 from fretwear.figures.datasets import require
 from fretwear.study.parameters import symbol_text, words_text
 from fretwear.units import in_unit
@@ -23,8 +24,9 @@ Value = Any
 Levels = Mapping[str, tuple[Value, ...]]
 """The different values of each varied name, in the study's order."""
 
-MOST_ROWS, MOST_PANELS_ACROSS, MOST_STYLES, MOST_COLORS = 5, 4, 4, 60
+MOST_ROWS, MOST_PANELS_ACROSS, MOST_STYLES, MOST_COLORS = 3, 3, 4, 60
 MOST_KEYED_COLORS = 8
+MOST_MARKED_POINTS = 12
 _BOOKKEEPING = {CASE_ID.name, POINT.name, STATUS.name, "id"}
 _PREFERRED_STYLE = ("plastic_limit", "slip_model")
 _PREFERRED_COLOR = ("roughness_amplitude", "roughness")
@@ -37,35 +39,52 @@ _SIMPLIFIED = ("slip_model", "cattaneo_mindlin")
 
 @dataclass(frozen=True)
 class Line:
-    """One point of a study: its place, its varied values and one quantity over the cycles."""
+    """One point of a study: its place, its varied values and one quantity over the cycles.
+
+    `cycles` and `quantity` are of every step where these are known, else of the snapshots, which
+    are `marks` of shape (2, k): cycles and values; none of a history alone.
+    """
 
     point: Mapping[str, int]
     values: Mapping[str, Value]
     cycles: Array
     quantity: Array
+    marks: Array
 
 
-def study_lines(summary: xr.Dataset, variable: str) -> list[Line]:
+def study_lines(
+    summary: xr.Dataset, variable: str, history: xr.Dataset | None = None
+) -> list[Line]:
     """Return one line per finished point of a study, of a quantity such as ``wear_volume``.
 
     The dataset is a merged study (varied names, then ``cycle``; or ``point``, ``cycle``), that of
-    one case, or the history of one case (``step``, with ``cycle`` a variable). It is a `ValueError`
-    when it lacks the quantity.
+    one case, or the history of either (…, ``step``, with ``cycle`` a variable). Its `history`
+    gives the lines every step. It is a `ValueError` when it lacks the quantity.
     """
     require(summary, variable)
     along = "step" if "step" in summary[variable].dims else "cycle"
     table = summary[variable].transpose(..., along)
     dims = [str(dim) for dim in table.dims[:-1]]
-    cycles = summary["cycle"].values.astype(np.float64)
+    cycles = summary["cycle"].transpose(..., along).values.astype(np.float64)
     quantities = table.values.astype(np.float64)
     parameters = list(_parameters(summary, dims))
+    has_steps = history is not None and variable in history
+    steps = history if has_steps and history is not None else summary
+    dense = steps[variable].transpose(*dims, ...).values.astype(np.float64)
+    dense_cycles = steps["cycle"].transpose(..., steps[variable].dims[-1]).values.astype(np.float64)
     lines = []
     for place in np.argwhere(np.isfinite(quantities).any(axis=-1)).tolist():
         point = dict(zip(dims, place, strict=True))
         values = {
             name: column[tuple(point[dim] for dim in along)] for name, along, column in parameters
         }
-        lines.append(Line(point, values, cycles, quantities[tuple(place)]))
+        at = tuple(place)
+        own = cycles if cycles.ndim == 1 else cycles[at]
+        marks = np.empty((2, 0)) if along == "step" else np.stack([own, quantities[at]])
+        every = dense_cycles if dense_cycles.ndim == 1 else dense_cycles[at]
+        known = np.isfinite(dense[at])
+        line = Line(point, values, every[known], dense[at][known], marks[:, np.isfinite(marks[1])])
+        lines.append(line)
     return lines
 
 
@@ -134,7 +153,9 @@ def choose_layout(lines: Sequence[Line]) -> Layout:
     style = None if crowded else _style_name(names, levels)
     rest = [name for name in names if name != style]
     finest = max(rest, key=lambda name: len(levels[name]), default=None)
-    color = _first_of(_PREFERRED_COLOR, rest) or finest
+    color = _telling(levels, lines) or _first_of(_PREFERRED_COLOR, rest) or finest
+    if color not in rest and color is not None:  # each of them tells the others
+        rest, style = [color], None
     facets = [name for name in rest if name != color]
     rows, facets = (facets[:1], facets[1:]) if len(facets) > 1 else ([], facets)
     across, held = facets[:1], facets[1:]
@@ -163,6 +184,22 @@ def _levels(lines: Sequence[Line]) -> dict[str, tuple[Value, ...]]:
         for name, value in line.values.items():
             levels.setdefault(name, {})[value] = None
     return {name: tuple(values) for name, values in levels.items()}
+
+
+def _telling(levels: Levels, lines: Sequence[Line]) -> str | None:
+    """Return the name that tells most of points drawn at random: by rank correlation."""
+    drawn = [
+        name
+        for name, values in levels.items()
+        if len(values) > max(MOST_KEYED_COLORS, 0.9 * len(lines))
+        and not any(isinstance(value, str) for value in values)
+    ]
+    if len(drawn) < 2:
+        return None
+    last = np.array([[line.quantity[-1]] for line in lines])
+    drawn_values = np.array([[line.values[name] for name in drawn] for line in lines], dtype=float)
+    correlations = np.abs(rank_correlations(drawn_values, last))[:, 0]
+    return drawn[int(np.argmax(np.nan_to_num(correlations)))]
 
 
 def _first_of(preferred: Sequence[str], names: Sequence[str]) -> str | None:

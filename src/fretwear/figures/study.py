@@ -16,15 +16,20 @@ import xarray as xr
 from matplotlib.colors import PowerNorm
 from matplotlib.figure import Figure
 
+from fretwear.data.effects import Points
 from fretwear.data.files import open_case
 from fretwear.data.safe import DataFileError, read_data, write_text
+from fretwear.data.sensitivity import GOOD, is_sampled, result_indices
 from fretwear.figures.axes import ValueAxis
 from fretwear.figures.datasets import envelope_of, field_of, peak_envelope, variable_of
-from fretwear.figures.history import history
+from fretwear.figures.effects import effect_map, effects, parallel_coordinates, sensitivity
+from fretwear.figures.history import draw_history
 from fretwear.figures.lines import (
     MOST_KEYED_COLORS,
+    MOST_MARKED_POINTS,
     Array,
     Layout,
+    Line,
     choose_layout,
     joined,
     representative_cases,
@@ -38,6 +43,7 @@ from fretwear.study.parameters import parameter
 from fretwear.vocabulary import Field, Variable
 
 INDEX_NAME = "index.json"
+ANSWER_CATEGORY = "What each parameter does"
 HISTORY_CATEGORY = "Over the cycles"
 PROFILE_CATEGORY = "Along the direction of slip"
 MAP_CATEGORY = "Over the contact"
@@ -82,17 +88,22 @@ class FigureEntry:
     category: str
 
 
-def study_figures(summary: xr.Dataset, cases: Path) -> Iterator[StudyFigure]:
+def study_figures(
+    summary: xr.Dataset, cases: Path, history: xr.Dataset | None = None
+) -> Iterator[StudyFigure]:
     """Yield the figures of a merged study, whose case files are in the folder `cases`.
 
-    First come the quantities of all cases over the cycles, then profiles and wear maps of a few
-    representative cases. A study of which no point is done has no figures.
+    First comes what the parameters do, then the quantities of all cases over the cycles, with its
+    `history` through every step, then profiles and wear maps of a few representative cases. A
+    study of which no point is done has no figures.
     """
     if not study_lines(summary, "wear_volume"):
         return
+    yield from _answer_figures(summary)
     for name, quantity in HISTORIES.items():
-        caption = _history_caption(summary, variable_of(summary, quantity))
-        yield StudyFigure(name, caption, HISTORY_CATEGORY, history(summary, quantity))
+        caption = _history_caption(summary, variable_of(summary, quantity), history)
+        figure = draw_history(summary, quantity, history)
+        yield StudyFigure(name, caption, HISTORY_CATEGORY, figure)
     cases_of = representative_cases(summary)
     suffix = f"_by_{'_and_'.join(cases_of.contrasts)}" if cases_of.contrasts else ""
     where = f" ({cases_of.common})" if cases_of.common else ""
@@ -112,7 +123,11 @@ def study_figures(summary: xr.Dataset, cases: Path) -> Iterator[StudyFigure]:
 
 
 def write_study_figures(
-    summary: xr.Dataset, cases: Path, folder: Path, extra: Iterable[StudyFigure] = ()
+    summary: xr.Dataset,
+    cases: Path,
+    folder: Path,
+    extra: Iterable[StudyFigure] = (),
+    history: xr.Dataset | None = None,
 ) -> list[FigureEntry]:
     """Write every figure of `study_figures` as SVG and PNG to a folder, and an index of them.
 
@@ -120,7 +135,7 @@ def write_study_figures(
     are those of ``index.json``, which appears last.
     """
     entries = []
-    for name, caption, category, figure in chain(study_figures(summary, cases), extra):
+    for name, caption, category, figure in chain(study_figures(summary, cases, history), extra):
         save_figure(figure, folder / name)
         entries.append(FigureEntry(name, caption, category))
     text = json.dumps([asdict(entry) for entry in entries], indent=1, ensure_ascii=False)
@@ -173,8 +188,47 @@ def figure_labels(folder: Path, name: str) -> dict[str, str]:
     return {"figure": name, "shows": caption.partition(". ")[0].removesuffix(".")}
 
 
-def _history_caption(summary: xr.Dataset, variable: Variable) -> str:
-    lines = study_lines(summary, variable.name)
+def _answer_figures(summary: xr.Dataset) -> Iterator[StudyFigure]:
+    """Yield what shows the effects of the parameters, as far as the design of the study can."""
+    points = Points.of(summary)
+    if not points.levels:
+        return
+    paired = any(points.lines.values())
+    caption = (
+        "Final results against each parameter. A line joins cases that differ in this parameter "
+        "alone; colours are those of the other parameter on which the change depends most."
+        if paired
+        else "Final results of all points against each parameter."
+    )
+    yield StudyFigure("effects", caption, ANSWER_CATEGORY, effects(summary))
+    mapped = [name for name, levels in points.levels.items() if len(levels) > 2]
+    if len(mapped) > 1 and all(points.lines[name] for name in mapped):
+        caption = (
+            f"{points.variables['wear_volume'].label} after the last cycle over the two "
+            "parameters with most values."
+        )
+        yield StudyFigure("wear_volume_map", caption, ANSWER_CATEGORY, effect_map(summary))
+    if not is_sampled(summary):
+        return
+    if any(each.quality >= GOOD for each in result_indices(summary).values()):
+        caption = (
+            "Sobol indices of final results. Left: each parameter alone (full marks) and with its "
+            "interactions (open), with 95 % intervals from the covariance of the emulator's "
+            "coefficients. Right: the latter against the number of points."
+        )
+        yield StudyFigure("sobol_indices", caption, ANSWER_CATEGORY, sensitivity(summary))
+    caption = (
+        "Every point as a line over its parameters; its colour is the final "
+        f"{points.variables['wear_volume'].words}."
+    )
+    figure = parallel_coordinates(summary)
+    yield StudyFigure("parallel_coordinates", caption, ANSWER_CATEGORY, figure)
+
+
+def _history_caption(
+    summary: xr.Dataset, variable: Variable, history: xr.Dataset | None = None
+) -> str:
+    lines = study_lines(summary, variable.name, history)
     layout = choose_layout(lines)
     points = summary["status"].size if "status" in summary else len(lines)
     sentences = [
@@ -184,17 +238,33 @@ def _history_caption(summary: xr.Dataset, variable: Variable) -> str:
             f"Of {total} values of {parameter(name).words}, {len(layout.levels[name])} are shown."
             for name, total in layout.thinned.items()
         ),
-        f"Marks are snapshots; {_axes_words(variable, *joined(shown_lines(lines, layout)))}.",
+        *_drawn(lines, layout, is_dense=history is not None),
+        f"{_axes_words(variable, *joined(shown_lines(lines, layout)))}.",
     ]
     return " ".join(sentences)
 
 
+def _drawn(lines: Sequence[Line], layout: Layout, *, is_dense: bool) -> Iterator[str]:
+    keyed = not layout.color or len(layout.levels[layout.color]) <= MOST_KEYED_COLORS
+    marked = keyed and any(0 < line.marks.shape[1] <= MOST_MARKED_POINTS for line in lines)
+    if is_dense:
+        yield f"Lines go through every step{'; marks are snapshots' if marked else ''}."
+    elif marked:
+        yield "Marks are snapshots, joined by straight lines."
+
+
 def _axes_words(variable: Variable, cycles: Array, values: Array) -> str:
-    if not ValueAxis.of(variable, values).is_logarithmic:
-        return "the axis of cycles is logarithmic to the right of the break"
-    if (values[cycles == 0.0] > 0.0).any():
-        return "both axes are logarithmic, that of cycles to the right of the break"
-    return "both axes are logarithmic"
+    shown = (cycles == 0.0) | (cycles >= 1.0)
+    positive = cycles[shown & (values > 0.0)]
+    is_wide = cycles.max() >= 10.0 * positive[positive > 0.0].min(initial=math.inf)
+    if not ValueAxis.of(variable, values[shown]).is_logarithmic:
+        broken = "The axis of cycles is logarithmic to the right of the break"
+        return broken if is_wide else "The axes are linear"
+    if not is_wide:
+        return "The vertical axis is logarithmic"
+    if (positive == 0.0).any():
+        return "Both axes are logarithmic, that of cycles to the right of the break"
+    return "Both axes are logarithmic"
 
 
 def _cases(done: int, points: int) -> str:

@@ -120,7 +120,12 @@ def save_figure(
     ``png`` (300 dots per inch) and ``pdf``. The files returned carry no date, and their inner names
     depend on the content alone: the same data always give the same bytes.
     """
-    return [save_as(figure, f"{fspath(stem)}.{ending}") for ending in formats]
+    paths = []
+    for ending in formats:
+        paths.append(save_as(figure, f"{fspath(stem)}.{ending}"))
+        # Nothing moves any more: the places found for the first file serve the others.
+        figure.set_layout_engine("none")
+    return paths
 
 
 def save_as(figure: Figure, path: str | PathLike[str]) -> Path:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
@@ -16,19 +17,19 @@ from markupsafe import Markup
 from ruamel.yaml import YAML
 
 import fretwear
-from fretwear.figures.study import read_figure_index
+from fretwear.data.effects import Points, results_table
+from fretwear.figures.study import ANSWER_CATEGORY, read_figure_index
+from fretwear.report.answer import answers, companions
 from fretwear.report.cases import computation_facts, read_case
-from fretwear.report.explorer import build_explorer, held_points
-from fretwear.report.findings import EFFECTS_ON, effects, key_numbers, summary_sentences
-from fretwear.report.page import Section, embedded, environment, page_scripts
+from fretwear.report.explorer import build_explorer, evenly, held_points
+from fretwear.report.page import Image, Section, embedded, environment, page_scripts
 from fretwear.report.results import (
-    KEY_RESULTS,
     PointResult,
     display_units,
     levels_of,
-    marked_label,
     point_results,
     span,
+    variable_of,
 )
 from fretwear.running.records import failures, log_end, spent_on_simulations
 from fretwear.study.parameters import parameter, value_text
@@ -37,9 +38,10 @@ from fretwear.study.problems import StudyError
 from fretwear.study.study import Study
 from fretwear.study.yamlfile import read_document
 from fretwear.units import cycle_text, duration_text, fixed_digits, size_text
-from fretwear.vocabulary import RESULTS, PointStatus
+from fretwear.vocabulary import PointStatus
 
 _MOST_ROWS = 2000
+_MOST_EXAMINED = 24
 _MOST_LISTED = 12
 _NUMERICS = {"cell_x", "cell_y", "tolerance", "slip_model"}
 _DERIVED = ("hertz_radius", "hertz_pressure", "")
@@ -77,7 +79,11 @@ def build_report(
     results = point_results(plan, summary, reasons)
     places = held_points(plan, results)
     ids = dict.fromkeys(results[place].id for place in places if results[place].done)
-    records = {case_id: read_case(folder / "cases" / f"{case_id}.nc") for case_id in ids}
+    examined = {list(ids)[place] for place in evenly(len(ids), _MOST_EXAMINED)} if ids else set()
+    records = {
+        case_id: read_case(folder / "cases" / f"{case_id}.nc", examine=case_id in examined)
+        for case_id in ids
+    }
     explorer = build_explorer(plan, results, places, records)
     scripts = page_scripts(with_explorer=explorer is not None)
     cases, parameters = plan.study.cases().values(), parameter_rows(plan)
@@ -92,18 +98,23 @@ def build_report(
         **_time_facts(folder),
     }
     body: Any = environment().get_template("sections.html.j2").module
+    table = base64.b64encode(results_table(summary).encode("utf-8")).decode("ascii")
     computation = body.computation(facts, plan.study.file.name, study_text(plan.study))
 
-    remarks = summary.attrs.get("warnings", "").splitlines()
-    page = [Section("summary", "Summary", _summary(body, plan, results, remarks))]
+    answering = [image for image in images if image.entry.category == ANSWER_CATEGORY]
+    answer = _answer(body, plan, summary, answering)
+    page = [Section("answer", "What mattered", answer, "Answer")]
     if explorer:
         page += [Section("explorer", "Explorer", body.explorer(*explorer, scripts.plotly))]
     page += [
         Section("parameters", "Parameters", body.parameters(parameters)),
-        Section("cases", "Cases and key results", _cases(body, parameters, results), "Cases"),
+        Section(
+            "cases", "Cases and key results", _cases(body, parameters, results, table), "Cases"
+        ),
     ]
-    if images:
-        page += [Section("figures", "Figures", body.figures(images))]
+    others = [image for image in images if image not in answering]
+    if others:
+        page += [Section("figures", "Figures", body.figures(others, len(answering)))]
     page += sections
     if undone:
         title = "Points without results"
@@ -124,11 +135,7 @@ def build_report(
     )
 
 
-def _summary(
-    body: Any, plan: Plan, results: Sequence[PointResult], remarks: Sequence[str]
-) -> Markup:
-    numbers, sentences = key_numbers(results, _cycles(plan)), list(summary_sentences(results))
-    labels = [RESULTS[name].label for name in EFFECTS_ON]
+def _answer(body: Any, plan: Plan, summary: xr.Dataset, images: Sequence[Image]) -> Markup:
     warnings = [
         {
             "cases": f"{len(cases)} case{'s' * (len(cases) != 1)}",
@@ -139,29 +146,25 @@ def _summary(
         }
         for doubt, cases in plan.doubts.items()
     ]
-    return Markup(
-        body.summary(warnings, remarks, numbers, sentences, effects(plan, results), labels)
-    )
+    together = companions(Points.of(summary))
+    remarks = summary.attrs.get("warnings", "").splitlines()
+    return Markup(body.answer(warnings, remarks, list(answers(summary)), together, images))
 
 
 def _lead(plan: Plan, results: Sequence[PointResult]) -> str:
-    """Return what was run, for someone who has not seen the study file."""
+    """Return what was run, in a sentence or two."""
     words = [parameter(axis.coordinate).words for axis in plan.study.axes]
     varied = ""
     if words and plan.study.design.kind == "grid":
         counts = [len(axis.values) for axis in plan.study.axes]
         values = [f"{name} ({n} values)" for name, n in zip(words, counts, strict=True)]
-        varied = f", all combinations of {_and(values)}"
+        varied = f": all combinations of {_and(values)}"
     elif words:
         varied = f" that vary {_and(words)}"
     done = sum(result.done for result in results)
     rest = "" if done == len(results) else f" Of {len(results)} points, {done} have results."
-    return (
-        "A sphere is pressed against a flat by a constant load. A tangential force, too small to "
-        "make it slide, acts to and fro: the centre of the contact sticks, while a ring around it "
-        f"slips and wears. This study covers {_cycles(plan)} cycles in {len(results)} "
-        f"case{'s' if len(results) > 1 else ''}{varied}.{rest}"
-    )
+    count = f"{len(results)} case{'s' if len(results) > 1 else ''}"
+    return f"{count} of {_cycles(plan)} cycles{varied}.{rest}"
 
 
 def _cycles(plan: Plan) -> str:
@@ -225,20 +228,21 @@ def _listed(name: str, values: Sequence[Any], labels: Sequence[str] = ()) -> str
     return f"{distinct[0]}, {distinct[1]}, … {distinct[-1]} ({len(distinct)} values)"
 
 
-def _cases(body: Any, parameters: Sequence[ParameterRow], results: Sequence[PointResult]) -> Markup:
+def _cases(
+    body: Any, parameters: Sequence[ParameterRow], results: Sequence[PointResult], table: str
+) -> Markup:
     """Return the table of cases; each number as it is shown and as the column is sorted by it."""
     units = display_units(results) if any(result.done for result in results) else {}
-    keys = [(name, cycle) for name in units for cycle in KEY_RESULTS[name]]
-    columns = [(marked_label(n), unit.name, len(KEY_RESULTS[n])) for n, unit in units.items()]
     rows = []
     for result in results[:_MOST_ROWS]:
-        cells = [("–", "")] * len(keys)
+        cells = [("–", "")] * len(units)
         if result.done:
-            values = [(result.values[key], units[key[0]]) for key in keys]
+            values = [(result.values[name], unit) for name, unit in units.items()]
             cells = [(fixed_digits(unit.of(v), 4), f"{v:.6g}") for v, unit in values]
         rows.append((result, cells))
+    columns = [(variable_of(name, results).label, unit.name) for name, unit in units.items()]
     varied = [row for row in parameters if row.choices]
-    return Markup(body.cases(columns, [cycle for _, cycle in keys], varied, rows, len(results)))
+    return Markup(body.cases(columns, varied, rows, len(results), table))
 
 
 def _time_facts(folder: Path) -> Mapping[str, str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.metadata
+import math
 import platform
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -16,27 +17,20 @@ from fretwear.data.files import HISTORY_GROUP, CaseFile, opened_case
 from fretwear.figures.datasets import representative_cycles
 from fretwear.report.results import span
 from fretwear.units import MICROMETRE, number_text
-from fretwear.vocabulary import CONVOLUTIONS, CYCLE, ERROR_ESTIMATE, SYMMETRIES
+from fretwear.vocabulary import CONVOLUTIONS, CYCLE, ERROR_ESTIMATE, HEADLINES, SYMMETRIES
 
 Array = NDArray[np.float64]
 
 PROFILES = ("pressure", "shear_traction", "gap", "wear_depth")
 """Fields along x, a panel of the explorer each."""
 
-READOUT = (
-    "contact_half_width_x",
-    "stick_half_width_x",
-    "peak_pressure",
-    "central_pressure",
-    "maximum_wear_depth",
-    "wear_volume",
-    "dissipated_energy",
-)
+READOUT = HEADLINES
 """Numbers at every snapshot."""
 
 HISTORY = ("contact_half_width_x", "stick_half_width_x", "wear_volume")
 """Numbers at every step."""
 
+_EXAMINED = ("pressure", "shear_traction", "gap")
 _MOST_SNAPSHOTS = 60
 _BEYOND_CONTACT = 1.3
 _LIBRARIES = ("numpy", "scipy", "xarray", "netCDF4", "matplotlib")
@@ -101,8 +95,16 @@ class CaseRecord:
     residuals: Residuals
 
 
-def read_case(path: Path) -> CaseRecord:
-    """Read a case file, once and one snapshot at a time.
+def read_case(path: Path, *, examine: bool = True) -> CaseRecord:
+    """Read a case file once.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        The file.
+    examine : bool
+        Whether to look at the residuals of all fields too, which takes longest; they are NaN
+        otherwise.
 
     Raises
     ------
@@ -119,21 +121,18 @@ def read_case(path: Path) -> CaseRecord:
         cycles, x = file.read("cycle"), file.read("x")
         reach = _BEYOND_CONTACT * float(file.read("contact_half_width_x").max())
         inside = np.flatnonzero(np.abs(x) <= max(reach, 2.0 * float(np.abs(x).min())))
-        columns = 1 if file.is_line else file.read("y").size
-        row: Any = np.s_[inside]
+        columns, along = 1, np.s_[inside[0] : inside[-1] + 1]
+        row: Any = np.s_[:, along]
         if not file.is_line:
-            row = inside, int(np.abs(file.read("y")).argmin())
+            y = file.read("y")
+            columns, row = y.size, np.s_[:, along, int(np.abs(y).argmin())]
         kept = np.isin(cycles, representative_cycles(cycles.astype(int).tolist(), _MOST_SNAPSHOTS))
         copies = 1 << sum(SYMMETRIES[file.attribute("symmetry")])
-        lines: dict[str, list[Array]] = {name: [] for name in (*PROFILES, "contact_state")}
-        found = []
-        for place, is_kept in enumerate(kept):
-            fields = {name: file.read(name, place) for name in lines}
+        profiles = {name: file.read(name, row)[kept] for name in (*PROFILES, "contact_state")}
+        found = [Residuals(math.nan, math.nan, math.nan)]
+        for place in range(cycles.size) if examine else ():
+            fields = {name: file.read(name, place) for name in _EXAMINED}
             found.append(residuals(fields, parameters, copies))
-            for name, field in fields.items() if is_kept else ():
-                lines[name].append(field[row].astype(np.float64))
-        profiles = {name: np.array(rows) for name, rows in lines.items()}
-        numbers = {name: _floats(file, name)[kept] for name in READOUT}
         steps = (CYCLE.name, *HISTORY, ERROR_ESTIMATE.name, CONVOLUTIONS.name)
         return CaseRecord(
             id=file.attribute("case_id"),
@@ -142,11 +141,11 @@ def read_case(path: Path) -> CaseRecord:
             x=x[inside],
             cycles=cycles[kept],
             states=profiles.pop("contact_state").astype(np.int8),
-            profiles=profiles,
-            numbers=numbers,
+            profiles={name: lines.astype(np.float64) for name, lines in profiles.items()},
+            numbers={name: _floats(file, name)[kept] for name in READOUT},
             history={name: _floats(file, f"{HISTORY_GROUP}/{name}") for name in steps},
             cells=x.size * columns,
-            residuals=Residuals(*np.max(found, axis=0).tolist()),
+            residuals=Residuals(*np.fmax.reduce(found).tolist()),
         )
 
 
@@ -168,9 +167,7 @@ def residuals(
     copies : int
         How many of the stored part make the whole contact.
     """
-    pressure, shear, gap = (
-        fields[name].astype(np.float64) for name in ("pressure", "shear_traction", "gap")
-    )
+    pressure, shear, gap = (fields[name].astype(np.float64) for name in _EXAMINED)
     area = copies * parameters["cell_x"] * (parameters["cell_y"] if pressure.ndim == 2 else 1.0)
     radius = parameters.get("radius", parameters.get("indenter_radius", np.nan))
     approach = parameters["hertz_radius"] ** 2 / radius
@@ -192,7 +189,8 @@ def computation_facts(records: Sequence[CaseRecord], done: int) -> dict[str, str
     if not records:
         return versions
     errors = [record.history[ERROR_ESTIMATE.name] for record in records]
-    worst = [number_text(value, 2) for value in np.max([r.residuals for r in records], axis=0)]
+    examined = [r.residuals for r in records if math.isfinite(r.residuals.load)]
+    worst = [number_text(value, 2) for value in np.max(examined, axis=0)]
     facts = {
         "Grid spacing along x": f"{of('cell_x', MICROMETRE.size)} µm",
         "Grid spacing along y": f"{of('cell_y', MICROMETRE.size)} µm",
@@ -211,6 +209,8 @@ def computation_facts(records: Sequence[CaseRecord], done: int) -> dict[str, str
     }
     if len(records) < done:
         facts["Cases examined"] = f"{len(records)} of {done}, evenly spread"
+    if len(examined) < len(records):
+        facts["Residuals are those of"] = f"{len(examined)} of them"
     facts["Simulated with"] = "; ".join(dict.fromkeys(record.source for record in records))
     return facts | versions
 

@@ -12,13 +12,13 @@ import numpy as np
 
 from fretwear.report.cases import HISTORY, PROFILES, READOUT, Array, CaseRecord
 from fretwear.report.page import compressed
-from fretwear.report.results import PointResult, levels_of, marked_label, variable_of
+from fretwear.report.results import PointResult, levels_of, variable_of
 from fretwear.study.parameters import parameter
 from fretwear.study.plan import Plan
 from fretwear.units import MICROMETRE, Unit, readable_unit
 from fretwear.vocabulary import CYCLE, RESULTS, ContactState, X
 
-_MOST_CASES = 300
+_MOST_CASES = 200
 _MOST_VALUES = 4_000_000
 _MOST_STEPS = 400
 _LEVELS = 10_000
@@ -113,7 +113,7 @@ def build_explorer(
     units = _units(list(records.values()), results)
     held = [results[place] for place in places]
     header = {
-        "words": _words(units),
+        "words": _words(units, results),
         "states": {state.name.lower(): state.value for state in ContactState},
         "profiles": PROFILES,
         "readout": READOUT,
@@ -132,7 +132,7 @@ def build_explorer(
         ],
         "cases": [_packed(record, units) for record in records.values()],
         # There is most to see in the case with the largest wear.
-        "start": int(np.argmax([r.last("wear_volume") if r.done else -1.0 for r in held])),
+        "start": int(np.argmax([r.values.get("wear_volume", -1.0) for r in held])),
     }
     note = (
         f"This page holds {len(held)} of the {len(results)} points of the study, evenly spread; "
@@ -169,16 +169,17 @@ def _units(records: Sequence[CaseRecord], results: Sequence[PointResult]) -> dic
     }
 
 
-def _words(units: Mapping[str, Unit]) -> dict[str, dict[str, str]]:
+def _words(units: Mapping[str, Unit], results: Sequence[PointResult]) -> dict[str, dict[str, str]]:
     """Return words, label and unit of all that is shown, by name."""
 
     def told(words: str, label: str, unit: str) -> dict[str, str]:
         return {"words": words, "label": f"{label} ({unit})" if unit else label, "unit": unit}
 
+    shown = {name: variable_of(name, results) for name in units}
     return {
         X.name: told(X.words, X.name, MICROMETRE.name),
         CYCLE.name: told(CYCLE.words, CYCLE.label, ""),
-        **{n: told(RESULTS[n].words, marked_label(n), unit.name) for n, unit in units.items()},
+        **{n: told(v.words, v.label, units[n].name) for n, v in shown.items()},
     }
 
 

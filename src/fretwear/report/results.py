@@ -2,38 +2,22 @@
 
 from __future__ import annotations
 
-import math
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from fretwear.data.effects import final_results
 from fretwear.data.merge import StudyLayout
 from fretwear.data.safe import DataFileError
 from fretwear.study.parameters import value_text, words_text
 from fretwear.study.plan import Plan
 from fretwear.study.points import Axis
 from fretwear.units import Unit, readable_unit
-from fretwear.vocabulary import RESULTS, PointStatus, Variable
-
-Array = NDArray[np.float64]
-
-FIRST, LAST = "first", "last"
-KEY_RESULTS: Mapping[str, tuple[str, ...]] = {
-    "contact_half_width_x": (FIRST, LAST),
-    "stick_half_width_x": (FIRST, LAST),
-    "central_pressure": (FIRST, LAST),
-    "peak_pressure": (LAST,),
-    "maximum_wear_depth": (LAST,),
-    "wear_volume": (LAST,),
-    "dissipated_energy": (FIRST, LAST),
-}
-"""Results of the table of cases, and whether those of the first or of the last cycle."""
+from fretwear.vocabulary import HEADLINES, RESULTS, PointStatus, Variable
 
 _RUN_AGAIN = "Run and merge the study again"
 _LARGEST = sys.float_info.max
@@ -62,10 +46,8 @@ class PointResult:
         Whether it is done, and why not.
     levels : mapping of str to Level
         Varied values by the name of their parameter.
-    values : mapping of (str, str) to float
-        Key results in SI units by name and cycle, as in `KEY_RESULTS`; empty when not done.
-    capped, smooth : bool
-        Whether there is a plastic limit, and whether there is no roughness.
+    values : mapping of str to float
+        The `HEADLINES` after the last cycle in SI units; empty when not done.
     in_line : bool
         Whether it is a line contact, whose volumes and energies are per length.
     """
@@ -75,9 +57,7 @@ class PointResult:
     status: PointStatus
     reason: str
     levels: Mapping[str, Level]
-    values: Mapping[tuple[str, str], float] = field(default_factory=dict)
-    capped: bool = False
-    smooth: bool = False
+    values: Mapping[str, float] = field(default_factory=dict)
     in_line: bool = False
 
     @property
@@ -89,18 +69,6 @@ class PointResult:
     def title(self) -> str:
         """The varied values in one line."""
         return ", ".join(level.words for level in self.levels.values()) or "the case"
-
-    def first(self, name: str) -> float:
-        """Return a key result at cycle 0."""
-        return self.values[name, FIRST]
-
-    def last(self, name: str) -> float:
-        """Return a key result at the last cycle."""
-        return self.values[name, LAST]
-
-    def ratio(self, name: str) -> float:
-        """Return a key result at the last cycle over that at cycle 0."""
-        return self.last(name) / self.first(name)
 
 
 def point_results(
@@ -124,11 +92,8 @@ def point_results(
     """
     layout = StudyLayout(plan.study)
     _check_points(plan, layout, summary)
-    columns = {
-        (name, when): _evaluated(summary, name, when)
-        for name, cycles in KEY_RESULTS.items()
-        for when in cycles
-    }
+    final = final_results(summary)
+    columns = {name: final[name].transpose(*layout.dims).values for name in HEADLINES}
     status = summary["status"].values
     levels = {axis.coordinate: levels_of(axis) for axis in plan.study.axes}
     results = []
@@ -148,11 +113,9 @@ def point_results(
         elif not result.done:
             results.append(replace(result, reason=failures.get(result.id, _UNKNOWN_REASON)))
         else:
-            values = {key: float(column[place]) for key, column in columns.items()}
-            capped, smooth = math.isfinite(case.plastic_limit), case.roughness is None
+            values = {name: float(column[place]) for name, column in columns.items()}
             in_line = case.indenter.is_line
-            result = replace(result, values=values, capped=capped, smooth=smooth, in_line=in_line)
-            results.append(result)
+            results.append(replace(result, values=values, in_line=in_line))
     return results
 
 
@@ -176,20 +139,13 @@ def span(values: Iterable[float], text: Callable[[float], str]) -> str:
     return low if low == high else f"{low} to {high}"
 
 
-def marked_label(name: str) -> str:
-    """Return the label of a result, with a dagger where the value means little by itself."""
-    return RESULTS[name].label + ("" if RESULTS[name].is_headline else " †")
-
-
 def display_units(results: Sequence[PointResult]) -> dict[str, Unit]:
-    """Return the unit in which each key result is shown, the same for all points and cycles."""
+    """Return the unit in which each key result is shown, the same for all points."""
+    done = [result for result in results if result.done]
     return {
-        name: variable_of(name, results).unit
-        or readable_unit(
-            [result.values[name, when] for result in results if result.done for when in cycles],
-            variable_of(name, results).si_unit,
-        )
-        for name, cycles in KEY_RESULTS.items()
+        name: variable_of(name, done).unit
+        or readable_unit([r.values[name] for r in done], variable_of(name, done).si_unit)
+        for name in HEADLINES
     }
 
 
@@ -197,17 +153,6 @@ def variable_of(name: str, results: Sequence[PointResult]) -> Variable:
     """Return what a key result is: in a line contact it may be per length."""
     in_line = any(result.in_line for result in results)
     return RESULTS[name].per_length if in_line else RESULTS[name]
-
-
-def _evaluated(summary: xr.Dataset, name: str, when: str) -> Array:
-    """Return a key result of every point of a merged study, NaN where it is not done."""
-    values = summary[name].transpose(..., "cycle").values.astype(np.float64)
-    if when == FIRST:
-        return values[..., 0]
-    # Cases may end at different cycles: the last value that is known.
-    backwards = np.isfinite(values)[..., ::-1]
-    place = values.shape[-1] - 1 - backwards.argmax(axis=-1)
-    return np.take_along_axis(values, place[..., None], axis=-1)[..., 0]
 
 
 def _check_points(plan: Plan, layout: StudyLayout, summary: xr.Dataset) -> None:

@@ -11,7 +11,7 @@ from typing import Any
 
 from fretwear.parts import Part, Quantity
 from fretwear.study.case import UNREAD, read_value
-from fretwear.study.points import Axis
+from fretwear.study.points import Axis, Range
 from fretwear.study.problems import Problem, unknown_key
 from fretwear.study.tree import example_of, parameter_names, parameter_of
 from fretwear.units import exact_text
@@ -20,8 +20,6 @@ LISTED = ("grid", "zip")
 SAMPLED = ("latin_hypercube", "sobol")
 KINDS = (*LISTED, *SAMPLED)
 MAX_POINTS = 200_000
-
-_SAMPLE_DIGITS = 6
 
 
 @dataclass(frozen=True)
@@ -53,26 +51,6 @@ class Design:
         if self.kind == "grid":
             return itertools.product(*(range(length) for length in lengths))
         return ((number,) * len(lengths) for number in range(self.size(lengths)))
-
-
-@dataclass(frozen=True)
-class Range:
-    """An interval to sample, in SI units, evenly or evenly in the logarithm."""
-
-    low: float
-    high: float
-    logarithmic: bool = False
-
-    def at(self, fraction: float) -> float:
-        """Return the value at a fraction of the way, rounded to six digits."""
-        if self.logarithmic:
-            value = math.exp(
-                math.log(self.low) + fraction * (math.log(self.high) - math.log(self.low))
-            )
-        else:
-            value = self.low + fraction * (self.high - self.low)
-        # Few digits: the ids of the cases must not hang on the last bit of a logarithm.
-        return float(f"{value:.{_SAMPLE_DIGITS}g}")
 
 
 def sample(design: Design, axes: Sequence[Range | Sequence[Any]]) -> list[list[Any]]:
@@ -254,7 +232,7 @@ def _sampled_axes(read: Mapping[str, Axis | Range], design: Design) -> tuple[Axi
             quantity = parameter_of(name)
             assert isinstance(quantity, Quantity)
             written = tuple(exact_text(value, quantity.dimension) for value in drawn)
-            axes.append(Axis(name, tuple(drawn), written))
+            axes.append(Axis(name, tuple(drawn), written, source))
         else:
             values, texts = zip(*drawn, strict=True)
             axes.append(Axis(name, values, texts))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -15,6 +16,28 @@ from fretwear.study.problems import Problem, in_words
 from fretwear.study.rules import RULES, Rule
 from fretwear.study.tree import CaseTree, leaves, member_of, members
 
+_SAMPLE_DIGITS = 6
+
+
+@dataclass(frozen=True)
+class Range:
+    """An interval to sample, in SI units, evenly or evenly in the logarithm."""
+
+    low: float
+    high: float
+    logarithmic: bool = False
+
+    def at(self, fraction: float) -> float:
+        """Return the value at a fraction of the way, rounded to six digits."""
+        if self.logarithmic:
+            value = math.exp(
+                math.log(self.low) + fraction * (math.log(self.high) - math.log(self.low))
+            )
+        else:
+            value = self.low + fraction * (self.high - self.low)
+        # Few digits: the ids of the cases must not hang on the last bit of a logarithm.
+        return float(f"{value:.{_SAMPLE_DIGITS}g}")
+
 
 @dataclass(frozen=True)
 class Axis:
@@ -23,6 +46,7 @@ class Axis:
     name: str  # dotted, as in the file
     values: tuple[Any, ...]  # in SI units, in the order of the file; sampled designs: one a point
     written: tuple[Any, ...]  # as a study file would have them
+    drawn_from: Range | None = None  # None where the values were listed
 
     @cached_property
     def member(self) -> str:

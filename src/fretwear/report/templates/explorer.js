@@ -350,6 +350,7 @@
   let cycles = [];
   let cycle = Infinity;
   let timer = null;
+  let started = false;
 
   function makeControls(key) {
     const place = document.querySelector(`#case-${key} .choices`);
@@ -433,6 +434,7 @@
     const titles = shown.map(({ key, point }) => `case ${key.toUpperCase()}: ${point.title}`).join("; ");
     const told = (names) => names.map((name) => words[name].words).join(", ");
     const curves = study.histories.flatMap((panel) => panel.curves.map(({ name }) => name));
+    remember(now);
     get("shown-cases").textContent = `After ${cycleText(now)} cycles; ${titles}.`;
     picture("profile-plot", (width) => profileFigure(shown, colors, width),
       `Along x after ${cycleText(now)} cycles: ${told(study.profiles)}; ${titles}`);
@@ -475,6 +477,33 @@
     });
     return line;
   }
+
+  /* ---- The address of what is shown: #case=3&with=4&cycle=1000 ---- */
+
+  function remember(now) {
+    const parts = [["case", selected.a], ["with", compare.checked ? selected.b : null]]
+      .filter(([, place]) => study.points[place])
+      .map(([name, place]) => `${name}=${study.points[place].number}`);
+    const address = `#${[...parts, `cycle=${now}`].join("&")}`;
+    if (started && location.hash !== address) window.history.replaceState(null, "", address);
+  }
+
+  /* Shows what an address asks for; returns whether it is one of the explorer. */
+  function recall() {
+    const asked = new URLSearchParams(location.hash.slice(1));
+    const at = (name) => study.points.findIndex(({ number: one }) => String(one) === asked.get(name));
+    if (at("case") < 0) return false;
+    select("a", at("case"));
+    compare.checked = at("with") >= 0;
+    if (compare.checked) select("b", at("with"));
+    if (asked.has("cycle")) cycle = Number(asked.get("cycle"));
+    update();
+    return true;
+  }
+
+  addEventListener("hashchange", () => {
+    if (recall()) get("explorer").scrollIntoView();
+  });
 
   /* ---- Moving through the cycles ---- */
 
@@ -520,13 +549,9 @@
       const place = places.get(cell.dataset.value);
       if (!study.points[place]?.data) continue;
       const link = document.createElement("a");
-      link.href = "#explorer";
+      link.href = `#case=${cell.dataset.value}`;
       link.textContent = cell.textContent;
       link.setAttribute("aria-label", `Show case ${cell.textContent} in the explorer`);
-      link.addEventListener("click", () => {
-        select("a", place);
-        update();
-      });
       cell.replaceChildren(link);
     }
   }
@@ -537,6 +562,8 @@
   select("a", study.start);
   update();
   linkTable();
+  if (recall()) get("explorer").scrollIntoView();
+  started = true;
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
   for (const event of ["beforeprint", "afterprint"]) {
     addEventListener(event, () => {

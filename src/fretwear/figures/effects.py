@@ -1,0 +1,361 @@
+"""What the parameters of a study do to its results: all pairs, heat maps, Sobol indices."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection
+from matplotlib.colors import LogNorm, Normalize
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter, NullFormatter
+
+from fretwear.data.effects import Array, Points
+from fretwear.data.sensitivity import (
+    GOOD,
+    Indices,
+    is_sampled,
+    result_indices,
+    sobol_indices,
+    unit_points,
+)
+from fretwear.figures.axes import ValueAxis, label_outer, make_panels, outside_key
+from fretwear.figures.maps import add_scale
+from fretwear.figures.style import (
+    CATEGORICAL,
+    INK,
+    MARKERS,
+    MUTED,
+    JournalFigure,
+    sequential_colormap,
+    sequential_colours,
+    styled,
+)
+from fretwear.study.parameters import parameter, symbol_text, value_text
+from fretwear.units import fixed_digits, number_text
+from fretwear.vocabulary import HEADLINES
+
+_ROW, _HEAD = 25.0, 16.0
+_MOST_KEYED = 4
+_MOST_TICKS = 7
+_MOST_WRITTEN = 72
+_MOST_MAPS = 6
+_DENSE = 150
+_FEWEST = 16
+
+
+@styled
+def effects(summary: xr.Dataset, quantities: Sequence[str] = HEADLINES) -> Figure:
+    """Draw final results against every parameter of a merged study.
+
+    Parameters
+    ----------
+    summary : xarray.Dataset
+        A merged study.
+    quantities : sequence of str
+        Results, a row each; those that no case has are left out.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A column for each parameter. A thin line joins cases that differ in this parameter alone;
+        its colour tells the other parameter on which the change depends most. The points of a
+        sampled study have no such lines.
+
+    Raises
+    ------
+    ValueError
+        When no parameter is varied, or no point is done.
+    """
+    points = Points.of(summary)
+    names = [n for n in quantities if np.isfinite(points.results.get(n, np.nan)).any()]
+    if not points.levels or not names:
+        raise ValueError("There are no two cases to compare: the study varies nothing.")
+    down, across = len(names), len(points.levels)
+    figure = JournalFigure(2 if across > 2 else 1, _HEAD + _ROW * down)
+    grid = figure.subplots(down, across, sharex="col", sharey="row", squeeze=False)
+    for row, name in zip(grid, names, strict=True):
+        axis = ValueAxis.of(
+            points.variables[name], points.results[name][np.isfinite(points.results[name])]
+        )
+        for axes, varied in zip(row, points.levels, strict=True):
+            _draw_effect(axes, points, varied, name, axis)
+        axis.set_limits(row[0], np.ones(len(points.ids)), points.results[name])
+        row[0].set_ylabel(axis.wrapped_label, fontsize=6.0)
+    label_outer(list(grid.flat), across)
+    for axes, varied in zip(grid[-1], points.levels, strict=True):
+        _name_levels(axes, points, varied)
+    figure.align_ylabels(grid[:, 0])
+    return figure
+
+
+def _draw_effect(axes: Axes, points: Points, varied: str, name: str, axis: ValueAxis) -> None:
+    values = axis.unit.of(points.results[name])
+    x = _places(points, varied)
+    lines = points.lines[varied]
+    if not lines:
+        axes.plot(x, values, ".", markersize=2.5, color=CATEGORICAL[0])
+        return
+    divider = points.effect(varied, name).divider
+    levels = points.levels[divider] if divider else ("",)
+    colors = _colors(len(levels))
+    place = points.place(divider) if divider else np.zeros(len(x), dtype=int)
+    paths = [np.column_stack([x[line], values[line]]) for line in lines]
+    tints = [colors[place[line[0]]] for line in lines]
+    axes.add_collection(LineCollection(paths, colors=tints, linewidths=0.7, alpha=0.8))
+    if len(x) <= _DENSE:
+        for level, color in enumerate(colors):
+            of = place == level
+            mark = MARKERS[level % len(MARKERS)]
+            axes.plot(x[of], values[of], mark, markersize=2.0, color=color, label="_points")
+    if divider and len(levels) <= _MOST_KEYED:
+        texts = [symbol_text(divider, level) for level in levels]
+        handles = [Line2D([], [], color=color, lw=1.2) for color in colors]
+        axes.legend(
+            handles, texts, fontsize=4.8, handlelength=1.0, labelspacing=0.15, borderpad=0.2,
+            framealpha=0.7, loc="best",
+        )  # fmt: skip
+    elif divider:
+        axes.set_title(f"colour: {parameter(divider).words}", fontsize=5.0, pad=2.0)
+
+
+def _colors(count: int) -> list[str]:
+    return list(CATEGORICAL[:count]) if count <= _MOST_KEYED else sequential_colours(count)
+
+
+def _places(points: Points, varied: str) -> Array:
+    """Return where the points stand on the axis of a parameter: its value, or its place."""
+    if points.lines[varied]:
+        return points.place(varied).astype(np.float64)
+    values = points.parameters.get(varied)
+    if values is None:
+        return points.place(varied).astype(np.float64)
+    return np.asarray(parameter(varied).unit.of(values))
+
+
+def _name_levels(axes: Axes, points: Points, varied: str) -> None:
+    about, levels = parameter(varied), points.levels[varied]
+    unit = getattr(about, "unit", None)
+    axes.set_xlabel(about.words)
+    if not points.lines[varied] and varied in points.parameters:
+        axes.set_xlabel(f"{about.words} ({unit.name})" if unit and unit.name else about.words)
+        values = points.parameters[varied]
+        if (values > 0.0).all() and values.max() > 8.0 * values.min():
+            axes.set_xscale("log")
+            axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: number_text(value, 2)))
+            axes.xaxis.set_minor_formatter(NullFormatter())
+        axes.margins(x=0.06)
+        return
+    axes.set_xlim(-0.25, len(levels) - 0.75)
+    shown = np.unique(np.linspace(0, len(levels) - 1, min(_MOST_TICKS, len(levels))).round())
+    texts = [value_text(varied, levels[int(place)]) for place in shown]
+    axes.set_xticks(shown, texts, fontsize=5.5, rotation=30 if sum(map(len, texts)) > 26 else 0)
+
+
+@styled
+def effect_map(summary: xr.Dataset, quantity: str = "wear_volume") -> Figure:
+    """Draw a final result as a heat map over the two parameters with most values.
+
+    Parameters
+    ----------
+    summary : xarray.Dataset
+        A merged study of a grid that varies two parameters or more.
+    quantity : str
+        The result.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A panel for each combination of the other parameters, of at most 6 of them.
+
+    Raises
+    ------
+    ValueError
+        When the study does not vary two parameters in a grid, or no point is done.
+    """
+    points = Points.of(summary)
+    by_length = sorted(points.levels, key=lambda name: -len(points.levels[name]))
+    if len(by_length) < 2 or not all(points.lines[name] for name in by_length[:2]):
+        raise ValueError("A heat map needs two parameters whose values are combined.")
+    # Columns, then rows, in the order of the study.
+    down, across = sorted(by_length[:2], key=list(points.levels).index)
+    variable, values = points.variables[quantity], points.results[quantity]
+    others = [name for name in points.levels if name not in (down, across)]
+    keys = list(zip(*(points.place(name).tolist() for name in others), strict=True))
+    panels = list(dict.fromkeys(keys)) or [()]
+    few = np.linspace(0, len(panels) - 1, min(_MOST_MAPS, len(panels))).astype(int)
+    panels = [panels[place] for place in few]
+    axis = ValueAxis.of(variable, values[np.isfinite(values)])
+    shown = axis.unit.of(values[np.isfinite(values)])
+    norm = (LogNorm if axis.is_logarithmic else Normalize)(float(shown.min()), float(shown.max()))
+    columns = min(3, len(panels))
+    rows = -(-len(panels) // columns)
+    figure = JournalFigure(2 if columns > 1 else 1, 14.0 + 62.0 * rows)
+    grid = make_panels(figure, len(panels), columns, "all")
+    for axes, key in zip(grid, panels, strict=True):
+        table = np.full((len(points.levels[down]), len(points.levels[across])), np.nan)
+        inside = [row for row, each in enumerate(keys) if each == key] if others else slice(None)
+        where = points.place(down)[inside], points.place(across)[inside]
+        table[where] = axis.unit.of(values[inside])
+        axes.imshow(table, origin="lower", aspect="auto", norm=norm, cmap=sequential_colormap())
+        if table.size <= _MOST_WRITTEN:
+            _write_numbers(axes, table, norm)
+        held = zip(others, key, strict=True)
+        axes.set_title(", ".join(symbol_text(name, points.levels[name][i]) for name, i in held))
+        for name, set_ticks, label in (
+            (across, axes.set_xticks, axes.set_xlabel),
+            (down, axes.set_yticks, axes.set_ylabel),
+        ):
+            texts = [value_text(name, level) for level in points.levels[name]]
+            set_ticks(range(len(texts)), texts, fontsize=5.5)
+            label(parameter(name).words)
+        axes.tick_params(axis="x", rotation=30 if len(points.levels[across]) > 4 else 0)
+    label_outer(grid, columns)
+    add_scale(figure, grid, ScalarMappable(norm, sequential_colormap()), axis.label)
+    return figure
+
+
+def _write_numbers(axes: Axes, table: Array, norm: Normalize) -> None:
+    for (row, column), value in np.ndenumerate(table):
+        if np.isfinite(value):
+            color, text = "white" if norm(value) > 0.35 else INK, fixed_digits(value, 3)
+            axes.text(column, row, text, color=color, fontsize=5.0, ha="center", va="center")
+
+
+@styled
+def sensitivity(summary: xr.Dataset, quantities: Sequence[str] = HEADLINES) -> Figure:
+    """Draw the Sobol indices of a sampled study, and how they settle with the number of points.
+
+    Parameters
+    ----------
+    summary : xarray.Dataset
+        A merged study of points drawn from ranges.
+    quantities : sequence of str
+        Results, a row each; those whose emulator predicts less than 90 % of the variance are
+        left out.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Left, indices of each parameter alone (full) and with its interactions (open) with 95 %
+        intervals; right, the latter against the number of points.
+
+    Raises
+    ------
+    ValueError
+        When the points were not drawn, or no emulator is good enough.
+    """
+    if not is_sampled(summary):
+        raise ValueError("Sobol indices are those of a sampled study; this one lists its values.")
+    points, (unit, sizes) = Points.of(summary), unit_points(summary)
+    found = result_indices(summary)
+    good = {n: found[n] for n in quantities if n in found and found[n].quality >= GOOD}
+    if not good:
+        raise ValueError("The points are too few for Sobol indices: no emulator is good enough.")
+    figure = JournalFigure(2, _HEAD + 8.0 + _ROW * len(good))
+    grid = figure.subplots(len(good), 2, squeeze=False, sharex="col", width_ratios=(1.0, 1.0))
+    counts = [count for count in (len(unit) // k for k in (8, 4, 2, 1)) if count >= _FEWEST]
+    for (bars, curves), (name, indices) in zip(grid, good.items(), strict=True):
+        _draw_bars(bars, indices)
+        bars.set_title(
+            points.variables[name].label + (", logarithm" * indices.of_logarithm), fontsize=6.5
+        )
+        values = points.results[name]
+        values = np.log(values) if indices.of_logarithm else values
+        settled = [sobol_indices(unit[:n], values[:n, None], sizes)[0].total for n in counts]
+        for position, total in enumerate(np.transpose(settled)):
+            color = CATEGORICAL[position % len(CATEGORICAL)]
+            curves.plot(counts, total, marker=MARKERS[position % len(MARKERS)], color=color)
+        curves.set_ylim(-0.03, 1.03)
+        curves.set_xscale("log", base=2)
+        curves.set_xticks(counts, [str(count) for count in counts])
+    grid[-1, 0].set_xticks(range(len(points.levels)), [parameter(n).symbol for n in points.levels])
+    grid[-1, 1].set_xlabel("number of points")
+    words = [f"{parameter(n).symbol}  {parameter(n).words}" for n in points.levels]
+    handles = [
+        Line2D([], [], color=CATEGORICAL[i % len(CATEGORICAL)], marker=MARKERS[i % len(MARKERS)])
+        for i in range(len(words))
+    ]
+    outside_key(figure, handles, words)
+    return figure
+
+
+def _draw_bars(axes: Axes, indices: Indices) -> None:
+    for offset, values, ends, fill in (
+        (-0.2, indices.first, indices.first_range, "full"),
+        (0.2, indices.total, indices.total_range, "none"),
+    ):
+        for place, value in enumerate(values):
+            color = CATEGORICAL[place % len(CATEGORICAL)]
+            low, high = (float(end[place]) for end in ends)
+            axes.plot([place + offset] * 2, [low, high], color=color, lw=1.0)
+            mark = MARKERS[place % len(MARKERS)]
+            axes.plot(place + offset, value, mark, color=color, fillstyle=fill, markersize=4.0)
+    axes.axhline(0.0, color=MUTED, lw=0.5)
+    axes.set_ylim(-0.03, 1.03)
+    axes.set_xlim(-0.6, len(indices.first) - 0.4)
+
+
+@styled
+def parallel_coordinates(summary: xr.Dataset, quantity: str = "wear_volume") -> Figure:
+    """Draw every point of a study as a line over its parameters, its colour the final result.
+
+    Parameters
+    ----------
+    summary : xarray.Dataset
+        A merged study.
+    quantity : str
+        The result.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        An axis for each parameter from its lowest to its highest value, and one for the result.
+    """
+    points = Points.of(summary)
+    variable, values = points.variables[quantity], points.results[quantity]
+    axis = ValueAxis.of(variable, values[np.isfinite(values)])
+    shown = axis.unit.of(values)
+    known = np.isfinite(shown) & (shown > 0.0 if axis.is_logarithmic else True)
+    low, high = float(shown[known].min()), float(shown[known].max())
+    norm = (LogNorm if axis.is_logarithmic else Normalize)(low, high)
+    columns = [
+        _scaled(points.parameters.get(n, points.place(n).astype(np.float64))) for n in points.levels
+    ]
+    columns.append(np.asarray(norm(shown), dtype=np.float64))
+    table = np.column_stack(columns)[known]
+    order = np.argsort(shown[known])
+    figure = JournalFigure(2, 70.0)
+    axes = figure.subplots()
+    places = np.arange(table.shape[1])
+    paths = [np.column_stack([places, row]) for row in table[order]]
+    tints = sequential_colormap()(norm(shown[known][order]))
+    axes.add_collection(LineCollection(paths, colors=tints, linewidths=0.7))
+    ends = [tuple(value_text(n, v[i]) for i in (0, -1)) for n, v in points.levels.items()]
+    ends.append((fixed_digits(low, 3), fixed_digits(high, 3)))
+    for place, (bottom, top) in enumerate(ends):
+        axes.axvline(place, color=MUTED, lw=0.6)
+        axes.text(place, -0.03, bottom, ha="center", va="top", fontsize=6.0)
+        axes.text(place, 1.03, top, ha="center", va="bottom", fontsize=6.0)
+    axes.set(xlim=(-0.3, places[-1] + 0.3), ylim=(-0.12, 1.12))
+    words = [parameter(name).words for name in points.levels]
+    axes.set_xticks(places, [*words, axis.label], fontsize=6.5)
+    axes.tick_params(axis="x", length=0)
+    axes.set_yticks([])
+    axes.spines[:].set_visible(False)
+    return figure
+
+
+def _scaled(values: Array) -> Array:
+    """Return values from 0 to 1, evenly in the logarithm where they span much; infinite ones 1."""
+    known = np.asarray(values, dtype=np.float64)
+    finite = known[np.isfinite(known)]
+    if finite.min() > 0.0 and finite.max() > 8.0 * finite.min():
+        known, finite = np.log(known), np.log(finite)
+    spread = float(finite.max() - finite.min()) or 1.0
+    top = 0.9 if finite.size < known.size else 1.0
+    return np.where(np.isfinite(known), top * (known - finite.min()) / spread, 1.0)

@@ -1,0 +1,313 @@
+"""What a study found, in sentences whose numbers hold for every pair of cases they speak of."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from fretwear.data.effects import Array, Effect, Points
+from fretwear.data.sensitivity import (
+    GOOD,
+    Indices,
+    is_sampled,
+    rank_correlations,
+    result_indices,
+    unit_points,
+)
+from fretwear.report.results import span
+from fretwear.study.parameters import parameter, value_text
+from fretwear.units import fixed_digits, number_text, readable_unit, with_unit
+from fretwear.vocabulary import HEADLINES, RESULTS, Variable
+
+_UNCHANGED = 5e-3
+_ROUND_OFF = 5e-4
+_DIGITS = 3
+_NUMERICS = ("hertz_", "cell_", "tolerance")
+
+
+@dataclass(frozen=True)
+class Claim:
+    """What some pairs of cases say of a parameter, and which pairs these are.
+
+    Attributes
+    ----------
+    effect : Effect
+        The parameter, the result and the factors of all pairs.
+    pairs : array of bool and shape (m,)
+        The pairs of which it is said.
+    low, high : int
+        From which level to which: places among the levels of the parameter.
+    where : str
+        In which of the cases, in words; empty: in all.
+    """
+
+    effect: Effect
+    pairs: NDArray[np.bool_]
+    low: int
+    high: int
+    where: str = ""
+
+    @classmethod
+    def whole(cls, effect: Effect) -> Claim:
+        """Return what all pairs of an effect say."""
+        highest = len(effect.points.levels[effect.parameter]) - 1
+        return cls(effect, np.ones(effect.low.shape, dtype=bool), 0, highest)
+
+    @property
+    def factors(self) -> Array:
+        """The factors of the pairs between its two levels that have one."""
+        factors = self.effect.factors[self.pairs & self.effect.between(self.low, self.high)]
+        return factors[np.isfinite(factors)]
+
+    @property
+    def direction(self) -> int:
+        """1 or −1 where the result rises or falls in every pair, 0 where it does neither.
+
+        That is in all pairs, also those with a level between the two.
+        """
+        factors = self.effect.factors[self.pairs]
+        factors = factors[np.isfinite(factors)]
+        if factors.size and (factors >= 1.0 - _ROUND_OFF).all():
+            return 1
+        return -1 if factors.size and (factors <= 1.0 + _ROUND_OFF).all() else 0
+
+    @property
+    def is_unchanged(self) -> bool:
+        """Whether the result stays what it is in every pair."""
+        factors = self.effect.factors[self.pairs]
+        return bool((np.abs(factors[np.isfinite(factors)] - 1.0) <= _UNCHANGED).all())
+
+    @property
+    def text(self) -> str:
+        """What is claimed: ``grows by 13 to 48 % in all 6 pairs where elastic``."""
+        factors = self.factors
+        count, pairs = factors.size, f"{factors.size} pair{'s' * (factors.size != 1)}"
+        all_pairs = f"in all {pairs}" if count > 1 else "in the one pair"
+        where = f" {self.where}" if self.where else ""
+        without = int((self.pairs & self.effect.between(self.low, self.high)).sum()) - count
+        rest = f" ({without} more have none to compare)" if without else ""
+        if not count:
+            return f"cannot be compared{where}: it vanishes"
+        if self.is_unchanged:
+            most = 100.0 * float(np.abs(factors - 1.0).max())
+            within = f" within {_digits(most)}\u00a0%" if most >= 0.05 else ""
+            return f"stays the same{within} {all_pairs}{where}{rest}"
+        if self.direction:
+            return f"{_by(factors)} {all_pairs}{where}{rest}"
+        grows, falls = factors[factors > 1.0], factors[factors <= 1.0]
+        if not grows.size or not falls.size:
+            return f"{_by(factors)} {all_pairs}{where}{rest}"
+        return (
+            f"{_by(grows)} in {grows.size} and {_by(falls)} in {falls.size} of {pairs}{where}{rest}"
+        )
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What one parameter does to one result: claims that together cover all pairs."""
+
+    effect: Effect
+    claims: tuple[Claim, ...]
+
+    @property
+    def name(self) -> str:
+        """The parameter in words."""
+        return parameter(self.effect.parameter).words
+
+    @property
+    def text(self) -> str:
+        """All claims in one sentence, without its subject."""
+        steps: dict[tuple[int, int], list[str]] = {}
+        for claim in self.claims:
+            steps.setdefault((claim.low, claim.high), []).append(claim.text)
+        return "; ".join(
+            f"from {_change(self.effect, *ends)} it {' and '.join(told)}"
+            for ends, told in steps.items()
+        )
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a study says of one result.
+
+    Attributes
+    ----------
+    name, label : str
+        The result, and what it is called.
+    values : str
+        Its range after the last cycle.
+    headline : str
+        Which parameter matters most, or what there is to say.
+    findings : tuple of Finding
+        What every parameter does, the most important first; none for a sampled study.
+    indices : Indices or None
+        Of a sampled study whose emulator is good enough.
+    """
+
+    name: str
+    label: str
+    values: str
+    headline: str
+    findings: tuple[Finding, ...] = ()
+    indices: Indices | None = None
+
+
+def answers(summary: xr.Dataset) -> Iterator[Answer]:
+    """Yield what a merged study says of each of `HEADLINES`.
+
+    A result that is the same in all cases, or nowhere, is left out where others are not.
+    """
+    points = Points.of(summary)
+    if not points.ids:
+        return
+    sampled = is_sampled(summary)
+    indices = result_indices(summary) if sampled else {}
+    for name in HEADLINES:
+        results = points.results.get(name, np.array([np.nan]))
+        variable = points.variables.get(name, RESULTS[name])
+        if not np.isfinite(results).any():
+            continue
+        if sampled:
+            good = indices[name] if name in indices and indices[name].quality >= GOOD else None
+            headline = _by_indices(points, good) if good else _by_ranks(summary, points, results)
+            yield Answer(name, variable.label, _range(variable, results), headline, indices=good)
+        else:
+            effects = points.effects(name)
+            found = tuple(Finding(effect, tuple(claims(effect))) for effect in effects)
+            values = _range(variable, results)
+            yield Answer(name, variable.label, values, _headline(found), found)
+
+
+def claims(effect: Effect) -> Iterator[Claim]:
+    """Yield claims that cover all pairs of an effect, as few as say in which way each goes."""
+    whole = Claim.whole(effect)
+    highest = whole.high
+    divided = list(_divided(whole))
+    if whole.is_unchanged or (whole.direction and not divided):
+        yield whole
+    elif divided and all(claim.direction or claim.is_unchanged for claim in divided):
+        yield from divided
+    elif highest == 1:
+        yield from divided or [whole]
+    else:
+        # It rises and falls: each step from a level to the next by itself.
+        for low in range(highest):
+            step = Claim(effect, effect.between(low, low + 1), low, low + 1)
+            if step.pairs.any():
+                parts = [] if step.direction or step.is_unchanged else list(_divided(step))
+                yield from parts or [step]
+
+
+def _divided(claim: Claim) -> Iterator[Claim]:
+    """Yield a claim for each level of the parameter on which the factor depends most."""
+    effect, name = claim.effect, claim.effect.divider
+    for level, value in enumerate(effect.points.levels.get(name, ())):
+        pairs = claim.pairs & effect.where(name, level)
+        if pairs.any():
+            where = f"where {_told(name, value)}"
+            yield Claim(effect, pairs, claim.low, claim.high, where)
+
+
+def _headline(findings: Sequence[Finding]) -> str:
+    changing = [f for f in findings if not all(claim.is_unchanged for claim in f.claims)]
+    if not findings:
+        return "There are no two cases that differ in one parameter alone."
+    if not changing:
+        return "No parameter changes it."
+    first = changing[0]
+    effect, whole = first.effect, Claim.whole(first.effect)
+    verb = "matters most" if len(findings) > 1 else "is what varies"
+    average = fixed_digits(math.exp(effect.size), _DIGITS)
+    return (
+        f"The {first.name} {verb}, on average by a factor of {average}: from "
+        f"{_change(effect, whole.low, whole.high)} it {whole.text}."
+    )
+
+
+def _by_indices(points: Points, indices: Indices) -> str:
+    names = [parameter(name).words for name in points.levels]
+    order = np.argsort(-indices.total)
+    first, low, high = (
+        100.0 * float(each[order[0]]) for each in (indices.first, *indices.first_range)
+    )
+    others = [f"{names[i]} {100.0 * indices.total[i]:.0f}\u00a0%" for i in order]
+    of = "the variance of its logarithm" if indices.of_logarithm else "its variance"
+    return (
+        f"The {names[order[0]]} matters most: alone it explains {first:.0f}\u00a0% of {of} "
+        f"({low:.0f} to {high:.0f}\u00a0% at 95\u00a0% confidence). With interactions: "
+        f"{', '.join(others)}."
+    )
+
+
+def _by_ranks(summary: xr.Dataset, points: Points, results: Array) -> str:
+    known = np.isfinite(results)
+    if known.sum() < len(points.levels) + 2 or np.ptp(results[known]) == 0.0:
+        return "There are too few points to compare, or they are all the same."
+    correlations = rank_correlations(unit_points(summary)[0][known], results[known, None])[:, 0]
+    names = [parameter(name).words for name in points.levels]
+    order = np.argsort(-np.abs(correlations))
+    listed = [f"{names[i]} {number_text(round(float(correlations[i]), 2))}" for i in order]
+    return (
+        f"The {names[order[0]]} matters most by Spearman's rank correlation: {', '.join(listed)}. "
+        f"Its {known.sum()} points are too few for Sobol indices."
+    )
+
+
+def companions(points: Points) -> str:
+    """Say which parameters that were not varied change with those that were, or nothing."""
+    found: dict[str, list[str]] = {}
+    for name in points.levels:
+        for other in points.parameters:
+            if other in points.levels or other.startswith(_NUMERICS) or not points.lines[name]:
+                continue
+            ends = [(line[0], line[-1]) for line in points.lines[name]]
+            values = points.parameters[other]
+            with np.errstate(divide="ignore", invalid="ignore"):
+                factors = np.array([values[high] / values[low] for low, high in ends])
+            if np.isfinite(factors).all() and (np.abs(factors - 1.0) > _UNCHANGED).all():
+                told = f"{_by(factors)} with the {parameter(name).words}"
+                found.setdefault(other, []).append(told)
+    return " ".join(
+        f"The {parameter(other).words} is not held: it {' and '.join(told)}. What is said of "
+        f"{'these' if len(told) > 1 else 'this'} is said of both together."
+        for other, told in found.items()
+    )
+
+
+def _told(name: str, value: object) -> str:
+    text, about = value_text(name, value), parameter(name)
+    return text if about.word_for(value) else f"the {about.words} is {text}"
+
+
+def _change(effect: Effect, low: int, high: int) -> str:
+    levels = effect.points.levels[effect.parameter]
+    texts = [value_text(effect.parameter, levels[place]) for place in (low, high)]
+    return " to ".join(text.replace(" ", "\u00a0") for text in texts)
+
+
+def _by(factors: Array) -> str:
+    """Say by how much results grow or fall, all of them one way."""
+    low, high = float(factors.min()), float(factors.max())
+    if low >= 1.0 - _ROUND_OFF and high >= 2.0:
+        return f"grows by a factor of {span([low, high], lambda f: fixed_digits(f, _DIGITS))}"
+    verb, ends = ("grows", (low, high)) if low >= 1.0 - _ROUND_OFF else ("falls", (high, low))
+    texts = [_digits(100.0 * abs(end - 1.0)) for end in ends]
+    return f"{verb} by {' to '.join(dict.fromkeys(texts))}\u00a0%"
+
+
+def _digits(percent: float) -> str:
+    return f"{percent:.1f}" if percent < 9.95 or percent > 99.0 else f"{percent:.0f}"
+
+
+def _range(variable: Variable, values: Array) -> str:
+    known = values[np.isfinite(values)]
+    if not known.size:
+        return "–"
+    unit = variable.unit or readable_unit(known, variable.si_unit)
+    text = span(unit.of(known).tolist(), lambda value: number_text(value, _DIGITS))
+    return with_unit(f"({text})" if " to " in text and unit.is_power else text, unit)

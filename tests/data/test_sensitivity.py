@@ -1,0 +1,92 @@
+"""Sobol indices agree with closed forms, and say how well they are known."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.stats import qmc, spearmanr
+
+from fretwear.data.sensitivity import (
+    is_sampled,
+    rank_correlations,
+    result_indices,
+    sobol_indices,
+)
+
+FIRST, TOTAL = (0.3139, 0.4424, 0.0), (0.5576, 0.4424, 0.2437)
+"""Of Ishigami's function with a = 7 and b = 0.1 (Ishigami and Homma 1990)."""
+
+
+def ishigami(unit: np.ndarray) -> np.ndarray:
+    x = np.pi * (2.0 * unit - 1.0)
+    return np.sin(x[:, 0]) + 7.0 * np.sin(x[:, 1]) ** 2 + 0.1 * x[:, 2] ** 4 * np.sin(x[:, 0])
+
+
+@pytest.mark.parametrize("engine", [qmc.Sobol, qmc.LatinHypercube])
+def test_indices_of_ishigami_are_those_of_the_closed_form(engine):
+    unit = engine(3, seed=1).random(4096)
+    (found,) = sobol_indices(unit, ishigami(unit)[:, None])
+    assert found.first == pytest.approx(FIRST, abs=0.002)
+    assert found.total == pytest.approx(TOTAL, abs=0.002)
+    assert found.quality > 0.9999
+
+
+def test_indices_settle_and_their_intervals_hold_the_closed_form():
+    errors = []
+    for count in (128, 512):
+        unit = qmc.Sobol(3, seed=2).random(count)
+        (found,) = sobol_indices(unit, ishigami(unit)[:, None])
+        errors.append(np.abs(found.total - TOTAL).max())
+        margin = 0.01 if count == 512 else 0.05
+        for exact, (low, high) in zip(TOTAL, found.total_range.T, strict=True):
+            assert low - margin <= exact <= high + margin
+    assert errors[1] < errors[0]
+
+
+def test_indices_of_listed_values_are_those_of_the_variance_of_the_levels():
+    unit = qmc.Sobol(2, seed=3).random(512)
+    levels = np.array([0.0, 1.0, 5.0])
+    values = levels[(3 * unit[:, 1]).astype(int)] + 2.0 * unit[:, 0]
+    (found,) = sobol_indices(unit, values[:, None], (0, 3))
+    parts = np.array([4.0 / 12.0, levels.var()])
+    assert found.first == pytest.approx(parts / parts.sum(), abs=0.01)
+
+
+def test_what_a_few_noisy_points_cannot_tell_is_not_told():
+    unit = qmc.Sobol(3, seed=4).random(16)
+    noise = np.random.default_rng(5).standard_normal((16, 1))
+    assert sobol_indices(unit, noise)[0].quality < 0.5
+
+
+def test_rank_correlations_are_those_of_spearman():
+    rng = np.random.default_rng(6)
+    unit, values = rng.random((40, 2)), rng.integers(0, 5, (40, 3)).astype(float)
+    expected = spearmanr(unit, values).statistic[:2, 2:]
+    np.testing.assert_allclose(rank_correlations(unit, values), expected, atol=1e-12)
+
+
+def test_a_power_law_is_told_by_its_logarithm_from_the_summary_of_a_study():
+    unit = qmc.Sobol(2, seed=7).random(32)
+    load, wear = 10.0 + 40.0 * unit[:, 0], 1e-13 * 10.0 ** unit[:, 1]
+    summary = xr.Dataset(
+        {
+            "status": ("point", np.zeros(32, dtype="int8")),
+            "wear_volume": (("point", "cycle"), np.stack([0 * load, load**3 * wear], axis=1)),
+        },
+        {
+            "case_id": ("point", [f"case {place}" for place in range(32)]),
+            "cycle": [0.0, 100.0],
+            "load": ("point", load, {"drawn_from": 10.0, "drawn_to": 50.0, "drawn_on": "linear"}),
+            "wear_coefficient": (
+                "point",
+                wear,
+                {"drawn_from": 1e-13, "drawn_to": 1e-12, "drawn_on": "log"},
+            ),
+        },
+    )
+    assert is_sampled(summary)
+    found = result_indices(summary)["wear_volume"]
+    assert found.of_logarithm
+    # Variance of 3 log P for P even from 10 to 50, by quadrature, and of a logarithm that is even.
+    grid = np.log(10.0 + 40.0 * (np.arange(20000) + 0.5) / 20000)
+    parts = np.array([9.0 * grid.var(), np.log(10.0) ** 2 / 12.0])
+    assert found.first == pytest.approx(parts / parts.sum(), abs=0.005)

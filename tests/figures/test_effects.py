@@ -1,0 +1,79 @@
+"""Figures of effects show every pair of cases, and what a design cannot show is refused."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from scipy.stats import qmc
+
+from fretwear.figures.effects import effect_map, effects, parallel_coordinates, sensitivity
+
+
+def drawn(count: int) -> xr.Dataset:
+    """Return a sampled study whose wear volume is a power law."""
+    unit = qmc.Sobol(2, seed=1).random(count)
+    load, friction = 10.0 + 40.0 * unit[:, 0], 0.2 + 0.6 * unit[:, 1]
+    volume = 1e-16 * load**2 * friction
+    return xr.Dataset(
+        {
+            "status": ("point", np.zeros(count, dtype="int8")),
+            "wear_volume": (("point", "cycle"), np.stack([0 * load, volume], axis=1)),
+        },
+        {
+            "case_id": ("point", [str(place) for place in range(count)]),
+            "cycle": [0.0, 100.0],
+            "load": ("point", load, {"drawn_from": 10.0, "drawn_to": 50.0, "drawn_on": "linear"}),
+            "friction": (
+                "point",
+                friction,
+                {"drawn_from": 0.2, "drawn_to": 0.8, "drawn_on": "linear"},
+            ),
+        },
+    )
+
+
+def test_a_line_joins_every_two_cases_that_differ_in_one_parameter(
+    small_study, check_texts: Callable[[Figure], list[str]]
+) -> None:
+    summary = small_study.summary
+    figure = effects(summary, ["wear_volume"])
+    check_texts(figure)
+    final = summary["wear_volume"].isel(cycle=-1)
+    for axes, dim in zip(figure.axes, final.dims, strict=True):
+        (lines,) = (each for each in axes.collections if isinstance(each, LineCollection))
+        paths = np.sort([path.vertices[:, 1] for path in lines.get_paths()], axis=None)
+        expected = np.sort(final.values, axis=None)
+        np.testing.assert_allclose(paths / paths.max(), expected / expected.max())
+        assert len(lines.get_paths()) == final.size // final.sizes[dim]
+
+
+def test_a_heat_map_has_the_final_values_over_both_parameters(small_study) -> None:
+    part = small_study.summary.isel(friction=0, plastic_limit=0)
+    (axes, _) = effect_map(part).axes
+    (image,) = axes.images
+    shown, expected = np.asarray(image.get_array()), part["wear_volume"].isel(cycle=-1).values
+    ratio = shown / (expected if shown.shape == expected.shape else expected.T)
+    np.testing.assert_allclose(ratio, ratio[0, 0])
+
+
+def test_indices_of_a_sample_are_drawn_with_their_convergence() -> None:
+    figure = sensitivity(drawn(64))
+    _, curves = figure.axes
+    assert len(curves.lines) == 2
+    assert [line.get_xdata().tolist() for line in curves.lines] == [[16, 32, 64]] * 2
+    assert curves.lines[0].get_ydata()[-1] > curves.lines[1].get_ydata()[-1]
+    lines = parallel_coordinates(drawn(64)).axes[0].collections[0]
+    assert len(lines.get_paths()) == 64
+
+
+def test_what_a_design_cannot_show_is_refused(small_study) -> None:
+    one = small_study.summary.isel(load=0, friction=0, roughness_amplitude=0, plastic_limit=0)
+    with pytest.raises(ValueError, match="varies nothing"):
+        effects(one)
+    with pytest.raises(ValueError, match="two parameters"):
+        effect_map(drawn(32))
+    with pytest.raises(ValueError, match="sampled study"):
+        sensitivity(small_study.summary)

@@ -1,0 +1,184 @@
+"""Every sentence of the answer holds for all pairs of cases that it speaks of."""
+
+import re
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+
+from fretwear.data.effects import Points
+from fretwear.report.answer import Answer, Claim, answers, companions
+from fretwear.study.study import load_study
+from fretwear.vocabulary import HEADLINES
+
+from ..studies import run_study
+
+DEMO = Path(__file__).parents[2] / "studies/demo.yaml"
+NUMBER = r"([\d.]+)"
+RISE = re.compile(rf"(grows|falls) by (a factor of )?{NUMBER}(?: to {NUMBER})?(\u00a0%)?")
+
+
+def table(summary: xr.Dataset) -> tuple[pd.DataFrame, list[str]]:
+    """Return the finished points with their final results, and the names that vary."""
+    varied = list(map(str, summary["status"].dims))
+    frame = summary["status"].to_dataframe()
+    for name in HEADLINES:
+        frame[name] = summary[name].isel(cycle=-1).to_series()
+    return frame[frame["status"] == 0].reset_index(), varied
+
+
+def pairs(frame: pd.DataFrame, varied: list[str], parameter: str, result: str):
+    """Yield every two points that differ in one parameter: their values, what is held, factor."""
+    rows = frame.to_dict("records")
+    for one, other in combinations(rows, 2):
+        if [n for n in varied if one[n] != other[n]] == [parameter]:
+            low, high = sorted((one, other), key=lambda row: row[parameter])
+            held = {name: low[name] for name in varied if name != parameter}
+            if low[result] > 0.0 and high[result] > 0.0:
+                yield low[parameter], high[parameter], held, high[result] / low[result]
+
+
+def told(text: str) -> list[tuple[str, float, float]]:
+    """Return the factors that a sentence tells, smallest and largest, by the verb."""
+    found = []
+    for verb, factor, low, high, _ in RISE.findall(text):
+        ends = [float(low), float(high or low)]
+        if not factor:
+            sign = 1.0 if verb == "grows" else -1.0
+            ends = sorted(1.0 + sign * end / 100.0 for end in ends)
+        found.append((verb, *ends))
+    return found
+
+
+def check(claim: Claim, factors: list[float]) -> None:
+    """Compare what a claim says with the factors of its pairs, recomputed."""
+    text = claim.text
+    assert len(factors) == claim.factors.size
+    if "stays the same" in text:
+        assert np.abs(np.array(factors) - 1.0).max() <= 5e-3
+        return
+    parts = told(text)
+    assert parts, text
+    counts = re.search(r"in (\d+) and .* in (\d+) of (\d+) pairs", text)
+    if counts:
+        grown = [f for f in factors if f > 1.0]
+        fallen = [f for f in factors if f <= 1.0]
+        assert [len(grown), len(fallen), len(factors)] == list(map(int, counts.groups()))
+        groups = [grown, fallen]
+    else:
+        assert f"in all {len(factors)} pairs" in text or "in the one pair" in text
+        groups = [factors]
+    for (verb, low, high), group in zip(parts, groups, strict=True):
+        # Three digits of a factor, a decimal or a whole number of percent.
+        margin = 6e-3 * max(1.0, high)
+        assert min(group) == pytest.approx(low, abs=margin)
+        assert max(group) == pytest.approx(high, abs=margin)
+        inside = min(group) > 0.999 if verb == "grows" else max(group) < 1.001
+        assert inside, text
+
+
+def check_answer(answer: Answer, frame: pd.DataFrame, varied: list[str]) -> None:
+    sizes = {}
+    for finding in answer.findings:
+        effect = finding.effect
+        name, levels = effect.parameter, effect.points.levels[effect.parameter]
+        known = list(pairs(frame, varied, name, answer.name))
+        covered = 0
+        for claim in (*finding.claims, Claim.whole(effect)):
+            ends = levels[claim.low], levels[claim.high]
+            scope = [each for each in known if each[:2] == ends]
+            if claim.where:
+                divider = effect.divider
+                level = effect.points.place(divider)[effect.low[claim.pairs][0]]
+                value = effect.points.levels[divider][level]
+                scope = [each for each in scope if each[2][divider] == value]
+            check(claim, [factor for *_, factor in scope])
+            covered += len(scope)
+        if len(finding.claims) > 1 or len(levels) == 2:
+            # Claims share out the pairs; the claim about all of them has each once more.
+            neighbours = {(levels[i], levels[i + 1]) for i in range(len(levels) - 1)}
+            ends = {(levels[c.low], levels[c.high]) for c in finding.claims}
+            in_steps = [each for each in known if each[:2] in ends]
+            all_ends = [each for each in known if each[:2] == (levels[0], levels[-1])]
+            assert covered == len(in_steps) + len(all_ends)
+            assert ends in ({(levels[0], levels[-1])}, neighbours)
+        lines = {}
+        for *_, held, factor in known:
+            size = lines.setdefault(tuple(held.values()), 0.0)
+            lines[tuple(held.values())] = max(size, abs(np.log(factor)))
+        sizes[name] = np.mean(list(lines.values())) if lines else 0.0
+    order = [finding.effect.parameter for finding in answer.findings]
+    assert order == sorted(order, key=lambda name: -sizes[name])
+    average = re.search(r"on average by a factor of ([\d.]+):", answer.headline)
+    assert float(average[1]) == pytest.approx(np.exp(sizes[order[0]]), rel=6e-3)
+
+
+def test_every_sentence_holds_for_every_pair_of_a_study_with_holes(finished):
+    frame, varied = table(finished.summary)
+    # Wear that has ceased leaves nothing to compare.
+    found = [a for a in answers(finished.summary) if a.name != "dissipated_energy"]
+    assert [answer.name for answer in found] == list(HEADLINES[:-1])
+    for answer in found:
+        check_answer(answer, frame, varied)
+
+
+@pytest.mark.slow
+def test_every_sentence_on_the_default_study_holds_for_all_pairs(tmp_path):
+    study = load_study(DEMO, ["cycles=300", "output.cycles=[300]"])
+    run_study(study, tmp_path)
+    summary = xr.load_dataset(tmp_path / "summary.nc")
+    frame, varied = table(summary)
+    for answer in answers(summary):
+        assert {finding.effect.parameter for finding in answer.findings} == set(varied)
+        check_answer(answer, frame, varied)
+    together = companions(Points.of(summary))
+    assert "tangential load amplitude is not held" in together
+    assert together.count("by a factor of 2.00 with the ") == 2
+
+
+def made_up(values: dict[str, list], volumes: np.ndarray) -> xr.Dataset:
+    """Return a merged study with these final wear volumes over a grid."""
+    dims, shape = list(values), volumes.shape
+    return xr.Dataset(
+        {
+            "status": (dims, np.zeros(shape, dtype="int8")),
+            "wear_volume": ((*dims, "cycle"), np.stack([0 * volumes, volumes], axis=-1)),
+        },
+        {
+            **values,
+            "cycle": [0.0, 10.0],
+            "case_id": (dims, np.arange(volumes.size).astype(str).reshape(shape)),
+        },
+    )
+
+
+def test_what_rises_and_falls_again_is_told_step_by_step():
+    limits = [3e9, 4.5e9, np.inf]
+    volumes = np.array([[1.0, 0.87, 4.0], [1.0, 0.88, 4.2]]).T
+    (answer,) = answers(made_up({"plastic_limit": limits, "friction": [0.3, 0.6]}, volumes))
+    hardness = next(f for f in answer.findings if f.effect.parameter == "plastic_limit")
+    assert (
+        "from 3000\u00a0MPa to 4500\u00a0MPa it falls by 12 to 13\u00a0% in all 2" in hardness.text
+    )
+    assert "from 4500\u00a0MPa to elastic it grows by a factor of 4.60 to 4.77" in hardness.text
+
+
+def test_a_parameter_that_acts_both_ways_is_told_where_it_does_which():
+    volumes = np.array([[1.0, 0.9], [3.0, 6.5]])
+    study = made_up({"plastic_limit": [4.5e9, np.inf], "roughness_amplitude": [0.0, 2e-7]}, volumes)
+    (answer,) = answers(study)
+    finding = next(f for f in answer.findings if f.effect.parameter == "roughness_amplitude")
+    assert finding.text == (
+        "from smooth to 0.2\u00a0µm it falls by 10\u00a0% in the one pair where the plastic limit "
+        "is 4500 MPa and grows by a factor of 2.17 in the one pair where elastic"
+    )
+
+
+def test_one_case_and_a_result_that_nothing_changes_are_said_to_be_so():
+    (alone,) = answers(made_up({"load": [20.0]}, np.array([1.0])))
+    assert alone.headline == "There are no two cases that differ in one parameter alone."
+    (same,) = answers(made_up({"load": [20.0, 30.0]}, np.array([1.0, 1.0])))
+    assert same.headline == "No parameter changes it."
