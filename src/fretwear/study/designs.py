@@ -181,9 +181,14 @@ def _read_range(
         problems.append(Problem(key, raw, rule, hint))
         return None
     quantity = parameter_of(name)
-    if type(quantity) is not Quantity:
-        rule = "has values that are no single quantity and cannot be drawn from a range"
-        problems.append(Problem(key, raw, rule, "write a list: its values are drawn"))
+    no_number = Problem(
+        key,
+        raw,
+        "has values that are no single quantity and cannot be drawn from a range",
+        "write a list: its values are drawn",
+    )
+    if not isinstance(quantity, Quantity):
+        problems.append(no_number)
         return None
     for part, value in raw.items():
         if part not in _RANGE_KEYS:
@@ -200,6 +205,9 @@ def _read_range(
             continue
         ends.append(read_value(name, raw[part], f"{key}.{part}", problems))
     if len(problems) > before:
+        return None
+    if not all(isinstance(end, float) for end in ends):
+        problems.append(no_number)
         return None
     low, high = ends
     if not low < high < float("inf"):
