@@ -47,17 +47,3 @@ def test_the_version_is_printed(program):
         [sys.executable, *program, "--version"], capture_output=True, text=True, check=True
     )
     assert done.stdout == f"fretwear {fretwear.__version__}\n"
-
-
-def test_a_reader_that_has_seen_enough_ends_a_command_without_a_traceback(desk, content):
-    content["vary"]["friction"] = [0.2 + 0.001 * step for step in range(500)]
-    desk.write(content)
-    with subprocess.Popen(
-        [sys.executable, "-m", "fretwear", "plan", "tiny.yaml"],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        cwd=desk.folder,
-    ) as process:
-        process.stdout.readline()
-        process.stdout.close()
-        assert process.stderr.read() == b""

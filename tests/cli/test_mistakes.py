@@ -27,27 +27,6 @@ def test_all_mistakes_in_a_study_are_named_and_nothing_is_written(desk, content,
     assert desk.files() == ["tiny.yaml"]
 
 
-@pytest.mark.parametrize(
-    ("text", "reason"),
-    [("base: [1, 2", "not YAML"), ("", "empty"), ("just words", "must hold keys")],
-)
-def test_a_file_that_is_no_study_is_refused(desk, text, reason):
-    desk.write(text, "odd.yaml")
-    result = desk.call("run", "odd.yaml")
-    assert result.exit_code == 2
-    assert "odd.yaml" in result.stderr
-    assert reason in result.stderr
-    assert desk.files() == ["odd.yaml", "tiny.yaml"]
-
-
-def test_a_mistake_on_the_command_line_is_named_as_it_was_written(desk):
-    result = desk.call("run", "tiny.yaml", "--set", "laod=30 N", "--set", "friction=two")
-    assert result.exit_code == 2
-    assert "--set laod = 30 N" in result.stderr
-    assert "did you mean 'load'" in result.stderr
-    assert "--set friction = two" in result.stderr
-
-
 HELP = "--help'"
 
 

@@ -51,14 +51,6 @@ def names(path):
     return sorted(each.name for each in path.parent.iterdir())
 
 
-def test_a_job_leaves_its_file_and_nothing_else(case, path):
-    outcome = job(case, path)
-    with open_history(path) as history:
-        assert outcome.steps == history["step"][-1]
-    assert not outcome.is_taken_over
-    assert names(path) == ["a.nc"]
-
-
 @pytest.mark.slow
 def test_of_two_processes_at_once_one_computes_and_the_other_takes_its_file(run, tmp_path):
     first = run()
@@ -103,31 +95,26 @@ def holding(path, then):
     return tell
 
 
-def written(path, **changes):
-    result = simulate.run(make_case(cycles=200, **changes))
-    write_case(result.dataset, result.history, path)
+@pytest.mark.parametrize(
+    ("changes", "is_taken_over"),
+    [({}, True), ({"friction": 0.6}, False), ({"output_cycles": (7,)}, False), (None, False)],
+    ids=["the same", "another case", "other snapshots", "damaged"],
+)
+def test_after_waiting_only_a_whole_file_of_the_same_run_is_taken(
+    case, path, changes, is_taken_over
+):
+    def write():
+        result = simulate.run(make_case(cycles=200, **(changes or {})))
+        write_case(result.dataset, result.history, path)
+        if changes is None:
+            damage_file(path)
 
-
-def test_after_waiting_only_a_file_of_the_same_run_is_taken(case, path):
-    others = [{}, {"friction": 0.6}, {"output_cycles": (7,)}]
-    for changes, is_taken_over in zip(others, (True, False, False), strict=True):
-        tell = holding(path, lambda changes=changes: written(path, **changes))
-        outcome = simulate_to_file(case, path, tell=tell, command="test")
-        assert outcome.is_taken_over is is_taken_over
-        with open_case(path) as dataset:
-            assert dataset.attrs["case_id"] == case.case_id
-            assert list(dataset["cycle"]) == [0, 200]
-
-
-def test_after_waiting_a_damaged_file_is_not_taken(case, path):
-    def damaged():
-        written(path)
-        damage_file(path)
-
-    outcome = simulate_to_file(case, path, tell=holding(path, damaged), command="test")
-    assert not outcome.is_taken_over
-    with open_case(path) as dataset, simulate.simulate(case) as expected:
-        xr.testing.assert_equal(dataset["pressure"].load(), expected["pressure"])
+    outcome = simulate_to_file(case, path, tell=holding(path, write), command="test")
+    assert outcome.is_taken_over is is_taken_over
+    with open_case(path) as dataset:
+        assert dataset.attrs["case_id"] == case.case_id
+        assert list(dataset["cycle"]) == [0, 200]
+    assert names(path) == ["a.nc"]
 
 
 def test_results_that_are_removed_while_they_are_computed_are_written_all_the_same(case, path):

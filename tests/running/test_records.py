@@ -17,32 +17,18 @@ from fretwear.running.records import (
 HEAD = "s\th:m:s\tmax_rss\tcpu_time\n"
 
 
-def test_a_failed_case_is_told_with_its_reason_and_its_log(tmp_path):
-    record(tmp_path, "P50N-1", "no step after cycle 3 comes to an end")
-    (failure,) = failures(tmp_path).values()
-    assert (failure.case_id, failure.reason) == ("P50N-1", "no step after cycle 3 comes to an end")
-    assert tmp_path / failure.log == log_file(tmp_path, "P50N-1")
-    assert str(failure) == "no step after cycle 3 comes to an end (log: logs/simulate/P50N-1.log)"
-
-
-def test_a_case_whose_process_vanished_is_told_as_well(tmp_path):
-    record(tmp_path, "killed")
-    assert failures(tmp_path)["killed"].reason == ENDED
-    record(tmp_path, "killed", "out of memory")
-    assert failures(tmp_path)["killed"].reason == "out of memory"
-
-
-def test_a_case_that_has_a_result_now_is_not_told(tmp_path):
-    record(tmp_path, "first", "broken")
+def test_failed_cases_are_told_with_reason_and_log_until_they_have_a_result(tmp_path):
+    assert failures(tmp_path) == failures(tmp_path / "missing") == {}
+    record(tmp_path, "first")
+    assert failures(tmp_path)["first"].reason == ENDED, "its process vanished"
+    record(tmp_path, "first", "no step after cycle 3 comes to an end")
     record(tmp_path, "second", "broken")
+    failure, _ = failures(tmp_path).values()
+    assert tmp_path / failure.log == log_file(tmp_path, "first")
+    assert str(failure) == "no step after cycle 3 comes to an end (log: logs/simulate/first.log)"
     forget(tmp_path, "first")
     forget(tmp_path, "never failed")
     assert list(failures(tmp_path)) == ["second"]
-
-
-def test_a_study_without_failures_has_none(tmp_path):
-    assert failures(tmp_path) == {}
-    assert failures(tmp_path / "missing") == {}
 
 
 def test_records_that_are_cut_short_or_of_something_else_are_passed_over(tmp_path):

@@ -290,11 +290,6 @@ def test_the_verdict_names_what_failed_but_not_what_other_studies_left(jobs):
     assert lines[1] == f"  {case_id}: the wheel came off (log: {log})"
 
 
-def test_an_unsound_study_has_no_jobs(jobs):
-    with pytest.raises(StudyError, match="larger than 0"):
-        jobs({**TINY, "vary": {"load": ["-1 N"]}})
-
-
 def test_a_study_is_chosen_by_its_key_alone_and_a_misspelt_one_does_not_run_the_default():
     assert chosen_study({}) == "demo"
     assert chosen_study({"study": "paper"}) == "paper"

@@ -61,10 +61,6 @@ def test_what_cannot_be_read_is_refused_with_the_reason(tmp_path, text, part):
     assert part in refusal(tmp_path, text)
 
 
-def test_the_line_of_broken_yaml_is_said(tmp_path):
-    assert "line 3" in refusal(tmp_path, "a: 1\nb: 2\nc: d: e\n")
-
-
 @pytest.mark.parametrize(
     "text", ["a: !!python/object/apply:os.getcwd []\n", "a: !!python/name:os.system x\n", "a: !x y"]
 )
@@ -93,21 +89,6 @@ def test_values_that_yaml_cannot_make_are_problems(tmp_path, text):
     (problem,) = read(tmp_path, text).problems
     assert problem.key == "a"
     assert len(problem.value) <= 60
-
-
-def test_a_missing_file_is_refused_with_the_nearest_name(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "demo.yaml").write_text("a: 1\n")
-    with pytest.raises(StudyError, match=r"no such file[\s\S]*did you mean .*demo\.yaml"):
-        read_document(tmp_path / "dmo.yaml")
-    with pytest.raises(StudyError, match=r"there is no folder .*nowhere"):
-        read_document(tmp_path / "nowhere" / "demo.yaml")
-
-
-def test_a_folder_is_refused_with_what_it_holds(tmp_path):
-    (tmp_path / "demo.yaml").write_text("a: 1\n")
-    with pytest.raises(StudyError, match=r"is a folder[\s\S]*demo\.yaml"):
-        read_document(tmp_path)
 
 
 def test_a_pipe_is_refused_without_waiting_for_it(tmp_path):
