@@ -48,12 +48,7 @@ _STUDY_TEXTS = ("title", "source", "study", "design", "study_file")
 def case_problem(file: netCDF4.Dataset, size: int) -> str:
     """Say what is wrong with a case file before its arrays are read; empty where nothing is.
 
-    Parameters
-    ----------
-    file : netCDF4.Dataset
-        The open file, whose variables have the dimensions of a case.
-    size : int
-        Its bytes.
+    Its variables have the dimensions of a case, and it has so many bytes.
     """
     problem = _size_problem((file, file.groups["history"]), size) or _text_problem(
         file, _CASE_TEXTS

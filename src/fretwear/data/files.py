@@ -56,15 +56,7 @@ def add_checksum(path: Path) -> None:
 
 
 def damage(path: Path, kind: str) -> str:
-    """Say what is wrong with a file that should end with its checksum; empty when it is whole.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-        The file; it is read once.
-    kind : str
-        What it should be, such as ``"case file"``.
-    """
+    """Say what is wrong with a file of a kind that ends with a checksum; empty when it is whole."""
     if not path.exists():
         return "there is no such file"
     if not path.is_file():
@@ -121,15 +113,7 @@ def open_lazily(path: str | PathLike[str], group: str | None = None) -> xr.Datas
 
 @dataclass(frozen=True)
 class CaseFile:
-    """A case file that is whole, and open.
-
-    Attributes
-    ----------
-    path : pathlib.Path
-        The file.
-    file : netCDF4.Dataset
-        The open file.
-    """
+    """A case file that is whole, and open."""
 
     path: Path
     file: netCDF4.Dataset
@@ -139,15 +123,7 @@ class CaseFile:
         return str(self.file.getncattr(name)) if name in self.file.ncattrs() else ""
 
     def read(self, name: str, index: Any = np.s_[...]) -> NDArray[Any]:
-        """Read a variable or a part of it.
-
-        Parameters
-        ----------
-        name : str
-            Name of the variable.
-        index : slice, int or tuple of these
-            The part, along the dimensions of the variable.
-        """
+        """Read a variable or a part of it, along its dimensions."""
         return np.asarray(self.file[name][index])
 
     @property
@@ -160,13 +136,7 @@ class CaseFile:
         return CaseFileError(self.path, problem, _RUN_AGAIN)
 
     def check_values(self) -> None:
-        """Look at the numbers of each cycle and at the parameters, fields not included.
-
-        Raises
-        ------
-        CaseFileError
-            When no run could have left them.
-        """
+        """Refuse numbers of a cycle and parameters that no run could have left, but no field."""
         if problem := value_problem(self.file):
             raise self.unusable(problem)
 
@@ -186,10 +156,7 @@ def _opened(path: Path) -> Iterator[netCDF4.Dataset]:
 def opened_case(path: str | PathLike[str]) -> Iterator[CaseFile]:
     """Open a case file after checking that it is whole, which reads it once.
 
-    Raises
-    ------
-    CaseFileError
-        When the file is missing, unfinished, cut short, damaged or no case file.
+    It is a `CaseFileError` to be missing, unfinished, cut short, damaged or no case file.
     """
     path = Path(path)
     if problem := damage(path, "case file"):

@@ -52,17 +52,7 @@ _PLAINLY = os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK
 
 
 class DataFileError(Exception):
-    """A file that cannot be read or written as a whole.
-
-    Attributes
-    ----------
-    path : pathlib.Path
-        The file.
-    problem : str
-        What is wrong with it.
-    remedy : str
-        What to do.
-    """
+    """A file that cannot be read or written as a whole: its path, the problem, the remedy."""
 
     def __init__(self, path: Path, problem: str, remedy: str) -> None:
         super().__init__(path, problem, remedy)
@@ -79,13 +69,7 @@ class CaseFileError(DataFileError):
 
 
 class CaseFilesError(CaseFileError):
-    """Several case files that cannot be used, each with what is wrong and what to do.
-
-    Attributes
-    ----------
-    errors : tuple of CaseFileError
-        One for each file; `path`, `problem` and `remedy` are those of the first.
-    """
+    """Several case files that cannot be used, with an error for each; it begins as the first."""
 
     def __init__(self, errors: Sequence[CaseFileError]) -> None:
         super().__init__(*errors[0].args)
@@ -100,18 +84,8 @@ class CaseFilesError(CaseFileError):
 def write_error(path: Path, cause: OSError | RuntimeError) -> DataFileError:
     """Say why a file could not be written and what to do.
 
-    Parameters
-    ----------
-    path : pathlib.Path
-        The file.
-    cause : OSError or RuntimeError
-        What was raised; the netCDF library raises a RuntimeError without a number when a disk is
-        full, so the free space of the folder counts too.
-
-    Returns
-    -------
-    DataFileError
-        To be raised from `cause`.
+    The netCDF library raises a RuntimeError without a number when a disk is full, so the free
+    space of the folder counts too.
     """
     number = cause.errno if isinstance(cause, OSError) else None
     with suppress(OSError):
@@ -156,14 +130,8 @@ def why_leading_out(folder: Path, root: Path | None = None) -> str:
 
     The folder of all results may be a link, to a larger disk for example: that is a choice for all
     studies. A link in the place of one study could come from anywhere, and so could any link in
-    it, through which Snakemake and its shells would write.
-
-    Parameters
-    ----------
-    folder
-        Folder of one study's results.
-    root
-        What a link in its place must not lead out of; None where the user has named the folder.
+    it, through which Snakemake and its shells would write.  There is no `root` to lead out of
+    where the user has named the folder.
     """
     if root is not None and not folder.resolve().is_relative_to(root.resolve()):
         return (
@@ -227,13 +195,7 @@ def open_log(path: Path) -> TextIO:
 
 
 class Unfailing:
-    """A text stream whose failures end nothing: a full disk, a closed terminal or pipe.
-
-    Parameters
-    ----------
-    stream
-        Where to write; None: nowhere.
-    """
+    """A text stream (None: nowhere) whose failures end nothing: a full disk, a closed pipe."""
 
     def __init__(self, stream: TextIO | None) -> None:
         self._stream = StringIO() if stream is None else stream
@@ -269,22 +231,8 @@ def atomic_path(path: Path) -> Iterator[Path]:
     folder are flushed to the disk before and after the renaming. Whatever goes wrong in the
     ``with`` block, an interrupt included, the temporary file is removed and a file that was there
     before stays as it was. Only a process that is killed outright leaves its temporary file; the
-    next one that writes the same file removes it.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-        The file to write; its folder is made if need be.
-
-    Yields
-    ------
-    pathlib.Path
-        Where to write: an empty file.
-
-    Raises
-    ------
-    DataFileError
-        When the folder cannot be made or written to or the disk is full.
+    next one that writes the same file removes it.  The folder is made if need be; a
+    `DataFileError` tells where it cannot be made or written to, or the disk is full.
     """
     temporary = path.with_name(f".{path.name}.{_host()}.{os.getpid()}.{secrets.token_hex(4)}.tmp")
     try:
@@ -320,16 +268,6 @@ def remove_stale_temporaries(path: Path) -> list[Path]:
 
     A temporary file of this machine is stale when its process is gone; one of another machine or
     container (a shared folder) when nothing has been written to it for a week.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-        The file under its final name.
-
-    Returns
-    -------
-    list of pathlib.Path
-        The temporary files that were removed.
     """
     temporary = re.compile(rf"\.{re.escape(path.name)}\.([^.]+)\.(\d+)\.[0-9a-f]{{8}}\.tmp")
     removed = []
