@@ -3,6 +3,7 @@
 import json
 import math
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
@@ -110,6 +111,12 @@ MEASURED = {
     "file": f"disc.x3p sha256:{64 * 'a'}",
     "patch": ["0 mm", "0 mm", "1 mm", "2 mm"],
 }
+INDENTERS = (
+    {"kind": "ellipsoid", "radius_x": "10 mm", "radius_y": "20 mm"},
+    {"kind": "crossed_cylinders", "radii": ["10 mm", "8 mm"], "angle": "60 deg"},
+    {"kind": "profile", "file": str(Path(__file__).with_name("tip.csv"))},
+    {"kind": "round_punch", "flat_radius": "50 um", "edge_radius": "10 mm"},
+)
 DIMPLE = {"kind": "dimple", "depth": "0.5 um", "width": "20 um"}
 OWN = ("wear_coefficient", "friction_wear")
 
@@ -137,6 +144,7 @@ def examples():
         study_case(wear_coefficient=None, energy_wear_coefficient="5e-5 mm^3/J"),
         study_case(wear_coefficient=None, friction_wear="5e-14 / Pa"),
         study_case(roughness=DIMPLE, cell=None),
+        *(study_case(radius=None, indenter=each) for each in INDENTERS),
         study_case(roughness=SELF_AFFINE),
         study_case(roughness=MEASURED),
         study_case(slip_model={"kind": "uniform", "slip_gap": "1 um"}),
@@ -168,7 +176,7 @@ def moved(leaf, value):
     if isinstance(leaf.parameter, Choice):
         return next(each for each in leaf.parameter.options if each != value)
     if isinstance(leaf.parameter, SourceFile):
-        return Source(value.name, 64 * "b")
+        return Source(value.name, 64 * "b", value.path)
     if isinstance(value, tuple):
         return tuple(0.99 * each for each in value)
     return 0.99 * value

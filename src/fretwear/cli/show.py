@@ -258,7 +258,7 @@ def comparison_lines(a: xr.Dataset, b: xr.Dataset) -> Iterator[str]:
 def _unworn(dataset: xr.Dataset) -> dict[str, float]:
     """Return what closed forms say of the smooth elastic sphere with these parameters."""
     from fretwear.study.case import Case
-    from fretwear.theory import HertzContact, gross_slip_energy
+    from fretwear.theory import HertzContact, LineContact, gross_slip_energy
 
     try:
         case = Case(**json.loads(dataset.attrs["parameters"]))
@@ -266,13 +266,14 @@ def _unworn(dataset: xr.Dataset) -> dict[str, float]:
         return {}
     hertz, friction, coupling = case.hertz, case.friction, case.coupling
     found = {
-        "contact_half_width_x": hertz.contact_radius,
-        "contact_half_width_y": hertz.contact_radius,
         "contact_area": hertz.load / hertz.mean_pressure,
         "central_pressure": hertz.peak_pressure,
         "peak_pressure": hertz.peak_pressure,
         "approach": hertz.approach,
     }
+    if all(case.indenter.even):
+        half_x, half_y = case.indenter.half_widths(hertz)
+        found |= {"contact_half_width_x": half_x, "contact_half_width_y": half_y}
     if stroke := case.loading.stroke:
         return found | {
             "stick_half_width_x": 0.0,
@@ -288,6 +289,16 @@ def _unworn(dataset: xr.Dataset) -> dict[str, float]:
             "stick_area": 0.0,
             "tangential_displacement": slid,
             "dissipated_energy": gross_slip_energy(hertz, friction, coupling, slid),
+        }
+    if type(hertz) not in (HertzContact, LineContact):
+        # By Ciavarella and Jäger stick is the contact of the same bodies under P*.
+        stick = hertz.with_load(case.stick_load)
+        found["central_pressure"] = getattr(hertz, "central_pressure", hertz.peak_pressure)
+        if all(case.indenter.even):
+            found["stick_half_width_x"] = case.indenter.half_widths(stick)[0]
+        return found | {
+            "stick_area": stick.load / stick.mean_pressure,
+            "tangential_displacement": friction * coupling * (hertz.approach - stick.approach),
         }
     sliding = case.indenter.partial_slip(hertz, friction, case.tangential_load, coupling)  # type: ignore[arg-type]
     stick = sliding.stick_contact

@@ -36,6 +36,10 @@ class Bodies(Part):
         """κ = E*/G*, tangential compliance relative to the normal one."""
         raise NotImplementedError
 
+    def coupling_weighing(self, weight: float) -> float:  # noqa: ARG002 - where one is all there is
+        """κ in a contact where Poisson's ratio has a weight; that of a circle is 1/2."""
+        return self.coupling
+
 
 @dataclass(frozen=True)
 class ElasticBodies(Bodies):
@@ -83,6 +87,10 @@ class ElasticBodies(Bodies):
     def coupling(self) -> float:
         """κ = E*/G*, with 1/G* = (2−ν1)/(4G1) + (2−ν2)/(4G2)."""
         return coupling_ratio(*self._constants)
+
+    def coupling_weighing(self, weight: float) -> float:
+        """κ in a contact where Poisson's ratio has a weight; that of a circle is 1/2."""
+        return coupling_ratio(*self._constants, weight)
 
     @property
     def slug(self) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Annotated, ClassVar, Literal
@@ -529,8 +528,7 @@ class MeasuredRoughness(Roughness):
     @property
     def slug(self) -> str:
         """The name of the file and the beginning of its checksum."""
-        stem = re.sub(r"[^A-Za-z0-9._-]+", "-", self.file.name.partition(".")[0])[:24]
-        return f"{stem}-{self.file.checksum[:6]}"
+        return self.file.slug
 
 
 @lru_cache(maxsize=8)

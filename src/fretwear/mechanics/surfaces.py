@@ -4,20 +4,34 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, ClassVar, Literal
+from functools import lru_cache
+from typing import Annotated, Any, ClassVar, Literal
+
+import numpy as np
 
 from fretwear.mechanics.geometry import Array, Even
 from fretwear.mechanics.loading import Normal
 from fretwear.mechanics.materials import Bodies
-from fretwear.parts import Part, Quantity
+from fretwear.parts import Part, PerBody, Quantity, pair
 from fretwear.theory import (
     CattaneoMindlin,
+    EllipticContact,
     HertzContact,
     LimitingState,
     LineContact,
     LineLimitingState,
     LinePartialSlip,
+    RoundContact,
+    RoundedPunch,
 )
+from fretwear.theory.punch import Reduced
+from fretwear.topography import Source, SourceFile, read_profile
+from fretwear.units import QuantityError
+
+LEAST_AXIS_RATIO = 0.05
+"""Half-axes of an ellipse that is still a point contact."""
+
+_TABLE = 1000
 
 
 class Indenter(Part):
@@ -30,6 +44,8 @@ class Indenter(Part):
     detail, cells
         What `finest` is the length of, in a word, and how many cells resolve it; half as many
         would just do.
+    is_hertzian
+        Whether its smooth contact is one of Hertz's theory.
     is_line
         Whether the contact is a strip in plane strain: loads are per length, N/m.
     smooth, partial_slip, limiting
@@ -39,6 +55,7 @@ class Indenter(Part):
     is_axisymmetric: ClassVar[bool] = False
     detail: ClassVar[str] = "detail"
     cells: ClassVar[int] = 16
+    is_hertzian: ClassVar[bool] = True
     is_line: ClassVar[bool] = False
     smooth: ClassVar[type[HertzContact | LineContact]] = HertzContact
     partial_slip: ClassVar[type[CattaneoMindlin | LinePartialSlip]] = CattaneoMindlin
@@ -67,9 +84,17 @@ class Indenter(Part):
         """The smooth contact that gives the scales, of bodies of a composite modulus, Pa."""
         return normal.hertz(self.smooth, self.curvature_radius, modulus)
 
+    def half_widths(self, contact: HertzContact | LineContact) -> tuple[float, float]:
+        """Half-widths along x and y, m, of the smooth contact."""
+        return contact.contact_radius, contact.contact_radius
+
     def coupling(self, bodies: Bodies) -> float:
         """κ, tangential compliance of the bodies relative to the normal one."""
         return bodies.coupling
+
+    def couplings(self, bodies: Bodies) -> tuple[float, ...]:  # noqa: ARG002 - as a rule
+        """Other values that κ has in an elongated contact: of its curvatures along x and y."""
+        return ()
 
 
 @dataclass(frozen=True)
@@ -145,3 +170,309 @@ class Cylinder(Indenter):
     def coupling(self, bodies: Bodies) -> float:  # noqa: ARG002 - of any bodies
         """κ = 1: a half-plane is as compliant along the surface as across it."""
         return 1.0
+
+
+class _Elliptic(Indenter):
+    """An indenter with the gap x²/2R_x + y²/2R_y along some axes: an elliptical contact."""
+
+    @property
+    def radii_of_gap(self) -> tuple[float, float]:
+        """R_x and R_y along the axes of the ellipse, m."""
+        raise NotImplementedError
+
+    @property
+    def rotation(self) -> float:
+        """Angle from the x axis to the first axis of the ellipse, rad."""
+        return 0.0
+
+    @property
+    def even(self) -> Even:
+        """Both, where the axes of the ellipse are those of the coordinates."""
+        return self.rotation == 0.0, self.rotation == 0.0
+
+    @property
+    def curvature_radius(self) -> float:
+        """Radius, m, of the sphere with a contact of the same area."""
+        return self._unit(1.0).radius
+
+    def _unit(self, modulus: float) -> EllipticContact:
+        return EllipticContact.of(*self.radii_of_gap, 1.0, modulus)
+
+    def hertz(self, normal: Normal, modulus: float) -> EllipticContact:
+        """The smooth contact: loads grow with the power 3/2 of the approach."""
+        load, approach = normal.given
+        unit = self._unit(modulus)
+        if load is None:
+            assert approach is not None
+            load = (approach / unit.approach) ** 1.5
+        return unit.with_load(load)
+
+    def half_widths(self, contact: HertzContact | LineContact) -> tuple[float, float]:
+        """Half-widths along x and y, m, of the box around the ellipse."""
+        assert isinstance(contact, EllipticContact)
+        first, second = contact.half_widths
+        cos, sin = math.cos(self.rotation), math.sin(self.rotation)
+        return math.hypot(first * cos, second * sin), math.hypot(first * sin, second * cos)
+
+    def coupling(self, bodies: Bodies) -> float:
+        """κ in the centre of the ellipse."""
+        return bodies.coupling_weighing(self._unit(1.0).shear_weights(-self.rotation)[0])
+
+    def couplings(self, bodies: Bodies) -> tuple[float, ...]:
+        """κ of the curvatures along both axes of the ellipse."""
+        _, *weights = self._unit(1.0).shear_weights(-self.rotation)
+        return tuple(bodies.coupling_weighing(weight) for weight in weights)
+
+
+@dataclass(frozen=True)
+class Ellipsoid(_Elliptic):
+    """A body with two radii: gap x²/2R_x + y²/2R_y."""
+
+    radius_x: Annotated[
+        float,
+        Quantity("m", "$R_x$", "radius along x", "mm", like="10 mm", above=0.0),
+    ]
+    radius_y: Annotated[
+        float,
+        Quantity("m", "$R_y$", "radius along y", "mm", like="40 mm", above=0.0),
+    ]
+    kind: Literal["ellipsoid"] = "ellipsoid"
+
+    def gap(self, x: Array, y: Array) -> Array:
+        """x²/2R_x + y²/2R_y, m."""
+        result: Array = x**2 / (2.0 * self.radius_x) + y**2 / (2.0 * self.radius_y)
+        return result
+
+    @property
+    def radii_of_gap(self) -> tuple[float, float]:
+        """R_x and R_y, m."""
+        return self.radius_x, self.radius_y
+
+    @property
+    def problem(self) -> tuple[str, str] | None:
+        """The radii are not too unlike."""
+        return _too_elongated(self._unit(1.0).axis_ratio)
+
+
+@dataclass(frozen=True)
+class CrossedCylinders(_Elliptic):
+    """Two cylinders: that of the flat body along x, the other one at an angle to it."""
+
+    radii: Annotated[
+        float | tuple[float, float],
+        PerBody(
+            "m",
+            "$R$",
+            "cylinder radius",
+            "mm",
+            like="5 mm",
+            above=0.0,
+            description="Radius of both cylinders, or a pair [at the angle, along x].",
+        ),
+    ]
+    angle: Annotated[
+        float,
+        Quantity(
+            "rad",
+            "$ϑ$",
+            "angle of the axes",
+            "deg",
+            like="90 deg",
+            above=0.0,
+            at_most=0.5 * math.pi,
+            description="Angle between the axes; slip is along the axis of the second cylinder.",
+        ),
+    ] = 0.5 * math.pi
+    kind: Literal["crossed_cylinders"] = "crossed_cylinders"
+
+    @property
+    def _terms(self) -> tuple[float, float, float]:
+        """Coefficients of x², xy and y² of the gap, 1/m."""
+        first, second = pair(self.radii)
+        if self.angle == 0.5 * math.pi:
+            return 0.5 / first, 0.0, 0.5 / second
+        sin, cos = math.sin(self.angle), math.cos(self.angle)
+        return 0.5 * sin**2 / first, -sin * cos / first, 0.5 * (cos**2 / first + 1.0 / second)
+
+    def gap(self, x: Array, y: Array) -> Array:
+        """(x sinϑ − y cosϑ)²/2R₁ + y²/2R₂, m."""
+        square_x, product, square_y = self._terms
+        result: Array = square_x * x**2 + square_y * y**2
+        return result + product * x * y if product else result
+
+    @property
+    def rotation(self) -> float:
+        """Angle from the x axis to the flatter principal axis of the gap, rad."""
+        square_x, product, square_y = self._terms
+        return 0.5 * math.atan2(-product, square_y - square_x) if product else 0.0
+
+    @property
+    def radii_of_gap(self) -> tuple[float, float]:
+        """Principal radii of the gap, m."""
+        square_x, product, square_y = self._terms
+        if not product:
+            return 0.5 / square_x, 0.5 / square_y
+        mean, part = 0.5 * (square_x + square_y), 0.5 * math.hypot(square_x - square_y, product)
+        return 0.5 / (mean - part), 0.5 / (mean + part)
+
+    @property
+    def problem(self) -> tuple[str, str] | None:
+        """The axes are not nearly parallel."""
+        return _too_elongated(self._unit(1.0).axis_ratio)
+
+
+def _too_elongated(axis_ratio: float) -> tuple[str, str] | None:
+    slender = min(axis_ratio, 1.0 / axis_ratio)
+    if slender >= LEAST_AXIS_RATIO:
+        return None
+    return (
+        f"has a contact {1.0 / slender:.3g} times as long as it is wide, and one of more than "
+        f"{1.0 / LEAST_AXIS_RATIO:g} is no point contact",
+        "take a cylinder, whose contact is a line",
+    )
+
+
+class _Round(Indenter):
+    """A body of revolution with any convex profile."""
+
+    is_axisymmetric: ClassVar[bool] = True
+    is_hertzian: ClassVar[bool] = False
+
+    @property
+    def profile(self) -> Reduced:
+        """As the method of dimensionality reduction has it."""
+        raise NotImplementedError
+
+    def hertz(self, normal: Normal, modulus: float) -> RoundContact:
+        """The smooth contact."""
+        load, approach = normal.given
+        if load is not None:
+            return RoundContact.under(self.profile, load, modulus)
+        assert approach is not None
+        return RoundContact.of_depth(self.profile, approach, modulus)
+
+
+@dataclass(frozen=True)
+class RoundPunch(_Round):
+    """A round flat punch with a rounded edge: gap (r − b)²/2R beyond the flat of radius b."""
+
+    flat_radius: Annotated[
+        float,
+        Quantity("m", "$b$", "radius of the flat", "um", like="100 um", above=0.0),
+    ]
+    edge_radius: Annotated[
+        float,
+        Quantity("m", "$R$", "radius of the edge", "mm", like="10 mm", above=0.0),
+    ]
+    kind: Literal["round_punch"] = "round_punch"
+
+    def gap(self, x: Array, y: Array) -> Array:
+        """(r − b)²/2R beyond the flat, m."""
+        outside = np.maximum(np.hypot(x, y) - self.flat_radius, 0.0)
+        result: Array = outside**2 / (2.0 * self.edge_radius)
+        return result
+
+    @property
+    def profile(self) -> Reduced:
+        """Its closed form."""
+        return RoundedPunch(self.flat_radius, self.edge_radius)
+
+    @property
+    def curvature_radius(self) -> float:
+        """Five times the radius, m, at which the slope of the edge is one fifth."""
+        return self.edge_radius + 5.0 * self.flat_radius
+
+
+@dataclass(frozen=True)
+class ProfileIndenter(_Round):
+    """A body of revolution with the profile of a file, monotone cubics between its points."""
+
+    file: Annotated[
+        Source,
+        SourceFile(
+            "profile",
+            "file",
+            "tip.csv",
+            "Two columns, distance from the axis and height, named with units in the first line.",
+        ),
+    ]
+    kind: Literal["profile"] = "profile"
+
+    def gap(self, x: Array, y: Array) -> Array:
+        """Height above the tip, m; beyond the last point it rises on as at its end."""
+        return _FileProfile(self.file).height(np.hypot(x, y))
+
+    @property
+    def profile(self) -> Reduced:
+        """The profile reduced by quadrature."""
+        return _FileProfile(self.file)
+
+    @property
+    def curvature_radius(self) -> float:
+        """So large that a contact ends within nine tenths of the profile, m."""
+        return 4.5 * _FileProfile(self.file).reach if self.file.path else math.inf
+
+    @property
+    def problem(self) -> tuple[str, str] | None:
+        """What is wrong with the file."""
+        try:
+            read_profile(self.file) if self.file.path else None
+        except QuantityError as error:
+            return f"file {self.file.name}: {error.rule}", error.hint
+        return None
+
+    @property
+    def slug(self) -> str:
+        """The name of the file and the beginning of its checksum."""
+        return self.file.slug
+
+
+@dataclass(frozen=True)
+class _FileProfile:
+    """The profile of a file, reduced by quadrature."""
+
+    source: Source
+
+    @property
+    def reach(self) -> float:
+        """Distance to which it is known, m."""
+        return float(read_profile(self.source)[0][-1])
+
+    def height(self, radius: Array) -> Array:
+        """f, m, at distances from the axis in m."""
+        curve, _ = _curves(self.source)
+        end = self.reach
+        result: Array = curve(np.minimum(radius, end))
+        return result + float(curve(end, 1)) * np.maximum(radius - end, 0.0)
+
+    def depth(self, radius: float) -> float:
+        """g, m."""
+        return float(self._reduced(radius)[0])
+
+    def slope(self, radii: Array) -> Array:
+        """g′."""
+        return self._reduced(radii, 1)[0]
+
+    def integral(self, radius: float) -> float:
+        """∫₀^a g dt, m²."""
+        return float(self._reduced(radius)[1])
+
+    def _reduced(self, radius: float | Array, derivative: int = 0) -> tuple[Array, Array]:
+        _, reduced = _curves(self.source)
+        return reduced(radius, derivative), reduced.antiderivative()(radius)
+
+
+@lru_cache(maxsize=8)
+def _curves(source: Source) -> tuple[Any, Any]:
+    """The profile f(r), and g(t) = t ∫ f′(t sin φ) dφ over a right angle, m."""
+    from scipy.interpolate import CubicSpline, PchipInterpolator
+
+    distance, height = read_profile(source)
+    # A profile has no kink on its axis.
+    curve = PchipInterpolator(
+        np.r_[-distance[:0:-1], distance], np.r_[height[:0:-1], height], extrapolate=True
+    )
+    radii = np.linspace(0.0, 3.0 * distance[-1], _TABLE)
+    sines = np.sin((np.arange(_TABLE) + 0.5) * 0.5 * math.pi / _TABLE)
+    slopes = curve(np.minimum(np.outer(radii, sines), distance[-1]), 1)
+    return curve, CubicSpline(radii, 0.5 * math.pi * radii * slopes.mean(axis=1))

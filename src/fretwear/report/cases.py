@@ -169,8 +169,10 @@ def residuals(
     """
     pressure, shear, gap = (fields[name].astype(np.float64) for name in _EXAMINED)
     area = copies * parameters["cell_x"] * (parameters["cell_y"] if pressure.ndim == 2 else 1.0)
+    # Where the bodies came by a sphere's contact; else as far as they part in the window.
     radius = parameters.get("radius", parameters.get("indenter_radius", np.nan))
     approach = parameters["hertz_radius"] ** 2 / radius
+    approach = approach if np.isfinite(approach) else float(gap.max())
     return Residuals(
         abs(float(pressure.sum()) * area / parameters["load"] - 1.0),
         abs(float(shear.sum()) * area / parameters["tangential_load"] - 1.0),

@@ -212,7 +212,8 @@ def _result(
 def wear_problem(case: Case, *, rings: bool = False) -> WearProblem:
     """The mechanical problem of a case."""
     # A contact at the limit everywhere is the smallest one that carries the load.
-    half_width = _MARGIN * max(case.hertz_radius, case.hertz.spread_radius(case.plastic_limit))
+    spread = _MARGIN * max(1.0, case.hertz.spread_radius(case.plastic_limit) / case.hertz_radius)
+    x, y = case.indenter.half_widths(case.hertz)
     geometry = Line if case.indenter.is_line else Rings if rings else Grid
     return WearProblem(
         indenter=case.indenter,
@@ -225,7 +226,7 @@ def wear_problem(case: Case, *, rings: bool = False) -> WearProblem:
         slip_model=case.slip_model,
         limit=case.plastic_limit,
         spacing=case.grid_spacing,
-        extent=(half_width, half_width),
+        extent=(spread * x, spread * y),
         geometry=geometry,
         debris_fraction=case.debris_fraction,
     )

@@ -71,7 +71,10 @@ def estimate(case: Case) -> Estimate:
     dx, dy = case.grid_spacing
     reach = WINDOW_MARGIN * greatest_contact_radius(case)
     sides_x, sides_y = (2 - is_even for is_even in even_in(case.indenter, case.roughness))
-    cells_x, cells_y = sides_x * math.ceil(reach / dx), sides_y * math.ceil(reach / dy)
+    wide, high = (
+        each / case.hertz_radius * reach for each in case.indenter.half_widths(case.hertz)
+    )
+    cells_x, cells_y = sides_x * math.ceil(wide / dx), sides_y * math.ceil(high / dy)
     if case.indenter.is_line:
         cells_y = 1
     cells = cells_x * cells_y

@@ -60,7 +60,9 @@ def _by_coordinate(of_kinds: tuple[tuple[type[Part], ...], ...]) -> Mapping[str,
             # Of two values, each has a coordinate of its own.
             for value in ((1.0, 2.0), 1.0):
                 try:
-                    found |= {n: p for n, p, _ in leaf.parameter.coordinates(leaf.name, value)}
+                    found |= {
+                        n: p for n, p, _ in leaf.parameter.coordinates(coordinate(leaf.name), value)
+                    }
                 except TypeError:
                     continue
     for member, about in members().items():

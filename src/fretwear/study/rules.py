@@ -311,6 +311,23 @@ def _scar_is_small(case: CaseTree) -> Problem | None:
     return Problem(case.loading.kind, stroke, rule, "lower it, the cycles or the wear coefficients")
 
 
+def _others_need_forces(case: CaseTree) -> Problem | None:
+    """Loads of a contact that is none of Hertz's do not follow the power law of his."""
+    if case.indenter.is_hertzian or (case.normal.holds_load and case.loading.is_force):
+        return None
+    part = case.normal if not case.normal.holds_load else case.loading
+    rule = f"cannot be given of a {case.indenter.kind}, which is pressed and moved by forces only"
+    return Problem(part.kind, None, rule, "write load, and tangential_ratio or tangential_load")
+
+
+def _sphere_slip_needs_a_sphere(case: CaseTree) -> Problem | None:
+    kind, model = case.indenter.kind, case.slip_model.kind
+    if model != "cattaneo_mindlin" or case.indenter.is_line or kind == "sphere":
+        return None
+    rule = f"is the closed form of a sphere and cannot stand for a {kind}"
+    return Problem("slip_model", model, rule, "write slip_model: jaeger")
+
+
 def _line_is_smooth(case: CaseTree) -> Problem | None:
     if not case.indenter.is_line or case.roughness is None:
         return None
@@ -322,6 +339,12 @@ def _part_is_sound(case: CaseTree) -> Problem | None:
     """A roughness may have a rule between its own parameters."""
     broken = None if case.roughness is None else case.roughness.problem
     return None if broken is None else Problem("roughness", None, *broken)
+
+
+def _indenter_is_sound(case: CaseTree) -> Problem | None:
+    """An indenter may have a rule between its own parameters."""
+    broken = case.indenter.problem
+    return None if broken is None else Problem("indenter", None, *broken)
 
 
 _CONTACT = frozenset({"indenter", "bodies", "normal"})
@@ -337,6 +360,9 @@ RULES = (
         _scar_is_small,
     ),
     Rule(frozenset({"indenter", "roughness"}), _line_is_smooth),
+    Rule(frozenset({"indenter"}), _indenter_is_sound),
+    Rule(frozenset({"indenter", "normal", "loading"}), _others_need_forces),
+    Rule(frozenset({"indenter", "slip_model"}), _sphere_slip_needs_a_sphere),
     Rule(frozenset({"roughness"}), _part_is_sound),
     Rule(frozenset({"tangential_ratio"}), _ratio_slides),
     Rule(frozenset({"normal", "loading", "friction_law", "bodies", "indenter"}), _load_slides),
@@ -489,7 +515,23 @@ def _points_are_few(case: CaseTree) -> Doubt | None:
     )
 
 
+def _coupling_is_no_number(case: CaseTree) -> Doubt | None:
+    """In an elongated contact a traction like the pressure displaces unlike the pressure."""
+    others = case.indenter.couplings(case.bodies)
+    if not others:
+        return None
+    # In a circle they are 9 % off at ν = 0.3, on both sides, which is the model's own error.
+    error = max(abs(other / case.coupling - 1.0) for other in others)
+    return Doubt(
+        "is elongated, so that slip is not in one proportion κ to the gap of the reduced contact",
+        f"κ is {case.coupling:.4g} in the centre and taken everywhere, but "
+        f"{' and '.join(f'{other:.4g}' for other in others)} by the curvatures",
+        f"take slip and wear for uncertain by up to {100.0 * error:.0f} %",
+    )
+
+
 _DOUBTS = (
+    _coupling_is_no_number,
     _surface_is_small,
     _points_are_few,
     _roughness_repeats,

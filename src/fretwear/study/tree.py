@@ -230,7 +230,11 @@ class CaseTree:
 
     @property
     def hertz_radius(self) -> Annotated[float, Quantity("m", "$a$", "Hertz contact radius", "um")]:
-        """Contact radius a of the smooth elastic sphere, or half-width of the cylinder, in m."""
+        """Contact radius a of the smooth elastic bodies, or half-width of the cylinder, in m.
+
+        Of an elliptical contact it is that of the circle of the same area. It gives the scale of
+        contacts that are none of Hertz's theory too, but is no coordinate of theirs.
+        """
         return self.hertz.contact_radius
 
     @property
@@ -298,8 +302,10 @@ class CaseTree:
         )
         if self.loading.stroke:
             contact = radius / CELLS_PER_SLIDING_CONTACT_RADIUS
+        # An elliptical contact is resolved alike along both of its axes.
+        wide = (each / radius * contact for each in self.indenter.half_widths(self.hertz))
         fine = [[each / part.cells for each in part.finest] for part in self.surfaces.values()]
-        dx, dy = (_rounded_down(min(contact, *each)) for each in zip(*fine, strict=True))
+        dx, dy = (_rounded_down(min(each)) for each in zip(wide, *fine, strict=True))
         return dx, dy
 
     def canonical_parameters(self) -> dict[str, Any]:
@@ -393,7 +399,9 @@ class CaseTree:
             else:
                 yield from _of_part(member, value)
         for name, known in derived.items():
-            yield from known.coordinates(name, getattr(self, name))
+            # What is called after Hertz is said of no other contact.
+            is_said = self.indenter.is_hertzian or not name.startswith("hertz")
+            yield from known.coordinates(name, getattr(self, name) if is_said else math.nan)
 
 
 def _of_part(member: str, part: Part | None) -> Iterator[tuple[str, Parameter, float | str]]:

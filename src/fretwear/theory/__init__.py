@@ -5,6 +5,7 @@ strain, ``x`` the distance from its middle, and its loads are per length. Arrays
 accepted for ``r`` and ``x`` and returned in that shape.
 """
 
+from fretwear.theory.elliptic import EllipticContact
 from fretwear.theory.hertz import HertzContact
 from fretwear.theory.limiting_state import LimitingState
 from fretwear.theory.line_contact import LineContact, LineLimitingState, LinePartialSlip
@@ -16,14 +17,18 @@ from fretwear.theory.materials import (
     shear_modulus,
 )
 from fretwear.theory.partial_slip import CattaneoMindlin, gross_slip_energy
+from fretwear.theory.punch import RoundContact, RoundedPunch
 
 __all__ = [
     "CattaneoMindlin",
+    "EllipticContact",
     "HertzContact",
     "LimitingState",
     "LineContact",
     "LineLimitingState",
     "LinePartialSlip",
+    "RoundContact",
+    "RoundedPunch",
     "composite_modulus",
     "composite_shear_modulus",
     "coupling_ratio",

@@ -8,54 +8,43 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import lru_cache
+
+from fretwear.theory.hertz import HertzContact
 
 _DIRECTIONS = 720
 
 
 @dataclass(frozen=True)
-class EllipticContact:
+class EllipticContact(HertzContact):
     """Elastic contact of bodies with the gap x²/2R_x + y²/2R_y.
+
+    ``radius`` is that of the sphere whose contact has the same area at every load.
 
     Attributes
     ----------
-    radius_x, radius_y : float
-        Relative radii of curvature, m.
-    load : float
-        Normal load P, N.
-    composite_modulus : float
-        E*, Pa.
+    axis_ratio : float
+        Half-axis along y over that along x.
     """
 
-    radius_x: float
-    radius_y: float
-    load: float
-    composite_modulus: float
+    axis_ratio: float = 1.0
 
-    @cached_property
+    @classmethod
+    def of(
+        cls, radius_x: float, radius_y: float, load: float, composite_modulus: float
+    ) -> EllipticContact:
+        """Contact of bodies by their relative radii of curvature, m."""
+        ratio = _axis_ratio(radius_x / radius_y)
+        # 1/2R_x = (p₀/E*) (b/a²) R_D(0, b²/a², 1)/3 with half-axes a, b along x, y.
+        integral = _carlson_d(ratio**2, 1.0) / 3.0
+        radius = 4.0 / math.pi * radius_x * integral * ratio * math.sqrt(ratio)
+        return cls(radius, load, composite_modulus, ratio)
+
+    @property
     def half_widths(self) -> tuple[float, float]:
         """Half-axes of the ellipse along x and along y, m."""
-        ratio = _axis_ratio(self.radius_x / self.radius_y)
-        # P = (2π/3) p₀ a b and 1/2R_x = (p₀/E*) (b/a²) R_D(0, b²/a², 1)/3 for b, a along y, x.
-        integral = _carlson_d(ratio**2, 1.0) / 3.0
-        cube = 3.0 * self.load * self.radius_x * integral / (math.pi * self.composite_modulus)
-        along_x = math.cbrt(cube)
-        return along_x, ratio * along_x
-
-    @property
-    def contact_radius(self) -> float:
-        """Of the circle of the same area, m."""
-        return math.sqrt(math.prod(self.half_widths))
-
-    @property
-    def peak_pressure(self) -> float:
-        """p₀ = 3P/2πab, Pa."""
-        return 1.5 * self.mean_pressure
-
-    @property
-    def mean_pressure(self) -> float:
-        """P/πab, Pa."""
-        return self.spread_pressure(self.contact_radius)
+        root = math.sqrt(self.axis_ratio)
+        return self.contact_radius / root, self.contact_radius * root
 
     @property
     def approach(self) -> float:
@@ -68,37 +57,27 @@ class EllipticContact:
         """Contact of the same bodies under another load (N)."""
         return replace(self, load=load)
 
-    def load_within(self, radius: float) -> float:
-        """Load, N, within a similar ellipse, whose half-axes have the given geometric mean, m."""
-        outside = max(0.0, 1.0 - (radius / self.contact_radius) ** 2)
-        return self.load * (1.0 - outside * math.sqrt(outside))
+    def shear_weights(self, angle: float = 0.0) -> tuple[float, float, float]:
+        """How the displacement by a traction weighs Poisson's ratio; see `coupling_ratio`.
 
-    def spread_pressure(self, radius: float) -> float:
-        """Uniform pressure, Pa, that carries the load on the area of a circle, radius in m."""
-        return self.load / (math.pi * radius**2)
-
-    def spread_radius(self, pressure: float) -> float:
-        """Radius, m, of the circle that carries the load at a uniform pressure, Pa."""
-        return math.sqrt(self.load / (math.pi * pressure))
-
-    def shear_weights(self) -> tuple[float, float, float]:
-        """How the tangential displacement along x weighs Poisson's ratio; see `coupling_of`.
+        The traction points along a direction at an angle, rad, to x.
 
         Returns
         -------
         In the centre, and for the curvatures of the displacement along x and along y: for a circle
-        1/2, 1/4 and 3/4.
+        1/2 and, at no angle, 1/4 and 3/4.
         """
         along_x, along_y = self.half_widths
         sums = [[0.0, 0.0] for _ in range(3)]
         # Along a line in the direction φ through a point, the pressure integrates to a quadratic
         # form of its place.
         for step in range(_DIRECTIONS):
-            angle = (step + 0.5) * math.pi / _DIRECTIONS
-            cos, sin = math.cos(angle) ** 2, math.sin(angle) ** 2
+            direction = (step + 0.5) * math.pi / _DIRECTIONS
+            cos, sin = math.cos(direction) ** 2, math.sin(direction) ** 2
+            aligned = math.cos(direction - angle) ** 2
             reach = 1.0 / math.sqrt(cos / along_x**2 + sin / along_y**2)
             for total, weight in zip(sums, (reach, reach**3 * sin, reach**3 * cos), strict=True):
-                total[0] += weight * cos
+                total[0] += weight * aligned
                 total[1] += weight
         centre, x, y = (weighted / plain for weighted, plain in sums)
         return centre, x, y

@@ -46,25 +46,41 @@ def composite_modulus(
 
 
 def composite_shear_modulus(
-    youngs_modulus_1: float, poisson_ratio_1: float, youngs_modulus_2: float, poisson_ratio_2: float
+    youngs_modulus_1: float,
+    poisson_ratio_1: float,
+    youngs_modulus_2: float,
+    poisson_ratio_2: float,
+    weight: float = 0.5,
 ) -> float:
     """Modulus of tangential contact, 1/G* = (2 - ν1)/4G1 + (2 - ν2)/4G2, in Pa: Mindlin (1949).
 
     A traction q distributed like a normal pressure p moves the surfaces by the normal displacement
     times E*/G*; exact for the circular contact of a sphere on its average over directions, and
-    pointwise where the anisotropy of the tangential kernel is neglected.
+    pointwise where the anisotropy of the tangential kernel is neglected. A traction moves what lies
+    in its own direction more than what lies beside it, which in other contacts has another weight w
+    than 1/2: 1/G* = (1 - ν1 + w ν1)/2G1 + …; see `EllipticContact.shear_weights`.
     """
     _require_elastic("_1", youngs_modulus_1, poisson_ratio_1)
     _require_elastic("_2", youngs_modulus_2, poisson_ratio_2)
     # (2 − ν)/4G with G = E/(2 (1 + ν)).
-    compliance_1 = (2.0 - poisson_ratio_1) * (1.0 + poisson_ratio_1) / (2.0 * youngs_modulus_1)
-    compliance_2 = (2.0 - poisson_ratio_2) * (1.0 + poisson_ratio_2) / (2.0 * youngs_modulus_2)
+    beside = 2.0 * (1.0 - weight)
+    compliance_1 = (2.0 - beside * poisson_ratio_1) * (1.0 + poisson_ratio_1)
+    compliance_2 = (2.0 - beside * poisson_ratio_2) * (1.0 + poisson_ratio_2)
+    compliance_1 /= 2.0 * youngs_modulus_1
+    compliance_2 /= 2.0 * youngs_modulus_2
     return 1.0 / (compliance_1 + compliance_2)
 
 
 def coupling_ratio(
-    youngs_modulus_1: float, poisson_ratio_1: float, youngs_modulus_2: float, poisson_ratio_2: float
+    youngs_modulus_1: float,
+    poisson_ratio_1: float,
+    youngs_modulus_2: float,
+    poisson_ratio_2: float,
+    weight: float = 0.5,
 ) -> float:
-    """Tangential over normal compliance, κ = E*/G*; (2 - ν)/(2 (1 - ν)) for equal bodies."""
+    """Tangential over normal compliance, κ = E*/G*; (2 - ν)/(2 (1 - ν)) for equal bodies.
+
+    ``weight`` is as for `composite_shear_modulus`.
+    """
     materials = (youngs_modulus_1, poisson_ratio_1, youngs_modulus_2, poisson_ratio_2)
-    return composite_modulus(*materials) / composite_shear_modulus(*materials)
+    return composite_modulus(*materials) / composite_shear_modulus(*materials, weight)

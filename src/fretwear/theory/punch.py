@@ -1,123 +1,172 @@
-"""Round flat punch with a rounded edge, by the method of dimensionality reduction.
+"""Contact of a body of revolution of any convex profile: a round punch, a profile of one's own.
 
-V. L. Popov and M. Heß (2015), Method of Dimensionality Reduction in Contact Mechanics and
-Friction, Springer: the profile f = (r − b)²/2R of the edge becomes
-g(t) = (t/R)(√(t² − b²) − b arccos(b/t)), from which load and pressure follow by integration.
+By the method of dimensionality reduction the profile f becomes g(t) = t ∫₀^t f′(r)/√(t² − r²) dr.
+A contact of the radius a has the approach g(a), the load 2E* ∫₀^a (g(a) − g(t)) dt and the pressure
+(E*/π) ∫_r^a g′(t)/√(t² − r²) dt: V. L. Popov and M. Heß (2015), Method of Dimensionality Reduction
+in Contact Mechanics and Friction, Springer.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import Protocol
 
-_POINTS = 200
+import numpy as np
+from numpy.typing import NDArray
+
+from fretwear.theory.hertz import HertzContact
+from fretwear.theory.limiting_state import find_root
+
+_POINTS = 400
+
+
+class Reduced(Protocol):
+    """The profile of a body of revolution as the method of dimensionality reduction has it."""
+
+    @property
+    def reach(self) -> float:
+        """Radius, m, that no contact is to exceed."""
+        ...
+
+    def __hash__(self) -> int: ...
+
+    def depth(self, radius: float) -> float:
+        """g, m, at a radius in m."""
+        ...
+
+    def slope(self, radii: NDArray[np.float64]) -> NDArray[np.float64]:
+        """g′ at radii in m."""
+        ...
+
+    def integral(self, radius: float) -> float:
+        """∫₀^a g dt, m², up to a radius in m."""
+        ...
 
 
 @dataclass(frozen=True)
-class RoundPunchContact:
-    """Elastic contact of a flat with a punch that is flat up to the radius b.
-
-    Attributes
-    ----------
-    flat_radius : float
-        b, m.
-    edge_radius : float
-        R of the parabola (r − b)²/2R beyond, m.
-    load : float
-        Normal load P, N.
-    composite_modulus : float
-        E*, Pa.
-    """
+class RoundedPunch:
+    """A punch that is flat up to the radius b and (r − b)²/2R high beyond, m."""
 
     flat_radius: float
     edge_radius: float
-    load: float
-    composite_modulus: float
 
-    @cached_property
-    def contact_radius(self) -> float:
-        """a, m."""
+    @property
+    def reach(self) -> float:
+        """Where the edge has become steep, m."""
+        return self.flat_radius + self.edge_radius
+
+    def depth(self, radius: float) -> float:
+        """G = (t/R)(√(t² − b²) − b arccos(b/t)), m."""
+        root, angle = self._edge(radius)
+        return radius / self.edge_radius * (root - self.flat_radius * angle)
+
+    def slope(self, radii: NDArray[np.float64]) -> NDArray[np.float64]:
+        """g′ = (2√(t² − b²) − b arccos(b/t))/R."""
+        outside = np.maximum(radii, self.flat_radius)
+        root = np.sqrt(outside**2 - self.flat_radius**2)
+        angle = np.arccos(self.flat_radius / outside)
+        result: NDArray[np.float64] = (2.0 * root - self.flat_radius * angle) / self.edge_radius
+        return result
+
+    def integral(self, radius: float) -> float:
+        """∫₀^a g dt, m²."""
+        root, angle = self._edge(radius)
         flat = self.flat_radius
-        # The load is more than that of a paraboloid without its flat, less than with a on top.
-        low, high = (
-            flat,
-            flat + math.cbrt(0.75 * self.load * self.edge_radius / self.composite_modulus),
-        )
-        while self.load_at(high) < self.load:
-            high += high - flat
-        for _ in range(200):
-            middle = 0.5 * (low + high)
-            low, high = (middle, high) if self.load_at(middle) < self.load else (low, middle)
-        return 0.5 * (low + high)
-
-    def load_at(self, contact_radius: float) -> float:
-        """Load, N, of a contact of some radius, m."""
-        root, angle = self._edge(contact_radius)
-        square, flat = contact_radius**2, self.flat_radius
-        bracket = square * root - root**3 / 3.0 - 0.5 * flat * (flat * root + square * angle)
-        return 2.0 * self.composite_modulus / self.edge_radius * bracket
+        return (root**3 / 3.0 - 0.5 * flat * (radius**2 * angle - flat * root)) / self.edge_radius
 
     def _edge(self, radius: float) -> tuple[float, float]:
-        root = math.sqrt(max(0.0, radius**2 - self.flat_radius**2))
-        return root, math.acos(min(1.0, self.flat_radius / radius))
+        outside = max(radius, self.flat_radius)
+        root = math.sqrt(outside**2 - self.flat_radius**2)
+        return root, math.acos(self.flat_radius / outside)
+
+
+@dataclass(frozen=True)
+class RoundContact(HertzContact):
+    """Elastic contact of a body of revolution with a flat.
+
+    ``radius`` is that of the sphere whose contact has the same radius under this load.
+    """
+
+    profile: Reduced = field(kw_only=True)
+
+    @classmethod
+    def under(cls, profile: Reduced, load: float, composite_modulus: float) -> RoundContact:
+        """Contact under a load, N."""
+        return _under(profile, load, composite_modulus)
+
+    @classmethod
+    def of_depth(cls, profile: Reduced, approach: float, composite_modulus: float) -> RoundContact:
+        """Contact at an approach, m."""
+        edge = find_root(lambda radius: approach - profile.depth(radius), 0.0, profile.reach)
+        return cls.under(profile, _load_at(profile, edge, composite_modulus), composite_modulus)
 
     @property
     def approach(self) -> float:
         """δ = g(a), m."""
-        root, angle = self._edge(self.contact_radius)
-        return self.contact_radius / self.edge_radius * (root - self.flat_radius * angle)
-
-    @property
-    def mean_pressure(self) -> float:
-        """P/πa², Pa."""
-        return self.spread_pressure(self.contact_radius)
+        return self.profile.depth(self.contact_radius)
 
     @property
     def central_pressure(self) -> float:
         """p(0), Pa."""
-        return self.pressure(0.0)
+        return float(self.pressure_at(0.0))
 
-    @cached_property
+    @property
     def peak_pressure(self) -> float:
-        """Largest pressure, near the end of the flat, Pa."""
-        flat, edge = self.flat_radius, self.contact_radius
-        radii = (flat + (edge - flat) * (step / 100.0) ** 2 for step in range(-10, 91))
-        return max(self.pressure(max(0.0, radius)) for radius in (0.0, 0.9 * flat, *radii))
+        """Largest pressure, Pa."""
+        return _peak(self.profile, self.contact_radius) * self.composite_modulus
 
-    def pressure(self, radius: float) -> float:
-        """p(r) = (E*/π) ∫ g′(t)/√(t² − r²) dt over max(r, b) … a, Pa, at a distance r in m."""
-        edge, flat = self.contact_radius, self.flat_radius
-        if radius >= edge:
-            return 0.0
-        start = math.sqrt(max(radius, flat) ** 2 - radius**2)
-        length = math.sqrt(edge**2 - radius**2) - start
-        total = 0.0
-        for step in range(_POINTS):
-            # Points crowd at the start, where g′ sets out like a square root.
-            place = (step + 0.5) / _POINTS
-            distance = math.hypot(radius, start + length * place**2)
-            root, angle = self._edge(distance)
-            slope = (2.0 * root - flat * angle) / self.edge_radius
-            total += slope / distance * 2.0 * place
-        return self.composite_modulus / math.pi * total * length / _POINTS
+    def pressure_at(self, radius: float) -> float:
+        """Pressure, Pa, at a distance from the axis, m."""
+        found = _pressure(self.profile, self.contact_radius, radius)
+        return found * self.composite_modulus
 
-    def with_load(self, load: float) -> RoundPunchContact:
+    def with_load(self, load: float) -> RoundContact:
         """Contact of the same bodies under another load (N)."""
-        return replace(self, load=load)
+        return RoundContact.under(self.profile, load, self.composite_modulus)
+
+    def load_at(self, contact_radius: float) -> float:
+        """Load, N, of a contact of some radius, m."""
+        return _load_at(self.profile, contact_radius, self.composite_modulus)
 
     def load_within(self, radius: float) -> float:
         """Load, N, that a disc of some radius, m, in the middle of the contact carries."""
-        edge, total = min(radius, self.contact_radius), 0.0
-        for step in range(_POINTS):
-            place = (step + 0.5) / _POINTS * edge
-            total += self.pressure(place) * place
-        return 2.0 * math.pi * total * edge / _POINTS
+        edge = min(radius, self.contact_radius)
+        places = (np.arange(_POINTS) + 0.5) / _POINTS * edge
+        total = math.fsum(r * self.pressure_at(r) for r in places)
+        return 2.0 * math.pi * edge / _POINTS * total
 
-    def spread_pressure(self, radius: float) -> float:
-        """Uniform pressure, Pa, that carries the load on a contact of some radius, m."""
-        return self.load / (math.pi * radius**2)
 
-    def spread_radius(self, pressure: float) -> float:
-        """Radius, m, of the contact that carries the load at a uniform pressure, Pa."""
-        return math.sqrt(self.load / (math.pi * pressure))
+def _load_at(profile: Reduced, radius: float, modulus: float) -> float:
+    return 2.0 * modulus * (radius * profile.depth(radius) - profile.integral(radius))
+
+
+@lru_cache(maxsize=4096)
+def _under(profile: Reduced, load: float, modulus: float) -> RoundContact:
+    def missing(radius: float) -> float:
+        return load - _load_at(profile, radius, modulus)
+
+    edge = profile.reach
+    if missing(edge) < 0.0:
+        edge = find_root(missing, 1e-9 * edge, edge)
+    return RoundContact(4.0 * modulus * edge**3 / (3.0 * load), load, modulus, profile=profile)
+
+
+@lru_cache(maxsize=4096)
+def _peak(profile: Reduced, edge: float) -> float:
+    """Largest pressure over E*: anywhere, as a rule where the profile leaves a flat."""
+    radii = np.linspace(0.0, 1.0, 201)[:-1] * edge
+    best = max(radii, key=lambda radius: _pressure(profile, edge, radius))
+    around = best + np.linspace(-1.0, 1.0, 101) * radii[1]
+    return max(_pressure(profile, edge, abs(radius)) for radius in around)
+
+
+def _pressure(profile: Reduced, edge: float, radius: float) -> float:
+    """(1/π) ∫ g′(t)/√(t² − r²) dt by t² = r² + v², where the integrand is bounded."""
+    if radius >= edge:
+        return 0.0
+    length = math.sqrt(edge**2 - radius**2)
+    distance = (np.arange(_POINTS) + 0.5) / _POINTS * length
+    at = np.hypot(radius, distance)
+    return float((profile.slope(at) / at).sum()) * length / (_POINTS * math.pi)
