@@ -68,33 +68,6 @@ def test_single_precision_stays_single(kind, matrix, elsewhere):
     np.testing.assert_allclose(result, expected, atol=1e-5)
 
 
-@pytest.mark.parametrize(("kind", "inverse"), [(2, 3), (4, 4)])
-@pytest.mark.parametrize("axes", [(0,), (1,), (0, 1)])
-def test_inverses_undo_them_but_for_the_factor(kind, inverse, axes):
-    result = field()
-    dct(kind, result, axes)
-    dct(inverse, result, axes)
-    factor = np.prod([2 * SHAPE[axis] for axis in axes])
-    np.testing.assert_allclose(result / factor, field(), atol=1e-14)
-
-
-@pytest.mark.parametrize("count", [9, 10])
-def test_even_and_odd_frequencies_of_padded_numbers_are_types_2_and_4(count):
-    padded = np.concatenate([field((3, count)), np.zeros((3, count))], axis=1)
-    dct(2, padded, (1,))
-    even, odd = field((3, count)), field((3, count))
-    np.testing.assert_allclose(padded[:, ::2], dct(2, even, (1,)), atol=1e-13)
-    np.testing.assert_allclose(padded[:, 1::2], dct(4, odd, (1,)), atol=1e-13)
-
-
-def test_some_rows_of_a_larger_field_are_transformed_in_place():
-    whole = np.zeros((9, 10))
-    whole[:6] = field()
-    dct(2, whole[:6], (1,))
-    np.testing.assert_allclose(whole[:6], field() @ type_2(10).T, atol=1e-13)
-    assert not whole[6:].any()
-
-
 def cas(count: int) -> np.ndarray:
     angle = 2.0 * np.pi * np.outer(np.arange(count), np.arange(count)) / count
     return np.cos(angle) - np.sin(angle)

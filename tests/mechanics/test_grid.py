@@ -58,23 +58,6 @@ def test_influence_coefficient_is_the_integral_of_the_point_force(offset: tuple[
     assert coefficients[offset] == near(integral / (np.pi * MODULUS), rel=1e-8)
 
 
-def test_influence_of_a_square_cell_on_itself():
-    coefficients = influence_coefficients((1, 1), (1e-6, 1e-6), MODULUS)
-    assert coefficients[0, 0] == near(4 * np.arcsinh(1) / np.pi * 1e-6 / MODULUS, rel=1e-14)
-    # The number of the literature, to its digits.
-    assert coefficients[0, 0] == near(1.1222 * 1e-6 / MODULUS, rel=1e-4)
-
-
-def test_far_cells_act_like_point_forces():
-    coefficients = influence_coefficients((101, 101), SPACING, MODULUS)
-    for i, j in ((100, 0), (0, 100), (70, 70)):
-        distance = np.hypot(i * SPACING[0], j * SPACING[1])
-        point = SPACING[0] * SPACING[1] / (np.pi * MODULUS * distance)
-        # The next term of the multipole series is at most (h/r)²/12.
-        bound = max(SPACING) ** 2 / (12 * distance**2)
-        assert coefficients[i, j] == near(point, rel=bound)
-
-
 @pytest.mark.parametrize("even", EVEN)
 @pytest.mark.parametrize("shape", [(18, 12), (16, 10)])
 def test_part_and_whole_half_space_agree(shape: tuple[int, int], even: Even):
@@ -96,24 +79,6 @@ def test_whole_half_space_is_the_dense_product(shape: tuple[int, int], library, 
     expected = oracles.influence_matrix(window, MODULUS) @ pressure.ravel()
     result = window.half_space(MODULUS).displacement(pressure)
     assert_equal_to_rounding(result, expected.reshape(shape))
-
-
-def test_uniform_pressure_on_many_cells_is_love_of_the_large_rectangle():
-    shape = (30, 20)
-    window = Grid(shape, SPACING)
-    bodies = window.half_space(MODULUS)
-    size = (2 * shape[0] * SPACING[0], 2 * shape[1] * SPACING[1])
-    x, y = np.meshgrid(window.x, window.y, indexing="ij")
-    result = bodies.displacement(np.ones(shape))
-    # Inside the rectangle too: its formula holds at every point of the surface.
-    k, l = size[0] / 2 + x, x - size[0] / 2  # noqa: E741
-    m, n = size[1] / 2 + y, y - size[1] / 2
-
-    def corner(u: Array, v: Array) -> Array:
-        return u * np.arcsinh(v / np.abs(u)) + v * np.arcsinh(u / np.abs(v))
-
-    expected = corner(k, m) - corner(l, m) - corner(k, n) + corner(l, n)
-    np.testing.assert_allclose(result, expected / (np.pi * MODULUS), rtol=1e-12)
 
 
 @pytest.mark.parametrize("even", EVEN)

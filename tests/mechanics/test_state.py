@@ -15,7 +15,6 @@ from fretwear.mechanics.state import State
 
 from .problems import (
     EVEN,
-    FRICTION,
     HERTZ,
     LOAD,
     P0,
@@ -103,15 +102,3 @@ def test_a_window_of_the_same_shape_changes_nothing():
     problem = fretting(12)
     state = first_loading(problem)
     assert state.on(Workspace(problem), Grid(state.geometry.shape, state.geometry.spacing)) is state
-
-
-def test_growth_rate_is_four_times_wear_friction_and_coupling():
-    problem = fretting(8)
-    state = first_loading(problem)
-    slip = problem.slip(state.reduced)
-    # Δw = 4 K_w p s of one cycle is β p g*.
-    worn = 4 * problem.wear_coefficient * state.pressure * slip
-    np.testing.assert_allclose(
-        problem.growth_rate * state.pressure * state.reduced.gap, worn, rtol=1e-13
-    )
-    assert problem.friction.coefficient == FRICTION
