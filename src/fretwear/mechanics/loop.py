@@ -54,6 +54,8 @@ def loop(
         Places on a quarter of the loop.
     """
     problem: WearProblem = workspace.problem.of(state)
+    if stroke := problem.loading.stroke:
+        return _gliding(problem.friction.coefficient * state.load, stroke, points)
     ground, reduced = workspace.on(state.geometry), state.reduced
     shape = ground.unworn + state.opening + state.plastic
     lowest = float(shape.min())
@@ -90,6 +92,17 @@ def loop(
     falling = np.concatenate([largest - 2.0 * displacement, glide])
     path = np.concatenate([force[-1] - 2.0 * force, np.full(points, -force[-1])])
     return Loop(np.concatenate([path, -path[1:]]), np.concatenate([falling, -falling[1:]]), opening)
+
+
+def _gliding(force: float, stroke: float, points: int) -> Loop:
+    """The loop of a contact of which the sliding alone is imposed: a rectangle."""
+    reversal, glide = (
+        np.linspace(force, -force, points + 1),
+        np.linspace(stroke, -stroke, points + 1),
+    )
+    path = np.concatenate([reversal, np.full(points, -force)])
+    way = np.concatenate([np.full(points + 1, stroke), glide[1:]])
+    return Loop(np.concatenate([path, -path[1:]]), np.concatenate([way, -way[1:]]), stroke)
 
 
 def _interpolated(known: Array, values: Array, places: Array) -> Array:
