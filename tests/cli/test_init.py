@@ -23,6 +23,12 @@ def test_a_new_folder_has_workflow_settings_study_and_gitignore(desk):
     assert desk.call("plan", "new/studies/demo.yaml").exit_code == 0
 
 
+def test_a_study_brings_the_surfaces_that_it_names(desk):
+    assert desk.call("init", "new", "--study", "measured").exit_code == 0
+    assert Path("new/studies/surfaces/ground.nc").is_file()
+    assert not Path("new/studies/demo.yaml").exists()
+
+
 def test_what_is_there_is_left_as_it_is(desk, tmp_path):
     precious = tmp_path / "elsewhere"
     Path("new").mkdir()

@@ -47,7 +47,7 @@ def init(
 
     Files that are there already are left as they are.
     """
-    from fretwear.data.safe import DataFileError, why_not_writable, write_text
+    from fretwear.data.safe import DataFileError, atomic_path, why_not_writable
     from fretwear.running.workflow import workspace
 
     known = {file.stem: file for file in sorted((workspace() / "studies").glob("*.yaml"))}
@@ -59,20 +59,21 @@ def init(
         raise CommandError(f"--study {study}: there are {', '.join(known)}")
     if problem := why_not_writable(folder):
         raise CommandError(problem)
-    profiles = sorted((workspace() / "profiles").glob("*/config*.yaml"))
-    texts = {
-        Path("Snakefile"): _SNAKEFILE,
-        **{file.relative_to(workspace()): file.read_text(encoding="utf-8") for file in profiles},
-        Path("studies", f"{study}.yaml"): known[study].read_text(encoding="utf-8"),
-        Path(".gitignore"): _GITIGNORE,
-    }
-    for name, text in texts.items():
+    contents = {Path("Snakefile"): _SNAKEFILE.encode(), Path(".gitignore"): _GITIGNORE.encode()}
+    root, text = workspace(), known[study].read_text(encoding="utf-8")
+    # A study may take surfaces from files beside it.
+    beside = (root / "studies").glob("*/*")
+    named = [file for file in beside if f"{file.parent.name}/{file.name}" in text]
+    for file in (*root.glob("profiles/*/config*.yaml"), known[study], *named):
+        contents[file.relative_to(root)] = file.read_bytes()
+    for name, content in contents.items():
         file = folder / name
         if file.exists() or file.is_symlink():
             say(f"{file}: is there already, left as it is")
             continue
         try:
-            write_text(file, text)
+            with atomic_path(file) as temporary:
+                temporary.write_bytes(content)
         except DataFileError as error:
             raise CommandError(str(error), Status.FAILED) from error
         say(str(file))
@@ -82,8 +83,7 @@ def init(
 
 
 def _studies(known: dict[str, Path]) -> Iterator[tuple[str, ...]]:
-    from fretwear.study.study import load_study
+    from fretwear.study.yamlfile import read_document
 
     for name, file in known.items():
-        study = load_study(file)
-        yield name, f"{study.size} points", study.title
+        yield name, str(read_document(file).data["title"])
