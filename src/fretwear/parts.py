@@ -17,12 +17,12 @@ from __future__ import annotations
 import dataclasses
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Hashable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from numbers import Real
-from typing import Any, ClassVar, Self, TypeGuard, get_type_hints
+from typing import Any, ClassVar, Self, TypeGuard, cast, get_type_hints
 
 from fretwear.units import (
     DIMENSIONS,
@@ -512,16 +512,14 @@ class Part:
         return found
 
     @classmethod
-    def parameters(cls) -> dict[str, Parameter]:
+    def parameters(cls) -> Mapping[str, Parameter]:
         """What the fields of a kind are, by name, ``kind`` excepted."""
-        own: Any = cls
-        return declared(own)
+        return declared(cast("Any", cls))
 
     @classmethod
     def derived(cls) -> Mapping[str, Parameter]:
         """What follows from the parameters of a kind and is a coordinate too, by name."""
-        own: Any = cls
-        return derived(own)
+        return derived(cast("Any", cls))
 
     @property
     def problem(self) -> tuple[str, str] | None:
@@ -590,27 +588,25 @@ class KindName(Parameter):
 
 
 @cache
-def declared(cls: Any) -> dict[str, Parameter]:
+def declared(cls: Any, what: Any = Parameter) -> Mapping[str, Any]:
     """Return the fields of a class that are annotated by a `Parameter`, bases first."""
-    found = {}
-    for name, hint in get_type_hints(cls, include_extras=True).items():
-        for item in getattr(hint, "__metadata__", ()):
-            if isinstance(item, Parameter):
-                found[name] = item
-    return found
+    hints = get_type_hints(cls, include_extras=True).items()
+    return {name: found for name, hint in hints for found in _annotations(hint, what)}
 
 
 @cache
-def derived(cls: Hashable) -> Mapping[str, Parameter]:
+def derived(cls: Any) -> Mapping[str, Parameter]:
     """Return the properties of a class that say by a `Parameter` what they return."""
-    found = {}
-    for name, attribute in vars(cls).items():
-        if isinstance(attribute, property):
-            hint = get_type_hints(attribute.fget, include_extras=True).get("return")
-            for item in getattr(hint, "__metadata__", ()):
-                if isinstance(item, Parameter):
-                    found[name] = item
-    return found
+    getters = {name: one.fget for name, one in vars(cls).items() if isinstance(one, property)}
+    return {
+        name: found
+        for name, getter in getters.items()
+        for found in _annotations(get_type_hints(getter, include_extras=True).get("return"))
+    }
+
+
+def _annotations(hint: Any, what: Any = Parameter) -> list[Any]:
+    return [each for each in getattr(hint, "__metadata__", ()) if isinstance(each, what)]
 
 
 def required(cls: type) -> frozenset[str]:

@@ -36,18 +36,17 @@ def value_text(name: str, value: Any) -> str:
 
 def symbol_text(name: str, value: Any) -> str:
     """Return symbol and value in mathtext, for labels inside figures: ``$P$ = 25 N``."""
-    if told := _part_text(name, value):
-        return told
-    about = parameter(name)
-    return about.word_for(value) or f"{about.symbol} = {about.text(value)}"
+    return _told(name, value) or f"{parameter(name).symbol} = {parameter(name).text(value)}"
 
 
 def words_text(name: str, value: Any) -> str:
     """Return words and value, for captions: ``normal load 25 N``, ``elastic``."""
-    if told := _part_text(name, value):
-        return told
-    about = parameter(name)
-    return about.word_for(value) or f"{about.words} {about.text(value)}"
+    return _told(name, value) or f"{parameter(name).words} {parameter(name).text(value)}"
+
+
+def _told(name: str, value: Any) -> str:
+    """Return what stands for a value by itself: a part in short, ``elastic``; else nothing."""
+    return _part_text(name, value) or parameter(name).word_for(value)
 
 
 @cache

@@ -10,7 +10,7 @@ import hashlib
 import json
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cache
 from typing import Annotated, Any, get_type_hints
 
@@ -27,6 +27,7 @@ from fretwear.parts import (
     Part,
     Quantity,
     WholeNumber,
+    declared,
     derived,
 )
 from fretwear.theory import HertzContact, LineContact
@@ -425,16 +426,9 @@ def coordinate(name: str) -> str:
     return name.replace(".", "_")
 
 
-@cache
 def members() -> Mapping[str, Parameter | Member]:
     """Return the fields of a case with what they are, the snapshots excepted."""
-    hints = get_type_hints(CaseTree, include_extras=True)
-    found = {}
-    for each in fields(CaseTree):
-        for item in getattr(hints[each.name], "__metadata__", ()):
-            if isinstance(item, Parameter | Member):
-                found[each.name] = item
-    return found
+    return declared(CaseTree, Parameter | Member)
 
 
 @cache
