@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from fretwear import figures
+from fretwear.data.dataset import mirrored
 from fretwear.data.files import open_case, write_case
 from fretwear.figures.maps import take_wear_map
 
@@ -40,13 +41,30 @@ def test_scars_of_very_different_depths_are_all_seen(smooth):
     assert scale(0.5 * scale.vmax) == pytest.approx(0.5)
 
 
+def test_maps_of_one_frame_show_the_largest_scar(smooth):
+    wide = smooth.assign_coords(y=2.0 * smooth.y)
+    wide["contact_half_width_y"] = 2.0 * wide.contact_half_width_y
+    figure = figures.compare_wear_maps({"wide": wide, "round": smooth})
+    for axes in figure.axes[:2]:
+        assert axes.get_ylim()[1] > 1e6 * float(wide.contact_half_width_y[-1])
+
+
+def test_the_outline_of_a_scar_at_an_angle_is_not_an_ellipse_along_the_axes(smooth):
+    whole = mirrored(smooth)
+    zone = whole.contact_state.values
+    zone[:, whole.x.values > 0.0] *= whole.y.values > 0.0
+    turned = whole.assign(contact_state=(whole.contact_state.dims, zone, whole.contact_state.attrs))
+    edge = take_wear_map(turned, None).contact_edge
+    assert edge[edge[:, 0] > 2e-5, 1].min() > -1e-5
+
+
 def test_a_mirrored_case_gives_the_same_map(smooth_run, tmp_path):
     write_case(smooth_run.dataset, smooth_run.history, tmp_path / "case.nc")
     with open_case(tmp_path / "case.nc", full=True) as whole:
-        mirrored = take_wear_map(whole, None)
+        map_of_whole = take_wear_map(whole, None)
     quarter = take_wear_map(smooth_run.dataset, None)
-    np.testing.assert_array_equal(mirrored.depth, quarter.depth)
-    np.testing.assert_allclose(mirrored.contact_edge, quarter.contact_edge)
+    np.testing.assert_array_equal(map_of_whole.depth, quarter.depth)
+    np.testing.assert_allclose(map_of_whole.contact_edge, quarter.contact_edge)
 
 
 def test_the_image_is_to_scale_and_says_its_units(rough, check_texts):

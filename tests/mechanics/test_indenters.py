@@ -165,7 +165,7 @@ def test_a_profile_of_a_paraboloid_is_the_sphere(tmp_path):
     found = measure(problem, first_loading(problem))
     assert found.approach == near(sphere.hertz.approach, rel=3e-4)
     assert found.stick_half_width_x == near(sphere.stick_radius, rel=1e-3)
-    assert math.isnan(profile.scalar_coordinates()["hertz_pressure"][0])
+    assert not {"hertz_pressure", "hertz_radius"} & profile.scalar_coordinates().keys()
     with pytest.raises(CaseError, match="is too much for this profile"):
         case({"kind": "profile", "file": str(tip)}, load=2000.0)
 

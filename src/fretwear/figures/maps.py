@@ -86,7 +86,8 @@ def wear_map(
     -------
     matplotlib.figure.Figure
         Wear depth over x and y in µm. The edges are circles of the half-widths where the surface
-        is smooth, else convex outlines of the cells in the zone, which go around its asperities.
+        is smooth and the contact even, else convex outlines of the cells in the zone, which go
+        around its asperities.
 
     Raises
     ------
@@ -142,6 +143,9 @@ def compare_wear_maps(
     for axes, (title, scar) in zip(panels, scars.items(), strict=True):
         image = draw_wear_map(axes, scar, unit, depth_scale(unit.of(depths)))
         axes.set_title(title)
+    # The panels have one frame, which shows the largest scar.
+    limit = MICROMETRE.of(max(scar.reach for scar in scars.values()))
+    panels[0].set(xlim=(-limit, limit), ylim=(-limit, limit))
     label_outer(panels, across)
     add_scale(figure, panels, image, f"{RESULTS['wear_depth'].label} ({unit.name})")
     outside_key(figure, _edge_lines("#333333"), list(_EDGES))
@@ -157,10 +161,11 @@ def take_wear_map(dataset: xr.Dataset, cycle: int | None) -> WearMap:
     state = dataset.sel(cycle=shown)
     whole = mirrored(state[["wear_depth", "contact_state"]]).transpose("x", "y")
     x, y, depth = (whole[name].values.astype(np.float64) for name in ("x", "y", "wear_depth"))
-    if float(dataset.coords.get("roughness_amplitude", np.inf)) == 0.0:
+    zone = whole["contact_state"].values
+    is_smooth = float(dataset.coords.get("roughness_amplitude", np.inf)) == 0.0
+    if is_smooth and np.array_equal(zone, zone[::-1]):
         contact, stick = _ellipse(state, "contact"), _ellipse(state, "stick")
     else:
-        zone = whole["contact_state"].values
         contact = _outline(x, y, zone != ContactState.OPEN)
         stick = _outline(x, y, zone == ContactState.STICK)
     return WearMap(x, y, depth, contact, stick, shown)

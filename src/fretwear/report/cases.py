@@ -171,7 +171,7 @@ def residuals(
     area = copies * parameters["cell_x"] * (parameters["cell_y"] if pressure.ndim == 2 else 1.0)
     # Where the bodies came by a sphere's contact; else as far as they part in the window.
     radius = parameters.get("radius", parameters.get("indenter_radius", np.nan))
-    approach = parameters["hertz_radius"] ** 2 / radius
+    approach = parameters.get("hertz_radius", np.nan) ** 2 / radius
     approach = approach if np.isfinite(approach) else float(gap.max())
     return Residuals(
         abs(float(pressure.sum()) * area / parameters["load"] - 1.0),

@@ -401,8 +401,8 @@ class CaseTree:
                 yield from _of_part(member, value)
         for name, known in derived.items():
             # What is called after Hertz is said of no other contact.
-            is_said = self.indenter.is_hertzian or not name.startswith("hertz")
-            yield from known.coordinates(name, getattr(self, name) if is_said else math.nan)
+            if self.indenter.is_hertzian or not name.startswith("hertz"):
+                yield from known.coordinates(name, getattr(self, name))
 
 
 def _of_part(member: str, part: Part | None) -> Iterator[tuple[str, Parameter, float | str]]:
