@@ -28,10 +28,7 @@ _PARENT_DEATH_SIGNAL = 1  # of prctl, Linux
 class Stopped(BaseException):
     """The process was asked to stop; no error, so that no handler of errors catches it.
 
-    Attributes
-    ----------
-    exit_status : int
-        What shells give to a process that the signal has ended.
+    Its exit status is what shells give to a process that the signal has ended.
     """
 
     def __init__(self, number: int) -> None:

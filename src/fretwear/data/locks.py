@@ -27,18 +27,6 @@ class Lock:
     who has the lock. It is removed with the lock; a lock on a file that has been removed meanwhile
     does not count, so that no two processes hold locks on two files of one name. That is told by
     the name, since a network file system keeps a removed file that is open under another one.
-
-    Parameters
-    ----------
-    path
-        The file that only one process is to write.
-
-    Attributes
-    ----------
-    file : pathlib.Path
-        The small file that is locked.
-    waited : bool
-        Whether another process had the lock before.
     """
 
     def __init__(self, path: Path) -> None:
@@ -64,10 +52,8 @@ class Lock:
     def ensure(self, tell: Callable[[str], None]) -> None:
         """Make sure that this process still has the lock before it writes.
 
-        Raises
-        ------
-        DataFileError
-            When somebody has removed the lock's file and another process has got a lock since.
+        A `DataFileError` tells where somebody has removed the lock's file and another process has
+        got a lock since.
         """
         if self._descriptor is None or self._is_current(self._descriptor):
             return
@@ -138,19 +124,9 @@ class Lock:
 
 @contextmanager
 def locked(path: Path, tell: Callable[[str], None]) -> Iterator[Lock]:
-    """Hold the lock of a file, after waiting for whoever has it.
+    """Hold the lock of a file, after waiting for whoever has it, as a line for people tells.
 
-    Parameters
-    ----------
-    path : pathlib.Path
-        The file that only one process is to write; its folder is made if need be.
-    tell : callable
-        Takes a line for people: who has the lock.
-
-    Raises
-    ------
-    DataFileError
-        When the lock's file cannot be made.
+    The folder is made if need be; a `DataFileError` tells where the lock's file cannot be.
     """
     lock = Lock(path)
     lock.acquire(tell)

@@ -151,14 +151,9 @@ class BatchRun:
     keep_older: bool = False
 
     def run(self, first: int, last: int) -> BatchOutcome:
-        """Run the cases of neighbouring points, those excepted that are done and sound.
+        """Run the cases of neighbouring points, counted from 1, but those that are done and sound.
 
         A case that fails keeps no other from running; why it failed is recorded beside its log.
-
-        Parameters
-        ----------
-        first, last : int
-            Numbers of the first and the last point, counted from 1.
         """
         cases = {point.id: point.case for point in self.study.points(first, last) if point.case}
         digests = {each: finished_by(self._file(each), cases[each]) for each in cases}

@@ -42,26 +42,10 @@ class Checkpoint:
     """The checkpoint of a run: an observer that keeps the run record on disk.
 
     Used as a context: what interrupts the run leaves a checkpoint of the last accepted step, and
-    a run that comes to its end removes it once the caller has stored the result.
-
-    Parameters
-    ----------
-    path
-        The file; read at once if it is there.
-    case
-        What is run.
-    tell
-        Takes a line for people: why a checkpoint was not used, or where the run resumes.
-    interval
-        Longest time between two writings of the file, s, but for a single step that takes longer;
-        snapshots are written sooner.
-    clock
-        Seconds, increasing.
-
-    Attributes
-    ----------
-    record
-        To be given to `fretwear.running.simulate.run`.
+    a run that comes to its end removes it once the caller has stored the result.  The file is
+    read at once if it is there; a line for people tells why it was not used, or where the run
+    resumes.  It is written after the interval, s, or a single step that takes longer, and sooner
+    at snapshots.
     """
 
     def __init__(
@@ -264,12 +248,8 @@ def pack(value: Any, name: str, arrays: dict[str, NDArray[Any]]) -> Any:
 def unpack(kind: Any, packed: Any, arrays: Mapping[str, NDArray[Any]]) -> Any:
     """Turn back what `pack` has made of a value of a type, given as it is annotated.
 
-    Of a union of dataclasses that one is taken whose fields are those that were packed.
-
-    Raises
-    ------
-    KeyError, TypeError, ValueError
-        When something else was packed.
+    Of a union of dataclasses that one is taken whose fields are those that were packed.  Where
+    something else was packed that is a KeyError, TypeError or ValueError.
     """
     parts = tuple(part for part in get_args(kind) if part is not ...)
     if isinstance(packed, list):

@@ -272,13 +272,7 @@ def case_files(folder: Path) -> dict[str, FileTrace]:
 
 
 def write_finished(path: Path, cases: Path, case_ids: Iterable[str]) -> None:
-    """Write to ``path`` that these cases, whose files lie in the folder ``cases``, are finished.
-
-    Raises
-    ------
-    DataFileError
-        When a case file is gone, or the file cannot be written.
-    """
+    """Write to ``path`` that these cases, whose files lie in the folder ``cases``, are finished."""
     present = case_files(cases)
     listed = {}
     for case_id in case_ids:

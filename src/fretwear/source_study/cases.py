@@ -195,13 +195,7 @@ class ReferenceCases:
     files: Mapping[str, Path]  # the case file of each of `TITLES`
 
     def load(self) -> dict[str, Evolution]:
-        """Read the four cases into memory, by their titles.
-
-        Raises
-        ------
-        CaseFileError
-            When a file is missing or damaged.
-        """
+        """Read the four cases into memory, by their titles."""
         cases = {}
         for title in TITLES:
             path = self.files[title]

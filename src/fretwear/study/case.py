@@ -36,13 +36,7 @@ _DEFAULTED = tuple(each.name for each in fields(CaseTree) if each.name not in re
 
 
 class CaseError(ValueError):
-    """Parameters that make no case, with everything that is wrong with them.
-
-    Attributes
-    ----------
-    problems : tuple of Problem
-        One for each.
-    """
+    """Parameters that make no case; its `problems` tell everything that is wrong with them."""
 
     def __init__(self, problems: Iterable[Problem]) -> None:
         self.problems = tuple(problems)
@@ -163,18 +157,8 @@ def read_value(
 ) -> Any:
     """Read the value of a parameter or of a whole part; `UNREAD` where something is wrong.
 
-    Parameters
-    ----------
-    name : str
-        One of `parameter_names`.
-    raw : object
-        As it stands in a file, or as given in Python.
-    key : str
-        Where it stands, for messages.
-    problems : list of Problem
-        Takes what is wrong.
-    units_required : bool
-        Whether physical values need units, as in files.
+    It is given as it stands in a file, where physical values need units, or in Python; the key
+    says where it stands.
     """
     parameter = parameter_of(name)
     if raw is None and units_required:
@@ -276,14 +260,8 @@ def _part_of(member: str, values: Mapping[str, Any]) -> Part | None:
 def missing(given: Iterable[str], *, in_file: bool) -> Iterator[Problem]:
     """Yield what has to be given and is not, and which of alternative keys are too many.
 
-    A misspelt key stands for the one that is meant.
-
-    Parameters
-    ----------
-    given : iterable of str
-        Every key that is given, sound or not.
-    in_file : bool
-        Whether what has a default in Python, but must be written in files, is missing too.
+    All that is given counts, sound or not, and a misspelt key stands for the one that is meant.
+    In a file some of what has a default in Python must be written.
     """
     given = set(given)
     unknown = [key for key in given if key not in parameter_names()]

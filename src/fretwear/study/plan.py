@@ -62,13 +62,7 @@ class Plan:
         return ("id", *names, "cells", "time", "memory")
 
     def rows(self, first: int = 0, last: int | None = None) -> Iterator[tuple[str, ...]]:
-        """Iterate over the points as text for people, varied values in the words of the file.
-
-        Parameters
-        ----------
-        first, last : int
-            Part of the points, as for a slice.
-        """
+        """Iterate over a slice of the points as text, varied values in the words of the file."""
         for point in self.points[first:last]:
             labels = point.labels.values()
             if (found := point.estimate) is None:

@@ -75,14 +75,9 @@ def unknown_key(
 
 
 class StudyError(ValueError):
-    """A study that cannot be run, with everything that is wrong with it.
+    """A study file that cannot be run; its `problems` tell everything that is wrong with it.
 
-    Attributes
-    ----------
-    file : Path
-        The study file.
-    problems : tuple of Problem
-        In the order of the file where lines are known.
+    They stand in the order of the file where lines are known.
     """
 
     def __init__(self, file: Path, problems: Iterable[Problem]) -> None:

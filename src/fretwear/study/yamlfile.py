@@ -53,13 +53,7 @@ def read_document(file: Path) -> Document:
 
 
 def parse_value(text: str) -> Any:
-    """Read one value as a study file would have it (``30 N``, ``none``, ``[0, 100]``).
-
-    Raises
-    ------
-    ValueError
-        Not a single YAML value.
-    """
+    """Read one YAML value as a study file would have it (``30 N``, ``none``, ``[0, 100]``)."""
     try:
         document = _compose(text) or Document("")
     except (YAMLError, _TooMuchError) as error:
