@@ -9,7 +9,7 @@ from fretwear.version import __version__
 
 if TYPE_CHECKING:
     from fretwear import figures
-    from fretwear.data.files import open_case, open_history
+    from fretwear.data.files import open_case, open_history, open_loops
     from fretwear.data.merge import open_study
     from fretwear.mechanics.roughness import WavyRoughness
     from fretwear.running.simulate import DoubtfulResultWarning, simulate
@@ -25,6 +25,7 @@ __all__ = [
     "load_study",
     "open_case",
     "open_history",
+    "open_loops",
     "open_study",
     "simulate",
 ]
@@ -36,6 +37,7 @@ _HOMES = {
     "load_study": "fretwear.study.study",
     "open_case": "fretwear.data.files",
     "open_history": "fretwear.data.files",
+    "open_loops": "fretwear.data.files",
     "open_study": "fretwear.data.merge",
     "simulate": "fretwear.running.simulate",
 }

@@ -59,6 +59,8 @@ def means_none(value: object, units_required: bool) -> bool:
 class Parameter(ABC):
     """What a field of a part is."""
 
+    may_be_drawn: ClassVar[bool] = False  # whether values may be drawn from a range
+
     si_unit: str  # in UDUNITS notation, ``1`` for plain numbers
     symbol: str  # in mathtext
     words: str  # what it is called in messages, tables and long names
@@ -114,6 +116,8 @@ class Parameter(ABC):
 @dataclass(frozen=True)
 class Quantity(Parameter):
     """A physical quantity or a plain number, within a range."""
+
+    may_be_drawn: ClassVar[bool] = True
 
     si_unit: str  # ``m``, ``N``, ``Pa``, ``Pa-1``, ``rad`` or ``1``
     symbol: str
@@ -261,6 +265,7 @@ class Quantity(Parameter):
 class _Pair(Quantity):
     """Two values of one quantity, in a list; one value serves for both."""
 
+    may_be_drawn: ClassVar[bool] = False
     meaning: ClassVar[str]
     suffixes: ClassVar[tuple[tuple[str, str], ...]]
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import Any
 
-from fretwear.units import MEGAPASCAL, MICROMETRE, PER_LENGTH, PERCENT, Unit
+from fretwear.units import MEGAPASCAL, MICROMETRE, NO_UNIT, PER_LENGTH, PERCENT, Unit
 
 CASE_DIMS = ("cycle", "x", "y")
 LINE_DIMS = ("cycle", "x")
@@ -173,6 +173,26 @@ SCALARS: tuple[Variable, ...] = (
         "$δ_x$",
         "of distant points at +Q",
     ),
+    Variable("normal_force", "N", "normal force", "$P$", "of the whole contact"),
+    Variable("tangential_force", "N", "tangential force amplitude", "$Q$", "as it comes out"),
+    Variable("regime", "1", "sliding regime", comment="0 partial slip, 1 gross slip", unit=NO_UNIT),
+    Variable(
+        "sliding_ratio",
+        "1",
+        "sliding ratio",
+        "$A$",
+        "dissipated energy over 4 U Q, U the displacement amplitude, of the rig if there is one",
+        unit=NO_UNIT,
+    ),
+    Variable(
+        "sliding_criterion",
+        "1",
+        "energy sliding criterion",
+        "$B$",
+        "dissipated energy over 4 U0 Q, U0 the displacement at which the force of the loop "
+        "vanishes; at the snapshots only",
+        unit=NO_UNIT,
+    ),
     *(
         Variable(
             f"{zone}_half_width_{axis}",
@@ -246,6 +266,54 @@ SCALARS: tuple[Variable, ...] = (
     ),
 )
 
+AT_SNAPSHOTS = ("sliding_criterion",)
+"""Scalars that the history of all steps lacks: they take contacts of their own."""
+
+
+def of_steps(scalars: Iterable[Variable]) -> tuple[Variable, ...]:
+    """Those of some scalars that every step has."""
+    return tuple(scalar for scalar in scalars if scalar.name not in AT_SNAPSHOTS)
+
+
+BODY_FIELDS: tuple[Field, ...] = tuple(
+    Field(
+        f"wear_depth_{body}",
+        "m",
+        f"wear depth of the {body}",
+        rf"$w_\mathrm{{{body}}}$",
+        "since cycle 0",
+        MICROMETRE,
+    )
+    for body in ("indenter", "flat")
+)
+"""Fields where the wear coefficients of both bodies are known."""
+
+BODY_SCALARS: tuple[Variable, ...] = tuple(
+    Variable(
+        f"wear_volume_{body}",
+        "m3",
+        f"wear volume of the {body}",
+        rf"$V_\mathrm{{{body}}}$",
+        "since cycle 0",
+        may_be_logarithmic=True,
+    )
+    for body in ("indenter", "flat")
+)
+
+PHASE = Variable("phase", "1", "part of a cycle, from +Q over -Q back to +Q")
+LOOP: tuple[Variable, ...] = (
+    Variable("force", "N", "tangential force", "$Q$", "round a cycle"),
+    Variable(
+        "displacement",
+        "m",
+        "tangential displacement",
+        "$δ$",
+        "of distant points round a cycle, of the rig if there is one",
+        MICROMETRE,
+    ),
+)
+"""The loop of a cycle, dimensions ``(cycle, phase)``."""
+
 ERROR_ESTIMATE = Variable("error_estimate", "1", "estimated relative error of the step")
 CONVOLUTIONS = Variable("convolutions", "1", "convolutions spent on the step", dtype="int32")
 
@@ -260,7 +328,9 @@ HEADLINES = (
 )
 """The scalars that answer what a study asked, in the order in which they are told."""
 
-RESULTS: dict[str, Variable] = {variable.name: variable for variable in (*FIELDS, *SCALARS)}
+RESULTS: dict[str, Variable] = {
+    variable.name: variable for variable in (*FIELDS, *BODY_FIELDS, *SCALARS, *BODY_SCALARS)
+}
 """Every field and scalar by name."""
 
 

@@ -15,6 +15,7 @@ from fretwear.data.merge import merge_study
 from fretwear.study.case import Case
 from fretwear.study.study import Study, load_study
 from fretwear.theory import CattaneoMindlin, HertzContact
+from fretwear.vocabulary import AT_SNAPSHOTS
 
 from ..studies import base as study_base
 from ..studies import steel, write_study
@@ -79,6 +80,11 @@ def _arrays(case: Case, cycles: tuple[int, ...] = (0, 1000)) -> Arrays:
     constants = {
         "approach": hertz.approach,
         "tangential_displacement": state.tangential_displacement,
+        "normal_force": hertz.load,
+        "tangential_force": state.tangential_load,
+        "regime": 0.0,
+        "sliding_ratio": 0.1,
+        "sliding_criterion": 0.7,
         **dict.fromkeys(("contact_half_width_x", "contact_half_width_y"), hertz.contact_radius),
         **dict.fromkeys(("stick_half_width_x", "stick_half_width_y"), state.stick_radius),
         "contact_area": math.pi * hertz.contact_radius**2,
@@ -110,7 +116,9 @@ def make_results() -> Callable[..., Results]:
         arrays = _arrays(case, **kwargs)
         steps = np.linspace(0.0, case.cycles, 5)
         dense = {
-            name: np.interp(steps, arrays.cycles, values) for name, values in arrays.scalars.items()
+            name: np.interp(steps, arrays.cycles, values)
+            for name, values in arrays.scalars.items()
+            if name not in AT_SNAPSHOTS
         }
         return Results(
             case_dataset(case, *arrays),

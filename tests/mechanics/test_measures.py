@@ -31,6 +31,11 @@ def test_measures_of_the_unworn_sphere_are_those_of_hertz_and_cattaneo(unworn: S
     expected = {
         "approach": HERTZ.approach,
         "tangential_displacement": theory.tangential_displacement,
+        "normal_force": LOAD,
+        "tangential_force": theory.tangential_load,
+        "regime": 0.0,
+        "sliding_ratio": theory.dissipated_energy
+        / (4.0 * theory.tangential_load * theory.tangential_displacement),
         "contact_half_width_x": A,
         "contact_half_width_y": A,
         "stick_half_width_x": theory.stick_radius,

@@ -30,6 +30,7 @@ from fretwear.vocabulary import (
     Variable,
     X,
     Y,
+    of_steps,
     scalars_of,
 )
 
@@ -50,9 +51,7 @@ def case_problem(file: netCDF4.Dataset, size: int) -> str:
 
     Its variables have the dimensions of a case, and it has so many bytes.
     """
-    problem = _size_problem((file, file.groups["history"]), size) or _text_problem(
-        file, _CASE_TEXTS
-    )
+    problem = _size_problem((file, *file.groups.values()), size) or _text_problem(file, _CASE_TEXTS)
     if not problem and file.getncattr("symmetry") not in SYMMETRIES:
         problem = f"its symmetry is none of {', '.join(SYMMETRIES)}"
     axes = (axis for axis in (CYCLE, X, Y) if axis.name in file.variables)
@@ -66,7 +65,7 @@ def value_problem(file: netCDF4.Dataset) -> str:
     """
     history = file.groups["history"]
     scalars = scalars_of(file.variables)
-    steps = (*scalars, ERROR_ESTIMATE, CONVOLUTIONS, STEP, CYCLE)
+    steps = (*of_steps(scalars), ERROR_ESTIMATE, CONVOLUTIONS, STEP, CYCLE)
     problems = (
         *(_unit_problem(file[each.name], each) for each in FIELDS if each.name in file.variables),
         *(_scalar_problem(file, each, CYCLE.name) for each in scalars),

@@ -20,6 +20,8 @@ from numpy.typing import ArrayLike, NDArray
 from fretwear.study.rules import doubts
 from fretwear.version import __version__, code_digest
 from fretwear.vocabulary import (
+    BODY_FIELDS,
+    BODY_SCALARS,
     CASE_DIMS,
     CODE_DIGEST,
     CONVOLUTIONS,
@@ -28,6 +30,8 @@ from fretwear.vocabulary import (
     FIELDS,
     HEADLINES,
     LINE_DIMS,
+    LOOP,
+    PHASE,
     RESULTS,
     SCALARS,
     STEP,
@@ -36,6 +40,7 @@ from fretwear.vocabulary import (
     Variable,
     X,
     Y,
+    of_steps,
     scalars_of,
 )
 
@@ -78,9 +83,11 @@ def case_dataset(
     cycles : array_like, shape (ncycles,)
         Cycle number of each snapshot, increasing from 0.
     fields : mapping of str to array_like, shape (ncycles, nx, ny)
-        Every variable of `fretwear.vocabulary.FIELDS`, SI units.
+        Every variable of `fretwear.vocabulary.FIELDS`, SI units, and those of `BODY_FIELDS` where
+        they are known.
     scalars : mapping of str to array_like, shape (ncycles,)
-        Every variable of `fretwear.vocabulary.SCALARS`, SI units, for the whole contact.
+        Every variable of `fretwear.vocabulary.SCALARS`, SI units, for the whole contact, and those
+        of `BODY_SCALARS` where they are known.
     symmetry : {"even_xy", "even_x", "even_y", "none"}
         In what the contact is even: the arrays hold one side of it only.
     rings : bool
@@ -110,9 +117,11 @@ def case_dataset(
     dims = CASE_DIMS if y is not None else LINE_DIMS
     shape = tuple(coordinates[name].size for name in dims)
     problems = _coordinate_problems(coordinates, symmetry)
+    known_fields = (*FIELDS, *(each for each in BODY_FIELDS if each.name in fields))
+    known_scalars = (*scalars_of(dims), *(each for each in BODY_SCALARS if each.name in scalars))
     variables = {
-        **_variables("field", FIELDS, fields, dims, shape, problems),
-        **_variables("scalar", scalars_of(dims), scalars, dims[:1], shape[:1], problems),
+        **_variables("field", known_fields, fields, dims, shape, problems),
+        **_variables("scalar", known_scalars, scalars, dims[:1], shape[:1], problems),
     }
     _raise_all(problems)
     for name, (value, units, long_name) in case.scalar_coordinates().items():
@@ -147,7 +156,8 @@ def history_dataset(
     cycles : array_like, shape (nsteps,)
         Cycle number reached by each step, increasing; fractions occur.
     scalars : mapping of str to array_like, shape (nsteps,)
-        Every variable of `fretwear.vocabulary.SCALARS`, SI units, for the whole contact.
+        Every variable of `fretwear.vocabulary.SCALARS` but those that are known `AT_SNAPSHOTS`
+        only, SI units, for the whole contact.
     error_estimate : array_like, shape (nsteps,)
         Estimated relative error of each step.
     convolutions : array_like of int, shape (nsteps,)
@@ -173,13 +183,44 @@ def history_dataset(
         CONVOLUTIONS.name: convolutions,
     }
     problems = _coordinate_problems({CYCLE.name: cycle}, "none")
-    expected = (*variables, ERROR_ESTIMATE, CONVOLUTIONS)
+    expected = (*of_steps(variables), ERROR_ESTIMATE, CONVOLUTIONS)
     labelled = _variables("scalar", expected, given, dims, cycle.shape, problems)
     _raise_all(problems)
     return xr.Dataset(
         labelled,
         {STEP.name: _labelled(STEP, dims, np.arange(cycle.size)), CYCLE.name: cycle},
         {"title": "Every accepted step of the run", "Conventions": CONVENTIONS},
+    )
+
+
+def loop_dataset(cycles: ArrayLike, loops: Mapping[str, ArrayLike]) -> xr.Dataset:
+    """Label the loops of force and displacement of the snapshots.
+
+    Parameters
+    ----------
+    cycles : array_like, shape (ncycles,)
+        Cycle numbers of the snapshots.
+    loops : mapping of str to array_like, shape (ncycles, nphases)
+        Every variable of `fretwear.vocabulary.LOOP`, SI units, from +Q over −Q back to +Q.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimensions ``cycle`` and ``phase``, which runs from 0 to 1.
+    """
+    dims = (CYCLE.name, PHASE.name)
+    problems: list[str] = []
+    shape = np.shape(loops[LOOP[0].name])
+    variables = _variables("loop", LOOP, loops, dims, shape, problems)
+    _raise_all(problems)
+    phase = np.linspace(0.0, 1.0, shape[1])
+    return xr.Dataset(
+        variables,
+        {
+            CYCLE.name: _labelled(CYCLE, dims[:1], np.asarray(cycles)),
+            PHASE.name: _labelled(PHASE, dims[1:], phase),
+        },
+        {"title": "Force and displacement round a cycle", "Conventions": CONVENTIONS},
     )
 
 

@@ -26,12 +26,22 @@ from fretwear.data.checks import case_problem, summary_problem, value_problem
 from fretwear.data.dataset import mirrored
 from fretwear.data.safe import CaseFileError, DataFileError, atomic_path, uninterrupted
 from fretwear.version import code_digest
-from fretwear.vocabulary import CASE_DIMS, CODE_DIGEST, CYCLE, FIELDS, LINE_DIMS, Y, scalars_of
+from fretwear.vocabulary import (
+    BODY_FIELDS,
+    CASE_DIMS,
+    CODE_DIGEST,
+    CYCLE,
+    FIELDS,
+    LINE_DIMS,
+    Y,
+    scalars_of,
+)
 
 if TYPE_CHECKING:
     from fretwear.study.case import Case
 
 HISTORY_GROUP = "history"
+LOOP_GROUP = "loop"
 COMPRESSION: dict[str, Any] = {"zlib": True, "complevel": 1, "shuffle": True, "fletcher32": True}
 """How large variables are stored: each chunk with a checksum of the netCDF library's own."""
 
@@ -220,7 +230,12 @@ def is_finished_case(path: str | PathLike[str], case: Case) -> bool:
     return finished_by(path, case) == code_digest()
 
 
-def write_case(dataset: xr.Dataset, history: xr.Dataset, path: str | PathLike[str]) -> None:
+def write_case(
+    dataset: xr.Dataset,
+    history: xr.Dataset,
+    path: str | PathLike[str],
+    loops: xr.Dataset | None = None,
+) -> None:
     """Write a case file; it appears under its name only when it is whole.
 
     Fields are compressed by zlib (level 1, shuffled), one cycle to a chunk, each chunk with the
@@ -235,6 +250,8 @@ def write_case(dataset: xr.Dataset, history: xr.Dataset, path: str | PathLike[st
         From `fretwear.data.dataset.history_dataset`; becomes the group ``history``.
     path : str or path-like
         The file; its folder is made if need be, a file of that name is replaced.
+    loops : xarray.Dataset, optional
+        From `fretwear.data.dataset.loop_dataset`; becomes the group ``loop``.
 
     Raises
     ------
@@ -247,19 +264,17 @@ def write_case(dataset: xr.Dataset, history: xr.Dataset, path: str | PathLike[st
         raise ValueError(f"{path} would not be whole: the dataset lacks {', '.join(lacking)}.")
     root = dataset.drop_encoding().assign_attrs({_COMPLETE: np.int32(1)})
     encoding = plain_encoding(root)
-    for field in FIELDS:
+    for field in (*FIELDS, *(each for each in BODY_FIELDS if each.name in root)):
         chunk = (1, *root[field.name].shape[1:])
         encoding[field.name] = {**COMPRESSION, "chunksizes": chunk}
-    group = history.drop_encoding()
+    groups = {HISTORY_GROUP: history, **({} if loops is None else {LOOP_GROUP: loops})}
     with uninterrupted(), atomic_path(Path(path)) as temporary:
         root.to_netcdf(temporary, mode="w", engine="netcdf4", encoding=encoding)
-        group.to_netcdf(
-            temporary,
-            mode="a",
-            group=HISTORY_GROUP,
-            engine="netcdf4",
-            encoding=plain_encoding(group),
-        )
+        for name, content in groups.items():
+            group = content.drop_encoding()
+            group.to_netcdf(
+                temporary, mode="a", group=name, engine="netcdf4", encoding=plain_encoding(group)
+            )
         add_checksum(temporary)
         try:
             with opened_case(temporary):
@@ -325,6 +340,30 @@ def open_history(path: str | PathLike[str]) -> xr.Dataset:
     with opened_case(path) as file:
         file.check_values()
     return open_lazily(path, group=HISTORY_GROUP)
+
+
+def open_loops(path: str | PathLike[str]) -> xr.Dataset:
+    """Open the loops of a case file: force and displacement round a cycle at each snapshot.
+
+    Parameters
+    ----------
+    path : str or path-like
+        The case file.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimensions ``cycle`` and ``phase``.
+
+    Raises
+    ------
+    CaseFileError
+        When the file is missing, unfinished, cut short or damaged, or has no loops.
+    """
+    with opened_case(path) as file:
+        if LOOP_GROUP not in file.file.groups:
+            raise file.unusable("it holds no loops of force and displacement")
+    return open_lazily(path, group=LOOP_GROUP)
 
 
 def open_summary(path: str | PathLike[str]) -> xr.Dataset:

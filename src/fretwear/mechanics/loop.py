@@ -53,40 +53,28 @@ def loop(
     points
         Places on a quarter of the loop.
     """
+    from scipy.interpolate import CubicSpline
+
     problem: WearProblem = workspace.problem.of(state)
     if stroke := problem.loading.stroke:
         return _gliding(problem.friction.coefficient * state.load, stroke, points)
-    ground, reduced = workspace.on(state.geometry), state.reduced
-    shape = ground.unworn + state.opening + state.plastic
-    lowest = float(shape.min())
+    reduced = state.reduced
     # In t, P' = P t³, the approach of a sphere is a parabola.
     least = np.cbrt(reduced.load / state.load)
-    first = reduced.approach if reduced.load > 0.0 else lowest
     half = np.cbrt(0.5 * (1.0 + least**3))
-    inner = 0.5 * (1.0 + least) - 0.5 * (1.0 - least) * np.cos(
-        np.pi * np.arange(1, contacts) / contacts
-    )
-    places = np.unique([*inner, half])
-    approaches, guess = [], state.pressure
-    for place in places[::-1]:
-        guess = guess * place**3 * state.load / state.geometry.integral(guess)
-        contact = contact_under(
-            ground.half_space, shape, float(place**3 * state.load), guess, _TOLERANCE
-        )
-        approaches.append(contact.approach)
-        guess = contact.pressure
-    known = np.array([least, *places, 1.0])
-    approach = np.array([first, *approaches[::-1], state.approach])
-    place = np.linspace(1.0, least, points + 1)
-    coefficient = problem.friction.coefficient
-    force = coefficient * state.load * (1.0 - place**3)
-    fallen = state.approach - _interpolated(known, approach, place)
+    angles = np.pi * np.arange(1, contacts) / contacts
+    inner = 0.5 * (1.0 + least) - 0.5 * (1.0 - least) * np.cos(angles)
+    known = np.array([least, *np.unique([*inner, half]), 1.0])
+    approach = _approaches(workspace, problem, state, known)
+    coefficient, flexibility = problem.friction.coefficient, problem.loading.flexibility
     compliance = coefficient * problem.coupling
-    flexibility = problem.loading.flexibility
+    place = np.linspace(1.0, least, points + 1)
+    force = coefficient * state.load * (1.0 - place**3)
+    fallen = approach[-1] - CubicSpline(known, approach)(place)
     displacement = compliance * fallen + flexibility * force
     largest = compliance * (state.approach - reduced.approach) + flexibility * force[-1]
     middle = float(approach[known == half][0])
-    opening = largest - 2.0 * compliance * (state.approach - middle) - flexibility * force[-1]
+    opening = largest - 2.0 * compliance * (approach[-1] - middle) - flexibility * force[-1]
     # From +Q down: twice the curve, then gliding to the other end where the whole contact slides.
     glide = np.linspace(largest - 2.0 * displacement[-1], -largest, points + 1)[1:]
     falling = np.concatenate([largest - 2.0 * displacement, glide])
@@ -105,9 +93,18 @@ def _gliding(force: float, stroke: float, points: int) -> Loop:
     return Loop(np.concatenate([path, -path[1:]]), np.concatenate([way, -way[1:]]), stroke)
 
 
-def _interpolated(known: Array, values: Array, places: Array) -> Array:
-    """Values between some places, by a cubic spline."""
-    from scipy.interpolate import CubicSpline
-
-    result: Array = CubicSpline(known, values)(places)
-    return result
+def _approaches(workspace: Workspace, problem: WearProblem, state: State, places: Array) -> Array:
+    """Approaches, m, of the present shape under P t³; of the unworn one if slip is its slip."""
+    if not problem.slip_model.follows_shape:
+        return problem.hertz.approach * places**2
+    ground = workspace.on(state.geometry)
+    shape = ground.unworn + state.opening + state.plastic
+    found, guess = [state.approach], state.pressure
+    for load in state.load * places[-2:0:-1] ** 3:
+        guess = guess * (load / state.geometry.integral(guess))
+        contact = contact_under(ground.half_space, shape, float(load), guess, _TOLERANCE)
+        found.append(contact.approach)
+        guess = contact.pressure
+    reduced = state.reduced
+    found.append(reduced.approach if reduced.load > 0.0 else float(shape.min()))
+    return np.array(found[::-1])

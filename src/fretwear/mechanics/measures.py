@@ -17,6 +17,10 @@ class Measures:
     approach: float  # δ, m
     # Of distant points along x at +Q relative to each other, µκ (δ − δ*), m.
     tangential_displacement: float
+    normal_force: float  # P, N
+    tangential_force: float  # amplitude Q = µ (P − P*), N
+    regime: float  # 0 in partial slip, 1 where nothing sticks
+    sliding_ratio: float  # A = D/(4UQ), U the displacement amplitude of the rig
     # Outermost edge on the axis, interpolated within a cell, m; where the contact is not even,
     # the mean of both sides.
     contact_half_width_x: float
@@ -43,9 +47,17 @@ def measure(problem: WearProblem, state: State) -> Measures:
     contact = in_contact(state)
     stick_area = geometry.integral(reduced.stick.astype(float))
     stick_load = geometry.integral(np.where(reduced.stick, state.pressure, 0.0))
+    displacement = problem.tangential_displacement(state.approach, reduced)
+    force = problem.tangential_force(state.load, reduced)
+    energy = problem.dissipated_energy(state, geometry)
+    imposed = displacement + problem.loading.flexibility * force
     return Measures(
         approach=state.approach,
-        tangential_displacement=problem.tangential_displacement(state.approach, reduced),
+        tangential_displacement=displacement,
+        normal_force=state.load,
+        tangential_force=force,
+        regime=0.0 if reduced.stick.any() else 1.0,
+        sliding_ratio=energy / (4.0 * imposed * force) if imposed * force else 0.0,
         contact_half_width_x=half_width(geometry, contact, state.gap, 0),
         contact_half_width_y=half_width(geometry, contact, state.gap, 1),
         stick_half_width_x=stick_half_width(geometry, reduced.pressure, 0),
@@ -59,7 +71,7 @@ def measure(problem: WearProblem, state: State) -> Measures:
         wear_volume=geometry.integral(state.wear),
         maximum_wear_depth=float(state.wear.max()),
         plastic_volume=geometry.integral(state.plastic),
-        dissipated_energy=problem.dissipated_energy(state, geometry),
+        dissipated_energy=energy,
     )
 
 

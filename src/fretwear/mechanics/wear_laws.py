@@ -15,6 +15,7 @@ from fretwear.parts import Parameter, Part, PerBody, Quantity, QuantityError, de
 class OfBodies(PerBody):
     """One value for the wear of both bodies together, or a pair [indenter, flat]."""
 
+    may_be_drawn = True
     meaning = "one value for both bodies together, or two: [indenter, flat]"
     suffixes = (("indenter", "of the indenter"), ("flat", "of the flat"))
 

@@ -95,7 +95,7 @@ def simulate_to_file(
             result = run(case, [checkpoint, *observers], record=checkpoint.record, command=command)
             lock.ensure(tell)
             with uninterrupted():
-                write_case(result.dataset, result.history, path)
+                write_case(result.dataset, result.history, path, result.loops)
                 checkpoint.discard()
     return Outcome(result.history.sizes["step"] - 1, time.monotonic() - started)
 

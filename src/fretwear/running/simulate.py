@@ -15,6 +15,7 @@ from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.line import Line
 from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.integrator import evolve
+from fretwear.mechanics.loop import loop
 from fretwear.mechanics.measures import Measures, measure
 from fretwear.mechanics.state import State, WearProblem, in_contact
 from fretwear.mechanics.stroke import StrokeState, slide
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from fretwear.study.case import Case
 
 _MARGIN = 1.15
+_CURVES = ("force", "displacement")
 
 
 @dataclass(frozen=True)
@@ -86,10 +88,11 @@ class DoubtfulResultWarning(UserWarning):
 
 @dataclass(frozen=True)
 class Result:
-    """What a run leaves: the dataset of the case and the history of every step."""
+    """What a run leaves: the dataset of the case, the history of every step, loops of cycles."""
 
     dataset: xr.Dataset
     history: xr.Dataset
+    loops: xr.Dataset
 
 
 def simulate(case: Case, observers: Sequence[Observer] = (), *, rings: bool = False) -> xr.Dataset:
@@ -178,7 +181,7 @@ def _steps(case: Case, problem: WearProblem, start: State | None) -> Iterator[St
 def _result(
     case: Case, record: RunRecord, problem: WearProblem, title: str, command: str
 ) -> Result:
-    from fretwear.data.dataset import case_dataset, history_dataset
+    from fretwear.data.dataset import case_dataset, history_dataset, loop_dataset
 
     columns = {name: np.array([row[name] for row in record.history]) for name in record.history[0]}
     steps_at = columns.pop("cycle")
@@ -191,22 +194,35 @@ def _result(
     if in_line:
         columns = {name: columns[name] for name in columns if not name.endswith("_y")}
         symmetry = "even_x"
+    workspace = Workspace(problem)
+    loops = [loop(workspace, state) for state in record.snapshots]
+    scalars = {name: values[kept] for name, values in columns.items()}
+    energy, force = scalars["dissipated_energy"], scalars["tangential_force"]
+    opening = np.array([each.opening for each in loops])
+    with np.errstate(invalid="ignore"):
+        scalars["sliding_criterion"] = np.nan_to_num(energy / (4.0 * opening * force))
+    fields = _snapshot_fields(workspace, record.snapshots)
+    if problem.wear_law.shares is not None:
+        for body, share in zip(("indenter", "flat"), problem.wear_law.shares, strict=True):
+            fields[f"wear_depth_{body}"] = share * fields["wear_depth"]
+            scalars[f"wear_volume_{body}"] = share * scalars["wear_volume"]
     dataset = case_dataset(
         case,
         plane.x,
         None if in_line else plane.y,
         cycles,
-        _snapshot_fields(Workspace(problem), record.snapshots),
-        {name: values[kept] for name, values in columns.items()},
+        fields,
+        scalars,
         symmetry=symmetry,
         rings=problem.geometry is Rings,
         title=title,
         command=command,
     )
-    scalars = LINE_SCALARS if in_line else SCALARS
+    variables = LINE_SCALARS if in_line else SCALARS
     spent = np.diff(convolutions, prepend=0)
-    history = history_dataset(steps_at, columns, errors, spent, scalars)
-    return Result(dataset, history)
+    history = history_dataset(steps_at, columns, errors, spent, variables)
+    curves = {name: np.array([getattr(each, name) for each in loops]) for name in _CURVES}
+    return Result(dataset, history, loop_dataset(cycles, curves))
 
 
 def wear_problem(case: Case, *, rings: bool = False) -> WearProblem:

@@ -187,7 +187,7 @@ def _read_range(
         "has values that are no single quantity and cannot be drawn from a range",
         "write a list: its values are drawn",
     )
-    if not isinstance(quantity, Quantity):
+    if not (isinstance(quantity, Quantity) and quantity.may_be_drawn):
         problems.append(no_number)
         return None
     for part, value in raw.items():

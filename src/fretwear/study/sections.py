@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from fretwear.parts import Quantity
 from fretwear.study.case import SNAPSHOT, schema_of, schema_required
 from fretwear.study.designs import KINDS, LISTED, MAX_POINTS, SAMPLED, Design
 from fretwear.study.problems import Problem, unknown_key
@@ -198,7 +197,7 @@ def _whole_numbers(least: int, most: int) -> dict[str, Any]:
 def _varied(name: str) -> dict[str, Any]:
     value = schema_of(name)
     listed = {"type": "array", "items": value, "minItems": 1, "uniqueItems": True}
-    if type(parameter_of(name)) is not Quantity:
+    if not getattr(parameter_of(name), "may_be_drawn", False):
         return listed
     ends = {"from": value, "to": value, "scale": {"enum": ["linear", "log"]}}
     interval = {"description": "A range, for sampled designs.", **_object(ends, "from", "to")}
