@@ -220,8 +220,8 @@ def _loaded(
 def _load_of(problem: WearProblem, geometry: Any, contact: Contact) -> float:
     """P, N, of a contact."""
     held, _ = problem.normal.given
-    load: float = geometry.integral(contact.pressure) if held is None else held
-    return load
+    load = geometry.integral(contact.pressure) if held is None else held
+    return float(load)
 
 
 @dataclass(frozen=True)

@@ -264,7 +264,7 @@ def _part_of_contact(
         held, start = held | missed, pressure
     # Noise in the stick zone would grow with wear like exp(β∫p dN): zero means zero.
     gap = np.where(pressure > 0, 0.0, np.maximum(gap, 0.0))
-    carried = geometry.integral(pressure) if load is None else load
+    carried = geometry.integral(pressure) if load is None else float(load)
     return ReducedContact(pressure, gap, found.approach, carried, convolutions)
 
 
