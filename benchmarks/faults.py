@@ -396,7 +396,7 @@ def main() -> None:
             rows.append(tally.row(name, count))
             print(rows[-1], tally, flush=True)
         if not options.only or options.only in "power":
-            tally, count = trials.without_power(min(200, options.points))
+            tally, count = trials.without_power(min(200, 3 * options.points))
             rows.append(tally.row(f"power failure at one of {count} operations", 0))
             print(rows[-1], tally, flush=True)
         server.close()
