@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy import ndimage
 
 from fretwear import figures
 from fretwear.data.dataset import mirrored
@@ -28,6 +29,20 @@ def test_the_edges_of_a_smooth_contact_are_circles_of_the_half_widths(smooth):
         expected = float(last[f"{name}_half_width_x"])
         # The half-widths along x and y are interpolated inside the cells, each on its own.
         assert np.abs(radii - expected).max() < 0.1 * cell
+
+
+def test_every_spot_of_a_rough_contact_has_its_own_edge(rough):
+    scar = take_wear_map(rough, 0)
+    state = rough["contact_state"].isel(cycle=0).values
+    _, spots = ndimage.label(mirrored(rough)["contact_state"].isel(cycle=0).values > 0)
+    assert spots > 4
+    rings = np.split(scar.contact_edge, np.flatnonzero(np.isnan(scar.contact_edge[:, 0])))
+    closed = [ring[~np.isnan(ring[:, 0])] for ring in rings]
+    assert sum(len(ring) > 0 for ring in closed) >= spots
+    # What all contours enclose is the cells in contact, but for their corners.
+    area = sum(0.5 * (r[:-1, 0] @ r[1:, 1] - r[1:, 0] @ r[:-1, 1]) for r in closed if len(r))
+    cells = 4.0 * (state > 0).sum() * float(rough["cell_x"]) * float(rough["cell_y"])
+    assert abs(area) == pytest.approx(cells, rel=0.2)
 
 
 def test_scars_of_very_different_depths_are_all_seen(smooth):

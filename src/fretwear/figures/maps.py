@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from contourpy import contour_generator
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize, PowerNorm
@@ -16,7 +17,6 @@ from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 from matplotlib.typing import LineStyleType
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial import ConvexHull
 
 from fretwear.data.dataset import mirrored
 from fretwear.figures.axes import label_outer, make_panels, outside_key
@@ -46,7 +46,7 @@ class WearMap:
     """The scar on the whole contact at a cycle, in m.
 
     `x` and `y` are the nx and ny cell centres from −L to L, `depth` is of shape (nx, ny); the edges
-    are closed outlines of shape (k, 2), empty when there is no such zone.
+    are closed outlines of shape (k, 2), NaN between several, empty when there is no such zone.
     """
 
     x: Array
@@ -62,7 +62,7 @@ class WearMap:
         worn = self.depth > _SHALLOW * self.depth.max()
         scar = [np.abs(self.x[worn.any(axis=1)]), np.abs(self.y[worn.any(axis=0)])]
         edges = np.concatenate([*scar, np.abs(self.contact_edge).ravel()])
-        return float(edges.max(initial=0.0)) * _BEYOND_CONTACT or float(self.x[-1])
+        return float(np.nanmax(edges, initial=0.0)) * _BEYOND_CONTACT or float(self.x[-1])
 
 
 @styled
@@ -86,8 +86,8 @@ def wear_map(
     -------
     matplotlib.figure.Figure
         Wear depth over x and y in µm. The edges are circles of the half-widths where the surface
-        is smooth and the contact even, else convex outlines of the cells in the zone, which go
-        around its asperities.
+        is smooth and the contact even, else contours around the cells in the zone: spots of
+        contact each have one.
 
     Raises
     ------
@@ -188,7 +188,8 @@ def draw_wear_map(axes: Axes, scar: WearMap, unit: Unit, scale: Normalize) -> Ax
         axes, scar.x, scar.y, values, scar.reach, norm=scale, interpolation="antialiased"
     )
     for outline, style in zip((scar.contact_edge, scar.stick_edge), _EDGES.values(), strict=True):
-        axes.plot(*MICROMETRE.of(outline).T, color="white", linewidth=1.0, linestyle=style)
+        width = 1.0 if len(outline) == _CORNERS_OF_A_CIRCLE else 0.5
+        axes.plot(*MICROMETRE.of(outline).T, color="white", linewidth=width, linestyle=style)
     axes.set_facecolor(image.get_cmap()(0.0))
     axes.set_xlabel("x (µm), direction of slip")
     return image
@@ -220,17 +221,11 @@ def _ellipse(state: xr.Dataset, zone: str) -> Array:
 
 
 def _outline(x: Array, y: Array, inside: NDArray[np.bool_]) -> Array:
-    """Return the convex outline of the cells in a zone, closed."""
-    columns, rows = np.nonzero(inside)
-    if not columns.size:
-        return np.empty((0, 2))
-    half_x, half_y = 0.5 * (x[1] - x[0]), 0.5 * (y[1] - y[0])
-    centres = np.column_stack([x[columns], y[rows]])
-    signs = np.array([(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)])
-    points: Array = np.concatenate([centres + sign * (half_x, half_y) for sign in signs])
-    around = ConvexHull(points).vertices
-    outline: Array = points[[*around, around[0]]]
-    return outline
+    """Return the contours around the cells of a zone, one after the other, with NaN between."""
+    lines = contour_generator(x, y, inside.T.astype(np.float64)).lines(0.5)
+    gap = np.full((1, 2), np.nan)
+    parts = [part for line in lines for part in (np.asarray(line), gap)]
+    return np.concatenate(parts) if parts else np.empty((0, 2))
 
 
 def _edge_lines(color: str) -> list[Line2D]:

@@ -318,9 +318,7 @@ def _profile_caption(field: Field, where: str, cases: Mapping[str, xr.Dataset]) 
 def _map_caption(where: str, cases: Mapping[str, xr.Dataset]) -> str:
     sentences = [f"Wear depth of both bodies over the contact after the last cycle{where}."]
     if _any_rough(cases):
-        sentences.append(
-            "On a rough surface the outlines of contact and stick zone go around its asperities."
-        )
+        sentences.append("On a rough surface each spot of contact and of stick has its outline.")
     deepest = [float(case["wear_depth"].isel(cycle=-1).max()) for case in cases.values()]
     if isinstance(depth_scale(deepest), PowerNorm):
         sentences.append("Colours vary as the square root of the depth.")
