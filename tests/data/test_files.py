@@ -181,8 +181,8 @@ def test_nobody_is_told_to_remove_a_file_of_another_kind(tmp_path, results):
 def test_a_file_that_another_program_wrote_lacks_something(tmp_path, results):
     path = tmp_path / "case.nc"
     results.dataset.to_netcdf(path)
-    with pytest.raises(CaseFileError, match="unfinished"):
-        open_case(path)
+    with pytest.raises(CaseFileError, match="unfinished"), opened_case(path):
+        pass
     add_checksum(path)
     with pytest.raises(CaseFileError, match="did not finish"):
         open_case(path)

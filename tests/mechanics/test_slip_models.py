@@ -28,7 +28,7 @@ def case(request: pytest.FixtureRequest) -> fretwear.Case:
 
 @pytest.fixture(scope="module")
 def dataset(case):
-    return simulate(case)
+    return simulate(case, quarter=True)
 
 
 def stick_contact(case):

@@ -189,7 +189,7 @@ def check_dataset(dataset, case):
 def test_no_valid_case_pulls_or_drops_the_load_or_heals(case):
     inspect = Inspector(case)
     try:
-        dataset = simulate.simulate(case, [inspect])
+        dataset = simulate.simulate(case, [inspect], quarter=True)
     except (ContactError, WearError) as error:
         # A run may end with a message where a solution is not found; it never goes on without.
         event(f"ended: {type(error).__name__}")

@@ -174,7 +174,7 @@ def test_a_job_that_fails_on_its_way_keeps_the_checkpoint_to_resume_from(path, m
     job(case, path, told)
     assert f"resuming after cycle {reached}" in told[-1]
     with open_case(path) as dataset:
-        undisturbed = simulate.simulate(case)
+        undisturbed = simulate.simulate(case, quarter=True)
         xr.testing.assert_equal(dataset["wear_depth"].load(), undisturbed["wear_depth"])
 
 

@@ -8,6 +8,9 @@ import pytest
 import xarray as xr
 
 import fretwear
+from fretwear.data.dataset import compared_results
+from fretwear.data.files import open_case, open_history
+from fretwear.data.safe import CaseFileError
 from fretwear.mechanics.roughness import WavyRoughness
 from fretwear.running.simulate import Step, run, simulate
 from fretwear.study.case import Case
@@ -40,7 +43,7 @@ KINDS = {
 
 @pytest.fixture(scope="module")
 def datasets() -> dict[str, xr.Dataset]:
-    return {name: simulate(make(**changes)) for name, changes in KINDS.items()}
+    return {name: simulate(make(**changes), quarter=True) for name, changes in KINDS.items()}
 
 
 def integral(ds: xr.Dataset, field: str) -> np.ndarray:
@@ -121,7 +124,7 @@ def test_wear_grows_from_snapshot_to_snapshot_at_the_rate_given(datasets, name: 
 
 def test_unworn_smooth_case_is_that_of_hertz_cattaneo_and_mindlin():
     case = make(cell=("2.5 um", "2.5 um"), cycles=1, output_cycles=())
-    first = simulate(case).isel(cycle=0)
+    first = simulate(case, quarter=True).isel(cycle=0)
     hertz = HertzContact(case.radius, case.load, case.composite_modulus)
     theory = CattaneoMindlin(hertz, case.friction, case.tangential_load, case.coupling)
     # At 59 cells per radius: 0.3 % and a part of a cell for widths.
@@ -140,7 +143,7 @@ def test_unworn_smooth_case_is_that_of_hertz_cattaneo_and_mindlin():
 
 def test_gap_outside_an_earlier_window_is_evaluated_not_made_up():
     case = make(tangential_ratio=0.9, cycles=3000, output_cycles=())
-    ds = simulate(case)
+    ds = simulate(case, quarter=True)
     first = ds.isel(cycle=0)
     hertz = HertzContact(case.radius, case.load, case.composite_modulus)
     r = np.hypot(first.x, first.y)
@@ -160,7 +163,7 @@ class Uneven(WavyRoughness):
 def test_half_domain_and_quarter_give_the_same_dataset(datasets):
     quarter = datasets["rough capped"]
     case = make(**KINDS["rough capped"])
-    half = simulate(case.replace(roughness=Uneven(**vars(case.roughness))))
+    half = simulate(case.replace(roughness=Uneven(**vars(case.roughness))), quarter=True)
     assert half.symmetry == "even_y"
     assert quarter.symmetry == "even_xy"
     np.testing.assert_allclose(half.x, -half.x[::-1])
@@ -245,3 +248,41 @@ def test_a_run_on_the_finest_grid_of_the_demo_needs_less_than_a_gigabyte():
     kilobytes = int(done.stdout) / (1024 if sys.platform == "darwin" else 1)
     assert kilobytes < 1e6
     assert fretwear.__version__
+
+
+def test_simulate_gives_the_whole_contact_and_one_side_on_request(datasets):
+    case = make(**KINDS["smooth"])
+    whole = simulate(case)
+    assert whole.symmetry == "none"
+    cell = float(whole["cell_x"] * whole["cell_y"])
+    load = whole.pressure.sum(("x", "y")) * cell
+    np.testing.assert_allclose(load, case.load, rtol=SINGLE * 10)
+    xr.testing.assert_identical(whole.drop_attrs(), datasets["smooth"].fretwear.full().drop_attrs())
+
+
+def test_a_dataset_saved_by_xarray_opens_plots_and_compares(datasets, tmp_path):
+    saved = tmp_path / "saved.nc"
+    datasets["rough"].fretwear.full().to_netcdf(saved)
+    with open_case(saved) as again, open_history(saved) as history:
+        np.testing.assert_array_equal(again.pressure, datasets["rough"].fretwear.full().pressure)
+        assert again.slip_model == "jaeger"
+        np.testing.assert_array_equal(history.wear_volume, datasets["rough"].wear_volume)
+        compared = compared_results(again, datasets["rough"])
+        assert all(each.first == each.second for each in compared)
+    whole = saved.read_bytes()
+    for end in (len(whole) - 1, len(whole) // 2):
+        saved.write_bytes(whole[:end])
+        with pytest.raises(CaseFileError, match="unfinished, cut short"):
+            open_case(saved)
+
+
+def test_a_bar_shows_the_progress_of_a_run_on_request(capsys):
+    simulate(make(cycles=10, output_cycles=()), progress=True)
+    assert "100%" in capsys.readouterr().out
+
+
+def test_a_case_shows_its_parameters_in_a_notebook():
+    text = make()._repr_html_()
+    assert "<code>load</code>" in text
+    assert "normal load" in text
+    assert "N</td>" in text

@@ -301,7 +301,7 @@ def test_new_kinds_run_from_a_study_file_to_a_figure(studies, content, tmp_path)
     del content["base"]["wear_coefficient"]
     content["output"] = {"cycles": [10]}
     case = studies.load(content, ["load=50 N"]).points()[0].case
-    dataset = simulate(case)
+    dataset = simulate(case, quarter=True)
     assert dataset["slip_model_slip_gap"] == 1e-6
     # Archard for constant slip: the volume is that of the load on the path, by 4 K P µκg per cycle.
     path = 4 * case.friction * case.coupling * 1e-6 * dataset["cycle"]

@@ -115,7 +115,7 @@ def case_content(case: xr.Dataset, history: xr.Dataset) -> dict[str, Any]:
         "cells": [case.sizes[axis] for axis in ("x", "y") if axis in case.sizes],
         "symmetry": case.attrs["symmetry"],
         "steps": history.sizes["step"] - 1,
-        "convolutions": int(history["convolutions"].sum()),
+        "convolutions": int(history["convolutions"].sum()) if "convolutions" in history else None,
         "parameters": {
             str(value.name): {"value": _finite(value.item()), "units": value.attrs.get("units")}
             for value in case.coords.values()
@@ -141,10 +141,10 @@ def case_lines(content: dict[str, Any]) -> Iterator[str]:
     yield content["source"]
     part = _PARTS[sum(SYMMETRIES[content["symmetry"]])]
     cells = " x ".join(map(str, content["cells"]))
-    yield (
-        f"{cells} cells ({part} of the contact), {content['steps']} steps, "
-        f"{content['convolutions']} convolutions"
-    )
+    taken = f", {content['steps']} steps, {content['convolutions']} convolutions"
+    # What another program has saved does not say what it took.
+    known = content["convolutions"] is not None
+    yield f"{cells} cells ({part} of the contact){taken if known else ''}"
     for warning in content["warnings"]:
         yield f"Doubtful: {warning}"
     yield ""

@@ -63,13 +63,14 @@ def value_problem(file: netCDF4.Dataset) -> str:
 
     Fields are not read: they are shown, and computed with, as they are.
     """
-    history = file.groups["history"]
+    # What xarray has saved has no history.
+    history = file.groups.get("history")
     scalars = scalars_of(file.variables)
     steps = (*of_steps(scalars), ERROR_ESTIMATE, CONVOLUTIONS, STEP, CYCLE)
     problems = (
         *(_unit_problem(file[each.name], each) for each in FIELDS if each.name in file.variables),
         *(_scalar_problem(file, each, CYCLE.name) for each in scalars),
-        *(_scalar_problem(history, each, STEP.name) for each in steps),
+        *(_scalar_problem(history, each, STEP.name) for each in steps if history is not None),
         *_parameter_problems(file),
     )
     return next(filter(None, problems), "")
@@ -100,6 +101,8 @@ def _size_problem(groups: tuple[Any, ...], size: int) -> str:
     announced = 0
     for group in groups:
         for name, variable in group.variables.items():
+            if variable.dtype is str and not variable.dimensions:
+                continue  # a word, as xarray saves it
             if not isinstance(variable.dtype, np.dtype) or variable.dtype.kind not in "ifuS":
                 return f"{name} holds neither numbers nor plain text"
             announced += math.prod(variable.shape) * variable.dtype.itemsize
@@ -160,7 +163,7 @@ def _parameter_problems(file: netCDF4.Dataset) -> Iterator[str]:
     points: Mapping[str, Any] = {
         name: variable
         for name, variable in file.variables.items()
-        if variable.dtype.kind == "f" and CYCLE.name not in variable.dimensions
+        if getattr(variable.dtype, "kind", "") == "f" and CYCLE.name not in variable.dimensions
     }
     for name, variable in points.items():
         about = parameter(name)

@@ -315,6 +315,18 @@ def mirrored(dataset: xr.Dataset) -> xr.Dataset:
     return whole
 
 
+@xr.register_dataset_accessor("fretwear")  # type: ignore[no-untyped-call]
+class Accessor:
+    """What datasets of fretwear can do, as ``dataset.fretwear``."""
+
+    def __init__(self, dataset: xr.Dataset) -> None:
+        self._dataset = dataset
+
+    def full(self) -> xr.Dataset:
+        """Return the whole contact, see `mirrored`."""
+        return mirrored(self._dataset)
+
+
 def resampled(
     values: NDArray[Any], cells: NDArray[np.float64], positions: NDArray[np.float64], axis: int
 ) -> NDArray[Any]:

@@ -33,6 +33,8 @@ from fretwear.vocabulary import (
     CYCLE,
     FIELDS,
     LINE_DIMS,
+    STEP,
+    X,
     Y,
     scalars_of,
 )
@@ -49,6 +51,7 @@ _MARK = b"\nfretwear crc32 "
 _LENGTH = len(_MARK) + 8 + 1
 _BLOCK_BYTES = 1 << 20
 _COMPLETE = "complete"
+_SUPERBLOCK = 52
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 _CHECK_NAME = "Check the name, or run the case"
@@ -163,27 +166,51 @@ def _opened(path: Path) -> Iterator[netCDF4.Dataset]:
 
 
 @contextmanager
-def opened_case(path: str | PathLike[str]) -> Iterator[CaseFile]:
+def opened_case(path: str | PathLike[str], *, own: bool = True) -> Iterator[CaseFile]:
     """Open a case file after checking that it is whole, which reads it once.
 
-    It is a `CaseFileError` to be missing, unfinished, cut short, damaged or no case file.
+    Where it need not be `own`, a dataset that xarray has saved will do, which has neither checksum
+    nor history. It is a `CaseFileError` to be missing, unfinished, cut short, damaged or no case
+    file.
     """
     path = Path(path)
-    if problem := damage(path, "case file"):
+    problem = damage(path, "case file")
+    is_ours = not problem
+    if problem and (own or not _saved_elsewhere(path)):
         raise _damaged(path, problem)
     with _opened(path) as file:
         case_file = CaseFile(path, file)
         if "case_id" not in file.ncattrs():
             raise CaseFileError(path, "it is not the file of one case", _CHECK_FOLDER)
-        if _COMPLETE not in file.ncattrs() or file.getncattr(_COMPLETE) != 1:
+        if is_ours and (_COMPLETE not in file.ncattrs() or file.getncattr(_COMPLETE) != 1):
             raise case_file.unusable("the run that wrote it did not finish")
         lacking = _lacking({name: v.dimensions for name, v in file.variables.items()})
-        lacking += [HISTORY_GROUP] if HISTORY_GROUP not in file.groups else []
+        lacking += [HISTORY_GROUP] if is_ours and HISTORY_GROUP not in file.groups else []
         if lacking:
             raise case_file.unusable(f"it lacks {', '.join(lacking)}")
         if problem := case_problem(file, path.stat().st_size):
             raise case_file.unusable(problem)
         yield case_file
+
+
+def _saved_elsewhere(path: Path) -> bool:
+    """Tell whether a file without our checksum is whole by its own account, as xarray leaves it.
+
+    The superblock of an HDF5 file says where the file ends. One of ours that was cut short ends
+    before that, and one that was damaged still has its checksum, which does not fit.
+    """
+    try:
+        with path.open("rb") as stream:
+            head = stream.read(_SUPERBLOCK)
+            size = stream.seek(0, os.SEEK_END)
+            stream.seek(max(0, size - _LENGTH))
+            ending = stream.read()
+    except OSError:
+        return False
+    if not head.startswith(_SIGNATURE) or len(head) < _SUPERBLOCK or _MARK.strip() in ending:
+        return False
+    end = {0: 40, 1: 44}.get(head[len(_SIGNATURE)], 28)
+    return int.from_bytes(head[end : end + 8], "little") == size
 
 
 def _damaged(path: Path, problem: str) -> CaseFileError:
@@ -307,7 +334,7 @@ def open_case(path: str | PathLike[str], full: bool = False) -> xr.Dataset:
     CaseFileError
         When the file is missing, unfinished, cut short or damaged.
     """
-    with opened_case(path) as file:
+    with opened_case(path, own=False) as file:
         file.check_values()
     dataset = open_lazily(path)
     return mirrored(dataset) if full else dataset
@@ -337,8 +364,12 @@ def open_history(path: str | PathLike[str]) -> xr.Dataset:
             history = open_lazily(path, group=HISTORY_GROUP)
             coordinates = summary.drop_vars([CYCLE.name, "x"]).coords
             return history.set_coords(CYCLE.name).assign_coords(coordinates)
-    with opened_case(path) as file:
+    with opened_case(path, own=False) as file:
         file.check_values()
+        if HISTORY_GROUP not in file.file.groups:
+            # Saved by xarray, which knows no history: the snapshots are all there is of it.
+            dataset = open_lazily(path).drop_dims([X.name, Y.name], errors="ignore")
+            return dataset.reset_coords(drop=True).rename_dims({CYCLE.name: STEP.name})
     return open_lazily(path, group=HISTORY_GROUP)
 
 

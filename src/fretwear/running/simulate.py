@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -95,7 +96,14 @@ class Result:
     loops: xr.Dataset
 
 
-def simulate(case: Case, observers: Sequence[Observer] = (), *, rings: bool = False) -> xr.Dataset:
+def simulate(
+    case: Case,
+    observers: Sequence[Observer] = (),
+    *,
+    quarter: bool = False,
+    rings: bool = False,
+    progress: bool = False,
+) -> xr.Dataset:
     """Run a case.
 
     Parameters
@@ -104,6 +112,11 @@ def simulate(case: Case, observers: Sequence[Observer] = (), *, rings: bool = Fa
         What to run.
     observers
         Called with each accepted `Step`, cycle 0 included.
+    quarter
+        Return only what is computed: one side of the contact along the axes in which it is even,
+        for most a quarter of it. Otherwise the dataset is that of the whole contact.
+    progress
+        Whether to show a bar of progress, in a terminal or a notebook.
     rings
         Compute on concentric rings, graded to the edge of the stick zone, instead of a grid. Only
         for a smooth sphere; the ring that yields around the stick zone is resolved, however narrow.
@@ -112,9 +125,9 @@ def simulate(case: Case, observers: Sequence[Observer] = (), *, rings: bool = Fa
     Returns
     -------
     xarray.Dataset
-        One side of the contact along the axes in which it is even, see ``symmetry``.
-        Fields over ``cycle``, ``x``, ``y`` and scalars over ``cycle`` at the
-        case's `output_cycles`; scalar coordinates of every parameter.
+        The whole contact, or one side of it, see ``symmetry``. Fields over ``cycle``, ``x``, ``y``
+        and scalars over ``cycle`` at the case's `output_cycles`; scalar coordinates of every
+        parameter.
 
     Raises
     ------
@@ -133,7 +146,24 @@ def simulate(case: Case, observers: Sequence[Observer] = (), *, rings: bool = Fa
     require_memory(case)
     for doubt in doubts(case, rings=rings):
         warnings.warn(str(doubt), DoubtfulResultWarning, stacklevel=2)
-    return run(case, observers, rings=rings).dataset
+    bar: AbstractContextManager[list[Observer]] = _bar(case) if progress else nullcontext([])
+    with bar as shown:
+        dataset = run(case, [*observers, *shown], rings=rings).dataset
+    if quarter:
+        return dataset
+    from fretwear.data.dataset import mirrored
+
+    return mirrored(dataset)
+
+
+@contextmanager
+def _bar(case: Case) -> Iterator[list[Observer]]:
+    """Yield an observer that moves a bar of progress."""
+    from rich.progress import Progress
+
+    with Progress() as bar:
+        task = bar.add_task(case.case_id, total=case.cycles)
+        yield [lambda step: bar.update(task, completed=step.state.cycle)]
 
 
 def run(

@@ -93,6 +93,20 @@ class Case(CaseTree):
         case.__dict__.update({**defaults, **_suited(assembled)})
         return case
 
+    def _repr_html_(self) -> str:
+        """Return a table of the parameters, for notebooks."""
+        from html import escape
+
+        from fretwear.study.parameters import parameter, value_text
+
+        rows = [
+            f"<tr><th style='text-align:left'><code>{escape(name)}</code></th>"
+            f"<td style='text-align:left'>{escape(parameter(name).words)}</td>"
+            f"<td style='text-align:left'>{escape(value_text(name, value))}</td></tr>"
+            for name, (value, *_) in self.scalar_coordinates().items()
+        ]
+        return f"<table><caption>{escape(self.case_id)}</caption>{''.join(rows)}</table>"
+
     def replace(self, **changes: Any) -> Case:
         """Return the case with other values of some parameters: ``case.replace(load="60 N")``."""
         kept: dict[str, Any] = {}

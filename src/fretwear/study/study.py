@@ -30,6 +30,8 @@ from fretwear.topography import Located, SourceFile
 
 OPTION = "--set"
 
+_MOST_SHOWN = 12
+
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")
 _LISTED_PER_RULE = 8
 
@@ -69,6 +71,19 @@ class Study:
     invalid: Mapping[tuple[int, ...], str]
     content: Mapping[str, Any]
     batch: int | None = None
+
+    def _repr_html_(self) -> str:
+        """Return what is varied as a table, for notebooks."""
+        from html import escape
+
+        rows = [
+            f"<tr><th style='text-align:left'><code>{escape(axis.name)}</code></th>"
+            f"<td style='text-align:left'>{escape(', '.join(axis.labels[:_MOST_SHOWN]))}"
+            f"{', …' * (len(axis.labels) > _MOST_SHOWN)}</td></tr>"
+            for axis in self.axes
+        ]
+        heading = f"{escape(self.title)}: {self.size} points, design {self.design.kind}"
+        return f"<table><caption>{heading}</caption>{''.join(rows)}</table>"
 
     @property
     def size(self) -> int:
