@@ -6,6 +6,7 @@
 """
 
 from fretwear.figures.animation import CaseAnimation, animation
+from fretwear.figures.bearing import bearing_area
 from fretwear.figures.history import (
     contact_half_width,
     dissipated_energy,
@@ -28,6 +29,7 @@ __all__ = [
     "STYLE_SHEET",
     "CaseAnimation",
     "animation",
+    "bearing_area",
     "compare_cases",
     "compare_profiles",
     "compare_wear_maps",

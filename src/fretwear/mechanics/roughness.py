@@ -81,6 +81,11 @@ class Roughness(Part):
         return math.inf, math.inf
 
     @property
+    def is_known(self) -> bool:
+        """Whether heights are at hand: those of a file are not where it is missing."""
+        return True
+
+    @property
     def wavelengths(self) -> tuple[float, float]:
         """Distance between neighbouring tips along x and along y, m; inf where there is one."""
         return self.finest
@@ -490,6 +495,11 @@ class MeasuredRoughness(Roughness):
         if self._data is None:
             return math.inf, math.inf
         return 2.0 * self._data.spacing[0], 2.0 * self._data.spacing[1]
+
+    @property
+    def is_known(self) -> bool:
+        """Whether the file is there."""
+        return self._data is not None
 
     @property
     def sides(self) -> tuple[float, float]:

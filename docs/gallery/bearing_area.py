@@ -1,0 +1,13 @@
+"""What is left of the roughness.
+
+Bearing-area curves within the contact, before and after wear.
+"""
+
+import xarray as xr
+
+import fretwear
+
+summary = xr.open_dataset("results/gallery/summary.nc")
+point = summary.sel(load=40, roughness_amplitude=2e-7, plastic_limit=4.5e9)
+case = fretwear.open_case(f"results/gallery/cases/{point['case_id'].item()}.nc")
+figure = fretwear.figures.bearing_area(case)
