@@ -272,8 +272,19 @@ def frame_of(panels: Sequence[HalfProfiles]) -> Frame:
         left = 0.0 if is_even else -right
         if is_even and not any(panel.is_wavy for panel in panels):
             left = _BEFORE_EDGE * min(float(panel.contact_half_width.min()) for panel in panels)
+    if field.name in ("wear_depth", "wear_rate"):
+        # Over a stroke a contact wears beside itself too.
+        right = max(right, *(_worn_half_width(panel) for panel in panels))
+        left = 0.0 if is_even else -right
     top = max(_top(panel, right) for panel in panels)
     return Frame(left, right, _ABOVE * top or 1.0, field.unit or readable_unit(top, field.si_unit))
+
+
+def _worn_half_width(profiles: HalfProfiles) -> float:
+    """Distance, m, up to which anything is worn off, 1 % of the most."""
+    deepest = profiles.values.max(axis=0)
+    worn = np.flatnonzero(deepest > 0.01 * deepest.max())
+    return float(abs(profiles.x[worn]).max(initial=0.0))
 
 
 def _top(profiles: HalfProfiles, right: float) -> float:

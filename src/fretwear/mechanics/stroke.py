@@ -32,13 +32,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fretwear.mechanics.contact import ContactError, ContactProblem
+from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.geometry import Array, Mask, Workspace
 from fretwear.mechanics.geometry.line import Line, influence_of_cell
 from fretwear.mechanics.integrator import WearError
 from fretwear.mechanics.loading import SMALL_STROKE
 from fretwear.mechanics.slip import ReducedContact
-from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.state import State, WearProblem
 from fretwear.mechanics.tr_bdf2 import DIAGONAL, EMBEDDED, MAIN, OVERESTIMATE, WEIGHT, assessed
 
@@ -54,15 +53,19 @@ _KEPT = 16
 _CLOSED = 1e-10
 
 
-def positions(problem: WearProblem) -> Array:
-    """Positions of the indenter on one side of the middle of the stroke, m, with equal weights."""
+def positions(problem: WearProblem) -> tuple[Array, Array]:
+    """Positions of the indenter from the middle of the stroke to its end, m, and their weights.
+
+    Those of the trapezoidal rule over the stroke; the weight of one and its image is twice that.
+    """
     amplitude, half_width = problem.loading.stroke, problem.hertz.contact_radius
     if amplitude <= SMALL_STROKE * half_width:
-        return np.zeros(1)
+        return np.zeros(1), np.full(1, 0.5)
     wanted = max(LEAST_POSITIONS / 2, _POSITIONS_PER_HALF_WIDTH * amplitude / half_width)
     count = ceil(wanted)
-    result: Array = (np.arange(count) + 0.5) / count * amplitude
-    return result
+    weights = np.full(count + 1, 0.5 / count)
+    weights[[0, -1]] *= 0.5
+    return np.linspace(0.0, amplitude, count + 1), weights
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -151,8 +154,7 @@ class _Rubbing:
         x = (np.arange(cells) - half + 0.5) * spacing
         modulus = problem.bodies.composite_modulus
         self.influence = toeplitz(influence_of_cell(cells, spacing, problem.hertz.radius, modulus))
-        self.places = positions(problem)
-        self.weight = 0.5 / self.places.size
+        self.places, self.weights = positions(problem)
         self.shapes = [problem.indenter.gap(x - place, np.zeros(1)) for place in self.places]
         # One row a cell, one column a value of the flat's wear, then of the indenter's.
         self.worn = []
@@ -207,17 +209,18 @@ class _Rubbing:
         shapes = [
             shape + worn @ opening for shape, worn in zip(self.shapes, self.worn, strict=True)
         ]
-        root = np.sqrt(self.weight * compliance)
+        root = np.sqrt(compliance)
         for _ in range(_LARGEST_SWEEPS):
             system, right, parts = np.eye(root.size), np.zeros(root.size), []
-            for shape, worn, inside in zip(shapes, self.worn, closed, strict=True):
+            of_positions = zip(shapes, self.worn, self.weights, closed, strict=True)
+            for shape, worn, weight, inside in of_positions:
                 cells = np.flatnonzero(inside)
                 inverse, carrying = self._compliance(cells)
                 own = worn[cells]
                 pressure = self.load * carrying - inverse @ shape[cells]
                 stiff = own.T @ (own.T @ inverse).T
-                system += root[:, None] * stiff * root
-                right += root * (own.T @ pressure)
+                system += weight * root[:, None] * stiff * root
+                right += weight * root * (own.T @ pressure)
                 parts.append((cells, inverse, own, pressure))
             factors = cho_factor(system, lower=True, overwrite_a=True, check_finite=False)
             worn_now = root * cho_solve(factors, right, check_finite=False)
@@ -230,8 +233,8 @@ class _Rubbing:
                     closed[row], pressures[row] > 0, gap < (1.0 - _CLOSED) * approach
                 )
             if np.array_equal(following, closed):
-                means = sum(worn.T @ each for worn, each in zip(self.worn, pressures, strict=True))
-                means = self.weight * np.asarray(means)
+                parts_of = zip(self.weights, self.worn, pressures, strict=True)
+                means = np.sum([w * (worn.T @ p) for w, worn, p in parts_of], axis=0)
                 return _Contacts(pressures, closed, means[self.half :], means[: self.half])
             closed = following
         raise ContactError("the cells in contact over the stroke do not settle")
@@ -280,7 +283,7 @@ class _Slider:
             self.rubbing = _Rubbing(problem, start.geometry.shape[0], spacing)
             self.state = start
             return
-        reach = problem.extent[0] + float(positions(problem)[-1])
+        reach = problem.extent[0] + float(positions(problem)[0][-1])
         self.rubbing = _Rubbing(problem, ceil(reach / spacing) + 2 * _MARGIN, spacing)
         self.state = self._first()
 
@@ -376,27 +379,26 @@ class _Slider:
         indenter, flat = worn[0][:, None], worn[1][:, None]
         opening = self.kept * (indenter + flat)
         half = self.rubbing.half
-        nearest = found.pressures[0]
-        guess = 0.5 * (nearest[half:] + nearest[:half][::-1])[:, None]
-        middle = solve_contact(
-            ContactProblem(ground.half_space, ground.unworn + opening, problem.hertz.load), guess
-        )
+        # The middle of the stroke is the first position.
+        middle = found.pressures[0, half:, None]
+        separation = ground.half_space.displacement(middle) + ground.unworn + opening
+        approach = float(separation[middle > 0].mean())
+        gap = separation - approach
+        residual = np.abs(np.where(middle > 0, gap, np.minimum(gap, 0.0))).max() / approach
         slip = problem.loading.stroke / (problem.friction.coefficient * problem.coupling)
         nothing = np.zeros(geometry.shape)
-        reduced = ReducedContact(
-            nothing, np.full(geometry.shape, slip), middle.approach - slip, load=0.0
-        )
+        reduced = ReducedContact(nothing, np.full(geometry.shape, slip), approach - slip, load=0.0)
         return StrokeState(
             cycle=cycle,
             geometry=geometry,
-            pressure=middle.pressure,
-            gap=np.maximum(middle.gap, 0.0),
+            pressure=middle,
+            gap=np.where(middle > 0, 0.0, np.maximum(gap, 0.0)),
             wear=indenter + flat,
             opening=opening,
             plastic=nothing,
             load=problem.hertz.load,
-            approach=middle.approach,
-            residual=middle.residual,
+            approach=approach,
+            residual=float(residual),
             reduced=reduced,
             next_step=following,
             pressure_rate=nothing,
