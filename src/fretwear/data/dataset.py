@@ -118,7 +118,11 @@ def case_dataset(
     shape = tuple(coordinates[name].size for name in dims)
     problems = _coordinate_problems(coordinates, symmetry)
     known_fields = (*FIELDS, *(each for each in BODY_FIELDS if each.name in fields))
-    known_scalars = (*scalars_of(dims), *(each for each in BODY_SCALARS if each.name in scalars))
+    of_bodies = [each for each in BODY_SCALARS if each.name in scalars]
+    known_scalars = (
+        *scalars_of(dims),
+        *(each if y is not None else each.per_length for each in of_bodies),
+    )
     variables = {
         **_variables("field", known_fields, fields, dims, shape, problems),
         **_variables("scalar", known_scalars, scalars, dims[:1], shape[:1], problems),
@@ -193,7 +197,9 @@ def history_dataset(
     )
 
 
-def loop_dataset(cycles: ArrayLike, loops: Mapping[str, ArrayLike]) -> xr.Dataset:
+def loop_dataset(
+    cycles: ArrayLike, loops: Mapping[str, ArrayLike], *, in_line: bool = False
+) -> xr.Dataset:
     """Label the loops of force and displacement of the snapshots.
 
     Parameters
@@ -202,6 +208,8 @@ def loop_dataset(cycles: ArrayLike, loops: Mapping[str, ArrayLike]) -> xr.Datase
         Cycle numbers of the snapshots.
     loops : mapping of str to array_like, shape (ncycles, nphases)
         Every variable of `fretwear.vocabulary.LOOP`, SI units, from +Q over −Q back to +Q.
+    in_line : bool
+        Whether forces are per length.
 
     Returns
     -------
@@ -211,7 +219,8 @@ def loop_dataset(cycles: ArrayLike, loops: Mapping[str, ArrayLike]) -> xr.Datase
     dims = (CYCLE.name, PHASE.name)
     problems: list[str] = []
     shape = np.shape(loops[LOOP[0].name])
-    variables = _variables("loop", LOOP, loops, dims, shape, problems)
+    known = [each.per_length if in_line else each for each in LOOP]
+    variables = _variables("loop", known, loops, dims, shape, problems)
     _raise_all(problems)
     phase = np.linspace(0.0, 1.0, shape[1])
     return xr.Dataset(

@@ -45,7 +45,14 @@ from fretwear.units import MICROMETRE, cycle_text, number_text, readable_unit
 from fretwear.vocabulary import RESULTS
 
 _PANELS = ("pressure", "shear_traction", "gap", "wear_depth")
-_HEADLINE = ("load", "tangential_ratio", "friction", "roughness_amplitude", "plastic_limit")
+_HEADLINE = (
+    "load",
+    "tangential_ratio",
+    "sliding_amplitude",
+    "friction",
+    "roughness_amplitude",
+    "plastic_limit",
+)
 
 _COMPARED = ("pressure", "wear_depth", "wear_rate")
 # These are derived from others, or say little without them.

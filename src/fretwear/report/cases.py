@@ -129,10 +129,13 @@ def read_case(path: Path, *, examine: bool = True) -> CaseRecord:
         kept = np.isin(cycles, representative_cycles(cycles.astype(int).tolist(), _MOST_SNAPSHOTS))
         copies = 1 << sum(SYMMETRIES[file.attribute("symmetry")])
         profiles = {name: file.read(name, row)[kept] for name in (*PROFILES, "contact_state")}
+        normal, tangential = (_floats(file, f"{name}_force") for name in ("normal", "tangential"))
         found = [Residuals(math.nan, math.nan, math.nan)]
         for place in range(cycles.size) if examine else ():
             fields = {name: file.read(name, place) for name in _EXAMINED}
-            found.append(residuals(fields, parameters, copies))
+            # A load that is not held, and a force that is not imposed, are results.
+            now = {"load": normal[place], "tangential_load": tangential[place]}
+            found.append(residuals(fields, parameters | now, copies))
         steps = (CYCLE.name, *HISTORY, ERROR_ESTIMATE.name, CONVOLUTIONS.name)
         return CaseRecord(
             id=file.attribute("case_id"),

@@ -22,7 +22,7 @@ from fretwear.mechanics.state import State, WearProblem, in_contact
 from fretwear.mechanics.stroke import StrokeState, slide
 from fretwear.running.resources import require_memory
 from fretwear.study.rules import doubts
-from fretwear.vocabulary import FIELDS, LINE_SCALARS, SCALARS, SYMMETRIES, ContactState
+from fretwear.vocabulary import BODY_FIELDS, FIELDS, LINE_SCALARS, SCALARS, SYMMETRIES, ContactState
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -234,7 +234,6 @@ def _result(
     fields = _snapshot_fields(workspace, record.snapshots)
     if problem.wear_law.shares is not None:
         for body, share in zip(("indenter", "flat"), problem.wear_law.shares, strict=True):
-            fields[f"wear_depth_{body}"] = share * fields["wear_depth"]
             scalars[f"wear_volume_{body}"] = share * scalars["wear_volume"]
     dataset = case_dataset(
         case,
@@ -252,7 +251,7 @@ def _result(
     spent = np.diff(convolutions, prepend=0)
     history = history_dataset(steps_at, columns, errors, spent, variables)
     curves = {name: np.array([getattr(each, name) for each in loops]) for name in _CURVES}
-    return Result(dataset, history, loop_dataset(cycles, curves))
+    return Result(dataset, history, loop_dataset(cycles, curves, in_line=in_line))
 
 
 def wear_problem(case: Case, *, rings: bool = False) -> WearProblem:
@@ -287,19 +286,14 @@ def _snapshot_fields(workspace: Workspace, snapshots: Sequence[State]) -> dict[s
     plane = geometry.plane(workspace.problem.spacing)
     in_line = workspace.problem.indenter.is_line
     shape = (len(snapshots), *(plane.shape[:1] if in_line else plane.shape))
-    fields = {field.name: np.empty(shape, dtype=field.dtype) for field in FIELDS}
+    shared = workspace.problem.wear_law.shares is not None
+    known = (*FIELDS, *(BODY_FIELDS if shared else ()))
+    fields = {field.name: np.empty(shape, dtype=field.dtype) for field in known}
     for row, state in enumerate(snapshots):
         state = state.on(workspace, geometry)
         for name, values in _fields(workspace.problem.of(state), state).items():
             fields[name][row] = geometry.sampled(values, plane).reshape(shape[1:])
     return fields
-
-
-def _wear_rate(problem: WearProblem, state: State, slip: Array) -> Array:
-    """Wear depth of both bodies in this one cycle, m."""
-    if isinstance(state, StrokeState):
-        return state.wear_rate
-    return 4.0 * problem.wear_coefficient * state.pressure * slip
 
 
 def _fields(problem: WearProblem, state: State) -> dict[str, Array]:
@@ -309,13 +303,18 @@ def _fields(problem: WearProblem, state: State) -> dict[str, Array]:
     closed = in_contact(state)
     contact_state = np.where(closed, ContactState.SLIP, ContactState.OPEN)
     contact_state[reduced.stick & closed] = ContactState.STICK
+    rate = 4.0 * problem.wear_coefficient * state.pressure * slip
+    bodies = [share * state.wear for share in problem.wear_law.shares or ()]
+    if isinstance(state, StrokeState):
+        rate, bodies = state.wear_rate, [state.wear_indenter, state.wear_flat]
     return {
         "pressure": state.pressure,
         "shear_traction": problem.shear_traction(state.pressure, reduced),
         "slip": slip,
         "wear_depth": state.wear,
-        "wear_rate": _wear_rate(problem, state, slip),
+        "wear_rate": rate,
         "plastic_depth": state.plastic,
         "gap": state.gap,
         "contact_state": contact_state,
+        **{each.name: wear for each, wear in zip(BODY_FIELDS, bodies, strict=False)},
     }
