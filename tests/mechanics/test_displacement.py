@@ -1,12 +1,17 @@
-"""A sphere under a given displacement: closed forms, and an independent integrator."""
+"""Displacement, held approach, rig, gross slip, debris: closed forms and an independent table."""
 
 import math
+from dataclasses import replace
 
+import numpy as np
 import pytest
-from tests.mechanics.problems import near
 
-from fretwear.running.simulate import steps
+from fretwear.mechanics.geometry import Workspace
+from fretwear.mechanics.loop import loop
+from fretwear.running.simulate import Step, steps, wear_problem
 from fretwear.study.case import Case
+
+from .problems import near
 
 SPHERE = {
     "radius": "10 mm",
@@ -17,9 +22,15 @@ SPHERE = {
 }
 
 
-def case_of(cycles=1, at=(), **loading) -> Case:
-    loading.setdefault("load", "50 N" if "indentation" not in loading else None)
-    return Case(**SPHERE, cycles=cycles, output_cycles=at, **loading)
+def case_of(cycles: int = 1, **given: object) -> Case:
+    force = {} if "indentation" in given else {"load": "50 N"}
+    return Case(**{**SPHERE, **force, "cycles": cycles, **given})
+
+
+def after(case: Case, *, rings: bool = True) -> dict[int, Step]:
+    """The steps of a run that end at its snapshots."""
+    found = {step.state.cycle: step for step in steps(case, rings=rings)}
+    return {cycle: found[cycle] for cycle in case.output_cycles}
 
 
 @pytest.mark.parametrize("rings", [True, False])
@@ -33,3 +44,153 @@ def test_mindlin_sphere_under_a_given_displacement(u: float, rings: bool):
     edge = math.sqrt(1 - u) * case.hertz_radius
     assert measures.stick_half_width_x == near(edge, rel=5e-3)
     assert measures.tangential_displacement == near(case.displacement_amplitude, rel=1e-6)
+    assert measures.regime == 0
+
+
+def test_gross_slip_begins_at_the_ratios_of_fouvry_and_dissipates_what_mindlin_says():
+    for u in (1.0, 1.5):
+        case = case_of(displacement_ratio=u)
+        problem = wear_problem(case, rings=True)
+        first = next(steps(case, rings=True))
+        transition = case.displacement_amplitude / u
+        energy = 4 * 0.5 * 50 * (case.displacement_amplitude - 0.8 * transition)
+        assert first.measures.regime == (u > 1.0)
+        assert first.measures.dissipated_energy == near(energy, rel=1e-3)
+        if u == 1.0:
+            assert first.measures.sliding_ratio == near(0.2, rel=1e-3)
+            opening = loop(Workspace(problem), first.state).opening
+            ratio = energy / (4 * first.measures.tangential_force * opening)
+            assert ratio == near(0.76946, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    "loading",
+    [{"tangential_ratio": 0.8}, {"displacement_ratio": 0.8, "rig_stiffness": "28 N/um"},
+     {"displacement_ratio": 1.2}],
+    ids=["force", "rig", "gross slip"],
+)  # fmt: skip
+def test_a_loop_holds_the_energy_that_its_cycle_dissipates(loading):
+    case = case_of(500, **loading)
+    workspace = Workspace(wear_problem(case, rings=True))
+    for step in after(case).values():
+        curve = loop(workspace, step.state, contacts=16, points=1000)
+        assert curve.energy == near(step.measures.dissipated_energy, rel=2e-4)
+        assert curve.force.max() == near(step.measures.tangential_force, rel=1e-9)
+
+
+# Popov (2014), Sci. Rep. 4, 3749: u, load, central pressure, half-width, deepest wear, volume.
+POPOV = [
+    (0.2, 0.983870, 1.006231, 1.051935, 0.028975, 0.019094),
+    (0.5, 0.883883, 1.060660, 1.139701, 0.133058, 0.222937),
+    (0.8, 0.626099, 1.341641, 1.251528, 0.345239, 0.947077),
+]
+
+
+@pytest.mark.parametrize(("u", "load", "center", "width", "deepest", "volume"), POPOV)
+def test_popov_worn_sphere_at_a_held_approach(u, load, center, width, deepest, volume):
+    case = case_of(200_000, indentation="2.2 um", displacement_ratio=u)
+    last = after(case)[case.cycles].measures
+    hertz = case.hertz
+    assert last.normal_force / hertz.load == near(load, rel=1e-3)
+    assert last.central_pressure / hertz.peak_pressure == near(center, rel=1e-3)
+    assert last.contact_half_width_x / hertz.contact_radius == near(width, rel=4e-3)
+    assert last.maximum_wear_depth / hertz.approach == near(deepest, rel=5e-3)
+    scale = hertz.contact_radius**4 / hertz.radius
+    assert last.wear_volume / scale == near(volume, rel=5e-3)
+
+
+# An independent integrator: dense, rings of equal width, explicit steps (Heun). Columns: u, spring
+# in G* a/S, tau, approach, reduced approach, Q/µP, deepest wear, volume.
+KINETICS = [
+    (0.5, 0.0, 2, 1.03004, 0.530045, 0.614272, 0.0604712, 0.0832664),
+    (0.8, 0.0, 2, 1.1071, 0.307096, 0.833335, 0.171459, 0.412144),
+    (0.8, 0.5, 2, 1.02004, 0.586942, 0.550358, 0.043751, 0.0504264),
+    (1.2, 0.0, 1, 1.19289, -0.00711076, 1.0, 0.28693, 0.959246),
+]
+
+
+@pytest.mark.parametrize(("u", "spring", "tau", "d", "reduced", "ratio", "deepest", "v"), KINETICS)
+@pytest.mark.parametrize("rings", [True, False])
+def test_kinetics_at_constant_load(rings, u, spring, tau, d, reduced, ratio, deepest, v):
+    force = case_of(tangential_ratio=0.5)
+    unit, a = force.hertz.approach, force.hertz_radius
+    cycles = round(tau / (force.wear_growth * force.hertz_pressure))
+    rig = {"rig_stiffness": force.composite_modulus / force.coupling * a / spring} if spring else {}
+    case = case_of(cycles, displacement_ratio=u, **rig)
+    last = after(case, rings=rings)[cycles]
+    assert last.state.approach / unit == near(d, rel=1e-3)
+    assert abs(last.state.reduced.approach / unit - reduced) < 1e-3
+    assert last.measures.tangential_force / (0.5 * 50) == near(ratio, rel=1e-3)
+    assert last.measures.maximum_wear_depth / unit == near(deepest, rel=2e-3)
+    assert last.measures.wear_volume / (a**4 / 0.01) == near(v, rel=2e-3)
+
+
+def test_debris_that_keeps_all_leaves_the_gap_as_it_is_and_wear_grows_in_proportion():
+    case = case_of(2000, tangential_ratio=0.8, debris_fraction=1.0, output_cycles=[500])
+    found = after(case)
+    first, middle, last = (found[cycle] for cycle in (0, 500, 2000))
+    np.testing.assert_array_equal(last.state.gap, first.state.gap)
+    np.testing.assert_allclose(last.state.pressure, first.state.pressure, rtol=1e-4, atol=1e5)
+    assert last.measures.wear_volume == near(4 * middle.measures.wear_volume, rel=1e-6)
+    # Archard's law for the unworn contact.
+    archard = 7e-13 / 0.5 * first.measures.dissipated_energy * 2000
+    assert last.measures.wear_volume == near(archard, rel=1e-4)
+
+
+def test_debris_slows_what_wear_does_to_the_gap():
+    """The gap of γ = 0.75 after 4N cycles is that of γ = 0 after N, and the wear four times."""
+    plain = after(case_of(500, tangential_ratio=0.8))[500]
+    kept = after(case_of(2000, tangential_ratio=0.8, debris_fraction=0.75))[2000]
+    np.testing.assert_allclose(kept.state.opening, 0.25 * kept.state.wear, rtol=1e-9)
+    # The same numbers but for the lengths of the steps.
+    assert kept.measures.wear_volume == near(4 * plain.measures.wear_volume, rel=2e-3)
+    assert kept.measures.approach == near(plain.measures.approach, rel=1e-5)
+
+
+def test_wear_per_energy_is_archard_with_alpha_times_friction():
+    law = {"wear_coefficient": None, "energy_wear_coefficient": "1.4e-3 mm^3/J"}
+    one, other = (
+        after(case_of(500, tangential_ratio=0.8, **each))[500].measures for each in ({}, law)
+    )
+    assert other.wear_volume == near(one.wear_volume, rel=1e-12)
+
+
+def test_wear_per_energy_that_falls_with_power_lies_between_its_limits():
+    fast, slow, decay = 0.35e-3, 1.4e-3, 1e-2
+
+    def volume(**law):
+        return after(case_of(500, displacement_ratio=1.5, wear_coefficient=None, **law))[500]
+
+    low, high = (volume(energy_wear_coefficient=f"{each} mm^3/J") for each in (fast, slow))
+    law = {"slow": slow * 1e-9, "fast": fast * 1e-9, "decay": decay * 1e-6, "frequency": 10.0}
+    between = volume(energy_wear_coefficient=law)
+    assert low.measures.wear_volume < between.measures.wear_volume < high.measures.wear_volume
+    # A law that does not fall is a constant.
+    same = volume(energy_wear_coefficient={**law, "fast": law["slow"]})
+    assert same.measures.wear_volume == near(high.measures.wear_volume, rel=1e-4)
+
+
+def test_friction_that_follows_a_table_stops_at_its_kinks_and_a_constant_one_is_a_number():
+    constant = {"cycles": [0, 100], "values": [0.5, 0.5]}
+    one, table = (
+        case_of(500, tangential_ratio=0.8),
+        case_of(500, tangential_ratio=0.8, friction=constant),
+    )
+    assert table.case_id == one.case_id
+    rising = case_of(
+        400, displacement_ratio=1.2, friction={"cycles": [0, 100], "values": [0.4, 0.8]}
+    )
+    found = {step.state.cycle: step for step in steps(rising, rings=True)}
+    assert 100.0 in found
+    # U slides the unworn contact as a whole at µ = 0.4, and not at twice that.
+    assert found[0].measures.regime == 1
+    assert found[400].measures.regime == 0
+    assert found[400].measures.tangential_force < 0.8 * 50
+
+
+def test_a_run_of_a_moving_stick_zone_resumes_to_the_same_bits():
+    case = case_of(500, displacement_ratio=0.8, output_cycles=[100])
+    run = [step.state for step in steps(case, rings=True)]
+    again = [step.state for step in steps(case, start=replace(run[4]), rings=True)]
+    assert [state.cycle for state in again] == [state.cycle for state in run[5:]]
+    np.testing.assert_array_equal(again[-1].wear, run[-1].wear)

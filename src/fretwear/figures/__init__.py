@@ -23,6 +23,7 @@ from fretwear.figures.profiles import (
     wear_profiles,
     wear_rate_profiles,
 )
+from fretwear.figures.rig import fretting_loops, fretting_map, scars
 from fretwear.figures.style import STYLE_SHEET, save_as, save_figure, style_context
 
 __all__ = [
@@ -35,11 +36,14 @@ __all__ = [
     "compare_wear_maps",
     "contact_half_width",
     "dissipated_energy",
+    "fretting_loops",
+    "fretting_map",
     "gap_profiles",
     "overview",
     "pressure_profiles",
     "save_as",
     "save_figure",
+    "scars",
     "shear_profiles",
     "stick_half_width",
     "style_context",

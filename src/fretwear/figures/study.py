@@ -38,6 +38,7 @@ from fretwear.figures.lines import (
 )
 from fretwear.figures.maps import compare_wear_maps, depth_scale
 from fretwear.figures.profiles import at_edge, compare_profiles, is_traction
+from fretwear.figures.rig import fretting_map, has_fretting_map
 from fretwear.figures.style import save_figure
 from fretwear.study.parameters import parameter
 from fretwear.vocabulary import Field, Variable
@@ -67,6 +68,7 @@ PROFILES = {
 
 _NAME = re.compile(r"\w[\w.-]*", re.ASCII)
 _MOST_BYTES = 10_000_000
+_STEADY = 1e-6
 _MEAN_WORDS = "mean over one wavelength"
 
 
@@ -100,7 +102,11 @@ def study_figures(
     if not study_lines(summary, "wear_volume"):
         return
     yield from _answer_figures(summary)
-    for name, quantity in HISTORIES.items():
+    histories = dict(HISTORIES)
+    force = summary["tangential_force"]
+    if bool((force.max("cycle") - force.min("cycle") > _STEADY * force.max("cycle")).any()):
+        histories["tangential_force"] = "tangential_force"
+    for name, quantity in histories.items():
         caption = _history_caption(summary, variable_of(summary, quantity), history)
         figure = draw_history(summary, quantity, history)
         yield StudyFigure(name, caption, HISTORY_CATEGORY, figure)
@@ -201,6 +207,12 @@ def _answer_figures(summary: xr.Dataset) -> Iterator[StudyFigure]:
         else "Final results of all points against each parameter."
     )
     yield StudyFigure("effects", caption, ANSWER_CATEGORY, effects(summary))
+    if has_fretting_map(summary):
+        caption = (
+            "Fretting map: partial, mixed and gross slip over load and displacement. Mixed slip is "
+            "partial in some snapshots and gross in others; dots grow with the wear volume."
+        )
+        yield StudyFigure("fretting_map", caption, ANSWER_CATEGORY, fretting_map(summary))
     mapped = [name for name, levels in points.levels.items() if len(levels) > 2]
     if len(mapped) > 1 and all(points.lines[name] for name in mapped):
         caption = (

@@ -143,7 +143,9 @@ def greatest_contact_radius(case: Case) -> float:
     if case.loading.stroke:
         return case.scar_half_width + case.loading.stroke
     kind = type(case.indenter)
-    limiting = _limiting_radius_ratio(kind, round(case.tangential_ratio, 4))  # type: ignore[arg-type]
+    # Where a displacement is imposed the tangential load falls as the contact wears.
+    ratio = case.tangential_ratio if case.force_is_held else min(case.tangential_ratio, 0.95)
+    limiting = _limiting_radius_ratio(kind, round(ratio, 4))  # type: ignore[arg-type]
     folds = case.cycles * case.wear_growth * case.hertz_pressure
     worn = 1.0 + (limiting - 1.0) * -math.expm1(-folds / FOLDS_TO_LIMITING_STATE)
     if _stick_shrinks(case):
