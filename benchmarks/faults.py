@@ -9,8 +9,10 @@ signal arrives there. A second child then runs the same commands again, undistur
 from __future__ import annotations
 
 import argparse
+import contextlib
 import ctypes
 import errno
+import io
 import json
 import os
 import random
@@ -125,13 +127,12 @@ class Outcome:
 
 def serve(library: str) -> None:
     """Answer each question on standard input by a run in a child."""
-    import netCDF4  # noqa: F401
-
-    import fretwear.cli.progress
-    import fretwear.data.merge
-    import fretwear.running.batch
-    import fretwear.running.simulate  # noqa: F401
-
+    # Once here, so that no child imports anything or computes what is kept.
+    with tempfile.TemporaryDirectory() as place, contextlib.chdir(place):
+        Path("two.yaml").write_text(STUDY)
+        nothing = io.StringIO()
+        with contextlib.redirect_stderr(nothing), contextlib.redirect_stdout(nothing):
+            assert run_commands() == 0, nothing.getvalue()
     faults = ctypes.CDLL(library)
     faults.faults_seen.restype = faults.faults_outside.restype = ctypes.c_long
     for line in sys.stdin:
@@ -160,24 +161,29 @@ def _wait(child: int) -> tuple[int, bool]:
     return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), True
 
 
-def _in_child(faults, home, said, counts, kinds, point, error, sent, record):  # type: ignore[no-untyped-def]
+def run_commands() -> int:
+    """Run the study as the command line does; return the exit status of what failed, or 0."""
     from fretwear.cli import main
 
+    for command in COMMANDS:
+        sys.argv = ["fretwear", *command]
+        try:
+            main()
+        except SystemExit as left:
+            if left.code:
+                return int(left.code)
+    return 0
+
+
+def _in_child(faults, home, said, counts, kinds, point, error, sent, record):  # type: ignore[no-untyped-def]
     os.chdir(home)
     log = os.open(said, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
     for stream in (1, 2):
         os.dup2(log, stream)
-    status = 0
+    status = 1
     faults.faults_arm(str(home).encode(), kinds, ctypes.c_long(point), error, sent, record.encode())
     try:
-        for command in COMMANDS:
-            sys.argv = ["fretwear", *command]
-            try:
-                main()
-            except SystemExit as left:
-                status = int(left.code or 0)
-            if status:
-                break
+        status = run_commands()
     finally:
         faults.faults_disarm()
         counts.write_text(f"{faults.faults_seen()} {faults.faults_outside()}")
@@ -240,7 +246,7 @@ class Trials:
             tally.hangs.append(point)
         if again.outside or (outcome and outcome.outside):
             tally.outside.append(point)
-        if names(home) != self.files:
+        if set(names(home)) - set(self.files):
             tally.left.append(point)
 
     def sweep(self, kinds: int, error: int, sent: int, points: list[int]) -> Tally:

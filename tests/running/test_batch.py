@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shutil
 import signal
 from contextlib import chdir
 from pathlib import Path
@@ -171,6 +172,14 @@ def test_a_supervised_batch_can_be_stopped(bench, start, number, status):
     assert process.returncode == status
     assert "stopped: by SIGTERM" in said
     assert not bench.cases()
+
+
+def test_a_checkpoint_beside_a_finished_case_is_removed(bench, whole):
+    shutil.copytree(whole.results, bench.results)
+    left = bench.cases()[0].with_suffix(".checkpoint")
+    left.touch()
+    bench.batch()
+    assert not left.exists()
 
 
 def test_a_case_whose_process_vanished_comes_last(bench, whole):

@@ -91,7 +91,7 @@ def simulate_to_file(
             with open_history(path) as history:
                 steps = history.sizes["step"] - 1
             return Outcome(steps, time.monotonic() - started, is_taken_over=True)
-        with Checkpoint(path.with_suffix(".checkpoint"), case, tell, interval) as checkpoint:
+        with Checkpoint(checkpoint_of(path), case, tell, interval) as checkpoint:
             result = run(case, [checkpoint, *observers], record=checkpoint.record, command=command)
             lock.ensure(tell)
             with uninterrupted():
@@ -112,6 +112,11 @@ def _opened(log: Path) -> Iterator[TextIO]:
         if stream is not None:
             with suppress(OSError):
                 stream.close()
+
+
+def checkpoint_of(path: Path) -> Path:
+    """Return the checkpoint of a run that is to write a case file."""
+    return path.with_suffix(".checkpoint")
 
 
 class Listener(Protocol):
@@ -163,6 +168,9 @@ class BatchRun:
             found = [each for each in found if each not in older]
         for case_id in found:
             forget(self.results, case_id)
+            # A disk that failed when the file had its name already has left this.
+            with suppress(OSError):
+                checkpoint_of(self._file(case_id)).unlink(missing_ok=True)
         if found:
             self.listener.note(f"{len(found)} of {len(cases)} cases were done before")
         if older:
