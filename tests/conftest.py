@@ -4,6 +4,7 @@ With ``--hypothesis-profile=thorough`` they try other and far more examples ever
 """
 
 import os
+import signal
 import subprocess
 
 import pytest
@@ -12,6 +13,8 @@ from hypothesis import settings
 # Tests run beside each other; threads of BLAS on top of that only wait for one another. It reads
 # this when numpy is imported.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
+# In the background a shell lets its commands ignore Ctrl-C, and their children would inherit that.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 settings.register_profile("reproducible", deadline=None, derandomize=True)
 settings.register_profile("thorough", deadline=None, max_examples=10_000, print_blob=True)
