@@ -57,6 +57,8 @@ _LONG_OR_STACKED_POWER = re.compile(r"[0-9]{2}|(?:\^|\*\*)\s*-?\w+\s*(?:\^|\*\*)
 # As tribologists type it: mm3/Nm.
 _POWER = re.compile(r"([A-Za-zµμ])([23])(?!\d)")
 _MAX_LENGTH = 60
+_HARDNESS_SCALES = {"hv", "hb", "hbw"}
+_GRAVITY = 9.80665
 
 
 class QuantityError(ValueError):
@@ -332,6 +334,12 @@ def parse_quantity(value: object, dimension: Dimension, *, units_required: bool 
         return _finite(float(match["number"]), dimension)
     if dimension.is_plain_number:
         raise QuantityError(f"{dimension.expectation}, without a unit")
+    if unit.casefold().rstrip("0123456789") in _HARDNESS_SCALES and dimension.si_unit == "Pa":
+        pressure = _GRAVITY * float(match["number"])
+        raise QuantityError(
+            f"{dimension.expectation}, but {unit} is a scale of hardness",
+            f"one HV or HB is about 9.81 MPa: write '{pressure:.4g} MPa'",
+        )
     try:
         factor, found = _unit(unit)
     except QuantityError as error:

@@ -240,3 +240,20 @@ def test_hertz_values_scale_as_dimensional_analysis_says(load_scale, length_scal
     stiffer = steel(**stiff, tangential_ratio=ratio)
     assert stiffer.hertz_radius == pytest.approx(case.hertz_radius)
     assert stiffer.hertz_pressure == pytest.approx(load_scale * case.hertz_pressure)
+
+
+@pytest.mark.parametrize(
+    ("given", "pointer"),
+    [
+        ({"hardness": "4500 MPa"}, "write plastic_limit"),
+        ({"HV": 450}, "write plastic_limit"),
+        ({"Ra": "0.2 um"}, "write roughness: {kind: wavy"),
+        ({"plastic_limit": "450 HV"}, "one HV or HB is about 9.81 MPa: write '4413 MPa'"),
+        ({"plastic_limit": "450 HV10"}, "write '4413 MPa'"),
+    ],
+)
+def test_words_of_the_workshop_point_to_the_parameters(given, pointer):
+    with pytest.raises(CaseError) as error:
+        steel(**given)
+    assert pointer in str(error.value)
+    assert len(error.value.problems) == 1

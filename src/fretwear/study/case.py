@@ -32,6 +32,20 @@ SNAPSHOT = WholeNumber("$N$", "cycle", 0, MAX_CYCLES, 1000, "A cycle at which th
 UNREAD: Any = object()
 """What stands for a value in which something is wrong."""
 
+_HARDNESS = "write plastic_limit: the pressure at which a surface yields is about the hardness"
+_RA = (
+    "write roughness: {kind: wavy, amplitude: ..., slope_x: ..., slope_y: ...}; Ra is 0.41 and Rq "
+    "0.5 of this amplitude"
+)
+_OTHER_NAMES = {
+    **dict.fromkeys(("hardness", "hv", "hb", "hrc", "vickers_hardness"), _HARDNESS),
+    **dict.fromkeys(("ra", "rq", "sa", "sq", "rz", "rms_roughness"), _RA),
+    "mu": "write friction",
+    "stroke": "write displacement_amplitude: half of the stroke",
+    "normal_load": "write load",
+}
+"""What tribologists may write instead of the name of a parameter, and what to do then."""
+
 _DEFAULTED = tuple(each.name for each in fields(CaseTree) if each.name not in required(CaseTree))
 
 
@@ -162,7 +176,9 @@ def read_values(
             problems.append(Problem(place, value, "is not a case parameter", remedy))
         else:
             known, rule = base_names(), "is not a case parameter"
-            problems.append(Problem(place, value, rule, written=key, known=known))
+            remedy = _OTHER_NAMES.get(key.casefold().replace(" ", "_"), "")
+            written = None if remedy else key
+            problems.append(Problem(place, value, rule, remedy, written=written, known=known))
     return {key: value for key, value in values.items() if value is not UNREAD}
 
 

@@ -421,16 +421,22 @@ def _ring_is_unseen(case: CaseTree) -> Doubt | None:
     )
 
 
-def _bodies_are_unlike(case: CaseTree) -> Doubt | None:
-    """Dundurs' β = ½ |(1−2ν1)/G1 − (1−2ν2)/G2| / ((1−ν1)/G1 + (1−ν2)/G2) couples p and slip."""
+def dundurs_beta(case: CaseTree) -> float:
+    """Dundurs' β = ½ |(1−2ν1)/G1 − (1−2ν2)/G2| / ((1−ν1)/G1 + (1−ν2)/G2), 0 for equal bodies.
+
+    It couples pressure and slip, which the model neglects.
+    """
     if not isinstance(case.bodies, ElasticBodies):
-        return None
+        return 0.0
     moduli, ratios = pair(case.bodies.youngs_modulus), pair(case.bodies.poisson_ratio)
     bodies = [((1.0 + nu) / modulus, nu) for modulus, nu in zip(moduli, ratios, strict=True)]
     (first, nu1), (second, nu2) = bodies
     difference = abs((1.0 - 2.0 * nu1) * first - (1.0 - 2.0 * nu2) * second)
-    beta = 0.5 * difference / ((1.0 - nu1) * first + (1.0 - nu2) * second)
-    friction = case.friction_law.coefficient
+    return 0.5 * difference / ((1.0 - nu1) * first + (1.0 - nu2) * second)
+
+
+def _bodies_are_unlike(case: CaseTree) -> Doubt | None:
+    beta, friction = dundurs_beta(case), case.friction_law.coefficient
     if beta <= GREATEST_DUNDURS * friction:
         return None
     return Doubt(
