@@ -8,10 +8,12 @@ from tests.studies import base, refusal, run_study, steel, write_study
 
 from fretwear.cli.show import case_content, case_lines, comparison_lines
 from fretwear.data.dataset import mirrored
-from fretwear.data.files import open_case, open_history, open_summary
+from fretwear.data.files import open_case, open_history, open_summary, write_case
 from fretwear.data.merge import open_study
 from fretwear.figures import overview
 from fretwear.figures.study import study_figures
+from fretwear.running.checkpoint import read_checkpoint, write_checkpoint
+from fretwear.running.simulate import RunRecord, run, steps
 from fretwear.study.cost import estimate
 from fretwear.study.study import load_study
 
@@ -111,6 +113,69 @@ def test_mistakes_are_named(changes, parts):
     message = refusal(**changes)
     for part in parts:
         assert part in message
+
+
+SLIDING = {
+    **CYLINDER,
+    "load": "18.5 N/mm",
+    "tangential_ratio": None,
+    "sliding_amplitude": "24.24 um",
+    "wear_coefficient": ["1.9e-14 / Pa", "2.9e-14 / Pa"],
+}
+
+
+@pytest.mark.parametrize(
+    ("changes", "parts"),
+    [
+        ({"tangential_ratio": 0.5}, ("sliding_amplitude", "one too many")),
+        ({"load": "18.5 N"}, ("load: 18.5 N/mm",)),
+        ({"wear_coefficient": "4.8e-14 / Pa"}, ("each wears in a place of its own", "[value of")),
+        ({"plastic_limit": "4 GPa"}, ("plastic_limit: none",)),
+        ({"sliding_amplitude": "2 mm"}, ("sliding_amplitude = 2 mm", "up to 703 um would do")),
+        ({"cycles": 10**9}, ("sliding_amplitude", "larger than the half-space allows")),
+        ({"sliding_amplitude": None, "displacement_amplitude": "5 um"}, ("cannot be given",)),
+        ({"load": None, "indentation": "1 um"}, ("indentation", "depends on from where")),
+        (
+            {"indenter": {"kind": "sphere", "radius": "6 mm"}, "load": "50 N"},
+            ("sliding_amplitude", "is for line contacts"),
+        ),
+    ],
+)
+def test_a_stroke_that_cannot_be_is_named(changes, parts):
+    message = refusal(**{**SLIDING, **changes})
+    assert len(message.splitlines()) <= 2
+    for part in parts:
+        assert part in message
+
+
+def test_a_stroke_leaves_the_wear_of_each_body_and_a_rectangular_loop(tmp_path):
+    case = steel(**SLIDING)
+    result = run(case)
+    last = result.dataset.isel(cycle=-1)
+    total = float(last.wear_volume)
+    assert total == pytest.approx(4.8e-14 * 18.5e3 * 4 * 24.24e-6 * 1000)
+    assert float(last.wear_volume_flat) == pytest.approx(2.9 / 4.8 * total)
+    for body in ("indenter", "flat"):
+        area = 2.0 * float(last[f"wear_depth_{body}"].sum() * last.cell_x)
+        assert area == pytest.approx(float(last[f"wear_volume_{body}"]), rel=1e-6)
+    both = last.wear_depth_indenter + last.wear_depth_flat
+    assert both.values == pytest.approx(last.wear_depth.values, rel=1e-5)
+    assert result.dataset.wear_volume_flat.units == "m2"
+    loop = result.loops.isel(cycle=-1)
+    assert loop.force.units == "N m-1"
+    energy = np.trapezoid(loop.force, loop.displacement)
+    assert energy == pytest.approx(float(last.dissipated_energy), rel=1e-9)
+    assert float(last.regime) == 1.0
+    write_case(result.dataset, result.history, tmp_path / "stroke.nc", result.loops)
+    write_checkpoint(tmp_path / "half", _record(case), {})
+    assert read_checkpoint(tmp_path / "half", {}).last.wear_flat.any()
+
+
+def _record(case):
+    record = RunRecord()
+    for step in steps(case):
+        record.add(step, keep_fields=False)
+    return record
 
 
 def test_the_plan_counts_strips():

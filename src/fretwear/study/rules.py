@@ -293,7 +293,7 @@ def _stroke_is_elastic(case: CaseTree) -> Problem | None:
 
 def _scar_is_small(case: CaseTree) -> Problem | None:
     """The half-space needs a scar much smaller than the cylinder."""
-    if not case.loading.stroke or not case.indenter.is_line:
+    if not case.loading.stroke or not case.indenter.is_line or isinstance(case.hertz.load, Force):
         return None
     stroke, radius = format_quantity(case.loading.stroke, LENGTH), case.indenter.curvature_radius
     if case.loading.stroke > MOST_STROKE * case.hertz_radius:
