@@ -235,7 +235,9 @@ def _read_part(
     if isinstance(raw, str) and raw in bare:
         raw = {"kind": raw}
     if not isinstance(raw, Mapping):
-        rule = f"must be {' or '.join(bare) or 'none or ' * bool(about.none) + f'a {member}'}"
+        whole = f"{'an' if member[0] in 'aeiou' else 'a'} {member}"
+        choices = bare or [*(["none"] if about.none else []), whole]
+        rule = f"must be {' or '.join(choices)}"
         problems.append(Problem(key, raw, rule, such_as(member), written=raw, known=bare))
         return UNREAD
     name = raw.get("kind", next(iter(of_kind)))
