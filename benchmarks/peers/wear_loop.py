@@ -190,14 +190,14 @@ def compare(
 ) -> dict[str, Any]:
     """This simulator's whole run beside the extrapolated runs of the peers, one thread each."""
     case = smooth_case(cells_on_radius)
-    problem = simulate.wear_problem(case)
+    problem = simulate.wear_problem(case, Grid)
     own = []
     for _ in range(3):
         watch = Stopwatch()
         state = deque(evolve(problem, [float(case.cycles)], case.tolerance), maxlen=1)[0]
         own.append(watch.read())
     states = sampled(problem, case.tolerance)
-    trial = simulate.wear_problem(smooth_case(min(cells_on_radius, _TRIAL_CELLS)))
+    trial = simulate.wear_problem(smooth_case(min(cells_on_radius, _TRIAL_CELLS)), Grid)
     # The estimate goes with the spacing; how far beyond it a loop can go is found on fewer cells.
     factors = [
         longest_step(trial, coarse) / estimated_step(trial, coarse)

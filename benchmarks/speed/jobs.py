@@ -31,6 +31,7 @@ from benchmarks.speed.units import Spent, Stopwatch, Transforms, Unit, Units
 from fretwear import Case
 from fretwear.mechanics import contact, convolution, kernels
 from fretwear.mechanics.contact import Contact
+from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.state import State
@@ -141,7 +142,7 @@ def timed_run(case: Case) -> Run:
     steps: list[tuple[tuple[int, int], Spent]] = []
     with inside.counted():
         watch = Stopwatch()
-        problem = simulate.wear_problem(case)
+        problem = simulate.wear_problem(case, Grid)
         for state in evolve(problem, [float(case.cycles)], case.tolerance):
             shape = state.geometry.shape
             steps.append((shape, watch.read()))

@@ -8,6 +8,7 @@ from benchmarks.verification.problems import snapshots, study_case
 from matplotlib.figure import Figure
 
 from fretwear.figures.style import JournalFigure, styled
+from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.state import WearProblem
 from fretwear.running.simulate import wear_problem
 
@@ -51,7 +52,7 @@ def doubled(problem: WearProblem) -> WearProblem:
 
 
 def compare(*, rough: bool) -> Data:
-    problem = wear_problem(study_case(rough=rough))
+    problem = wear_problem(study_case(rough=rough), Grid)
     return {
         "default": results(problem, TOLERANCE),
         "tolerance": results(problem, TOLERANCE / 2),

@@ -11,6 +11,7 @@ import pytest
 from benchmarks.speed.cases import WAVES, first_contact, rough_case, smooth_case, study_case
 
 from fretwear.mechanics.active_set import ActiveSet
+from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.integrator import evolve, first_loading
 from fretwear.mechanics.kernels import inner
 from fretwear.mechanics.solver import solve_contact
@@ -20,7 +21,7 @@ TOLERATED = 1.15
 
 
 def last_state(case):
-    problem = simulate.wear_problem(case)
+    problem = simulate.wear_problem(case, Grid)
     return deque(evolve(problem, [float(case.cycles)], case.tolerance), maxlen=1)[0]
 
 

@@ -12,6 +12,7 @@ from benchmarks.speed.cases import smooth_case
 
 from fretwear.mechanics.contact import ContactProblem
 from fretwear.mechanics.geometry import Workspace
+from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.roughness import SelfAffineRoughness
 from fretwear.mechanics.solver import solve_contact
@@ -112,7 +113,7 @@ def test_the_residual_is_that_of_the_solver_and_a_quarter_unfolds_to_the_whole()
 
 
 def test_the_explicit_loop_wears_as_the_run_does():
-    problem = simulate.wear_problem(smooth_case(12))
+    problem = simulate.wear_problem(smooth_case(12), Grid)
     start, *_, end = evolve(problem, [600.0])
     loop = own_loop(problem, start.on(Workspace(problem), end.geometry))
     step = 0.25 * estimated_step(problem, start)

@@ -73,12 +73,11 @@ def test_a_huge_plan_shows_both_ends_and_the_total_unless_all_is_asked_for(desk,
 
 def test_a_plan_warns_beside_the_table_of_what_will_go_wrong(desk, content):
     del content["base"]["cell"]
-    content["base"]["plastic_limit"] = "4500 MPa"
-    content["base"]["tangential_ratio"] = 0.3
+    content["base"]["plastic_limit"] = "500 MPa"
     desk.write(content)
     result = desk.call("plan", "tiny.yaml")
     assert result.exit_code == 0
-    assert "fretwear: warning: 2 cases will yield in a ring" in result.stderr
+    assert "fretwear: warning: 2 cases will yield all over" in result.stderr
     assert "warning" not in result.stdout
 
 

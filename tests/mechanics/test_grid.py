@@ -269,7 +269,7 @@ def problem():
         cell=("1.5 um", "3 um"),
         cycles=1000,
     )
-    return wear_problem(case)
+    return wear_problem(case, Grid)
 
 
 def wider(window: Grid, factor: float) -> Grid:
@@ -325,10 +325,10 @@ def test_a_window_grows_before_the_contact_is_at_its_border(problem):
     close, far = (np.zeros(grid.shape) for _ in range(2))
     close[: grid.shape[0] - 1, 0] = 1.0
     far[:reach, 0] = 1.0
-    grown = grid.ahead_of(close)
+    grown = grid.ahead_of(problem, replace(state, pressure=close))
     assert grown.shape[0] > grid.shape[0]
     assert grown.shape[1] == grid.shape[1]
-    assert grid.ahead_of(far) is grid
+    assert grid.ahead_of(problem, replace(state, pressure=far)) is grid
 
 
 @pytest.mark.parametrize("even", EVEN)

@@ -1,6 +1,7 @@
 """Line contact on strips against closed forms of plane strain."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -83,7 +84,9 @@ def test_where_it_yields_the_load_is_kept_and_the_stick_zone_shrinks():
 def test_a_larger_line_keeps_what_is_known():
     problem = rubbing(0.5)
     state = first_loading(problem)
-    larger = state.geometry.ahead_of(np.ones(state.geometry.shape))
+    larger = state.geometry.ahead_of(
+        problem, replace(state, pressure=np.ones(state.geometry.shape))
+    )
     assert larger.extent > state.geometry.extent
     moved = state.on(Workspace(problem), larger)
     kept = larger.where(state.geometry)

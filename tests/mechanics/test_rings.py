@@ -13,10 +13,9 @@ from scipy.special import ellipe
 import fretwear
 from fretwear.mechanics.contact import ContactProblem
 from fretwear.mechanics.geometry import Workspace
-from fretwear.mechanics.geometry.dense import graded_edges
-from fretwear.mechanics.geometry.rings import Rings, mean_influence
+from fretwear.mechanics.geometry.rings import Grading, Rings, mean_influence
 from fretwear.mechanics.integrator import evolve, first_loading
-from fretwear.mechanics.measures import measure
+from fretwear.mechanics.measures import measure, sampled
 from fretwear.mechanics.solver import solve_contact
 from fretwear.running.checkpoint import pack, unpack
 from fretwear.theory import CattaneoMindlin, LimitingState
@@ -49,7 +48,7 @@ def contact_on(rings: Rings, **conditions: float):
 
 @pytest.fixture(scope="module")
 def rings() -> Rings:
-    return Rings(graded_edges(A, 2.0 * A, 2e-4 * A, 8e-3 * A))
+    return Rings.graded(Grading(A, 1.2 * A, 2e-4 * A), 2.0 * A)
 
 
 def test_influence_is_symmetric_and_that_of_discs():
@@ -74,8 +73,9 @@ def test_rings_cover_the_disc_and_are_finest_at_the_edge(rings: Rings):
     assert rings.edges[-1] == near(2.0 * A)
     assert widths.min() > 0
     assert min(abs(each - A) for each in rings.edges) < 1e-12 * A
-    assert widths[np.argmin(np.abs(rings.x - A))] == near(2e-4 * A, rel=0.1)
-    assert widths.max() <= 0.008 * A * (1 + 1e-9)
+    at_edge = np.argmin(np.abs(np.asarray(rings.edges) - A))
+    np.testing.assert_allclose(widths[at_edge - 1 : at_edge + 1], 2e-4 * A, rtol=0.15)
+    assert widths.max() <= 0.016 * 1.2 * A * (1 + 1e-9)
     assert rings.integral(np.ones(rings.shape)) == near(4 * math.pi * A**2)
     # The mean of r² over a ring is that of its radii.
     assert (rings.areas[:, 0] * rings.x**2).sum() == near(0.5 * math.pi * (2 * A) ** 4)
@@ -87,10 +87,10 @@ def test_hertz_under_a_load_and_at_an_approach(rings: Rings, condition: str):
     found = contact_on(rings, **given)
     assert found.approach == near(HERTZ.approach, rel=1e-5)
     assert rings.integral(found.pressure) == near(LOAD, rel=1e-5)
-    np.testing.assert_allclose(found.pressure[:, 0], HERTZ.pressure(rings.x), atol=2e-3 * P0)
+    np.testing.assert_allclose(found.pressure[:, 0], HERTZ.pressure(rings.x), atol=3e-3 * P0)
     outside = rings.x > A
     np.testing.assert_allclose(
-        found.gap[outside, 0], HERTZ.gap(rings.x[outside]), atol=1e-5 * HERTZ.approach
+        found.gap[outside, 0], HERTZ.gap(rings.x[outside]), atol=2e-5 * HERTZ.approach
     )
 
 
@@ -190,19 +190,19 @@ def test_a_run_resumes_from_a_stored_state_with_the_same_bits():
 def test_fields_on_a_plane_are_those_along_the_radius():
     problem = fretting(geometry=Rings)
     state = first_loading(problem)
-    rings = state.geometry
-    plane = rings.plane(problem.spacing)
+    plane = state.geometry.plane(problem.spacing)
     assert plane.spacing == problem.spacing
-    assert np.hypot(*plane.extent) <= rings.edges[-1]
+    assert np.hypot(*plane.extent) <= state.geometry.edges[-1]
     assert plane.extent[0] > 1.1 * A
     r = np.hypot(plane.x[:, None], plane.y)
-    pressure = rings.sampled(state.pressure, plane)
-    np.testing.assert_allclose(pressure, HERTZ.pressure(r), atol=0.05 * P0)
-    np.testing.assert_allclose(pressure[r < 0.95 * A], HERTZ.pressure(r[r < 0.95 * A]), rtol=2e-3)
-    sticks = rings.sampled(state.reduced.stick, plane)
-    assert sticks.dtype == np.bool_
+    found = sampled(state, plane)
+    np.testing.assert_allclose(found.pressure, HERTZ.pressure(r), atol=0.05 * P0)
+    inside = r < 0.95 * A
+    np.testing.assert_allclose(found.pressure[inside], HERTZ.pressure(r[inside]), rtol=2e-2)
     edge = problem.hertz.with_load(problem.stick_load).contact_radius
-    np.testing.assert_array_equal(sticks, r < edge)
+    np.testing.assert_array_equal(found.reduced.stick, r < edge)
+    assert not found.reduced.gap[r < edge].any()
+    assert found.reduced.gap[r > edge].all()
 
 
 def test_rings_refuse_what_has_no_rotational_symmetry():
@@ -216,7 +216,7 @@ def test_a_case_on_rings_is_a_dataset_on_a_plane():
         tangential_ratio=0.5, friction=0.5, wear_coefficient="7e-13 / Pa",
         cycles=2000, cell=("2 um", "3 um"),
     )  # fmt: skip
-    dataset = fretwear.simulate(case, rings=True, quarter=True)
+    dataset = fretwear.simulate(case, quarter=True)
     depth = dataset["wear_depth"].isel(cycle=-1)
     assert depth.shape == (dataset.sizes["x"], dataset.sizes["y"])
     # The plane samples what the rings integrate.

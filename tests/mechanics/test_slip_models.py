@@ -40,12 +40,13 @@ def radii(dataset):
 
 
 def test_slip_is_the_closed_form_in_every_cycle_smooth_and_rough(case, dataset):
-    assert float(dataset["x"][-1]) > 1.3 * case.hertz_radius, "the window should have grown"
+    assert float(dataset["x"][-1]) > 1.25 * case.hertz_radius, "the window should have grown"
     expected = case.friction * case.coupling * stick_contact(case).gap(radii(dataset))
     for cycle in dataset["cycle"].values:
         slip = dataset["slip"].sel(cycle=cycle).values
-        # Stored in single precision.
-        np.testing.assert_allclose(slip, expected, rtol=1e-6, atol=1e-6 * expected.max())
+        # Stored in single precision, or sampled from rings.
+        error = 1e-6 if case.roughness else 2e-4
+        np.testing.assert_allclose(slip, expected, rtol=1e-6, atol=error * expected.max())
 
 
 def test_stick_zone_is_the_disc_for_ever(case, dataset):

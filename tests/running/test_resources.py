@@ -247,11 +247,10 @@ def test_jobs_that_fit_alone_but_not_together_are_told_how_to_share(plan):
     assert not list(machine_warnings(planned, at_once * planned.memory_bytes))
 
 
-def test_contacts_that_yield_in_an_unseen_ring_are_named_with_both_widths(plan):
-    fine = {"plastic_limit": "4500 MPa", "cell": "1.1 um", "cycles": 1000}
-    planned = plan(fine, tangential_ratio=[0.2, 0.3, 0.4, 0.5, 0.95])
+def test_contacts_that_yield_all_over_are_named_with_both_pressures(plan):
+    limits = ["500 MPa", "550 MPa", "600 MPa", "650 MPa", "4500 MPa"]
+    planned = plan({"cycles": 1000}, plastic_limit=limits)
     (warning,) = machine_warnings(planned)
-    assert warning.startswith("4 cases will yield in a ring")
-    assert f"{planned.points[0].id}: ring " in warning
-    assert "cell 1.1 um" in warning
+    assert warning.startswith("4 cases will yield all over")
+    assert f"{planned.points[0].id}: plastic limit 500 MPa" in warning
     assert "and 1 more" in warning

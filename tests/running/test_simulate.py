@@ -55,9 +55,11 @@ def integral(ds: xr.Dataset, field: str) -> np.ndarray:
 @pytest.mark.parametrize("name", KINDS)
 def test_pressure_carries_the_load_and_traction_the_tangential_load(datasets, name: str):
     ds = datasets[name]
-    np.testing.assert_allclose(integral(ds, "pressure"), float(ds["load"]), rtol=1e-6)
-    # The Hertz pressure of the simple model is sampled at cell centers: 1 % on this grid.
-    rel = 0.02 if name == "simple slip" else 1e-6
+    # What was computed on rings is averaged over cells, and the Hertz pressure of the simple model
+    # sampled at their centres: 1 % on this grid.
+    rel = 0.01 if "smooth" in name else 1e-6
+    np.testing.assert_allclose(integral(ds, "pressure"), float(ds["load"]), rtol=rel)
+    rel = 0.02 if name == "simple slip" else rel
     np.testing.assert_allclose(integral(ds, "shear_traction"), float(ds.tangential_load), rtol=rel)
 
 
@@ -100,7 +102,17 @@ def test_scalars_are_the_integrals_and_extremes_of_the_fields(datasets, name: st
         / float(ds.wear_coefficient),
     }
     for key, value in expected.items():
-        np.testing.assert_allclose(ds[key], value, rtol=1e-6, err_msg=key)
+        rel = 1e-6
+        if "smooth" in name:  # sampled from rings
+            is_coarse = key == "plastic_volume" or any(
+                word in key for word in ("area", "pressure", "share")
+            )
+            rel = 0.09 if is_coarse else 0.02
+        if key == "peak_pressure" and "smooth" in name:
+            # A mean over the cell at the stick edge of a singular pressure.
+            assert (ds[key] >= value * (1 - 1e-6)).all()
+            continue
+        np.testing.assert_allclose(ds[key], value, rtol=rel, err_msg=key)
 
 
 @pytest.mark.parametrize("name", ["smooth", "rough", "simple slip"])

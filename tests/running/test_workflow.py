@@ -237,7 +237,11 @@ def test_what_follows_depends_on_the_study_but_not_on_its_batches(jobs):
 
 def test_a_job_asks_for_more_than_the_plan_expects(jobs):
     small = jobs(TINY)
-    large = jobs({**TINY, "base": {**TINY["base"], "cell": "0.5 um", "cycles": 30000}}, "large")
+    waves = {"amplitude": "0.2 um", "slope_x": "2 deg", "slope_y": "1 deg"}
+    large = jobs(
+        {**TINY, "base": {**TINY["base"], "cell": "0.5 um", "cycles": 30000, "roughness": waves}},
+        "large",
+    )
     for first, second in zip(small.targets, large.targets, strict=True):
         assert 100 < small.memory_mb(first) < large.memory_mb(second)
         assert 5 < small.minutes(first) <= large.minutes(second)

@@ -66,7 +66,6 @@ def case_dataset(
     scalars: Mapping[str, ArrayLike],
     *,
     symmetry: str = "even_xy",
-    rings: bool = False,
     title: str = "",
     command: str = "fretwear.simulate",
 ) -> xr.Dataset:
@@ -90,8 +89,6 @@ def case_dataset(
         of `BODY_SCALARS` where they are known.
     symmetry : {"even_xy", "even_x", "even_y", "none"}
         In what the contact is even: the arrays hold one side of it only.
-    rings : bool
-        Whether the contact was computed on concentric rings, and the fields are samples of them.
     title : str
         Title of the dataset; the case's id serves when it is empty.
     command : str
@@ -141,7 +138,7 @@ def case_dataset(
         "case_id": case.case_id,
         CODE_DIGEST.name: code_digest(),
         "symmetry": symmetry,
-        "warnings": "\n".join(map(str, doubts(case, rings=rings))),
+        "warnings": "\n".join(map(str, doubts(case))),
     }
     return xr.Dataset(variables, coordinates, attributes)
 

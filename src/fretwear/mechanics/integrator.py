@@ -90,6 +90,7 @@ def evolve(
         start = first_loading(problem, accuracy, workspace)
         yield start
     state, begin = start, 0.0
+    tolerance *= state.geometry.of_tolerance
     del start
     for block in problem.blocks:
         if state.cycle < block.end:
@@ -249,7 +250,7 @@ class _Integrator:
 
     def advance(self, stop: float) -> State:
         """The next accepted state, at ``stop`` or before."""
-        self._move_to(self.state.geometry.ahead_of(self.state.pressure))
+        self._move_to(self.state.geometry.ahead_of(self.problem, self.state))
         wanted, trouble = self.state.next_step, "wear asks for shorter ones"
         while True:
             left = stop - self.state.cycle

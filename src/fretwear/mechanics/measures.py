@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fretwear.mechanics.geometry import Array, Geometry, Mask
+from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.state import State, WearProblem, in_contact
 
 
@@ -45,7 +46,9 @@ def measure(problem: WearProblem, state: State) -> Measures:
     """Measure a state of the contact."""
     geometry, reduced = state.geometry, state.reduced
     contact = in_contact(state)
-    stick_area = geometry.integral(reduced.stick.astype(float))
+    contact_radius = half_width(geometry, contact, state.gap, 0)
+    stick_radius = stick_half_width(geometry, reduced.pressure, 0)
+    stick_area = geometry.area(reduced.stick, stick_radius)
     stick_load = geometry.integral(np.where(reduced.stick, state.pressure, 0.0))
     displacement = problem.tangential_displacement(state.approach, reduced)
     force = problem.tangential_force(state.load, reduced)
@@ -58,11 +61,11 @@ def measure(problem: WearProblem, state: State) -> Measures:
         tangential_force=force,
         regime=0.0 if reduced.stick.any() else 1.0,
         sliding_ratio=energy / (4.0 * imposed * force) if imposed * force else 0.0,
-        contact_half_width_x=half_width(geometry, contact, state.gap, 0),
+        contact_half_width_x=contact_radius,
         contact_half_width_y=half_width(geometry, contact, state.gap, 1),
-        stick_half_width_x=stick_half_width(geometry, reduced.pressure, 0),
+        stick_half_width_x=stick_radius,
         stick_half_width_y=stick_half_width(geometry, reduced.pressure, 1),
-        contact_area=geometry.integral(contact.astype(float)),
+        contact_area=geometry.area(contact, contact_radius),
         stick_area=stick_area,
         mean_stick_pressure=stick_load / stick_area if stick_area else 0.0,
         stick_load_share=stick_load / (geometry.integral(state.pressure) or 1.0),
@@ -72,6 +75,38 @@ def measure(problem: WearProblem, state: State) -> Measures:
         maximum_wear_depth=float(state.wear.max()),
         plastic_volume=geometry.integral(state.plastic),
         dissipated_energy=energy,
+    )
+
+
+def sampled(state: State, plane: Grid) -> State:
+    """The same state on the grid on which fields are written.
+
+    Values are those at the centres of the cells. Cells cut by the edge of stick, where pressure may
+    be singular, have their mean pressure, and the slip that gives their wear.
+    """
+    geometry, reduced = state.geometry, state.reduced
+    if geometry == plane:
+        return state
+    sticking = reduced.stick.astype(np.float64)
+    share, mean, stuck, work, plastic = geometry.averaged(
+        [sticking, state.pressure, reduced.pressure, state.pressure * reduced.gap, state.plastic],
+        plane,
+    )
+    fields = (state.pressure, reduced.pressure, reduced.gap, state.wear, state.gap)
+    pressure, stuck_there, slipped, wear, gap = (geometry.sampled(each, plane) for each in fields)
+    sticks, is_cut = stuck_there > 0, (share > 0) & (share < 1) & (mean > 0)
+    pressure = np.where(is_cut, mean, pressure)
+    slipped = np.where(is_cut & (work > 0), work / np.where(is_cut, mean, 1.0), slipped)
+    stuck = np.where(sticks, np.where(is_cut, stuck, stuck_there), 0.0)
+    return replace(
+        state,
+        geometry=plane,
+        pressure=pressure,
+        gap=np.where(pressure > 0, 0.0, gap),
+        wear=wear,
+        opening=wear,
+        plastic=plastic,
+        reduced=replace(reduced, pressure=stuck, gap=np.where(sticks, 0.0, slipped)),
     )
 
 

@@ -324,39 +324,45 @@ class State(Stage):
     convolutions: int = 0
 
     def on(self, workspace: Workspace, geometry: Any) -> State:
-        """The same state on a larger geometry; its gaps are computed where they were not known."""
+        """The same state on other cells; its gaps are computed where they were not known."""
         old = self.geometry
-        if geometry.shape == old.shape:
+        if geometry == old:
             return self
         ground, problem = workspace.on(geometry), workspace.problem
+        wear, plastic = old.resized(self.wear, geometry), old.resized(self.plastic, geometry)
+        opening = wear if self.opening is self.wear else old.resized(self.opening, geometry)
+        pressure = np.clip(old.resized(self.pressure, geometry), 0.0, problem.limit)
+        shape = ground.unworn + opening + plastic
+        here, there = geometry.where(old), old.where(geometry)
 
         def gap(pressure: Array, approach: float, known: Array) -> Array:
-            moved = ground.half_space.displacement(old.resized(pressure, geometry))
-            outer = moved + ground.unworn - approach
-            outer[geometry.where(old)] = known
-            return outer
+            moved = ground.half_space.displacement(pressure)
+            found = np.where(pressure > 0, 0.0, np.maximum(moved + shape - approach, 0.0))
+            found[here] = known[there]
+            return found
 
-        if problem.slip_model.follows_shape:
-            reduced = replace(
-                self.reduced,
-                pressure=old.resized(self.reduced.pressure, geometry),
-                gap=gap(self.reduced.pressure, self.reduced.approach, self.reduced.gap),
-            )
+        reduced, spent = self.reduced, 2
+        stuck = old.resized(reduced.pressure, geometry)
+        if self.wear[there].shape == self.wear.shape and problem.slip_model.follows_shape:
+            found = gap(stuck, reduced.approach, reduced.gap)
+            reduced = replace(reduced, pressure=stuck, gap=found)
         else:
-            sliding = problem.sliding(self.load, self.approach)
-            reduced = problem.slip_model.reduced(problem, ground.half_space, ground.unworn, sliding)
-        wear = old.resized(self.wear, geometry)
-        all_opens = self.opening is self.wear
+            start = replace(reduced, pressure=np.maximum(stuck, 0.0))
+            now = problem.at(self.cycle)
+            reduced = now.slip_model.reduced(
+                now, ground.half_space, shape, now.sliding(self.load, self.approach), start
+            )
+            spent += reduced.convolutions
         return replace(
             self,
             geometry=geometry,
-            pressure=old.resized(self.pressure, geometry),
-            gap=gap(self.pressure, self.approach, self.gap),
+            pressure=pressure,
+            gap=gap(pressure, self.approach, self.gap),
             wear=wear,
-            opening=wear if all_opens else old.resized(self.opening, geometry),
-            plastic=old.resized(self.plastic, geometry),
+            opening=opening,
+            plastic=plastic,
             reduced=reduced,
             pressure_rate=old.resized(self.pressure_rate, geometry),
             source_rate=old.resized(self.source_rate, geometry),
-            convolutions=self.convolutions + 2,
+            convolutions=self.convolutions + spent,
         )

@@ -204,8 +204,8 @@ def computation_facts(records: Sequence[CaseRecord], done: int) -> dict[str, str
         "Largest error estimate of a step": _range(
             [float(error[np.isfinite(error)].max(initial=0.0)) for error in errors]
         ),
-        "Residual of the load": f"∬p dA equals P to within {worst[0]} P",
-        "Residual of the tangential load": f"∬q dA equals Q to within {worst[1]} Q",
+        "Residual of the load": f"∬p dA as written equals P to within {worst[0]} P",
+        "Residual of the tangential load": f"∬q dA as written equals Q to within {worst[1]} Q",
         "Residual of the contact conditions": (
             f"p·g is at most {worst[2]} of the peak pressure times the Hertz approach"
         ),

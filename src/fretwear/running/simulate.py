@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fretwear.mechanics.geometry import Array, Workspace
+from fretwear.mechanics.geometry import Array, Geometry, Workspace
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.line import Line
 from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.loop import loop
-from fretwear.mechanics.measures import Measures, measure
+from fretwear.mechanics.measures import Measures, measure, sampled
 from fretwear.mechanics.state import State, WearProblem, in_contact
 from fretwear.mechanics.stroke import StrokeState, slide
 from fretwear.running.resources import require_memory
@@ -101,10 +101,12 @@ def simulate(
     observers: Sequence[Observer] = (),
     *,
     quarter: bool = False,
-    rings: bool = False,
     progress: bool = False,
 ) -> xr.Dataset:
     """Run a case.
+
+    A smooth indenter with rotational symmetry is computed on concentric rings: scalars are those
+    of the rings, fields are sampled on a quarter of the grid that `cell` asks for.
 
     Parameters
     ----------
@@ -117,10 +119,6 @@ def simulate(
         for most a quarter of it. Otherwise the dataset is that of the whole contact.
     progress
         Whether to show a bar of progress, in a terminal or a notebook.
-    rings
-        Compute on concentric rings, graded to the edge of the stick zone, instead of a grid. Only
-        for a smooth sphere; the ring that yields around the stick zone is resolved, however narrow.
-        Scalars are those of the rings; fields are sampled on the quarter of the case's grid.
 
     Returns
     -------
@@ -135,8 +133,6 @@ def simulate(
         When the solution does not converge.
     MemoryError
         When the case certainly does not fit in the memory.
-    ValueError
-        When rings are asked for a contact without rotational symmetry.
 
     Warns
     -----
@@ -144,11 +140,11 @@ def simulate(
         For each reason not to trust the results as they stand.
     """
     require_memory(case)
-    for doubt in doubts(case, rings=rings):
+    for doubt in doubts(case):
         warnings.warn(str(doubt), DoubtfulResultWarning, stacklevel=2)
     bar: AbstractContextManager[list[Observer]] = _bar(case) if progress else nullcontext([])
     with bar as shown:
-        dataset = run(case, [*observers, *shown], rings=rings).dataset
+        dataset = run(case, [*observers, *shown]).dataset
     if quarter:
         return dataset
     from fretwear.data.dataset import mirrored
@@ -171,7 +167,7 @@ def run(
     observers: Sequence[Observer] = (),
     *,
     record: RunRecord | None = None,
-    rings: bool = False,
+    geometry: type[Geometry] | None = None,
     title: str = "",
     command: str = "fretwear.simulate",
 ) -> Result:
@@ -179,16 +175,18 @@ def run(
 
     Parameters
     ----------
-    case, observers, rings
+    case, observers
         As for `simulate`.
     record
         Takes every step; one that an earlier run has left makes this one resume there, with the
         same result to the last bit.
+    geometry
+        Cells to compute on, if not the usual ones of the case.
     title, command
         For the attributes of the dataset.
     """
     record = RunRecord() if record is None else record
-    problem = wear_problem(case, rings=rings)
+    problem = wear_problem(case, geometry)
     for step in _steps(case, problem, record.last):
         record.add(step, keep_fields=step.state.cycle in case.output_cycles)
         for observer in observers:
@@ -196,9 +194,9 @@ def run(
     return _result(case, record, problem, title, command)
 
 
-def steps(case: Case, *, start: State | None = None, rings: bool = False) -> Iterator[Step]:
+def steps(case: Case, *, start: State | None = None) -> Iterator[Step]:
     """Yield each accepted step of a case: cycle 0 and all others, or those after ``start``."""
-    return _steps(case, wear_problem(case, rings=rings), start)
+    return _steps(case, wear_problem(case), start)
 
 
 def _steps(case: Case, problem: WearProblem, start: State | None) -> Iterator[Step]:
@@ -243,7 +241,6 @@ def _result(
         fields,
         scalars,
         symmetry=symmetry,
-        rings=problem.geometry is Rings,
         title=title,
         command=command,
     )
@@ -254,12 +251,12 @@ def _result(
     return Result(dataset, history, loop_dataset(cycles, curves, in_line=in_line))
 
 
-def wear_problem(case: Case, *, rings: bool = False) -> WearProblem:
-    """The mechanical problem of a case."""
+def wear_problem(case: Case, geometry: type[Geometry] | None = None) -> WearProblem:
+    """The mechanical problem of a case, on its usual cells or others."""
     # A contact at the limit everywhere is the smallest one that carries the load.
     spread = _MARGIN * max(1.0, case.hertz.spread_radius(case.plastic_limit) / case.hertz_radius)
     x, y = case.indenter.half_widths(case.hertz)
-    geometry = Line if case.indenter.is_line else Rings if rings else Grid
+    usual = Line if case.indenter.is_line else Rings if case.is_on_rings else Grid
     return WearProblem(
         indenter=case.indenter,
         roughness=case.roughness,
@@ -272,27 +269,29 @@ def wear_problem(case: Case, *, rings: bool = False) -> WearProblem:
         limit=case.plastic_limit,
         spacing=case.grid_spacing,
         extent=(spread * x, spread * y),
-        geometry=geometry,
+        geometry=geometry or usual,
         debris_fraction=case.debris_fraction,
     )
 
 
 def _snapshot_fields(workspace: Workspace, snapshots: Sequence[State]) -> dict[str, NDArray[Any]]:
-    """The fields of a dataset over all snapshots on the last geometry, from the start as stored.
+    """The fields of a dataset over all snapshots on one plane, from the start as stored.
 
     Many snapshots in double precision, listed and then stacked, took most of a run's memory.
     """
-    geometry = snapshots[-1].geometry
-    plane = geometry.plane(workspace.problem.spacing)
+    last = snapshots[-1].geometry
+    plane = last.plane(workspace.problem.spacing)
     in_line = workspace.problem.indenter.is_line
     shape = (len(snapshots), *(plane.shape[:1] if in_line else plane.shape))
     shared = workspace.problem.wear_law.shares is not None
     known = (*FIELDS, *(BODY_FIELDS if shared else ()))
     fields = {field.name: np.empty(shape, dtype=field.dtype) for field in known}
-    for row, state in enumerate(snapshots):
-        state = state.on(workspace, geometry)
-        for name, values in _fields(workspace.problem.of(state), state).items():
-            fields[name][row] = geometry.sampled(values, plane).reshape(shape[1:])
+    for row, snapshot in enumerate(snapshots):
+        state = snapshot.on(workspace, snapshot.geometry.extended(last))
+        problem = workspace.problem.of(state)
+        written = _fields(problem, state if in_line else sampled(state, plane))
+        for name, values in written.items():
+            fields[name][row] = last.sampled(values, plane)[:, 0] if in_line else values
     return fields
 
 

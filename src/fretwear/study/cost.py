@@ -30,6 +30,14 @@ CONVOLUTIONS_AS_YIELDING_BEGINS = 135.0
 CONVOLUTIONS_AS_YIELDING_BEGINS_ROUGH = 210.0
 GROWTH_WITH_CELLS = 0.2
 
+# On rings, whose steps may err by a quarter of the tolerance.
+TIGHTER_ON_RINGS = 4.0
+STEPS_PER_YIELDING_TIME_ON_RINGS = 0.9
+SOLUTIONS_PER_STEP = 8.0
+SOLUTIONS_PER_YIELDING_STEP = 5.0
+SOLUTIONS_PER_NARROWNESS = 6.5
+SECONDS_PER_SOLUTION = 2.5e-4
+
 WINDOW_MARGIN = 1.15
 FOLDS_TO_LIMITING_STATE = 8.0
 YIELDING_TIMES_TO_WIDEN = 50.0
@@ -45,10 +53,11 @@ COMPRESSION = 0.6
 class Estimate:
     """What a case is expected to take."""
 
-    # Cells of the window at its largest, along x and y, of as much as is computed.
+    # Cells of the window at its largest, along x and y, of as much as is computed, or on rings of
+    # what is written.
     cells_x: int
     cells_y: int
-    # Steps over the cycles, and half-space convolutions of all of them.
+    # Steps over the cycles, and half-space convolutions of all of them, or solutions of the rings.
     steps: float
     convolutions: float
     seconds: float  # time on one core
@@ -89,8 +98,9 @@ def estimate(case: Case) -> Estimate:
     if case.loading.stroke:
         places = max(4.0, 2.0 * case.loading.stroke / case.hertz_radius)
         seconds_each = SECONDS_PER_CUBED_CELL_OF_STROKE * (1.0 + places) * cells_x**3
-    work = _work(case, cells)
-    padded_bytes = 4 * cells * 8
+    work, padded_bytes = _work(case, cells), 4 * cells * 8
+    if case.is_on_rings:
+        work, seconds_each, padded_bytes = _work_on_rings(case), SECONDS_PER_SOLUTION, 0
     snapshots = len(case.output_cycles)
     return Estimate(
         cells_x=cells_x,
@@ -136,6 +146,20 @@ def _work(case: Case, cells: int) -> _Work:
     # The later a step, and the shorter, the less changes in it and the fewer iterations it takes.
     flowing = first * yielding**0.7 * finer**0.2
     return _Work(elastic + yielding * finer**0.5, larger * each * elastic + flowing)
+
+
+def _work_on_rings(case: Case) -> _Work:
+    """As `_work`; the narrower the slip annulus, the more flow and wear have to settle in turn."""
+    finer = TIGHTER_ON_RINGS * 0.01 / case.tolerance
+    folds = math.log2(1.0 + case.cycles * case.wear_growth * case.hertz_pressure)
+    elastic = STEPS_TO_BEGIN + STEPS_PER_FOLD_OF_WEAR * folds * finer ** (1.0 / 3.0)
+    if not _stick_shrinks(case):
+        return _Work(elastic, SOLUTIONS_PER_STEP * elastic)
+    times = case.cycles * case.wear_growth * case.plastic_limit
+    yielding = STEPS_PER_YIELDING_TIME_ON_RINGS * times * finer**0.5
+    each = SOLUTIONS_PER_NARROWNESS / math.sqrt(case.tangential_ratio)
+    each += SOLUTIONS_PER_YIELDING_STEP
+    return _Work(elastic + yielding, SOLUTIONS_PER_STEP * elastic + each * yielding)
 
 
 def greatest_contact_radius(case: Case) -> float:

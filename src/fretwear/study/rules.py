@@ -416,8 +416,7 @@ def _ring_is_unseen(case: CaseTree) -> Doubt | None:
         "which therefore gets its wear wrong",
         f"ring {format_quantity(ring, LENGTH, 3)}, cell {format_quantity(cell, LENGTH, 3)}",
         "choose a cell below the width of the ring where that is practical, or a larger "
-        "tangential load or a lower plastic limit; from Python, "
-        "`fretwear.simulate(case, rings=True)` resolves the ring",
+        "tangential load or a lower plastic limit",
     )
 
 
@@ -541,19 +540,15 @@ _DOUBTS = (
     _surface_is_small,
     _points_are_few,
     _roughness_repeats,
-    _ring_is_unseen,
     _bodies_are_unlike,
     _limit_is_low,
-    _stick_is_coarse,
     _slopes_are_steep,
 )
-_OF_CELLS = {_ring_is_unseen, _stick_is_coarse}
+_DOUBTS_OF_A_GRID = (_ring_is_unseen, _stick_is_coarse)
 
 
-def doubts(case: CaseTree, *, rings: bool = False) -> tuple[Doubt, ...]:
-    """Return why the results of a sound case are not to be trusted; usually nothing.
-
-    Concentric rings are fine where cells of a grid may be too coarse.
-    """
-    found = (doubt(case) for doubt in _DOUBTS if not (rings and doubt in _OF_CELLS))
+def doubts(case: CaseTree) -> tuple[Doubt, ...]:
+    """Return why the results of a sound case are not to be trusted; usually nothing."""
+    own = () if case.is_on_rings else _DOUBTS_OF_A_GRID
+    found = (doubt(case) for doubt in (*own, *_DOUBTS))
     return tuple(doubt for doubt in found if doubt is not None)

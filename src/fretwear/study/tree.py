@@ -174,6 +174,12 @@ class CaseTree:
         return self.indenter.hertz(self.normal, self.bodies.composite_modulus)
 
     @property
+    def is_on_rings(self) -> bool:
+        """Whether to compute on rings: rotational symmetry, and a stick zone that wear leaves."""
+        is_round = self.roughness is None and self.indenter.is_axisymmetric
+        return is_round and self.force_is_held
+
+    @property
     def composite_modulus(self) -> float:
         """E* in Pa."""
         return self.bodies.composite_modulus

@@ -97,8 +97,41 @@ class Problem(Protocol):
         ...
 
 
+class Reduced(Protocol):
+    """What a geometry asks of `fretwear.mechanics.slip.ReducedContact`."""
+
+    @property
+    def pressure(self) -> Array:
+        """p*, Pa."""
+        ...
+
+
+class Loaded(Protocol):
+    """What a geometry asks of `fretwear.mechanics.state.State`."""
+
+    @property
+    def pressure(self) -> Array:
+        """p, Pa."""
+        ...
+
+    @property
+    def wear(self) -> Array:
+        """W, m."""
+        ...
+
+    @property
+    def reduced(self) -> Reduced:
+        """The contact at the reduced load."""
+        ...
+
+
 class Geometry(Protocol):
     """Cells around the origin: a value that can be compared, hashed and stored."""
+
+    @property
+    def of_tolerance(self) -> float:
+        """Part of the tolerance that a step may err by: less where little else errs."""
+        ...
 
     @classmethod
     def first(cls, problem: Problem) -> Geometry:
@@ -139,6 +172,10 @@ class Geometry(Protocol):
         """Integral of a field over the whole contact (field unit times m²)."""
         ...
 
+    def area(self, zone: Mask, radius: float) -> float:
+        """Area of a zone of the whole contact, m², that reaches as far as a radius along x, m."""
+        ...
+
     def half_space(
         self, modulus: float, workers: int = 1, parts: dict[Any, Any] | None = None
     ) -> HalfSpace:
@@ -157,20 +194,28 @@ class Geometry(Protocol):
         """Cells from the origin along an axis: index, and distances, m; both ways if not even."""
         ...
 
-    def ahead_of(self, pressure: Array) -> Geometry:
-        """A larger self if the next step may bring the pressure to the border, or itself."""
+    def ahead_of(self, problem: Problem, contact: Loaded) -> Geometry:
+        """Another self if the next step needs one, larger or finer elsewhere, or itself."""
         ...
 
     def holding(self, workspace: Workspace, pressure: Array, approach: float) -> Geometry:
         """Itself, or the smallest of a row of larger ones that the contact fits into."""
         ...
 
+    def extended(self, other: Any) -> Any:
+        """Its cells, and more of them until they reach as far as another self's."""
+        ...
+
     def plane(self, spacing: tuple[float, float]) -> Any:
         """The grid of rectangles on which fields are written."""
         ...
 
-    def sampled(self, field: NDArray[Any], plane: Any) -> NDArray[Any]:
-        """A field on such a grid."""
+    def sampled(self, field: Array, plane: Any) -> Array:
+        """A field at the centres of such a grid."""
+        ...
+
+    def averaged(self, fields: list[Array], plane: Any) -> list[Array]:
+        """Means of fields over the cells of such a grid."""
         ...
 
 

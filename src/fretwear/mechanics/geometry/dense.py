@@ -11,13 +11,22 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fretwear.mechanics import kernels
-from fretwear.mechanics.geometry import Array, Index, Mask, Problem, Single, Step, Workspace
+from fretwear.mechanics.geometry import (
+    Array,
+    Index,
+    Loaded,
+    Mask,
+    Problem,
+    Single,
+    Step,
+    Workspace,
+)
 
 # Widths in units of the Hertzian contact radius: at the stick edge, where the elastic pressure
 # grows without bound, and of the widest cells; and how the width grows with the distance from it.
@@ -29,7 +38,7 @@ _GRADING = 0.1
 _INWARD_GRADING = 0.03
 _ACROSS_BAND = 6.0
 # The contact lies within this part of the cells; by what factor they grow.
-_ROOM = 0.94
+_ROOM = 0.88
 _GROWTH = 1.12
 
 
@@ -38,6 +47,8 @@ class DenseCells:
     """Cells from the origin outward."""
 
     edges: tuple[float, ...]  # distances of the edges of the cells from 0 outward, m
+
+    of_tolerance: ClassVar[float] = 1.0
 
     @property
     def areas(self) -> Array:
@@ -92,16 +103,46 @@ class DenseCells:
         """The elastic bodies on the cells."""
         return DenseHalfSpace(self, modulus)
 
+    def area(self, zone: Mask, radius: float) -> float:
+        """Area of a zone whose outermost cell belongs to it as far as a distance, m."""
+        place = self._last(zone)
+        whole = self.integral(zone.astype(np.float64))
+        if place < 0:
+            return whole
+        within, beyond = self.edges[place], self.edges[place + 1]
+        part = self._measure(beyond) - self._measure(max(radius, within))
+        share: float = part / (self._measure(beyond) - self._measure(within))
+        return whole - float(self.areas[place, 0]) * share
+
+    def _measure(self, distance: Any) -> Any:
+        """What grows with the distance from the origin as the areas do."""
+        return distance
+
     def resized(self, field: NDArray[Any], other: Any) -> NDArray[Any]:
-        """A field on cells that reach further or less far; zero where there were none."""
-        result = np.zeros(other.shape, dtype=field.dtype)
-        count = min(self.shape[0], other.shape[0])
-        result[:count] = field[:count]
-        return result
+        """A field on other cells: of the same integral, zero beyond the outermost of these.
+
+        Cells that both have from the innermost outward keep their values. Between other edges, the
+        integral from the origin is interpolated monotonically: positive fields remain positive.
+        """
+        count = self.where(other)[0].stop
+        if count:
+            result = np.zeros(other.shape, dtype=field.dtype)
+            result[:count] = field[:count]
+            return result
+        from scipy.interpolate import PchipInterpolator
+
+        places = self._measure(np.asarray(self.edges))
+        within = np.concatenate([[0.0], np.cumsum(field[:, 0] * np.diff(places))])
+        others = self._measure(np.asarray(other.edges))
+        found = PchipInterpolator(places, within)(np.minimum(others, places[-1]))
+        means: NDArray[Any] = (np.diff(found) / np.diff(others))[:, None]
+        return means
 
     def where(self, smaller: Any) -> Index:
-        """Where the cells lie that reach less far."""
-        return slice(0, min(self.shape[0], smaller.shape[0])), slice(0, 1)
+        """Where the cells lie that another set has too, if one continues the other."""
+        common = min(len(self.edges), len(smaller.edges))
+        alike = self.edges[:common] == smaller.edges[:common]
+        return slice(0, common - 1 if alike else 0), slice(0, 1)
 
     def along(
         self,
@@ -110,9 +151,9 @@ class DenseCells:
         """Index of all cells, and their distances, m."""
         return [((slice(None), 0), self.x)]
 
-    def ahead_of(self, pressure: Array) -> Self:
+    def ahead_of(self, problem: Problem, contact: Loaded) -> Self:  # noqa: ARG002
         """Cells that reach further if the next step may bring the contact to the border."""
-        return self._reaching(pressure)
+        return self.reaching(self._radius(contact.pressure))
 
     def holding(
         self,
@@ -121,16 +162,29 @@ class DenseCells:
         approach: float,  # noqa: ARG002
     ) -> Self:
         """These cells, or ones that the contact fits into."""
-        return self._reaching(pressure)
+        return self.reaching(self._radius(pressure))
 
-    def _reaching(self, pressure: Array) -> Self:
-        loaded = np.flatnonzero(pressure)
-        radius = self.edges[loaded[-1] + 1] if loaded.size else 0.0
-        if radius <= _ROOM * self.extent[0]:
-            return self
-        width, outer = self.edges[-1] - self.edges[-2], _GROWTH * self.edges[-1]
-        count = math.ceil((outer - self.edges[-1]) / width)
-        added = (self.edges[-1] + (step + 1) * width for step in range(count))
+    def _last(self, field: NDArray[Any]) -> int:
+        """The outermost cell where a field is not zero; -1 for none."""
+        cells = np.flatnonzero(field)
+        return int(cells[-1]) if cells.size else -1
+
+    def _radius(self, field: NDArray[Any]) -> float:
+        """How far from the origin a field is not zero, m."""
+        return self.edges[self._last(field) + 1]
+
+    def reaching(self, radius: float) -> Self:
+        """These cells, or ones that reach further if a contact of a radius, m, needs them."""
+        return self if radius <= _ROOM * self.extent[0] else self._out_to(_GROWTH * self.edges[-1])
+
+    def extended(self, other: Any) -> Self:
+        """These cells, and more until they reach as far as others."""
+        return self if other.edges[-1] <= self.edges[-1] else self._out_to(other.edges[-1])
+
+    def _out_to(self, radius: float) -> Self:
+        last, width = self.edges[-1], self.edges[-1] - self.edges[-2]
+        count = math.ceil((radius - last) / width * (1.0 - 1e-9))
+        added = (last + (step + 1) * width for step in range(count))
         return replace(self, edges=(*self.edges, *added))
 
     def plane(self, spacing: tuple[float, float]) -> Any:
@@ -146,6 +200,10 @@ class DenseCells:
         cell = np.searchsorted(self.edges, r, side="right") - 1
         nearest: NDArray[Any] = field[np.minimum(cell, self.shape[0] - 1), 0]
         return nearest
+
+    def averaged(self, fields: list[Array], plane: Any) -> list[Array]:
+        """Means of fields over the cells of a grid."""
+        return [self.sampled(field, plane) for field in fields]
 
     def _distances_on(self, plane: Any) -> Array:
         """Distance of the points of a grid from the origin, m."""

@@ -21,7 +21,16 @@ from numpy.typing import NDArray
 from fretwear.mechanics import kernels
 from fretwear.mechanics.convolution import Convolution
 from fretwear.mechanics.free_cells import Preconditioner
-from fretwear.mechanics.geometry import Array, Even, Index, Mask, Problem, Single, Workspace
+from fretwear.mechanics.geometry import (
+    Array,
+    Even,
+    Index,
+    Loaded,
+    Mask,
+    Problem,
+    Single,
+    Workspace,
+)
 
 # Cells at the border in which pressure makes a window grow, the same as a part of the window
 # before a step, and the factor of its half-width by which it grows.
@@ -52,6 +61,7 @@ class Grid:
     even: Even = (True, True)
 
     weights: ClassVar[None] = None
+    of_tolerance: ClassVar[float] = 1.0
 
     def __post_init__(self) -> None:
         if any(n % 2 and not even for n, even in zip(self.shape, self.even, strict=True)):
@@ -97,6 +107,10 @@ class Grid:
     def integral(self, field: Array) -> float:
         """Integral of a field over the whole contact (field unit times m²)."""
         return float(field.sum()) * self.unit_area
+
+    def area(self, zone: Mask, radius: float) -> float:  # noqa: ARG002
+        """Area of a zone of the whole contact, m²."""
+        return self.integral(zone.astype(np.float64))
 
     def half_space(
         self,
@@ -160,17 +174,25 @@ class Grid:
         shape = fast_shape(extent, self.spacing, self.even)
         return self.of_shape((max(shape[0], self.shape[0]), max(shape[1], self.shape[1])))
 
+    def extended(self, other: Any) -> Grid:
+        """A larger window of the same cells: the other one."""
+        return self.of_shape(other.shape)
+
     def plane(self, spacing: tuple[float, float]) -> Grid:  # noqa: ARG002 - it is one
         """The grid on which fields are written: this one."""
         return self
 
-    def sampled(self, field: NDArray[Any], plane: Grid) -> NDArray[Any]:  # noqa: ARG002
-        """A field on the grid on which it is written."""
+    def sampled(self, field: Array, plane: Grid) -> Array:  # noqa: ARG002
+        """A field at the centres of the grid on which it is written."""
         return field
+
+    def averaged(self, fields: list[Array], plane: Grid) -> list[Array]:  # noqa: ARG002
+        """Means of fields over the cells of the grid on which they are written."""
+        return fields
 
     # How a window grows.
 
-    def ahead_of(self, pressure: Array) -> Grid:
+    def ahead_of(self, problem: Problem, contact: Loaded) -> Grid:  # noqa: ARG002
         """A larger window if the next step may bring the contact to the border, or this one.
 
         A step seldom widens a contact by more than a part in fifty. To grow the window before
@@ -178,7 +200,7 @@ class Grid:
         """
         nx, ny = self.shape
         ahead = max(_BORDER, math.ceil(_AHEAD * nx)), max(_BORDER, math.ceil(_AHEAD * ny))
-        return self.grown(self.touched(pressure, ahead))
+        return self.grown(self.touched(contact.pressure, ahead))
 
     def holding(self, workspace: Workspace, pressure: Array, approach: float) -> Grid:
         """Itself, or the smallest of a row of larger ones that the contact fits into."""

@@ -15,18 +15,97 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any, ClassVar
 
 import numpy as np
 from scipy.special import ellipe, ellipkm1
 
-from fretwear.mechanics.geometry import Array, Problem
-from fretwear.mechanics.geometry.dense import DenseCells, edges_about_stick
+from fretwear.mechanics.geometry import Array, Loaded, Problem
+from fretwear.mechanics.geometry.dense import DenseCells
 from fretwear.mechanics.geometry.grid import Grid
+from fretwear.theory import LimitingState
+
+# Width of the rings in units of the slip annulus or the stick radius: narrowest where the elastic
+# pressure grows without bound, widest near the edge of contact. There and elsewhere they are at
+# most such parts of the contact.
+_NARROWEST = 1.0 / 1500.0
+_ACROSS_SLIP, _ACROSS_STICK = 40.0, 100.0
+_WIDEST_IN_SLIP, _WIDEST = 0.006, 0.016
+# Growth of the width with the distance from where it is least.
+_GRADING = 0.2
+# Rings across the band that yields in the limit of many cycles, and so many bands, within and
+# beyond the stick edge, where they are narrowest; the edge moves inward, and the rings follow when
+# fewer bands are left.
+_ACROSS_BAND = 9.0
+_AHEAD, _BEHIND, _LEFT = 4.0, 1.0, 1.0
+# Rings may be so much wider than they would be made until they are made anew.
+_LENIENT = 1.5
+_SAMPLES = 2001
+
+
+@dataclass(frozen=True)
+class Grading:
+    """What widths the rings of a contact need.
+
+    Parameters
+    ----------
+    stick, contact
+        Radii of the edges of stick and contact, m, the latter the largest expected.
+    narrowest, ahead, behind
+        Width at the edge of stick, m, and how far it stays so inward and outward.
+    """
+
+    stick: float
+    contact: float
+    narrowest: float
+    ahead: float = 0.0
+    behind: float = 0.0
+
+    @classmethod
+    def of(cls, problem: Problem, stick: float, contact: float) -> Grading:
+        """Of a contact with some radii of stick and contact, m."""
+        hertz = problem.hertz
+        ratio = 1.0 - (min(stick, (1.0 - 1e-9) * contact) / hertz.contact_radius) ** 3
+        limiting = LimitingState(hertz, ratio) if 0.0 < ratio < 1.0 else None  # type: ignore[arg-type]
+        if limiting is not None:
+            contact = max(contact, limiting.contact_radius)
+        if math.isinf(problem.limit) or stick == 0.0:
+            return cls(stick, contact, _NARROWEST * min(contact - stick, stick or contact))
+        if limiting is not None:
+            band = limiting.width_above(problem.limit)
+        else:
+            # Of a flat punch.
+            punch = hertz.load / (2.0 * math.pi * stick * problem.limit)
+            band = min(0.5 * punch**2 / stick, stick)
+        finest = min((contact - stick) / _ACROSS_SLIP, stick / _ACROSS_STICK)
+        narrowest = min(finest, band / _ACROSS_BAND)
+        return cls(stick, contact, narrowest, _AHEAD * band, _BEHIND * band)
+
+    def width(self, r: Array) -> Array:
+        """Width of the rings at radii, m."""
+        beyond = np.maximum(self.stick - self.ahead - r, r - self.stick - self.behind)
+        width = self.narrowest + _GRADING * np.maximum(beyond, 0.0)
+        in_slip = min((self.contact - self.stick) / _ACROSS_SLIP, _WIDEST_IN_SLIP * self.contact)
+        outside = np.maximum(np.maximum(self.stick - r, r - self.contact), 0.0)
+        width = np.minimum(width, in_slip + _GRADING * outside)
+        result: Array = np.minimum(width, _WIDEST * self.contact)
+        return result
+
+    def suits(self, rings: Rings) -> bool:
+        """Whether rings are fine enough where they have to be."""
+        left = _LEFT / _AHEAD * self.ahead
+        places = np.array([self.stick - left, self.stick + 0.5 * self.behind, self.contact])
+        edges = np.asarray(rings.edges)
+        ring = np.clip(np.searchsorted(edges, places), 1, edges.size - 1)
+        found = edges[ring] - edges[ring - 1]
+        return bool((found <= _LENIENT * self.width(places)).all())
 
 
 @dataclass(frozen=True)
 class Rings(DenseCells):
     """Concentric rings around the origin; the edges are their radii."""
+
+    of_tolerance: ClassVar[float] = 0.25
 
     @classmethod
     def first(cls, problem: Problem) -> Rings:
@@ -39,7 +118,28 @@ class Rings(DenseCells):
         """
         if not problem.is_axisymmetric:
             raise ValueError("rings need a smooth indenter with rotational symmetry")
-        return cls(edges_about_stick(problem, math.sqrt(2.0) * max(problem.extent)))
+        hertz, load = problem.hertz, problem.stick_load
+        stick = hertz.with_load(load).contact_radius if load > 0.0 else 0.0
+        grading = Grading.of(problem, stick, hertz.contact_radius)
+        return cls.graded(grading, math.sqrt(2.0) * max(problem.extent))
+
+    @classmethod
+    def graded(cls, grading: Grading, outer: float) -> Rings:
+        """Rings of some widths, one edge at that of stick, out to a radius, m."""
+        steps = np.linspace(0.0, 1.0, _SAMPLES)
+        inner, outside = (
+            grading.stick + length * steps**3 for length in (-grading.stick, outer - grading.stick)
+        )
+        edges = [_divided(part, grading.width(part)) for part in (inner, outside)]
+        return cls((0.0, *edges[0][-2::-1].tolist(), *edges[1][1:].tolist()))
+
+    def ahead_of(self, problem: Problem, contact: Loaded) -> Rings:
+        """Rings for the next step: they follow the edge of stick and reach far enough."""
+        stick = self._radius(contact.reduced.pressure)
+        touched = self._radius(contact.wear + contact.pressure)
+        grading = Grading.of(problem, stick, touched)
+        rings = self if grading.suits(self) else Rings.graded(grading, self.edges[-1])
+        return rings.reaching(touched)
 
     @cached_property
     def areas(self) -> Array:
@@ -62,12 +162,41 @@ class Rings(DenseCells):
         """Mean displacement of each ring under a unit pressure on each, m/Pa, shape (n, n)."""
         return mean_influence(np.asarray(self.edges)) / modulus / self.areas
 
+    def _measure(self, distance: Any) -> Any:
+        """Its square."""
+        return distance * distance
+
     def plane(self, spacing: tuple[float, float]) -> Grid:
         """The grid on which fields are written: the quarter of the square within the rings."""
         x, y = (
             max(1, math.floor(each / size)) for each, size in zip(self.extent, spacing, strict=True)
         )
         return Grid((x, y), spacing)
+
+    def averaged(self, fields: list[Array], plane: Grid) -> list[Array]:
+        """Means of fields over cells of a grid: over the annulus that is as wide as a cell."""
+        r = np.hypot(plane.x[:, None], plane.y[None, :])
+        half = 0.5 * math.sqrt(plane.spacing[0] * plane.spacing[1])
+        inner, outer = np.maximum(r - half, 0.0) ** 2, (r + half) ** 2
+        square = np.square(self.edges)
+        means = []
+        for field in fields:
+            within = np.concatenate([[0.0], np.cumsum(field[:, 0] * np.diff(square))])
+            content = np.interp(outer, square, within) - np.interp(inner, square, within)
+            means.append(content / (outer - inner))
+        return means
+
+
+def _divided(positions: Array, widths: Array) -> Array:
+    """Positions divided into a whole number of steps of about the widths given along them."""
+    lengths = np.abs(np.diff(positions))
+    count = np.concatenate(
+        [[0.0], np.cumsum(0.5 * lengths * (1.0 / widths[1:] + 1.0 / widths[:-1]))]
+    )
+    result: Array = np.interp(
+        np.linspace(0.0, count[-1], math.ceil(count[-1]) + 1), count, positions
+    )
+    return result
 
 
 def mean_influence(edges: Array) -> Array:
