@@ -8,6 +8,7 @@ import numpy as np
 
 from fretwear.mechanics.geometry import Array, Geometry, Mask
 from fretwear.mechanics.geometry.grid import Grid
+from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.state import State, WearProblem, in_contact
 
 
@@ -69,13 +70,24 @@ def measure(problem: WearProblem, state: State) -> Measures:
         stick_area=stick_area,
         mean_stick_pressure=stick_load / stick_area if stick_area else 0.0,
         stick_load_share=stick_load / (geometry.integral(state.pressure) or 1.0),
-        peak_pressure=float(state.pressure.max()),
+        peak_pressure=_peak(problem, state),
         central_pressure=float(state.pressure[geometry.along(0)[0][0]][0]),
         wear_volume=geometry.integral(state.wear),
         maximum_wear_depth=float(state.wear.max()),
         plastic_volume=geometry.integral(state.plastic),
         dissipated_energy=energy,
     )
+
+
+def _peak(problem: WearProblem, state: State) -> float:
+    """Largest pressure of a cell, Pa; on elastic rings of an annulus as wide as a cell.
+
+    At the edge of stick it grows without bound as rings get narrower.
+    """
+    rings = state.geometry
+    if isinstance(rings, Rings) and np.isinf(problem.limit):
+        return float(rings.means(state.pressure, rings.x, min(problem.spacing)).max())
+    return float(state.pressure.max())
 
 
 def sampled(state: State, plane: Grid) -> State:

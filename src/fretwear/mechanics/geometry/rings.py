@@ -176,15 +176,17 @@ class Rings(DenseCells):
     def averaged(self, fields: list[Array], plane: Grid) -> list[Array]:
         """Means of fields over cells of a grid: over the annulus that is as wide as a cell."""
         r = np.hypot(plane.x[:, None], plane.y[None, :])
-        half = 0.5 * math.sqrt(plane.spacing[0] * plane.spacing[1])
-        inner, outer = np.maximum(r - half, 0.0) ** 2, (r + half) ** 2
+        width = math.sqrt(plane.spacing[0] * plane.spacing[1])
+        return [self.means(field, r, width) for field in fields]
+
+    def means(self, field: Array, r: Array, width: float) -> Array:
+        """Means of a field over annuli of some mean radii and a width, m."""
+        inner, outer = np.maximum(r - 0.5 * width, 0.0) ** 2, (r + 0.5 * width) ** 2
         square = np.square(self.edges)
-        means = []
-        for field in fields:
-            within = np.concatenate([[0.0], np.cumsum(field[:, 0] * np.diff(square))])
-            content = np.interp(outer, square, within) - np.interp(inner, square, within)
-            means.append(content / (outer - inner))
-        return means
+        within = np.concatenate([[0.0], np.cumsum(field[:, 0] * np.diff(square))])
+        content = np.interp(outer, square, within) - np.interp(inner, square, within)
+        result: Array = content / (outer - inner)
+        return result
 
 
 def _divided(positions: Array, widths: Array) -> Array:
