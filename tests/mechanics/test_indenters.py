@@ -5,6 +5,8 @@ import math
 import numpy as np
 import pytest
 
+from fretwear.mechanics.geometry.grid import Grid
+from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.integrator import evolve, first_loading
 from fretwear.mechanics.measures import measure
 from fretwear.running.simulate import wear_problem
@@ -125,7 +127,7 @@ def punch(flat: float) -> tuple[dict[str, object], float]:
 def test_first_loading_at_the_default_cell_is_that_of_the_closed_form(indenter, load, rings):
     pressed = case(indenter, load)
     contact, stick = pressed.hertz, pressed.hertz.with_load(pressed.stick_load)
-    problem = wear_problem(pressed, rings=rings)
+    problem = wear_problem(pressed, Rings if rings else Grid)
     state = first_loading(problem)
     found = measure(problem, state)
     area = problem.hertz.load / contact.mean_pressure
@@ -161,7 +163,7 @@ def test_a_profile_of_a_paraboloid_is_the_sphere(tmp_path):
     sphere = Case(**STEEL, radius="10 mm", load="50 N", tangential_ratio=0.5)
     assert profile.hertz.contact_radius == near(sphere.hertz.contact_radius, rel=1e-4)
     assert profile.hertz.approach == near(sphere.hertz.approach, rel=1e-4)
-    problem = wear_problem(profile, rings=True)
+    problem = wear_problem(profile, Rings)
     found = measure(problem, first_loading(problem))
     assert found.approach == near(sphere.hertz.approach, rel=3e-4)
     assert found.stick_half_width_x == near(sphere.stick_radius, rel=1e-3)

@@ -194,9 +194,11 @@ def run(
     return _result(case, record, problem, title, command)
 
 
-def steps(case: Case, *, start: State | None = None) -> Iterator[Step]:
+def steps(
+    case: Case, *, start: State | None = None, geometry: type[Geometry] | None = None
+) -> Iterator[Step]:
     """Yield each accepted step of a case: cycle 0 and all others, or those after ``start``."""
-    return _steps(case, wear_problem(case), start)
+    return _steps(case, wear_problem(case, geometry), start)
 
 
 def _steps(case: Case, problem: WearProblem, start: State | None) -> Iterator[Step]:
