@@ -120,6 +120,32 @@ def test_a_short_stroke_is_a_fixed_contact():
     assert found.wear[:, 0] == pytest.approx(at, abs=0.01 * at.max())
 
 
+@pytest.mark.parametrize(
+    ("fraction", "depth", "half_width"), [(0.0, 0.48, 1.93), (0.94, 0.97, 0.97)]
+)
+def test_debris_makes_the_scar_of_a_titanium_alloy(fraction, depth, half_width):
+    """Measured by Arnaud, Baydoun and Fouvry (2021): 155 µm deep, ±1.73 mm wide at 10 µm."""
+    cylinder, bodies, load = Cylinder(80e-3), ElasticBodies(119e9, 0.287), NormalLoad(1066e3)
+    a = cylinder.hertz(load, bodies.composite_modulus).contact_radius
+    worn_area, cycles, stroke = 2 * 0.1763e-6, 5000.0, 75e-6
+    each = worn_area / (8.0 * load.load * stroke * cycles)
+    problem = sliding(
+        stroke,
+        (each, each),
+        indenter=cylinder,
+        bodies=bodies,
+        normal=load,
+        spacing=(a / 16, a / 16),
+        extent=(1.15 * a, 1.15 * a),
+        debris_fraction=fraction,
+    )
+    *_, last = slide(problem, (cycles,))
+    wear = last.wear[:, 0]
+    assert wear.max() == pytest.approx(depth * 155e-6, rel=0.02)
+    wide = np.interp(10e-6, wear[::-1], last.geometry.x[::-1])
+    assert wide == pytest.approx(half_width * 1.73e-3, rel=0.02)
+
+
 def test_debris_keeps_the_gap():
     """With all debris nothing changes; with a half, half as many cycles make the same pressure."""
     *_, none = slide(sliding(debris_fraction=1.0), (2000.0,))

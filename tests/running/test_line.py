@@ -15,6 +15,7 @@ from fretwear.figures.study import study_figures
 from fretwear.running.checkpoint import read_checkpoint, write_checkpoint
 from fretwear.running.simulate import RunRecord, run, steps
 from fretwear.study.cost import estimate
+from fretwear.study.problems import StudyError
 from fretwear.study.study import load_study
 
 CYLINDER = {"radius": None, "indenter": {"kind": "cylinder", "radius": "6 mm"}}
@@ -176,6 +177,17 @@ def _record(case):
     for step in steps(case):
         record.add(step, keep_fields=False)
     return record
+
+
+def test_cylinders_and_spheres_make_two_studies(tmp_path):
+    both = [{"kind": "sphere", "radius": "10 mm"}, CYLINDER["indenter"]]
+    content = {
+        "base": base(radius=None, load=None),
+        "vary": {"indenter": both, "load": ["50 N", "10 N/mm"]},
+        "design": "zip",
+    }
+    with pytest.raises(StudyError, match=r"vary\.indenter .*has cylinders.*\n.*two studies"):
+        load_study(write_study(tmp_path / "both.yaml", content))
 
 
 def test_the_plan_counts_strips():

@@ -41,7 +41,8 @@ def fretting_loops(loops: xr.Dataset, cycles: Sequence[int] | None = None) -> Fi
     """
     shown = loops if cycles is None else loops.sel(cycle=list(cycles))
     force, way = (shown[each.name].values for each in LOOP)
-    unit = readable_unit(force, LOOP[0].si_unit)
+    known = LOOP[0].in_units(shown[LOOP[0].name].attrs.get("units", LOOP[0].si_unit))
+    unit = readable_unit(force, known.si_unit)
     figure: Figure = JournalFigure(1, 66.0)
     axes = figure.subplots()
     for row, color in enumerate(sequential_colours(shown.sizes["cycle"])):
@@ -49,7 +50,7 @@ def fretting_loops(loops: xr.Dataset, cycles: Sequence[int] | None = None) -> Fi
         axes.plot(MICROMETRE.of(way[row]), unit.of(force[row]), color=color, label=label)
     axes.axhline(0.0, color="0.7", linewidth=0.5, zorder=0)
     axes.axvline(0.0, color="0.7", linewidth=0.5, zorder=0)
-    axes.set(xlabel=f"{LOOP[1].label} (µm)", ylabel=f"{LOOP[0].label} ({unit.name})")
+    axes.set(xlabel=f"{LOOP[1].label} (µm)", ylabel=f"{known.label} ({unit.name})")
     axes.legend(title="Cycle", loc="upper left", bbox_to_anchor=(1.0, 1.0))
     return figure
 

@@ -175,6 +175,10 @@ def _checked(
             found.append(Problem(f"output.cycles[{position}]", str(cycle), "is given twice"))
     # A part of what could not be read says nothing.
     axes = tuple(axis for axis in axes if "." not in axis.name or axis.key in fixed)
+    for axis in axes:
+        if axis.name == "indenter" and len({part.is_line for part in axis.values}) > 1:
+            rule = "has cylinders, whose results are per length, beside others"
+            found.append(Problem("vary.indenter", None, rule, "make two studies of it"))
     parameters = Parameters(fixed, axes, list(design.indices([len(axis.values) for axis in axes])))
     invalid = _try_rules(parameters, design, found, skip=sections.skip_invalid)
     if not (problems or found) and len(invalid) == len(parameters.indices):
