@@ -4,6 +4,8 @@
 #     snakemake --cores 2 --config study=paper     runs studies/paper.yaml
 #     snakemake --cores 2 --config keep_older=true
 #                                  keeps cases that another version of the solver has computed
+#     snakemake --cores 8 --config threads=4
+#                                  gives each case four of the eight cores
 #
 # The study is checked here, before any job; the jobs are calls of the command `fretwear`.
 import shlex
@@ -86,7 +88,7 @@ rule simulate:
     benchmark:
         f"{RESULTS}/benchmarks/{BATCHES}/{{batch}}.tsv"
     priority: lambda wildcards: JOBS.priority(wildcards.batch)
-    threads: 1
+    threads: int(config.get("threads", 1))
     resources:
         mem_mb=lambda wildcards: JOBS.memory_mb(wildcards.batch),
         runtime=lambda wildcards: JOBS.minutes(wildcards.batch),
@@ -101,7 +103,7 @@ rule simulate:
     # kills what is then left of the job, before it has written its checkpoint.
     shell:
         "exec {FRETWEAR} batch {STUDY:q} --points {params.points} --finished {output:q} --supervise "
-        "{JOBS.options} "
+        "--threads {threads} {JOBS.options} "
         ">{log:q} 2>&1"
 
 

@@ -193,11 +193,16 @@ def test_fields_given_are_left_as_they_are(even: Even, precision):
     np.testing.assert_array_equal(result, first)
 
 
-def test_threads_do_not_change_the_result():
-    window = Grid((48, 36), SPACING)
+@pytest.mark.parametrize("even", EVEN)
+def test_threads_do_not_change_the_result(even: Even):
+    # Large enough for each thread to have several blocks of rows.
+    window = Grid((360, 250), SPACING, even)
     pressure = noise(window.shape)
-    alone, together = (window.half_space(MODULUS, workers=n) for n in (1, 2))
-    np.testing.assert_array_equal(alone.displacement(pressure), together.displacement(pressure))
+    alone, *others = (window.half_space(MODULUS, workers=n) for n in (1, 2, 3))
+    for together in others:
+        np.testing.assert_array_equal(alone.displacement(pressure), together.displacement(pressure))
+        single = pressure.astype(np.float32)
+        np.testing.assert_array_equal(alone.single(single), together.single(single))
 
 
 @pytest.mark.parametrize("even", EVEN)

@@ -185,6 +185,11 @@ def test_half_domain_and_quarter_give_the_same_dataset(datasets):
         np.testing.assert_allclose(corner[key], values, atol=SINGLE * scale, err_msg=key)
 
 
+def test_threads_leave_every_bit_as_it_is(datasets):
+    together = simulate(make(**KINDS["rough capped"]), quarter=True, threads=2)
+    xr.testing.assert_equal(together, datasets["rough capped"])
+
+
 def test_history_holds_every_step_and_observers_see_each():
     case = make(roughness=ROUGH)
     seen: list[Step] = []

@@ -23,6 +23,7 @@ from fretwear.cli.common import (
     Results,
     Status,
     StudyFile,
+    Threads,
     aligned,
     begin,
     check_output,
@@ -120,6 +121,7 @@ def run(
     case_id: Annotated[str | None, option("--case", "ID", _CASE, complete=case_ids)] = None,
     set_: Assignments = None,
     output: Annotated[Path | None, option("-o/--output", "OUT.nc", _OUTPUT, "ID.nc")] = None,
+    threads: Threads = 1,
     quiet: Quiet = False,
     log_format: Format = LogFormat.AUTO,
 ) -> None:
@@ -138,7 +140,12 @@ def run(
 
     with log.case(case, path) as observe:
         outcome = simulate_to_file(
-            case, path, observers=[observe], tell=log.note, command=context.obj.line
+            case,
+            path,
+            observers=[observe],
+            tell=log.note,
+            command=context.obj.line,
+            threads=threads,
         )
     ending = ", by another process" if outcome.is_taken_over else ""
     message = f"{outcome.steps} steps in {outcome.seconds:.1f} s{ending}"
@@ -152,6 +159,7 @@ def batch(
     results: Results = None,
     finished: Annotated[Path | None, option("--finished", "OUT.json", _FINISHED)] = None,
     keep_older: KeepOlder = False,
+    threads: Threads = 1,
     supervised: Annotated[bool, typer.Option("--supervise", help=_SUPERVISE)] = False,
     quiet: Quiet = False,
     log_format: Format = LogFormat.AUTO,
@@ -172,7 +180,14 @@ def batch(
     from fretwear.running.batch import BatchRun
     from fretwear.running.workflow import write_finished
 
-    runs = BatchRun(study, folder, log, lambda stream: Log(stream=stream), keep_older=keep_older)
+    runs = BatchRun(
+        study,
+        folder,
+        log,
+        lambda stream: Log(stream=stream),
+        keep_older=keep_older,
+        threads=threads,
+    )
     outcome = runs.run(first, last)
     count, found = len(outcome.case_ids), len(outcome.found)
     if failed := outcome.failed:

@@ -115,6 +115,10 @@ Results = Annotated[
 KeepOlder = Annotated[
     bool, typer.Option("--keep-older", help="Keep cases that other code than this has computed.")
 ]
+Threads = Annotated[
+    int,
+    typer.Option("--threads", metavar="NUMBER", min=1, help="Threads that share a case's work."),
+]
 Quiet = Annotated[
     bool, typer.Option("--quiet", "-q", help="Print errors only.", rich_help_panel="Messages")
 ]

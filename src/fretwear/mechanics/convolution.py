@@ -22,6 +22,7 @@ positive side.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any, Generic
@@ -123,6 +124,7 @@ class Convolution(Generic[Real]):
         self._precision: np.dtype[Any] = spectra[0][0].dtype
         self._half, columns = spectra[1][0].shape
         self._shape = (self._half if even[0] else 2 * self._half), columns
+        # Blocks of rows are shared out to the threads as they are; the bits do not depend on that.
         self._x, self._y = _Axis(0, even[0], workers), _Axis(1, even[1], 1)
 
     @staticmethod
@@ -155,24 +157,31 @@ class Convolution(Generic[Real]):
         result, odd = np.empty_like(field), self._odd
         self._x.odd_forward(field, odd)
         self._x.forward(field, into=result)
+        tasks: list[list[Real]] = []
         for branch, spectra in zip((result, odd), self._spectra, strict=True):
             of_rows = (self._of_rows(each, branch is odd) for each in spectra)
-            for rows, even_rows, odd_rows in zip(self._row_views(branch), *of_rows, strict=True):
-                for block in self._blocks:
-                    self._convolve_rows(rows[block], even_rows[block], odd_rows[block])
+            views = zip(self._row_views(branch), *of_rows, strict=True)
+            tasks += [[view[block] for view in each] for each in views for block in self._blocks]
+        if self._workers == 1:
+            self._convolve_blocks(tasks, self._between[0])
+        else:
+            shares = (tasks[first :: self._workers] for first in range(self._workers))
+            # What a thread raises is raised here when its result is taken.
+            list(self._pool.map(self._convolve_blocks, shares, self._between))
         self._x.backward(result)
         self._x.add_odd_backward(odd, result)
         return result
 
-    def _convolve_rows(self, field: Real, even: Real, odd: Real) -> None:
-        """Multiply rows by spectra of the even and the odd branch along y, in place."""
-        between = self._between[: len(field)]
-        self._y.odd_forward(field, between)
-        between *= odd
-        self._y.forward(field)
-        field *= even
-        self._y.backward(field)
-        self._y.add_odd_backward(between, field)
+    def _convolve_blocks(self, tasks: Sequence[Sequence[Real]], room: Real) -> None:
+        """Multiply blocks of rows by spectra of the even and the odd branch along y, in place."""
+        for field, even, odd in tasks:
+            between = room[: len(field)]
+            self._y.odd_forward(field, between)
+            between *= odd
+            self._y.forward(field)
+            field *= even
+            self._y.backward(field)
+            self._y.add_odd_backward(between, field)
 
     def _row_views(self, field: Real) -> list[Real]:
         return [field] if self._even[0] else [field[: self._half], field[self._half :]]
@@ -197,8 +206,14 @@ class Convolution(Generic[Real]):
         return blocks_of_rows(shape, _BLOCK_BYTES // self._precision.itemsize)
 
     @cached_property
-    def _between(self) -> Real:
-        return np.empty((self._blocks[0].stop, self._shape[1]), self._precision)
+    def _between(self) -> list[Real]:
+        """Room for a block of rows, for each thread."""
+        shape = self._blocks[0].stop, self._shape[1]
+        return [np.empty(shape, self._precision) for _ in range(self._workers)]
+
+    @cached_property
+    def _pool(self) -> ThreadPoolExecutor:
+        return ThreadPoolExecutor(self._workers)
 
     def inverse(self, added: float = 0.0) -> Callable[[Real], Real]:
         """Approximate inverse of the convolution plus a multiple of the field, not negative.

@@ -50,6 +50,7 @@ def simulate_to_file(
     tell: Callable[[str], None],
     command: str,
     interval: float = SECONDS_BETWEEN,
+    threads: int = 1,
 ) -> Outcome:
     """Simulate a case and write its file; resume from the checkpoint beside it if any.
 
@@ -71,6 +72,8 @@ def simulate_to_file(
         The call that leads to the same results, for the dataset.
     interval
         Longest time between two checkpoints, s, but for a single step that takes longer.
+    threads
+        As for `fretwear.running.simulate.simulate`.
 
     Raises
     ------
@@ -92,7 +95,13 @@ def simulate_to_file(
                 steps = history.sizes["step"] - 1
             return Outcome(steps, time.monotonic() - started, is_taken_over=True)
         with Checkpoint(checkpoint_of(path), case, tell, interval) as checkpoint:
-            result = run(case, [checkpoint, *observers], record=checkpoint.record, command=command)
+            result = run(
+                case,
+                [checkpoint, *observers],
+                record=checkpoint.record,
+                threads=threads,
+                command=command,
+            )
             lock.ensure(tell)
             with uninterrupted():
                 write_case(result.dataset, result.history, path, result.loops)
@@ -154,6 +163,7 @@ class BatchRun:
     listener_to: Callable[[TextIO], Listener]
     # Whether cases that other code has finished are left as they are, and not run again.
     keep_older: bool = False
+    threads: int = 1  # that each case takes
 
     def run(self, first: int, last: int) -> BatchOutcome:
         """Run the cases of neighbouring points, counted from 1, but those that are done and sound.
@@ -209,6 +219,7 @@ class BatchRun:
                         observers=[observe, observe_own],
                         tell=own.note,
                         command=shlex.join(command),
+                        threads=self.threads,
                     )
             except JOB_ERRORS as error:
                 reason = str(error) or type(error).__name__

@@ -101,6 +101,7 @@ def simulate(
     observers: Sequence[Observer] = (),
     *,
     quarter: bool = False,
+    threads: int = 1,
     progress: bool = False,
 ) -> xr.Dataset:
     """Run a case.
@@ -117,6 +118,8 @@ def simulate(
     quarter
         Return only what is computed: one side of the contact along the axes in which it is even,
         for most a quarter of it. Otherwise the dataset is that of the whole contact.
+    threads
+        Threads that share the transforms of a grid; the result is the same to the last bit.
     progress
         Whether to show a bar of progress, in a terminal or a notebook.
 
@@ -144,7 +147,7 @@ def simulate(
         warnings.warn(str(doubt), DoubtfulResultWarning, stacklevel=2)
     bar: AbstractContextManager[list[Observer]] = _bar(case) if progress else nullcontext([])
     with bar as shown:
-        dataset = run(case, [*observers, *shown]).dataset
+        dataset = run(case, [*observers, *shown], threads=threads).dataset
     if quarter:
         return dataset
     from fretwear.data.dataset import mirrored
@@ -168,6 +171,7 @@ def run(
     *,
     record: RunRecord | None = None,
     geometry: type[Geometry] | None = None,
+    threads: int = 1,
     title: str = "",
     command: str = "fretwear.simulate",
 ) -> Result:
@@ -175,7 +179,7 @@ def run(
 
     Parameters
     ----------
-    case, observers
+    case, observers, threads
         As for `simulate`.
     record
         Takes every step; one that an earlier run has left makes this one resume there, with the
@@ -186,7 +190,7 @@ def run(
         For the attributes of the dataset.
     """
     record = RunRecord() if record is None else record
-    problem = wear_problem(case, geometry)
+    problem = wear_problem(case, geometry, threads)
     for step in _steps(case, problem, record.last):
         record.add(step, keep_fields=step.state.cycle in case.output_cycles)
         for observer in observers:
@@ -253,7 +257,9 @@ def _result(
     return Result(dataset, history, loop_dataset(cycles, curves, in_line=in_line))
 
 
-def wear_problem(case: Case, geometry: type[Geometry] | None = None) -> WearProblem:
+def wear_problem(
+    case: Case, geometry: type[Geometry] | None = None, threads: int = 1
+) -> WearProblem:
     """The mechanical problem of a case, on its usual cells or others."""
     # A contact at the limit everywhere is the smallest one that carries the load.
     spread = _MARGIN * max(1.0, case.hertz.spread_radius(case.plastic_limit) / case.hertz_radius)
@@ -271,6 +277,7 @@ def wear_problem(case: Case, geometry: type[Geometry] | None = None) -> WearProb
         limit=case.plastic_limit,
         spacing=case.grid_spacing,
         extent=(spread * x, spread * y),
+        workers=threads,
         geometry=geometry or usual,
         debris_fraction=case.debris_fraction,
     )
