@@ -76,11 +76,6 @@ def texts(figure: Figure) -> list[DrawnText]:
 
 
 @pytest.fixture
-def drawn_texts() -> Callable[[Figure], list[DrawnText]]:
-    return texts
-
-
-@pytest.fixture
 def check_texts() -> Callable[[Figure], list[str]]:
     """Check that no two texts of a figure overlap and none is cut off; return the texts."""
 

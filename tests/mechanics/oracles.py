@@ -1,7 +1,5 @@
 """Contact by other ways than the library's: its own Love formula, dense matrices, a full FFT."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.optimize import brentq, lsq_linear
 
@@ -74,42 +72,17 @@ def dense_contact(
     return pressure(approach).reshape(shape.shape) * unit, float(approach)
 
 
-@dataclass(frozen=True)
-class Violations:
-    """How far a state is from the conditions of contact.
+def worst_violation(problem: WearProblem, state: State) -> float:
+    """How far a state is from the conditions of contact, by its pressure and its shape alone.
 
-    Attributes
-    ----------
-    load
-        Error of the load, relative to the load.
-    loaded_gap, penetration
-        Largest gap under pressure and largest overlap of the bodies anywhere, relative to δ.
-    reported_gap
-        Largest difference of the state's own gap from that of its shape, relative to δ.
+    The largest error of the load, gap under pressure, overlap of the bodies and difference of the
+    state's own gap from that of its shape; relative to the load and to the approach.
     """
-
-    load: float
-    loaded_gap: float
-    penetration: float
-    reported_gap: float
-
-    @property
-    def worst(self) -> float:
-        """The largest of them."""
-        return max(self.load, self.loaded_gap, self.penetration, self.reported_gap)
-
-
-def violations(problem: WearProblem, state: State) -> Violations:
-    """Violations of the contact conditions by a state, from its pressure and its shape alone."""
     shape = problem.unworn(state.geometry) + state.wear + state.plastic
     fields = (state.pressure, shape, state.gap)
-    fields = tuple(unfolded(field, state.geometry.even) for field in fields)
-    pressure, shape, reported = fields
+    pressure, shape, reported = (unfolded(field, state.geometry.even) for field in fields)
     spacing = state.geometry.spacing
     gap = displacement(pressure, spacing, problem.bodies.composite_modulus) + shape - state.approach
-    return Violations(
-        load=abs(float(pressure.sum()) * spacing[0] * spacing[1] / problem.hertz.load - 1.0),
-        loaded_gap=float(np.abs(gap[pressure > 0]).max()) / state.approach,
-        penetration=float(-gap.min()) / state.approach,
-        reported_gap=float(np.abs(reported - gap).max()) / state.approach,
-    )
+    load = float(pressure.sum()) * spacing[0] * spacing[1]
+    lengths = np.abs(gap[pressure > 0]).max(), -gap.min(), np.abs(reported - gap).max()
+    return max(abs(load / problem.hertz.load - 1.0), float(max(lengths)) / state.approach)

@@ -48,12 +48,12 @@ class Fields:
         return np.clip(self._random.normal(0.5, 0.8, self.shape), 0.0, 1.0)
 
 
-def arguments(name: str, f: Fields) -> tuple:
-    """What a kernel is called with."""
+def calls(f: Fields) -> dict:
+    """What each kernel is called with, by its name and a variant."""
     nx, ny = f.shape
     part = Fields((max(nx // 2, 1), max(ny // 3, 1)), 1)
     corner = (nx - part.shape[0], (ny - part.shape[1]) // 2)
-    given = {
+    return {
         "inner": lambda: (f.single(), f.single()),
         "inner of doubles": lambda: (f.double(), f.double()),
         "total": lambda: (f.single(),),
@@ -82,22 +82,14 @@ def arguments(name: str, f: Fields) -> tuple:
             *_stage(f, start=False), None, 1.7, f.single(),
         ),
     }  # fmt: skip
-    return given[name]()
 
 
-NAMES = {
-    "inner": ["", "of doubles"],
-    "total": [""],
-    "project_mean": [""],
-    "blend": ["", "one"],
-    "advance": [""],
-    "evaluate": ["", "elastic", "saturated", "at a given approach"],
-    "scale_step": [""],
-    "scale_and_clip": ["", "weighted", "elastic"],
-    "wear": ["", "without flow"],
-    "wear_slope": ["", "without flow"],
-}
-VARIANTS = [f"{name} {variant}".strip() for name, variants in NAMES.items() for variant in variants]
+VARIANTS = list(calls(Fields((1, 1))))
+NAMES = {variant.split()[0] for variant in VARIANTS}
+
+
+def arguments(variant: str, f: Fields) -> tuple:
+    return calls(f)[variant]()
 
 
 def _gaps(f: Fields, pressure: np.ndarray, limit: float, approach: float = np.nan) -> tuple:
@@ -131,7 +123,7 @@ def test_without_the_compiled_ones_numpy_does_the_arithmetic():
 
 def test_every_kernel_is_compiled_and_compared():
     offered = {name for name in vars(compiled) if not name.startswith("_")}
-    assert offered == set(kernels.IN_NUMPY) == set(NAMES)
+    assert offered == set(kernels.IN_NUMPY) == NAMES
     for name in offered:
         assert getattr(kernels, name) is getattr(compiled, name)
 

@@ -12,10 +12,10 @@ import xarray as xr
 from fretwear.source_study.cases import Evolution, reference_cases
 from fretwear.study.study import load_study
 
-from ..figures.conftest import check_texts, drawn_texts
+from ..figures.conftest import check_texts
 from ..studies import WAVES, base, run_study, write_study
 
-__all__ = ["check_texts", "drawn_texts"]
+__all__ = ["check_texts"]
 
 STUDY = {
     "title": "The source study, coarse and short",
