@@ -33,6 +33,14 @@ if problem := why_leading_out(FOLDER, FOLDER.parent) or why_not_writable(FOLDER)
     print(f"fretwear: error: {problem}", file=sys.stderr)
     sys.exit(2)
 
+# Snakemake says that the folder is locked, but not what to type.
+if workflow.is_main_process and any(Path(".snakemake/locks").glob("*")):
+    print(
+        "fretwear: this folder is locked, by another Snakemake that is at work or by one that was "
+        "killed; if none is at work: snakemake --unlock, then the same command again",
+        file=sys.stderr,
+    )
+
 STUDY = str(JOBS.study.file)
 RESULTS = JOBS.folder
 BATCHES_DONE = [f"{RESULTS}/{BATCHES}/{batch}.json" for batch in JOBS.targets]

@@ -155,6 +155,16 @@ def test_a_results_folder_that_cannot_be_written_stops_the_study_before_any_job(
 
 
 @pytest.mark.slow
+def test_a_lock_that_a_killed_snakemake_has_left_is_told_with_what_to_type(checkout):
+    locks = checkout.folder / ".snakemake/locks"
+    locks.mkdir(parents=True)
+    words = "if none is at work: snakemake --unlock, then the same command again"
+    assert words not in checkout.snakemake("--dry-run", status=0)
+    (locks / "0.output.lock").touch()
+    assert words in checkout.snakemake("--dry-run", status=0)
+
+
+@pytest.mark.slow
 def test_another_study_is_chosen_by_its_name(checkout):
     checkout.write({**TINY, "vary": {"load": ["40 N"]}}, "other")
     assert checkout.jobs("--config", "study=other")[0] == {"P40N-Q9N"}
