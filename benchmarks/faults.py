@@ -302,7 +302,7 @@ def recorded(record: Path, home: Path) -> Iterator[tuple[int, int, int, str, byt
         at += _HEAD.size
         path, data = (content[at : at + sizes[0]], content[at + sizes[0] : at + sum(sizes)])
         at += sum(sizes)
-        yield kind, serial, number, os.path.relpath(path, home) if path else "", data
+        yield kind, serial, number, os.path.relpath(os.fsdecode(path), home) if path else "", data
 
 
 def replay(operations, home, generator):  # type: ignore[no-untyped-def]
@@ -335,6 +335,8 @@ def replay(operations, home, generator):  # type: ignore[no-untyped-def]
     for kind, serial, number, path, content in operations:
         if kind == MKDIR:
             folders.add(path)
+        elif kind == OPEN and number & os.O_TMPFILE == os.O_TMPFILE:
+            pass  # a file without a name, gone with the power
         elif kind == OPEN and (path == "." or path in folders):
             opened[serial] = path
         elif kind == OPEN:

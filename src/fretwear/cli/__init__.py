@@ -5,6 +5,8 @@ Nothing heavy is imported before a command needs it, so that help and plans come
 
 from __future__ import annotations
 
+import os
+import sys
 from typing import Any
 
 from fretwear.cli.supervise import Stopped, stopping
@@ -14,6 +16,9 @@ __all__ = ["app", "main"]
 
 def main() -> None:
     """Run the command line and leave with its exit status."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:  # Libraries count on both.
+            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115, PTH123
     try:
         # From here on: whoever asks a process to stop does not wait until it has started.
         with stopping():
