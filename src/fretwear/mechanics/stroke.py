@@ -211,7 +211,7 @@ class _Rubbing:
         ]
         root = np.sqrt(compliance)
         for _ in range(_LARGEST_SWEEPS):
-            system, right, parts = np.eye(root.size), np.zeros(root.size), []
+            matrix, right, parts = np.eye(root.size), np.zeros(root.size), []
             of_positions = zip(shapes, self.worn, self.weights, closed, strict=True)
             for shape, worn, weight, inside in of_positions:
                 cells = np.flatnonzero(inside)
@@ -219,10 +219,10 @@ class _Rubbing:
                 own = worn[cells]
                 pressure = self.load * carrying - inverse @ shape[cells]
                 stiff = own.T @ (own.T @ inverse).T
-                system += weight * root[:, None] * stiff * root
+                matrix += weight * root[:, None] * stiff * root
                 right += weight * root * (own.T @ pressure)
                 parts.append((cells, inverse, own, pressure))
-            factors = cho_factor(system, lower=True, overwrite_a=True, check_finite=False)
+            factors = cho_factor(matrix, lower=True, overwrite_a=True, check_finite=False)
             worn_now = root * cho_solve(factors, right, check_finite=False)
             pressures, following = np.zeros(closed.shape), closed.copy()
             for row, (cells, inverse, own, pressure) in enumerate(parts):
