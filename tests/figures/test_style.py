@@ -58,7 +58,7 @@ import sys, xarray as xr
 from pathlib import Path
 from fretwear import figures
 case = xr.load_dataset(sys.argv[1])
-figures.save_figure(figures.overview(case), Path(sys.argv[2]))
+figures.save_figure(figures.wear_map(case), Path(sys.argv[2]))
 """
 
 
@@ -69,14 +69,14 @@ def _digests(folder):
 def test_another_process_and_other_settings_of_the_user_give_the_same_bytes(rough, tmp_path):
     rough.to_netcdf(tmp_path / "case.nc")
     subprocess.run(
-        [sys.executable, "-c", SCRIPT, tmp_path / "case.nc", tmp_path / "there" / "overview"],
+        [sys.executable, "-c", SCRIPT, tmp_path / "case.nc", tmp_path / "there" / "map"],
         check=True,
         env={**os.environ, "PYTHONHASHSEED": "1"},
     )
     with matplotlib.rc_context({"svg.fonttype": "none", "savefig.dpi": 50, "font.size": 5}):
-        figures.save_figure(figures.overview(rough), tmp_path / "here" / "overview")
+        figures.save_figure(figures.wear_map(rough), tmp_path / "here" / "map")
     found = _digests(tmp_path / "here")
-    assert set(found) == {"overview.svg", "overview.png"}
+    assert set(found) == {"map.svg", "map.png"}
     assert found == _digests(tmp_path / "there")
 
 
