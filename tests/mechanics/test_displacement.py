@@ -196,3 +196,53 @@ def test_a_run_of_a_moving_stick_zone_resumes_to_the_same_bits():
     again = [step.state for step in steps(case, start=replace(run[4]), geometry=Rings)]
     assert [state.cycle for state in again] == [state.cycle for state in run[5:]]
     np.testing.assert_array_equal(again[-1].wear, run[-1].wear)
+
+
+def blocks_of(*blocks: dict[str, object], **given: object) -> Case:
+    return Case(**{**SPHERE, "load": "50 N", "tangential_ratio": 0.8, "blocks": blocks, **given})
+
+
+def test_two_blocks_of_equal_parameters_are_one_run():
+    one = case_of(500, tangential_ratio=0.8)
+    assert blocks_of({"cycles": 200}, {"cycles": 300}).case_id == one.case_id
+    # Said or not, the same loading is the same run.
+    said = blocks_of({"cycles": 200}, {"cycles": 300, "tangential_ratio": 0.8})
+    volumes = [after(each)[500].measures.wear_volume for each in (one, said)]
+    assert volumes[0] == volumes[1]
+
+
+def test_blocks_follow_each_other_on_the_same_shape():
+    case = blocks_of(
+        {"cycles": 300, "load": "30 N"},
+        {"cycles": 200},
+        {"cycles": 200, "displacement_ratio": 1.2},
+        output_cycles=[300, 500],
+    )
+    found = after(case)
+    assert [found[n].measures.normal_force for n in (0, 300, 500, 700)] == [30, 30, 50, 50]
+    assert [found[n].measures.regime for n in (300, 500, 700)] == [0, 0, 1]
+    alone = after(case_of(300, load="30 N", tangential_ratio=0.8))[300]
+    assert found[300].measures.wear_volume == near(alone.measures.wear_volume, rel=2e-3)
+    volumes = [found[n].measures.wear_volume for n in (0, 300, 500, 700)]
+    assert volumes == sorted(volumes)
+    run = [step.state for step in steps(case, rings=True)]
+    place = next(n for n, state in enumerate(run) if state.cycle == 300)
+    again = [step.state for step in steps(case, start=run[place], rings=True)]
+    np.testing.assert_array_equal(again[-1].wear, run[-1].wear)
+    assert Case(**case.canonical_parameters()).case_id == case.case_id
+
+
+def test_bad_blocks_and_tables_are_named():
+    for given, words in (
+        ({"cycles": 500}, "blocks have cycles of their own"),
+        ({"friction": {"cycles": [10], "values": [0.5]}}, "starts at cycle 10"),
+        ({"debris_fraction": 1.2}, "at most 1"),
+        ({"rig_stiffness": "28 N/um"}, "has no meaning with tangential_ratio"),
+        ({"displacement_amplitude": "1 um"}, "is one too many"),
+        ({"blocks": [{"cycles": 5, "radius": "1 mm"}]}, "which a block cannot change"),
+        ({"blocks": [{"cycles": 5, "tangential_ratio": 1.5}]}, "block number 1"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            blocks_of(**{"blocks": [{"cycles": 5}], **given}) if "blocks" not in given else Case(
+                **{**SPHERE, "load": "50 N", "tangential_ratio": 0.8, **given}
+            )

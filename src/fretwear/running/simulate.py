@@ -5,7 +5,8 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
+from math import inf
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -265,12 +266,12 @@ def wear_problem(
     spread = _MARGIN * max(1.0, case.hertz.spread_radius(case.plastic_limit) / case.hertz_radius)
     x, y = case.indenter.half_widths(case.hertz)
     usual = Line if case.indenter.is_line else Rings if case.is_on_rings else Grid
-    return WearProblem(
+    problem = WearProblem(
         indenter=case.indenter,
         roughness=case.roughness,
         bodies=case.bodies,
         normal=case.normal,
-        loading=case.loading if case.loading.is_force else case.plain_loading,
+        loading=case.loading,
         friction=case.friction_law,
         wear_law=case.wear_law,
         slip_model=case.slip_model,
@@ -281,6 +282,17 @@ def wear_problem(
         geometry=geometry or usual,
         debris_fraction=case.debris_fraction,
     )
+    following: WearProblem | None = None
+    for end, block in reversed([*case.in_blocks()]):
+        assert block is not None
+        loading = block.loading if block.loading.is_force else block.plain_loading
+        now = replace(
+            problem, normal=block.normal, loading=loading, friction=block.friction_law, end=end
+        )
+        if following is None or now != replace(following, end=end, following=None):
+            following = replace(now, end=end if following else inf, following=following)
+    assert following is not None
+    return following
 
 
 def _snapshot_fields(workspace: Workspace, snapshots: Sequence[State]) -> dict[str, NDArray[Any]]:

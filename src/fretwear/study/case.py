@@ -136,6 +136,8 @@ class Case(CaseTree):
                 kept |= {each: given[each] for each in given if each in stays}
             else:
                 kept[name] = value
+        # Blocks have cycles of their own.
+        del kept["cycles" if self.blocks and "cycles" not in changes else "blocks"]
         return Case(**{**kept, "output_cycles": self.output_cycles, **changes})
 
 
@@ -276,6 +278,10 @@ def assemble(values: Mapping[str, Any]) -> dict[str, Any]:
             part = _part_of(member, own)
             if part is not None:
                 assembled[member] = part
+    if blocks := assembled.get("blocks"):
+        assembled["cycles"] = sum(block.cycles for block in blocks)
+        if len(blocks) == 1 and not blocks[0].values:
+            del assembled["blocks"]
     return assembled
 
 
@@ -297,9 +303,16 @@ def missing(given: Iterable[str], *, in_file: bool) -> Iterator[Problem]:
     """
     given = set(given)
     unknown = [key for key in given if key not in parameter_names()]
+    if {"cycles", "blocks"} <= given:
+        rule = "is one too many: blocks have cycles of their own"
+        yield Problem("cycles", None, rule, "give one of the two")
     for member, about in members().items():
         wanted: Iterable[str] = (member,)
-        if member in given or (member in _DEFAULTED and not (in_file and about.must_be_written)):
+        if (
+            (member == "cycles" and "blocks" in given)
+            or member in given
+            or (member in _DEFAULTED and not (in_file and about.must_be_written))
+        ):
             wanted = ()
         elif isinstance(about, Member) and about.inline:
             yield from _alternatives_broken(member, given, unknown)

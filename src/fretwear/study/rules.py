@@ -14,7 +14,7 @@ from fretwear.mechanics.loading import SMALL_STROKE, TangentialRatio
 from fretwear.mechanics.materials import ElasticBodies
 from fretwear.parts import pair
 from fretwear.study.problems import Problem
-from fretwear.study.tree import CaseTree
+from fretwear.study.tree import CaseTree, members
 from fretwear.units import LENGTH, PRESSURE, Force, PerLength, force_text, format_quantity
 
 LEAST_CELLS_PER_CONTACT_RADIUS = 8
@@ -349,7 +349,7 @@ def _indenter_is_sound(case: CaseTree) -> Problem | None:
 
 _CONTACT = frozenset({"indenter", "bodies", "normal"})
 
-RULES = (
+RULES: tuple[Rule, ...] = (
     Rule(frozenset({"indenter", "normal", "loading"}), _loads_suit_the_contact),
     Rule(frozenset({"indenter", "normal", "loading"}), _line_has_no_approach),
     Rule(frozenset({"indenter", "loading"}), _stroke_is_of_a_line),
@@ -372,6 +372,22 @@ RULES = (
     Rule(_CONTACT | {"cell", "loading", "friction_law"}, _cell_resolves_contact),
     Rule(frozenset({"cycles", "output_cycles"}), _snapshots_within_run),
 )
+
+
+def _blocks_are_sound(case: CaseTree) -> Problem | None:
+    """Each block has to be a case by itself."""
+    for number, (_, block) in enumerate(case.in_blocks() if case.blocks else (), start=1):
+        if block is None:
+            rule = f"has a block number {number} that lacks a parameter of what it imposes"
+            return Problem("blocks", None, rule)
+        found = next(filter(None, (rule.find(block) for rule in RULES[:-1])), None)
+        if found is not None:
+            rule = f"has a block number {number} whose {found.key} {found.rule}"
+            return Problem("blocks", None, rule, found.remedy)
+    return None
+
+
+RULES = (*RULES, Rule(frozenset({*members()} - {"cell", "tolerance"}), _blocks_are_sound))
 
 
 def findings(case: CaseTree) -> list[Problem]:

@@ -29,7 +29,9 @@ from fretwear.parts import (
     WholeNumber,
     declared,
     derived,
+    required,
 )
+from fretwear.study.blocks import Block, Blocks
 from fretwear.theory import HertzContact, LineContact
 
 MAX_CYCLES = 10**9
@@ -41,7 +43,8 @@ CELLS_PER_STICK_RADIUS = 8
 CELLS_PER_SLIP_ANNULUS = 12
 
 # Parameters that came later: at their defaults, cases keep the ids that they had before.
-_UNSAID_AT_DEFAULT = ("debris_fraction",)
+_UNSAID_AT_DEFAULT = ("debris_fraction", "blocks")
+_MEMBERS_OF_BLOCKS = ("normal", "loading", "friction_law")
 _SIGNIFICANT_DIGITS = 12
 _USUAL_SLIP = Jaeger()
 
@@ -71,6 +74,12 @@ class Leaf:
     kind: type[Part] | None  # the part that has it; None: the case itself
     field: str
     parameter: Parameter
+
+
+def _changeable() -> dict[str, Parameter]:
+    """Return the parameters that a block of loading may change, by name."""
+    every = (leaf for several in leaves().values() for leaf in several)
+    return {leaf.name: leaf.parameter for leaf in every if leaf.member in _MEMBERS_OF_BLOCKS}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -157,6 +166,15 @@ class CaseTree:
             description="Part γ of what is worn that stays between the bodies and carries load.",
         ),
     ] = 0.0
+    blocks: Annotated[
+        tuple[Block, ...],
+        Blocks(
+            _changeable,
+            WholeNumber("$N$", "number of cycles", 1, MAX_CYCLES, 2000),
+            description="Blocks of loading one after the other, instead of cycles: each has "
+            "cycles, and what it changes of load, displacement or force, and friction.",
+        ),
+    ] = ()
     output_cycles: tuple[int, ...] = ()
 
     def __getattr__(self, name: str) -> Any:
@@ -225,14 +243,14 @@ class CaseTree:
     @property
     def plain_loading(self) -> Loading:
         """The loading along x in SI units, whichever way it was given."""
-        if self.loading.is_force and not self.force_is_held:
+        if self.blocks or (self.loading.is_force and not self.force_is_held):
             return self.loading
         return self.loading.plain(*self._unworn)
 
     @property
     def force_is_held(self) -> bool:
         """Whether P and Q stay as they are, and Q/(µP) with them."""
-        constant = not self.friction_law.kinks
+        constant = not self.friction_law.kinks and not self.blocks
         return constant and self.normal.holds_load and self.loading.is_force
 
     @property
@@ -327,6 +345,8 @@ class CaseTree:
             value = getattr(self, name)
             if name in _UNSAID_AT_DEFAULT and value == getattr(CaseTree, name):
                 continue
+            if name == "cycles" and self.blocks:
+                continue
             if name == "cell":
                 value = self.grid_spacing
             elif name == "loading":
@@ -343,6 +363,20 @@ class CaseTree:
                 else:
                     found[name] = content if len(content) > 1 else value.kind
         return found
+
+    def in_blocks(self) -> Iterator[tuple[float, CaseTree | None]]:
+        """Each block as a case, with the cycle at which it ends; None where it makes none."""
+        end = 0
+        for block in self.blocks or (Block(self.cycles),):
+            end += block.cycles
+            changed: dict[str, Any] = {"blocks": ()}
+            for member in _MEMBERS_OF_BLOCKS:
+                given = {n: v for n, v in block.values if leaves()[n][0].member == member}
+                if given:
+                    changed[member] = _changed(getattr(self, member), given, kinds(member))
+            case = object.__new__(type(self))
+            case.__dict__.update({**self.__dict__, **changed})
+            yield end, None if None in changed.values() else case
 
     @property
     def case_id(self) -> str:
@@ -409,6 +443,16 @@ class CaseTree:
             # What is called after Hertz is said of no other contact.
             if self.indenter.is_hertzian or not name.startswith("hertz"):
                 yield from known.coordinates(name, getattr(self, name))
+
+
+def _changed(part: Part, given: Mapping[str, Any], of_kind: tuple[type[Part], ...]) -> Part | None:
+    """A part with other values of some fields, of another kind where these ask for it."""
+    for kind in (type(part), *of_kind):
+        names = kind.parameters().keys()
+        values = {name: value for name, value in vars(part).items() if name in names} | dict(given)
+        if given.keys() <= names and required(kind) <= values.keys():
+            return kind.unchecked(**values)
+    return None
 
 
 def _of_part(member: str, part: Part | None) -> Iterator[tuple[str, Parameter, float | str]]:
