@@ -86,6 +86,8 @@ class Blocks(Parameter):
 
     def coordinates(self, name: str, value: Any) -> Iterator[tuple[str, Parameter, float | str]]:
         """Yield the blocks as text, if there are any."""
+        if not (isinstance(value, tuple) and all(isinstance(each, Block) for each in value)):
+            raise TypeError("not blocks")
         if value:
             yield name, Quantity("1", name, self.words), self.text(value)
 
