@@ -225,9 +225,9 @@ def test_blocks_follow_each_other_on_the_same_shape():
     assert found[300].measures.wear_volume == near(alone.measures.wear_volume, rel=2e-3)
     volumes = [found[n].measures.wear_volume for n in (0, 300, 500, 700)]
     assert volumes == sorted(volumes)
-    run = [step.state for step in steps(case, rings=True)]
+    run = [step.state for step in steps(case, geometry=Rings)]
     place = next(n for n, state in enumerate(run) if state.cycle == 300)
-    again = [step.state for step in steps(case, start=run[place], rings=True)]
+    again = [step.state for step in steps(case, start=run[place], geometry=Rings)]
     np.testing.assert_array_equal(again[-1].wear, run[-1].wear)
     assert Case(**case.canonical_parameters()).case_id == case.case_id
 
