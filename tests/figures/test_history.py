@@ -108,3 +108,20 @@ def test_a_few_lines_are_labelled_beside_themselves(small_study, check_texts):
     figure = figures.contact_half_width(part, columns=1)
     assert not figure.legends
     assert {"$P$ = 30 N", "$P$ = 40 N"} <= set(check_texts(figure))
+
+
+def test_seeds_are_an_ensemble_drawn_by_its_mean_and_deviation(small_study, check_texts):
+    # Three surfaces as if they differed by chance alone.
+    summary = small_study.summary.rename(roughness_amplitude="roughness_seed")
+    summary = summary.isel(friction=0, plastic_limit=0, drop=True)
+    figure = figures.wear_volume(summary)
+    among = summary["wear_volume"].sel(load=40.0)
+    mean, deviation = among.mean("roughness_seed"), among.std("roughness_seed", ddof=1)
+    (axes,) = (each for each in figure.axes if each.get_lines())
+    drawn = _lines(axes)[-1]
+    np.testing.assert_allclose(drawn / drawn[-1], mean.values / mean.values[-1], rtol=1e-9)
+    size = drawn[-1] / float(mean[-1])
+    band = axes.collections[-1].get_paths()[0].vertices
+    highest = band[np.isclose(band[:, 0], 1000.0), 1].max()
+    assert highest == pytest.approx(size * float(mean[-1] + deviation[-1]), rel=1e-9)
+    assert any("means of 3 seeds" in text for text in check_texts(figure))

@@ -52,6 +52,9 @@ from fretwear.study.parameters import parameter, symbol_text
 from fretwear.units import MICROMETRE, Unit
 from fretwear.vocabulary import Variable
 
+# Seeds that make an ensemble: fewer have no deviation worth the name.
+_SEED, _LEAST_SEEDS = "roughness_seed", 3
+
 ZONES = {"contact": CATEGORICAL[0], "stick": INK}
 """The zones and their colours."""
 HALF_WIDTH_LABEL = "Half-width along x (µm)"
@@ -146,6 +149,9 @@ def draw_history(
     """Draw any scalar over the cycles, as `contact_half_width` does."""
     check_dataset(dataset)
     variable = variable_of(dataset, quantity) if isinstance(quantity, str) else quantity
+    ensemble = _Ensemble.of(dataset, variable.name)
+    if ensemble is not None:
+        dataset, history = ensemble.mean, None
     lines = study_lines(dataset, variable.name, history)
     if not lines:
         raise ValueError(f"No point has a value of {variable.name}: there is nothing to draw.")
@@ -158,7 +164,12 @@ def draw_history(
     palette = _Palette.of(layout)
     curves: list[Line2D] = []
     for index, (panel, facet) in enumerate(zip(panels, contents, strict=True)):
-        curves += _draw_panel(panel, _matching(lines, [facet]), layout, palette, axis.unit)
+        own = _matching(lines, [facet])
+        drawn = _draw_panel(panel, own, layout, palette, axis.unit)
+        curves += drawn
+        if ensemble is not None:
+            for line, curve in zip(own, drawn, strict=True):
+                ensemble.draw_band(panel, line, curve, axis.unit)
         panel.set_title(", ".join(symbol_text(name, value) for name, value in facet.items()))
         axis.set_cycles(panel, cycles, values)
         row = _matching(lines, contents[index : index + across])
@@ -169,6 +180,9 @@ def draw_history(
         figure.supylabel(axis.label, fontsize=7.5)
     else:
         panels[0].set_ylabel(axis.label)
+    if ensemble is not None:
+        note = f"Lines are means of {ensemble.count} seeds, bands their standard deviation."
+        figure.supxlabel(note, fontsize=7.0)
     few = len(panels) == 1 and 1 < len(lines) <= _MOST_LABELLED_LINES
     if few and layout.color and not layout.style:
         texts = _key_texts(layout, lines, layout.color)
@@ -176,6 +190,34 @@ def draw_history(
             return figure
     _add_keys(figure, panels, layout, lines, palette, inside=axes is not None)
     return figure
+
+
+@dataclass(frozen=True)
+class _Ensemble:
+    """A study in which seeds are chance: the mean over them, and how far they are from it."""
+
+    mean: xr.Dataset
+    deviation: xr.DataArray
+    count: int
+
+    @classmethod
+    def of(cls, dataset: xr.Dataset, name: str) -> _Ensemble | None:
+        """Return the ensemble of a merged study over some seeds; None for any other dataset."""
+        values = dataset.get(name)
+        if values is None or _SEED not in values.dims or values.sizes[_SEED] < _LEAST_SEEDS:
+            return None
+        others = [each for each, about in dataset.variables.items() if _SEED in about.dims]
+        mean = dataset.drop_vars(others).assign({name: values.mean(_SEED, keep_attrs=True)})
+        mean[name] = mean[name].drop_vars([each for each in others if each in mean[name].coords])
+        return cls(mean, values.std(_SEED, ddof=1), values.sizes[_SEED])
+
+    def draw_band(self, panel: Axes, line: Line, curve: Line2D, unit: Unit) -> None:
+        """Shade a standard deviation on both sides of a line."""
+        deviation = self.deviation.isel(line.point).interp(cycle=line.cycles).values
+        low, high = (unit.of(line.quantity + sign * deviation) for sign in (-1.0, 1.0))
+        panel.fill_between(
+            line.cycles, low, high, color=curve.get_color(), alpha=0.2, lw=0.0, label="_band"
+        )
 
 
 def _frames(
