@@ -46,12 +46,14 @@ _OPTIONAL_TEXTS = ("warnings", "history", CODE_DIGEST.name)
 _STUDY_TEXTS = ("title", "source", "study", "design", "study_file")
 
 
-def case_problem(file: netCDF4.Dataset, size: int) -> str:
+def case_problem(file: netCDF4.Dataset, size: int, *, own: bool = True) -> str:
     """Say what is wrong with a case file before its arrays are read; empty where nothing is.
 
-    Its variables have the dimensions of a case, and it has so many bytes.
+    Its variables have the dimensions of a case, and it has so many bytes. What is not our `own`
+    may have words as xarray saves them.
     """
-    problem = _size_problem((file, *file.groups.values()), size) or _text_problem(file, _CASE_TEXTS)
+    groups = (file, *file.groups.values())
+    problem = _size_problem(groups, size, words=not own) or _text_problem(file, _CASE_TEXTS)
     if not problem and file.getncattr("symmetry") not in SYMMETRIES:
         problem = f"its symmetry is none of {', '.join(SYMMETRIES)}"
     axes = (axis for axis in (CYCLE, X, Y) if axis.name in file.variables)
@@ -97,12 +99,12 @@ def summary_problem(file: netCDF4.Dataset, size: int) -> str:
     return next(filter(None, _parameter_problems(file)), "")
 
 
-def _size_problem(groups: tuple[Any, ...], size: int) -> str:
+def _size_problem(groups: tuple[Any, ...], size: int, *, words: bool = False) -> str:
     announced = 0
     for group in groups:
         for name, variable in group.variables.items():
-            if variable.dtype is str and not variable.dimensions:
-                continue  # a word, as xarray saves it
+            if words and variable.dtype is str and not variable.dimensions:
+                continue  # as xarray saves it
             if not isinstance(variable.dtype, np.dtype) or variable.dtype.kind not in "ifuS":
                 return f"{name} holds neither numbers nor plain text"
             announced += math.prod(variable.shape) * variable.dtype.itemsize

@@ -188,7 +188,7 @@ def opened_case(path: str | PathLike[str], *, own: bool = True) -> Iterator[Case
         lacking += [HISTORY_GROUP] if is_ours and HISTORY_GROUP not in file.groups else []
         if lacking:
             raise case_file.unusable(f"it lacks {', '.join(lacking)}")
-        if problem := case_problem(file, path.stat().st_size):
+        if problem := case_problem(file, path.stat().st_size, own=is_ours):
             raise case_file.unusable(problem)
         yield case_file
 
