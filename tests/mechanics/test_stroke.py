@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fretwear.mechanics.geometry.line import Line, influence_of_cell
-from fretwear.mechanics.integrator import evolve
+from fretwear.mechanics.integrator import WearError, evolve
 from fretwear.mechanics.loading import NormalLoad, SlidingAmplitude
 from fretwear.mechanics.materials import Coulomb, ElasticBodies
 from fretwear.mechanics.measures import measure
@@ -97,6 +97,11 @@ def test_cells_and_tolerance_do_not_matter(worn):
 def test_a_run_resumes_with_the_same_bits(worn):
     *_, resumed = slide(sliding(), (18000.0,), start=worn[5000])
     assert np.array_equal(resumed.wear_flat, worn[18000].wear_flat)
+
+
+def test_blocks_are_refused():
+    with pytest.raises(WearError, match="blocks"):
+        next(iter(slide(replace(sliding(), end=5.0, following=sliding()), (10.0,))))
 
 
 class Uniform(SlipModel):

@@ -259,8 +259,10 @@ def slide(
     Raises
     ------
     WearError
-        If the step had to be cut to nothing.
+        If the step had to be cut to nothing, or if another block follows.
     """
+    if problem.following is not None:
+        raise WearError("blocks do not go with a sliding amplitude, which is the same all along")
     slider = _Slider(problem, tolerance, start)
     if start is None:
         yield slider.state
