@@ -551,7 +551,26 @@ def _coupling_is_no_number(case: CaseTree) -> Doubt | None:
     )
 
 
+def _slides_far(case: CaseTree) -> Doubt | None:
+    """Each point is taken to meet the same point of the other body throughout a cycle."""
+    if case.loading.is_force or case.loading.stroke or case.indenter.is_line:
+        return None
+    friction, hertz = case.friction_law.least, case.hertz
+    elastic = friction * (case.coupling * hertz.approach + case.loading.flexibility * hertz.load)
+    slid = case.displacement_amplitude - elastic
+    if slid <= SMALL_STROKE * case.hertz_radius:
+        return None
+    return Doubt(
+        "will slide so far that each point meets other points of the other body, which the model "
+        "neglects",
+        f"sliding amplitude {format_quantity(slid, LENGTH, 3)}, contact radius "
+        f"{format_quantity(case.hertz_radius, LENGTH, 3)}",
+        "take the wear near the edge of the contact for a rough guide, or lower the displacement",
+    )
+
+
 _DOUBTS = (
+    _slides_far,
     _coupling_is_no_number,
     _surface_is_small,
     _points_are_few,
