@@ -23,6 +23,8 @@ def validator():
 @pytest.mark.parametrize("file", sorted(STUDIES.glob("*.yaml")), ids=lambda file: file.stem)
 def test_the_studies_of_the_repository_pass_schema_and_checks(validator, file):
     validator.validate(yaml.safe_load(file.read_text()))
+    if "kind: measured" in file.read_text():
+        pytest.importorskip("SurfaceTopography", reason="needs the extra surfaces")
     assert load_study(file).cases()
 
 
