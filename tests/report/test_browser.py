@@ -196,14 +196,14 @@ def test_the_table_sorts_by_any_column(opened: Browser) -> None:
         ".map((row) => row.cells[6].dataset.value).filter(Boolean).map(Number)"
     )
     before = opened.ask(script)
-    half_width = opened.find("#case-table thead tr:nth-child(2) th:nth-child(2) button")
-    half_width.click()
+    depth = opened.find("#case-table thead th:nth-child(7) button")
+    depth.click()
     values = opened.ask(script)
     assert values == sorted(before) != before
     assert len(values) == 11
     assert opened.texts("#case-table tbody tr:last-child td:nth-child(7)") == ["–"]
-    half_width.click()
-    assert opened.find("[aria-sort=descending]").text.startswith("last")
+    depth.click()
+    assert opened.find("[aria-sort=descending]").text.startswith("Maximum")
     assert opened.texts(numbers) != [str(n) for n in range(1, 17)]
 
 
@@ -358,3 +358,26 @@ def test_one_case_needs_no_choice(browser: Browser, finished, tmp_path: Path) ->
     assert not browser.find("#compare").is_displayed()
     assert browser.curve("a pressure").max() > 0.0
     assert browser.errors() == []
+
+
+def test_every_state_has_an_address_that_brings_it_back(opened, browser, file):
+    opened.choose("a", **CASE)
+    opened.move(2)
+    address = opened.ask("return location.hash")
+    assert address.endswith("&cycle=10")
+    expected = opened.curve("a pressure")
+    browser.driver.get("about:blank")
+    browser.driver.get(file.as_uri() + address)
+    browser.wait("return document.documentElement.dataset.explorer === 'ready'")
+    assert browser.find("#cycle-shown").text == "10"
+    np.testing.assert_allclose(browser.curve("a pressure"), expected)
+
+
+@pytest.mark.parametrize("size", [(1400, 900), (390, 844)])
+def test_the_page_does_not_scroll_sideways_and_begins_with_the_answer(browser, file, size):
+    browser.open(file, size=size)
+    assert browser.ask("return document.documentElement.scrollWidth") <= size[0]
+    bottom = "return document.querySelectorAll('.answers > div')[arguments[0]]"
+    bottom += ".getBoundingClientRect().bottom"
+    # All of it on a laptop; on a phone what is most asked for.
+    assert browser.ask(bottom, 5 if size[0] > 1000 else 1) <= size[1]
