@@ -1,8 +1,8 @@
 """Sphinx extension: the gallery, from the scripts that draw its figures.
 
 Each script in ``docs/gallery/`` begins with a docstring, of which the first line becomes the title,
-and leaves its figure under the name ``figure``, or saves a moving one as a GIF. The study that they
-read is run first.
+and leaves its figure under the name ``figure``, or saves a moving one as a GIF. The studies that
+they read, the YAML files beside them, are run first.
 """
 
 from __future__ import annotations
@@ -33,7 +33,9 @@ def run_study(file: Path, results: Path) -> None:
     study = load_study(file)
     for case_id, case in study.cases().items():
         result = run(case)
-        write_case(result.dataset, result.history, results / "cases" / f"{case_id}.nc")
+        write_case(
+            result.dataset, result.history, results / "cases" / f"{case_id}.nc", result.loops
+        )
     merge_study(study, results / "cases", results / "summary.nc")
 
 
@@ -83,7 +85,8 @@ def write_all(source: Path, *, with_pictures: bool) -> None:
     if not with_pictures:
         return
     with tempfile.TemporaryDirectory() as place:
-        run_study(source / "gallery" / "gallery.yaml", Path(place, "results", "gallery"))
+        for study in sorted((source / "gallery").glob("*.yaml")):
+            run_study(study, Path(place, "results", study.stem))
         for script in scripts:
             logger.info("drawing %s", script.name)
             draw(script, Path(place), folder)

@@ -1,4 +1,4 @@
-"""Every script of the gallery runs as it stands, in a folder with the results of its study."""
+"""Every script of the gallery runs as it stands, in a folder with the results of its studies."""
 
 import ast
 from pathlib import Path
@@ -20,11 +20,10 @@ MOST_LINES = 20
 
 @pytest.fixture(scope="session")
 def folder(tmp_path_factory):
-    """A folder in which the study of the gallery has been run."""
+    """A folder in which the studies of the gallery have been run."""
     folder = tmp_path_factory.mktemp("gallery")
-    results = folder / "results" / "gallery"
-    study = load_study(GALLERY / "gallery.yaml")
-    run_study(study, results)
+    for file in GALLERY.glob("*.yaml"):
+        run_study(load_study(file), folder / "results" / file.stem)
     return folder
 
 

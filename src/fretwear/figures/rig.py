@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from fretwear.data.dataset import mirrored
 from fretwear.figures.style import JournalFigure, sequential_colours, styled
 from fretwear.study.parameters import parameter
 from fretwear.units import FORCE, MICROMETRE, cycle_text, readable_unit, with_unit
@@ -21,7 +22,9 @@ _REGIMES = {
     "mixed": ("D", "#e69f00"),
     "gross slip": ("s", "#d55e00"),
 }
-_SIZES = (15.0, 200.0)
+_LARGEST, _SMALLEST = 14.0, 2.5
+_APART = 0.7
+"""Widest dot over the distance of neighbours, of which diamonds touch."""
 
 
 @styled
@@ -50,6 +53,7 @@ def fretting_loops(loops: xr.Dataset, cycles: Sequence[int] | None = None) -> Fi
         axes.plot(MICROMETRE.of(way[row]), unit.of(force[row]), color=color, label=label)
     axes.axhline(0.0, color="0.7", linewidth=0.5, zorder=0)
     axes.axvline(0.0, color="0.7", linewidth=0.5, zorder=0)
+    axes.margins(x=0.03)
     axes.set(xlabel=f"{LOOP[1].label} (µm)", ylabel=f"{known.label} ({unit.name})")
     axes.legend(title="Cycle", loc="upper left", bbox_to_anchor=(1.0, 1.0))
     return figure
@@ -58,6 +62,8 @@ def fretting_loops(loops: xr.Dataset, cycles: Sequence[int] | None = None) -> Fi
 @styled
 def scars(dataset: xr.Dataset, cycle: int | None = None) -> Figure:
     """Draw the wear of both bodies along x: the indenter's upward, the flat's downward.
+
+    The scar is that of the whole contact, as a profilometer crosses it.
 
     Parameters
     ----------
@@ -79,7 +85,8 @@ def scars(dataset: xr.Dataset, cycle: int | None = None) -> Figure:
         raise ValueError(
             "the wear of each body is not known: give wear_coefficient as [indenter, flat]"
         )
-    state = dataset.isel(cycle=-1) if cycle is None else dataset.sel(cycle=cycle)
+    depths = dataset[[field.name for field in BODY_FIELDS]]
+    state = mirrored(depths.isel(cycle=-1) if cycle is None else depths.sel(cycle=cycle))
     line = state if "y" not in state.dims else state.isel(y=int(np.abs(state.y.values).argmin()))
     figure: Figure = JournalFigure(1, 66.0)
     axes = figure.subplots()
@@ -100,9 +107,10 @@ def has_fretting_map(summary: xr.Dataset) -> bool:
 
 @styled
 def fretting_map(summary: xr.Dataset) -> Figure:
-    """Draw the regime of sliding over load and displacement, the wear volume as the size of dots.
+    """Draw the regime of sliding over load and displacement; dots grow with the wear volume.
 
-    Slip that is partial in some snapshots and gross in others is mixed.
+    Slip that is partial in some snapshots and gross in others is mixed. The width of a dot is in
+    proportion to the cube root of the wear volume.
 
     Parameters
     ----------
@@ -122,26 +130,42 @@ def fretting_map(summary: xr.Dataset) -> Figure:
     unit = readable_unit(volume, "m3")
     about = parameter(across)
     way, load = np.meshgrid(shown[across].values / about.unit.size, shown["load"].values)
-    sizes = np.interp(np.sqrt(volume / np.nanmax(volume)), (0.0, 1.0), _SIZES)
     figure: Figure = JournalFigure(1, 66.0)
     axes = figure.subplots()
     kinds = np.where(gross == 0.0, "partial slip", np.where(gross == 1.0, "gross slip", "mixed"))
+    dots = {}
     for regime, (marker, color) in _REGIMES.items():
         here = (kinds == regime) & np.isfinite(gross)
-        axes.scatter(
-            way[here], load[here], sizes[here], color=color, marker=marker, alpha=0.8, label=regime
-        )
+        if here.any():
+            dots[regime] = (
+                here,
+                axes.scatter(
+                    way[here], load[here], color=color, marker=marker, linewidths=0.0, label=regime
+                ),
+            )
     axes.set(xscale="log", yscale="log")
     for axis, values in ((axes.xaxis, way[0]), (axes.yaxis, load[:, 0])):
         axis.set_ticks(values, [f"{value:g}" for value in values])
         axis.set_ticks([], minor=True)
     name = f" ({about.unit.name})" if about.unit.name else ""
     axes.set(xlabel=f"{about.words.capitalize()}{name}", ylabel=f"Normal load ({FORCE.typed})")
-    axes.margins(0.1)
+    axes.margins(0.12)
     key = axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), title="Regime")
     for handle in key.legend_handles:
         handle.set_sizes([30.0])  # type: ignore[union-attr]
-    largest = with_unit(f"{unit.of(float(np.nanmax(volume))):.3g}", unit)
-    note = f"largest dot: {RESULTS['wear_volume'].words} {largest}"
+    greatest = float(np.nanmax(volume))
+    largest = with_unit(f"{unit.of(greatest):.3g}", unit)
+    note = f"width of dots: cube root of {RESULTS['wear_volume'].words}, largest {largest}"
     axes.set_title(note, fontsize="small", loc="left")
+    # How far apart neighbours are is known when the axes have their place.
+    figure.draw_without_rendering()
+    places = [
+        axes.transData.transform(np.stack(line, axis=-1)) * 72.0 / figure.dpi
+        for line in ((way[0], load[0]), (way[:, 0], load[:, 0]))
+    ]
+    steps = [np.diff(places[0][:, 0]), np.diff(places[1][:, 1])]
+    widest = min([_LARGEST, *(_APART * float(np.abs(each).min()) for each in steps if each.size)])
+    widths = np.maximum(widest * np.cbrt(volume / greatest), _SMALLEST)
+    for here, collection in dots.values():
+        collection.set_sizes(widths[here] ** 2)
     return figure
