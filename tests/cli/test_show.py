@@ -52,6 +52,27 @@ def test_a_script_gets_the_case_as_json_in_si_units(desk, case_file):
         assert seen["unworn"]["contact_half_width_x"] == float(case["hertz_radius"])
 
 
+def test_show_tells_the_forces_that_come_out_of_a_rig(desk, content):
+    content["base"] |= {
+        "displacement_ratio": 0.7,
+        "rig_stiffness": "28 N/um",
+        "friction": {"cycles": [0, 50], "values": [0.4, 0.6]},
+    }
+    del content["base"]["tangential_ratio"]
+    desk.write(content)
+    assert desk.call("run", "tiny.yaml", "--set", "load=50 N", "-o", "rig.nc").exit_code == 0
+    seen = json.loads(desk.call("show", "rig.nc", "--json").stdout)
+    first, last = (seen["results"]["tangential_force"]["values"][row] for row in (0, -1))
+    assert 0.0 < first < 0.4 * 50.0
+    assert first < last < 0.6 * 50.0
+    assert 0.0 < seen["results"]["sliding_ratio"]["values"][0] < 0.2
+    # The closed forms are those of the friction of cycle 0.
+    closed = seen["unworn"]["tangential_displacement"]
+    assert seen["results"]["tangential_displacement"]["values"][0] == pytest.approx(
+        closed, rel=0.01
+    )
+
+
 @pytest.fixture
 def merged(desk, content):
     """A merged study of two loads and two lengths, of which one case is missing."""

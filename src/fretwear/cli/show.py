@@ -7,6 +7,7 @@ import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -46,6 +47,8 @@ _CASE_RESULTS = (
     "central_pressure",
     "peak_pressure",
 )
+# Forces that come out, told where the parameter of the name is not given.
+_FORCES = {"load": ("normal_force",), "tangential_load": ("tangential_force", "sliding_ratio")}
 _STUDY_RESULTS = HEADLINES[:4]
 _MARK = "† Of a single cell: at an edge of elastic bodies it grows with a finer grid, without end."
 _BOTH = "Draw both over each other, to this file: .png, .svg or .pdf."
@@ -105,7 +108,9 @@ def compare(
 
 def case_content(case: xr.Dataset, history: xr.Dataset) -> dict[str, Any]:
     """Return what there is to tell of a case, in SI units; what is not finite is None."""
-    results = {name: case[name] for name in _CASE_RESULTS if name in case}
+    forces = (found for given, found in _FORCES.items() if given not in case.coords)
+    names = (*_CASE_RESULTS, *chain.from_iterable(forces))
+    results = {name: case[name] for name in names if name in case}
     return {
         "case_id": case.attrs["case_id"],
         "code_digest": case.attrs.get("code_digest"),
@@ -264,7 +269,7 @@ def _unworn(dataset: xr.Dataset) -> dict[str, float]:
         case = Case(**json.loads(dataset.attrs["parameters"]))
     except (TypeError, ValueError):  # of another version of the program
         return {}
-    hertz, friction, coupling = case.hertz, case.friction, case.coupling
+    hertz, friction, coupling = case.hertz, case.friction_law.coefficient, case.coupling
     found = {
         "contact_area": hertz.load / hertz.mean_pressure,
         "central_pressure": hertz.peak_pressure,

@@ -64,6 +64,8 @@ class CaseRecord:
         Case id, and the version of the program that wrote the file.
     parameters : mapping of str to float
         Parameters by name, those that are numbers.
+    friction_changes : bool
+        Whether friction may be another one in later cycles.
     x : array of shape (n,)
         Cell centres, to a little beyond the largest contact.
     cycles : array of shape (k,)
@@ -85,6 +87,7 @@ class CaseRecord:
     id: str
     source: str
     parameters: Mapping[str, float]
+    friction_changes: bool
     x: Array
     cycles: Array
     profiles: Mapping[str, Array]
@@ -141,6 +144,7 @@ def read_case(path: Path, *, examine: bool = True) -> CaseRecord:
             id=file.attribute("case_id"),
             source=file.attribute("source"),
             parameters=parameters,
+            friction_changes=bool({"friction_over_cycles", "blocks"} & {*file.file.variables}),
             x=x[inside],
             cycles=cycles[kept],
             states=profiles.pop("contact_state").astype(np.int8),

@@ -202,7 +202,7 @@ def _packed(record: CaseRecord, units: Mapping[str, Unit]) -> dict[str, Any]:
     steps = evenly(record.history[CYCLE.name].size, _MOST_STEPS)
     return {
         "id": record.id,
-        "friction": record.parameters["friction"],
+        "friction": None if record.friction_changes else record.parameters["friction"],
         "x": [float(x[0]), spacing, x.size],
         "cycles": record.cycles.tolist(),
         "states": [run_lengths(row) for row in record.states],

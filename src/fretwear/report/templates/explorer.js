@@ -205,7 +205,7 @@
           const quiet = { hoverinfo: "skip" };
           const dotted = { color: colors.muted, width: 1, dash: "1px,2.5px" };
           line(`${name} first`, one.data.profile(name, 0), dotted, quiet);
-          if (name === "shear_traction") {
+          if (name === "shear_traction" && one.data.friction !== null) {
             const limit = one.data.profile("pressure", one.snapshot).map((p) => p * one.data.friction);
             line("limit", limit, { color: colors.muted, width: 1 }, quiet);
           }
