@@ -12,7 +12,7 @@ from __future__ import annotations
 import difflib
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from decimal import Decimal
 from functools import lru_cache
@@ -477,3 +477,10 @@ def size_text(number: float) -> str:
     if number < 1e6:
         return f"{number / 1e3:.0f} kB"
     return f"{number / 1e6:.0f} MB" if number < 1e9 else f"{number / 1e9:.1f} GB"
+
+
+def span(values: Iterable[float], text: Callable[[float], str]) -> str:
+    """Return the smallest and the largest of some values as text, once if they read the same."""
+    known = list(values)
+    low, high = text(min(known)), text(max(known))
+    return low if low == high else f"{low} to {high}"

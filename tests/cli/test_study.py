@@ -19,11 +19,12 @@ HEAVY = ("scipy.fft", "xarray", "netCDF4", "matplotlib")
 def test_a_plan_lists_every_point_and_the_total(desk):
     result = desk.call("plan", "tiny.yaml")
     assert result.exit_code == 0
-    header, *points, empty, total = result.stdout.splitlines()
+    header, *points, empty, wear, total = result.stdout.splitlines()
     assert header.split() == ["id", "load", "cells", "time", "memory"]
     assert [line.split()[0][:4] for line in points] == ["P25N", "P50N"]
     assert points[0].split()[1:3] == ["25", "N"]
     assert empty == ""
+    assert wear == "Wear coefficient per load and path: 0.0007 mm³/(N m)."
     assert total.startswith("2 points, 2 cases in 2 jobs: about ")
     assert desk.files() == ["tiny.yaml"]
 
@@ -53,14 +54,14 @@ def test_a_wide_plan_is_not_cut_where_no_terminal_shows_it(desk, content):
     content["base"]["cell"] = "2 um"
     desk.write(content)
     lines = desk.call("plan", "tiny.yaml").stdout.splitlines()
-    assert len(lines) == 1 + 32 + 2
-    assert all(line.endswith("MB") for line in lines[1:-2])
+    assert len(lines) == 1 + 32 + 3
+    assert all(line.endswith("MB") for line in lines[1:-3])
 
 
 def test_a_huge_plan_shows_both_ends_and_the_total_unless_all_is_asked_for(desk, content):
     content["vary"] = {"load": [f"{load} N" for load in range(20, 321)]}
     desk.write(content)
-    header, *lines, empty, total = desk.call("plan", "tiny.yaml").stdout.splitlines()
+    header, *lines, empty, _, total = desk.call("plan", "tiny.yaml").stdout.splitlines()
     ids = [point.id for point in load_study(desk.folder / "tiny.yaml").points()]
     shown = [line.split()[0] for line in lines]
     assert shown == [*ids[:20], "...", *ids[-20:]]
@@ -68,7 +69,7 @@ def test_a_huge_plan_shows_both_ends_and_the_total_unless_all_is_asked_for(desk,
     assert (header.split()[0], empty) == ("id", "")
     assert total.startswith("301 points, 301 cases in 16 jobs: ")
     every = desk.call("plan", "tiny.yaml", "--all").stdout.splitlines()
-    assert [line.split()[0] for line in every[1:-2]] == ids
+    assert [line.split()[0] for line in every[1:-3]] == ids
 
 
 def test_a_plan_warns_beside_the_table_of_what_will_go_wrong(desk, content):

@@ -70,7 +70,10 @@ def plan(
     planned = replace(planned, speed=machine_speed(planned.estimates.values()))
     for line in _table(planned, every):
         say(line)
-    say(f"\n{_total(planned)}")
+    say("")
+    for words, text in planned.derived():
+        say(f"{words[0].upper()}{words[1:]}: {text}.")
+    say(_total(planned))
     for warning in machine_warnings(planned):
         typer.echo(f"\nfretwear: warning: {warning}", err=True)
 

@@ -19,9 +19,8 @@ from fretwear.data.sensitivity import (
     result_indices,
     unit_points,
 )
-from fretwear.report.results import span
 from fretwear.study.parameters import parameter, value_text
-from fretwear.units import fixed_digits, number_text, readable_unit, with_unit
+from fretwear.units import fixed_digits, number_text, readable_unit, span, with_unit
 from fretwear.vocabulary import HEADLINES, RESULTS, Variable
 
 _UNCHANGED = 5e-3

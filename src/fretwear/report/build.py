@@ -28,17 +28,15 @@ from fretwear.report.results import (
     display_units,
     levels_of,
     point_results,
-    span,
     variable_of,
 )
 from fretwear.running.records import failures, log_end, spent_on_simulations
 from fretwear.study.parameters import parameter, value_text
 from fretwear.study.plan import Plan
 from fretwear.study.problems import StudyError
-from fretwear.study.rules import dundurs_beta
 from fretwear.study.study import Study
 from fretwear.study.yamlfile import read_document
-from fretwear.units import cycle_text, duration_text, fixed_digits, number_text, size_text
+from fretwear.units import cycle_text, duration_text, fixed_digits, size_text, span
 from fretwear.vocabulary import PointStatus
 
 _MOST_ROWS = 2000
@@ -214,15 +212,7 @@ def parameter_rows(plan: Plan) -> list[ParameterRow]:
     for name, known in values.items():
         if name not in left_out:
             rows.append(ParameterRow(name, parameter(name).words, _listed(name, known)))
-    derived = []
-    if wear := [case.wear_law for case in cases if hasattr(case.wear_law, "wear_coefficient")]:
-        coefficients = [each.wear_coefficient for each in wear]
-        totals = [sum(each) if isinstance(each, tuple) else each for each in coefficients]
-        text = span(totals, lambda value: number_text(1e9 * value, 4))
-        derived.append(ParameterRow("", "wear coefficient per load and path", f"{text} mm³/(N m)"))
-    if any(betas := [dundurs_beta(case) for case in cases]):
-        text = span(betas, lambda value: number_text(value, 2))
-        derived.append(ParameterRow("", "Dundurs' β of the two materials", text))
+    derived = [ParameterRow("", words, text) for words, text in plan.derived()]
     stick = _listed("hertz_radius", [case.stick_radius for case in cases])
     return [*rows, *derived, ParameterRow("", "stick radius of the smooth elastic sphere", stick)]
 

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from fretwear.data.files import HISTORY_GROUP, CaseFile, opened_case
 from fretwear.figures.datasets import representative_cycles
-from fretwear.report.results import span
-from fretwear.units import MICROMETRE, number_text
+from fretwear.units import MICROMETRE, number_text, span
 from fretwear.vocabulary import CONVOLUTIONS, CYCLE, ERROR_ESTIMATE, HEADLINES, SYMMETRIES
 
 Array = NDArray[np.float64]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import NamedTuple
@@ -130,13 +130,6 @@ def levels_of(axis: Axis) -> list[Level]:
         # JavaScript does not read inf.
         levels.append(Level(*texts, min(float(value if is_number else place), _LARGEST)))
     return levels
-
-
-def span(values: Iterable[float], text: Callable[[float], str]) -> str:
-    """Return the smallest and the largest of some values as text, once if they read the same."""
-    known = list(values)
-    low, high = text(min(known)), text(max(known))
-    return low if low == high else f"{low} to {high}"
 
 
 def display_units(results: Sequence[PointResult]) -> dict[str, Unit]:

@@ -9,12 +9,13 @@ from functools import cached_property
 from pathlib import Path
 from typing import IO
 
+from fretwear.mechanics.wear_laws import Archard
 from fretwear.study.cost import Estimate
 from fretwear.study.points import Point
-from fretwear.study.rules import Doubt, doubts
+from fretwear.study.rules import Doubt, doubts, dundurs_beta
 from fretwear.study.study import Study
 from fretwear.study.tree import coordinate
-from fretwear.units import duration_text, size_text
+from fretwear.units import duration_text, number_text, size_text, span
 
 
 @dataclass(frozen=True)
@@ -55,6 +56,17 @@ class Plan:
     def file_bytes(self) -> int:
         """Size of all case files."""
         return sum(found.file_bytes for found in self.estimates.values())
+
+    def derived(self) -> Iterator[tuple[str, str]]:
+        """Iterate over what a study is known by besides its parameters: words and value."""
+        cases = self.study.cases().values()
+        # Of [indenter, flat], what both lose together.
+        archard = [case for case in cases if isinstance(case.wear_law, Archard)]
+        if wear := [case.wear_law.coefficient(case.friction_law) for case in archard]:
+            text = span(wear, lambda value: number_text(1e9 * value, 4))
+            yield "wear coefficient per load and path", f"{text} mm³/(N m)"
+        if any(betas := [dundurs_beta(case) for case in cases]):
+            yield "Dundurs' β of the two materials", span(betas, lambda beta: number_text(beta, 2))
 
     def header(self) -> tuple[str, ...]:
         """Return the titles of the columns of `rows`."""
