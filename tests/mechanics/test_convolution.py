@@ -53,6 +53,7 @@ def test_cosine_transforms_are_their_definitions_along_the_axes_given(kind, matr
 def test_a_transform_into_another_field_leaves_its_own_as_it_was(kind, matrix):
     source, target = field((9, 10)), np.full((9, 10), np.nan)
     result = dct(kind, source, (1,), into=target)
+    assert result is target
     np.testing.assert_array_equal(source, field((9, 10)))
     np.testing.assert_allclose(result, source @ matrix(10).T, atol=1e-13)
 

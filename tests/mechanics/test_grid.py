@@ -58,6 +58,13 @@ def test_influence_coefficient_is_the_integral_of_the_point_force(offset: tuple[
     assert coefficients[offset] == near(integral / (np.pi * MODULUS), rel=1e-8)
 
 
+@pytest.fixture(params=["as installed", "scipy"])
+def _library(request, monkeypatch):
+    if request.param == "scipy":
+        monkeypatch.setattr(convolution, "ducc0", None)
+
+
+@pytest.mark.usefixtures("_library")
 @pytest.mark.parametrize("even", EVEN)
 @pytest.mark.parametrize("shape", [(18, 12), (16, 10)])
 def test_part_and_whole_half_space_agree(shape: tuple[int, int], even: Even):
@@ -69,11 +76,9 @@ def test_part_and_whole_half_space_agree(shape: tuple[int, int], even: Even):
     assert part.self_influence == near(whole.self_influence, rel=1e-14)
 
 
-@pytest.mark.parametrize("library", ["as installed", "scipy"])
+@pytest.mark.usefixtures("_library")
 @pytest.mark.parametrize("shape", [(8, 10), (6, 14)])
-def test_whole_half_space_is_the_dense_product(shape: tuple[int, int], library, monkeypatch):
-    if library == "scipy":
-        monkeypatch.setattr(convolution, "ducc0", None)
+def test_whole_half_space_is_the_dense_product(shape: tuple[int, int]):
     window = Grid(shape, SPACING, (False, False))
     pressure = noise(shape)
     expected = oracles.influence_matrix(window, MODULUS) @ pressure.ravel()

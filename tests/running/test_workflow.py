@@ -202,7 +202,7 @@ def test_the_report_of_the_workflow_itself_holds_the_figures_with_their_captions
     copy.snakemake("--report", "workflow.html", status=0)
     page = (copy.folder / "workflow.html").read_text(encoding="utf-8")
     figures = json.loads((copy.results / "figures/index.json").read_text(encoding="utf-8"))
-    assert len(figures) == 10
+    assert len(figures) == 11
     for figure in figures:
         assert f'"figure": "{figure["name"]}"' in page
         assert f'"{figure["category"]}"' in page

@@ -29,7 +29,6 @@ from typing import Any, Generic
 
 import numpy as np
 import scipy.fft
-from numpy.typing import NDArray
 
 from fretwear.mechanics.geometry import Array, Even, Real, Single
 from fretwear.mechanics.kernels import blocks_of_rows
@@ -276,17 +275,19 @@ def dct(
 
     Returns
     -------
-    The result. It lies in the field's place or in the room given; scipy.fft makes room of its own.
+    The result, which lies in the field's place or in the room given.
     """
+    target = field if into is None else into
     if ducc0 is not None:
-        target = field if into is None else into
         ducc0.fft.dct(field, axes=axes, type=kind, out=target, nthreads=workers)
         return target
-    in_place = into is None
-    result: Real = scipy.fft.dctn(
-        field, type=kind, axes=axes, overwrite_x=in_place, workers=workers
+    result = scipy.fft.dctn(
+        field, type=kind, axes=axes, overwrite_x=target is field, workers=workers
     )
-    return _put(result, field) if in_place else result
+    # It may have been made in the place of the field.
+    if not np.may_share_memory(result, target):
+        target[...] = result
+    return target
 
 
 def hartley(field: Real, axis: int, workers: int = 1, into: Real | None = None) -> Real:
@@ -300,11 +301,4 @@ def hartley(field: Real, axis: int, workers: int = 1, into: Real | None = None) 
         return target
     spectrum = scipy.fft.fft(field, axis=axis, workers=workers)
     np.add(spectrum.real, spectrum.imag, out=target)
-    return target
-
-
-def _put(result: NDArray[Any], target: NDArray[Any]) -> Any:
-    """Copy a result to where it belongs, unless it was made there."""
-    if not np.may_share_memory(result, target):
-        target[...] = result
     return target
