@@ -60,7 +60,14 @@ def calls(f: Fields) -> dict:
         "project_mean": lambda: (0.3, f.inside(), f.single()),
         "blend": lambda: (f.single(), part.single(), part.single(), corner, f.single(), f.single()),
         "blend one": lambda: (f.single(), None, None, (0, 0), f.single(), f.single()),
+        "update_direction": lambda: (0.7, f.single(), f.single()),
+        "add_layer": lambda: (f.single(), f.single(), f.single()),
+        "add_layer without a layer": lambda: (None, f.single(), f.single()),
         "advance": lambda: (0.7, *(f.single() for _ in range(5))),
+        "recover_displacement": lambda: (f.single(), f.single(), f.single(), 0.3, f.single()),
+        "recover_displacement without a layer": lambda: (
+            f.single(), None, f.single(), 0.3, f.single(),
+        ),
         "evaluate": lambda: (*_gaps(f, f.pressure(), 1.0), 0.1, f.double(), f.mask()),
         "evaluate elastic": lambda: (
             *_gaps(f, f.pressure() + 0.1, np.inf), 0.1, f.double(), f.mask(),
@@ -71,6 +78,11 @@ def calls(f: Fields) -> dict:
         ),
         "scale_step": lambda: (
             f.pressure(), f.double(), f.single(), 0.3, f.single(), 0.01, f.double(),
+        ),
+        "descent": lambda: (f.double(), f.double()),
+        "move": lambda: (
+            0.8, f.double(), 1.0, f.single(), 0.3, 0.1, f.double(), f.pressure(), f.double(),
+            f.double(),
         ),
         "scale_and_clip": lambda: (1.3, 1.0, 1.0, None, f.pressure()),
         "scale_and_clip weighted": lambda: (0.7, 1.0, 0.9, f.positive(), f.pressure()),
@@ -154,7 +166,8 @@ def test_a_compiled_pass_does_what_numpy_does(variant, shape):
         if isinstance(was, np.ndarray):
             changed += not np.array_equal(one, was)
     # Nothing but what a kernel is to change has changed.
-    writes = {"advance": 2, "evaluate": 2, "inner": 0, "total": 0}
+    writes = {"advance": 2, "move": 3, "evaluate": 2}
+    writes |= dict.fromkeys(("inner", "total", "descent"), 0)
     assert changed <= writes.get(name, 1)
 
 
@@ -179,6 +192,10 @@ def test_fields_to_be_read_may_lie_as_they_like():
     wide[:, ::2] = field
     for same in (np.asfortranarray(field), wide[:, ::2], np.broadcast_to(field, (6, 9))):
         assert compiled.inner(same, other) == pytest.approx(expected, rel=1e-14)
+    whole = f.single().round()
+    assert compiled.descent(field, whole) == pytest.approx(
+        kernels.IN_NUMPY["descent"](field, whole)
+    )
     for wrong in (f.double(), "field", None, np.zeros(3, np.float32)):
         with pytest.raises(TypeError):
             compiled.total(wrong)
@@ -188,15 +205,15 @@ def test_fields_to_be_written_are_taken_as_they_are_or_not_at_all():
     f = Fields((6, 9))
     field, other = f.double(), f.double()
     step = f.single()
-    compiled.project_mean(0.5, f.inside(), step)
+    compiled.update_direction(0.5, f.single(), step)
     for wrong in (step.astype(np.float64), step[:, ::2], np.asfortranarray(step), step.ravel()):
         kept = wrong.copy()
         with pytest.raises(TypeError):
-            compiled.project_mean(0.5, f.inside(), wrong)
+            compiled.update_direction(0.5, f.single(), wrong)
         np.testing.assert_array_equal(wrong, kept)
     step.flags.writeable = False
     with pytest.raises(TypeError):
-        compiled.project_mean(0.5, f.inside(), step)
+        compiled.update_direction(0.5, f.single(), step)
     with pytest.raises(ValueError, match="one shape"):
         compiled.inner(field, np.ascontiguousarray(other[:5]))
     for corner in ((-1, 0), (0, -1), (4, 0), (0, 7)):

@@ -208,10 +208,9 @@ class ActiveSet:
         step -= self.pressure
         moved, unit = self.problem.half_space.relative_displacement(step)
         self.convolutions += 1
-        descent = self.problem.weighted(self.gap) * step
-        slope, largest = float(descent.sum()), float(np.abs(moved).max()) * unit
-        leads_downhill = -slope > _STEEP * float(np.abs(descent).sum())
-        return _Segment(step, slope, moved, unit, 0.0, largest), leads_downhill
+        slope, magnitudes = kernels.descent(self.problem.weighted(self.gap), step)
+        largest = float(np.abs(moved).max()) * unit
+        return _Segment(step, slope, moved, unit, 0.0, largest), -slope > _STEEP * magnitudes
 
     def _search(self, segment: _Segment) -> None:
         """Go along a feasible segment: all the way, or to its lowest energy if that overshoots."""
@@ -244,12 +243,18 @@ class ActiveSet:
     def _move(self, segment: _Segment, fraction: float) -> None:
         """Go on by a fraction of a segment."""
         problem = self.problem
-        self.pressure += fraction * segment.step
-        # Rounding must not lead beyond the bounds.
-        np.clip(self.pressure, 0.0, problem.limit, out=self.pressure)
-        self.displacement += np.multiply(segment.moved, fraction * segment.unit, dtype=np.float64)
-        self.displacement += fraction * segment.offset
-        np.add(self.displacement, problem.shape, out=self.separation)
+        kernels.move(
+            fraction,
+            segment.step,
+            problem.limit,
+            segment.moved,
+            segment.unit,
+            segment.offset,
+            problem.shape,
+            self.pressure,
+            self.displacement,
+            self.separation,
+        )
         if problem.layer is not None:
             problem.layer.add_displacement(self.pressure, self.separation)
 

@@ -232,6 +232,11 @@ class Convolution(Generic[Real]):
 
     def _divided(self, inverse_spectrum: Sequence[Real], field: Real) -> Real:
         """Periodic convolution with the field of a spectrum, on the window without padding."""
+        if self._even == (True, True):
+            dct(2, field, (0, 1), self._workers)
+            field *= inverse_spectrum[0]
+            dct(3, field, (0, 1), self._workers)
+            return field
         self._x.forward(field)
         self._y.forward(field)
         for rows, spectrum in zip(self._row_views(field), inverse_spectrum, strict=True):

@@ -179,19 +179,14 @@ class GridFreeCells:
             preconditioned, energy = self.apply_preconditioner(left)
             if not energy > 0:
                 break
-            if direction is not None:
-                preconditioned += np.float32(energy / previous) * direction
-            direction = preconditioned
+            if direction is None:
+                direction = preconditioned
+            else:
+                kernels.update_direction(energy / previous, preconditioned, direction)
             force = self._convolve(direction)
             iterations += 1
-            if tangent is not None:
-                force += tangent * direction
-            length = energy / kernels.inner(direction, force)
+            length = energy / kernels.add_layer(tangent, direction, force)
             uniform = kernels.advance(length, direction, force, self.uniform, pressure, left)
         # What is left on other cells tells how far the step moves the surface there.
-        start -= left
-        start -= np.float32(alpha)
-        if tangent is not None:
-            start -= tangent * pressure
-        largest = max(float(start.max()), -float(start.min()))
-        return Step(pressure, start, largest, kernels.total(pressure), iterations)
+        largest = kernels.recover_displacement(start, tangent, pressure, alpha, left)
+        return Step(pressure, left, largest, kernels.total(pressure), iterations)

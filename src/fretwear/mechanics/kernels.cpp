@@ -198,6 +198,22 @@ static double blend(Field<const float> weight, const std::optional<Field<const f
     return result;
 }
 
+VECTORIZED static void update_direction(Index n, float factor, const float *RESTRICT field,
+                            float *RESTRICT direction) {
+#pragma omp simd
+    for (Index i = 0; i < n; i++) direction[i] = factor * direction[i] + field[i];
+}
+
+VECTORIZED static double add_layer(Index n, Maybe<float> tangent, const float *RESTRICT direction,
+                                   float *RESTRICT force) {
+    const float *RESTRICT layer = tangent.data;
+    if (!layer) return sum_of<float>(n, [=](Index i) { return direction[i] * force[i]; });
+    return sum_of<float>(n, [=](Index i) {
+        force[i] += layer[i] * direction[i];
+        return force[i] * direction[i];
+    });
+}
+
 VECTORIZED static double advance(Index n, float length, const float *RESTRICT direction,
                                  const float *RESTRICT force, const float *RESTRICT weight,
                                  float *RESTRICT pressure, float *RESTRICT residual) {
@@ -205,6 +221,28 @@ VECTORIZED static double advance(Index n, float length, const float *RESTRICT di
         pressure[i] += length * direction[i];
         residual[i] -= length * force[i];
         return residual[i] * weight[i];
+    });
+}
+
+template <class F>
+INLINED static float largest_of(Index n, F value) {
+    float largest = 0;
+#pragma omp simd reduction(max : largest)
+    for (Index i = 0; i < n; i++) {
+        const float magnitude = std::fabs(value(i));
+        largest = magnitude > largest ? magnitude : largest;
+    }
+    return largest;
+}
+
+VECTORIZED static float recover_displacement(Index n, const float *RESTRICT start,
+                                             Maybe<float> tangent, const float *RESTRICT pressure,
+                                             float shift, float *RESTRICT residual) {
+    const float *RESTRICT layer = tangent.data;
+    if (!layer)
+        return largest_of(n, [=](Index i) { return residual[i] = start[i] - residual[i] - shift; });
+    return largest_of(n, [=](Index i) {
+        return residual[i] = start[i] - residual[i] - shift - layer[i] * pressure[i];
     });
 }
 
@@ -311,6 +349,40 @@ VECTORIZED static std::tuple<double, double, double> scale_step(
     return {lowest, highest, along};
 }
 
+VECTORIZED static std::pair<double, double> descent(Index n, const double *RESTRICT gap,
+                                                    const double *RESTRICT step) {
+    double along = 0, magnitude = 0;
+    for (Index first = 0; first < n; first += BLOCK) {
+        const Index end = std::min(first + BLOCK, n);
+        double sum = 0, magnitudes = 0;
+#pragma omp simd reduction(+ : sum, magnitudes)
+        for (Index i = first; i < end; i++) {
+            const double product = gap[i] * step[i];
+            sum += product;
+            magnitudes += std::fabs(product);
+        }
+        along += sum;
+        magnitude += magnitudes;
+    }
+    return {along, magnitude};
+}
+
+VECTORIZED static void move(Index n, double fraction, const double *RESTRICT step, double limit,
+                            const float *RESTRICT moved, double unit, double offset,
+                            const double *RESTRICT shape, double *RESTRICT pressure,
+                            double *RESTRICT displacement, double *RESTRICT separation) {
+    const double part = fraction * unit, shift = fraction * offset;
+#pragma omp simd
+    for (Index i = 0; i < n; i++) {
+        double target = pressure[i] + fraction * step[i];
+        target = target < 0 ? 0 : target;
+        pressure[i] = target > limit ? limit : target;
+        const double value = displacement[i] + part * moved[i] + shift;
+        displacement[i] = value;
+        separation[i] = value + shape[i];
+    }
+}
+
 // The wear of a stage.
 
 constexpr double LARGEST_EXPONENT = 200.0;
@@ -414,10 +486,15 @@ PYBIND11_MODULE(compiled_kernels, module) {
     bind(module, "total", &total);
     bind(module, "project_mean", &project_mean);
     module.def("blend", &blend);
+    bind(module, "update_direction", &update_direction);
+    bind(module, "add_layer", &add_layer);
     bind(module, "advance", &advance);
+    bind(module, "recover_displacement", &recover_displacement);
     bind(module, "scale_and_clip", &scale_and_clip);
     bind(module, "evaluate", &evaluate);
     bind(module, "scale_step", &scale_step);
+    bind(module, "descent", &descent);
+    bind(module, "move", &move);
     bind(module, "wear", &wear);
     bind(module, "wear_slope", &wear_slope);
 }

@@ -69,6 +69,13 @@ def project_mean(shift: float, inside: Single, residual: Single) -> float:
     return inner(residual * inside, residual)
 
 
+def add_layer(tangent: Single | None, direction: Single, force: Single) -> float:
+    """Add tangent times direction to a force; the inner product of direction and force."""
+    if tangent is not None:
+        force += tangent * direction
+    return inner(direction, force)
+
+
 def advance(
     length: float,
     direction: Single,
@@ -105,6 +112,31 @@ def blend(
         (x, y), (nx, ny) = corner, inner_field.shape
         field[x : x + nx, y : y + ny] += inner_weight * inner_field
     return inner(residual, field)
+
+
+def update_direction(factor: float, field: Single, direction: Single) -> None:
+    """The next direction: ``field`` plus a multiple of the last one."""
+    direction *= np.float32(factor)
+    direction += field
+
+
+def recover_displacement(
+    start: Single, tangent: Single | None, pressure: Single, shift: float, residual: Single
+) -> float:
+    """Put the half-space's displacement of a pressure in the place of the residual it leaves.
+
+    Of ``start``, the residual before, the half-space took all but the residual, a shift and the
+    tangent's part.
+
+    Returns
+    -------
+    The largest magnitude of the displacement.
+    """
+    np.subtract(start, residual, out=residual)
+    residual -= np.float32(shift)
+    if tangent is not None:
+        residual -= tangent * pressure
+    return max(float(residual.max()), -float(residual.min()))
 
 
 # The active set.
@@ -185,6 +217,36 @@ def scale_step(
     return float(target.min()), float(target.max()), inner(step, gap)
 
 
+def descent(gap: Array, step: Array) -> tuple[float, float]:
+    """Inner products of gap and step, and of their magnitudes."""
+    product = gap * step
+    return float(product.sum()), float(np.abs(product).sum())
+
+
+def move(
+    fraction: float,
+    step: Array,
+    limit: float,
+    moved: Single,
+    unit: float,
+    offset: float,
+    shape: Array,
+    pressure: Array,
+    displacement: Array,
+    separation: Array,
+) -> None:
+    """Add a fraction of a step to a pressure, and what it moves to the displacement.
+
+    That is ``moved`` in some unit, plus an offset. Rounding does not lead beyond 0 and ``limit``.
+    The separation becomes displacement plus shape.
+    """
+    pressure += fraction * step
+    np.clip(pressure, 0.0, limit, out=pressure)
+    displacement += np.multiply(moved, fraction * unit, dtype=np.float64)
+    displacement += fraction * offset
+    np.add(displacement, shape, out=separation)
+
+
 # The wear of a stage, see `fretwear.mechanics.slip.WearLayer`; by blocks of rows, which stay in a
 # core's cache from one operation to the next.
 
@@ -260,8 +322,8 @@ def _exponent(pressure: Array, rate: float, known: Array) -> Array:
 IN_NUMPY = {
     each.__name__: each
     for each in (
-        inner, total, project_mean, blend, advance, scale_and_clip, evaluate, scale_step, wear,
-        wear_slope,
+        inner, total, project_mean, blend, update_direction, add_layer, advance,
+        recover_displacement, scale_and_clip, evaluate, scale_step, descent, move, wear, wear_slope,
     )
 }  # fmt: skip
 try:

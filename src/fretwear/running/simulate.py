@@ -6,6 +6,7 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import asdict, dataclass, field, replace
+from functools import cached_property
 from math import inf
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +18,7 @@ from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.line import Line
 from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.integrator import evolve
-from fretwear.mechanics.loop import loop
+from fretwear.mechanics.loop import loop, opening
 from fretwear.mechanics.measures import Measures, measure, sampled
 from fretwear.mechanics.state import State, WearProblem, in_contact
 from fretwear.mechanics.stroke import StrokeState, slide
@@ -94,7 +95,19 @@ class Result:
 
     dataset: xr.Dataset
     history: xr.Dataset
-    loops: xr.Dataset
+    _snapshots: Sequence[State | StrokeState]
+    _problem: WearProblem
+
+    @cached_property
+    def loops(self) -> xr.Dataset:
+        """The loops, computed when they are asked for: they take many contacts."""
+        from fretwear.data.dataset import loop_dataset
+
+        workspace = Workspace(self._problem)
+        loops = [loop(workspace, state) for state in self._snapshots]
+        curves = {name: np.array([getattr(each, name) for each in loops]) for name in _CURVES}
+        cycles = [state.cycle for state in self._snapshots]
+        return loop_dataset(cycles, curves, in_line=self._problem.indenter.is_line)
 
 
 def simulate(
@@ -216,7 +229,7 @@ def _steps(case: Case, problem: WearProblem, start: State | None) -> Iterator[St
 def _result(
     case: Case, record: RunRecord, problem: WearProblem, title: str, command: str
 ) -> Result:
-    from fretwear.data.dataset import case_dataset, history_dataset, loop_dataset
+    from fretwear.data.dataset import case_dataset, history_dataset
 
     columns = {name: np.array([row[name] for row in record.history]) for name in record.history[0]}
     steps_at = columns.pop("cycle")
@@ -230,12 +243,11 @@ def _result(
         columns = {name: columns[name] for name in columns if not name.endswith("_y")}
         symmetry = "even_x"
     workspace = Workspace(problem)
-    loops = [loop(workspace, state) for state in record.snapshots]
     scalars = {name: values[kept] for name, values in columns.items()}
     energy, force = scalars["dissipated_energy"], scalars["tangential_force"]
-    opening = np.array([each.opening for each in loops])
+    openings = np.array([opening(workspace, state) for state in record.snapshots])
     with np.errstate(invalid="ignore"):
-        scalars["sliding_criterion"] = np.nan_to_num(energy / (4.0 * opening * force))
+        scalars["sliding_criterion"] = np.nan_to_num(energy / (4.0 * openings * force))
     fields = _snapshot_fields(workspace, record.snapshots)
     if problem.wear_law.shares is not None:
         for body, share in zip(("indenter", "flat"), problem.wear_law.shares, strict=True):
@@ -254,8 +266,7 @@ def _result(
     variables = LINE_SCALARS if in_line else SCALARS
     spent = np.diff(convolutions, prepend=0)
     history = history_dataset(steps_at, columns, errors, spent, variables)
-    curves = {name: np.array([getattr(each, name) for each in loops]) for name in _CURVES}
-    return Result(dataset, history, loop_dataset(cycles, curves, in_line=in_line))
+    return Result(dataset, history, record.snapshots, problem)
 
 
 def wear_problem(
