@@ -39,7 +39,8 @@ def test_every_result_has_a_unit_for_people_on_lines_of_80(desk, case_file):
 
 def test_a_script_gets_the_case_as_json_in_si_units(desk, case_file):
     seen = json.loads(desk.call("show", case_file, "--json").stdout)
-    assert seen["parameters"]["load"] == {"value": 50.0, "units": "N"}
+    told = {"value": 50.0, "units": "N", "long_name": "normal load"}
+    assert seen["parameters"]["load"] == told
     assert seen["parameters"]["plastic_limit"]["value"] is None
     with fretwear.open_case(case_file) as case:
         assert seen["case_id"] == case.attrs["case_id"]

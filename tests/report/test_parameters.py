@@ -8,11 +8,13 @@ import xarray as xr
 import yaml
 
 from fretwear.data.files import open_case, open_history
-from fretwear.report.build import parameter_rows, study_text
+from fretwear.report.build import build_report, parameter_rows, study_text
 from fretwear.report.cases import PROFILES, computation_facts, read_case, residuals
 from fretwear.report.results import point_results
 from fretwear.study.plan import plan_study
 from fretwear.study.study import load_study
+
+from ..studies import base, run_study, write_study
 
 
 def test_varied_parameters_come_first_in_units_for_people(finished) -> None:
@@ -93,3 +95,25 @@ def test_the_study_file_is_shown_as_written_unless_it_was_changed(finished) -> N
     text = study_text(changed)
     assert yaml.safe_load(text)["base"]["tolerance"] in (0.02, "0.02")
     assert json.dumps(yaml.safe_load(text)) == json.dumps(changed.content)
+
+
+def test_the_texts_on_a_line_contact_with_debris_are_about_it(tmp_path: Path) -> None:
+    given = base(debris_fraction=0.5, load="20 N/mm", radius=None, cycles=20)
+    given["indenter"] = {"kind": "cylinder", "radius": "6 mm"}
+    study = load_study(write_study(tmp_path / "line.yaml", {"title": "Line", "base": given}))
+    run_study(study, tmp_path)
+    plan = plan_study(study)
+    words = {row.name: row.words for row in parameter_rows(plan)}
+    assert words["hertz_radius"] == "Hertz contact half-width"
+    with open_case(next((tmp_path / "cases").glob("*.nc"))) as case:
+        assert "cell_y" not in case.coords
+        assert case["hertz_radius"].attrs["long_name"] == words["hertz_radius"]
+    (tmp_path / "figures").mkdir()
+    (tmp_path / "figures" / "index.json").write_text("[]", encoding="utf-8")
+    with xr.open_dataset(tmp_path / "summary.nc") as summary:
+        page = build_report(plan, summary, tmp_path)
+    text = page[page.index("<main") :]
+    for wrong in ("sphere", "Fourier", "No third body", "y = 0", "along y", "∬"):
+        assert wrong not in text, wrong
+    for right in ("plane strain", "Debris stays where it was worn off", "strip of half-width"):
+        assert right in text

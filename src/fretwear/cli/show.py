@@ -122,7 +122,11 @@ def case_content(case: xr.Dataset, history: xr.Dataset) -> dict[str, Any]:
         "steps": history.sizes["step"] - 1,
         "convolutions": int(history["convolutions"].sum()) if "convolutions" in history else None,
         "parameters": {
-            str(value.name): {"value": _finite(value.item()), "units": value.attrs.get("units")}
+            str(value.name): {
+                "value": _finite(value.item()),
+                "units": value.attrs.get("units"),
+                "long_name": value.attrs.get("long_name"),
+            }
             for value in case.coords.values()
             if value.ndim == 0
         },
@@ -155,7 +159,7 @@ def case_lines(content: dict[str, Any]) -> Iterator[str]:
     yield ""
     yield "Parameters"
     parameters = content["parameters"].items()
-    yield from aligned([_told(name, each["value"], each["units"]) for name, each in parameters])
+    yield from aligned([_told(name, *each.values()) for name, each in parameters])
     yield ""
     yield "Results"
     rows = [("", *(f"cycle {content['cycle'][i]:.0f}" for i in (0, -1)), "unworn")]
@@ -236,8 +240,8 @@ def comparison_lines(a: xr.Dataset, b: xr.Dataset) -> Iterator[str]:
     rows: list[tuple[str, ...]] = [("", "A", "B")]
     for name in different_parameters(a, b):
         told = [
-            _told(name, case.coords[name].item(), case.coords[name].attrs.get("units"))
-            if name in case.coords
+            _told(name, value.item(), value.attrs.get("units"), value.attrs.get("long_name"))
+            if (value := case.coords.get(name)) is not None
             else (_told(name, 0.0)[0], "-")
             for case in (a, b)
         ]
@@ -319,13 +323,15 @@ def _unworn(dataset: xr.Dataset) -> dict[str, float]:
     }
 
 
-def _told(name: str, value: float | str | None, units: str | None = "") -> tuple[str, str]:
+def _told(
+    name: str, value: float | str | None, units: str | None = "", long_name: str | None = None
+) -> tuple[str, str]:
     """Return what a parameter is, in words, and a value of it for people."""
     from fretwear.study.parameters import parameter, value_text
 
     try:
         known = in_unit(math.inf if value is None else value, units or "")
-        return parameter(name).suiting(known).words, value_text(name, known)
+        return long_name or parameter(name).suiting(known).words, value_text(name, known)
     except KeyError:  # of another version of the program
         return name, str(value)
 

@@ -304,9 +304,11 @@ def _names(names: Sequence[str]) -> str:
 
 
 def _profile_caption(field: Field, where: str, cases: Mapping[str, xr.Dataset]) -> str:
+    on_line = (
+        " on the line nearest y = 0" if all("y" in each.dims for each in cases.values()) else ""
+    )
     sentences = [
-        f"{field.label} along the direction of slip on the line nearest y = 0 at several cycles"
-        f"{where}.",
+        f"{field.label} along the direction of slip{on_line} at several cycles{where}.",
         "Around the edge of the contact; grey, where it shows: stick zone at the last cycle."
         if at_edge(field)
         else "Grey: stick zone at the last cycle.",

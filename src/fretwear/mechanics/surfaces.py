@@ -48,6 +48,8 @@ class Indenter(Part):
         Whether its smooth contact is one of Hertz's theory.
     is_line
         Whether the contact is a strip in plane strain: loads are per length, N/m.
+    extent_words
+        What half the width of the contact is called.
     smooth, partial_slip, limiting
         The closed forms of the contact that gives the scales.
     """
@@ -57,6 +59,7 @@ class Indenter(Part):
     cells: ClassVar[int] = 16
     is_hertzian: ClassVar[bool] = True
     is_line: ClassVar[bool] = False
+    extent_words: ClassVar[str] = "radius"
     smooth: ClassVar[type[HertzContact | LineContact]] = HertzContact
     partial_slip: ClassVar[type[CattaneoMindlin | LinePartialSlip]] = CattaneoMindlin
     limiting: ClassVar[type[LimitingState | LineLimitingState]] = LimitingState
@@ -152,6 +155,7 @@ class Cylinder(Indenter):
     kind: Literal["cylinder"] = "cylinder"
 
     is_line: ClassVar[bool] = True
+    extent_words: ClassVar[str] = "half-width"
     even: ClassVar[Even] = (True, True)
     smooth: ClassVar[type[HertzContact | LineContact]] = LineContact
     partial_slip: ClassVar[type[CattaneoMindlin | LinePartialSlip]] = LinePartialSlip

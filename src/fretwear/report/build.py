@@ -31,6 +31,7 @@ from fretwear.report.results import (
     variable_of,
 )
 from fretwear.running.records import failures, log_end, spent_on_simulations
+from fretwear.study.case import Case
 from fretwear.study.parameters import parameter, value_text
 from fretwear.study.plan import Plan
 from fretwear.study.problems import StudyError
@@ -98,13 +99,15 @@ def build_report(
     }
     body: Any = environment().get_template("sections.html.j2").module
     table = base64.b64encode(results_table(summary).encode("utf-8")).decode("ascii")
-    computation = body.computation(facts, plan.study.file.name, study_text(plan.study))
+    kinds = _kinds(cases)
+    in_line = "point" not in kinds
+    computation = body.computation(facts, plan.study.file.name, study_text(plan.study), kinds)
 
     answering = [image for image in images if image.entry.category == ANSWER_CATEGORY]
     answer = _answer(body, plan, summary, answering)
     page = [Section("answer", "What mattered", answer, "Answer")]
     if explorer:
-        page += [Section("explorer", "Explorer", body.explorer(*explorer, scripts.plotly))]
+        page += [Section("explorer", "Explorer", body.explorer(*explorer, scripts.plotly, in_line))]
     page += [
         Section("parameters", "Parameters", body.parameters(parameters)),
         Section(
@@ -120,8 +123,8 @@ def build_report(
         page += [Section("undone", title, body.undone(undone), "Without results")]
     page += [
         Section("computation", "How it was computed", computation, "Computation"),
-        Section("limits", "Limits of the model", body.limits(), "Limits"),
-        Section("glossary", "Glossary", body.glossary()),
+        Section("limits", "Limits of the model", body.limits(kinds), "Limits"),
+        Section("glossary", "Glossary", body.glossary(in_line)),
     ]
     shell = environment().get_template("report.html.j2")
     return shell.render(
@@ -148,6 +151,18 @@ def _answer(body: Any, plan: Plan, summary: xr.Dataset, images: Sequence[Image])
     together = companions(Points.of(summary))
     remarks = summary.attrs.get("warnings", "").splitlines()
     return Markup(body.answer(warnings, remarks, list(answers(summary)), together, images))
+
+
+def _kinds(cases: Iterable[Case]) -> set[str]:
+    """Return the kinds of cases of which texts differ."""
+    known: set[str] = set()
+    for case in cases:
+        known.add("debris" if case.debris_fraction else "no debris")
+        known.add("line" if case.indenter.is_line else "point")
+        known.add("stroke" if case.loading.stroke else "force" if case.force_is_held else "varying")
+        if not case.indenter.is_line:
+            known.add("rings" if case.is_on_rings else "grid")
+    return known
 
 
 def _lead(plan: Plan, results: Sequence[PointResult]) -> str:
@@ -202,19 +217,26 @@ def parameter_rows(plan: Plan) -> list[ParameterRow]:
         text = _listed(name, axis.values, labels)
         rows.append(ParameterRow(name, parameter(name).words, text, choices))
     values: dict[str, list[Any]] = {}
+    words: dict[str, str] = {}
     cases = list(plan.study.cases().values())
     for case in cases:
-        for name, (value, *_) in case.scalar_coordinates().items():
+        for name, (value, _, meaning) in case.scalar_coordinates().items():
             # The slopes of a smooth surface say nothing.
             if case.roughness or not name.startswith("roughness_slope"):
                 values.setdefault(name, []).append(value)
+                words.setdefault(name, meaning)
     left_out = {row.name for row in rows} | _NUMERICS
     for name, known in values.items():
         if name not in left_out:
-            rows.append(ParameterRow(name, parameter(name).words, _listed(name, known)))
-    derived = [ParameterRow("", words, text) for words, text in plan.derived()]
-    stick = _listed("hertz_radius", [case.stick_radius for case in cases])
-    return [*rows, *derived, ParameterRow("", "stick radius of the smooth elastic sphere", stick)]
+            rows.append(ParameterRow(name, words[name], _listed(name, known)))
+    derived = [ParameterRow("", what, text) for what, text in plan.derived()]
+    stick: dict[str, list[float]] = {}
+    for case in cases:
+        if case.indenter.is_hertzian:
+            what = f"stick {case.indenter.extent_words} of the smooth elastic contact"
+            stick.setdefault(what, []).append(case.stick_radius)
+    derived += [ParameterRow("", w, _listed("hertz_radius", known)) for w, known in stick.items()]
+    return [*rows, *derived]
 
 
 def _listed(name: str, values: Sequence[Any], labels: Sequence[str] = ()) -> str:

@@ -199,16 +199,18 @@ def computation_facts(records: Sequence[CaseRecord], done: int) -> dict[str, str
     errors = [record.history[ERROR_ESTIMATE.name] for record in records]
     examined = [r.residuals for r in records if math.isfinite(r.residuals.load)]
     worst = [number_text(value, 2) for value in np.max(examined, axis=0)]
+    in_line = all("cell_y" not in record.parameters for record in records)
+    normal, shear = ("∫p dx", "∫q dx") if in_line else ("∬p dA", "∬q dA")
     facts = {
         "Grid spacing along x": f"{of('cell_x', MICROMETRE.size)} µm",
-        "Grid spacing along y": f"{of('cell_y', MICROMETRE.size)} µm",
+        **({} if in_line else {"Grid spacing along y": f"{of('cell_y', MICROMETRE.size)} µm"}),
         "Cells stored": _range(record.cells for record in records),
         "Tolerance of the wear integration": of("tolerance"),
         "Largest error estimate of a step": _range(
             [float(error[np.isfinite(error)].max(initial=0.0)) for error in errors]
         ),
-        "Residual of the load": f"∬p dA as written equals P to within {worst[0]} P",
-        "Residual of the tangential load": f"∬q dA as written equals Q to within {worst[1]} Q",
+        "Residual of the load": f"{normal} as written equals P to within {worst[0]} P",
+        "Residual of the tangential load": f"{shear} as written equals Q to within {worst[1]} Q",
         "Residual of the contact conditions": (
             f"p·g is at most {worst[2]} of the peak pressure times the Hertz approach"
         ),

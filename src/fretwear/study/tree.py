@@ -6,6 +6,7 @@ follow from the same walk, so that a parameter cannot be forgotten in one of the
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import json
 import math
@@ -430,7 +431,11 @@ class CaseTree:
             value = getattr(self, member)
             if isinstance(about, Parameter):
                 value = self.grid_spacing if member == "cell" else value
-                yield from about.coordinates(member, value)
+                # A line contact is the same all along y.
+                told = about.coordinates(member, value)
+                yield from (
+                    each for each in told if not (self.indenter.is_line and each[0] == "cell_y")
+                )
             elif about.inline:
                 names = {leaf.field: leaf for kind in kinds(member) for leaf in leaves_of(kind)}
                 for name, leaf in names.items():
@@ -442,6 +447,8 @@ class CaseTree:
         for name, known in derived.items():
             # What is called after Hertz is said of no other contact.
             if self.indenter.is_hertzian or not name.startswith("hertz"):
+                words = known.words.replace("radius", self.indenter.extent_words)
+                known = dataclasses.replace(known, words=words)  # type: ignore[type-var]
                 yield from known.coordinates(name, getattr(self, name))
 
 
