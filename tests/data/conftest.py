@@ -59,7 +59,7 @@ def _arrays(case: Case, cycles: tuple[int, ...] = (0, 1000)) -> Arrays:
     hertz = HertzContact(case.radius, case.load, case.composite_modulus)
     state = CattaneoMindlin(
         hertz,
-        friction=case.friction,
+        friction=case.friction_law.coefficient,
         tangential_load=case.tangential_load,
         coupling=case.coupling,
     )

@@ -87,6 +87,20 @@ def test_dimensions_follow_from_the_design(make_study, summary_of, vary, section
             assert summary[name].values.tolist() == expected
 
 
+@pytest.mark.parametrize("design", ["grid", "zip"])
+def test_friction_tables_that_start_alike_stay_apart(make_study, summary_of, design):
+    tables = [([0, 500], [0.2, 0.6]), ([0, 500], [0.2, 0.8]), ([0, 300, 500], [0.2, 0.5, 0.6])]
+    given = [0.2, *({"cycles": list(n), "values": list(v)} for n, v in tables)]
+    study = make_study({"friction": given}, design=design)
+    summary = summary_of(study)
+    assert len(set(summary.friction.values)) == len(set(summary.case_id.values)) == len(given)
+    for point in study.points():
+        chosen = summary.friction == point.labels["friction"]
+        assert summary.case_id.values[chosen] == [point.id]
+        volume = summary.wear_volume.isel(cycle=-1).values[chosen]
+        assert np.isfinite(volume).all()
+
+
 def test_every_point_has_the_values_of_its_case(make_study, summary_of, tmp_path):
     study = make_study(LOADS)
     summary = summary_of(study)

@@ -51,13 +51,15 @@ def tangential_step(
     bound: FloatArray,
     before: FloatArray,
     cell: float,
-    force: float,
+    force: float | None = None,
+    displacement: float = 0.0,
 ) -> TangentialStep:
-    """Bring the tangential force to ``force`` from a state with the traction ``before``.
+    """Bring the tangential force to ``force``, or shift distant points by ``displacement``.
 
-    ``influence`` is the tangential one, m/Pa; ``bound`` is µp in Pa, shape (n,). The relative
-    displacement of the surfaces in the step is v = δ - K (q - q_before): zero where |q| < µp,
-    positive where q = µp, negative where q = -µp.
+    It starts from a state with the traction ``before``, which need not be that of the same
+    pressure. ``influence`` is the tangential one, m/Pa; ``bound`` is µp in Pa, shape (n,). The
+    relative displacement of the surfaces in the step is v = δ - K (q - q_before): zero where
+    |q| < µp, positive where q = µp, negative where q = -µp.
     """
     touching = bound > 0.0
     # a step that barely moves leaves slipping cells on both bounds at once, up to rounding
@@ -66,11 +68,12 @@ def tangential_step(
     for _ in range(200):
         traction = np.where(upper, bound, np.where(lower, -bound, 0.0))
         stick = np.flatnonzero(touching & ~upper & ~lower)
-        forced = influence[stick] @ (traction - before)
-        held, displacement = _solve_with_total(
-            influence[np.ix_(stick, stick)], -forced, force / cell - traction.sum()
-        )
-        traction[stick] = held
+        matrix, forced = influence[np.ix_(stick, stick)], influence[stick] @ (traction - before)
+        if force is None:
+            traction[stick] = np.linalg.solve(matrix, displacement - forced)
+        else:
+            total = force / cell - traction.sum()
+            traction[stick], displacement = _solve_with_total(matrix, -forced, total)
         slip = displacement - influence @ (traction - before)
         above = np.where(upper, slip >= 0.0, ~lower & touching & (traction > outside))
         below = np.where(lower, slip <= 0.0, ~upper & touching & (traction < -outside))

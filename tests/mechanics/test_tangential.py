@@ -1,4 +1,7 @@
-"""Slip is µκ times the gap under the reduced load: proved by solving the tangential problem."""
+"""Slip is µκ times the gap under the reduced load: proved by solving the tangential problem.
+
+And what earlier cycles leave behind where the stick zone grows into worn ground.
+"""
 
 from dataclasses import dataclass
 
@@ -7,9 +10,23 @@ import pytest
 
 from fretwear.mechanics.geometry import Array
 from fretwear.mechanics.geometry.grid import Grid
+from fretwear.mechanics.integrator import evolve
+from fretwear.mechanics.loading import DisplacementAmplitude
+from fretwear.mechanics.materials import Coulomb, Course
 
-from .oracles import influence_matrix
-from .problems import COUPLING, FRICTION, LOAD, MODULUS, near, unworn
+from .oracles import influence_matrix, love
+from .problems import (
+    CONVERGED,
+    COUPLING,
+    FRICTION,
+    HERTZ,
+    LOAD,
+    MODULUS,
+    A,
+    fretting,
+    near,
+    unworn,
+)
 from .tangential import TangentialStep, normal_contact, tangential_step
 
 WINDOW = Grid((36, 28), (0.4e-3 / 36, 0.4e-3 / 28), even=(False, False))
@@ -115,3 +132,74 @@ def test_friction_does_the_work_of_the_force_loop(case):
     # both branches: the way back is the way there turned about the origin
     area = 2 * np.trapezoid(np.array(shifts) - shifts[-1] / 2, -forces)
     assert abs(area) == near(work, rel=2e-3)
+
+
+def quarter_influence(window: Grid) -> Array:
+    """Tangential displacement of each cell under unit traction on it and its images, m/Pa."""
+    x, y = (c.ravel() for c in np.meshgrid(window.x, window.y, indexing="ij"))
+    images = [(a * x, b * y) for a in (1, -1) for b in (1, -1)]
+    return COUPLING * sum(
+        love(x[:, None] - at_x, y[:, None] - at_y, window.spacing, MODULUS) for at_x, at_y in images
+    )
+
+
+@pytest.mark.parametrize(
+    ("friction", "cycles", "growth", "excess", "mean"),
+    [
+        (FRICTION, 400, 1.25, 1e-4, 1e-5),
+        (Course((0.0, 200.0), (FRICTION, 0.9)), 200, 2.5, 3e-3, 5e-4),
+    ],
+    ids=["wear", "friction that rises"],
+)
+def test_a_cycle_is_a_fresh_loading_whatever_came_before(friction, cycles, growth, excess, mean):
+    # +U → −U → +U on the worn shape of every cycle, from the tractions that the last one left.
+    # A cell comes with the amplitude s of the last cycle and goes by s + s', then by 2 s': the
+    # energy exceeds that of 4 s' by a quarter of what s changed, to first order, and by nothing
+    # in a second cycle on the same shape. What is locked in where the stick zone grew shifts the
+    # loop, but neither traction nor force differ in amplitude.
+    amplitude = 0.8 * FRICTION * COUPLING * HERTZ.approach
+    problem = fretting(
+        12,
+        loading=DisplacementAmplitude(displacement_amplitude=amplitude),
+        friction=Coulomb.unchecked(friction=friction),
+        extent=(1.4 * A, 1.4 * A),
+    )
+    every = range(1, cycles + 1)
+    states = [s for s in evolve(problem, every, accuracy=CONVERGED) if s.cycle in (0, *every)]
+    window = states[-1].geometry
+    influence, cell = quarter_influence(window), window.unit_area
+    traction, last = np.zeros(window.shape).ravel(), None
+    sticks, shifts = [], []
+    for state in states:
+        now, mu = problem.at(state.cycle), problem.at(state.cycle).friction.coefficient
+        pressure, stick, gap = (
+            state.geometry.resized(field, window).ravel()
+            for field in (state.pressure, state.reduced.pressure, state.reduced.gap)
+        )
+        bound, slip = mu * pressure, np.where(pressure > 0, mu * COUPLING * gap, 0.0)
+        energy = 4 * np.sum(bound * slip) * cell
+        force = now.tangential_force(state.load, state.reduced)
+
+        def move(by: float, before: Array, bound: Array = bound) -> TangentialStep:
+            return tangential_step(influence, bound, before, cell, displacement=by)
+
+        if last is None:
+            last, traction = slip, move(amplitude, traction).traction
+        change = 4 * np.sum(bound * np.abs(slip - last)) * cell / energy
+        high = move(0.0, traction)
+        first, second = (min(0.26 * change, excess), excess), (0.0, 0.0)
+        for of_energy, of_slip in (first, second)[: 1 if state.cycle % 20 else 2]:
+            back = move(-2 * amplitude, high.traction)
+            high = move(2 * amplitude, back.traction)
+            dissipated = np.sum(bound * (np.abs(back.slip) + np.abs(high.slip))) * cell
+            assert dissipated == near(energy, rel=of_energy + 1e-9)
+            error = np.abs((high.slip - back.slip) / 4 - slip)[pressure > 0].max()
+            assert error <= (of_slip + 1e-9) * slip.max()
+            half = (high.traction - back.traction) / 2
+            assert np.abs(half - mu * (pressure - stick)).max() <= 1e-9 * bound.max()
+            assert half.sum() * cell == near(force, rel=1e-9)
+        last, traction = slip, high.traction
+        sticks.append(np.sum(stick > 0))
+        shifts.append(abs((high.traction + back.traction).sum()) / 2 * cell / force)
+    assert sticks[-1] >= growth * sticks[0]
+    assert mean / 20 <= max(shifts) <= mean

@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from fretwear.mechanics.materials import Course
 from fretwear.parts import Part, Quantity
 from fretwear.study.case import UNREAD, read_value
 from fretwear.study.points import Axis, Range
@@ -166,7 +167,7 @@ def _identity(value: Any) -> object:
         return f"{value:.11e}"
     if isinstance(value, tuple):
         return tuple(_identity(item) for item in value)
-    if isinstance(value, Part):
+    if isinstance(value, Part | Course):
         return tuple(_identity(item) for item in vars(value).values())
     return value
 
