@@ -74,6 +74,12 @@ BAD_VALUES = [
     ({"vary/load": "50 N"}, "vary.load", "50 N", ["must be a list", "[50 N]"]),
     ({"vary/load": ["50 N", "25 N", "0.05 kN"]}, "vary.load[2]", "0.05 kN", ["vary.load[0]"]),
     ({"vary/friction": [0.3, "0.30"]}, "vary.friction[1]", "0.30", ["same value"]),
+    (
+        {"vary/friction": [{"cycles": [0, 9], "values": [0.2, x]} for x in (0.6, 0.6 + 1e-14)]},
+        "vary.friction[1]",
+        f"{{cycles: [0, 9], values: [0.2, {0.6 + 1e-14}]}}",
+        ["same value"],
+    ),
     ({"vary/load": {"from": "1 N", "to": "2 N"}}, "vary.load", "{from: 1 N, to: 2 N}", ["range"]),
     ({"output/cycles": [0, 1001]}, "output.cycles", "1001", ["beyond the last cycle, 1000"]),
     ({"output/cycles": [0, 1.5]}, "output.cycles[1]", "1.5", ["whole number"]),
