@@ -3,9 +3,7 @@
 Nothing else is imported here: this is asked at every start of the workflow.
 """
 
-import hashlib
 from functools import cache
-from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
 
 __version__ = "0.1.0"
@@ -23,6 +21,9 @@ def code_digest() -> str:
     These are the sources that compute it, whether the kernels are compiled, and the versions of
     the libraries, from a checkout as from a wheel.
     """
+    import hashlib
+    from importlib.machinery import EXTENSION_SUFFIXES
+
     package = Path(__file__).parent
     digest = hashlib.sha256()
     places = (package / name for name in (*_SOURCES, *_DRIVERS))

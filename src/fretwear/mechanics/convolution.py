@@ -157,10 +157,9 @@ class Convolution(Generic[Real]):
         self._x.odd_forward(field, odd)
         self._x.forward(field, into=result)
         tasks: list[list[Real]] = []
-        for branch, spectra in zip((result, odd), self._spectra, strict=True):
-            of_rows = (self._of_rows(each, branch is odd) for each in spectra)
-            views = zip(self._row_views(branch), *of_rows, strict=True)
-            tasks += [[view[block] for view in each] for each in views for block in self._blocks]
+        for branch, shared in zip((result, odd), self._tasks, strict=True):
+            views = self._row_views(branch)
+            tasks += [[views[view][block], *spectra] for view, block, *spectra in shared]
         if self._workers == 1:
             self._convolve_blocks(tasks, self._between[0])
         else:
@@ -203,6 +202,20 @@ class Convolution(Generic[Real]):
     def _blocks(self) -> list[slice]:
         shape = self._half, self._shape[1]
         return blocks_of_rows(shape, _BLOCK_BYTES // self._precision.itemsize)
+
+    @cached_property
+    def _tasks(self) -> list[list[tuple[int, slice, Real, Real]]]:
+        """Of either branch along x its view, block of rows, and the spectra of the block."""
+        return [
+            [
+                (view, block, even[block], odd[block])
+                for view, (even, odd) in enumerate(
+                    zip(*(self._of_rows(each, bool(branch)) for each in spectra), strict=True)
+                )
+                for block in self._blocks
+            ]
+            for branch, spectra in enumerate(self._spectra)
+        ]
 
     @cached_property
     def _between(self) -> list[Real]:

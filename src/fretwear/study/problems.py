@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -115,6 +114,8 @@ def nearest(name: object, known: Iterable[str], cutoff: float = 0.6) -> str:
     if not isinstance(name, str):
         return ""
     by_fold = {each.casefold(): each for each in known}
+    import difflib
+
     near = difflib.get_close_matches(name.casefold(), by_fold, n=1, cutoff=cutoff)
     return by_fold[near[0]] if near else ""
 
