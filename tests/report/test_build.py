@@ -168,6 +168,19 @@ def test_what_makes_results_doubtful_is_said_before_the_results(finished, tmp_pa
         assert doubt.detail in page.text
 
 
+def test_all_that_makes_results_doubtful_is_one_line(finished, tmp_path: Path) -> None:
+    limits = "plastic_limit: [none, 200 MPa]"
+    doubtful = finished.derived(
+        tmp_path, f"{{load: [40 N], friction: [0.4], roughness.amplitude: [0.3 um], {limits}}}"
+    )
+    older = "1 of 1 cases were computed by other code: their code_digest is 0123"
+    doubtful.summary.attrs["warnings"] = older
+    page = Page(doubtful.report())
+    assert page.text.count("Doubtful:") == 1
+    assert page.text.count("computed by other code") == 2
+    assert older in page.text
+
+
 def test_the_page_says_how_it_was_computed(parsed: Page) -> None:
     for words in ("Tolerance of the wear integration", "0.01", "Convolutions", "fretwear 0.1"):
         assert words in parsed.text
