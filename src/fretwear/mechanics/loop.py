@@ -114,6 +114,8 @@ def _approaches(workspace: Workspace, problem: WearProblem, state: State, places
     for place in places[-2:0:-1]:
         load = float(state.load * place**3)
         guess = np.sqrt(np.maximum(square - (after**2 - place**2) * fall, 0.0))
+        # Nothing is left where it falls faster than that; any start will do.
+        guess = guess if guess.any() else np.sqrt(square)
         guess *= load / state.geometry.integral(guess)
         contact = contact_under(ground.half_space, shape, load, guess, _TOLERANCE)
         found.append(contact.approach)
