@@ -16,7 +16,7 @@ from typing import Any
 from sphinx.application import Sphinx
 
 from fretwear.data.merge import PROFILES
-from fretwear.parts import AlongXY, Part, PerBody, Quantity, WholeNumber, required
+from fretwear.parts import AlongXY, Parameter, Part, PerBody, Quantity, WholeNumber, required
 from fretwear.study.case import Case, member_alternatives
 from fretwear.study.sections import study_schema
 from fretwear.study.tree import (
@@ -80,6 +80,8 @@ def _range(name: str) -> str:
             return quantity.range_text() + ("; or `none`" if quantity.infinite else "")
         case WholeNumber() as number:
             return f"whole, {_whole(number.at_least)} to {_whole(number.at_most)}"
+        case Parameter() as other:
+            return _kinds(other.schema())
     choices = ["`none`"] if part_named(name).none else []
     return " or ".join([*choices, *(f"`{kind.kind}`" for kind in kinds(name))])
 
@@ -87,10 +89,11 @@ def _range(name: str) -> str:
 def _presence(name: str) -> str:
     member = member_of(name)
     about = members()[member]
-    if name in member_alternatives(member):
-        return "one of them"
     if "." in name:
         return "a part of it"
+    if name in member_alternatives(member):
+        needed = any(name in required(kind) for kind in kinds(member))
+        return "one of them" if needed else "may be left out"
     if short := getattr(about, "short", ""):
         (kind,) = (kind for kind in kinds(member) if kind.kind == short)
         others = [member] if name != member else [leaf.name for leaf in leaves_of(kind)]
@@ -100,6 +103,8 @@ def _presence(name: str) -> str:
     default = getattr(CaseTree, member)
     if isinstance(default, Part):
         default = default.kind
+    if default == ():
+        return "may be left out"
     return "left out: follows from the case" if default is None else f"left out: `{default}`"
 
 

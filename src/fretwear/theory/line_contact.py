@@ -118,7 +118,7 @@ class LineContact:
     def gap(self, x: ArrayLike) -> FloatArray:
         """Gap between the deformed surfaces in m, zero inside the contact, at ``x`` in m.
 
-        Outside, g = (a²/2R) [ t √(t² - 1) - arcosh t ], t = |x|/a. The terms cancel to order
+        Outside, g = (a²/2R) [ t √(t² - 1) - arcosh t ], t = abs(x)/a. The terms cancel to order
         (t - 1)^(3/2) at the edge, so a series replaces them there.
         """
         a = self.contact_radius
@@ -256,7 +256,7 @@ class LineLimitingState:
         return float(self.pressure(0.0))
 
     def pressure(self, x: ArrayLike) -> FloatArray:
-        """Pressure in Pa at positions ``x`` in m: infinite at |x| = c, zero outside the stick zone.
+        """Pressure in Pa at positions ``x`` in m: infinite at x = ±c, zero outside the stick zone.
 
         p∞ = (E*/2R) √(c² - x²) + X P / (π √(c² - x²)).
         """
