@@ -33,14 +33,16 @@ from fretwear.mechanics.tr_bdf2 import (
     GAMMA,
     MAIN,
     OVERESTIMATE,
+    SMALLEST_STEP,
     WEIGHT,
     assessed,
+    step_after,
+    step_towards,
 )
 
 _BEYOND = (1.0 - GAMMA) / GAMMA
 
 _FIRST_STEP = 0.09
-_SMALLEST_STEP = 1e-6
 _FLOW_EXPONENT = 1.0
 _DEFAULT_TOLERANCE = 0.01
 _LARGEST_SWEEPS = 12
@@ -254,8 +256,8 @@ class _Integrator:
         wanted, trouble = self.state.next_step, "wear asks for shorter ones"
         while True:
             left = stop - self.state.cycle
-            step = left if wanted >= left else min(wanted, max(0.5 * left, 0.5 * wanted))
-            if step < _SMALLEST_STEP:
+            step = step_towards(left, wanted)
+            if step < SMALLEST_STEP:
                 raise WearError(
                     f"no step after cycle {self.state.cycle:.6g} is accurate, down to "
                     f"{step:.1e} cycles: {trouble}; the contact at cycle "
@@ -278,16 +280,12 @@ class _Integrator:
                     f"of {self.tolerance:.1e}"
                 )
                 continue
-            following = step * found.factor
-            if step < wanted and found.factor >= 1.0:
-                # A stop cut this step short; that says nothing about the one that follows.
-                following = max(following, wanted)
             between = (1.0 - GAMMA) * step
             self.state = State(
                 **vars(second),
                 cycle=stop if step == left else self.state.cycle + step,
                 geometry=self.state.geometry,
-                next_step=following,
+                next_step=step_after(step, found.factor, wanted),
                 pressure_rate=(second.pressure - first.pressure) / between,
                 source_rate=(second.source - first.source) / between,
                 step=self.state.step + 1,

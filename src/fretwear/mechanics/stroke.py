@@ -39,14 +39,23 @@ from fretwear.mechanics.integrator import WearError
 from fretwear.mechanics.loading import SMALL_STROKE
 from fretwear.mechanics.slip import ReducedContact
 from fretwear.mechanics.state import State, WearProblem
-from fretwear.mechanics.tr_bdf2 import DIAGONAL, EMBEDDED, MAIN, OVERESTIMATE, WEIGHT, assessed
+from fretwear.mechanics.tr_bdf2 import (
+    DIAGONAL,
+    EMBEDDED,
+    MAIN,
+    OVERESTIMATE,
+    SMALLEST_STEP,
+    WEIGHT,
+    assessed,
+    step_after,
+    step_towards,
+)
 
 LEAST_POSITIONS = 8
 _POSITIONS_PER_HALF_WIDTH = 2.0
 _MARGIN = 6
 _GROWTH = 1.2
 _FIRST_STEP = 0.1
-_SMALLEST_STEP = 1e-6
 _LARGEST_SWEEPS = 60
 _KEPT = 16
 # Cells touch where the gap is below this part of the approach.
@@ -311,8 +320,8 @@ class _Slider:
         wanted, trouble = self.state.next_step, "wear asks for shorter ones"
         while True:
             left = stop - self.state.cycle
-            step = left if wanted >= left else min(wanted, max(0.5 * left, 0.5 * wanted))
-            if step < _SMALLEST_STEP:
+            step = step_towards(left, wanted)
+            if step < SMALLEST_STEP:
                 raise WearError(
                     f"no step after cycle {self.state.cycle:.6g} is accurate: {trouble}"
                 )
@@ -328,13 +337,10 @@ class _Slider:
             if not accepted:
                 wanted, trouble = step * factor, f"the error is {error:.1e} times the tolerance"
                 continue
-            following = step * factor
-            if step < wanted and factor >= 1.0:
-                following = max(following, wanted)
             cycle = stop if step == left else self.state.cycle + step
             self.state = self._state(
                 cycle,
-                following,
+                step_after(step, factor, wanted),
                 last,
                 worn,
                 step=self.state.step + 1,

@@ -16,6 +16,7 @@ WEIGHT = 0.25 * sqrt(2.0)
 MAIN = (WEIGHT, WEIGHT, DIAGONAL)
 EMBEDDED = ((1.0 - WEIGHT) / 3.0, (3.0 * WEIGHT + 1.0) / 3.0, DIAGONAL / 3.0)
 
+SMALLEST_STEP = 1e-6
 ACCEPTED = 1.2
 FACTORS = (0.2, 5.0)
 # The embedded formulas differ from the step by about ten times its error in wear volume, as runs
@@ -30,3 +31,16 @@ def assessed(error: float) -> tuple[float, bool]:
         return FACTORS[0], False
     factor = _SAFETY * max(error, 1e-6) ** (-1.0 / 3.0)
     return min(max(factor, FACTORS[0]), FACTORS[1]), error <= ACCEPTED
+
+
+def step_towards(left: float, wanted: float) -> float:
+    """The step of the length wanted, or one that divides what is left to a stop evenly."""
+    return left if wanted >= left else min(wanted, max(0.5 * left, 0.5 * wanted))
+
+
+def step_after(step: float, factor: float, wanted: float) -> float:
+    """The length wanted after an accepted step, by the factor of its error."""
+    if step < wanted and factor >= 1.0:
+        # A stop cut the step short; that says nothing about the one that follows.
+        return max(step * factor, wanted)
+    return step * factor
