@@ -12,18 +12,10 @@ from fretwear.study.study import load_study
 from fretwear.topography import SourceFile, read_profile, read_topography
 from fretwear.units import QuantityError
 
+from .studies import steel
+
 GROUND = Path(__file__).parents[1] / "studies/surfaces/ground.nc"
 FILE = SourceFile("surface", "file", "disc.x3p")
-STEEL = {
-    "radius": "10 mm",
-    "youngs_modulus": "208 GPa",
-    "poisson_ratio": 0.3,
-    "load": "50 N",
-    "tangential_ratio": 0.8,
-    "friction": 0.5,
-    "wear_coefficient": "7e-13 / Pa",
-    "cycles": 100,
-}
 
 
 @pytest.fixture
@@ -132,14 +124,14 @@ def test_bad_files_get_a_sentence_before_anything_runs(library, tmp_path):
     text.write_text("no heights here\n")
     rough = {"kind": "measured", "file": str(text)}
     with pytest.raises(CaseError, match=r"notes.txt: cannot be read as a topography"):
-        Case(**STEEL, roughness=rough)
+        steel(cycles=100, roughness=rough)
     line = tmp_path / "line.nc"
     library.UniformLineScan(np.zeros(50), 1.0, unit="um").to_netcdf(str(line))
     with pytest.raises(CaseError, match="is a line scan"):
-        Case(**STEEL, roughness={**rough, "file": str(line)})
+        steel(cycles=100, roughness={**rough, "file": str(line)})
     for file, sentence in (("gone.x3p", "there is none at"), (3, "must be the name of a file")):
         with pytest.raises(CaseError, match=sentence):
-            Case(**STEEL, roughness={**rough, "file": file})
+            steel(cycles=100, roughness={**rough, "file": file})
 
 
 def test_a_huge_file_is_not_read(tmp_path):
