@@ -16,6 +16,8 @@ import pytest
 import fretwear
 from fretwear.study.study import select_case
 
+from ..studies import WAVES, base
+
 FRETWEAR = (sys.executable, "-m", "fretwear")
 
 
@@ -96,9 +98,16 @@ def test_a_case_that_does_not_fit_in_the_memory_says_so_before_it_starts(desk):
     assert desk.files() == ["tiny.yaml"]
 
 
+@pytest.fixture
+def long_run(desk):
+    """The arguments of a run that takes a minute where nobody stops it."""
+    desk.write({"base": base(cycles=7000, cell="0.5 um", roughness=WAVES)})
+    return "run", "tiny.yaml"
+
+
 @pytest.mark.parametrize(("name", "status"), [("SIGINT", 130), ("SIGTERM", 143), ("SIGHUP", 129)])
-def test_a_stopped_run_says_so_and_leaves_no_case_file(desk, name, status):
-    command = (*FRETWEAR, "run", "tiny.yaml", "--set", "load=50 N", "--set", "cell=1 um")
+def test_a_stopped_run_says_so_and_leaves_no_case_file(desk, long_run, name, status):
+    command = (*FRETWEAR, *long_run)
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
         seen = ""
         while "cycle 0 of" not in seen:
@@ -114,7 +123,7 @@ def test_a_stopped_run_says_so_and_leaves_no_case_file(desk, name, status):
     assert {Path(file).suffix for file in desk.files()} <= {".yaml", ".checkpoint"}
 
 
-def test_a_run_whose_terminal_is_gone_leaves_its_checkpoint(desk):
+def test_a_run_whose_terminal_is_gone_leaves_its_checkpoint(desk, long_run):
     """The kernel sends SIGHUP when the other end is closed, and fails whatever is written then."""
     near, far = pty.openpty()
 
@@ -122,8 +131,9 @@ def test_a_run_whose_terminal_is_gone_leaves_its_checkpoint(desk):
         os.setsid()
         fcntl.ioctl(2, termios.TIOCSCTTY, 0)
 
-    command = (*FRETWEAR, "run", "tiny.yaml", "--set", "load=50 N", "--set", "cell=0.7 um")
-    process = subprocess.Popen(command, stderr=far, stdout=far, preexec_fn=as_session)
+    process = subprocess.Popen(
+        (*FRETWEAR, *long_run), stderr=far, stdout=far, preexec_fn=as_session
+    )
     os.close(far)
     while b"half-width" not in os.read(near, 4096):
         assert process.poll() is None
