@@ -17,7 +17,7 @@ from fretwear.running.workflow import StudyJobs, chosen_study, study_file, write
 from fretwear.study.problems import StudyError
 from fretwear.study.study import load_study
 
-from ..studies import write_study
+from ..studies import WAVES, write_study
 from .conftest import BASE, HOPELESS, TINY, Checkout, wait_for
 
 AFTERWARDS = {"Merging", "Drawing", "Writing", "Done:"}
@@ -315,7 +315,8 @@ def test_a_study_is_chosen_by_its_key_alone_and_a_misspelt_one_does_not_run_the_
 
 @pytest.mark.slow
 def test_stopping_the_workflow_keeps_a_checkpoint_of_every_case_that_runs(checkout, start):
-    checkout.write({**TINY, "base": {**TINY["base"], "cell": "0.5 um", "cycles": 20000}})
+    rough = {"cell": "0.5 um", "cycles": 20000, "roughness": WAVES}
+    checkout.write({**TINY, "base": {**TINY["base"], **rough}})
     cases, logs = checkout.results / "cases", checkout.results / "logs/simulate"
     process = start("--cores", "2", module="snakemake", start_new_session=True)
     wait_for(
