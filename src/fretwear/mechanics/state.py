@@ -56,6 +56,9 @@ class WearProblem:
         What cells to compute on.
     debris_fraction
         Part γ of what is worn that stays between the bodies and carries load.
+    coarseness
+        How many times wider than usual rings and strips are; fields and peaks are still those
+        of cells as large as the spacing.
     end, following
         The cycle up to which this holds, and the problem that follows then, of the same bodies.
     """
@@ -74,6 +77,7 @@ class WearProblem:
     workers: int = 1
     geometry: type[Geometry] = Grid
     debris_fraction: float = 0.0
+    coarseness: float = 1.0
     end: float = inf
     following: WearProblem | None = None
 

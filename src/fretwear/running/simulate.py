@@ -270,9 +270,9 @@ def _result(
 
 
 def wear_problem(
-    case: Case, geometry: type[Geometry] | None = None, threads: int = 1
+    case: Case, geometry: type[Geometry] | None = None, threads: int = 1, coarseness: float = 1.0
 ) -> WearProblem:
-    """The mechanical problem of a case, on its usual cells or others."""
+    """The mechanical problem of a case, on its usual cells or others; rings may be wider."""
     # A contact at the limit everywhere is the smallest one that carries the load.
     spread = _MARGIN * max(1.0, case.hertz.spread_radius(case.plastic_limit) / case.hertz_radius)
     x, y = case.indenter.half_widths(case.hertz)
@@ -292,6 +292,7 @@ def wear_problem(
         workers=threads,
         geometry=geometry or usual,
         debris_fraction=case.debris_fraction,
+        coarseness=coarseness,
     )
     following: WearProblem | None = None
     for end, block in reversed([*case.in_blocks()]):

@@ -50,6 +50,11 @@ class Problem(Protocol):
         ...
 
     @property
+    def coarseness(self) -> float:
+        """How many times wider than usual rings and strips are."""
+        ...
+
+    @property
     def is_axisymmetric(self) -> bool:
         """Whether the unworn gap depends on the distance from the axis alone."""
         ...

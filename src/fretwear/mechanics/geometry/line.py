@@ -45,7 +45,7 @@ class Line(DenseCells):
     @classmethod
     def first(cls, problem: Problem) -> Line:
         """Strips for the first loading of a problem, graded to the edge of its stick zone."""
-        edges = edges_about_stick(problem, problem.extent[0], _FINER)
+        edges = edges_about_stick(problem, problem.extent[0], _FINER / problem.coarseness)
         return cls(edges, problem.hertz.radius)
 
     @cached_property

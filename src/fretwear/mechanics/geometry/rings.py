@@ -53,6 +53,8 @@ class Grading:
         Radii of the edges of stick and contact, m, the latter the largest expected.
     narrowest, ahead, behind
         Width at the edge of stick, m, and how far it stays so inward and outward.
+    coarseness
+        What all widths are multiplied by.
     """
 
     stick: float
@@ -60,17 +62,19 @@ class Grading:
     narrowest: float
     ahead: float = 0.0
     behind: float = 0.0
+    coarseness: float = 1.0
 
     @classmethod
     def of(cls, problem: Problem, stick: float, contact: float) -> Grading:
         """Of a contact with some radii of stick and contact, m."""
-        hertz = problem.hertz
+        hertz, coarseness = problem.hertz, problem.coarseness
         ratio = 1.0 - (min(stick, (1.0 - 1e-9) * contact) / hertz.contact_radius) ** 3
         limiting = LimitingState(hertz, ratio) if 0.0 < ratio < 1.0 else None  # type: ignore[arg-type]
         if limiting is not None:
             contact = max(contact, min(limiting.contact_radius, 2.0 * contact))
         if math.isinf(problem.limit) or stick == 0.0:
-            return cls(stick, contact, _NARROWEST * min(contact - stick, stick or contact))
+            narrowest = _NARROWEST * min(contact - stick, stick or contact)
+            return cls(stick, contact, narrowest, coarseness=coarseness)
         if limiting is not None:
             band = limiting.width_above(problem.limit)
         else:
@@ -79,7 +83,7 @@ class Grading:
             band = min(0.5 * punch**2 / stick, stick)
         finest = min((contact - stick) / _ACROSS_SLIP, stick / _ACROSS_STICK)
         narrowest = min(finest, band / _ACROSS_BAND)
-        return cls(stick, contact, narrowest, _AHEAD * band, _BEHIND * band)
+        return cls(stick, contact, narrowest, _AHEAD * band, _BEHIND * band, coarseness)
 
     def width(self, r: Array) -> Array:
         """Width of the rings at radii, m."""
@@ -88,7 +92,7 @@ class Grading:
         in_slip = min((self.contact - self.stick) / _ACROSS_SLIP, _WIDEST_IN_SLIP * self.contact)
         outside = np.maximum(np.maximum(self.stick - r, r - self.contact), 0.0)
         width = np.minimum(width, in_slip + _GRADING * outside)
-        result: Array = np.minimum(width, _WIDEST * self.contact)
+        result: Array = self.coarseness * np.minimum(width, _WIDEST * self.contact)
         return result
 
     def suits(self, rings: Rings) -> bool:
