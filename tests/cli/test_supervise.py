@@ -62,6 +62,6 @@ def test_a_wish_that_is_told_twice_is_one_wish(cleaning):
 
 
 def test_cleaning_up_that_never_ends_is_given_up(cleaning):
-    process = cleaning(signal.SIGTERM, patience=(60.0, 0.2))
+    process = cleaning(signal.SIGTERM, patience=(60.0, 1.0))
     assert "stopped: at once" in process.communicate(timeout=30)[1]
     assert process.returncode == 143

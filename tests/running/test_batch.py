@@ -17,12 +17,20 @@ from fretwear.running.records import ENDED, failures, record
 from fretwear.running.workflow import case_files, is_finished
 from fretwear.study.study import load_study
 
-from ..studies import write_study
+from ..studies import WAVES, write_study
 from .conftest import HOPELESS, TINY, contents, damage_file, wait_for
 
 STUDY = {**TINY, "vary": {"load": ["25 N", "50 N", "60 N"]}}
 BEGAN = re.compile(r"^case \d of 3: (.*)$", re.MULTILINE)
-SLOW = {**STUDY, "base": {**STUDY["base"], "cell": "2 um", "cycles": 30000}}
+
+
+def with_a_long_case(place):
+    """Three cases, of which one takes a second or two, the others a fraction of one."""
+    roughness = ["none"] * 3
+    roughness[place] = WAVES
+    base = {**STUDY["base"], "cell": "1 um", "cycles": 7000}
+    vary = {**STUDY["vary"], "roughness": roughness}
+    return {**STUDY, "base": base, "design": "zip", "vary": vary}
 
 
 class Bench:
@@ -130,7 +138,7 @@ def test_a_case_that_needs_more_memory_than_there_is_fails_with_the_reason(bench
 
 
 def test_a_batch_that_is_killed_goes_on_after_the_cases_that_are_done(bench, start):
-    bench.write(SLOW)
+    bench.write(with_a_long_case(1))
     process = start("batch", "tiny.yaml", folder=bench.folder, start_new_session=True)
     wait_for(bench.cases, process)
     os.killpg(process.pid, signal.SIGKILL)
@@ -146,7 +154,7 @@ def test_a_batch_that_is_killed_goes_on_after_the_cases_that_are_done(bench, sta
 
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="only Linux tells of children")
 def test_the_others_are_done_when_one_case_kills_its_process(bench, start):
-    bench.write(SLOW)
+    bench.write(with_a_long_case(0))
     first, *others = load_study(bench.folder / "tiny.yaml").cases()
     process = start("batch", "tiny.yaml", "--supervise", folder=bench.folder)
     wait_for(lambda: first in failures(bench.results), process)
@@ -162,8 +170,8 @@ def test_the_others_are_done_when_one_case_kills_its_process(bench, start):
 
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGTERM, 143), (signal.SIGKILL, -9)])
 def test_a_supervised_batch_can_be_stopped(bench, start, number, status):
-    base = {**SLOW["base"], "cell": "0.4 um"}
-    bench.write({**SLOW, "base": base, "vary": {"load": ["50 N"]}})
+    long = {**STUDY["base"], "cell": "0.5 um", "cycles": 7000, "roughness": WAVES}
+    bench.write({**STUDY, "base": long, "vary": {"load": ["50 N"]}})
     process = start("batch", "tiny.yaml", "--supervise", folder=bench.folder)
     wait_for(lambda: failures(bench.results), process)
     os.kill(process.pid, number)

@@ -19,7 +19,7 @@ from fretwear.mechanics.slip import Jaeger
 from fretwear.running import simulate
 from fretwear.running.batch import simulate_to_file
 
-from ..studies import write_study
+from ..studies import WAVES, write_study
 from .conftest import BASE, damage_file, make_case, read_until
 
 KILLS = 12
@@ -37,8 +37,9 @@ def path(tmp_path):
 
 @pytest.fixture
 def run(start, tmp_path):
-    """Start `fretwear run` of one case to a file."""
-    write_study(tmp_path / "one.yaml", {"base": {**BASE, "cycles": 1000, "cell": "1.5 um"}})
+    """Start `fretwear run` of one case to a file, which takes a second or two."""
+    long = {"cycles": 7000, "cell": "1 um", "roughness": WAVES}
+    write_study(tmp_path / "one.yaml", {"base": {**BASE, **long}})
     return lambda: start("run", "one.yaml", "-o", "out/a.nc")
 
 
@@ -79,7 +80,7 @@ def test_who_waits_resumes_where_a_killed_process_was(run, tmp_path):
     taken, told = second.communicate()
     assert second.returncode == 0, told
     assert "by another process" not in taken
-    assert "cycle 1000 of 1000" in told
+    assert "cycle 7000 of 7000" in told
     assert names(tmp_path / "out/a.nc") == ["a.nc"]
 
 
