@@ -154,7 +154,11 @@ PRESSURE = Dimension(
     (Unit("Pa"), Unit("kPa", 1e3), MEGAPASCAL, GIGAPASCAL),
 )
 COMPLIANCE = Dimension(
-    "an inverse pressure", "Pa-1", "/ Pa", "7e-13 / Pa", (PER_PASCAL, Unit("mm³/J", 1e-9, "mm^3/J"))
+    "an inverse pressure",
+    "Pa-1",
+    "/ Pa",
+    "7e-13 / Pa",
+    (PER_PASCAL, Unit("µm mm/N", 1e-9, "um/(N/mm)"), Unit("mm³/J", 1e-9, "mm^3/J")),
 )
 FORCE_PER_LENGTH = Dimension(
     "a force per length",

@@ -5,14 +5,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
+from fretwear.mechanics.contact import ContactProblem
 from fretwear.mechanics.geometry import Workspace
 from fretwear.mechanics.geometry.line import Line
 from fretwear.mechanics.integrator import evolve, first_loading
-from fretwear.mechanics.loading import NormalLoad, TangentialRatio
+from fretwear.mechanics.loading import DisplacementRatio, NormalLoad, TangentialRatio
+from fretwear.mechanics.loop import loop
 from fretwear.mechanics.materials import ElasticBodies
 from fretwear.mechanics.measures import measure
+from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.surfaces import Cylinder
+from fretwear.theory import gross_slip_energy
 
 from .problems import FRICTION, P0, fretting
 
@@ -28,11 +33,10 @@ def rubbing(load_ratio, **changes):
         indenter=CYLINDER,
         bodies=STEEL,
         normal=NormalLoad(LOAD),
-        loading=TangentialRatio(load_ratio),
         spacing=(A / 64, A / 64),
         extent=(1.15 * A, 1.15 * A),
         geometry=Line,
-        **changes,
+        **{"loading": TangentialRatio(load_ratio), **changes},
     )
 
 
@@ -69,6 +73,72 @@ def test_the_limit_of_many_cycles(load_ratio):
     assert found.wear_volume == pytest.approx(limiting.wear_volume, rel=1e-3)
     assert state.wear.max() == pytest.approx(limiting.deepest_wear, rel=1e-3)
     assert found.contact_half_width_x == pytest.approx(limiting.contact_radius, rel=2e-3)
+
+
+COMPLIANCES = [3e-11, 5e-12]  # of large bodies, and of bodies smaller than their radius
+
+
+def driven(ratio, compliance):
+    """A cylinder under a displacement, over that which slides it as a whole unworn."""
+    return rubbing(
+        0.5,
+        loading=DisplacementRatio(displacement_ratio=ratio, tangential_compliance=compliance),
+    )
+
+
+@pytest.mark.parametrize("compliance", COMPLIANCES)
+@pytest.mark.parametrize("ratio", [0.2, 0.9, 1.5])
+def test_displacement_over_the_slope_of_the_loop(ratio, compliance):
+    """U = C Q + (µP/πE*) [X + (1 − X) ln(1 − X)], whatever the approach counts from."""
+    problem = driven(ratio, compliance)
+    problem = replace(problem, loading=problem.loading.plain(FRICTION, 1.0, HERTZ))
+    state = first_loading(problem)
+    found = measure(problem, state)
+    sliding, force = FRICTION * LOAD, found.tangential_force
+    stuck = 1.0 - force / sliding
+    slip = sliding / (math.pi * STEEL.composite_modulus)
+    slip *= 1.0 - stuck + (stuck * math.log(stuck) if stuck > 0.0 else 0.0)
+    displacement = problem.loading.displacement_amplitude
+    if ratio < 1.0:
+        assert compliance * force + slip == pytest.approx(displacement, rel=1e-5)
+        assert found.stick_half_width_x == pytest.approx(A * math.sqrt(stuck), rel=1e-4)
+    else:
+        assert (force, found.regime) == (pytest.approx(sliding), 1.0)
+        assert compliance * force + slip == pytest.approx(displacement / ratio, rel=1e-9)
+        slid = found.tangential_displacement
+        energy = gross_slip_energy(HERTZ, FRICTION, 1.0, slid)
+        assert found.dissipated_energy == pytest.approx(energy, rel=1e-3)
+    curve = loop(Workspace(problem), state, contacts=16, points=1000)
+    assert curve.energy == pytest.approx(found.dissipated_energy, rel=1e-3)
+    assert curve.displacement.max() == pytest.approx(displacement, rel=1e-5)
+
+
+def test_wear_under_a_displacement_against_explicit_steps():
+    """Euler's steps of the contacts under P and P*, the latter by bisection of the condition."""
+    problem = driven(0.8, 5e-12)
+    problem = replace(problem, loading=problem.loading.plain(FRICTION, 1.0, HERTZ))
+    cycles = 2.0 / (problem.growth_rate * HERTZ.peak_pressure)
+    *_, last = evolve(problem, [cycles])
+    line = Line(tuple(np.linspace(0.0, 1.5 * A, 121)), HERTZ.radius)
+    bodies, unworn = problem.half_space(line), problem.unworn(line)
+    wear, steps, start = np.zeros(line.shape), 40, None
+    for step in range(steps + 1):
+        shape = unworn + wear
+        contact = solve_contact(ContactProblem(bodies, shape, LOAD), start)
+        start = contact.pressure
+
+        def excess(load, shape=shape, contact=contact):
+            found = solve_contact(ContactProblem(bodies, shape, load), contact.pressure)
+            passed = contact.approach - found.approach + problem.flexibility * (LOAD - load)
+            return FRICTION * passed - problem.loading.displacement_amplitude
+
+        held = brentq(excess, 1e-3 * LOAD, LOAD, xtol=1e-6 * LOAD)
+        stuck = solve_contact(ContactProblem(bodies, shape, held), start)
+        if step < steps:
+            wear += problem.growth_rate * cycles / steps * start * np.maximum(stuck.gap, 0.0)
+    assert last.geometry.integral(last.wear) == pytest.approx(line.integral(wear), rel=2e-3)
+    assert last.reduced.load == pytest.approx(held, rel=4e-3)
+    assert last.reduced.load > 1.05 * driven(0.8, 5e-12).stick_load
 
 
 def test_where_it_yields_the_load_is_kept_and_the_stick_zone_shrinks():

@@ -134,7 +134,29 @@ SLIDING = {
         ({"plastic_limit": "4 GPa"}, ("plastic_limit: none",)),
         ({"sliding_amplitude": "2 mm"}, ("sliding_amplitude = 2 mm", "up to 703 um would do")),
         ({"cycles": 10**9}, ("sliding_amplitude", "larger than the half-space allows")),
-        ({"sliding_amplitude": None, "displacement_amplitude": "5 um"}, ("cannot be given",)),
+        (
+            {"sliding_amplitude": None, "displacement_amplitude": "5 um"},
+            ("displacement_amplitude", "needs tangential_compliance", "0.1 um/(N/mm)"),
+        ),
+        (
+            {
+                "sliding_amplitude": None,
+                "displacement_amplitude": "5 um",
+                "tangential_compliance": "0.1 um/(N/mm)",
+                "rig_stiffness": "20 N/um",
+            },
+            ("rig_stiffness", "leave rig_stiffness out"),
+        ),
+        (
+            {
+                "indenter": {"kind": "sphere", "radius": "6 mm"},
+                "load": "50 N",
+                "sliding_amplitude": None,
+                "displacement_amplitude": "5 um",
+                "tangential_compliance": "0.1 um/(N/mm)",
+            },
+            ("tangential_compliance", "write rig_stiffness"),
+        ),
         ({"load": None, "indentation": "1 um"}, ("indentation", "depends on from where")),
         (
             {"indenter": {"kind": "sphere", "radius": "6 mm"}, "load": "50 N"},

@@ -119,6 +119,13 @@ INDENTERS = (
     {"kind": "round_punch", "flat_radius": "50 um", "edge_radius": "10 mm"},
 )
 DIMPLE = {"kind": "dimple", "depth": "0.5 um", "width": "20 um"}
+LINE = {
+    "radius": None,
+    "indenter": {"kind": "cylinder", "radius": "6 mm"},
+    "load": "18.5 N/mm",
+    "roughness": None,
+    "cell": None,
+}
 OWN = ("wear_coefficient", "friction_wear")
 
 
@@ -150,25 +157,25 @@ def examples():
         study_case(roughness=SELF_AFFINE),
         study_case(roughness=MEASURED),
         study_case(slip_model={"kind": "uniform", "slip_gap": "1 um"}),
-        study_case(
-            radius=None,
-            indenter={"kind": "cylinder", "radius": "6 mm"},
-            load="18.5 N/mm",
-            tangential_load="5 N/mm",
-            roughness=None,
+        *(
+            study_case(**{**LINE, "tangential_load": None, **given})
+            for given in (
+                {"tangential_load": "5 N/mm"},
+                {"displacement_amplitude": "1 um", "tangential_compliance": "0.1 um/(N/mm)"},
+                {"displacement_ratio": 0.5, "tangential_compliance": "0.1 um/(N/mm)"},
+            )
         ),
         study_case(
-            radius=None,
-            indenter={"kind": "cylinder", "radius": "6 mm"},
-            load="18.5 N/mm",
+            **LINE,
             tangential_load=None,
             sliding_amplitude="25 um",
             wear_coefficient=["1.9e-14 / Pa", "2.9e-14 / Pa"],
             plastic_limit=None,
-            roughness=None,
-            cell=None,
         ),
     ]
+
+
+UNSAID = {"debris_fraction", "blocks", "plastic_limit", "rig_stiffness", "tangential_compliance"}
 
 
 def moved(leaf, value):
@@ -194,11 +201,9 @@ def test_no_parameter_can_be_forgotten():
             part = case if leaf.kind is None else getattr(case, leaf.member)
             if leaf.kind is not None and not isinstance(part, leaf.kind):
                 continue
-            if leaf.field in ("debris_fraction", "blocks") and not getattr(case, leaf.field):
+            if leaf.field in UNSAID and getattr(part, leaf.field) in (0, (), math.inf):
                 continue
             if leaf.field == "cycles" and case.blocks:
-                continue
-            if leaf.field == "plastic_limit" and math.isinf(case.plastic_limit):
                 continue
             tried.add(leaf)
             changed = {leaf.field: moved(leaf, getattr(part, leaf.field) or case.grid_spacing)}

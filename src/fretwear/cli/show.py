@@ -290,9 +290,9 @@ def _unworn(dataset: xr.Dataset) -> dict[str, float]:
             "tangential_displacement": stroke,
             "dissipated_energy": 4.0 * friction * hertz.load * stroke,
         }
-    if case.tangential_ratio >= 1.0 and isinstance(hertz, HertzContact):
-        # The rig takes up µP/S of the displacement.
-        slid = case.displacement_amplitude - friction * hertz.load * case.loading.flexibility
+    if case.tangential_ratio >= 1.0 and type(hertz) in (HertzContact, LineContact):
+        # The rig takes up µP/S of the displacement, or the bodies of a cylinder.
+        slid = case.displacement_amplitude - friction * hertz.load * case.loading.flexibility(hertz)
         return found | {
             "stick_half_width_x": 0.0,
             "stick_area": 0.0,

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Annotated, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
-from fretwear.parts import Part, PerLength, Quantity
+from fretwear.parts import Parameter, Part, PerLength, Quantity
 from fretwear.theory import HertzContact, LineContact
+from fretwear.theory.limiting_state import find_root
 
 SMALL_STROKE = 0.05
 """Sliding amplitude over the Hertz half-width up to which bodies need not be seen to move."""
@@ -26,28 +28,30 @@ class Sliding:
     level
         Approach d*, m, of a reduced contact that carries nothing.
     flexibility
-        Of the rig in the units of the approach, 1/(κ S), m/N; zero where it is rigid.
+        Of the rig in the units of the approach, 1/(κ S), m/N; zero where it is rigid. Of bodies in
+        line contact that are smaller than the distance from which their approach counts, negative.
     """
 
     load: float | None = None
     level: float = 0.0
     flexibility: float = 0.0
 
-    def of_sphere(self, hertz: Smooth) -> tuple[float, float]:
-        """P*, N, and d*, m, of the unworn smooth sphere; no load where it slides as a whole."""
+    def of_smooth(self, hertz: Smooth) -> tuple[float, float]:
+        """P*, N, and d*, m, of the unworn smooth contact; no load where it slides as a whole."""
         if self.load is not None:
             return self.load, hertz.with_load(self.load).approach if self.load > 0 else 0.0
         if self.level <= 0.0:
             return 0.0, self.level
-        # P* = b d*^1.5: Newton's method comes down on the root of this convex function.
-        stiffness, found = hertz.load / hertz.approach**1.5, self.level
-        for _ in range(100):
-            excess = found + self.flexibility * stiffness * found**1.5 - self.level
-            slope = 1.0 + 1.5 * self.flexibility * stiffness * math.sqrt(found)
-            if excess <= 1e-15 * self.level:
-                break
-            found -= excess / slope
-        return stiffness * found**1.5, found
+
+        def missing(load: float) -> float:
+            own = hertz.with_load(load).approach if load > 0.0 else 0.0
+            return self.level - own - self.flexibility * load
+
+        most = hertz.load
+        while missing(most) > 0.0:
+            most *= 2.0
+        load = find_root(missing, 0.0, most)
+        return load, hertz.with_load(load).approach
 
 
 class Pressed(Part):
@@ -170,7 +174,9 @@ class Loading(Pressed):
     is_force: ClassVar[bool] = True
     is_ratio: ClassVar[bool] = False
 
-    def sliding(self, friction: float, coupling: float, load: float, approach: float) -> Sliding:
+    def sliding(
+        self, friction: float, coupling: float, load: float, approach: float, flexibility: float
+    ) -> Sliding:
         """What the reduced contact has to satisfy.
 
         Parameters
@@ -179,6 +185,8 @@ class Loading(Pressed):
             µ and κ.
         load, approach
             P, N, and d, m, of the contact.
+        flexibility
+            Of what is in series with the contact, m/N.
         """
         raise NotImplementedError
 
@@ -198,10 +206,13 @@ class Loading(Pressed):
         """The same loading in SI units: one loading, however it was written, is one case."""
         return TangentialLoad(self.amplitude(friction, coupling, hertz))
 
-    @property
-    def flexibility(self) -> float:
-        """Of the rig, m/N."""
+    def flexibility(self, hertz: Smooth) -> float:  # noqa: ARG002 - nothing
+        """Of what is in series with the contact, m/N."""
         return 0.0
+
+    def transition(self, friction: float, coupling: float, hertz: Smooth) -> float:
+        """U_t, m, at which the unworn smooth contact, without a rig, slides as a whole."""
+        return friction * coupling * hertz.approach
 
     @property
     def stroke(self) -> float:
@@ -228,9 +239,11 @@ class TangentialRatio(Loading):
 
     is_ratio: ClassVar[bool] = True
 
-    def sliding(self, friction: float, coupling: float, load: float, approach: float) -> Sliding:
+    def sliding(
+        self, friction: float, coupling: float, load: float, approach: float, flexibility: float
+    ) -> Sliding:
         """P* = (1 − X) P."""
-        del friction, coupling, approach
+        del friction, coupling, approach, flexibility
         return Sliding(load * (1.0 - self.tangential_ratio))
 
     def ratio(self, friction: float, coupling: float, hertz: Smooth) -> float:
@@ -263,9 +276,11 @@ class TangentialLoad(Loading):
     ]
     kind: Literal["tangential_load"] = "tangential_load"
 
-    def sliding(self, friction: float, coupling: float, load: float, approach: float) -> Sliding:
+    def sliding(
+        self, friction: float, coupling: float, load: float, approach: float, flexibility: float
+    ) -> Sliding:
         """P* = P − Q/µ."""
-        del coupling, approach
+        del coupling, approach, flexibility
         return Sliding(load * (1.0 - self.tangential_load / (friction * load)))
 
     def ratio(self, friction: float, coupling: float, hertz: Smooth) -> float:
@@ -310,9 +325,11 @@ class SlidingAmplitude(Loading):
         """Amplitude of sliding, m."""
         return self.sliding_amplitude
 
-    def sliding(self, friction: float, coupling: float, load: float, approach: float) -> Sliding:
+    def sliding(
+        self, friction: float, coupling: float, load: float, approach: float, flexibility: float
+    ) -> Sliding:
         """No load: nothing sticks."""
-        del load
+        del load, flexibility
         return Sliding(None, approach - self.sliding_amplitude / (friction * coupling))
 
     def ratio(self, friction: float, coupling: float, hertz: Smooth) -> float:
@@ -336,6 +353,16 @@ class SlidingAmplitude(Loading):
         return f"s{self.sliding_amplitude * 1e6:.4g}um".replace("+", "")
 
 
+@dataclass(frozen=True)
+class _OfLines(Quantity):
+    """A quantity that only line contacts have; for all others it is zero and not told."""
+
+    def coordinates(self, name: str, value: Any) -> Iterator[tuple[str, Parameter, float | str]]:
+        """Yield it where there is one."""
+        if value:
+            yield name, self, value
+
+
 @dataclass(frozen=True, kw_only=True)
 class Displacement(Loading):
     """A relative tangential displacement of distant points, or of a rig of some stiffness."""
@@ -354,26 +381,58 @@ class Displacement(Loading):
             "then that of the rig. Default: none, a rigid rig.",
         ),
     ] = math.inf
+    tangential_compliance: Annotated[
+        float,
+        _OfLines(
+            "Pa-1",
+            "$C_t$",
+            "tangential compliance",
+            "um/(N/mm)",
+            like="0.1 um/(N/mm)",
+            at_least=0.0,
+            description="Displacement per tangential load per length while nothing slips, of a "
+            "line contact with its bodies and rig: the slope of the loop after a reversal.",
+        ),
+    ] = 0.0
 
     is_force: ClassVar[bool] = False
 
+    def canonical(self) -> dict[str, Any]:
+        """Return kind and parameters; the compliance only where it counts."""
+        content = super().canonical()
+        if not self.tangential_compliance:
+            del content["tangential_compliance"]
+        return content
+
     def ratio(self, friction: float, coupling: float, hertz: Smooth) -> float:
-        """X = Q/(µP) of the unworn smooth sphere; 1 where it slides as a whole."""
+        """X = Q/(µP) of the unworn smooth contact; 1 where it slides as a whole."""
         plain = self.plain(friction, coupling, hertz)
-        sliding = plain.sliding(friction, coupling, hertz.load, hertz.approach)
-        return 1.0 - sliding.of_sphere(hertz)[0] / hertz.load
+        flexibility = self.flexibility(hertz)
+        sliding = plain.sliding(friction, coupling, hertz.load, hertz.approach, flexibility)
+        return 1.0 - sliding.of_smooth(hertz)[0] / hertz.load
 
     def plain(self, friction: float, coupling: float, hertz: Smooth) -> DisplacementAmplitude:
         """The amplitude in m."""
         return DisplacementAmplitude(
             displacement_amplitude=self.displacement(friction, coupling, hertz),
             rig_stiffness=self.rig_stiffness,
+            tangential_compliance=self.tangential_compliance,
         )
 
-    @property
-    def flexibility(self) -> float:
-        """1/S, m/N."""
+    def flexibility(self, hertz: Smooth) -> float:
+        """1/S, m/N; of a line contact what is left of C_t without that of the unworn contact.
+
+        The approach, and µκ (d − d*) with it, counts from a surface at some distance in the bodies,
+        which dδ/dP depends on and so this difference: U does not.
+        """
+        if isinstance(hertz, LineContact):
+            return self.tangential_compliance - hertz.compliance
         return 1.0 / self.rig_stiffness
+
+    def transition(self, friction: float, coupling: float, hertz: Smooth) -> float:
+        """U_t = µκ d, m, without the rig; of a line contact µ (d + F P), all in series F."""
+        beyond = self.flexibility(hertz) if isinstance(hertz, LineContact) else 0.0
+        return friction * (coupling * hertz.approach + beyond * hertz.load)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -399,11 +458,13 @@ class DisplacementAmplitude(Displacement):
         del friction, coupling, hertz
         return self.displacement_amplitude
 
-    def sliding(self, friction: float, coupling: float, load: float, approach: float) -> Sliding:
-        """U = µκ(d − d*) + µ(P − P*)/S."""
-        flexibility = self.flexibility / coupling
+    def sliding(
+        self, friction: float, coupling: float, load: float, approach: float, flexibility: float
+    ) -> Sliding:
+        """U = µκ(d − d*) + µ(P − P*) F, with F = 1/S of a rig."""
         slip = self.displacement_amplitude / (friction * coupling)
-        return Sliding(None, approach + flexibility * load - slip, flexibility)
+        series = flexibility / coupling
+        return Sliding(None, approach + series * load - slip, series)
 
     @property
     def slug(self) -> str:
@@ -414,7 +475,7 @@ class DisplacementAmplitude(Displacement):
 
 @dataclass(frozen=True, kw_only=True)
 class DisplacementRatio(Displacement):
-    """The displacement in units of U_t = µκ d, which slides the unworn smooth sphere as a whole."""
+    """The displacement in units of U_t, which slides the unworn smooth contact as a whole."""
 
     displacement_ratio: Annotated[
         float,
@@ -431,5 +492,5 @@ class DisplacementRatio(Displacement):
     kind: Literal["displacement_ratio"] = "displacement_ratio"
 
     def displacement(self, friction: float, coupling: float, hertz: Smooth) -> float:
-        """U = u µκ d, m."""
-        return self.displacement_ratio * friction * coupling * hertz.approach
+        """U = u U_t, m."""
+        return self.displacement_ratio * self.transition(friction, coupling, hertz)

@@ -60,7 +60,7 @@ def loop(
     angles = np.pi * np.arange(contacts + 1) / contacts
     known = 0.5 * (1.0 + least) - 0.5 * (1.0 - least) * np.cos(angles)
     approach = _approaches(workspace, problem, state, known)
-    coefficient, flexibility = problem.friction.coefficient, problem.loading.flexibility
+    coefficient, flexibility = problem.friction.coefficient, problem.flexibility
     compliance = coefficient * problem.coupling
     place = np.linspace(1.0, least, points + 1)
     force = coefficient * state.load * (1.0 - place**3)

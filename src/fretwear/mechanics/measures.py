@@ -54,7 +54,7 @@ def measure(problem: WearProblem, state: State) -> Measures:
     displacement = problem.tangential_displacement(state.approach, reduced)
     force = problem.tangential_force(state.load, reduced)
     energy = problem.dissipated_energy(state, geometry)
-    imposed = displacement + problem.loading.flexibility * force
+    imposed = displacement + problem.flexibility * force
     return Measures(
         approach=state.approach,
         tangential_displacement=displacement,

@@ -24,6 +24,7 @@ from fretwear.mechanics.geometry import Array, HalfSpace, Mask, Problem, Single
 from fretwear.mechanics.loading import Sliding
 from fretwear.mechanics.solver import solve_contact
 from fretwear.parts import Part
+from fretwear.theory import LineContact
 
 _COARSE = 1e-2
 # From here on, displacements in single precision are good enough beyond the stick zone.
@@ -145,11 +146,13 @@ class Jaeger(SlipModel):
             return ReducedContact(np.zeros_like(shape), shape - sliding.level, sliding.level, 0.0)
         # The solver's tolerance is relative to a displacement that vanishes with the stick zone.
         tolerance = min(tolerance * max(scale / depth, 1.0), _COARSE)
-        low, high, convolutions = 0.0, depth, 0
+        # P* is at most P.
+        most = depth + max(-sliding.flexibility, 0.0) * problem.hertz.load
+        low, high, convolutions = 0.0, most, 0
         if start is not None and low < start.approach - lowest < high:
             tried = start.approach - lowest
         else:
-            tried = replace(sliding, level=depth).of_sphere(problem.hertz)[1]
+            tried = min(replace(sliding, level=depth).of_smooth(problem.hertz)[1], most)
         if not sliding.flexibility:
             tried = depth
         before: tuple[float, float] | None = None
@@ -161,7 +164,8 @@ class Jaeger(SlipModel):
             if abs(excess) <= tolerance * depth or high - low <= tolerance * depth:
                 return replace(found, convolutions=convolutions)
             low, high = (low, tried) if excess > 0 else (tried, high)
-            stiffness = 1.5 * found.load / tried
+            power = 1.0 if isinstance(problem.hertz, LineContact) else 1.5
+            stiffness = power * found.load / tried
             if before is not None:
                 stiffness = (found.load - before[1]) / (tried - before[0])
             before, start = (tried, found.load), found if found.load > 0.0 else start
@@ -203,7 +207,7 @@ class CattaneoMindlin(SlipModel):
         """Hertz pressure and gap of the disc of radius c."""
         geometry = half_space.geometry
         r = np.hypot(*np.meshgrid(geometry.x, geometry.y, indexing="ij"))
-        load, approach = problem.unworn_sliding.of_sphere(problem.hertz)
+        load, approach = problem.unworn_sliding.of_smooth(problem.hertz)
         if not load > 0.0:
             gap = r**2 / (2.0 * problem.hertz.radius) - approach
             return ReducedContact(np.zeros_like(r), gap, approach, 0.0)

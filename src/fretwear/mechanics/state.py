@@ -91,7 +91,13 @@ class WearProblem:
 
     def sliding(self, load: float, approach: float) -> Sliding:
         """What the reduced contact of a contact with a load, N, and an approach, m, satisfies."""
-        return self.loading.sliding(self.friction.coefficient, self.coupling, load, approach)
+        friction, series = self.friction.coefficient, self.flexibility
+        return self.loading.sliding(friction, self.coupling, load, approach, series)
+
+    @property
+    def flexibility(self) -> float:
+        """Of what is in series with the contact, m/N."""
+        return self.loading.flexibility(self.hertz)
 
     @property
     def unworn_sliding(self) -> Sliding:
@@ -101,7 +107,7 @@ class WearProblem:
     @property
     def stick_load(self) -> float:
         """Reduced load P*, N, of the unworn smooth contact: P − Q/µ."""
-        return self.unworn_sliding.of_sphere(self.hertz)[0]
+        return self.unworn_sliding.of_smooth(self.hertz)[0]
 
     @property
     def changes(self) -> bool:

@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from fretwear.mechanics.loading import SMALL_STROKE, TangentialRatio
+from fretwear.mechanics.loading import SMALL_STROKE, Displacement, TangentialRatio
 from fretwear.mechanics.materials import ElasticBodies
 from fretwear.parts import pair
 from fretwear.study.problems import Problem
@@ -249,13 +249,30 @@ def _line_has_no_approach(case: CaseTree) -> Problem | None:
     kind = case.indenter.kind
     if not case.indenter.is_line:
         return None
-    if case.normal.holds_load and (case.loading.is_force or case.loading.stroke):
-        return None
     if not case.normal.holds_load:
         rule = f"cannot be given of a {kind}: how deep a line contact is depends on from where"
         return Problem(case.normal.kind, None, rule, "write load: 18.5 N/mm")
-    rule = f"cannot be given of a {kind}: how far it moves depends on the size of the bodies"
-    return Problem(case.loading.kind, None, rule, "write sliding_amplitude or tangential_ratio")
+    if not isinstance(case.loading, Displacement):
+        return None
+    if math.isfinite(case.loading.rig_stiffness):
+        rule = f"is not for a {kind}, whose tangential_compliance is that of the rig too"
+        return Problem("rig_stiffness", None, rule, "leave rig_stiffness out")
+    if case.loading.tangential_compliance:
+        return None
+    rule = f"of a {kind} needs tangential_compliance: how far it moves depends on its size"
+    hint = (
+        "write tangential_compliance: 0.1 um/(N/mm), the slope of the loop after a reversal, or "
+        "give sliding_amplitude or tangential_ratio instead"
+    )
+    return Problem(case.loading.kind, None, rule, hint)
+
+
+def _compliance_is_of_a_line(case: CaseTree) -> Problem | None:
+    loading = case.loading
+    if case.indenter.is_line or not getattr(loading, "tangential_compliance", 0.0):
+        return None
+    rule = f"is for line contacts: that of a {case.indenter.kind} follows from its load"
+    return Problem("tangential_compliance", None, rule, "write rig_stiffness for that of the rig")
 
 
 def _stroke_is_of_a_line(case: CaseTree) -> Problem | None:
@@ -352,6 +369,7 @@ _CONTACT = frozenset({"indenter", "bodies", "normal"})
 RULES: tuple[Rule, ...] = (
     Rule(frozenset({"indenter", "normal", "loading"}), _loads_suit_the_contact),
     Rule(frozenset({"indenter", "normal", "loading"}), _line_has_no_approach),
+    Rule(frozenset({"indenter", "loading"}), _compliance_is_of_a_line),
     Rule(frozenset({"indenter", "loading"}), _stroke_is_of_a_line),
     Rule(_CONTACT | {"loading", "wear_law", "friction_law"}, _bodies_wear_apart),
     Rule(frozenset({"loading", "plastic_limit"}), _stroke_is_elastic),
@@ -553,19 +571,23 @@ def _coupling_is_no_number(case: CaseTree) -> Doubt | None:
 
 def _slides_far(case: CaseTree) -> Doubt | None:
     """Each point is taken to meet the same point of the other body throughout a cycle."""
-    if case.loading.is_force or case.loading.stroke or case.indenter.is_line:
+    if not isinstance(case.loading, Displacement):
         return None
     friction, hertz = case.friction_law.least, case.hertz
-    elastic = friction * (case.coupling * hertz.approach + case.loading.flexibility * hertz.load)
+    elastic = friction * (
+        case.coupling * hertz.approach + case.loading.flexibility(hertz) * hertz.load
+    )
     slid = case.displacement_amplitude - elastic
     if slid <= SMALL_STROKE * case.hertz_radius:
         return None
+    guide = "take the wear near the edge of the contact for a rough guide"
     return Doubt(
         "will slide so far that each point meets other points of the other body, which the model "
         "neglects",
         f"sliding amplitude {format_quantity(slid, LENGTH, 3)}, contact radius "
         f"{format_quantity(case.hertz_radius, LENGTH, 3)}",
-        "take the wear near the edge of the contact for a rough guide, or lower the displacement",
+        ("write sliding_amplitude" if case.indenter.is_line else guide)
+        + ", or lower the displacement",
     )
 
 

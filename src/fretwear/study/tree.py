@@ -234,8 +234,7 @@ class CaseTree:
         self,
     ) -> Annotated[float, Quantity("1", "$U/U_t$", "displacement ratio")]:
         """U over that at which the unworn smooth contact begins to slide as a whole."""
-        friction, coupling, hertz = self._unworn
-        return self.displacement_amplitude / (friction * coupling * hertz.approach)
+        return self.displacement_amplitude / self.loading.transition(*self._unworn)
 
     @property
     def _unworn(self) -> tuple[float, float, HertzContact | LineContact]:

@@ -78,6 +78,12 @@ class LineContact:
         return scale * (2.0 * math.log(2.0 * self.radius / self.contact_radius) + 1.0)
 
     @property
+    def compliance(self) -> float:
+        """dδ/dP = 2 ln(2R/a) / π E*, m²/N; tangential forces meet the same."""
+        scale = 2.0 / (math.pi * self.composite_modulus)
+        return scale * math.log(2.0 * self.radius / self.contact_radius)
+
+    @property
     def peak_pressure(self) -> float:
         """Peak pressure p0 = E* a / 2R, Pa."""
         return 0.5 * self.composite_modulus * self.contact_radius / self.radius

@@ -10,33 +10,40 @@ Int. J. Solids Struct. 35, 2349–2362.
 J. Jäger (1998), A new principle in contact mechanics, J. Tribol. 120, 677–684.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fretwear.theory.hertz import HertzContact
+from fretwear.theory.line_contact import LineContact
 from fretwear.theory.materials import require_positive
 
 FloatArray = NDArray[np.float64]
 
 
 def gross_slip_energy(
-    hertz: HertzContact, friction: float, coupling: float, displacement: float
+    hertz: HertzContact | LineContact, friction: float, coupling: float, displacement: float
 ) -> float:
-    """Energy dissipated in one cycle by a sphere that slides as a whole, J: 4µP (U − 0.8 U_t).
+    """Energy dissipated in one cycle of a contact that slides as a whole, J, or J/m of a cylinder.
+
+    4µP (U − 0.8 U_t) of a sphere; of a cylinder 4µP (U − U_t) and what slips before it slides,
+    2µ²κP²/πE*.
 
     Parameters
     ----------
-    hertz : HertzContact
+    hertz : HertzContact or LineContact
         The normal contact.
     friction, coupling : float
         µ and κ.
     displacement : float
-        Amplitude U of the displacement of distant points, m, above U_t = µκ a²/R.
+        Amplitude U of the displacement of distant points, m, above U_t = µκ δ.
     """
-    transition = friction * coupling * hertz.approach
-    return 4.0 * friction * hertz.load * (displacement - 0.8 * transition)
+    stored = 0.8 * hertz.approach
+    if isinstance(hertz, LineContact):
+        stored = hertz.approach - hertz.load / (2.0 * math.pi * hertz.composite_modulus)
+    return 4.0 * friction * hertz.load * (displacement - friction * coupling * stored)
 
 
 @dataclass(frozen=True)
