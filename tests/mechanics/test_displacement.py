@@ -6,10 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fretwear.mechanics.contact import ContactProblem
 from fretwear.mechanics.geometry import Workspace
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.rings import Rings
-from fretwear.mechanics.loop import loop, opening
+from fretwear.mechanics.loop import POINTS, loop
+from fretwear.mechanics.solver import solve_contact
 from fretwear.running.simulate import Step, steps, wear_problem
 from fretwear.study.case import Case
 
@@ -22,6 +24,7 @@ SPHERE = {
     "friction": 0.5,
     "wear_coefficient": "7e-13 / Pa",
 }
+WAVES = {"kind": "wavy", "amplitude": "0.2 um", "slope_x": "3 deg", "slope_y": "1 deg"}
 
 
 def case_of(cycles: int = 1, **given: object) -> Case:
@@ -60,24 +63,64 @@ def test_gross_slip_begins_at_the_ratios_of_fouvry_and_dissipates_what_mindlin_s
         assert first.measures.dissipated_energy == near(energy, rel=1e-3)
         if u < 1.0:
             assert first.measures.sliding_ratio == near(0.2, rel=1e-3)
-            half = opening(Workspace(problem), first.state)
+            half = loop(Workspace(problem), first.state).opening
             ratio = energy / (4 * first.measures.tangential_force * half)
             assert ratio == near(0.76946, rel=1e-3)
 
 
+@pytest.mark.parametrize("u", [0.5, 1.5])
+@pytest.mark.parametrize("rings", [True, False])
+def test_the_loop_of_a_sphere_is_mindlins(u, rings):
+    # δ/U_t = 1 − (1 − Q/µP)^(2/3) at first loading, twice that after a reversal, then gliding.
+    case = case_of(displacement_ratio=u)
+    geometry = Rings if rings else Grid
+    state = next(steps(case, geometry=geometry)).state
+    found = loop(Workspace(wear_problem(case, geometry)), state)
+    largest = 1 - (1 - min(u, 1.0)) ** 1.5
+    force, way = found.force[: POINTS + 1], found.displacement[: POINTS + 1]
+    curve = 2 * (1 - np.cbrt(1 - np.minimum((largest - force / 25) / 2, 1.0)) ** 2)
+    assert np.abs(way / case.displacement_amplitude - 1 + curve / u).max() <= 2e-3
+    opening = u - 2 * (1 - np.cbrt(1 - largest / 2) ** 2)
+    assert found.opening / case.displacement_amplitude == near(opening / u, rel=2e-3)
+    ends = found.displacement[[0, 2 * POINTS, -1]] / case.displacement_amplitude
+    np.testing.assert_allclose(ends, [1.0, -1.0, 1.0], rtol=1e-6)
+
+
 @pytest.mark.parametrize(
-    "loading",
+    "given",
     [{"tangential_ratio": 0.8}, {"displacement_ratio": 0.8, "rig_stiffness": "28 N/um"},
-     {"displacement_ratio": 1.2}],
-    ids=["force", "rig", "gross slip"],
+     {"displacement_ratio": 1.2, "cell": "6 um"},
+     {"displacement_ratio": 0.9, "roughness": WAVES, "cell": ["1.9 um", "4 um"]},
+     {"indenter": {"kind": "cylinder", "radius": "6 mm"}, "load": "100 N/mm", "radius": None,
+      "tangential_ratio": 0.8}],
+    ids=["force", "rig", "gross slip", "rough", "cylinder"],
 )  # fmt: skip
-def test_a_loop_holds_the_energy_that_its_cycle_dissipates(loading):
-    case = case_of(500, **loading)
-    workspace = Workspace(wear_problem(case, Rings))
-    for step in after(case).values():
-        curve = loop(workspace, step.state, contacts=16, points=1000)
-        assert curve.energy == near(step.measures.dissipated_energy, rel=2e-4)
-        assert curve.force.max() == near(step.measures.tangential_force, rel=1e-9)
+def test_a_loop_is_that_of_many_contacts_and_holds_the_energy_that_its_cycle_dissipates(given):
+    case = case_of(1000, **given)
+    *_, last = steps(case)
+    state, workspace = last.state, Workspace(wear_problem(case))
+    problem, ground = workspace.problem, workspace.on(state.geometry)
+    shape, low = ground.unworn + state.opening, state.reduced
+    places = np.linspace(1.0, np.cbrt(low.load / state.load), 41)
+    start, approaches = state.pressure, [state.approach]
+    for load in state.load * places[1:-1] ** 3:
+        contact = solve_contact(ContactProblem(ground.half_space, shape, load), start)
+        start = contact.pressure
+        approaches.append(contact.approach)
+    approaches.append(low.approach if low.load else shape.min())
+    force = 0.5 * state.load * (1 - places**3)
+    way = 0.5 * problem.coupling * (state.approach - np.array(approaches))
+    dissipated = last.measures.dissipated_energy
+    glides = 0.5 * problem.coupling * (approaches[-1] - low.approach)
+    area = 8 * (np.trapezoid(force, way) - 0.5 * force[-1] * way[-1]) + 4 * force[-1] * glides
+    assert area == near(dissipated, rel=2e-3)
+    found = loop(workspace, state)
+    assert found.energy == near(dissipated, rel=1e-9)
+    assert found.force.max() == near(last.measures.tangential_force, rel=1e-9)
+    at = (force[-1] - found.force[: POINTS + 1]) / 2
+    moved = (found.displacement[0] - found.displacement[: POINTS + 1]) / 2
+    moved -= at * problem.flexibility
+    assert np.abs(moved - np.interp(at, force, way)).max() <= 5e-3 * way[-1]
 
 
 # Popov (2014), Sci. Rep. 4, 3749: u, load, central pressure, half-width, deepest wear, volume.

@@ -3,32 +3,50 @@
 Under P = const the tangential force rises from zero by µ (P − P'), P' falling from P to P*, while
 distant points move by µκ (d − d'), d' the approach of the same shape under P': one family of normal
 contacts holds the whole curve. After a reversal it is run through at twice the size, as Masing
-(1926) has it and Jäger (1998) shows for contacts, so a cycle dissipates ∮ Q dδ = ∬ 4µps dA.
+(1926) has it and Jäger (1998) shows for contacts.
+
+The curve of d against P is concave, and the area between it and a chord is known without any
+contact in between: with Betti's theorem, twice that area is ∬ p g dA with the pressure of the one
+end and the gap of the other. That of the whole curve makes ∮ Q dδ = ∬ 4µps dA.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from fretwear.mechanics.geometry import Array, Workspace
-from fretwear.mechanics.slip import contact_under
+from fretwear.mechanics.slip import ReducedContact, contact_under
 from fretwear.mechanics.state import State, WearProblem
 
 POINTS = 64
-_CONTACTS = 8
+_CONTACTS = 4
+_CLOSE = 1e-3
+# A curve whose arc is so flat is known by its area well enough, and contacts are not.
+_STRAIGHT = 1e-6
 _TOLERANCE = 1e-5
+# Exponent of the load in the approach of a sphere.
+_SPHERE = 2.0 / 3.0
 
 
 @dataclass(frozen=True)
 class Loop:
-    """Force, N, and displacement, m, round one cycle from +Q to −Q and back."""
+    """Force, N, and displacement, m, round one cycle from +Q to −Q and back.
 
-    # At 4 · `POINTS` + 1 places, the first and the last the same; the displacement is that of the
-    # rig where there is one in series.
+    Attributes
+    ----------
+    force, displacement
+        At 4 · `POINTS` + 1 places, the first and the last the same; the displacement is that of
+        the rig where there is one in series.
+    opening
+        Displacement U₀, m, at which the force vanishes.
+    """
+
     force: Array
     displacement: Array
+    opening: float
 
     @property
     def energy(self) -> float:
@@ -36,113 +54,126 @@ class Loop:
         return float(np.trapezoid(self.force, self.displacement))
 
 
-def loop(
-    workspace: Workspace, state: State, contacts: int = _CONTACTS, points: int = POINTS
-) -> Loop:
-    """The loop of a state.
+def loop(workspace: Workspace, state: State, contacts: int = _CONTACTS) -> Loop:
+    """The loop of a state of a problem, whose shape is kept for the cycle.
 
-    Parameters
-    ----------
-    workspace
-        Of the problem.
-    state
-        Whose shape is kept for the cycle.
-    contacts
-        How many contacts between those under P and P* are solved.
-    points
-        Places on a quarter of the loop.
+    At most so many contacts between those under P and P* are solved, fewer where the curve is
+    known to a thousandth of the displacement before.
     """
     problem: WearProblem = workspace.problem.of(state)
-    if stroke := problem.loading.stroke:
-        return _gliding(problem.friction.coefficient * state.load, stroke, points)
-    # In t, P' = P t³, the approach of a sphere is a parabola.
-    least = np.cbrt(state.reduced.load / state.load)
-    angles = np.pi * np.arange(contacts + 1) / contacts
-    known = 0.5 * (1.0 + least) - 0.5 * (1.0 - least) * np.cos(angles)
-    approach = _approaches(workspace, problem, state, known)
     coefficient, flexibility = problem.friction.coefficient, problem.flexibility
-    compliance = coefficient * problem.coupling
-    place = np.linspace(1.0, least, points + 1)
-    force = coefficient * state.load * (1.0 - place**3)
-    fallen = approach[-1] - _interpolated(known, approach, place)
-    displacement = compliance * fallen + flexibility * force
-    largest = compliance * (state.approach - state.reduced.approach) + flexibility * force[-1]
-    # From +Q down: twice the curve, then gliding to the other end where the whole contact slides.
-    glide = np.linspace(largest - 2.0 * displacement[-1], -largest, points + 1)[1:]
-    falling = np.concatenate([largest - 2.0 * displacement, glide])
-    path = np.concatenate([force[-1] - 2.0 * force, np.full(points, -force[-1])])
-    return Loop(np.concatenate([path, -path[1:]]), np.concatenate([falling, -falling[1:]]))
-
-
-def opening(workspace: Workspace, state: State) -> float:
-    """Displacement U₀, m, at which the force of the loop of a state vanishes."""
-    problem: WearProblem = workspace.problem.of(state)
     if stroke := problem.loading.stroke:
-        return stroke
-    least = np.cbrt(state.reduced.load / state.load)
-    places = np.array([least, np.cbrt(0.5 * (1.0 + least**3)), 1.0])
-    _, half, whole = _approaches(workspace, problem, state, places)
-    coefficient = problem.friction.coefficient
+        force = coefficient * state.load * np.linspace(0.0, 1.0, POINTS + 1)
+        return _masing(force, np.zeros_like(force), stroke, stroke)
+    loads, approaches, halfway = _curve(workspace, problem, state, contacts)
+    compliance, force = coefficient * problem.coupling, coefficient * (state.load - loads)
+    displacement = compliance * (state.approach - approaches) + flexibility * force
+    largest = compliance * (state.approach - state.reduced.approach) + flexibility * force[-1]
     # The rig gives way by twice half the largest force, and back by all of it.
-    way = state.approach - state.reduced.approach - 2.0 * (whole - half)
-    return float(coefficient * problem.coupling * way)
+    slid = compliance * (2.0 * halfway - state.approach - state.reduced.approach)
+    return _masing(force, displacement, largest, slid)
 
 
-def _gliding(force: float, stroke: float, points: int) -> Loop:
-    """The loop of a contact of which the sliding alone is imposed: a rectangle."""
-    reversal, glide = (
-        np.linspace(force, -force, points + 1),
-        np.linspace(stroke, -stroke, points + 1),
-    )
-    path = np.concatenate([reversal, np.full(points, -force)])
-    way = np.concatenate([np.full(points + 1, stroke), glide[1:]])
-    return Loop(np.concatenate([path, -path[1:]]), np.concatenate([way, -way[1:]]))
+def _masing(force: Array, displacement: Array, largest: float, opening: float) -> Loop:
+    """The loop of a curve of first loading, which glides where it ends short of the largest U."""
+    # From +Q down: twice the curve, then gliding to the other end where the whole contact slides.
+    glide = np.linspace(largest - 2.0 * displacement[-1], -largest, POINTS + 1)[1:]
+    falling = np.concatenate([largest - 2.0 * displacement, glide])
+    path = np.concatenate([force[-1] - 2.0 * force, np.full(POINTS, -force[-1])])
+    return Loop(np.concatenate([path, -path[1:]]), np.concatenate([falling, -falling[1:]]), opening)
 
 
-def _approaches(workspace: Workspace, problem: WearProblem, state: State, places: Array) -> Array:
-    """Approaches, m, of the present shape under P t³; of the unworn one if slip is its slip."""
-    if not problem.slip_model.follows_shape:
-        return problem.hertz.approach * places**2
-    ground = workspace.on(state.geometry)
-    shape = ground.unworn + state.opening + state.plastic
-    reduced, found = state.reduced, [state.approach]
-    # The square of the pressure of a sphere falls evenly with t².
-    after, square = 1.0, state.pressure**2
-    stick = reduced.pressure > 0.0
-    fall = (square - reduced.pressure**2) / (1.0 - places[0] ** 2)
-    fall = np.where(stick, fall, np.mean(fall[stick])) if stick.any() else square
-    for place in places[-2:0:-1]:
-        load = float(state.load * place**3)
-        guess = np.sqrt(np.maximum(square - (after**2 - place**2) * fall, 0.0))
-        # Nothing is left where it falls faster than that; any start will do.
-        guess = guess if guess.any() else np.sqrt(square)
-        guess *= load / state.geometry.integral(guess)
-        contact = contact_under(ground.half_space, shape, load, guess, _TOLERANCE)
-        found.append(contact.approach)
-        before, after, last, square = after, place, square, contact.pressure**2
-        fall = (last - square) / (before**2 - after**2)
-    found.append(reduced.approach if reduced.load > 0.0 else float(shape.min()))
-    return np.array(found[::-1])
+def _curve(
+    workspace: Workspace, problem: WearProblem, state: State, contacts: int
+) -> tuple[Array, Array, float]:
+    """Loads, N, from P to P*, approaches, m, under them, and that under their mean."""
+    geometry, low = state.geometry, state.reduced
+    high = ReducedContact(state.pressure, state.gap, state.approach, state.load)
+    if problem.slip_model.follows_shape:
+        ground = workspace.on(geometry)
+        shape = ground.unworn + state.opening + state.plastic
+        if not low.load > 0.0:
+            lowest = float(shape.min())
+            low = replace(low, gap=shape - lowest, approach=lowest)
+        whole = geometry.integral(low.gap * high.pressure)
+    else:
+        # The loop of the unworn sphere, whose slip it is.
+        contacts, high = 0, replace(high, approach=problem.hertz.approach)
+        low = replace(low, approach=high.approach * (low.load / high.load) ** _SPHERE)
+        whole = 2.0 * high.approach / high.load**_SPHERE * _arc(low.load, high.load)[1]
+    family, areas, rise = [low, high], [whole], high.approach - low.approach
+    if whole <= _STRAIGHT * rise * (high.load - low.load):
+        contacts = 0
+    for _ in range(contacts):
+        # Halfway where the curve bends most.
+        at = int(np.argmax(areas))
+        lower, upper = family[at : at + 2]
+        load = 0.5 * (lower.load + upper.load)
+        guess = _pressure_between(lower, upper, load)
+        guess *= load / geometry.integral(guess)
+        found = contact_under(ground.half_space, shape, load, guess, _TOLERANCE)
+        expected = _approach_between(lower, upper, areas[at])
+        family.insert(at + 1, found)
+        areas[at : at + 1] = [
+            geometry.integral(lower.gap * found.pressure),
+            geometry.integral(found.gap * upper.pressure),
+        ]
+        if abs(found.approach - expected) <= _CLOSE * rise:
+            break
+    half = 0.5 * (low.load + high.load)
+    known = [each.approach for each in family if each.load == half]
+    halfway = known[0] if known else _approach_between(low, high, whole)
+    return (*_sampled(family, areas, whole), halfway)
 
 
-def _interpolated(known: Array, values: Array, places: Array) -> Array:
-    """The cubic spline through values at known places: not-a-knot, as de Boor (1978) has it."""
-    widths = np.diff(known)
-    slopes = np.diff(values) / widths
-    # Second derivatives; at both ends they are straight over two intervals.
-    matrix = np.zeros((known.size, known.size))
-    right = np.zeros(known.size)
-    inner = np.arange(1, known.size - 1)
-    matrix[inner, inner - 1], matrix[inner, inner + 1] = widths[:-1], widths[1:]
-    matrix[inner, inner] = 2.0 * (widths[:-1] + widths[1:])
-    right[inner] = 6.0 * np.diff(slopes)
-    for row, (first, second) in ((0, widths[:2]), (-1, widths[-2:])):
-        ends = slice(0, 3) if row == 0 else slice(-3, None)
-        matrix[row, ends] = second, -(first + second), first
-    bends = np.linalg.solve(matrix, right)
-    left = np.clip(np.searchsorted(known, places, "right") - 1, 0, known.size - 2)
-    way, width = places - known[left], widths[left]
-    bend, change = bends[left], bends[left + 1] - bends[left]
-    slope = slopes[left] - width * (3.0 * bend + change) / 6.0
-    result: Array = values[left] + way * (slope + way * (bend / 2.0 + way * change / (6.0 * width)))
+def _sampled(family: list[ReducedContact], areas: list[float], whole: float) -> tuple[Array, Array]:
+    """Loads and approaches from the last of a family to the first.
+
+    Between two contacts, their chord and as much of the arc of a sphere's curve as leaves twice
+    the area between them, and in sum twice that of the whole curve.
+    """
+    corners = np.array([each.load for each in family])
+    approaches = np.array([each.approach for each in family])
+    ends = corners[[0, -1]], approaches[[0, -1]]
+    chords = 2.0 * (np.trapezoid(approaches, corners) - np.trapezoid(ends[1], ends[0]))
+    fit = (whole - chords) / sum(areas) if whole > 0.0 else 0.0
+    steps = np.diff(np.linspace(0, POINTS, len(areas) + 1).round().astype(int))
+    loads, curve = [corners[:1]], [approaches[:1]]
+    for lower, upper, area, count in zip(family, family[1:], areas, steps, strict=False):
+        places = np.linspace(np.cbrt(lower.load), np.cbrt(upper.load), count + 1) ** 3
+        places[[0, -1]] = lower.load, upper.load
+        arc = _arc(lower.load, upper.load, places)[0]
+        arc *= 0.5 * fit * area / np.trapezoid(arc, places)
+        chord = np.interp(places, (lower.load, upper.load), (lower.approach, upper.approach))
+        loads.append(places[1:])
+        curve.append((chord + arc)[1:])
+    return np.concatenate(loads)[::-1], np.concatenate(curve)[::-1]
+
+
+def _arc(lower: float, upper: float, loads: Array | float = 0.0) -> tuple[Any, float]:
+    """What P^(2/3) has above its chord between two loads, and the area of that."""
+    ends = np.array([lower, upper])
+    heights = ends**_SPHERE
+    area = 0.6 * float(upper ** (1.0 + _SPHERE) - lower ** (1.0 + _SPHERE))
+    arc = np.asarray(loads) ** _SPHERE - np.interp(loads, ends, heights)
+    return arc, area - float(np.trapezoid(heights, ends))
+
+
+def _approach_between(lower: ReducedContact, upper: ReducedContact, area: float) -> float:
+    """Approach, m, under the mean of two loads."""
+    arc, whole = _arc(lower.load, upper.load, 0.5 * (lower.load + upper.load))
+    return float(0.5 * (lower.approach + upper.approach + area / whole * arc))
+
+
+def _pressure_between(lower: ReducedContact, upper: ReducedContact, load: float) -> Array:
+    """A guess of the pressure, Pa, under a load between those of two contacts.
+
+    The square of the pressure of a sphere falls evenly with P^(2/3), to zero beyond its edge.
+    """
+    least, most, place = (each**_SPHERE for each in (lower.load, upper.load, load))
+    square, stick = upper.pressure**2, lower.stick
+    fall = square - lower.pressure**2
+    fall = np.where(stick, fall, fall[stick].mean() if stick.any() else square.max())
+    part = (most - place) / (most - least)
+    result: Array = np.sqrt(np.maximum(square - part * fall, 0.0))
     return result

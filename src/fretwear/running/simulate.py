@@ -6,7 +6,6 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import asdict, dataclass, field, replace
-from functools import cached_property
 from math import inf
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +17,7 @@ from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.line import Line
 from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.integrator import evolve
-from fretwear.mechanics.loop import loop, opening
+from fretwear.mechanics.loop import loop
 from fretwear.mechanics.measures import Measures, measure, sampled
 from fretwear.mechanics.state import State, WearProblem, in_contact
 from fretwear.mechanics.stroke import StrokeState, slide
@@ -95,19 +94,7 @@ class Result:
 
     dataset: xr.Dataset
     history: xr.Dataset
-    _snapshots: Sequence[State | StrokeState]
-    _problem: WearProblem
-
-    @cached_property
-    def loops(self) -> xr.Dataset:
-        """The loops, computed when they are asked for: they take many contacts."""
-        from fretwear.data.dataset import loop_dataset
-
-        workspace = Workspace(self._problem)
-        loops = [loop(workspace, state) for state in self._snapshots]
-        curves = {name: np.array([getattr(each, name) for each in loops]) for name in _CURVES}
-        cycles = [state.cycle for state in self._snapshots]
-        return loop_dataset(cycles, curves, in_line=self._problem.indenter.is_line)
+    loops: xr.Dataset
 
 
 def simulate(
@@ -229,7 +216,7 @@ def _steps(case: Case, problem: WearProblem, start: State | None) -> Iterator[St
 def _result(
     case: Case, record: RunRecord, problem: WearProblem, title: str, command: str
 ) -> Result:
-    from fretwear.data.dataset import case_dataset, history_dataset
+    from fretwear.data.dataset import case_dataset, history_dataset, loop_dataset
 
     columns = {name: np.array([row[name] for row in record.history]) for name in record.history[0]}
     steps_at = columns.pop("cycle")
@@ -245,7 +232,8 @@ def _result(
     workspace = Workspace(problem)
     scalars = {name: values[kept] for name, values in columns.items()}
     energy, force = scalars["dissipated_energy"], scalars["tangential_force"]
-    openings = np.array([opening(workspace, state) for state in record.snapshots])
+    loops = [loop(workspace, state) for state in record.snapshots]
+    openings = np.array([each.opening for each in loops])
     with np.errstate(invalid="ignore"):
         scalars["sliding_criterion"] = np.nan_to_num(energy / (4.0 * openings * force))
     fields = _snapshot_fields(workspace, record.snapshots)
@@ -266,7 +254,8 @@ def _result(
     variables = LINE_SCALARS if in_line else SCALARS
     spent = np.diff(convolutions, prepend=0)
     history = history_dataset(steps_at, columns, errors, spent, variables)
-    return Result(dataset, history, record.snapshots, problem)
+    curves = {name: np.array([getattr(each, name) for each in loops]) for name in _CURVES}
+    return Result(dataset, history, loop_dataset(cycles, curves, in_line=in_line))
 
 
 def wear_problem(
