@@ -16,8 +16,8 @@ from fretwear.mechanics.loop import loop
 from fretwear.mechanics.materials import ElasticBodies
 from fretwear.mechanics.measures import measure
 from fretwear.mechanics.solver import solve_contact
-from fretwear.mechanics.surfaces import Cylinder
-from fretwear.theory import gross_slip_energy
+from fretwear.mechanics.surfaces import Cylinder, FlatPunch
+from fretwear.theory import LineLimitingState, gross_slip_energy
 
 from .problems import FRICTION, P0, fretting
 
@@ -29,15 +29,13 @@ A = HERTZ.contact_radius
 
 def rubbing(load_ratio, **changes):
     """A cylinder under a tangential load."""
-    return fretting(
-        indenter=CYLINDER,
-        bodies=STEEL,
-        normal=NormalLoad(LOAD),
-        spacing=(A / 64, A / 64),
-        extent=(1.15 * A, 1.15 * A),
-        geometry=Line,
-        **{"loading": TangentialRatio(load_ratio), **changes},
-    )
+    given = {
+        "indenter": CYLINDER,
+        "normal": NormalLoad(LOAD),
+        "extent": (1.15 * A, 1.15 * A),
+        "loading": TangentialRatio(load_ratio),
+    }
+    return fretting(bodies=STEEL, spacing=(A / 64, A / 64), geometry=Line, **{**given, **changes})
 
 
 def test_the_influence_is_symmetric_and_positive():
@@ -75,15 +73,40 @@ def test_the_limit_of_many_cycles(load_ratio):
     assert found.contact_half_width_x == pytest.approx(limiting.contact_radius, rel=2e-3)
 
 
+@pytest.mark.parametrize("share", [0.4, 0.5, 0.8])
+def test_a_punch_with_rounded_edges(share):
+    """Half-widths of contact and stick, pressures and approach; and many cycles later."""
+    punch = FlatPunch(flat_half_width=1e-4, edge_radius=6e-3)
+    unit = punch.hertz(NormalLoad(1.0), STEEL.composite_modulus)
+    load = unit.load_at(1e-4 / share)
+    hertz = unit.with_load(load)
+    problem = rubbing(
+        0.5,
+        indenter=punch,
+        normal=NormalLoad(load),
+        extent=(1.15 * hertz.contact_radius, 1.15 * hertz.contact_radius),
+    )
+    state = first_loading(problem)
+    found = measure(problem, state)
+    assert found.contact_half_width_x == pytest.approx(1e-4 / share, rel=1e-3)
+    stick = hertz.with_load(0.5 * load)
+    assert found.stick_half_width_x == pytest.approx(stick.contact_radius, rel=1e-4)
+    assert found.central_pressure == pytest.approx(hertz.central_pressure, rel=1e-4)
+    assert found.peak_pressure == pytest.approx(hertz.peak_pressure, rel=1e-3)
+    assert found.approach == pytest.approx(hertz.approach, rel=1e-5)
+    *_, last = evolve(problem, [1e4 / (problem.growth_rate * hertz.peak_pressure)])
+    found, limiting = measure(problem, last), LineLimitingState(hertz, 0.5)
+    assert found.central_pressure == pytest.approx(limiting.central_pressure, rel=1e-3)
+    assert found.approach == pytest.approx(limiting.approach, rel=1e-4)
+
+
 COMPLIANCES = [3e-11, 5e-12]  # of large bodies, and of bodies smaller than their radius
 
 
 def driven(ratio, compliance):
     """A cylinder under a displacement, over that which slides it as a whole unworn."""
-    return rubbing(
-        0.5,
-        loading=DisplacementRatio(displacement_ratio=ratio, tangential_compliance=compliance),
-    )
+    loading = DisplacementRatio(displacement_ratio=ratio, tangential_compliance=compliance)
+    return rubbing(0.5, loading=loading.plain(FRICTION, 1.0, HERTZ))
 
 
 @pytest.mark.parametrize("compliance", COMPLIANCES)
@@ -91,7 +114,6 @@ def driven(ratio, compliance):
 def test_displacement_over_the_slope_of_the_loop(ratio, compliance):
     """U = C Q + (µP/πE*) [X + (1 − X) ln(1 − X)], whatever the approach counts from."""
     problem = driven(ratio, compliance)
-    problem = replace(problem, loading=problem.loading.plain(FRICTION, 1.0, HERTZ))
     state = first_loading(problem)
     found = measure(problem, state)
     sliding, force = FRICTION * LOAD, found.tangential_force
@@ -116,7 +138,6 @@ def test_displacement_over_the_slope_of_the_loop(ratio, compliance):
 def test_wear_under_a_displacement_against_explicit_steps():
     """Euler's steps of the contacts under P and P*, the latter by bisection of the condition."""
     problem = driven(0.8, 5e-12)
-    problem = replace(problem, loading=problem.loading.plain(FRICTION, 1.0, HERTZ))
     cycles = 2.0 / (problem.growth_rate * HERTZ.peak_pressure)
     *_, last = evolve(problem, [cycles])
     line = Line(tuple(np.linspace(0.0, 1.5 * A, 121)), HERTZ.radius)
@@ -138,7 +159,7 @@ def test_wear_under_a_displacement_against_explicit_steps():
             wear += problem.growth_rate * cycles / steps * start * np.maximum(stuck.gap, 0.0)
     assert last.geometry.integral(last.wear) == pytest.approx(line.integral(wear), rel=2e-3)
     assert last.reduced.load == pytest.approx(held, rel=4e-3)
-    assert last.reduced.load > 1.05 * driven(0.8, 5e-12).stick_load
+    assert last.reduced.load > 1.05 * problem.stick_load
 
 
 def test_where_it_yields_the_load_is_kept_and_the_stick_zone_shrinks():

@@ -19,6 +19,10 @@ from fretwear.study.problems import StudyError
 from fretwear.study.study import load_study
 
 CYLINDER = {"radius": None, "indenter": {"kind": "cylinder", "radius": "6 mm"}}
+PUNCH = {
+    "radius": None,
+    "indenter": {"kind": "flat_punch", "flat_half_width": "100 um", "edge_radius": "6 mm"},
+}
 LOADS = ["10 N/mm", "18.5 N/mm"]
 
 
@@ -108,6 +112,13 @@ def test_bare_numbers_are_forces_per_length():
             ("line contacts are smooth", "roughness: none"),
         ),
         ({**CYLINDER, "load": "18.5 N/mm", "tangential_load": "20 N/mm"}, ("µP = 9.25 N/mm",)),
+        ({**PUNCH, "load": "50 N"}, ("load of a flat_punch is per length", "18.5 N/mm")),
+        ({**PUNCH, "load": None, "indentation": "1 um"}, ("indentation", "write load")),
+        ({**PUNCH, "load": "1000 kN/mm"}, ("too much for this flat_punch", "N/mm would do")),
+        (
+            {**PUNCH, "load": "18.5 N/mm", "slip_model": "cattaneo_mindlin"},
+            ("slip_model", "sphere or cylinder"),
+        ),
     ],
 )
 def test_mistakes_are_named(changes, parts):

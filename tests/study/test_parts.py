@@ -119,6 +119,7 @@ INDENTERS = (
     {"kind": "round_punch", "flat_radius": "50 um", "edge_radius": "10 mm"},
 )
 DIMPLE = {"kind": "dimple", "depth": "0.5 um", "width": "20 um"}
+PUNCH = {"kind": "flat_punch", "flat_half_width": "100 um", "edge_radius": "6 mm"}
 LINE = {
     "radius": None,
     "indenter": {"kind": "cylinder", "radius": "6 mm"},
@@ -163,6 +164,7 @@ def examples():
                 {"tangential_load": "5 N/mm"},
                 {"displacement_amplitude": "1 um", "tangential_compliance": "0.1 um/(N/mm)"},
                 {"displacement_ratio": 0.5, "tangential_compliance": "0.1 um/(N/mm)"},
+                {"tangential_ratio": 0.5, "indenter": PUNCH},
             )
         ),
         study_case(

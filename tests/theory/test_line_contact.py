@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from fretwear.theory import LineContact, LineLimitingState, LinePartialSlip
+from fretwear.theory import FlatPunchContact, LineContact, LineLimitingState, LinePartialSlip
 
 # E* = R = a = 1.
 UNIT = LineContact(1.0, math.pi / 4.0, 1.0)
@@ -58,6 +58,28 @@ def test_partial_slip_and_limit_of_many_cycles(ratio):
     if width < limiting.stick_radius:
         at = limiting.stick_radius - width
         assert float(limiting.pressure(at)) == pytest.approx(3.0 * UNIT.peak_pressure)
+
+
+@pytest.mark.parametrize(
+    ("flat", "load", "central", "peak"),
+    [(0.8, 0.0817506, 0.0283243, 0.0783417), (0.4, 0.396337, 0.169519, 0.252451)],
+)
+def test_a_punch_with_rounded_edges(flat, load, central, peak):
+    """Ciavarella, Hills and Monno (1998) at E* = R = a = 1; approach and gap by the log kernel."""
+    punch = FlatPunchContact(1.0, load, 1.0, flat_half_width=flat)
+    found = punch.contact_radius, punch.central_pressure, punch.peak_pressure
+    assert found == pytest.approx((1.0, central, peak), rel=3e-6)
+    x = np.linspace(-1.0, 1.0, 200_001)
+    middle = 0.5 * (x[1:] + x[:-1])
+    pressure = punch.pressure(middle) * np.diff(x)
+    assert pressure.sum() == pytest.approx(load, rel=1e-6)
+    assert pressure[abs(middle) < 0.5].sum() == pytest.approx(punch.load_within(0.5), rel=2e-4)
+    for at in (0.0, 0.5 * flat, 1.3):
+        moved = -2.0 / math.pi * float(pressure @ np.log(np.abs(at - middle) / punch.reference))
+        gap = moved + max(at - flat, 0.0) ** 2 / 2.0 - punch.approach
+        assert gap == pytest.approx(float(punch.gap(at)), abs=3e-6)
+    softer = punch.with_load(1.001 * load).approach - punch.with_load(0.999 * load).approach
+    assert softer / (0.002 * load) == pytest.approx(punch.compliance, rel=1e-5)
 
 
 def test_gross_sliding_is_refused():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -16,6 +16,7 @@ from fretwear.parts import Part, PerBody, Quantity, pair
 from fretwear.theory import (
     CattaneoMindlin,
     EllipticContact,
+    FlatPunchContact,
     HertzContact,
     LimitingState,
     LineContact,
@@ -24,6 +25,7 @@ from fretwear.theory import (
     RoundContact,
     RoundedPunch,
 )
+from fretwear.theory.limiting_state import find_root
 from fretwear.theory.punch import Reduced
 from fretwear.topography import Source, SourceFile, read_profile
 from fretwear.units import QuantityError
@@ -136,8 +138,23 @@ class Sphere(Indenter):
         return ""
 
 
+class _Straight(Indenter):
+    """A body with one profile all along y: a line contact in plane strain."""
+
+    is_line: ClassVar[bool] = True
+    extent_words: ClassVar[str] = "half-width"
+    even: ClassVar[Even] = (True, True)
+    smooth: ClassVar[type[HertzContact | LineContact]] = LineContact
+    partial_slip: ClassVar[type[CattaneoMindlin | LinePartialSlip]] = LinePartialSlip
+    limiting: ClassVar[type[LimitingState | LineLimitingState]] = LineLimitingState
+
+    def coupling(self, bodies: Bodies) -> float:  # noqa: ARG002 - of any bodies
+        """κ = 1: a half-plane is as compliant along the surface as across it."""
+        return 1.0
+
+
 @dataclass(frozen=True)
-class Cylinder(Indenter):
+class Cylinder(_Straight):
     """A cylinder along y, as the parabola x²/2R: a line contact in plane strain."""
 
     radius: Annotated[
@@ -154,13 +171,6 @@ class Cylinder(Indenter):
     ]
     kind: Literal["cylinder"] = "cylinder"
 
-    is_line: ClassVar[bool] = True
-    extent_words: ClassVar[str] = "half-width"
-    even: ClassVar[Even] = (True, True)
-    smooth: ClassVar[type[HertzContact | LineContact]] = LineContact
-    partial_slip: ClassVar[type[CattaneoMindlin | LinePartialSlip]] = LinePartialSlip
-    limiting: ClassVar[type[LimitingState | LineLimitingState]] = LineLimitingState
-
     def gap(self, x: Array, y: Array) -> Array:  # noqa: ARG002 - the same all along
         """x²/2R, m."""
         result: Array = x**2 / (2.0 * self.radius)
@@ -171,9 +181,43 @@ class Cylinder(Indenter):
         """R, m."""
         return self.radius
 
-    def coupling(self, bodies: Bodies) -> float:  # noqa: ARG002 - of any bodies
-        """κ = 1: a half-plane is as compliant along the surface as across it."""
-        return 1.0
+
+@dataclass(frozen=True)
+class FlatPunch(_Straight):
+    """A flat punch along y with rounded edges: gap (|x| − b)²/2R beyond the flat to ±b."""
+
+    flat_half_width: Annotated[
+        float,
+        Quantity("m", "$b$", "half-width of the flat", "um", like="100 um", above=0.0),
+    ]
+    edge_radius: Annotated[
+        float,
+        Quantity("m", "$R$", "radius of the edge", "mm", like="10 mm", above=0.0),
+    ]
+    kind: Literal["flat_punch"] = "flat_punch"
+
+    is_hertzian: ClassVar[bool] = False
+
+    def gap(self, x: Array, y: Array) -> Array:  # noqa: ARG002 - the same all along
+        """(|x| − b)²/2R beyond the flat, m."""
+        outside = np.maximum(np.abs(x) - self.flat_half_width, 0.0)
+        result: Array = outside**2 / (2.0 * self.edge_radius)
+        return result
+
+    @property
+    def curvature_radius(self) -> float:
+        """Five times the half-width, m, at which the slope of the edge is one fifth."""
+        return self.edge_radius + 5.0 * self.flat_half_width
+
+    def hertz(self, normal: Normal, modulus: float) -> FlatPunchContact:
+        """The smooth contact."""
+        load, approach = normal.given
+        flat, most = self.flat_half_width, modulus * self.curvature_radius
+        largest = FlatPunchContact(self.edge_radius, most, modulus, flat_half_width=flat)
+        if load is None:
+            assert approach is not None
+            load = find_root(lambda p: approach - largest.with_load(p).approach, 1e-12 * most, most)
+        return replace(largest, load=load)
 
 
 class _Elliptic(Indenter):

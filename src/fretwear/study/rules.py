@@ -339,9 +339,9 @@ def _others_need_forces(case: CaseTree) -> Problem | None:
 
 def _sphere_slip_needs_a_sphere(case: CaseTree) -> Problem | None:
     kind, model = case.indenter.kind, case.slip_model.kind
-    if model != "cattaneo_mindlin" or case.indenter.is_line or kind == "sphere":
+    if model != "cattaneo_mindlin" or kind in ("sphere", "cylinder"):
         return None
-    rule = f"is the closed form of a sphere and cannot stand for a {kind}"
+    rule = f"is the closed form of a sphere or cylinder and cannot stand for a {kind}"
     return Problem("slip_model", model, rule, "write slip_model: jaeger")
 
 

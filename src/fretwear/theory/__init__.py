@@ -8,7 +8,12 @@ accepted for ``r`` and ``x`` and returned in that shape.
 from fretwear.theory.elliptic import EllipticContact
 from fretwear.theory.hertz import HertzContact
 from fretwear.theory.limiting_state import LimitingState
-from fretwear.theory.line_contact import LineContact, LineLimitingState, LinePartialSlip
+from fretwear.theory.line_contact import (
+    FlatPunchContact,
+    LineContact,
+    LineLimitingState,
+    LinePartialSlip,
+)
 from fretwear.theory.materials import (
     composite_modulus,
     composite_shear_modulus,
@@ -22,6 +27,7 @@ from fretwear.theory.punch import RoundContact, RoundedPunch
 __all__ = [
     "CattaneoMindlin",
     "EllipticContact",
+    "FlatPunchContact",
     "HertzContact",
     "LimitingState",
     "LineContact",

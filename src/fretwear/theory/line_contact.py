@@ -1,16 +1,18 @@
-"""Closed forms of a smooth cylinder on a flat in plane strain; loads are per length.
+"""Closed forms of a smooth cylinder or punch on a flat in plane strain; loads are per length.
 
 References
 ----------
 K. L. Johnson (1985), Contact Mechanics, Cambridge University Press, sections 4.2 and 7.2.
 M. Ciavarella (1998), The generalized Cattaneo partial slip plane contact problem,
 Int. J. Solids Struct. 35, 2349–2362.
+M. Ciavarella, D. A. Hills, G. Monno (1998), The influence of rounded edges on indentation by a
+flat punch, J. Mech. Eng. Sci. 212, 319–328.
 M. Ciavarella, D. A. Hills (1999), A note on some oscillating contact problems subject to wear,
 J. Mech. Eng. Sci. 213, 851–857 (the limit of many cycles).
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -20,6 +22,8 @@ from fretwear.theory.limiting_state import find_root, require_partial_slip
 from fretwear.theory.materials import require_positive
 
 FloatArray = NDArray[np.float64]
+
+_PUNCHES = 200
 
 
 @dataclass(frozen=True)
@@ -68,20 +72,29 @@ class LineContact:
         return math.sqrt(4.0 * self.load * self.radius / (math.pi * self.composite_modulus))
 
     @property
-    def approach(self) -> float:
-        """Approach δ = (P / π E*) [2 ln(2R/a) + 1], m.
+    def reference(self) -> float:
+        """Distance from the middle at which the approach counts from the surface, R, m.
 
         The surface of a loaded half-plane sinks without bound towards its middle, or rises without
-        bound away from it: the approach counts from the surface at the distance R.
+        bound away from it.
         """
-        scale = self.load / (math.pi * self.composite_modulus)
-        return scale * (2.0 * math.log(2.0 * self.radius / self.contact_radius) + 1.0)
+        return self.radius
+
+    @property
+    def approach(self) -> float:
+        """Approach δ = (P / π E*) [2 ln(2R/a) + 1], m."""
+        return self.load * (self.compliance + 1.0 / (math.pi * self.composite_modulus))
 
     @property
     def compliance(self) -> float:
         """dδ/dP = 2 ln(2R/a) / π E*, m²/N; tangential forces meet the same."""
         scale = 2.0 / (math.pi * self.composite_modulus)
-        return scale * math.log(2.0 * self.radius / self.contact_radius)
+        return scale * math.log(2.0 * self.reference / self.contact_radius)
+
+    @property
+    def central_pressure(self) -> float:
+        """Pressure in the middle, Pa."""
+        return float(self.pressure(0.0))
 
     @property
     def peak_pressure(self) -> float:
@@ -95,7 +108,7 @@ class LineContact:
 
     def with_load(self, load: float) -> "LineContact":
         """Contact of the same bodies under another load per length (N/m)."""
-        return LineContact(self.radius, load, self.composite_modulus)
+        return replace(self, load=load)
 
     def load_at(self, contact_radius: float) -> float:
         """Load per length, N/m, of a contact of some half-width, m."""
@@ -133,6 +146,98 @@ class LineContact:
         exact = ratio * root - np.arcsinh(root)
         series = root**3 * (2.0 / 3.0 - root**2 * (1.0 / 5.0 - root**2 * 3.0 / 28.0))
         return np.asarray(np.where(root < 0.01, series, exact) * (0.5 * a * a / self.radius))
+
+
+@dataclass(frozen=True)
+class FlatPunchContact(LineContact):
+    """A punch, flat to |x| = b and (|x| - b)²/2R high beyond: ``radius`` is that of its edges.
+
+    Its pressure is that of flat punches of all half-widths from b to a, of loads
+    dP = (E*/R) t arccos(b/t) dt: Ciavarella, Hills and Monno (1998).
+    """
+
+    flat_half_width: float = field(kw_only=True)
+
+    @cached_property
+    def contact_radius(self) -> float:
+        """Half-width of the contact a, m."""
+        outside = 2.0 * self.flat_half_width
+        while self.load_at(outside) < self.load:
+            outside *= 2.0
+        return find_root(lambda edge: self.load - self.load_at(edge), self.flat_half_width, outside)
+
+    @property
+    def reference(self) -> float:
+        """R + 5b, m: five times where the slope of the edge is one fifth."""
+        return self.radius + 5.0 * self.flat_half_width
+
+    @property
+    def approach(self) -> float:
+        """Approach δ = ∫ dδ/dP dP, m."""
+        flat, edge = self.flat_half_width, self.contact_radius
+        angle, root = self._edge(edge)
+        rounded = (0.5 * edge**2 + flat**2) * angle - 1.5 * flat * root
+        return self.load * self.compliance + rounded / (math.pi * self.radius)
+
+    @cached_property
+    def peak_pressure(self) -> float:
+        """Largest pressure, Pa, on the rounded edges."""
+        places = np.linspace(self.flat_half_width, self.contact_radius, 402)
+        best = int(np.argmax(self.pressure(places[1:-1]))) + 1
+        around = np.linspace(places[best - 1], places[best + 1], 401)[1:]
+        return float(self.pressure(around).max())
+
+    def load_at(self, contact_radius: float) -> float:
+        """P = (E*/2R) [a² arccos(b/a) - b √(a² - b²)], N/m, of a contact of a half-width, m."""
+        angle, root = self._edge(contact_radius)
+        inside = contact_radius**2 * angle - self.flat_half_width * root
+        return 0.5 * self.composite_modulus / self.radius * inside
+
+    def load_within(self, radius: float) -> float:
+        """Load per length, N/m, that the middle of the contact carries to a distance, m."""
+        edges, loads = self._punches
+        return float(loads @ np.arcsin(np.minimum(radius / edges, 1.0))) * 2.0 / math.pi
+
+    def pressure(self, x: ArrayLike) -> FloatArray:
+        """Pressure in Pa, zero outside the contact, at positions ``x`` in m."""
+        edge = self.contact_radius
+        flat = math.asin(self.flat_half_width / edge)
+        sine = np.abs(np.asarray(x, dtype=float)) / edge
+        angle = np.arcsin(np.minimum(sine, 1.0))
+        # Its logarithms cancel at the end of the flat.
+        angle = np.where(np.abs(angle - flat) < 1e-9, flat + 1e-9, angle)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            rise = np.log(np.abs(np.sin(angle + flat) / np.sin(angle - flat))) * np.sin(angle)
+            tangents = np.tan(0.5 * (angle + flat)) * np.tan(0.5 * (angle - flat))
+            rise += np.log(np.abs(tangents)) * math.sin(flat)
+        open_angle = math.pi - 2.0 * flat
+        scale = 2.0 * self.load / (math.pi * edge * (open_angle - math.sin(2.0 * flat)))
+        found = scale * (open_angle * np.cos(angle) + rise)
+        return np.asarray(np.where(sine < 1.0, found, 0.0))
+
+    def gap(self, x: ArrayLike) -> FloatArray:
+        """Gap between the deformed surfaces in m, zero inside the contact, at ``x`` in m."""
+        distance = np.maximum(np.abs(np.asarray(x, dtype=float)), self.contact_radius)
+        edges, loads = self._punches
+        risen = np.arccosh(np.maximum(distance[..., None] / edges, 1.0)) @ loads
+        scale = 2.0 / (math.pi * self.composite_modulus)
+        height = (distance - self.flat_half_width) ** 2 / (2.0 * self.radius)
+        return np.asarray(np.maximum(height - scale * risen, 0.0))
+
+    def _edge(self, edge: float) -> tuple[float, float]:
+        """arccos(b/a) and √(a² - b²)."""
+        flat = self.flat_half_width
+        return math.acos(min(flat / edge, 1.0)), math.sqrt(max(edge**2 - flat**2, 0.0))
+
+    @cached_property
+    def _punches(self) -> tuple[FloatArray, FloatArray]:
+        """Half-widths of flat punches, m, and the loads per length that they carry, N/m."""
+        angles = (np.arange(_PUNCHES) + 0.5) * math.pi / _PUNCHES
+        half = 0.5 * (self.contact_radius - self.flat_half_width)
+        edges = self.flat_half_width + half * (1.0 - np.cos(angles))
+        weights = half * np.sin(angles) * math.pi / _PUNCHES
+        loads = edges * np.arccos(self.flat_half_width / edges) * weights
+        return edges, loads * (self.composite_modulus / self.radius)
 
 
 @dataclass(frozen=True)
@@ -253,7 +358,7 @@ class LineLimitingState:
     def approach(self) -> float:
         """Approach, m, from the surface at the distance R as in `LineContact.approach`."""
         scale = 2.0 * self._punch_load / (math.pi * self.hertz.composite_modulus)
-        punch = scale * math.log(2.0 * self.hertz.radius / self.stick_radius)
+        punch = scale * math.log(2.0 * self.hertz.reference / self.stick_radius)
         return self._stick_contact.approach + punch
 
     @property
@@ -264,14 +369,13 @@ class LineLimitingState:
     def pressure(self, x: ArrayLike) -> FloatArray:
         """Pressure in Pa at positions ``x`` in m: infinite at x = ±c, zero outside the stick zone.
 
-        p∞ = (E*/2R) √(c² - x²) + X P / (π √(c² - x²)).
+        p∞ = p* + X P / (π √(c² - x²)), p* = (E*/2R) √(c² - x²) of a cylinder under P*.
         """
         c, position = self.stick_radius, np.abs(np.asarray(x, dtype=float))
         root = np.sqrt(np.maximum((c - position) * (c + position), 0.0))
         with np.errstate(divide="ignore", invalid="ignore"):
             punch = np.where(self._punch_load > 0.0, self._punch_load / (math.pi * root), 0.0)
-        total = 0.5 * self.hertz.composite_modulus / self.hertz.radius * root + punch
-        return np.asarray(np.where(position <= c, total, 0.0))
+        return np.asarray(np.where(position <= c, self._stick_contact.pressure(x) + punch, 0.0))
 
     def wear_depth(self, x: ArrayLike) -> FloatArray:
         """Wear of both bodies together in m, at positions ``x`` in m."""

@@ -3,7 +3,7 @@
 A cylinder along y touches in a strip. Fields depend on x alone, loads are per length, and where a
 contact of three dimensions has areas, this one has widths. The surface of a half-plane under a
 load per length sinks without bound, so displacements count from that at a distance from the middle,
-the radius of the cylinder.
+`fretwear.theory.LineContact.reference`.
 
 References
 ----------
@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from fretwear.mechanics.geometry import Array, Problem
 from fretwear.mechanics.geometry.dense import DenseCells, edges_about_stick
 from fretwear.mechanics.geometry.grid import Grid
+from fretwear.theory import LineContact
 
 # Strips are more than rings: the worn area of a line contact depends more on where it ends.
 _FINER = 2.0
@@ -46,7 +47,8 @@ class Line(DenseCells):
     def first(cls, problem: Problem) -> Line:
         """Strips for the first loading of a problem, graded to the edge of its stick zone."""
         edges = edges_about_stick(problem, problem.extent[0], _FINER / problem.coarseness)
-        return cls(edges, problem.hertz.radius)
+        assert isinstance(problem.hertz, LineContact)
+        return cls(edges, problem.hertz.reference)
 
     @cached_property
     def areas(self) -> Array:
