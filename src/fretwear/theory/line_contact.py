@@ -93,7 +93,7 @@ class LineContact:
 
     @property
     def central_pressure(self) -> float:
-        """Pressure in the middle, Pa."""
+        """Central pressure, Pa."""
         return float(self.pressure(0.0))
 
     @property
