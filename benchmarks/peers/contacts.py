@@ -23,6 +23,7 @@ from fretwear.mechanics.contact import ContactProblem
 from fretwear.mechanics.geometry import Array
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.solver import solve_contact
+from fretwear.mechanics.team import Team
 from fretwear.running import simulate
 
 _ITERATIONS = 20_000
@@ -221,7 +222,7 @@ def sphere(cells: int, *, quarter: bool = False, workers: int = 1) -> ContactPro
     width = MARGIN * case.hertz_radius
     count = cells // 2 if quarter else cells
     window = Grid((count, count), (2 * width / cells, 2 * width / cells), (quarter, quarter))
-    bodies = window.half_space(problem.bodies.composite_modulus, workers)
+    bodies = window.half_space(problem.bodies.composite_modulus, Team(workers))
     return ContactProblem(bodies, problem.unworn(window), problem.hertz.load)
 
 

@@ -14,6 +14,7 @@ from fretwear.mechanics.convolution import Convolution
 from fretwear.mechanics.geometry import Array, Even, Mask, Workspace
 from fretwear.mechanics.geometry.grid import Grid, fast_shape, influence_coefficients
 from fretwear.mechanics.integrator import evolve, first_loading
+from fretwear.mechanics.team import Team
 from fretwear.running.simulate import wear_problem
 
 from . import oracles
@@ -203,11 +204,13 @@ def test_threads_do_not_change_the_result(even: Even):
     # Large enough for each thread to have several blocks of rows.
     window = Grid((360, 250), SPACING, even)
     pressure = noise(window.shape)
-    alone, *others = (window.half_space(MODULUS, workers=n) for n in (1, 2, 3))
+    alone, *others = (window.half_space(MODULUS, Team(n)) for n in (1, 2, 3))
     for together in others:
         np.testing.assert_array_equal(alone.displacement(pressure), together.displacement(pressure))
         single = pressure.astype(np.float32)
         np.testing.assert_array_equal(alone.single(single), together.single(single))
+        inverses = [each.single.inverse()(single.copy()) for each in (alone, together)]
+        np.testing.assert_array_equal(*inverses)
 
 
 @pytest.mark.parametrize("even", EVEN)

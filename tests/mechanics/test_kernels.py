@@ -8,9 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fretwear.mechanics import contact, free_cells, kernels
+from fretwear.mechanics import kernels
 from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.solver import solve_contact
+from fretwear.mechanics.team import Team
 
 from .problems import CONVERGED, P0, ROUGH, fretting, pressed, window
 
@@ -50,16 +51,12 @@ class Fields:
 
 def calls(f: Fields) -> dict:
     """What each kernel is called with, by its name and a variant."""
-    nx, ny = f.shape
-    part = Fields((max(nx // 2, 1), max(ny // 3, 1)), 1)
-    corner = (nx - part.shape[0], (ny - part.shape[1]) // 2)
     return {
         "inner": lambda: (f.single(), f.single()),
         "inner of doubles": lambda: (f.double(), f.double()),
         "total": lambda: (f.single(),),
         "project_mean": lambda: (0.3, f.inside(), f.single()),
-        "blend": lambda: (f.single(), part.single(), part.single(), corner, f.single(), f.single()),
-        "blend one": lambda: (f.single(), None, None, (0, 0), f.single(), f.single()),
+        "weigh": lambda: (f.single(), f.single(), f.single()),
         "update_direction": lambda: (0.7, f.single(), f.single()),
         "add_layer": lambda: (f.single(), f.single(), f.single()),
         "add_layer without a layer": lambda: (None, f.single(), f.single()),
@@ -68,13 +65,14 @@ def calls(f: Fields) -> dict:
         "recover_displacement without a layer": lambda: (
             f.single(), None, f.single(), 0.3, f.single(),
         ),
-        "evaluate": lambda: (*_gaps(f, f.pressure(), 1.0), 0.1, f.double(), f.mask()),
+        "level": lambda: (1.0, f.double(), f.double(), f.pressure()),
+        "level saturated": lambda: (1.0, f.double(), f.double(), np.ones(f.shape)),
+        "evaluate": lambda: (f.double(), f.pressure(), 1.0, 0.3, 0.1, f.double(), f.mask()),
         "evaluate elastic": lambda: (
-            *_gaps(f, f.pressure() + 0.1, np.inf), 0.1, f.double(), f.mask(),
+            f.double(), f.pressure() + 0.1, np.inf, 0.3, 0.1, f.double(), f.mask(),
         ),
-        "evaluate saturated": lambda: (*_gaps(f, np.ones(f.shape), 1.0), 0.1, f.double(), f.mask()),
-        "evaluate at a given approach": lambda: (
-            *_gaps(f, f.pressure(), 1.0, 0.3), 0.1, f.double(), f.mask(),
+        "evaluate saturated": lambda: (
+            f.double(), np.ones(f.shape), 1.0, 0.3, 0.1, f.double(), f.mask(),
         ),
         "scale_step": lambda: (
             f.pressure(), f.double(), f.single(), 0.3, f.single(), 0.01, f.double(),
@@ -96,17 +94,14 @@ def calls(f: Fields) -> dict:
     }  # fmt: skip
 
 
+PASSES = {name: each for name, each in vars(kernels).items() if isinstance(each, kernels.Pass)}
+IN_NUMPY = {name: each.in_numpy for name, each in PASSES.items()}
 VARIANTS = list(calls(Fields((1, 1))))
 NAMES = {variant.split()[0] for variant in VARIANTS}
 
 
 def arguments(variant: str, f: Fields) -> tuple:
     return calls(f)[variant]()
-
-
-def _gaps(f: Fields, pressure: np.ndarray, limit: float, approach: float = np.nan) -> tuple:
-    """Separation, displacement, pressure, limit and approach."""
-    return f.double(), f.double(), pressure, limit, approach
 
 
 def _stage(f: Fields, *, start: bool = True) -> list:
@@ -127,7 +122,7 @@ def test_without_the_compiled_ones_numpy_does_the_arithmetic():
         "import sys; sys.modules['fretwear.mechanics.compiled_kernels'] = None\n"
         "from fretwear.mechanics import kernels\n"
         "assert not kernels.COMPILED\n"
-        "assert all(getattr(kernels, n) is each for n, each in kernels.IN_NUMPY.items())"
+        "assert kernels.inner.chosen is kernels.inner.in_numpy"
     )
     subprocess.run([sys.executable, "-c", script], check=True)
     assert kernels.COMPILED
@@ -135,9 +130,9 @@ def test_without_the_compiled_ones_numpy_does_the_arithmetic():
 
 def test_every_kernel_is_compiled_and_compared():
     offered = {name for name in vars(compiled) if not name.startswith("_")}
-    assert offered == set(kernels.IN_NUMPY) == NAMES
+    assert offered == NAMES == set(PASSES) - {"times", "_largest"}
     for name in offered:
-        assert getattr(kernels, name) is getattr(compiled, name)
+        assert PASSES[name].chosen is getattr(compiled, name)
 
 
 @pytest.mark.parametrize("shape", SHAPES, ids=str)
@@ -147,7 +142,7 @@ def test_a_compiled_pass_does_what_numpy_does(variant, shape):
     ours, theirs = (arguments(variant, Fields(shape)) for _ in range(2))
     before = arguments(variant, Fields(shape))
     found = as_tuple(getattr(compiled, name)(*ours))
-    expected = as_tuple(kernels.IN_NUMPY[name](*theirs))
+    expected = as_tuple(IN_NUMPY[name](*theirs))
     assert len(found) == len(expected)
     single = any(getattr(each, "dtype", None) == np.float32 for each in (*ours, *found))
     rtol = 2e-6 if single else 2e-13
@@ -167,14 +162,33 @@ def test_a_compiled_pass_does_what_numpy_does(variant, shape):
             changed += not np.array_equal(one, was)
     # Nothing but what a kernel is to change has changed.
     writes = {"advance": 2, "move": 3, "evaluate": 2}
-    writes |= dict.fromkeys(("inner", "total", "descent"), 0)
+    writes |= dict.fromkeys(("inner", "total", "descent", "level"), 0)
     assert changed <= writes.get(name, 1)
 
 
-@pytest.mark.parametrize("variant", ["project_mean", "evaluate", "scale_step", "wear", "blend"])
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_a_team_does_what_one_thread_does_to_the_last_bit(variant):
+    """On more rows than a block has, and not so many fewer that a block is left without."""
+    name, shape = variant.split()[0], (500, 400)
+    given = [arguments(variant, Fields(shape)) for _ in range(3)]
+    alone, *shared = (
+        as_tuple(PASSES[name](Team(workers), *each)) for workers, each in enumerate(given, 1)
+    )
+    whole = arguments(variant, Fields(shape))
+    np.testing.assert_allclose(
+        np.array(alone, float), np.array(as_tuple(PASSES[name].chosen(*whole)), float), rtol=1e-5
+    )
+    for found, fields in zip(shared, given[1:], strict=True):
+        assert found == alone
+        for one, other, at_once in zip(fields, given[0], whole, strict=True):
+            np.testing.assert_array_equal(one, other)
+            np.testing.assert_array_equal(one, at_once)
+
+
+@pytest.mark.parametrize("variant", ["project_mean", "evaluate", "scale_step", "wear", "weigh"])
 def test_what_is_not_a_number_is_not_hidden(variant):
     name = variant.split()[0]
-    for kernel in (kernels.IN_NUMPY[name], getattr(compiled, name)):
+    for kernel in (IN_NUMPY[name], getattr(compiled, name)):
         given = arguments(variant, Fields((7, 13)))
         fields = [each for each in given if isinstance(each, np.ndarray)]
         # A pressure that is none never comes as far as a step: it is the step's here.
@@ -187,15 +201,13 @@ def test_what_is_not_a_number_is_not_hidden(variant):
 def test_fields_to_be_read_may_lie_as_they_like():
     f = Fields((6, 9))
     field, other = f.double(), f.double()
-    expected = kernels.IN_NUMPY["inner"](field, other)
+    expected = IN_NUMPY["inner"](field, other)
     wide = np.zeros((6, 18))
     wide[:, ::2] = field
     for same in (np.asfortranarray(field), wide[:, ::2], np.broadcast_to(field, (6, 9))):
         assert compiled.inner(same, other) == pytest.approx(expected, rel=1e-14)
     whole = f.single().round()
-    assert compiled.descent(field, whole) == pytest.approx(
-        kernels.IN_NUMPY["descent"](field, whole)
-    )
+    assert compiled.descent(field, whole) == pytest.approx(IN_NUMPY["descent"](field, whole))
     for wrong in (f.double(), "field", None, np.zeros(3, np.float32)):
         with pytest.raises(TypeError):
             compiled.total(wrong)
@@ -216,10 +228,6 @@ def test_fields_to_be_written_are_taken_as_they_are_or_not_at_all():
         compiled.update_direction(0.5, f.single(), step)
     with pytest.raises(ValueError, match="one shape"):
         compiled.inner(field, np.ascontiguousarray(other[:5]))
-    for corner in ((-1, 0), (0, -1), (4, 0), (0, 7)):
-        part = Fields((3, 3)).single()
-        with pytest.raises(ValueError, match="within"):
-            compiled.blend(f.single(), part, part, corner, f.single(), f.single())
 
 
 @given(st.floats(-30.0, 200.0))
@@ -233,11 +241,8 @@ def test_the_exponential_is_good_to_two_units_in_the_last_place(exponent):
 
 @pytest.fixture
 def in_numpy_alone(monkeypatch):
-    for name, kernel in kernels.IN_NUMPY.items():
-        monkeypatch.setattr(kernels, name, kernel)
-        for module in (contact, free_cells):
-            if hasattr(module, name):
-                monkeypatch.setattr(module, name, kernel)
+    for each in PASSES.values():
+        monkeypatch.setattr(each, "chosen", each.in_numpy)
 
 
 def test_a_contact_is_the_same_without_the_compiled_kernels(request):

@@ -37,7 +37,7 @@ def layer(wear: float, gap: float, shift: float | None, known: float, rate: floa
 
 def tangent(stage: WearLayer, pressure: Array) -> Array:
     """Derivative of the wear depth in double precision, by NumPy, which has any."""
-    result, slope = np.empty_like(pressure), kernels.IN_NUMPY["wear_slope"]
+    result, slope = np.empty_like(pressure), kernels.wear_slope.in_numpy
     slope(pressure, stage.rate, stage.exponent, stage.reduced_gap, stage.shift, stage.rate, result)
     return result
 

@@ -74,6 +74,7 @@ class ActiveSet:
 
     def __init__(self, problem: ContactProblem, start: Array) -> None:
         self.problem = problem
+        self._team = problem.half_space.team
         self.iterations = 0
         self.convolutions = 0
         self.restart(start)
@@ -104,7 +105,7 @@ class ActiveSet:
         layer = self.problem.layer
         if layer is not None and self._known_tangent is None:
             unit = self.problem.half_space.self_influence
-            self._known_tangent = layer.tangent_in(unit, self.pressure)
+            self._known_tangent = layer.tangent_in(unit, self.pressure, self._team)
         return self._known_tangent
 
     def solve(self, tolerance: float, largest_steps: int, *, verified: bool = True) -> bool:
@@ -147,13 +148,21 @@ class ActiveSet:
         given = self.problem.approach
         # A new field: what was solved last is compared with it.
         self.free = np.empty_like(self.free)
-        self.approach, worst, self.scale, gaps = kernels.evaluate(
+        problem = self.problem
+        free, count, self.scale = kernels.level(
+            self._team, problem.limit, self.separation, self.displacement, self.pressure
+        )
+        self.approach = nan if given is None else given
+        if given is None:
+            saturated = self.saturated
+            self.approach = free / count if count else float(self.separation[saturated].max())
+        worst, gaps = kernels.evaluate(
+            self._team,
             self.separation,
-            self.displacement,
             self.pressure,
-            self.problem.limit,
-            nan if given is None else given,
-            _MARGIN * tolerance,
+            problem.limit,
+            self.approach,
+            _MARGIN * tolerance * self.scale,
             self.gap,
             self.free,
         )
@@ -190,6 +199,7 @@ class ActiveSet:
         stray = found.missed / cells.uniform_sum
         step = np.empty_like(self.pressure)
         lowest, highest, slope = kernels.scale_step(
+            self._team,
             self.pressure,
             self.problem.weighted(self.gap),
             found.pressure,
@@ -208,7 +218,7 @@ class ActiveSet:
         step -= self.pressure
         moved, unit = self.problem.half_space.relative_displacement(step)
         self.convolutions += 1
-        slope, magnitudes = kernels.descent(self.problem.weighted(self.gap), step)
+        slope, magnitudes = kernels.descent(self._team, self.problem.weighted(self.gap), step)
         largest = float(np.abs(moved).max()) * unit
         return _Segment(step, slope, moved, unit, 0.0, largest), -slope > _STEEP * magnitudes
 
@@ -221,7 +231,7 @@ class ActiveSet:
             nonlocal reached
             self._move(segment, fraction - reached)
             reached = fraction
-            result = kernels.inner(weighted, self.separation)
+            result = kernels.inner(self._team, weighted, self.separation)
             return result if level is None else result - level * float(weighted.sum())
 
         self._rounding += _SINGLE * segment.largest
@@ -244,6 +254,7 @@ class ActiveSet:
         """Go on by a fraction of a segment."""
         problem = self.problem
         kernels.move(
+            self._team,
             fraction,
             segment.step,
             problem.limit,
@@ -256,7 +267,7 @@ class ActiveSet:
             self.separation,
         )
         if problem.layer is not None:
-            problem.layer.add_displacement(self.pressure, self.separation)
+            problem.layer.add_displacement(self.pressure, self.separation, self._team)
 
     def _prepare(self) -> float:
         """Set up the linear problem; by what factor to reduce the residual of the free cells.

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from fretwear.mechanics.geometry import Array, HalfSpace, Mask, Single
 from fretwear.mechanics.kernels import scale_and_clip
+from fretwear.mechanics.team import ALONE, Team
 
 # Free cells that carry less of the load than this cannot be scaled to carry what is missing.
 _NOTHING = 1e-12
@@ -99,11 +100,11 @@ class Layer(Protocol):
         """Displacement, m, under a pressure, Pa; both of the geometry's shape."""
         ...
 
-    def add_displacement(self, pressure: Array, result: Array) -> None:
+    def add_displacement(self, pressure: Array, result: Array, team: Team = ALONE) -> None:
         """Add the displacement under a pressure to a field."""
         ...
 
-    def tangent_in(self, unit: float, pressure: Array) -> Single:
+    def tangent_in(self, unit: float, pressure: Array, team: Team = ALONE) -> Single:
         """Derivative of the displacement in some unit, m/Pa; not negative."""
         ...
 
@@ -149,7 +150,7 @@ class ContactProblem:
         """K p + W(p) + h, m: the gap plus the approach."""
         result = displacement + self.shape
         if self.layer is not None:
-            self.layer.add_displacement(pressure, result)
+            self.layer.add_displacement(pressure, result, self.half_space.team)
         return result
 
     def weighted(self, values: NDArray[Any]) -> NDArray[Any]:
@@ -162,10 +163,10 @@ class ContactProblem:
 
         Scaling leaves open cells open and saturated cells saturated; a shift would free them.
         """
-        limit, total = self.limit, self.total
+        limit, total, team = self.limit, self.total, self.half_space.team
         weights: Array | None = self.half_space.geometry.weights
         result = pressure.copy()
-        carried, saturated = scale_and_clip(1.0, limit, np.inf, weights, result)
+        carried, saturated = scale_and_clip(team, 1.0, limit, np.inf, weights, result)
         for _ in range(_LARGEST_SCALINGS if self.load is not None else 0):
             missing = total - carried
             if abs(missing) <= 1e-14 * total:
@@ -180,7 +181,7 @@ class ContactProblem:
                 np.maximum(result, 1e-3 * limit, out=result)
             else:
                 factor, rigid = 1.0 + missing / movable, limit
-            carried, saturated = scale_and_clip(factor, limit, rigid, weights, result)
+            carried, saturated = scale_and_clip(team, factor, limit, rigid, weights, result)
         return result
 
 

@@ -22,16 +22,16 @@ positive side.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property, partial
+from itertools import cycle, pairwise
 from typing import Any, Generic
 
 import numpy as np
 import scipy.fft
 
-from fretwear.mechanics.geometry import Array, Even, Real, Single
-from fretwear.mechanics.kernels import blocks_of_rows
+from fretwear.mechanics.geometry import Array, Even, Index, Real, Single
+from fretwear.mechanics.team import ALONE, Team, blocks_of_rows
 
 try:
     import ducc0
@@ -39,6 +39,8 @@ except ImportError:
     ducc0 = None
 
 _BLOCK_BYTES = 2**18
+# Threads take so many columns at a time: whole vectors of the transforms.
+_COLUMNS = 16
 
 
 @dataclass(frozen=True)
@@ -47,26 +49,25 @@ class _Axis:
 
     number: int
     is_even: bool
-    workers: int
 
     def forward(self, field: Real, into: Real | None = None) -> None:
         """The even branch, in place if no room is given."""
         if self.is_even:
-            dct(2, field, (self.number,), self.workers, into=into)
+            dct(2, field, (self.number,), into=into)
         else:
-            hartley(field, self.number, self.workers, into=into)
+            hartley(field, self.number, into=into)
 
     def backward(self, field: Real) -> None:
         """The inverse of `forward`, in place."""
         if self.is_even:
-            dct(3, field, (self.number,), self.workers)
+            dct(3, field, (self.number,))
         else:
-            hartley(field, self.number, self.workers)
+            hartley(field, self.number)
 
     def odd_forward(self, field: Real, into: Real) -> None:
         """The odd branch: of the odd half in reverse order, then of the even half."""
         if self.is_even:
-            dct(4, field, (self.number,), self.workers, into=into)
+            dct(4, field, (self.number,), into=into)
             return
         (down, up), (odd, even) = self._halves(field), self._halves(into)
         reverse = self._reversed
@@ -89,7 +90,7 @@ class _Axis:
 
     def _odd_transform(self, field: Real) -> None:
         for half in (field,) if self.is_even else self._halves(field):
-            dct(4, half, (self.number,), self.workers)
+            dct(4, half, (self.number,))
 
     @property
     def _reversed(self) -> tuple[slice, ...]:
@@ -113,18 +114,17 @@ class Convolution(Generic[Real]):
         even branch where the field is not even; along y in the order of the branch.
     even
         Whether fields are even along x and along y.
-    workers
-        Threads.
+    team
+        Who does it.
     """
 
-    def __init__(self, spectra: Sequence[Sequence[Real]], even: Even, workers: int) -> None:
+    def __init__(self, spectra: Sequence[Sequence[Real]], even: Even, team: Team) -> None:
         self._spectra: Sequence[Sequence[Real]] = spectra
-        self._even, self._workers = even, workers
+        self._even, self.team = even, team
         self._precision: np.dtype[Any] = spectra[0][0].dtype
         self._half, columns = spectra[1][0].shape
         self._shape = (self._half if even[0] else 2 * self._half), columns
-        # Blocks of rows are shared out to the threads as they are; the bits do not depend on that.
-        self._x, self._y = _Axis(0, even[0], workers), _Axis(1, even[1], 1)
+        self._x, self._y = _Axis(0, even[0]), _Axis(1, even[1])
 
     @staticmethod
     def offsets(shape: tuple[int, int], even: Even) -> tuple[int, int]:
@@ -133,53 +133,56 @@ class Convolution(Generic[Real]):
         return nx + 1, ny + 1
 
     @staticmethod
-    def with_kernel(kernel: Array, even: Even, workers: int = 1) -> Convolution[Array]:
+    def with_kernel(kernel: Array, even: Even, team: Team = ALONE) -> Convolution[Array]:
         """With a kernel given at the `offsets` of a window, which is overwritten."""
-        spectrum = scipy.fft.dctn(kernel, type=1, overwrite_x=True, workers=workers)
+        spectrum = scipy.fft.dctn(kernel, type=1, overwrite_x=True, workers=team.workers)
         # What two transforms along each of the axes of the padded window leave.
         spectrum /= 4 * (kernel.shape[0] - 1) * (kernel.shape[1] - 1)
         rows = [spectrum[: -1 if even[0] else None : 2], spectrum[1::2]]
         if not even[0]:
             rows[1] = 0.5 * rows[1]
-        return Convolution([list(_by_branch(each, even[1])) for each in rows], even, workers)
+        return Convolution([list(_by_branch(each, even[1])) for each in rows], even, team)
 
     def in_single(self, unit: float) -> Convolution[Single]:
         """The same in single precision, its kernel in some unit."""
         return Convolution(
             [[(field / unit).astype(np.float32) for field in row] for row in self._spectra],
             self._even,
-            self._workers,
+            self.team,
         )
 
     def __call__(self, field: Real) -> Real:
         """The convolution of a field, which is left as it is."""
         result, odd = np.empty_like(field), self._odd
-        self._x.odd_forward(field, odd)
-        self._x.forward(field, into=result)
-        tasks: list[list[Real]] = []
-        for branch, shared in zip((result, odd), self._tasks, strict=True):
-            views = self._row_views(branch)
-            tasks += [[views[view][block], *spectra] for view, block, *spectra in shared]
-        if self._workers == 1:
-            self._convolve_blocks(tasks, self._between[0])
-        else:
-            shares = (tasks[first :: self._workers] for first in range(self._workers))
-            # What a thread raises is raised here when its result is taken.
-            list(self._pool.map(self._convolve_blocks, shares, self._between))
-        self._x.backward(result)
-        self._x.add_odd_backward(odd, result)
+
+        def forward(columns: Index) -> None:
+            self._x.odd_forward(field[columns], odd[columns])
+            self._x.forward(field[columns], into=result[columns])
+
+        def backward(columns: Index) -> None:
+            self._x.backward(result[columns])
+            self._x.add_odd_backward(odd[columns], result[columns])
+
+        views = [self._row_views(branch) for branch in (result, odd)]
+        tasks = [
+            (views[branch][view][block], even, uneven, room)
+            for branch, view, block, even, uneven, room in self._tasks
+        ]
+        self.team.each(forward, self._columns)
+        self.team.each(self._convolve_rows, tasks)
+        self.team.each(backward, self._columns)
         return result
 
-    def _convolve_blocks(self, tasks: Sequence[Sequence[Real]], room: Real) -> None:
-        """Multiply blocks of rows by spectra of the even and the odd branch along y, in place."""
-        for field, even, odd in tasks:
-            between = room[: len(field)]
-            self._y.odd_forward(field, between)
-            between *= odd
-            self._y.forward(field)
-            field *= even
-            self._y.backward(field)
-            self._y.add_odd_backward(between, field)
+    def _convolve_rows(self, task: tuple[Real, Real, Real, Real]) -> None:
+        """Multiply rows by spectra of the even and the odd branch along y, in place."""
+        field, even, odd, room = task
+        between = room[: len(field)]
+        self._y.odd_forward(field, between)
+        between *= odd
+        self._y.forward(field)
+        field *= even
+        self._y.backward(field)
+        self._y.add_odd_backward(between, field)
 
     def _row_views(self, field: Real) -> list[Real]:
         return [field] if self._even[0] else [field[: self._half], field[self._half :]]
@@ -199,33 +202,39 @@ class Convolution(Generic[Real]):
         return np.empty(self._shape, self._precision)
 
     @cached_property
+    def _columns(self) -> list[Index]:
+        """The columns in a part for each thread; transforms along x do not mind."""
+        workers, count = self.team.workers, self._shape[1]
+        ends: list[int] = [
+            count * part // workers // _COLUMNS * _COLUMNS for part in range(workers)
+        ]
+        return [
+            (slice(None), slice(first, last))
+            for first, last in pairwise([*ends, count])
+            if first < last
+        ]
+
+    @cached_property
     def _blocks(self) -> list[slice]:
         shape = self._half, self._shape[1]
         return blocks_of_rows(shape, _BLOCK_BYTES // self._precision.itemsize)
 
     @cached_property
-    def _tasks(self) -> list[list[tuple[int, slice, Real, Real]]]:
-        """Of either branch along x its view, block of rows, and the spectra of the block."""
+    def _tasks(self) -> list[tuple[int, int, slice, Real, Real, Real]]:
+        """Branch along x, view, block of rows, its two spectra, and room for a block.
+
+        A room is the thread's that does the task.
+        """
+        shape, workers = (self._blocks[0].stop, self._shape[1]), self.team.workers
+        rooms = cycle([np.empty(shape, self._precision) for _ in range(workers)])
         return [
-            [
-                (view, block, even[block], odd[block])
-                for view, (even, odd) in enumerate(
-                    zip(*(self._of_rows(each, bool(branch)) for each in spectra), strict=True)
-                )
-                for block in self._blocks
-            ]
+            (branch, view, block, even[block], odd[block], next(rooms))
             for branch, spectra in enumerate(self._spectra)
+            for view, (even, odd) in enumerate(
+                zip(*(self._of_rows(each, bool(branch)) for each in spectra), strict=True)
+            )
+            for block in self._blocks
         ]
-
-    @cached_property
-    def _between(self) -> list[Real]:
-        """Room for a block of rows, for each thread."""
-        shape = self._blocks[0].stop, self._shape[1]
-        return [np.empty(shape, self._precision) for _ in range(self._workers)]
-
-    @cached_property
-    def _pool(self) -> ThreadPoolExecutor:
-        return ThreadPoolExecutor(self._workers)
 
     def inverse(self, added: float = 0.0) -> Callable[[Real], Real]:
         """Approximate inverse of the convolution plus a multiple of the field, not negative.
@@ -245,18 +254,21 @@ class Convolution(Generic[Real]):
 
     def _divided(self, inverse_spectrum: Sequence[Real], field: Real) -> Real:
         """Periodic convolution with the field of a spectrum, on the window without padding."""
-        if self._even == (True, True):
-            dct(2, field, (0, 1), self._workers)
-            field *= inverse_spectrum[0]
-            dct(3, field, (0, 1), self._workers)
-            return field
-        self._x.forward(field)
-        self._y.forward(field)
-        for rows, spectrum in zip(self._row_views(field), inverse_spectrum, strict=True):
-            rows *= spectrum
-        self._x.backward(field)
-        self._y.backward(field)
+        tasks = [
+            (rows[block], spectrum[block])
+            for rows, spectrum in zip(self._row_views(field), inverse_spectrum, strict=True)
+            for block in self._blocks
+        ]
+        self.team.each(lambda columns: self._x.forward(field[columns]), self._columns)
+        self.team.each(self._divide_rows, tasks)
+        self.team.each(lambda columns: self._x.backward(field[columns]), self._columns)
         return field
+
+    def _divide_rows(self, task: tuple[Real, Real]) -> None:
+        rows, spectrum = task
+        self._y.forward(rows)
+        rows *= spectrum
+        self._y.backward(rows)
 
 
 def _by_branch(spectrum: Array, is_even: bool) -> Iterator[Array]:
@@ -270,9 +282,7 @@ def _by_branch(spectrum: Array, is_even: bool) -> Iterator[Array]:
         yield 0.5 * np.concatenate([odd, odd], axis=1)
 
 
-def dct(
-    kind: int, field: Real, axes: tuple[int, ...], workers: int = 1, into: Real | None = None
-) -> Real:
+def dct(kind: int, field: Real, axes: tuple[int, ...], into: Real | None = None) -> Real:
     """Discrete cosine transform of a field.
 
     II is 2 ∑ fⱼ cos(πk(2j + 1)/2n), III is f₀ + 2 ∑ fₖ cos(πk(2j + 1)/2n) with the sum over k > 0,
@@ -286,8 +296,6 @@ def dct(
         Contiguous along its last axis.
     axes
         Which to transform.
-    workers
-        Threads.
     into
         Room for the result, of the field's shape, if it is not to take the field's place.
 
@@ -297,26 +305,24 @@ def dct(
     """
     target = field if into is None else into
     if ducc0 is not None:
-        ducc0.fft.dct(field, axes=axes, type=kind, out=target, nthreads=workers)
+        ducc0.fft.dct(field, axes=axes, type=kind, out=target)
         return target
-    result = scipy.fft.dctn(
-        field, type=kind, axes=axes, overwrite_x=target is field, workers=workers
-    )
+    result = scipy.fft.dctn(field, type=kind, axes=axes, overwrite_x=target is field)
     # It may have been made in the place of the field.
     if not np.may_share_memory(result, target):
         target[...] = result
     return target
 
 
-def hartley(field: Real, axis: int, workers: int = 1, into: Real | None = None) -> Real:
+def hartley(field: Real, axis: int, into: Real | None = None) -> Real:
     """Hartley transform of a field along an axis, ∑ fⱼ cas(2πjk/n) with cas θ = cos θ − sin θ.
 
     It lies in the field's place, or in the room given.
     """
     target = field if into is None else into
     if ducc0 is not None:
-        ducc0.fft.separable_hartley(field, axes=(axis,), out=target, nthreads=workers)
+        ducc0.fft.separable_hartley(field, axes=(axis,), out=target)
         return target
-    spectrum = scipy.fft.fft(field, axis=axis, workers=workers)
+    spectrum = scipy.fft.fft(field, axis=axis)
     np.add(spectrum.real, spectrum.imag, out=target)
     return target

@@ -84,10 +84,10 @@ def _parts(half_space: ConvolvingHalfSpace, tangent: Single | None, free: Mask) 
     count = int(np.count_nonzero(free))
     if tangent is None or not count:
         return [_Part(everywhere, np.ones_like(inside), invert())]
-    mean = kernels.inner(tangent, inside) / count
+    mean = kernels.inner(half_space.team, tangent, inside) / count
     if mean < _SOFT:
         # Harder than the half-space nearly everywhere: one layer scaled to each cell's own.
-        uniform = count / kernels.inner(1.0 / (tangent + 1.0), inside) - 1.0
+        uniform = count / kernels.inner(half_space.team, 1.0 / (tangent + 1.0), inside) - 1.0
         share = np.sqrt((_STIFFENING + uniform) / (_STIFFENING + tangent))
         return [_Part(everywhere, share, invert(max(uniform, 0.0)))]
     # The square of the layer's share grows with the tangent from none to all at the mean and falls
@@ -118,7 +118,7 @@ class GridFreeCells:
     def __init__(
         self, convolve: Convolution[Single], parts: list[_Part], free: Mask, *, under_load: bool
     ) -> None:
-        self._convolve = convolve
+        self._convolve, self._team = convolve, convolve.team
         self._inside = free.astype(np.float32)
         self._count = np.count_nonzero(free)
         # Cells that are not free have no share.
@@ -130,18 +130,18 @@ class GridFreeCells:
 
     def apply_preconditioner(self, residual: Single) -> tuple[Single, float]:
         """The pressure for a residual gap, zero on all other cells; their inner product."""
-        found = [
-            part.invert(share * residual[part.cells])
-            for part, share in zip(self._parts, self._shares, strict=True)
-        ]
-        pressure = found[0]
-        added, corner = None, (0, 0)
-        if len(found) > 1:
-            rows, columns = self._parts[1].cells
-            added, corner = found[1], (rows.start, columns.start)
-        inner_share = None if added is None else self._shares[1]
-        energy = kernels.blend(self._shares[0], inner_share, added, corner, residual, pressure)
-        return pressure, energy
+        energy, sum_of_parts = 0.0, None
+        for part, share in zip(self._parts, self._shares, strict=True):
+            left, pressure = np.ascontiguousarray(residual[part.cells]), np.empty_like(share)
+            kernels.times(self._team, left, share, pressure)
+            pressure = part.invert(pressure)
+            energy += kernels.weigh(self._team, share, left, pressure)
+            if sum_of_parts is None:
+                sum_of_parts = pressure
+            else:
+                sum_of_parts[part.cells] += pressure
+        assert sum_of_parts is not None
+        return sum_of_parts, energy
 
     def solve(
         self, residual: Array, unit: float, tangent: Single | None, reduction: float, enough: float
@@ -160,17 +160,18 @@ class GridFreeCells:
         reduction, enough
             The root mean square of the residual is to become so many times smaller, or so small.
         """
-        start = kernels.in_single(residual, unit)
-        start *= self._inside
+        team = self._team
+        start = kernels.in_single(team, residual, unit)
+        kernels.times(team, start, self._inside, start)
         left, pressure = start.copy(), np.zeros_like(start)
         direction: Single | None = None
         alpha = target = energy = 0.0
-        uniform = kernels.inner(self.uniform, left)
+        uniform = kernels.inner(team, self.uniform, left)
         iterations = 0
         while True:
             shift = uniform / self.uniform_sum
             alpha += shift
-            spread = sqrt(kernels.project_mean(shift, self._inside, left) / self._count)
+            spread = sqrt(kernels.project_mean(team, shift, self._inside, left) / self._count)
             if iterations == 0:
                 target = max(reduction * spread, enough)
             elif spread <= target or iterations == _LARGEST_ITERATIONS:
@@ -182,11 +183,11 @@ class GridFreeCells:
             if direction is None:
                 direction = preconditioned
             else:
-                kernels.update_direction(energy / previous, preconditioned, direction)
+                kernels.update_direction(team, energy / previous, preconditioned, direction)
             force = self._convolve(direction)
             iterations += 1
-            length = energy / kernels.add_layer(tangent, direction, force)
-            uniform = kernels.advance(length, direction, force, self.uniform, pressure, left)
+            length = energy / kernels.add_layer(team, tangent, direction, force)
+            uniform = kernels.advance(team, length, direction, force, self.uniform, pressure, left)
         # What is left on other cells tells how far the step moves the surface there.
-        largest = kernels.recover_displacement(start, tangent, pressure, alpha, left)
-        return Step(pressure, left, largest, kernels.total(pressure), iterations)
+        largest = kernels.recover_displacement(team, start, tangent, pressure, alpha, left)
+        return Step(pressure, left, largest, kernels.total(team, pressure), iterations)

@@ -104,6 +104,7 @@ static void bind(py::module_ &module, const char *name, R (*kernel)(Index, P...)
     module.def(name, [kernel](const typename Argument<P>::Given &...given) {
         const Index n = std::max({Argument<P>::size(given, 0)...});
         require(((Argument<P>::size(given, n) == n) && ...), "fields must be of one shape");
+        const py::gil_scoped_release while_others_compute;
         return kernel(n, Argument<P>::passed(given)...);
     });
 }
@@ -147,55 +148,9 @@ VECTORIZED static double project_mean(Index n, float shift, const float *RESTRIC
     });
 }
 
-// Some cells of one row, weighted and with another field's added; the product with the residual.
-VECTORIZED static float weigh(Index n, const float *RESTRICT weight, const float *RESTRICT residual,
-                              float *RESTRICT field) {
-    float sum = 0;
-#pragma omp simd reduction(+ : sum)
-    for (Index i = 0; i < n; i++) sum += (field[i] *= weight[i]) * residual[i];
-    return sum;
-}
-
-VECTORIZED static float weigh_both(Index n, const float *RESTRICT weight,
-                                   const float *RESTRICT inner_weight, const float *RESTRICT inner,
-                                   const float *RESTRICT residual, float *RESTRICT field) {
-    float sum = 0;
-#pragma omp simd reduction(+ : sum)
-    for (Index i = 0; i < n; i++) {
-        field[i] = field[i] * weight[i] + inner[i] * inner_weight[i];
-        sum += field[i] * residual[i];
-    }
-    return sum;
-}
-
-static double blend(Field<const float> weight, const std::optional<Field<const float>> &inner_weight,
-                    const std::optional<Field<const float>> &inner,
-                    std::pair<Index, Index> corner, Field<const float> residual,
-                    Field<float> field) {
-    const auto [x, y] = corner;
-    const bool both = inner && inner_weight;
-    const Index nx = both ? inner->rows : 0, ny = both ? inner->columns : 0;
-    require(weight.size() == field.size() && residual.size() == field.size() &&
-                (!both || inner->size() == inner_weight->size()),
-            "fields must be of one shape");
-    require(x >= 0 && y >= 0 && x + nx <= field.rows && y + ny <= field.columns,
-            "the inner field must lie within the other");
-    double result = 0;
-    for (Index row = 0; row < field.rows; row++) {
-        const Index start = row * field.columns, columns = field.columns;
-        const float *w = weight.data + start, *r = residual.data + start;
-        float *f = field.data + start;
-        if (row < x || row >= x + nx) {
-            result += weigh(columns, w, r, f);
-            continue;
-        }
-        const Index inside = (row - x) * ny, end = y + ny;
-        result += weigh(y, w, r, f);
-        result += weigh_both(ny, w + y, inner_weight->data + inside, inner->data + inside, r + y,
-                             f + y);
-        result += weigh(columns - end, w + end, r + end, f + end);
-    }
-    return result;
+VECTORIZED static double weigh(Index n, const float *RESTRICT weight, const float *RESTRICT residual,
+                               float *RESTRICT field) {
+    return sum_of<float>(n, [=](Index i) { return (field[i] *= weight[i]) * residual[i]; });
 }
 
 VECTORIZED static void update_direction(Index n, float factor, const float *RESTRICT field,
@@ -280,10 +235,9 @@ VECTORIZED static std::pair<double, double> scale_and_clip(Index n, double facto
                         : scaled_and_clipped<false>(n, factor, limit, rigid, nullptr, pressure);
 }
 
-VECTORIZED static std::tuple<double, double, double, double> evaluate(
-    Index n, const double *RESTRICT separation, const double *RESTRICT displacement,
-    const double *RESTRICT pressure, double limit, double approach, double margin,
-    double *RESTRICT gap, bool *RESTRICT to_be_free) {
+VECTORIZED static std::tuple<double, double, double> level(
+    Index n, double limit, const double *RESTRICT separation, const double *RESTRICT displacement,
+    const double *RESTRICT pressure) {
     double free_sum = 0, free_count = 0, highest = -INFINITE;
     for (Index first = 0; first < n; first += BLOCK) {
         const Index end = std::min(first + BLOCK, n);
@@ -298,15 +252,13 @@ VECTORIZED static std::tuple<double, double, double, double> evaluate(
         free_sum += sum;
         free_count += count;
     }
-    if (std::isnan(approach) && free_count > 0) {
-        approach = free_sum / free_count;
-    } else if (std::isnan(approach)) {
-        approach = -INFINITE;
-        for (Index i = 0; i < n; i++)
-            if (pressure[i] >= limit && separation[i] > approach) approach = separation[i];
-    }
+    return {free_sum, free_count, highest};
+}
+
+VECTORIZED static std::pair<double, double> evaluate(
+    Index n, const double *RESTRICT separation, const double *RESTRICT pressure, double limit,
+    double approach, double slack, double *RESTRICT gap, bool *RESTRICT to_be_free) {
     double worst = 0, all = 0;
-    const double slack = margin * highest;
     for (Index first = 0; first < n; first += BLOCK) {
         const Index end = std::min(first + BLOCK, n);
         double sum = 0;
@@ -324,7 +276,7 @@ VECTORIZED static std::tuple<double, double, double, double> evaluate(
         }
         all += sum;
     }
-    return {approach, worst, highest, all};
+    return {worst, all};
 }
 
 VECTORIZED static std::tuple<double, double, double> scale_step(
@@ -485,12 +437,13 @@ PYBIND11_MODULE(compiled_kernels, module) {
     bind(module, "inner", &inner64);
     bind(module, "total", &total);
     bind(module, "project_mean", &project_mean);
-    module.def("blend", &blend);
+    bind(module, "weigh", &weigh);
     bind(module, "update_direction", &update_direction);
     bind(module, "add_layer", &add_layer);
     bind(module, "advance", &advance);
     bind(module, "recover_displacement", &recover_displacement);
     bind(module, "scale_and_clip", &scale_and_clip);
+    bind(module, "level", &level);
     bind(module, "evaluate", &evaluate);
     bind(module, "scale_step", &scale_step);
     bind(module, "descent", &descent);

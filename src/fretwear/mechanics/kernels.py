@@ -2,28 +2,89 @@
 
 Each function is here in NumPy. The same functions, compiled from ``kernels.cpp`` when the package
 is installed where there is a C++ compiler, go over their fields once, where NumPy goes over them
-once for each operation; they take the place of these. `COMPILED` tells whether they do, `IN_NUMPY`
-keeps these.
+once for each operation; they take the place of these. `COMPILED` tells whether they do.
 
 Fields are contiguous and of one shape unless said otherwise. A field that a function changes is
-its last argument or named in its first line; no function keeps a field.
+its last argument or named in its first line; no function keeps a field. A call names first the
+`Team` whose threads share the rows.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from importlib import import_module
+from typing import Any, Generic, ParamSpec, TypeVar
 
 import numpy as np
 
 from fretwear.mechanics.geometry import Array, Mask, Real, Single
+from fretwear.mechanics.team import Team, blocks_of_rows
+
+try:
+    _compiled: Any = import_module("fretwear.mechanics.compiled_kernels")
+except ImportError:
+    _compiled = None
+COMPILED = _compiled is not None
+
+_Given = ParamSpec("_Given")
+_Result = TypeVar("_Result")
 
 _LARGEST_EXPONENT = 200.0
 _LARGEST_SLOPE = 1e30
 _TINY = 1e-12
 _SMALL = 3e-5
 _BLOCK = 2**14
+_SHARED_BLOCK = 2**17
 
 
+class Pass(Generic[_Given, _Result]):
+    """A function that goes over the rows of fields, the last one's in blocks of so many cells.
+
+    Attributes
+    ----------
+    in_numpy, chosen
+        What defines it, and what is called.
+    together
+        What makes one result of those of the blocks: of each of a tuple's, if it is one.
+    """
+
+    def __init__(self, in_numpy: Callable[_Given, _Result], *together: Callable[..., Any]) -> None:
+        self.in_numpy, self.together = in_numpy, together
+        self.chosen: Callable[..., Any] = getattr(_compiled, in_numpy.__name__, in_numpy)
+        self.__doc__ = in_numpy.__doc__
+
+    def __call__(
+        self,
+        team: Team,
+        *given: _Given.args,
+        **named: _Given.kwargs,  # noqa: ARG002 - the types need them
+    ) -> _Result:
+        """The same result, to the last bit, however many threads there are."""
+        blocks = blocks_of_rows(given[-1].shape, _SHARED_BLOCK)  # type: ignore[attr-defined]
+        if len(blocks) == 1:
+            result: _Result = self.chosen(*given)
+            return result
+        results: Any = team.each(
+            lambda rows: self.chosen(
+                *[each[rows] if isinstance(each, np.ndarray) else each for each in given]
+            ),
+            blocks,
+        )
+        if len(self.together) > 1:
+            columns = zip(*results, strict=True)
+            results = tuple(f(each) for f, each in zip(self.together, columns, strict=True))
+        else:
+            results = self.together[0](results) if self.together else None
+        return results  # type: ignore[no-any-return]
+
+
+def _shared(
+    *together: Callable[..., Any],
+) -> Callable[[Callable[_Given, _Result]], Pass[_Given, _Result]]:
+    return lambda in_numpy: Pass(in_numpy, *together)
+
+
+@_shared(sum)
 def inner(a: Real, b: Real) -> float:
     """Sum of the products of two fields.
 
@@ -33,49 +94,56 @@ def inner(a: Real, b: Real) -> float:
     return float(np.einsum("ij,ij->", a, b))
 
 
+@_shared(sum)
 def total(field: Single) -> float:
     """Sum of a field, in double precision."""
     return float(field.sum(dtype=np.float64))
 
 
-def blocks_of_rows(shape: tuple[int, ...], cells: int) -> list[slice]:
-    """The rows of a field in blocks of so many cells at most, but of one row at least.
-
-    What is done to a block, one operation after the other, stays in a core's cache.
-    """
-    count, length = shape
-    rows = max(1, cells // length)
-    return [slice(first, min(first + rows, count)) for first in range(0, count, rows)]
-
-
-def scaled(field: Array) -> tuple[Single, float]:
+def scaled(team: Team, field: Array) -> tuple[Single, float]:
     """A field in units of its largest magnitude, and the unit; 1 for a field of zeros."""
-    unit = max(float(field.max()), -float(field.min()))
+    unit = _largest(team, field)
     unit = unit if unit >= np.finfo(np.float64).tiny else 1.0
-    return in_single(field, unit), unit
+    return in_single(team, field, unit), unit
 
 
-def in_single(field: Array, unit: float) -> Single:
+def in_single(team: Team, field: Array, unit: float) -> Single:
     """A field in some unit, in single precision."""
-    return np.multiply(field, 1.0 / unit, dtype=np.float64).astype(np.float32)
+    result = np.empty(field.shape, np.float32)
+    times(team, field, 1.0 / unit, result)
+    return result
+
+
+@_shared(max)
+def _largest(field: Array) -> float:
+    return max(float(field.max()), -float(field.min()))
+
+
+@_shared()
+def times(field: Array | Single, factor: Single | float, result: Single) -> None:
+    """Multiply a field by another one or by a number."""
+    np.multiply(field, factor, out=result, casting="same_kind")
 
 
 # Conjugate gradients.
 
 
+@_shared(sum)
 def project_mean(shift: float, inside: Single, residual: Single) -> float:
     """Take ``shift`` from a residual; the sum of its squares where ``inside`` is 1."""
     residual -= np.float32(shift)
-    return inner(residual * inside, residual)
+    return inner.in_numpy(residual * inside, residual)
 
 
+@_shared(sum)
 def add_layer(tangent: Single | None, direction: Single, force: Single) -> float:
     """Add tangent times direction to a force; the inner product of direction and force."""
     if tangent is not None:
         force += tangent * direction
-    return inner(direction, force)
+    return inner.in_numpy(direction, force)
 
 
+@_shared(sum)
 def advance(
     length: float,
     direction: Single,
@@ -92,34 +160,24 @@ def advance(
     """
     pressure += np.float32(length) * direction
     residual -= np.float32(length) * force
-    return inner(weight, residual)
+    return inner.in_numpy(weight, residual)
 
 
-def blend(
-    weight: Single,
-    inner_weight: Single | None,
-    inner_field: Single | None,
-    corner: tuple[int, int],
-    residual: Single,
-    field: Single,
-) -> float:
-    """Multiply a field by a weight and add another with its own; its inner product with a residual.
-
-    The other field and its weight are those of a part of the cells, which begins at ``corner``.
-    """
+@_shared(sum)
+def weigh(weight: Single, residual: Single, field: Single) -> float:
+    """Multiply a field by a weight; its inner product with a residual."""
     field *= weight
-    if inner_field is not None and inner_weight is not None:
-        (x, y), (nx, ny) = corner, inner_field.shape
-        field[x : x + nx, y : y + ny] += inner_weight * inner_field
-    return inner(residual, field)
+    return inner.in_numpy(residual, field)
 
 
+@_shared()
 def update_direction(factor: float, field: Single, direction: Single) -> None:
     """The next direction: ``field`` plus a multiple of the last one."""
     direction *= np.float32(factor)
     direction += field
 
 
+@_shared(max)
 def recover_displacement(
     start: Single, tangent: Single | None, pressure: Single, shift: float, residual: Single
 ) -> float:
@@ -142,6 +200,7 @@ def recover_displacement(
 # The active set.
 
 
+@_shared(sum, sum)
 def scale_and_clip(
     factor: float, limit: float, rigid: float, weights: Array | None, pressure: Array
 ) -> tuple[float, float]:
@@ -156,46 +215,56 @@ def scale_and_clip(
     saturated = pressure >= limit
     if weights is None:
         return float(pressure.sum()), float(np.count_nonzero(saturated))
-    return inner(weights, pressure), float(weights.sum(where=saturated))
+    return inner.in_numpy(weights, pressure), float(weights.sum(where=saturated))
 
 
-def evaluate(
-    separation: Array,
-    displacement: Array,
-    pressure: Array,
-    limit: float,
-    approach: float,
-    margin: float,
-    gap: Array,
-    free: Mask,
-) -> tuple[float, float, float, float]:
-    """Approach and gap of a pressure, what they violate, and which cells are to be free.
-
-    Those are the cells between the bounds, the ones at zero that interpenetrate and the ones at
-    the limit that part, both by more than ``margin`` times the largest displacement.
+@_shared(sum, sum, max)
+def level(
+    limit: float, separation: Array, displacement: Array, pressure: Array
+) -> tuple[float, float, float]:
+    """Of the cells with 0 < p < ``limit`` the sum of separations and the count, and more.
 
     Returns
     -------
-    Approach: as given, or if that is not a number, the separation of the cells with
-    0 < p < ``limit`` in the mean, or if there are none the largest of those at the limit; the
-    largest violation of g = 0 there, of g ≥ 0 where p = 0 and of g ≤ 0 at the limit; the largest
-    displacement; the sum of all gaps, which tells of values that are not numbers.
+    Sum and count, and the largest displacement of all cells.
+    """
+    free = (pressure > 0) & (pressure < limit)
+    count = float(np.count_nonzero(free))
+    return float(separation.sum(where=free)), count, float(displacement.max())
+
+
+@_shared(max, sum)
+def evaluate(
+    separation: Array,
+    pressure: Array,
+    limit: float,
+    approach: float,
+    slack: float,
+    gap: Array,
+    free: Mask,
+) -> tuple[float, float]:
+    """Gap of a pressure, what it violates, and which cells are to be free.
+
+    Those are the cells between the bounds, the ones at zero that interpenetrate and the ones at
+    the limit that part, both by more than some slack.
+
+    Returns
+    -------
+    The largest violation of g = 0 between the bounds, of g ≥ 0 where p = 0 and of g ≤ 0 at the
+    limit; the sum of all gaps, which tells of values that are not numbers.
     """
     open_, saturated = pressure <= 0, pressure >= limit
     np.logical_or(open_, saturated, out=free)
     np.logical_not(free, out=free)
-    if np.isnan(approach):
-        level = np.mean(separation, where=free) if free.any() else separation[saturated].max()
-        approach = float(level)
     np.subtract(separation, approach, out=gap)
     violation = np.abs(gap)
     np.copyto(violation, gap, where=saturated)
     np.negative(gap, out=violation, where=open_)
-    worst, scale = max(float(violation.max()), 0.0), float(displacement.max())
-    free |= (open_ & (gap < -margin * scale)) | (saturated & (gap > margin * scale))
-    return approach, worst, scale, float(gap.sum())
+    free |= (open_ & (gap < -slack)) | (saturated & (gap > slack))
+    return max(float(violation.max()), 0.0), float(gap.sum())
 
 
+@_shared(min, max, sum)
 def scale_step(
     pressure: Array,
     gap: Array,
@@ -214,15 +283,17 @@ def scale_step(
     np.multiply(found, unit, out=step, dtype=np.float64)
     step -= np.multiply(uniform, share, dtype=np.float64)
     target = pressure + step
-    return float(target.min()), float(target.max()), inner(step, gap)
+    return float(target.min()), float(target.max()), inner.in_numpy(step, gap)
 
 
+@_shared(sum, sum)
 def descent(gap: Array, step: Array) -> tuple[float, float]:
     """Inner products of gap and step, and of their magnitudes."""
     product = gap * step
     return float(product.sum()), float(np.abs(product).sum())
 
 
+@_shared()
 def move(
     fraction: float,
     step: Array,
@@ -251,6 +322,7 @@ def move(
 # core's cache from one operation to the next.
 
 
+@_shared()
 def wear(
     pressure: Array,
     rate: float,
@@ -277,6 +349,7 @@ def wear(
         result[rows] += worn
 
 
+@_shared()
 def wear_slope(
     pressure: Array,
     rate: float,
@@ -317,19 +390,3 @@ def _exponent(pressure: Array, rate: float, known: Array) -> Array:
     x = rate * pressure
     x += known
     return np.minimum(x, _LARGEST_EXPONENT, out=x)
-
-
-IN_NUMPY = {
-    each.__name__: each
-    for each in (
-        inner, total, project_mean, blend, update_direction, add_layer, advance,
-        recover_displacement, scale_and_clip, evaluate, scale_step, descent, move, wear, wear_slope,
-    )
-}  # fmt: skip
-try:
-    _compiled = import_module("fretwear.mechanics.compiled_kernels")
-    COMPILED = True
-except ImportError:
-    COMPILED = False
-else:
-    globals().update({name: getattr(_compiled, name) for name in IN_NUMPY})

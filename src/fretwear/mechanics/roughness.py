@@ -312,12 +312,15 @@ class SelfAffineRoughness(Roughness):
             return np.reshape(found, points.shape)
         waves, unit = self._waves, 2.0 * math.pi / (_PERIODS * self.rolloff_wavelength)
         (across_x, across_y), count = self._stretches, len(waves) - 1
-        along_x = np.outer(x, np.arange(count + 1) * (unit / across_x))
+        # Of the columns to both sides of x = 0 alike, those of one side tell those of the other.
+        half = len(x) // 2 if np.array_equal(x, -x[::-1]) else 0
+        along_x = np.outer(x[half:], np.arange(count + 1) * (unit / across_x))
         along_y = np.outer(y, np.arange(-count, count + 1) * (unit / across_y))
         # By einsum: with BLAS the last bits would depend on its number of threads.
         sums = np.einsum("jq,kq->kj", np.exp(1j * along_y), waves)
-        result: Array = np.einsum("ik,kj->ij", np.cos(along_x), sums.real)
-        result -= np.einsum("ik,kj->ij", np.sin(along_x), sums.imag)
+        even = np.einsum("ik,kj->ij", np.cos(along_x), sums.real)
+        odd = np.einsum("ik,kj->ij", np.sin(along_x), sums.imag)
+        result: Array = np.concatenate([(even + odd)[::-1][:half], even - odd])
         return result
 
     @property

@@ -23,6 +23,7 @@ from fretwear.mechanics.contact import ContactProblem, Layer
 from fretwear.mechanics.geometry import Array, HalfSpace, Mask, Problem, Single
 from fretwear.mechanics.loading import Sliding
 from fretwear.mechanics.solver import solve_contact
+from fretwear.mechanics.team import ALONE, Team
 from fretwear.parts import Part
 from fretwear.theory import LineContact
 
@@ -291,11 +292,11 @@ class WinklerLayer:
         """Displacement, m, under a pressure, Pa."""
         return self.offset + self.compliance * pressure
 
-    def add_displacement(self, pressure: Array, result: Array) -> None:
+    def add_displacement(self, pressure: Array, result: Array, team: Team = ALONE) -> None:  # noqa: ARG002
         """Add the displacement, m, under a pressure, Pa, to a field."""
         result += self.displacement(pressure)
 
-    def tangent_in(self, unit: float, pressure: Array) -> Single:  # noqa: ARG002 - a line's
+    def tangent_in(self, unit: float, pressure: Array, team: Team = ALONE) -> Single:  # noqa: ARG002
         """Derivative of the displacement in some unit, m/Pa."""
         return (self.compliance / unit).astype(np.float32)
 
@@ -339,9 +340,10 @@ class WearLayer:
         self.add_displacement(pressure, result)
         return result
 
-    def add_displacement(self, pressure: Array, result: Array) -> None:
+    def add_displacement(self, pressure: Array, result: Array, team: Team = ALONE) -> None:
         """Add the wear depth, m, under a pressure, Pa, to a field."""
         kernels.wear(
+            team,
             pressure,
             self.rate,
             self.exponent,
@@ -351,10 +353,10 @@ class WearLayer:
             result,
         )
 
-    def tangent_in(self, unit: float, pressure: Array) -> Single:
+    def tangent_in(self, unit: float, pressure: Array, team: Team = ALONE) -> Single:
         """Derivative of the wear depth in some unit, m/Pa; not negative."""
         result, factor = np.empty(pressure.shape, np.float32), self.rate / unit
         kernels.wear_slope(
-            pressure, self.rate, self.exponent, self.reduced_gap, self.shift, factor, result
+            team, pressure, self.rate, self.exponent, self.reduced_gap, self.shift, factor, result
         )
         return result

@@ -107,8 +107,9 @@ def _first_guess(problem: ContactProblem) -> Array:
         level = float(np.quantile(shape, 0.2))
     guess: Array = np.maximum(level - shape, 0.0)
     if problem.approach is not None:
-        stiff = inner(guess, problem.weighted(problem.half_space.displacement(guess)))
-        return guess * (inner(guess, problem.weighted(guess)) / stiff) if stiff > 0 else guess
+        team = problem.half_space.team
+        stiff = inner(team, guess, problem.weighted(problem.half_space.displacement(guess)))
+        return guess * (inner(team, guess, problem.weighted(guess)) / stiff) if stiff > 0 else guess
     # A flat surface has no lowest fifth.
     return guess if guess.any() else np.ones_like(shape)
 
@@ -139,6 +140,7 @@ def projected_gradient(
     Array, Pa, within the bounds and of the right sum.
     """
     half_space, level = problem.half_space, problem.approach or 0.0
+    team = half_space.team
     pressure = project(problem, start)
     displacement = half_space.displacement(pressure)
     gradient = problem.separation(pressure, displacement) - level
@@ -153,7 +155,7 @@ def projected_gradient(
         step = project(problem, pressure - length * gradient) - pressure
         weighted = problem.weighted(step)
         moved = half_space.displacement(step)
-        slope = inner(gradient, weighted)
+        slope = inner(team, gradient, weighted)
         fraction = 1.0
         while True:
             trial = pressure + fraction * step
@@ -164,12 +166,12 @@ def projected_gradient(
                 pressure + 0.5 * fraction * step, displacement + 0.5 * fraction * moved
             )
             middle -= level
-            change = fraction * inner(weighted, gradient + 4.0 * middle + new_gradient) / 6.0
+            change = fraction * inner(team, weighted, gradient + 4.0 * middle + new_gradient) / 6.0
             if energy + change <= max(energies) + 1e-4 * fraction * slope or fraction < 1e-6:
                 break
             fraction *= 0.5
-        curvature = inner(weighted, new_gradient - gradient) * fraction
-        size = inner(step, weighted) * fraction**2
+        curvature = inner(team, weighted, new_gradient - gradient) * fraction
+        size = inner(team, step, weighted) * fraction**2
         length = stiffness * 1e3 if curvature <= 0 else min(size / curvature, stiffness * 1e3)
         pressure = trial
         displacement = displacement + fraction * moved

@@ -19,6 +19,7 @@ from fretwear.mechanics.materials import Bodies, Friction
 from fretwear.mechanics.roughness import Roughness, even_in
 from fretwear.mechanics.slip import ReducedContact, SlipModel
 from fretwear.mechanics.surfaces import Indenter
+from fretwear.mechanics.team import ALONE, Team
 from fretwear.mechanics.wear_laws import Archard, WearLaw
 from fretwear.theory import HertzContact, LimitingState, LineContact, LineLimitingState
 
@@ -50,8 +51,8 @@ class WearProblem:
         Cell size along x and y, m.
     extent
         Half-widths along x and y, m, of the first window.
-    workers
-        Threads of one transform.
+    team
+        Threads that share the work on fields.
     geometry
         What cells to compute on.
     debris_fraction
@@ -74,7 +75,7 @@ class WearProblem:
     limit: float
     spacing: tuple[float, float]
     extent: tuple[float, float]
-    workers: int = 1
+    team: Team = ALONE
     geometry: type[Geometry] = Grid
     debris_fraction: float = 0.0
     coarseness: float = 1.0
@@ -188,7 +189,7 @@ class WearProblem:
     def half_space(self, geometry: Any, parts: dict[Any, Any] | None = None) -> HalfSpace:
         """The elastic bodies on the cells of a geometry."""
         modulus = self.bodies.composite_modulus
-        half_space: HalfSpace = geometry.half_space(modulus, self.workers, parts)
+        half_space: HalfSpace = geometry.half_space(modulus, self.team, parts)
         return half_space
 
     def unworn(self, geometry: Any) -> Array:

@@ -21,6 +21,7 @@ from fretwear.mechanics.loop import loop
 from fretwear.mechanics.measures import Measures, measure, sampled
 from fretwear.mechanics.state import State, WearProblem, in_contact
 from fretwear.mechanics.stroke import StrokeState, slide
+from fretwear.mechanics.team import Team
 from fretwear.running.resources import require_memory
 from fretwear.study.rules import doubts
 from fretwear.vocabulary import BODY_FIELDS, FIELDS, LINE_SCALARS, SCALARS, SYMMETRIES, ContactState
@@ -278,7 +279,7 @@ def wear_problem(
         limit=case.plastic_limit,
         spacing=case.grid_spacing,
         extent=(spread * x, spread * y),
-        workers=threads,
+        team=Team(threads),
         geometry=geometry or usual,
         debris_fraction=case.debris_fraction,
         coarseness=coarseness,

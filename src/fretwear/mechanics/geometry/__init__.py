@@ -19,6 +19,7 @@ from typing import Any, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from fretwear.mechanics.team import ALONE, Team
 from fretwear.theory import HertzContact, LimitingState, LineContact, LineLimitingState
 
 Array = NDArray[np.float64]
@@ -182,7 +183,7 @@ class Geometry(Protocol):
         ...
 
     def half_space(
-        self, modulus: float, workers: int = 1, parts: dict[Any, Any] | None = None
+        self, modulus: float, team: Team = ALONE, parts: dict[Any, Any] | None = None
     ) -> HalfSpace:
         """The elastic bodies on the cells; ``parts`` are half-spaces made before, to be shared."""
         ...
@@ -230,6 +231,11 @@ class HalfSpace(Protocol):
     @property
     def geometry(self) -> Any:
         """The cells."""
+        ...
+
+    @property
+    def team(self) -> Team:
+        """Threads that share what is computed on the cells."""
         ...
 
     @property

@@ -27,6 +27,7 @@ from fretwear.mechanics.geometry import (
     Step,
     Workspace,
 )
+from fretwear.mechanics.team import ALONE, Team
 
 # Widths in units of the Hertzian contact radius: at the stick edge, where the elastic pressure
 # grows without bound, and of the widest cells; and how the width grows with the distance from it.
@@ -97,7 +98,7 @@ class DenseCells:
     def half_space(
         self,
         modulus: float,
-        workers: int = 1,  # noqa: ARG002 - some hundreds of cells need one
+        team: Team = ALONE,  # noqa: ARG002 - some hundreds of cells need one
         parts: dict[Any, Any] | None = None,  # noqa: ARG002 - there are none
     ) -> DenseHalfSpace:
         """The elastic bodies on the cells."""
@@ -295,6 +296,8 @@ class DenseHalfSpace:
         Largest displacement of a cell per pressure on itself, m/Pa.
     """
 
+    team: ClassVar[Team] = ALONE
+
     def __init__(self, geometry: DenseCells, composite_modulus: float) -> None:
         self.geometry = geometry
         self.influence = geometry.influence(composite_modulus)
@@ -307,7 +310,7 @@ class DenseHalfSpace:
 
     def relative_displacement(self, pressure: Array) -> tuple[Single, float]:
         """`displacement` in single precision in some unit, m, and the unit."""
-        return kernels.scaled(self.displacement(pressure))
+        return kernels.scaled(self.team, self.displacement(pressure))
 
     def around(self, cells: Mask) -> DenseHalfSpace:  # noqa: ARG002 - parts would gain nothing
         """The same bodies."""

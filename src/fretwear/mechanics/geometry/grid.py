@@ -31,6 +31,7 @@ from fretwear.mechanics.geometry import (
     Single,
     Workspace,
 )
+from fretwear.mechanics.team import ALONE, Team
 
 # Cells at the border in which pressure makes a window grow, the same as a part of the window
 # before a step, and the factor of its half-width by which it grows.
@@ -115,11 +116,11 @@ class Grid:
     def half_space(
         self,
         modulus: float,
-        workers: int = 1,
+        team: Team = ALONE,
         parts: dict[tuple[int, int], GridHalfSpace] | None = None,
     ) -> GridHalfSpace:
         """The elastic bodies on the cells; ``parts`` are smaller ones made before."""
-        return GridHalfSpace(self, modulus, workers, parts)
+        return GridHalfSpace(self, modulus, team, parts)
 
     def resized(self, field: NDArray[Any], other: Any) -> NDArray[Any]:
         """A field of this window on another one around the same origin.
@@ -321,8 +322,8 @@ class GridHalfSpace:
         The cells.
     composite_modulus
         E*, Pa.
-    workers
-        Threads of one transform.
+    team
+        Threads that share what is computed.
     parts
         The same bodies on smaller windows, made before; shared and added to.
 
@@ -336,17 +337,17 @@ class GridHalfSpace:
         self,
         geometry: Grid,
         composite_modulus: float,
-        workers: int = 1,
+        team: Team = ALONE,
         parts: dict[tuple[int, int], GridHalfSpace] | None = None,
     ) -> None:
         self.geometry = geometry
         self._modulus = composite_modulus
-        self._workers = workers
+        self.team = team
         self._parts: dict[tuple[int, int], GridHalfSpace] = {} if parts is None else parts
         offsets = Convolution.offsets(geometry.shape, geometry.even)
         kernel = influence_coefficients(offsets, geometry.spacing, composite_modulus)
         self.self_influence = float(kernel[0, 0])
-        self._convolution = Convolution.with_kernel(kernel, geometry.even, workers)
+        self._convolution = Convolution.with_kernel(kernel, geometry.even, team)
 
     def displacement(self, pressure: Array) -> Array:
         """Normal surface displacement w, m, of a pressure, Pa; both of the window's shape."""
@@ -362,7 +363,7 @@ class GridHalfSpace:
 
     def relative_displacement(self, pressure: Array) -> tuple[Single, float]:
         """`displacement` in single precision in some unit, m, and the unit."""
-        field, unit = kernels.scaled(pressure)
+        field, unit = kernels.scaled(self.team, pressure)
         return self.single(field), unit * self.self_influence
 
     def around(self, cells: Mask) -> GridHalfSpace:
@@ -372,7 +373,7 @@ class GridHalfSpace:
             return self
         part = self._parts.pop(grid.shape, None)
         if part is None:
-            part = GridHalfSpace(grid, self._modulus, self._workers, self._parts)
+            part = GridHalfSpace(grid, self._modulus, self.team, self._parts)
             if len(self._parts) == _PARTS:
                 # Zones that change their size seldom change it back: the one longest out of use.
                 del self._parts[next(iter(self._parts))]
