@@ -58,8 +58,9 @@ def test_no_step_of_the_solver_is_downhill_by_rounding_only(monkeypatch):
     search, descents = ActiveSet._search, []
 
     def watched(method, segment):
-        along = inner(np.abs(method.gap), np.abs(segment.step))
-        assert segment.slope == pytest.approx(inner(method.gap, segment.step), abs=1e-12 * along)
+        along = inner(method._team, np.abs(method.gap), np.abs(segment.step))
+        descent = inner(method._team, method.gap, segment.step)
+        assert segment.slope == pytest.approx(descent, abs=1e-12 * along)
         descents.append(-segment.slope / along)
         search(method, segment)
 

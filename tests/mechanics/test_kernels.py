@@ -130,8 +130,8 @@ def test_without_the_compiled_ones_numpy_does_the_arithmetic():
 
 def test_every_kernel_is_compiled_and_compared():
     offered = {name for name in vars(compiled) if not name.startswith("_")}
-    assert offered == NAMES == set(PASSES) - {"times", "_largest"}
-    for name in offered:
+    assert offered - {"source"} == NAMES == set(PASSES) - {"times", "_largest"}
+    for name in NAMES:
         assert PASSES[name].chosen is getattr(compiled, name)
 
 

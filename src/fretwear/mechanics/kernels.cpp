@@ -433,6 +433,7 @@ VECTORIZED static void wear_slope(Index n, const double *pressure, double rate, 
 
 PYBIND11_MODULE(compiled_kernels, module) {
     module.doc() = "The functions of kernels.py, compiled.";
+    module.attr("source") = KERNELS_SHA256;
     bind(module, "inner", &inner32);
     bind(module, "inner", &inner64);
     bind(module, "total", &total);

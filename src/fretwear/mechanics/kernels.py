@@ -12,8 +12,11 @@ its last argument or named in its first line; no function keeps a field. A call 
 from __future__ import annotations
 
 from collections.abc import Callable
+from hashlib import sha256
 from importlib import import_module
+from pathlib import Path
 from typing import Any, Generic, ParamSpec, TypeVar
+from warnings import warn
 
 import numpy as np
 
@@ -23,6 +26,15 @@ from fretwear.mechanics.team import Team, blocks_of_rows
 try:
     _compiled: Any = import_module("fretwear.mechanics.compiled_kernels")
 except ImportError:
+    _compiled = None
+_source = Path(__file__).with_suffix(".cpp")
+_digest = sha256(_source.read_bytes()).hexdigest() if _compiled and _source.exists() else ""
+if _digest and getattr(_compiled, "source", "") != _digest:
+    warn(
+        f"{_compiled.__file__} was compiled from another kernels.cpp; NumPy does the arithmetic "
+        "until the package is installed again: pip install -e .",
+        stacklevel=1,
+    )
     _compiled = None
 COMPILED = _compiled is not None
 
