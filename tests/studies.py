@@ -26,8 +26,15 @@ WAVES = {"kind": "wavy", "amplitude": "0.2 um", "slope_x": "5.7 deg", "slope_y":
 
 
 def steel(**changes: object) -> Case:
-    """The steel sphere with changes; a tangential load takes the place of the ratio."""
-    given = STEEL | ({"tangential_ratio": None} if "tangential_load" in changes else {})
+    """The steel sphere with changes; a tangential load takes the place of the ratio.
+
+    It has the snapshots of cycle 0 and the last, if no others are asked for.
+    """
+    given = (
+        STEEL
+        | {"output_cycles": ()}
+        | ({"tangential_ratio": None} if "tangential_load" in changes else {})
+    )
     return Case(**(given | changes))
 
 

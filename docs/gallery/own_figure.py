@@ -14,5 +14,5 @@ point = summary.sel(load=40, roughness_amplitude=0, plastic_limit=4.5e9)
 case = fretwear.open_case(f"results/gallery/cases/{point['case_id'].item()}.nc")
 with fretwear.figures.style_context():
     figure, (left, right) = plt.subplots(1, 2, figsize=(7.5, 2.8), layout="constrained")
-fretwear.figures.pressure_profiles(case, cycles=[0, 1000, 7000], axes=left)
-fretwear.figures.wear_volume(summary.sel(roughness_amplitude=0, plastic_limit=4.5e9), axes=right)
+fretwear.figures.pressure_profiles(case, cycles=[0, 1000, 7000], ax=left)
+fretwear.figures.wear_volume(summary.sel(roughness_amplitude=0, plastic_limit=4.5e9), ax=right)

@@ -47,7 +47,7 @@ def make_case() -> Callable[..., Case]:
 
 @pytest.fixture
 def case(make_case: Callable[..., Case]) -> Case:
-    return make_case()
+    return make_case(output_cycles=())
 
 
 def _arrays(case: Case, cycles: tuple[int, ...] = (0, 1000)) -> Arrays:

@@ -29,7 +29,7 @@ from fretwear.figures.style import JournalFigure, style_context
 def test_a_panel_is_drawn_into_axes_that_are_there(draw, smooth):
     figure, (left, right) = plt.subplots(1, 2)
     try:
-        assert draw(smooth, axes=right) is figure
+        assert draw(smooth, ax=right) is figure
         assert right.has_data()
         assert not left.has_data()
         assert "(" in right.get_ylabel()
@@ -40,9 +40,9 @@ def test_a_panel_is_drawn_into_axes_that_are_there(draw, smooth):
 def test_a_study_of_many_panels_does_not_go_into_one_axes(small_study):
     figure = Figure()
     with pytest.raises(ValueError, match=r"takes 4 panels.*dataset\.isel"):
-        figures.wear_volume(small_study.summary, axes=figure.subplots())
+        figures.wear_volume(small_study.summary, ax=figure.subplots())
     part = small_study.summary.isel(load=0, friction=0)
-    assert figures.wear_volume(part, axes=figure.subplots()).axes
+    assert figures.wear_volume(part, ax=figure.subplots()).axes
 
 
 def test_one_selected_snapshot_has_its_profile(smooth):

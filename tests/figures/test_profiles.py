@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from fretwear import figures
+from fretwear.data.dataset import mirrored
 from fretwear.data.files import open_case, write_case
+from fretwear.figures.datasets import half_profiles
 
 KINDS = {
     "pressure_profiles": ("pressure", "Pressure (MPa)"),
@@ -35,8 +37,9 @@ def test_a_smooth_profile_is_the_line_of_cells_nearest_the_middle(name, smooth):
     assert len(curves) == smooth.sizes["cycle"]
     size = SIZE[label.split("(")[1].rstrip(")")]
     for (x, y), expected in zip(curves, smooth[variable].isel(y=0).values, strict=True):
-        np.testing.assert_allclose(x, smooth["x"].values * 1e6)
-        np.testing.assert_allclose(y, expected / size, rtol=1e-6)
+        stored = slice(0, smooth.sizes["x"])
+        np.testing.assert_allclose(x[stored], smooth["x"].values * 1e6)
+        np.testing.assert_allclose(y[stored], expected / size, rtol=1e-6)
 
 
 @pytest.mark.parametrize("columns", [1, 2])
@@ -87,6 +90,24 @@ def test_a_rough_profile_has_its_raw_line_and_an_envelope_above(rough):
 def test_wear_is_drawn_downwards(smooth):
     low, high = figures.wear_profiles(smooth).axes[0].get_ylim()
     assert low > high == 0.0
+
+
+def test_the_gap_beyond_the_cells_stored_is_that_of_a_wider_window(rough):
+    cut = rough.isel(x=slice(0, -4))
+    known = rough["gap"].isel(y=0)
+    found = half_profiles(cut, "gap", rough["cycle"].values.tolist(), reach=float(rough["x"][-1]))
+    # Cells far away act like forces at their centres.
+    tolerance = 1e-4 * float(known.max())
+    assert found.values[:, : known.sizes["x"]] == pytest.approx(known.values, abs=tolerance)
+    # A contact that is not even has two sides.
+    uneven = mirrored(cut).assign(gap=lambda case: case["gap"] + 1e-9 * (case["x"] > 0.0))
+    both = half_profiles(uneven, "gap", 100)
+    assert both.x == pytest.approx(-both.x[::-1])
+    outside = np.abs(both.x) > cut["x"].values[-1]
+    assert outside.any()
+    assert both.values[:, outside] == pytest.approx(
+        both.values[:, ::-1][:, outside] + 1e-9 * np.sign(both.x[outside]), abs=1e-12
+    )
 
 
 def test_only_the_cycles_and_the_case_asked_for_are_drawn(smooth, small_study):

@@ -28,7 +28,7 @@ def test_text_with_units_and_si_numbers_make_the_same_case():
         wear_coefficient=7e-13,
         cycles=np.int64(30000),
     )
-    assert numbers == steel(tangential_load="20 N", cycles=30000)
+    assert numbers == steel(tangential_load="20 N", cycles=30000, output_cycles=None)
     assert isinstance(numbers.load, float)
     assert isinstance(numbers.cycles, int)
     with pytest.raises(FrozenInstanceError):
@@ -83,8 +83,29 @@ def test_zero_amplitude_is_smooth_and_no_plastic_limit_infinite():
 
 
 def test_snapshots_are_sorted_and_hold_the_first_and_last_cycle():
-    assert steel().output_cycles == (0, 1000)
+    assert steel(output_cycles=()).output_cycles == (0, 1000)
     assert steel(output_cycles=[700, 100, 700]).output_cycles == (0, 100, 700, 1000)
+
+
+@pytest.mark.parametrize(
+    ("cycles", "snapshots"),
+    [
+        (1, (0, 1)),
+        (10, (0, 1, 3, 10)),
+        (1000, (0, 1, 3, 10, 30, 100, 300, 1000)),
+        (7000, (0, 1, 10, 100, 300, 1000, 3000, 7000)),
+        (30000, (0, 1, 10, 100, 1000, 3000, 10000, 30000)),
+        (10**6, (0, *(10**n for n in range(7)))),
+    ],
+)
+def test_snapshots_are_evenly_spread_in_the_logarithm_if_nothing_is_asked_for(cycles, snapshots):
+    assert steel(cycles=cycles, output_cycles="auto").output_cycles == snapshots
+    assert steel(cycles=cycles, output_cycles=None).output_cycles == snapshots
+
+
+def test_a_case_of_other_cycles_has_snapshots_of_its_own_or_those_asked_for():
+    assert steel(output_cycles="auto").replace(cycles=100).output_cycles == (0, 1, 3, 10, 30, 100)
+    assert steel(output_cycles=[5]).replace(cycles=100).output_cycles == (0, 5, 100)
 
 
 # Values and rules that a study file shares are in test_file.py.

@@ -84,7 +84,7 @@ BAD_VALUES = [
     ({"output/cycles": [0, 1001]}, "output.cycles", "1001", ["beyond the last cycle, 1000"]),
     ({"output/cycles": [0, 1.5]}, "output.cycles[1]", "1.5", ["whole number"]),
     ({"output/cycles": [0, -1]}, "output.cycles[1]", "-1", ["at least 0"]),
-    ({"output/cycles": 100}, "output.cycles", "100", ["must be a list"]),
+    ({"output/cycles": 100}, "output.cycles", "100", ["must be auto, or a list"]),
     ({"output/cycles": [5, 5]}, "output.cycles[1]", "5", ["given twice"]),
     ({"output": [5]}, "output", "[5]", ["must hold keys"]),
     ({"base/roughness": "rough"}, "base.roughness", "rough", ["none or a roughness"]),

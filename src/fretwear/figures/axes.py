@@ -41,6 +41,7 @@ _DEEPEST = 1e-6
 _CONSTANT = 0.03
 _PLAIN = (1e-3, 1e4)
 
+_MOST_LABELLED = 6
 _LABEL_SIZE = 6.5
 _LABEL_MARGIN = 2
 _REACH = 7.0
@@ -247,6 +248,18 @@ def outside_key(
             break
         key.remove()
     return key
+
+
+def label_or_key(
+    figure: Figure, axes: Axes, curves: Sequence[Line2D], labels: Sequence[str], *, outside: bool
+) -> None:
+    """Label curves beside themselves where they are few and have room; else add a key."""
+    if len(curves) <= _MOST_LABELLED and label_curves(axes, curves, labels):
+        return
+    if outside:
+        outside_key(figure, curves, labels)
+    else:
+        axes.legend(curves, labels)
 
 
 def label_curves(axes: Axes, curves: Sequence[Line2D], labels: Sequence[str]) -> bool:

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from fretwear.data.dataset import mirrored
-from fretwear.figures.axes import outside_key
+from fretwear.figures.axes import label_or_key
 from fretwear.figures.datasets import (
     Cycles,
     check_dataset,
@@ -20,7 +20,7 @@ from fretwear.figures.datasets import (
     with_cycles,
 )
 from fretwear.figures.profiles import cycle_colors
-from fretwear.figures.style import Columns, JournalFigure, root_figure, styled
+from fretwear.figures.style import Columns, one_panel, styled
 from fretwear.study.case import Case
 from fretwear.units import cycle_text, readable_unit
 
@@ -63,7 +63,7 @@ def bearing_heights(dataset: xr.Dataset, cycles: Cycles = None) -> dict[int, Arr
 
 @styled
 def bearing_area(
-    dataset: xr.Dataset, cycles: Cycles = None, *, columns: Columns = 1, axes: Axes | None = None
+    dataset: xr.Dataset, cycles: Cycles = None, *, columns: Columns = 1, ax: Axes | None = None
 ) -> Figure:
     """Draw the bearing-area curves (Abbott and Firestone) of a rough surface as it wears.
 
@@ -75,7 +75,7 @@ def bearing_area(
         Snapshots to draw; left out, the first and the last.
     columns : {1, 2}
         Journal columns that the figure spans, 90 mm or 190 mm.
-    axes : matplotlib.axes.Axes, optional
+    ax : matplotlib.axes.Axes, optional
         Where to draw, in a figure of your own; `columns` then says nothing.
 
     Returns
@@ -97,8 +97,7 @@ def bearing_area(
         available = np.atleast_1d(dataset["cycle"].values).astype(int)
         cycles = sorted({int(available[0]), int(available[-1])})
     curves = bearing_heights(dataset, cycles)
-    figure: Figure = JournalFigure(columns, 66.0) if axes is None else root_figure(axes)
-    panel = figure.subplots() if axes is None else axes
+    figure, panel = one_panel(columns, 66.0, ax)
     unit = readable_unit(np.concatenate(list(curves.values())), "m")
     colors = cycle_colors([float(cycle) for cycle in curves])
     for cycle, heights in curves.items():
@@ -107,8 +106,5 @@ def bearing_area(
     panel.set(xlim=(0.0, 100.0), xlabel="Bearing area (% of the contact)")
     panel.set_ylabel(f"Height ({unit.name})")
     labels = [f"cycle {cycle_text(cycle)}" for cycle in curves]
-    if axes is None:
-        outside_key(figure, panel.get_lines(), labels)
-    else:
-        panel.legend(panel.get_lines(), labels)
+    label_or_key(figure, panel, panel.get_lines(), labels, outside=ax is None)
     return figure

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -13,7 +14,9 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
+from fretwear.data.dataset import mirrored
 from fretwear.data.merge import PROFILES
+from fretwear.study.case import Case
 from fretwear.units import in_unit
 from fretwear.vocabulary import FIELDS, RESULTS, Field, Variable
 
@@ -22,6 +25,9 @@ Cycles = Sequence[int] | int | None
 """Which snapshots a figure shows: these, or a few of those there are."""
 Envelope = Callable[[Array, Array, float], Array]
 """Turns x, values and a wavelength into the values of a curve that can be read."""
+
+BEYOND_CONTACT = 1.12
+"""How far profiles are shown, in half-widths of the contact."""
 
 _CELLS_PER_WAVE = 4.0
 _ALIKE = 1e-3
@@ -70,7 +76,9 @@ class HalfProfiles:
         return replace(self, values=np.array(curves))
 
 
-def half_profiles(dataset: xr.Dataset, field: Field | str, cycles: Cycles = None) -> HalfProfiles:
+def half_profiles(
+    dataset: xr.Dataset, field: Field | str, cycles: Cycles = None, reach: float = 0.0
+) -> HalfProfiles:
     """Take one field on the line nearest y = 0: along x > 0, or all of x where it is not even.
 
     Parameters
@@ -81,6 +89,8 @@ def half_profiles(dataset: xr.Dataset, field: Field | str, cycles: Cycles = None
         Field of a case, or its name, such as ``pressure``.
     cycles : sequence of int, optional
         Snapshots to take; if left out at most six of those that `dataset` has.
+    reach : float
+        How far, m, the gap is wanted: beyond the cells stored it is computed from the pressure.
 
     Raises
     ------
@@ -106,16 +116,63 @@ def half_profiles(dataset: xr.Dataset, field: Field | str, cycles: Cycles = None
     line = line.transpose("cycle", "x")
     if line["x"][0] < 0.0 and is_even(line.values):
         line = line.isel(x=np.flatnonzero(line["x"].values > 0.0))
+    x, values = line["x"].values.astype(np.float64), line.values.astype(np.float64)
+    contact = picked["contact_half_width_x"].values.astype(np.float64)
+    if math.isnan(field.outside):
+        reach = max(reach, BEYOND_CONTACT * float(contact.max(initial=0.0)))
+        x, values = _with_gap_outside(picked, x, values, reach + roughness_wavelength(dataset))
     return HalfProfiles(
         field=field,
-        x=line["x"].values.astype(np.float64),
+        x=x,
         cycles=picked["cycle"].values.astype(np.float64),
-        values=line.values.astype(np.float64),
-        contact_half_width=picked["contact_half_width_x"].values.astype(np.float64),
+        values=values,
+        contact_half_width=contact,
         stick_half_width=picked["stick_half_width_x"].values.astype(np.float64),
         wavelength=roughness_wavelength(dataset),
         is_capped=bool(np.isfinite(float(dataset.coords.get("plastic_limit", np.inf)))),
     )
+
+
+def _with_gap_outside(
+    dataset: xr.Dataset, x: Array, gaps: Array, reach: float
+) -> tuple[Array, Array]:
+    """Continue gaps along x to a reach where the shape of the case and its pressure are known.
+
+    There the surface is unworn: its gap, and by Boussinesq the displacement u = Σ p dA/πE*r of the
+    cells under pressure, which are far away; in a line contact u = −Σ 2 p dx ln(r)/πE*. Both are
+    counted from the last cell stored.
+    """
+    more = np.arange(x[-1] + x[1] - x[0], reach, x[1] - x[0])
+    if not more.size or "pressure" not in dataset or "parameters" not in dataset.attrs:
+        return x, gaps
+    case = Case(**json.loads(dataset.attrs["parameters"]))
+    if case.roughness is not None and not case.roughness.is_known:
+        return x, gaps
+    whole = mirrored(dataset[["pressure"]]).transpose("cycle", "x", ...)
+    pressure, at_x, at_y = whole["pressure"].values, whole["x"].values[:, None], np.zeros((1, 1))
+    area, pressure = float(at_x[1, 0] - at_x[0, 0]), pressure.reshape(*pressure.shape[:2], -1)
+    if not case.indenter.is_line:
+        at_y = whole["y"].values[None, :]
+        area *= float(at_y[0, 1] - at_y[0, 0])
+    y = np.abs(at_y).min(axis=1)
+    loaded = (pressure > 0.0).any(axis=0)
+    forces = area / (math.pi * case.composite_modulus) * pressure[:, loaded].astype(np.float64)
+    at_x, at_y = (np.broadcast_to(each, loaded.shape)[loaded] for each in (at_x, at_y))
+
+    def changes(points: Array) -> Array:
+        heights = case.indenter.gap(points[:, None], y[None, :])[:, 0]
+        if case.roughness is not None:
+            heights = heights + case.roughness.height(points[:, None], y[None, :])[:, 0]
+        distances = (np.hypot(point - at_x, y - at_y) for point in points)
+        kernels = (-2.0 * np.log(r) if case.indenter.is_line else 1.0 / r for r in distances)
+        changed = heights + np.column_stack([forces @ kernel for kernel in kernels])
+        return np.asarray(changed[:, 1:] - changed[:, :1])
+
+    right = gaps[:, -1:] + changes(np.concatenate([x[-1:], more]))
+    if x[0] > 0.0:
+        return np.concatenate([x, more]), np.concatenate([gaps, right], axis=1)
+    left = (gaps[:, :1] + changes(np.concatenate([x[:1], -more])))[:, ::-1]
+    return np.concatenate([-more[::-1], x, more]), np.concatenate([left, gaps, right], axis=1)
 
 
 def is_even(values: NDArray[Any]) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import xarray as xr
@@ -40,7 +40,6 @@ from fretwear.units import fixed_digits, number_text
 from fretwear.vocabulary import HEADLINES
 
 _ROW, _HEAD = 25.0, 16.0
-_MOST_KEYED = 4
 _MOST_TICKS = 7
 _MOST_WRITTEN = 72
 _MOST_MAPS = 6
@@ -63,8 +62,8 @@ def effects(summary: xr.Dataset, quantities: Sequence[str] = HEADLINES) -> Figur
     -------
     matplotlib.figure.Figure
         A column for each parameter. A thin line joins cases that differ in this parameter alone;
-        its colour tells the other parameter on which the change depends most. The points of a
-        sampled study have no such lines.
+        its colour tells the value of the other parameter on which the change depends most. The
+        points of a sampled study have no such lines: these are scatter plots.
 
     Raises
     ------
@@ -78,53 +77,74 @@ def effects(summary: xr.Dataset, quantities: Sequence[str] = HEADLINES) -> Figur
     down, across = len(names), len(points.levels)
     figure = JournalFigure(2 if across > 2 else 1, _HEAD + _ROW * down)
     grid = figure.subplots(down, across, sharex="col", sharey="row", squeeze=False)
+    dividers = {
+        (name, varied): points.effect(varied, name).divider if points.lines[varied] else None
+        for name in names
+        for varied in points.levels
+    }
+    looks = _looks(points, list(dict.fromkeys(each for each in dividers.values() if each)))
     for row, name in zip(grid, names, strict=True):
-        axis = ValueAxis.of(
-            points.variables[name], points.results[name][np.isfinite(points.results[name])]
-        )
+        known = points.results[name][np.isfinite(points.results[name])]
+        axis = ValueAxis.of(points.variables[name], known)
         for axes, varied in zip(row, points.levels, strict=True):
-            _draw_effect(axes, points, varied, name, axis)
+            values = axis.unit.of(points.results[name])
+            _draw_effect(axes, points, varied, values, dividers[name, varied], looks)
         axis.set_limits(row[0], np.ones(len(points.ids)), points.results[name])
         row[0].set_ylabel(axis.wrapped_label, fontsize=6.0)
     label_outer(list(grid.flat), across)
     for axes, varied in zip(grid[-1], points.levels, strict=True):
         _name_levels(axes, points, varied)
     figure.align_ylabels(grid[:, 0])
+    keyed = [(*each, *look) for each, look in looks.items() if look[1]]
+    if keyed:
+        handles = [Line2D([], [], color=color, marker=mark) for *_, color, mark in keyed]
+        texts = [symbol_text(n, points.levels[n][level]) for n, level, *_ in keyed]
+        outside_key(figure, handles, texts)
     return figure
 
 
-def _draw_effect(axes: Axes, points: Points, varied: str, name: str, axis: ValueAxis) -> None:
-    values = axis.unit.of(points.results[name])
-    x = _places(points, varied)
-    lines = points.lines[varied]
+def _looks(points: Points, dividers: Sequence[str]) -> dict[tuple[str, int], tuple[str, str]]:
+    """Return colour and mark for each level of the parameters that part lines, by name and place.
+
+    As long as there are colours enough no two have the same; a parameter beyond that has a ramp of
+    colours and no marks.
+    """
+    looks: dict[tuple[str, int], tuple[str, str]] = {}
+    taken = 0
+    for name in dividers:
+        count = len(points.levels[name])
+        pairs = list(zip(CATEGORICAL, MARKERS, strict=False))[taken : taken + count]
+        if len(pairs) < count:
+            pairs = [(color, "") for color in sequential_colours(count)]
+        else:
+            taken += count
+        looks |= {(name, place): pair for place, pair in enumerate(pairs)}
+    return looks
+
+
+def _draw_effect(
+    axes: Axes,
+    points: Points,
+    varied: str,
+    values: Array,
+    divider: str | None,
+    looks: Mapping[tuple[str, int], tuple[str, str]],
+) -> None:
+    x, lines = _places(points, varied), points.lines[varied]
     if not lines:
         axes.plot(x, values, ".", markersize=2.5, color=CATEGORICAL[0])
         return
-    divider = points.effect(varied, name).divider
-    levels = points.levels[divider] if divider else ("",)
-    colors = _colors(len(levels))
     place = points.place(divider) if divider else np.zeros(len(x), dtype=int)
+    look = [looks.get((divider or "", int(each)), (MUTED, ".")) for each in place]
     paths = [np.column_stack([x[line], values[line]]) for line in lines]
-    tints = [colors[place[line[0]]] for line in lines]
+    tints = [look[line[0]][0] for line in lines]
     axes.add_collection(LineCollection(paths, colors=tints, linewidths=0.7, alpha=0.8))
     if len(x) <= _DENSE:
-        for level, color in enumerate(colors):
-            of = place == level
-            mark = MARKERS[level % len(MARKERS)]
-            axes.plot(x[of], values[of], mark, markersize=2.0, color=color, label="_points")
-    if divider and len(levels) <= _MOST_KEYED:
-        texts = [symbol_text(divider, level) for level in levels]
-        handles = [Line2D([], [], color=color, lw=1.2) for color in colors]
-        axes.legend(
-            handles, texts, fontsize=4.8, handlelength=1.0, labelspacing=0.15, borderpad=0.2,
-            framealpha=0.7, loc="best",
-        )  # fmt: skip
-    elif divider:
+        for color, mark in dict.fromkeys(look):
+            of = np.array([each == (color, mark) for each in look])
+            axes.plot(x[of], values[of], mark or ".", markersize=2.0, color=color, label="_points")
+    if divider and not looks[divider, 0][1]:
         axes.set_title(f"colour: {parameter(divider).words}", fontsize=5.0, pad=2.0)
-
-
-def _colors(count: int) -> list[str]:
-    return list(CATEGORICAL[:count]) if count <= _MOST_KEYED else sequential_colours(count)
 
 
 def _places(points: Points, varied: str) -> Array:

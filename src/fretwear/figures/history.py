@@ -67,7 +67,7 @@ def contact_half_width(
     history: xr.Dataset | None = None,
     *,
     columns: Columns = 2,
-    axes: Axes | None = None,
+    ax: Axes | None = None,
 ) -> Figure:
     """Draw the contact half-width along x against the cycles.
 
@@ -81,7 +81,7 @@ def contact_half_width(
         every step, and marks are snapshots. Without it snapshots are joined by straight lines.
     columns : {1, 2}
         Journal columns that the figure spans, 90 mm or 190 mm.
-    axes : matplotlib.axes.Axes, optional
+    ax : matplotlib.axes.Axes, optional
         Where to draw, in a figure of your own, what takes one panel; `columns` then says nothing.
 
     Returns
@@ -95,9 +95,9 @@ def contact_half_width(
     TypeError
         When `dataset` is no dataset.
     ValueError
-        When the quantity is missing, no point is done, or `axes` are given for more panels.
+        When the quantity is missing, no point is done, or `ax` is given for more panels.
     """
-    return draw_history(dataset, "contact_half_width_x", history, columns=columns, axes=axes)
+    return draw_history(dataset, "contact_half_width_x", history, columns=columns, ax=ax)
 
 
 def stick_half_width(
@@ -105,10 +105,10 @@ def stick_half_width(
     history: xr.Dataset | None = None,
     *,
     columns: Columns = 2,
-    axes: Axes | None = None,
+    ax: Axes | None = None,
 ) -> Figure:
     """Draw the stick zone's half-width along x against cycles, as `contact_half_width` does."""
-    return draw_history(dataset, "stick_half_width_x", history, columns=columns, axes=axes)
+    return draw_history(dataset, "stick_half_width_x", history, columns=columns, ax=ax)
 
 
 def wear_volume(
@@ -116,14 +116,14 @@ def wear_volume(
     history: xr.Dataset | None = None,
     *,
     columns: Columns = 2,
-    axes: Axes | None = None,
+    ax: Axes | None = None,
 ) -> Figure:
     """Draw the wear volume of both bodies against cycles, as `contact_half_width` does.
 
     Volumes that span more than a factor of 30 are on a logarithmic axis, which cycle 0, without
     wear, is not on.
     """
-    return draw_history(dataset, "wear_volume", history, columns=columns, axes=axes)
+    return draw_history(dataset, "wear_volume", history, columns=columns, ax=ax)
 
 
 def dissipated_energy(
@@ -131,10 +131,10 @@ def dissipated_energy(
     history: xr.Dataset | None = None,
     *,
     columns: Columns = 2,
-    axes: Axes | None = None,
+    ax: Axes | None = None,
 ) -> Figure:
     """Draw the energy dissipated in one cycle against cycles, as `contact_half_width` does."""
-    return draw_history(dataset, "dissipated_energy", history, columns=columns, axes=axes)
+    return draw_history(dataset, "dissipated_energy", history, columns=columns, ax=ax)
 
 
 @styled
@@ -144,7 +144,7 @@ def draw_history(
     history: xr.Dataset | None = None,
     *,
     columns: Columns = 2,
-    axes: Axes | None = None,
+    ax: Axes | None = None,
 ) -> Figure:
     """Draw any scalar over the cycles, as `contact_half_width` does."""
     check_dataset(dataset)
@@ -158,7 +158,7 @@ def draw_history(
     layout = choose_layout(lines)
     lines = shown_lines(lines, layout)
     contents, across = layout.panels(4 if columns == 2 else 2)
-    figure, panels = _frames(len(contents), across, columns, axes)
+    figure, panels = _frames(len(contents), across, columns, ax)
     cycles, values = joined(lines)
     axis = ValueAxis.of(variable, values[(cycles == 0.0) | (cycles >= 1.0)])
     palette = _Palette.of(layout)
@@ -188,7 +188,7 @@ def draw_history(
         texts = _key_texts(layout, lines, layout.color)
         if label_curves(panels[0], curves, [texts[layout.index(layout.color, n)] for n in lines]):
             return figure
-    _add_keys(figure, panels, layout, lines, palette, inside=axes is not None)
+    _add_keys(figure, panels, layout, lines, palette, inside=ax is not None)
     return figure
 
 
@@ -221,19 +221,19 @@ class _Ensemble:
 
 
 def _frames(
-    count: int, across: int, columns: Columns, axes: Axes | None
+    count: int, across: int, columns: Columns, ax: Axes | None
 ) -> tuple[Figure, list[Axes]]:
     """Return the figure and its panels, or those that the caller gave."""
-    if axes is None:
+    if ax is None:
         down = -(-count // across)
         figure = JournalFigure(columns, 16.0 + (46.0 if down > 1 else 56.0) * down)
         return figure, make_panels(figure, count, across, "row")
     if count > 1:
         raise ValueError(
-            f"This study takes {count} panels, which one axes does not hold: leave axes "
+            f"This study takes {count} panels, which one axes does not hold: leave ax "
             "out, or select a part of the study first, for example with dataset.isel(...)."
         )
-    return root_figure(axes), [axes]
+    return root_figure(ax), [ax]
 
 
 @dataclass(frozen=True)

@@ -33,6 +33,7 @@ _PREFERRED_COLOR = ("roughness_amplitude", "roughness")
 
 _PREFERRED_CONTRASTS = ("roughness_amplitude", "roughness", "plastic_limit", "slip_model")
 _MOST_CONTRASTS = 2
+_MOST_NAMED = 8
 # Slip that disregards the worn shape is for comparison: where there is another, it is not shown.
 _SIMPLIFIED = ("slip_model", "cattaneo_mindlin")
 
@@ -244,12 +245,14 @@ class RepresentativeCases:
     """Cases that differ in the names of `contrasts` and agree, where possible, in the others.
 
     `ids` are the case ids by title, as ``smooth, elastic``; `common` says in words which values of
-    the study's other varied names all of them have.
+    the study's other varied names all of them have, and `left_out` in a sentence, which begins
+    with a space, which values in between none of them has.
     """
 
     contrasts: tuple[str, ...]
     ids: dict[str, str]
     common: str
+    left_out: str
 
 
 def representative_cases(summary: xr.Dataset) -> RepresentativeCases:
@@ -276,7 +279,19 @@ def representative_cases(summary: xr.Dataset) -> RepresentativeCases:
     }
     agreed = [name for name in others if len({line.values[name] for line in best}) == 1]
     common = ", ".join(words_text(name, best[0].values[name]) for name in agreed)
-    return RepresentativeCases(contrasts, ids, common)
+    levels = _levels(lines)
+    missed = [
+        words_text(name, value)
+        for name in contrasts
+        for value in levels[name]
+        if value not in {line.values[name] for line in best}
+    ]
+    left_out = (
+        f" Not shown: {', '.join(missed)}."
+        if len(missed) <= _MOST_NAMED
+        else (f" Of the values in between, {len(missed)} are not shown.")
+    )
+    return RepresentativeCases(contrasts, ids, common, left_out if missed else "")
 
 
 def _fullest_group(

@@ -15,7 +15,6 @@ from matplotlib.colors import Normalize, PowerNorm
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
-from matplotlib.typing import LineStyleType
 from numpy.typing import ArrayLike, NDArray
 
 from fretwear.data.dataset import mirrored
@@ -27,7 +26,16 @@ from fretwear.figures.datasets import (
     require,
     with_cycles,
 )
-from fretwear.figures.style import COLUMN_WIDTH, Columns, JournalFigure, root_figure, styled
+from fretwear.figures.style import (
+    CATEGORICAL,
+    COLUMN_WIDTH,
+    MUTED,
+    Columns,
+    JournalFigure,
+    depth_colormap,
+    one_panel,
+    styled,
+)
 from fretwear.units import MICROMETRE, Unit, cycle_text, readable_unit
 from fretwear.vocabulary import RESULTS, ContactState
 
@@ -38,7 +46,7 @@ _SHALLOW = 0.01
 _UNEQUAL = 4.0
 _SQUARE_ROOT = 0.5
 _CORNERS_OF_A_CIRCLE = 181
-_EDGES: dict[str, LineStyleType] = {"edge of contact": "-", "edge of stick zone": (0, (3, 1.5))}
+_EDGES = {"edge of contact": MUTED, "edge of stick zone": CATEGORICAL[0]}
 
 
 @dataclass(frozen=True)
@@ -67,7 +75,7 @@ class WearMap:
 
 @styled
 def wear_map(
-    dataset: xr.Dataset, cycle: int | None = None, *, columns: Columns = 1, axes: Axes | None = None
+    dataset: xr.Dataset, cycle: int | None = None, *, columns: Columns = 1, ax: Axes | None = None
 ) -> Figure:
     """Draw the wear depth over the whole contact with the edges of contact and stick zone.
 
@@ -79,7 +87,7 @@ def wear_map(
         Snapshot to draw; the last one if left out.
     columns : {1, 2}
         Journal columns that the figure spans, 90 mm or 190 mm.
-    axes : matplotlib.axes.Axes, optional
+    ax : matplotlib.axes.Axes, optional
         Where to draw, in a figure of your own; `columns` then says nothing.
 
     Returns
@@ -98,13 +106,11 @@ def wear_map(
     """
     scar = take_wear_map(dataset, cycle)
     unit = readable_unit(scar.depth, "m")
-    if axes is None:
-        figure: Figure = JournalFigure(columns, 80.0 if columns == 1 else 144.0)
-        panel = figure.subplots()
-        outside_key(figure, _edge_lines("#333333"), list(_EDGES))
+    figure, panel = one_panel(columns, 80.0 if columns == 1 else 144.0, ax)
+    if ax is None:
+        outside_key(figure, _edge_lines(), list(_EDGES))
     else:
-        figure, panel = root_figure(axes), axes
-        panel.legend(_edge_lines("white"), list(_EDGES), labelcolor="white", loc="upper right")
+        panel.legend(_edge_lines(), list(_EDGES), loc="upper right")
     image = draw_wear_map(panel, scar, unit, depth_scale(unit.of(scar.depth.max())))
     panel.set_title(f"cycle {cycle_text(scar.cycle)}")
     add_scale(figure, [panel], image, f"{RESULTS['wear_depth'].label} ({unit.name})")
@@ -148,7 +154,7 @@ def compare_wear_maps(
     panels[0].set(xlim=(-limit, limit), ylim=(-limit, limit))
     label_outer(panels, across)
     add_scale(figure, panels, image, f"{RESULTS['wear_depth'].label} ({unit.name})")
-    outside_key(figure, _edge_lines("#333333"), list(_EDGES))
+    outside_key(figure, _edge_lines(), list(_EDGES))
     return figure
 
 
@@ -184,13 +190,13 @@ def depth_scale(deepest: ArrayLike) -> Normalize:
 def draw_wear_map(axes: Axes, scar: WearMap, unit: Unit, scale: Normalize) -> AxesImage:
     """Draw a scar into axes; `scale` is in `unit`."""
     values = unit.of(scar.depth)
+    colours: dict[str, Any] = {"norm": scale, "cmap": depth_colormap()}
     image = draw_map(
-        axes, scar.x, scar.y, values, scar.reach, norm=scale, interpolation="antialiased"
+        axes, scar.x, scar.y, values, scar.reach, interpolation="antialiased", **colours
     )
-    for outline, style in zip((scar.contact_edge, scar.stick_edge), _EDGES.values(), strict=True):
+    for outline, color in zip((scar.contact_edge, scar.stick_edge), _EDGES.values(), strict=True):
         width = 1.0 if len(outline) == _CORNERS_OF_A_CIRCLE else 0.5
-        axes.plot(*MICROMETRE.of(outline).T, color="white", linewidth=width, linestyle=style)
-    axes.set_facecolor(image.get_cmap()(0.0))
+        axes.plot(*MICROMETRE.of(outline).T, color=color, linewidth=width)
     axes.set_xlabel("x (µm), direction of slip")
     return image
 
@@ -228,8 +234,8 @@ def _outline(x: Array, y: Array, inside: NDArray[np.bool_]) -> Array:
     return np.concatenate(parts) if parts else np.empty((0, 2))
 
 
-def _edge_lines(color: str) -> list[Line2D]:
-    return [Line2D([], [], linestyle=style, lw=1.2, color=color) for style in _EDGES.values()]
+def _edge_lines() -> list[Line2D]:
+    return [Line2D([], [], lw=1.2, color=color) for color in _EDGES.values()]
 
 
 def add_scale(

@@ -15,6 +15,7 @@ from matplotlib.lines import Line2D
 
 from fretwear.figures.axes import Place, label_curves, label_outer, make_panels, outside_key
 from fretwear.figures.datasets import (
+    BEYOND_CONTACT,
     Cycles,
     Envelope,
     HalfProfiles,
@@ -30,7 +31,7 @@ from fretwear.figures.style import (
     STICK_SHADE,
     Columns,
     JournalFigure,
-    root_figure,
+    one_panel,
     sequential_colours,
     styled,
 )
@@ -39,7 +40,6 @@ from fretwear.vocabulary import Field
 
 _DOWNWARD = ("wear_depth", "plastic_depth")
 
-_BEYOND_CONTACT = 1.12
 _BEFORE_EDGE = 0.75
 _ABOVE = 1.05
 _INSIDE_CONTACT = 0.8
@@ -53,7 +53,7 @@ _BAR_NAME: dict[str, Any] = {"fontsize": 6.5, "ha": "center", "va": "bottom"}
 
 
 def pressure_profiles(
-    dataset: xr.Dataset, cycles: Cycles = None, *, columns: Columns = 1, axes: Axes | None = None
+    dataset: xr.Dataset, cycles: Cycles = None, *, columns: Columns = 1, ax: Axes | None = None
 ) -> Figure:
     """Draw the normal pressure along x at y = 0 at several cycles.
 
@@ -65,7 +65,7 @@ def pressure_profiles(
         Snapshots to draw; left out, at most six of those there are.
     columns : {1, 2}
         Journal columns that the figure spans, 90 mm or 190 mm.
-    axes : matplotlib.axes.Axes, optional
+    ax : matplotlib.axes.Axes, optional
         Where to draw, in a figure of your own; `columns` then says nothing.
 
     Returns
@@ -83,41 +83,41 @@ def pressure_profiles(
     ValueError
         When `dataset` has no such field or snapshot, or varies in a case parameter.
     """
-    return field_profiles(dataset, "pressure", cycles, columns=columns, axes=axes)
+    return field_profiles(dataset, "pressure", cycles, columns=columns, ax=ax)
 
 
 def shear_profiles(
-    dataset: xr.Dataset, cycles: Cycles = None, *, columns: Columns = 1, axes: Axes | None = None
+    dataset: xr.Dataset, cycles: Cycles = None, *, columns: Columns = 1, ax: Axes | None = None
 ) -> Figure:
     """Draw the shear traction along x at +Q, in MPa; otherwise as `pressure_profiles`."""
-    return field_profiles(dataset, "shear_traction", cycles, columns=columns, axes=axes)
+    return field_profiles(dataset, "shear_traction", cycles, columns=columns, ax=ax)
 
 
 def gap_profiles(
-    dataset: xr.Dataset, cycles: Cycles = None, *, columns: Columns = 1, axes: Axes | None = None
+    dataset: xr.Dataset, cycles: Cycles = None, *, columns: Columns = 1, ax: Axes | None = None
 ) -> Figure:
     """Draw the gap at load P in µm, with its mean over a wave when rough.
 
     Otherwise as `pressure_profiles`.
     """
-    return field_profiles(dataset, "gap", cycles, columns=columns, axes=axes)
+    return field_profiles(dataset, "gap", cycles, columns=columns, ax=ax)
 
 
 def wear_rate_profiles(
-    dataset: xr.Dataset, cycles: Cycles = None, *, columns: Columns = 1, axes: Axes | None = None
+    dataset: xr.Dataset, cycles: Cycles = None, *, columns: Columns = 1, ax: Axes | None = None
 ) -> Figure:
     """Draw the wear of one cycle; otherwise as `pressure_profiles`."""
-    return field_profiles(dataset, "wear_rate", cycles, columns=columns, axes=axes)
+    return field_profiles(dataset, "wear_rate", cycles, columns=columns, ax=ax)
 
 
 def wear_profiles(
-    dataset: xr.Dataset, cycles: Cycles = None, *, columns: Columns = 1, axes: Axes | None = None
+    dataset: xr.Dataset, cycles: Cycles = None, *, columns: Columns = 1, ax: Axes | None = None
 ) -> Figure:
     """Draw the worn depth in µm, downwards, with its mean over a wave when rough.
 
     Otherwise as `pressure_profiles`.
     """
-    return field_profiles(dataset, "wear_depth", cycles, columns=columns, axes=axes)
+    return field_profiles(dataset, "wear_depth", cycles, columns=columns, ax=ax)
 
 
 @styled
@@ -127,15 +127,11 @@ def field_profiles(
     cycles: Cycles = None,
     *,
     columns: Columns = 1,
-    axes: Axes | None = None,
+    ax: Axes | None = None,
 ) -> Figure:
     """Draw any field along x at y = 0 at several cycles, as `pressure_profiles` does."""
     profiles = half_profiles(dataset, quantity, cycles)
-    if axes is None:
-        figure: Figure = JournalFigure(columns, 66.0 if columns == 1 else 90.0)
-        panel = figure.subplots()
-    else:
-        figure, panel = root_figure(axes), axes
+    figure, panel = one_panel(columns, 66.0 if columns == 1 else 90.0, ax)
     colors = cycle_colors(profiles.cycles)
     curves = draw_profiles(panel, profiles, colors)
     _name_zones(panel, profiles)
@@ -143,7 +139,7 @@ def field_profiles(
     labels = [f"cycle {cycles_shown[0]}", *cycles_shown[1:]]
     if not profiles.is_wavy and label_curves(panel, curves, labels):
         return figure
-    if axes is None:
+    if ax is None:
         cycle_key(figure, colors)
     else:
         lines = [Line2D([], [], color=color) for color in colors.values()]
@@ -190,8 +186,11 @@ def compare_profiles(
     snapshots = {title: available_cycles(case) for title, case in cases.items()}
     shown = _shown_cycles(snapshots, cycles)
     colors = cycle_colors(shown)
+    widest = max(float(case["contact_half_width_x"].max()) for case in cases.values())
     profiles = [
-        half_profiles(case, field, [n for n in shown if n in snapshots[title]])
+        half_profiles(
+            case, field, [n for n in shown if n in snapshots[title]], BEYOND_CONTACT * widest
+        )
         for title, case in cases.items()
     ]
     across = min(len(cases), 2 if columns == 2 else 1)
@@ -263,11 +262,11 @@ def frame_of(panels: Sequence[HalfProfiles]) -> Frame:
     zone grows with a finer grid, without end, and would hide the rest.
     """
     field = panels[0].field
-    right = _BEYOND_CONTACT * max(float(panel.contact_half_width.max()) for panel in panels)
+    right = BEYOND_CONTACT * max(float(panel.contact_half_width.max()) for panel in panels)
     is_even = all(panel.is_even for panel in panels)
     left = 0.0 if is_even else -right
     if at_edge(field):
-        # Outside the window the gap is not stored.
+        # A merged study has the gap only as far as it is stored.
         right = min(right, max(float(panel.x[-1]) for panel in panels))
         left = 0.0 if is_even else -right
         if is_even and not any(panel.is_wavy for panel in panels):
@@ -296,7 +295,8 @@ def _top(profiles: HalfProfiles, right: float) -> float:
             float(values[distance < _INSIDE_CONTACT * half_width].max(initial=0.0))
             for values, half_width in zip(profiles.values, profiles.contact_half_width, strict=True)
         ]
-        last = float(np.nanmax(shown[-1]))
+        near = distance <= BEYOND_CONTACT * profiles.contact_half_width.max()
+        last = float(np.nanmax(profiles.values[-1, near]))
         return max(last, _SHARE_OF_FIRST_GAP * first, _ROOM_OVER_WAVES * max(inside))
     if is_traction(profiles.field) and not profiles.is_capped:
         return min(highest, _ROOM_OVER_FIRST * first)

@@ -6,10 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fretwear.data.dataset import mirrored
-from fretwear.figures.style import JournalFigure, sequential_colours, styled
+from fretwear.figures.axes import label_or_key
+from fretwear.figures.style import CATEGORICAL, one_panel, sequential_colours, styled
 from fretwear.study.parameters import parameter
 from fretwear.units import FORCE, MICROMETRE, cycle_text, readable_unit, with_unit
 from fretwear.vocabulary import BODY_FIELDS, LOOP, RESULTS
@@ -18,9 +20,9 @@ MAPPED = ("displacement_amplitude", "displacement_ratio")
 """Varied parameters that a fretting map may have beside the load."""
 
 _REGIMES = {
-    "partial slip": ("o", "#0072b2"),
-    "mixed": ("D", "#e69f00"),
-    "gross slip": ("s", "#d55e00"),
+    "partial slip": ("o", CATEGORICAL[0]),
+    "mixed": ("D", CATEGORICAL[5]),
+    "gross slip": ("s", CATEGORICAL[1]),
 }
 _LARGEST, _SMALLEST = 14.0, 2.5
 _APART = 0.7
@@ -28,7 +30,9 @@ _APART = 0.7
 
 
 @styled
-def fretting_loops(loops: xr.Dataset, cycles: Sequence[int] | None = None) -> Figure:
+def fretting_loops(
+    loops: xr.Dataset, cycles: Sequence[int] | None = None, *, ax: Axes | None = None
+) -> Figure:
     """Draw tangential force against displacement round a cycle, one loop for each snapshot.
 
     Parameters
@@ -37,6 +41,8 @@ def fretting_loops(loops: xr.Dataset, cycles: Sequence[int] | None = None) -> Fi
         From `fretwear.open_loops`.
     cycles : sequence of int, optional
         Snapshots to draw; all of them by default.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw, in a figure of your own.
 
     Returns
     -------
@@ -46,21 +52,22 @@ def fretting_loops(loops: xr.Dataset, cycles: Sequence[int] | None = None) -> Fi
     force, way = (shown[each.name].values for each in LOOP)
     known = LOOP[0].in_units(shown[LOOP[0].name].attrs.get("units", LOOP[0].si_unit))
     unit = readable_unit(force, known.si_unit)
-    figure: Figure = JournalFigure(1, 66.0)
-    axes = figure.subplots()
-    for row, color in enumerate(sequential_colours(shown.sizes["cycle"])):
-        label = cycle_text(shown["cycle"].values[row])
-        axes.plot(MICROMETRE.of(way[row]), unit.of(force[row]), color=color, label=label)
+    figure, axes = one_panel(1, 66.0, ax)
+    names = [cycle_text(cycle) for cycle in shown["cycle"].values]
+    curves = [
+        axes.plot(MICROMETRE.of(x), unit.of(y), color=color)[0]
+        for x, y, color in zip(way, force, sequential_colours(len(names)), strict=True)
+    ]
     axes.axhline(0.0, color="0.7", linewidth=0.5, zorder=0)
     axes.axvline(0.0, color="0.7", linewidth=0.5, zorder=0)
     axes.margins(x=0.03)
     axes.set(xlabel=f"{LOOP[1].label} (µm)", ylabel=f"{known.label} ({unit.name})")
-    axes.legend(title="Cycle", loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    label_or_key(figure, axes, curves, [f"cycle {names[0]}", *names[1:]], outside=ax is None)
     return figure
 
 
 @styled
-def scars(dataset: xr.Dataset, cycle: int | None = None) -> Figure:
+def scars(dataset: xr.Dataset, cycle: int | None = None, *, ax: Axes | None = None) -> Figure:
     """Draw the wear of both bodies along x: the indenter's upward, the flat's downward.
 
     The scar is that of the whole contact, as a profilometer crosses it.
@@ -71,6 +78,8 @@ def scars(dataset: xr.Dataset, cycle: int | None = None) -> Figure:
         A case whose wear coefficients are known for each body.
     cycle : int, optional
         The snapshot; the last one by default.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw, in a figure of your own.
 
     Returns
     -------
@@ -88,10 +97,9 @@ def scars(dataset: xr.Dataset, cycle: int | None = None) -> Figure:
     depths = dataset[[field.name for field in BODY_FIELDS]]
     state = mirrored(depths.isel(cycle=-1) if cycle is None else depths.sel(cycle=cycle))
     line = state if "y" not in state.dims else state.isel(y=int(np.abs(state.y.values).argmin()))
-    figure: Figure = JournalFigure(1, 66.0)
-    axes = figure.subplots()
+    figure, axes = one_panel(1, 66.0, ax)
     x = MICROMETRE.of(line.x.values)
-    for field, sign, color in zip(BODY_FIELDS, (1.0, -1.0), ("#0072b2", "#d55e00"), strict=True):
+    for field, sign, color in zip(BODY_FIELDS, (1.0, -1.0), CATEGORICAL, strict=False):
         depth = sign * MICROMETRE.of(line[field.name].values)
         axes.fill_between(x, depth, color=color, alpha=0.3, linewidth=0.0)
         axes.plot(x, depth, color=color, label=field.label)
@@ -106,7 +114,7 @@ def has_fretting_map(summary: xr.Dataset) -> bool:
 
 
 @styled
-def fretting_map(summary: xr.Dataset) -> Figure:
+def fretting_map(summary: xr.Dataset, *, ax: Axes | None = None) -> Figure:
     """Draw the regime of sliding over load and displacement; dots grow with the wear volume.
 
     Slip that is partial in some snapshots and gross in others is mixed. The width of a dot is in
@@ -117,6 +125,8 @@ def fretting_map(summary: xr.Dataset) -> Figure:
     summary : xarray.Dataset
         A merged study that varies the load and the displacement amplitude or ratio; of other
         varied parameters the first value is shown.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw, in a figure of your own.
 
     Returns
     -------
@@ -130,8 +140,7 @@ def fretting_map(summary: xr.Dataset) -> Figure:
     unit = readable_unit(volume, "m3")
     about = parameter(across)
     way, load = np.meshgrid(shown[across].values / about.unit.size, shown["load"].values)
-    figure: Figure = JournalFigure(1, 66.0)
-    axes = figure.subplots()
+    figure, axes = one_panel(1, 66.0, ax)
     kinds = np.where(gross == 0.0, "partial slip", np.where(gross == 1.0, "gross slip", "mixed"))
     dots = {}
     for regime, (marker, color) in _REGIMES.items():

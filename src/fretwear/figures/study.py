@@ -119,12 +119,15 @@ def study_figures(
             for title, case_id in cases_of.ids.items()
         }
         for name, quantity in PROFILES.items():
-            caption = _profile_caption(field_of(quantity), where, opened)
+            caption = _profile_caption(field_of(quantity), where, opened) + cases_of.left_out
             figure = compare_profiles(opened, quantity)
             yield StudyFigure(f"{name}{suffix}", caption, PROFILE_CATEGORY, figure)
         # A line contact has no map: it is the same all along y.
         if all("y" in case.dims for case in opened.values()):
-            caption, figure = _map_caption(where, opened), compare_wear_maps(opened)
+            caption, figure = (
+                _map_caption(where, opened) + cases_of.left_out,
+                compare_wear_maps(opened),
+            )
             yield StudyFigure(f"wear_map{suffix}", caption, MAP_CATEGORY, figure)
 
 
@@ -204,7 +207,7 @@ def _answer_figures(summary: xr.Dataset) -> Iterator[StudyFigure]:
         "Final results against each parameter. A line joins cases that differ in this parameter "
         "alone; colours are those of the other parameter on which the change depends most."
         if paired
-        else "Final results of all points against each parameter."
+        else "Final results of all points against each parameter: scatter plots."
     )
     yield StudyFigure("effects", caption, ANSWER_CATEGORY, effects(summary))
     if has_fretting_map(summary):

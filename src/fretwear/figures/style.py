@@ -40,7 +40,7 @@ LINE_STYLES: tuple[Any, ...] = ("-", (0, (4, 1.6)), (0, (1, 1.3)), (0, (5, 1.4, 
 
 _MM_PER_INCH = 25.4
 _SCREEN_DPI = 150
-_LIGHTEST, _DARKEST = 0.78, 0.0
+_LIGHTEST, _DARKEST = 0.8, 0.0
 _LEAST_CONTRAST = 4.5
 
 _METADATA: dict[str, dict[str, Any]] = {
@@ -93,6 +93,14 @@ def root_figure(axes: Axes) -> Figure:
     if figure is None:
         raise ValueError("The axes belong to no figure: they have been removed from it.")
     return figure
+
+
+def one_panel(columns: Columns, height: float, ax: Axes | None) -> tuple[Figure, Axes]:
+    """Return a new figure, `height` mm high, and its axes, or those that a caller gave."""
+    if ax is not None:
+        return root_figure(ax), ax
+    figure = JournalFigure(columns, height)
+    return figure, figure.subplots()
 
 
 def style_context() -> Any:
@@ -166,7 +174,8 @@ def _luminance(shade: NDArray[np.float64]) -> float:
 def sequential_colours(count: int) -> list[str]:
     """Return `count` colours of one perceptual ramp, the last the darkest.
 
-    The light end of viridis is left out: it is lost on white paper.
+    The light end of inferno is left out: it is lost on white paper. Six colours of the rest are
+    farther apart than those of viridis, also for people who see no red or no green.
     """
     shades = sequential_colormap()(np.linspace(1.0, 0.0, count)[::-1])
     return [matplotlib.colors.to_hex(shade) for shade in shades]
@@ -175,5 +184,13 @@ def sequential_colours(count: int) -> list[str]:
 def sequential_colormap() -> matplotlib.colors.Colormap:
     """Return the continuous form of `sequential_colours`, for long series."""
     samples: NDArray[np.float64] = np.linspace(_LIGHTEST, _DARKEST, 256)
-    colors = matplotlib.colormaps["viridis"](samples)
+    colors = matplotlib.colormaps["inferno"](samples)
     return matplotlib.colors.ListedColormap(colors, name="fretwear_sequence")
+
+
+def depth_colormap() -> matplotlib.colors.Colormap:
+    """Return the colours of a depth: nothing is white, then those of `sequential_colormap`."""
+    ramp = sequential_colormap()(np.linspace(0.0, 1.0, 200))
+    fading = np.linspace(1.0, 0.0, 56, endpoint=False)[:, None]
+    colors = np.concatenate([fading + (1.0 - fading) * ramp[0], ramp])
+    return matplotlib.colors.ListedColormap(colors, name="fretwear_depth")

@@ -165,7 +165,7 @@ def _profiles(
             notes += [
                 _SHADE,
                 f"Left: the profile (thin) and its {MEAN_WORDS} (thick). Right: a few waves "
-                f"{place}.",
+                f"{place}; marks are the cells.",
             ]
         yield _named(name, figure, *notes, *([_CUT] if is_traction(field) else []))
 
@@ -243,7 +243,7 @@ def _draw_waves(axes: Axes, profile: HalfProfiles, colors: Mapping[int, str]) ->
     shown = distance <= reach + profile.wavelength
     for cycle, values in zip(profile.cycles, profile.values, strict=True):
         x, curve = MICROMETRE.of(profile.x[shown]), unit.of(values[shown])
-        axes.plot(x, curve, color=colors[int(cycle)], lw=0.8)
+        axes.plot(x, curve, ".-", color=colors[int(cycle)], lw=0.8, markersize=1.6)
     frame = Frame(middle - reach, middle + reach, _ROOM_ABOVE * highest or 1.0, unit)
     frame.apply(axes, profile.field)
 

@@ -46,6 +46,7 @@ _OTHER_NAMES = {
 }
 """What tribologists may write instead of the name of a parameter, and what to do then."""
 
+_SNAPSHOTS = 8
 _DEFAULTED = tuple(each.name for each in fields(CaseTree) if each.name not in required(CaseTree))
 
 
@@ -66,7 +67,7 @@ class Case(CaseTree):
 
     Values are SI numbers or text with a unit (``load="50 N"``); attributes are SI floats.  The
     parameters are those of `base` in a study file, and ``output_cycles``, the cycles whose fields
-    are kept.
+    are kept beside those of cycle 0 and the last; left out or ``auto``, about eight.
 
     The model is that of equal bodies or of bodies whose composite moduli E* and G* stand for
     both.  For two different materials the coupling of normal pressure and tangential
@@ -88,13 +89,13 @@ class Case(CaseTree):
     def __init__(self, **parameters: Any) -> None:
         given = {name: value for name, value in parameters.items() if value is not None}
         problems: list[Problem] = []
-        snapshots = read_snapshots(given.pop("output_cycles", ()), "output_cycles", problems)
+        snapshots = read_snapshots(given.pop("output_cycles", "auto"), "output_cycles", problems)
         values = read_values(given, "", problems, units_required=False)
         problems += missing(given, in_file=False)
         if problems:
             raise CaseError(problems)
         assembled = assemble(values)
-        assembled["output_cycles"] = with_first_and_last(snapshots, assembled["cycles"])
+        assembled["output_cycles"] = snapshots_of(snapshots, assembled["cycles"])
         super().__init__(**_suited(assembled))
         if broken := findings(self):
             raise CaseError(broken)
@@ -138,12 +139,23 @@ class Case(CaseTree):
                 kept[name] = value
         # Blocks have cycles of their own.
         del kept["cycles" if self.blocks and "cycles" not in changes else "blocks"]
-        return Case(**{**kept, "output_cycles": self.output_cycles, **changes})
+        if self.output_cycles != snapshots_of(None, self.cycles):
+            # The last cycle may become another one.
+            kept["output_cycles"] = self.output_cycles[:-1]
+        return Case(**{**kept, **changes})
 
 
-def with_first_and_last(snapshots: Iterable[int], cycles: int) -> tuple[int, ...]:
-    """Return the snapshots in order, each once, with cycle 0 and the last among them."""
-    return tuple(sorted({0, cycles, *snapshots}))
+def snapshots_of(asked: Iterable[int] | None, cycles: int) -> tuple[int, ...]:
+    """Return the snapshots in order, each once, with cycle 0 and the last among them.
+
+    Where none are asked for, they are the powers of ten and, as long as they are not eight in all,
+    the largest of three times these.
+    """
+    if asked is None:
+        powers = [10**n for n in range(len(str(cycles))) if 10**n < cycles]
+        between = [3 * power for power in reversed(powers) if 3 * power < cycles]
+        asked = [*powers, *between[: max(0, _SNAPSHOTS - 2 - len(powers))]]
+    return tuple(sorted({0, cycles, *asked}))
 
 
 def _suited(assembled: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -213,10 +225,12 @@ def _read(
         return UNREAD
 
 
-def read_snapshots(raw: object, key: str, problems: list[Problem]) -> tuple[int, ...]:
-    """Read a list of cycles; return the sound ones."""
+def read_snapshots(raw: object, key: str, problems: list[Problem]) -> tuple[int, ...] | None:
+    """Read a list of cycles; return the sound ones, None for auto."""
+    if raw == "auto":
+        return None
     if not is_list(raw):
-        problems.append(Problem(key, raw, "must be a list such as [0, 1000, 30000]"))
+        problems.append(Problem(key, raw, "must be auto, or a list such as [0, 1000, 30000]"))
         return ()
     cycles = [
         _read(SNAPSHOT, value, f"{key}[{position}]", problems, True)

@@ -10,7 +10,7 @@ from functools import cached_property
 from typing import Any
 
 from fretwear.parts import Part, required
-from fretwear.study.case import Case, assemble, with_first_and_last
+from fretwear.study.case import Case, assemble, snapshots_of
 from fretwear.study.cost import Estimate, estimate
 from fretwear.study.problems import Problem, in_words
 from fretwear.study.rules import RULES, Rule
@@ -131,8 +131,8 @@ class Parameters:
             axes = self._varied_members[member]
             assembled[member] = self._member(member, tuple(index[i] for i in axes))
         if "cycles" in assembled:
-            snapshots = assembled.get("output_cycles", ())
-            assembled["output_cycles"] = with_first_and_last(snapshots, assembled["cycles"])
+            snapshots = assembled.get("output_cycles")
+            assembled["output_cycles"] = snapshots_of(snapshots, assembled["cycles"])
         return Case.of(assembled)
 
     @cached_property

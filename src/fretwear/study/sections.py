@@ -28,7 +28,7 @@ class Sections:
     design: Design = field(default_factory=Design)
     skip_invalid: bool = False
     batch: int | None = None  # cases of a job; None: as many as take a few minutes
-    cycles: Any = ()  # as written
+    cycles: Any = "auto"  # as written
 
 
 def read_sections(raw: Mapping[str, Any], problems: list[Problem]) -> Sections:
@@ -59,7 +59,7 @@ def read_sections(raw: Mapping[str, Any], problems: list[Problem]) -> Sections:
     output = found.pop("output", {})
     for name in (name for name in output if name not in _CYCLES):
         problems.append(unknown_key("output", name, output[name], _CYCLES))
-    return Sections(**found, cycles=output.get("cycles", ()))
+    return Sections(**found, cycles=output.get("cycles", "auto"))
 
 
 def _unknown_section(name: str, given: object) -> Problem:
@@ -133,9 +133,10 @@ def study_schema() -> dict[str, Any]:
     listed = {"kind": {"enum": list(LISTED), "default": "grid"}}
     sampled = {"kind": {"enum": list(SAMPLED)}, **numbers}
     cycles = {
-        "description": "Cycles at which the fields are kept.",
-        "type": "array",
-        "items": SNAPSHOT.described(),
+        "description": "Cycles at which the fields are kept, beside 0 and the last; auto: about "
+        "eight, powers of ten and three times these.",
+        "default": "auto",
+        "anyOf": [{"const": "auto"}, {"type": "array", "items": SNAPSHOT.described()}],
     }
     sections = {
         "title": {

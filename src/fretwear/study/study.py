@@ -168,10 +168,11 @@ def _checked(
     fixed = _read_base(sections, found)
     before = len(found)
     snapshots = read_snapshots(sections.cycles, "output.cycles", found)
-    if len(found) == before:
+    if len(found) == before and snapshots is not None:
         fixed["output_cycles"] = snapshots
-    for position, cycle in enumerate(snapshots):
-        if cycle in snapshots[:position]:
+    listed = snapshots or ()
+    for position, cycle in enumerate(listed):
+        if cycle in listed[:position]:
             found.append(Problem(f"output.cycles[{position}]", str(cycle), "is given twice"))
     # A part of what could not be read says nothing.
     axes = tuple(axis for axis in axes if "." not in axis.name or axis.key in fixed)
