@@ -100,13 +100,13 @@ def test_the_gap_beyond_the_cells_stored_is_that_of_a_wider_window(rough):
     tolerance = 1e-4 * float(known.max())
     assert found.values[:, : known.sizes["x"]] == pytest.approx(known.values, abs=tolerance)
     # A contact that is not even has two sides.
-    uneven = mirrored(cut).assign(gap=lambda case: case["gap"] + 1e-9 * (case["x"] > 0.0))
-    both = half_profiles(uneven, "gap", 100)
+    uneven = mirrored(cut).assign(gap=lambda case: case["gap"] + 1e-8 * (case["x"] > 0.0))
+    both = half_profiles(uneven, "gap", 100, reach=float(rough["x"][-1]))
     assert both.x == pytest.approx(-both.x[::-1])
     outside = np.abs(both.x) > cut["x"].values[-1]
     assert outside.any()
     assert both.values[:, outside] == pytest.approx(
-        both.values[:, ::-1][:, outside] + 1e-9 * np.sign(both.x[outside]), abs=1e-12
+        both.values[:, ::-1][:, outside] + 1e-8 * np.sign(both.x[outside]), abs=1e-12
     )
 
 
