@@ -1,3 +1,4 @@
+import copy
 import math
 
 import numpy as np
@@ -18,6 +19,30 @@ def test_zip_pairs_the_lists(studies, content):
     pairs = [(point.case.load, point.case.friction) for point in study.points()]
     assert pairs == [(25.0, 0.3), (50.0, 0.4)]
     assert study.shape == (2,)
+
+
+RANDOM = {
+    "kind": "self_affine",
+    "rms_height": "0.1 um",
+    "hurst": 0.8,
+    "rolloff_wavelength": "60 um",
+    "shortest_wavelength": "16 um",
+}
+
+
+def test_seeds_are_short_for_varying_that_of_the_roughness(studies, content):
+    content["base"]["roughness"], content["vary"] = RANDOM, {"load": ["25 N", "50 N"]}
+    content["base"].pop("cell", None)
+    short, long = copy.deepcopy(content), copy.deepcopy(content)
+    short["seeds"], long["vary"]["roughness.seed"] = [1, 2, 3], [1, 2, 3]
+    ids = [list(studies.load(each).cases()) for each in (short, long)]
+    assert ids[0] == ids[1]
+    assert len(ids[0]) == 6
+    assert studies.load(short, ["roughness.seed=5"]).size == 2
+    short["seeds"] = [1, 1, 0.5]
+    assert [each.key for each in studies.error(short).problems] == ["seeds[1]", "seeds[2]"]
+    long["seeds"] = [4]
+    assert [each.key for each in studies.error(long).problems] == ["seeds"]
 
 
 def test_a_latin_hypercube_has_one_point_in_every_slice():

@@ -53,7 +53,7 @@ from fretwear.units import MICROMETRE, Unit
 from fretwear.vocabulary import Variable
 
 # Seeds that make an ensemble: fewer have no deviation worth the name.
-_SEED, _LEAST_SEEDS = "roughness_seed", 3
+SEED, LEASTSEEDS = "roughness_seed", 3
 
 ZONES = {"contact": CATEGORICAL[0], "stick": INK}
 """The zones and their colours."""
@@ -204,12 +204,12 @@ class _Ensemble:
     def of(cls, dataset: xr.Dataset, name: str) -> _Ensemble | None:
         """Return the ensemble of a merged study over some seeds; None for any other dataset."""
         values = dataset.get(name)
-        if values is None or _SEED not in values.dims or values.sizes[_SEED] < _LEAST_SEEDS:
+        if values is None or SEED not in values.dims or values.sizes[SEED] < LEASTSEEDS:
             return None
-        others = [each for each, about in dataset.variables.items() if _SEED in about.dims]
-        mean = dataset.drop_vars(others).assign({name: values.mean(_SEED, keep_attrs=True)})
+        others = [each for each, about in dataset.variables.items() if SEED in about.dims]
+        mean = dataset.drop_vars(others).assign({name: values.mean(SEED, keep_attrs=True)})
         mean[name] = mean[name].drop_vars([each for each in others if each in mean[name].coords])
-        return cls(mean, values.std(_SEED, ddof=1), values.sizes[_SEED])
+        return cls(mean, values.std(SEED, ddof=1), values.sizes[SEED])
 
     def draw_band(self, panel: Axes, line: Line, curve: Line2D, unit: Unit) -> None:
         """Shade a standard deviation on both sides of a line."""

@@ -27,6 +27,7 @@ from fretwear.report.results import (
     PointResult,
     display_units,
     levels_of,
+    over_seeds,
     point_results,
     variable_of,
 )
@@ -264,7 +265,15 @@ def _cases(
         rows.append((result, cells))
     columns = [(variable_of(name, results).label, unit.name) for name, unit in units.items()]
     varied = [row for row in parameters if row.choices]
-    return Markup(body.cases(columns, varied, rows, len(results), table))
+    ensembles = []
+    for levels, count, spread in over_seeds(results):
+        texts = []
+        for name, unit in units.items():
+            shown, deviation = (unit.of(each) for each in spread[name])
+            part = f" ({100 * deviation / abs(shown):.2g} %)" if shown else ""
+            texts.append(f"{fixed_digits(shown, 4)} ± {fixed_digits(deviation, 2)}{part}")
+        ensembles.append((levels, count, texts))
+    return Markup(body.cases(columns, varied, rows, len(results), table, ensembles))
 
 
 def _time_facts(folder: Path) -> Mapping[str, str]:

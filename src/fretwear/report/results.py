@@ -6,6 +6,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from statistics import mean, stdev
 from typing import NamedTuple
 
 import xarray as xr
@@ -13,6 +14,7 @@ import xarray as xr
 from fretwear.data.effects import final_results
 from fretwear.data.merge import StudyLayout
 from fretwear.data.safe import DataFileError
+from fretwear.figures.history import LEAST_SEEDS, SEED
 from fretwear.study.parameters import value_text, words_text
 from fretwear.study.plan import Plan
 from fretwear.study.points import Axis
@@ -117,6 +119,29 @@ def point_results(
             in_line = case.indenter.is_line
             results.append(replace(result, values=values, in_line=in_line))
     return results
+
+
+def over_seeds(
+    results: Sequence[PointResult],
+) -> list[tuple[Mapping[str, Level], int, Mapping[str, tuple[float, float]]]]:
+    """Return means and standard deviations of the key results over the seeds of random surfaces.
+
+    One row for each combination of the other parameters with results for `LEAST_SEEDS` or more:
+    their levels, the number of seeds, and mean and deviation by the name of the result.
+    """
+    groups: dict[tuple[str, ...], list[PointResult]] = {}
+    for result in results:
+        if result.done and SEED in result.levels:
+            others = tuple(level.label for name, level in result.levels.items() if name != SEED)
+            groups.setdefault(others, []).append(result)
+    rows = []
+    for group in groups.values():
+        if len(group) >= LEAST_SEEDS:
+            levels = {name: level for name, level in group[0].levels.items() if name != SEED}
+            columns = {name: [each.values[name] for each in group] for name in group[0].values}
+            spread = {name: (mean(values), stdev(values)) for name, values in columns.items()}
+            rows.append((levels, len(group), spread))
+    return rows
 
 
 def levels_of(axis: Axis) -> list[Level]:

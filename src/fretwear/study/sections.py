@@ -11,7 +11,9 @@ from fretwear.study.designs import KINDS, LISTED, MAX_POINTS, SAMPLED, Design
 from fretwear.study.problems import Problem, unknown_key
 from fretwear.study.tree import base_names, parameter_names, parameter_of
 
-NAMES = ("title", "base", "vary", "design", "invalid", "batch", "output")
+NAMES = ("title", "base", "vary", "seeds", "design", "invalid", "batch", "output")
+SEEDS = "roughness.seed"
+"""What the section `seeds` varies."""
 MAX_TITLE = 200
 
 _NUMBERS = {"points": (1, MAX_POINTS), "seed": (0, 2**32 - 1)}
@@ -60,6 +62,21 @@ def read_sections(raw: Mapping[str, Any], problems: list[Problem]) -> Sections:
     for name in (name for name in output if name not in _CYCLES):
         problems.append(unknown_key("output", name, output[name], _CYCLES))
     return Sections(**found, cycles=output.get("cycles", "auto"))
+
+
+def unfolded(content: Mapping[str, Any], problems: list[Problem]) -> Mapping[str, Any]:
+    """Return the content of a study file with its `seeds` where they belong, under `vary`."""
+    if "seeds" not in content:
+        return content
+    others = {name: section for name, section in content.items() if name != "seeds"}
+    vary = content.get("vary", {})
+    if not isinstance(vary, Mapping):
+        return others
+    if twice := [name for name in vary if name in (SEEDS, "roughness")]:
+        rule = f"would vary what vary.{twice[0]} varies"
+        problems.append(Problem("seeds", content["seeds"], rule, "leave one of them out"))
+        return others
+    return {**others, "vary": {**vary, SEEDS: content["seeds"]}}
 
 
 def _unknown_section(name: str, given: object) -> Problem:
@@ -153,6 +170,7 @@ def study_schema() -> dict[str, Any]:
             "description": "The varied parameters, each with its values.",
             **_object({name: _varied(name) for name in parameter_names()}),
         },
+        "seeds": {"description": f"Short for {SEEDS} under vary.", **_varied(SEEDS)},
         "design": {
             "description": "How the varied values are combined.",
             "default": "grid",

@@ -23,7 +23,7 @@ from fretwear.study.case import (
 from fretwear.study.designs import Design, read_axes
 from fretwear.study.points import Axis, BrokenRule, Parameters, Point
 from fretwear.study.problems import Problem, StudyError, did_you_mean, few_of
-from fretwear.study.sections import Sections, read_sections
+from fretwear.study.sections import SEEDS, Sections, read_sections, unfolded
 from fretwear.study.tree import leaves, member_of, parameter_names
 from fretwear.study.yamlfile import parse_value, read_document
 from fretwear.topography import Located, SourceFile
@@ -148,9 +148,12 @@ def load_study(path: str | Path, assignments: Sequence[str] = ()) -> Study:
     if not isinstance(document.data, Mapping):
         rule = "must hold keys such as base and vary, not a single value or a list"
         raise StudyError(file, [Problem("", document.data, rule), *problems])
-    content, wrong_assignments = override(document.data, assignments)
+    content, wrong_assignments = override(unfolded(document.data, problems), assignments)
     problems += wrong_assignments
-    return _checked(file, content, problems, document.lines, assignments)
+    lines = dict(document.lines)
+    if "seeds" in lines:
+        lines |= {f"vary.{SEEDS}": lines["seeds"]}
+    return _checked(file, content, problems, lines, assignments)
 
 
 def _checked(
@@ -300,6 +303,11 @@ def _in_order(
     """Give problems the line of their key, and name what was set on the command line as such."""
     placed = []
     for problem in problems:
+        if "seeds" in lines and problem.key.startswith(f"vary.{SEEDS}"):
+            key, rule = (
+                each.replace(f"vary.{SEEDS}", "seeds") for each in (problem.key, problem.rule)
+            )
+            problem = replace(problem, key=key, rule=rule, line=lines["seeds"])
         key, line = problem.key, problem.line
         for name in (assignment.partition("=")[0].strip() for assignment in assignments):
             for place in (f"base.{name}", name):
