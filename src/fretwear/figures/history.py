@@ -53,7 +53,7 @@ from fretwear.units import MICROMETRE, Unit
 from fretwear.vocabulary import Variable
 
 # Seeds that make an ensemble: fewer have no deviation worth the name.
-SEED, LEASTSEEDS = "roughness_seed", 3
+SEED, LEAST_SEEDS = "roughness_seed", 3
 
 ZONES = {"contact": CATEGORICAL[0], "stick": INK}
 """The zones and their colours."""
@@ -204,7 +204,7 @@ class _Ensemble:
     def of(cls, dataset: xr.Dataset, name: str) -> _Ensemble | None:
         """Return the ensemble of a merged study over some seeds; None for any other dataset."""
         values = dataset.get(name)
-        if values is None or SEED not in values.dims or values.sizes[SEED] < LEASTSEEDS:
+        if values is None or SEED not in values.dims or values.sizes[SEED] < LEAST_SEEDS:
             return None
         others = [each for each, about in dataset.variables.items() if SEED in about.dims]
         mean = dataset.drop_vars(others).assign({name: values.mean(SEED, keep_attrs=True)})

@@ -34,6 +34,17 @@ class Level(NamedTuple):
     sort_key: float
 
 
+class Ensemble(NamedTuple):
+    """Random surfaces of one spectrum: their parameters but the seed, and how many there are.
+
+    Mean and standard deviation by the name of the key result.
+    """
+
+    levels: Mapping[str, Level]
+    seeds: int
+    spread: Mapping[str, tuple[float, float]]
+
+
 @dataclass(frozen=True)
 class PointResult:
     """What became of one point of a study.
@@ -121,27 +132,21 @@ def point_results(
     return results
 
 
-def over_seeds(
-    results: Sequence[PointResult],
-) -> list[tuple[Mapping[str, Level], int, Mapping[str, tuple[float, float]]]]:
-    """Return means and standard deviations of the key results over the seeds of random surfaces.
-
-    One row for each combination of the other parameters with results for `LEAST_SEEDS` or more:
-    their levels, the number of seeds, and mean and deviation by the name of the result.
-    """
+def over_seeds(results: Sequence[PointResult]) -> list[Ensemble]:
+    """Return the key results over the seeds, for each combination of the other parameters."""
     groups: dict[tuple[str, ...], list[PointResult]] = {}
     for result in results:
         if result.done and SEED in result.levels:
             others = tuple(level.label for name, level in result.levels.items() if name != SEED)
             groups.setdefault(others, []).append(result)
-    rows = []
+    ensembles = []
     for group in groups.values():
         if len(group) >= LEAST_SEEDS:
             levels = {name: level for name, level in group[0].levels.items() if name != SEED}
             columns = {name: [each.values[name] for each in group] for name in group[0].values}
             spread = {name: (mean(values), stdev(values)) for name, values in columns.items()}
-            rows.append((levels, len(group), spread))
-    return rows
+            ensembles.append(Ensemble(levels, len(group), spread))
+    return ensembles
 
 
 def levels_of(axis: Axis) -> list[Level]:
