@@ -36,7 +36,7 @@ def test_the_same_sources_have_the_same_digest_wherever_they_lie(package):
 
 
 COMPUTING = ("mechanics/kernels.cpp", "mechanics/geometry/grid.py", "theory/hertz.py", "units.py")
-DRIVERS = ("study/case.py", "parts.py", "running/simulate.py", "data/dataset.py")
+DRIVERS = ("study/case.py", "parts.py", "running/simulate.py", "data/labels.py")
 
 
 @pytest.mark.parametrize("file", [*COMPUTING, *DRIVERS, "mechanics/new.py"])

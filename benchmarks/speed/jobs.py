@@ -261,7 +261,7 @@ import json, sys, time
 from pathlib import Path
 import fretwear, netCDF4, scipy.fft
 from fretwear.running import simulate
-import fretwear.data.dataset
+import fretwear.data.labels
 
 def held(what):
     lines = Path("/proc/self/status").read_text().splitlines()

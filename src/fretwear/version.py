@@ -10,7 +10,7 @@ __version__ = "0.1.0"
 
 # What lies between a case and the numbers in its file; not what reads, draws or reports them.
 _SOURCES = ("mechanics", "theory", "study", "parts.py", "units.py", "vocabulary.py")
-_DRIVERS = ("running/simulate.py", "data/dataset.py")
+_DRIVERS = ("running/simulate.py", "data/labels.py")
 _LIBRARIES = ("numpy", "scipy", "ducc0")
 
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fretwear.data.dataset import case_dataset, history_dataset
 from fretwear.data.files import write_case
+from fretwear.data.labels import labelled_case, labelled_history
 from fretwear.data.merge import merge_study
 from fretwear.study.case import Case
 from fretwear.study.study import Study, load_study
@@ -121,8 +121,8 @@ def make_results() -> Callable[..., Results]:
             if name not in AT_SNAPSHOTS
         }
         return Results(
-            case_dataset(case, *arrays),
-            history_dataset(steps, dense, np.full(5, 1e-3), np.full(5, 40)),
+            labelled_case(case, *arrays).dataset(),
+            labelled_history(steps, dense, np.full(5, 1e-3), np.full(5, 40)).dataset(),
         )
 
     return make

@@ -11,19 +11,16 @@ import pytest
 import xarray as xr
 
 import fretwear
-from fretwear.data import dataset as module
+from fretwear.data import labels
 from fretwear.data.dataset import (
     KEY_RESULTS,
-    case_dataset,
     compared_cycles,
     compared_results,
     different_parameters,
-    history_dataset,
-    history_line,
     positions_inside,
     resampled,
-    source,
 )
+from fretwear.data.labels import history_line, labelled_case, labelled_history, source
 from fretwear.study.case import Case
 from fretwear.vocabulary import AT_SNAPSHOTS, SCALARS
 
@@ -105,7 +102,7 @@ def test_all_problems_are_told_at_once(case, make_arrays):
     arrays.fields["contact_state"][0, 0, 0] = 3
     del arrays.scalars["approach"]
     with pytest.raises(ValueError, match="not be whole") as error:
-        case_dataset(case, *arrays)
+        labelled_case(case, *arrays)
     for part in (
         "missing field pressure",
         "missing scalar approach",
@@ -129,12 +126,12 @@ def test_all_problems_are_told_at_once(case, make_arrays):
 )
 def test_coordinates_that_make_no_sense_are_refused(case, make_arrays, change, symmetry, message):
     with pytest.raises(ValueError, match=message):
-        case_dataset(case, *change(make_arrays(case)), symmetry=symmetry)
+        labelled_case(case, *change(make_arrays(case)), symmetry=symmetry)
 
 
 def test_arguments_are_neither_aliased_nor_changed(case, make_arrays):
     arrays = make_arrays(case)
-    dataset = case_dataset(case, *arrays)
+    dataset = labelled_case(case, *arrays).dataset()
     dataset.wear_volume[:] = -1.0
     dataset.pressure[:] = -1.0
     assert arrays.scalars["wear_volume"].min() >= 0.0
@@ -145,7 +142,7 @@ def test_history_of_unequal_lengths_is_refused(results):
     scalars = {name: results.history[name].values for name in results.history.data_vars}
     scalars = {name: scalars[name] for name in scalars.keys() & {v.name for v in SCALARS}}
     with pytest.raises(ValueError, match=r"error_estimate has shape \(4,\), expected \(5,\)"):
-        history_dataset(np.arange(5.0), scalars, np.zeros(4), np.zeros(5))
+        labelled_history(np.arange(5.0), scalars, np.zeros(4), np.zeros(5))
 
 
 CELLS = (np.arange(6) + 0.5) * 3.0
@@ -194,16 +191,16 @@ def test_history_line_has_the_time_in_utc_and_the_command():
 def test_a_checkout_of_ours_gives_its_commit_and_says_when_it_was_changed(tmp_path):
     git = ["git", "-C", tmp_path, "-c", "user.name=a", "-c", "user.email=a@b.invalid"]
     subprocess.run([*git, "init", "-q"], check=True)
-    assert module._commit(tmp_path) is None, "another repository around an installed package"
+    assert labels._commit(tmp_path) is None, "another repository around an installed package"
     code = tmp_path / "src" / "fretwear" / "module.py"
     code.parent.mkdir(parents=True)
     code.write_text("a = 1\n")
     subprocess.run([*git, "add", "."], check=True)
     subprocess.run([*git, "commit", "-q", "-m", "first"], check=True)
     head = subprocess.run([*git, "rev-parse", "HEAD"], check=True, capture_output=True, text=True)
-    assert module._commit(tmp_path) == head.stdout[:12]
+    assert labels._commit(tmp_path) == head.stdout[:12]
     code.write_text("a = 2\n")
-    assert module._commit(tmp_path) == head.stdout[:12] + "-dirty"
+    assert labels._commit(tmp_path) == head.stdout[:12] + "-dirty"
 
 
 def _case(cycles: list[int], **parameters: float | str) -> xr.Dataset:

@@ -183,7 +183,7 @@ def test_a_job_that_fails_on_its_way_keeps_the_checkpoint_to_resume_from(path, m
 def start_job():
     """Start a job in a process of its own and wait until it is at work."""
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["fretwear.running.batch", "fretwear.data.dataset"])
+    context.set_forkserver_preload(["fretwear.running.batch"])
 
     def begin(path):
         settings = {"tell": print, "command": "test", "interval": 0.05}

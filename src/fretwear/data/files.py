@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import os
 import zlib
-from collections.abc import Hashable, Iterator, Mapping
+from collections.abc import Hashable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from os import PathLike
@@ -19,11 +19,9 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 
 import netCDF4
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from fretwear.data.checks import case_problem, summary_problem, value_problem
-from fretwear.data.dataset import mirrored
 from fretwear.data.safe import CaseFileError, DataFileError, atomic_path, uninterrupted
 from fretwear.version import code_digest
 from fretwear.vocabulary import (
@@ -40,6 +38,9 @@ from fretwear.vocabulary import (
 )
 
 if TYPE_CHECKING:
+    import xarray as xr
+
+    from fretwear.data.labels import Labelled
     from fretwear.study.case import Case
 
 HISTORY_GROUP = "history"
@@ -47,6 +48,7 @@ LOOP_GROUP = "loop"
 COMPRESSION: dict[str, Any] = {"zlib": True, "complevel": 1, "shuffle": True, "fletcher32": True}
 """How large variables are stored: each chunk with a checksum of the netCDF library's own."""
 
+_STORED_SMALL = {field.name for field in (*FIELDS, *BODY_FIELDS)}
 _MARK = b"\nfretwear crc32 "
 _LENGTH = len(_MARK) + 8 + 1
 _BLOCK_BYTES = 1 << 20
@@ -112,6 +114,11 @@ def plain_encoding(dataset: xr.Dataset) -> dict[str, dict[str, Any]]:
 
 def open_lazily(path: str | PathLike[str], group: str | None = None) -> xr.Dataset:
     """Open a netCDF file or one group of it; fields are read when they are used, text at once."""
+    import xarray as xr
+
+    # Gives every dataset its accessor.
+    import fretwear.data.dataset  # noqa: F401
+
     try:
         dataset = xr.open_dataset(
             path, engine="netcdf4", group=group, decode_times=False, decode_timedelta=False
@@ -258,10 +265,10 @@ def is_finished_case(path: str | PathLike[str], case: Case) -> bool:
 
 
 def write_case(
-    dataset: xr.Dataset,
-    history: xr.Dataset,
+    dataset: xr.Dataset | Labelled,
+    history: xr.Dataset | Labelled,
     path: str | PathLike[str],
-    loops: xr.Dataset | None = None,
+    loops: xr.Dataset | Labelled | None = None,
 ) -> None:
     """Write a case file; it appears under its name only when it is whole.
 
@@ -271,14 +278,14 @@ def write_case(
 
     Parameters
     ----------
-    dataset : xarray.Dataset
-        From `fretwear.data.dataset.case_dataset`.
-    history : xarray.Dataset
-        From `fretwear.data.dataset.history_dataset`; becomes the group ``history``.
+    dataset : xarray.Dataset or Labelled
+        From `fretwear.data.labels.labelled_case`.
+    history : xarray.Dataset or Labelled
+        From `fretwear.data.labels.labelled_history`; becomes the group ``history``.
     path : str or path-like
         The file; its folder is made if need be, a file of that name is replaced.
-    loops : xarray.Dataset, optional
-        From `fretwear.data.dataset.loop_dataset`; becomes the group ``loop``.
+    loops : xarray.Dataset or Labelled, optional
+        From `fretwear.data.labels.labelled_loops`; becomes the group ``loop``.
 
     Raises
     ------
@@ -289,25 +296,47 @@ def write_case(
     """
     if lacking := _lacking({name: v.dims for name, v in dataset.variables.items()}):
         raise ValueError(f"{path} would not be whole: the dataset lacks {', '.join(lacking)}.")
-    root = dataset.drop_encoding().assign_attrs({_COMPLETE: np.int32(1)})
-    encoding = plain_encoding(root)
-    for field in (*FIELDS, *(each for each in BODY_FIELDS if each.name in root)):
-        chunk = (1, *root[field.name].shape[1:])
-        encoding[field.name] = {**COMPRESSION, "chunksizes": chunk}
     groups = {HISTORY_GROUP: history, **({} if loops is None else {LOOP_GROUP: loops})}
     with uninterrupted(), atomic_path(Path(path)) as temporary:
-        root.to_netcdf(temporary, mode="w", engine="netcdf4", encoding=encoding)
-        for name, content in groups.items():
-            group = content.drop_encoding()
-            group.to_netcdf(
-                temporary, mode="a", group=name, engine="netcdf4", encoding=plain_encoding(group)
-            )
+        with netCDF4.Dataset(temporary, "w") as file:
+            _write(file, dataset)
+            file.setncattr(_COMPLETE, np.int32(1))
+            for name, content in groups.items():
+                _write(file.createGroup(name), content)
         add_checksum(temporary)
         try:
             with opened_case(temporary):
                 pass
         except CaseFileError as cause:
             raise RuntimeError("what was written reads back otherwise") from cause
+
+
+def _write(group: Any, content: xr.Dataset | Labelled) -> None:
+    """Write variables and attributes into a group of an open file, as xarray reads them."""
+    group.setncatts(content.attrs)
+    variables: Mapping[Any, Any] = content.variables
+    coords: Iterable[Any] = content.coords
+    around = group.parent.dimensions if group.parent is not None else {}
+    beside = sorted(name for name in coords if name not in variables[name].dims)
+    for name, variable in variables.items():
+        values, dims, attributes = np.asarray(variable.values), variable.dims, {**variable.attrs}
+        options: dict[str, Any] = {}
+        if values.dtype.kind in "OU":
+            # Text of variable length crashes the library where a file is open twice.
+            text = str(values.item()).encode() or b"\0"
+            values, dims = np.frombuffer(text, "S1"), (f"{name}_length",)
+            attributes["_Encoding"] = "utf-8"
+        elif name in _STORED_SMALL:
+            options = {**COMPRESSION, "chunksizes": (1, *values.shape[1:])}
+            options |= {"fill_value": np.nan} if values.dtype.kind == "f" else {}
+        if beside and name not in content.coords:
+            attributes["coordinates"] = " ".join(beside)
+        for dim, size in zip(dims, values.shape, strict=True):
+            if dim not in group.dimensions and dim not in around:
+                group.createDimension(dim, size)
+        target = group.createVariable(name, values.dtype, dims, **options)
+        target.setncatts(attributes)
+        target[...] = values
 
 
 def open_case(path: str | PathLike[str], full: bool = False) -> xr.Dataset:
@@ -337,7 +366,8 @@ def open_case(path: str | PathLike[str], full: bool = False) -> xr.Dataset:
     with opened_case(path, own=False) as file:
         file.check_values()
     dataset = open_lazily(path)
-    return mirrored(dataset) if full else dataset
+    whole: xr.Dataset = dataset.fretwear.full() if full else dataset
+    return whole
 
 
 def open_history(path: str | PathLike[str]) -> xr.Dataset:

@@ -19,12 +19,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from fretwear.data.dataset import (
-    CONVENTIONS,
-    history_line,
-    positions_inside,
-    resampled,
-)
+from fretwear.data.dataset import positions_inside, resampled
 from fretwear.data.files import (
     COMPRESSION,
     HISTORY_GROUP,
@@ -34,6 +29,7 @@ from fretwear.data.files import (
     opened_case,
     plain_encoding,
 )
+from fretwear.data.labels import CONVENTIONS, history_line
 from fretwear.data.safe import (
     CaseFileError,
     CaseFilesError,

@@ -28,7 +28,6 @@ from itertools import cycle, pairwise
 from typing import Any, Generic
 
 import numpy as np
-import scipy.fft
 
 from fretwear.mechanics.geometry import Array, Even, Index, Real, Single
 from fretwear.mechanics.team import ALONE, Team, blocks_of_rows
@@ -135,7 +134,7 @@ class Convolution(Generic[Real]):
     @staticmethod
     def with_kernel(kernel: Array, even: Even, team: Team = ALONE) -> Convolution[Array]:
         """With a kernel given at the `offsets` of a window, which is overwritten."""
-        spectrum = scipy.fft.dctn(kernel, type=1, overwrite_x=True, workers=team.workers)
+        spectrum = dct(1, kernel, (0, 1), workers=team.workers)
         # What two transforms along each of the axes of the padded window leave.
         spectrum /= 4 * (kernel.shape[0] - 1) * (kernel.shape[1] - 1)
         rows = [spectrum[: -1 if even[0] else None : 2], spectrum[1::2]]
@@ -282,22 +281,26 @@ def _by_branch(spectrum: Array, is_even: bool) -> Iterator[Array]:
         yield 0.5 * np.concatenate([odd, odd], axis=1)
 
 
-def dct(kind: int, field: Real, axes: tuple[int, ...], into: Real | None = None) -> Real:
+def dct(
+    kind: int, field: Real, axes: tuple[int, ...], into: Real | None = None, workers: int = 1
+) -> Real:
     """Discrete cosine transform of a field.
 
-    II is 2 ∑ fⱼ cos(πk(2j + 1)/2n), III is f₀ + 2 ∑ fₖ cos(πk(2j + 1)/2n) with the sum over k > 0,
+    I is f₀ + (−1)ᵏ fₙ + 2 ∑ fⱼ cos(πkj/n) with the sum between 0 and n, II is 2 ∑ fⱼ cos(πk(2j + 1)/2n), III is f₀ + 2 ∑ fₖ cos(πk(2j + 1)/2n) with the sum over k > 0,
     IV is 2 ∑ fⱼ cos(π(2k + 1)(2j + 1)/4n).
 
     Parameters
     ----------
     kind
-        2, 3 or 4.
+        1, 2, 3 or 4.
     field
         Contiguous along its last axis.
     axes
         Which to transform.
     into
         Room for the result, of the field's shape, if it is not to take the field's place.
+    workers
+        Threads.
 
     Returns
     -------
@@ -305,9 +308,13 @@ def dct(kind: int, field: Real, axes: tuple[int, ...], into: Real | None = None)
     """
     target = field if into is None else into
     if ducc0 is not None:
-        ducc0.fft.dct(field, axes=axes, type=kind, out=target)
+        ducc0.fft.dct(field, axes=axes, type=kind, out=target, nthreads=workers)
         return target
-    result = scipy.fft.dctn(field, type=kind, axes=axes, overwrite_x=target is field)
+    import scipy.fft
+
+    result = scipy.fft.dctn(
+        field, type=kind, axes=axes, overwrite_x=target is field, workers=workers
+    )
     # It may have been made in the place of the field.
     if not np.may_share_memory(result, target):
         target[...] = result
@@ -323,6 +330,8 @@ def hartley(field: Real, axis: int, into: Real | None = None) -> Real:
     if ducc0 is not None:
         ducc0.fft.separable_hartley(field, axes=(axis,), out=target)
         return target
+    import scipy.fft
+
     spectrum = scipy.fft.fft(field, axis=axis)
     np.add(spectrum.real, spectrum.imag, out=target)
     return target

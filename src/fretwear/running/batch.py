@@ -91,8 +91,8 @@ def simulate_to_file(
         tell(f"warning: {doubt}")
     with locked(path, tell) as lock:
         if lock.waited and is_finished_case(path, case):
-            with open_history(path) as history:
-                steps = history.sizes["step"] - 1
+            with open_history(path) as known:
+                steps = known.sizes["step"] - 1
             return Outcome(steps, time.monotonic() - started, is_taken_over=True)
         with Checkpoint(checkpoint_of(path), case, tell, interval) as checkpoint:
             result = run(
@@ -104,9 +104,10 @@ def simulate_to_file(
             )
             lock.ensure(tell)
             with uninterrupted():
-                write_case(result.dataset, result.history, path, result.loops)
+                dataset, history, loops = result.labelled
+                write_case(dataset, history, path, loops)
                 checkpoint.discard()
-    return Outcome(result.history.sizes["step"] - 1, time.monotonic() - started)
+    return Outcome(int(history.coords["step"].values[-1]), time.monotonic() - started)
 
 
 @contextmanager

@@ -6,12 +6,14 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import asdict, dataclass, field, replace
+from functools import cached_property
 from math import inf
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fretwear.data.labels import Labelled, labelled_case, labelled_history, labelled_loops
 from fretwear.mechanics.geometry import Array, Geometry, Workspace
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.line import Line
@@ -93,9 +95,22 @@ class DoubtfulResultWarning(UserWarning):
 class Result:
     """What a run leaves: the dataset of the case, the history of every step, loops of cycles."""
 
-    dataset: xr.Dataset
-    history: xr.Dataset
-    loops: xr.Dataset
+    labelled: tuple[Labelled, Labelled, Labelled]
+
+    @cached_property
+    def dataset(self) -> xr.Dataset:
+        """The dataset of the case."""
+        return self.labelled[0].dataset()
+
+    @cached_property
+    def history(self) -> xr.Dataset:
+        """The scalars at every step."""
+        return self.labelled[1].dataset()
+
+    @cached_property
+    def loops(self) -> xr.Dataset:
+        """Force and displacement round a cycle at the snapshots."""
+        return self.labelled[2].dataset()
 
 
 def simulate(
@@ -217,8 +232,6 @@ def _steps(case: Case, problem: WearProblem, start: State | None) -> Iterator[St
 def _result(
     case: Case, record: RunRecord, problem: WearProblem, title: str, command: str
 ) -> Result:
-    from fretwear.data.dataset import case_dataset, history_dataset, loop_dataset
-
     columns = {name: np.array([row[name] for row in record.history]) for name in record.history[0]}
     steps_at = columns.pop("cycle")
     errors, convolutions = columns.pop("error_estimate"), columns.pop("convolutions")
@@ -241,7 +254,7 @@ def _result(
     if problem.wear_law.shares is not None:
         for body, share in zip(("indenter", "flat"), problem.wear_law.shares, strict=True):
             scalars[f"wear_volume_{body}"] = share * scalars["wear_volume"]
-    dataset = case_dataset(
+    dataset = labelled_case(
         case,
         plane.x,
         None if in_line else plane.y,
@@ -254,9 +267,9 @@ def _result(
     )
     variables = LINE_SCALARS if in_line else SCALARS
     spent = np.diff(convolutions, prepend=0)
-    history = history_dataset(steps_at, columns, errors, spent, variables)
+    history = labelled_history(steps_at, columns, errors, spent, variables)
     curves = {name: np.array([getattr(each, name) for each in loops]) for name in _CURVES}
-    return Result(dataset, history, loop_dataset(cycles, curves, in_line=in_line))
+    return Result((dataset, history, labelled_loops(cycles, curves, in_line=in_line)))
 
 
 def wear_problem(

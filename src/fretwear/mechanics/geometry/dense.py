@@ -353,15 +353,12 @@ class FreeDenseCells:
         reduction: float,  # noqa: ARG002 - solved to rounding
         enough: float,  # noqa: ARG002
     ) -> Step:
-        """Solution by Cholesky's factors."""
-        from scipy.linalg import cho_factor, cho_solve
-
+        """Solution by elimination."""
         cells, matrix = self._cells, self._matrix.copy()
         if tangent is not None:
             matrix[np.diag_indices(cells.size)] += self._weights * tangent[cells, 0]
         right = np.stack([residual[cells, 0] / unit, np.ones(cells.size)], axis=1)
-        factors = cho_factor(matrix, lower=True, overwrite_a=True, check_finite=False)
-        found, uniform = cho_solve(factors, self._weights[:, None] * right, check_finite=False).T
+        found, uniform = np.linalg.solve(matrix, self._weights[:, None] * right).T
         self.uniform, self.uniform_sum = np.zeros(self._shape, np.float32), np.inf
         if self._under_load:
             sums = self._weights @ found, self._weights @ uniform

@@ -15,7 +15,6 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
-import scipy.fft
 from numpy.typing import NDArray
 
 from fretwear.mechanics import kernels
@@ -270,9 +269,21 @@ def fast_shape(
 ) -> tuple[int, int]:
     """Smallest shape that is fast to transform and covers a half-extent (m) along x and y."""
     cells = [max(4, int(np.ceil(e / s - 1e-9))) for e, s in zip(extent, spacing, strict=True)]
-    fast = (scipy.fft.next_fast_len(n, real=True) for n in cells)
+    fast = (_fast(n) for n in cells)
     nx, ny = (n if is_even else 2 * n for n, is_even in zip(fast, even, strict=True))
     return nx, ny
+
+
+def _fast(count: int) -> int:
+    """The next number without prime factors beyond 5."""
+    while True:
+        rest = count
+        for prime in (2, 3, 5):
+            while rest % prime == 0:
+                rest //= prime
+        if rest == 1:
+            return count
+        count += 1
 
 
 def influence_coefficients(

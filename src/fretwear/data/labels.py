@@ -1,0 +1,351 @@
+"""Arrays with their labels: what a dataset is made of, and a case file written from.
+
+xarray is slow to import and a run does without it: it becomes a dataset when somebody asks.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fretwear.study.rules import doubts
+from fretwear.version import __version__, code_digest
+from fretwear.vocabulary import (
+    BODY_FIELDS,
+    BODY_SCALARS,
+    CASE_DIMS,
+    CODE_DIGEST,
+    CONVOLUTIONS,
+    CYCLE,
+    ERROR_ESTIMATE,
+    FIELDS,
+    LINE_DIMS,
+    LOOP,
+    PHASE,
+    SCALARS,
+    STEP,
+    SYMMETRIES,
+    Field,
+    Variable,
+    X,
+    Y,
+    of_steps,
+    scalars_of,
+)
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from fretwear.study.case import Case
+
+CONVENTIONS = "CF-1.11"
+
+
+class Column(NamedTuple):
+    """An array, the names of its dimensions, and its attributes."""
+
+    dims: tuple[str, ...]
+    values: NDArray[Any]
+    attrs: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Labelled:
+    """Variables, coordinates and attributes, as `xarray.Dataset` takes and names them."""
+
+    data_vars: Mapping[str, Column]
+    coords: Mapping[str, Column]
+    attrs: Mapping[str, Any]
+
+    @property
+    def variables(self) -> Mapping[str, Column]:
+        """All of them."""
+        return {**self.data_vars, **self.coords}
+
+    def dataset(self) -> xr.Dataset:
+        """The dataset, which shares the arrays."""
+        import xarray as xr
+
+        # Gives every dataset its accessor.
+        import fretwear.data.dataset  # noqa: F401
+
+        return xr.Dataset(self.data_vars, self.coords, self.attrs)
+
+
+def labelled_case(
+    case: Case,
+    x: ArrayLike,
+    y: ArrayLike | None,
+    cycles: ArrayLike,
+    fields: Mapping[str, ArrayLike],
+    scalars: Mapping[str, ArrayLike],
+    *,
+    symmetry: str = "even_xy",
+    title: str = "",
+    command: str = "fretwear.simulate",
+) -> Labelled:
+    """Label the results of one case.
+
+    Parameters
+    ----------
+    case : Case
+        The case; its parameters become scalar coordinates and the attribute ``parameters``.
+    x, y : array_like, shape (nx,) and (ny,)
+        Cell centres in m, increasing; all positive along axes in which the contact is even.
+        ``y`` is None in a line contact, whose fields have the shape (ncycles, nx), and which lacks
+        the scalars along y.
+    cycles : array_like, shape (ncycles,)
+        Cycle number of each snapshot, increasing from 0.
+    fields : mapping of str to array_like, shape (ncycles, nx, ny)
+        Every variable of `fretwear.vocabulary.FIELDS`, SI units, and those of `BODY_FIELDS` where
+        they are known.
+    scalars : mapping of str to array_like, shape (ncycles,)
+        Every variable of `fretwear.vocabulary.SCALARS`, SI units, for the whole contact, and those
+        of `BODY_SCALARS` where they are known.
+    symmetry : {"even_xy", "even_x", "even_y", "none"}
+        In what the contact is even: the arrays hold one side of it only.
+    title : str
+        Title of the dataset; the case's id serves when it is empty.
+    command : str
+        What was run, for the attribute ``history``.
+
+    Returns
+    -------
+    Labelled
+        Dimensions ``cycle``, ``x``, ``y``. Fields are float32 (``contact_state`` int8), scalars
+        and coordinates float64.
+
+    Raises
+    ------
+    ValueError
+        When a variable is missing, not known, of the wrong shape or not finite, or when a
+        coordinate does not increase. The message lists all of these.
+    """
+    coordinates = {
+        variable.name: _labelled(variable, (variable.name,), np.atleast_1d(np.asarray(values)))
+        for variable, values in ((CYCLE, cycles), (X, x), (Y, y))
+        if values is not None
+    }
+    dims = CASE_DIMS if y is not None else LINE_DIMS
+    shape = tuple(coordinates[name].values.size for name in dims)
+    problems = _coordinate_problems(coordinates, symmetry)
+    known_fields = (*FIELDS, *(each for each in BODY_FIELDS if each.name in fields))
+    of_bodies = [each for each in BODY_SCALARS if each.name in scalars]
+    known_scalars = (
+        *scalars_of(dims),
+        *(each if y is not None else each.per_length for each in of_bodies),
+    )
+    variables = {
+        **_variables("field", known_fields, fields, dims, shape, problems),
+        **_variables("scalar", known_scalars, scalars, dims[:1], shape[:1], problems),
+    }
+    _raise_all(problems)
+    for name, (value, units, long_name) in case.scalar_coordinates().items():
+        is_text = isinstance(value, str)
+        attributes = Variable(name, "" if is_text else units, long_name).attributes
+        coordinates[name] = Column(
+            (), np.asarray(value, None if is_text else np.float64), attributes
+        )
+    attributes = {
+        "title": title or f"Fretting wear of case {case.case_id}",
+        "Conventions": CONVENTIONS,
+        "source": source(),
+        "history": history_line(command),
+        "parameters": json.dumps(case.canonical_parameters(), sort_keys=True, allow_nan=False),
+        "case_id": case.case_id,
+        CODE_DIGEST.name: code_digest(),
+        "symmetry": symmetry,
+        "warnings": "\n".join(map(str, doubts(case))),
+    }
+    return Labelled(variables, coordinates, attributes)
+
+
+def labelled_history(
+    cycles: ArrayLike,
+    scalars: Mapping[str, ArrayLike],
+    error_estimate: ArrayLike,
+    convolutions: ArrayLike,
+    variables: tuple[Variable, ...] = SCALARS,
+) -> Labelled:
+    """Label the dense history of a run: the scalars at every accepted step.
+
+    Parameters
+    ----------
+    cycles : array_like, shape (nsteps,)
+        Cycle number reached by each step, increasing; fractions occur.
+    scalars : mapping of str to array_like, shape (nsteps,)
+        Every variable of `fretwear.vocabulary.SCALARS` but those that are known `AT_SNAPSHOTS`
+        only, SI units, for the whole contact.
+    error_estimate : array_like, shape (nsteps,)
+        Estimated relative error of each step.
+    convolutions : array_like of int, shape (nsteps,)
+        Convolutions that each step has cost.
+    variables : tuple of Variable
+        What the scalars are: `fretwear.vocabulary.LINE_SCALARS` in a line contact.
+
+    Returns
+    -------
+    Labelled
+        Dimension ``step``; ``cycle`` is a coordinate along it.
+
+    Raises
+    ------
+    ValueError
+        As for `labelled_case`.
+    """
+    dims = (STEP.name,)
+    cycle = _labelled(CYCLE, dims, np.asarray(cycles))
+    given = {
+        **scalars,
+        ERROR_ESTIMATE.name: error_estimate,
+        CONVOLUTIONS.name: convolutions,
+    }
+    problems = _coordinate_problems({CYCLE.name: cycle}, "none")
+    expected = (*of_steps(variables), ERROR_ESTIMATE, CONVOLUTIONS)
+    labelled = _variables("scalar", expected, given, dims, cycle.values.shape, problems)
+    _raise_all(problems)
+    return Labelled(
+        labelled,
+        {STEP.name: _labelled(STEP, dims, np.arange(cycle.values.size)), CYCLE.name: cycle},
+        {"title": "Every accepted step of the run", "Conventions": CONVENTIONS},
+    )
+
+
+def labelled_loops(
+    cycles: ArrayLike, loops: Mapping[str, ArrayLike], *, in_line: bool = False
+) -> Labelled:
+    """Label the loops of force and displacement of the snapshots.
+
+    Parameters
+    ----------
+    cycles : array_like, shape (ncycles,)
+        Cycle numbers of the snapshots.
+    loops : mapping of str to array_like, shape (ncycles, nphases)
+        Every variable of `fretwear.vocabulary.LOOP`, SI units, from +Q over −Q back to +Q.
+    in_line : bool
+        Whether forces are per length.
+
+    Returns
+    -------
+    Labelled
+        Dimensions ``cycle`` and ``phase``, which runs from 0 to 1.
+    """
+    dims = (CYCLE.name, PHASE.name)
+    problems: list[str] = []
+    shape = np.shape(loops[LOOP[0].name])
+    known = [each.per_length if in_line else each for each in LOOP]
+    variables = _variables("loop", known, loops, dims, shape, problems)
+    _raise_all(problems)
+    phase = np.linspace(0.0, 1.0, shape[1])
+    return Labelled(
+        variables,
+        {
+            CYCLE.name: _labelled(CYCLE, dims[:1], np.asarray(cycles)),
+            PHASE.name: _labelled(PHASE, dims[1:], phase),
+        },
+        {"title": "Force and displacement round a cycle", "Conventions": CONVENTIONS},
+    )
+
+
+def _labelled(variable: Variable, dims: tuple[str, ...], values: NDArray[Any]) -> Column:
+    return Column(dims, values.astype(variable.dtype), variable.attributes)
+
+
+def _variables(
+    kind: str,
+    expected: Iterable[Variable],
+    given: Mapping[str, ArrayLike],
+    dims: tuple[str, ...],
+    shape: tuple[int, ...],
+    problems: list[str],
+) -> dict[str, Column]:
+    """Label the arrays that are as expected; of the others, add what is wrong to `problems`."""
+    by_name = {variable.name: variable for variable in expected}
+    if missing := sorted(by_name.keys() - given.keys()):
+        problems.append(f"missing {kind} {', '.join(missing)}")
+    if unknown := sorted(given.keys() - by_name.keys()):
+        problems.append(f"unknown {kind} {', '.join(unknown)}")
+    found = {}
+    for name, variable in by_name.items():
+        if name not in given:
+            continue
+        values = np.asarray(given[name])
+        flags = variable.flags if isinstance(variable, Field) else ()
+        if values.shape != shape:
+            problems.append(f"{name} has shape {values.shape}, expected {shape}")
+        elif flags and not np.isin(values, flags).all():
+            meanings = variable.attributes["flag_meanings"]
+            problems.append(f"{name} holds other values than {meanings}")
+        elif not flags and not np.isfinite(values).all():
+            problems.append(f"{name} holds values that are not finite")
+        else:
+            found[name] = _labelled(variable, dims, values)
+    return found
+
+
+def _coordinate_problems(coordinates: Mapping[str, Column], symmetry: str) -> list[str]:
+    problems = []
+    one_sided = dict(zip(("x", "y"), SYMMETRIES.get(symmetry, ()), strict=False))
+    if symmetry not in SYMMETRIES:
+        problems.append(f"symmetry is {symmetry!r}, expected one of {', '.join(SYMMETRIES)}")
+    for name, coordinate in coordinates.items():
+        values = coordinate.values
+        if values.size == 0:
+            problems.append(f"{name} is empty")
+        elif not (np.isfinite(values).all() and (np.diff(values) > 0).all()):
+            problems.append(f"{name} does not increase from value to value")
+        elif name == CYCLE.name and values[0] < 0:
+            problems.append(f"{name} begins at {values[0]:g}, expected 0 or more")
+        elif one_sided.get(name) and values[0] <= 0:
+            problems.append(f"{name} begins at {values[0]:g} m, but one side has only {name} > 0")
+        elif one_sided.get(name) is False and values[0] >= 0:
+            problems.append(f"{name} begins at {values[0]:g} m, but both sides have {name} < 0")
+    return problems
+
+
+def _raise_all(problems: list[str]) -> None:
+    if problems:
+        raise ValueError("The dataset would not be whole: " + "; ".join(problems) + ".")
+
+
+@cache
+def source() -> str:
+    """Package name and version, with the commit when the package runs from a checkout."""
+    version = f"fretwear {__version__}"
+    commit = _commit(Path(__file__).resolve().parents[3])
+    return f"{version} (commit {commit})" if commit else version
+
+
+def _commit(root: Path) -> str | None:
+    # An installed package may lie inside a checkout of something else (a virtual environment in
+    # a user's project), so only a repository with our own sources at its root counts.
+    if not (root / ".git").exists() or not (root / "src" / "fretwear").is_dir():
+        return None
+    describe = ["describe", "--always", "--dirty", "--abbrev=12", "--exclude=*"]
+    try:
+        answer = subprocess.run(
+            ["git", "-C", str(root), *describe],
+            capture_output=True,
+            text=True,
+            timeout=5,
+            check=True,
+            env={**os.environ, "GIT_OPTIONAL_LOCKS": "0"},
+        )
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return answer.stdout.strip() or None
+
+
+def history_line(command: str) -> str:
+    """One line of the CF ``history`` attribute: time in UTC, then the command."""
+    return f"{datetime.now(UTC).isoformat(timespec='seconds')} {command}"
