@@ -92,9 +92,16 @@ def test_the_schema_accepts_the_studies_that_run(desk, content):
 @pytest.mark.parametrize(
     ("arguments", "heavy"),
     # The library of units looks for numpy by itself.
-    [(["--help"], ("numpy", "pint", "pydantic", *HEAVY)), (["plan", "tiny.yaml"], HEAVY)],
+    [
+        (["--help"], ("numpy", "pint", "pydantic", *HEAVY)),
+        (["plan", "tiny.yaml"], HEAVY),
+        (
+            ["run", "tiny.yaml", "--case", "P25N", "-o", "a.nc"],
+            ("scipy", "xarray", "pandas", "dask", "matplotlib"),
+        ),
+    ],
 )
-def test_help_and_plan_come_at_once_because_they_import_nothing_heavy(desk, arguments, heavy):
+def test_what_should_begin_at_once_imports_nothing_heavy(desk, arguments, heavy):
     program = (
         "import sys\n"
         "from fretwear.cli import app\n"

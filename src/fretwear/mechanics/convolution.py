@@ -286,8 +286,9 @@ def dct(
 ) -> Real:
     """Discrete cosine transform of a field.
 
-    I is f₀ + (−1)ᵏ fₙ + 2 ∑ fⱼ cos(πkj/n) with the sum between 0 and n, II is 2 ∑ fⱼ cos(πk(2j + 1)/2n), III is f₀ + 2 ∑ fₖ cos(πk(2j + 1)/2n) with the sum over k > 0,
-    IV is 2 ∑ fⱼ cos(π(2k + 1)(2j + 1)/4n).
+    I is f₀ + (−1)ᵏ fₙ + 2 ∑ fⱼ cos(πjk/n) with the sum over 0 < j < n, II is
+    2 ∑ fⱼ cos(πk(2j + 1)/2n), III is f₀ + 2 ∑ fₖ cos(πk(2j + 1)/2n) with the sum over k > 0, IV is
+    2 ∑ fⱼ cos(π(2k + 1)(2j + 1)/4n).
 
     Parameters
     ----------
