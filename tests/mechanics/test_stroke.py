@@ -5,21 +5,23 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.line import Line, influence_of_cell
-from fretwear.mechanics.integrator import WearError, evolve
+from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.loading import NormalLoad, SlidingAmplitude
-from fretwear.mechanics.materials import Coulomb, ElasticBodies
+from fretwear.mechanics.materials import Coulomb, Course, ElasticBodies
 from fretwear.mechanics.measures import measure
 from fretwear.mechanics.slip import ReducedContact, SlipModel
 from fretwear.mechanics.stroke import positions, slide
 from fretwear.mechanics.surfaces import Cylinder
-from fretwear.mechanics.wear_laws import Archard
+from fretwear.mechanics.wear_laws import Archard, EnergyWear
 
-from .problems import fretting
+from .problems import P0, SPHERE, fretting
 
 CYLINDER, LOAD, STROKE = Cylinder(6e-3), 18.5e3, 24.24e-6
 BODIES = ElasticBodies(200e9, 0.3)
-A = CYLINDER.hertz(NormalLoad(LOAD), BODIES.composite_modulus).contact_radius
+HERTZ = CYLINDER.hertz(NormalLoad(LOAD), BODIES.composite_modulus)
+A, HERTZ_PRESSURE = HERTZ.contact_radius, HERTZ.peak_pressure
 INDENTER, FLAT = 1.9e-14, 2.9e-14
 
 
@@ -76,7 +78,7 @@ def test_every_position_carries_the_load_without_penetration(worn):
     index = np.arange(2 * half)
     influence = column[abs(index[:, None] - index)]
     places = (np.arange(half) + 0.5) * h
-    for place, pressure in zip(positions(problem)[0], state.pressures, strict=True):
+    for place, pressure in zip(positions(problem)[0], state.pressures[..., 0], strict=True):
         assert h * pressure.sum() == pytest.approx(LOAD, rel=1e-9)
         assert pressure.min() >= 0
         worn_off = np.interp(abs(x), places, state.wear_flat[:, 0], right=0)
@@ -99,9 +101,53 @@ def test_a_run_resumes_with_the_same_bits(worn):
     assert np.array_equal(resumed.wear_flat, worn[18000].wear_flat)
 
 
-def test_blocks_are_refused():
-    with pytest.raises(WearError, match="blocks"):
-        next(iter(slide(replace(sliding(), end=5.0, following=sliding()), (10.0,))))
+def test_blocks_follow_each_other():
+    """Equal blocks are one run, and each body loses what all of them wear off."""
+    plain = sliding(cells=8)
+    halves = replace(plain, end=1000.0, following=plain)
+    *_, whole = slide(plain, (1000.0, 2000.0))
+    *_, found = slide(halves, (2000.0,))
+    assert found.wear_flat.max() == pytest.approx(whole.wear_flat.max(), rel=2e-4)
+    shorter = replace(plain, loading=SlidingAmplitude(0.3 * STROKE), normal=NormalLoad(0.5 * LOAD))
+    longer = replace(plain, loading=SlidingAmplitude(4 * STROKE))
+    problem = replace(plain, end=1000.0, following=replace(shorter, end=1500.0, following=longer))
+    path = 4 * STROKE * LOAD * (1000 + 0.3 * 0.5 * 500 + 4 * 500)
+    states = {state.cycle: state for state in slide(problem, (1200.0, 2000.0))}
+    last = states[2000.0]
+    assert last.geometry.integral(last.wear_flat) == pytest.approx(FLAT * path, rel=1e-9)
+    assert last.load == LOAD
+    for start in (states[1000.0], states[1200.0]):
+        *_, resumed = slide(problem, (1200.0, 2000.0), start=start)
+        assert np.array_equal(resumed.wear_flat, last.wear_flat)
+
+
+def test_friction_that_changes_takes_wear_by_energy_along():
+    """K = αµ, and µ rises linearly from 0.5 to 1 over the first half of the run."""
+    friction = Coulomb(Course((0.0, 1000.0), (0.5, 1.0)))
+    problem = sliding(wear_law=EnergyWear((INDENTER, FLAT)), friction=friction)
+    *_, last = slide(problem, (2000.0,))
+    expected = FLAT * LOAD * 4 * STROKE * (0.75 * 1000 + 1000)
+    assert last.geometry.integral(last.wear_flat) == pytest.approx(expected, rel=1e-4)
+
+
+def test_what_is_pressed_beyond_the_limit_yields_at_once():
+    """Both bodies sink alike until no position needs more than the limit; then wear goes on."""
+    problem = sliding(limit=0.7 * HERTZ_PRESSURE / P0)
+    first, *_, last = slide(problem, (200.0,))
+    assert first.pressures.max() == pytest.approx(problem.limit, rel=1e-12)
+    assert first.plastic.max() > 0
+    assert np.array_equal(first.plastic, first.flow_indenter + first.flow_flat)
+    assert first.flow_flat.max() == pytest.approx(first.flow_indenter.max())
+    for pressure in first.pressures:
+        assert problem.spacing[0] * pressure.sum() == pytest.approx(LOAD)
+    assert last.geometry.integral(last.wear_flat) == pytest.approx(
+        FLAT * LOAD * 4 * STROKE * 200, rel=1e-9
+    )
+    assert last.pressures.max() < problem.limit * (1 + 1e-9)
+    assert last.plastic.max() < 2 * first.plastic.max()
+    *_, elastic = slide(sliding(limit=1e3), (200.0,))
+    *_, without = slide(sliding(), (200.0,))
+    assert np.array_equal(elastic.wear_flat, without.wear_flat)
 
 
 class Uniform(SlipModel):
@@ -113,16 +159,61 @@ class Uniform(SlipModel):
         return ReducedContact(np.zeros_like(shape), np.full_like(shape, gap), 0.0, 0.0)
 
 
-def test_a_short_stroke_is_a_fixed_contact():
+def rubbing(stroke, coefficients=(1e-14, 1e-14), cells=8, **changes):
+    """A sphere that slides as a whole; the stroke in contact radii."""
+    a = fretting().hertz.contact_radius
+    loading, law = SlidingAmplitude(stroke * a), Archard(coefficients)
+    return fretting(cells, loading=loading, wear_law=law, **changes)
+
+
+@pytest.mark.parametrize("problem", [sliding(0.04 * A, cells=16), rubbing(0.04)])
+def test_a_short_stroke_is_a_fixed_contact(problem):
     """Against the integrator of contacts that stay where they are, with the same slip."""
-    problem = sliding(0.04 * A, cells=24)
     assert positions(problem)[0] == [0.0]
-    cycles = 2e4
-    *_, found = slide(problem, (cycles,))
+    hertz = problem.hertz
+    cycles = 20.0 / (problem.growth_rate * hertz.peak_pressure)
+    cycles *= problem.friction.coefficient * hertz.approach / problem.loading.stroke
+    *_, found = slide(problem, (cycles,), 0.003)
     fixed = replace(problem, slip_model=Uniform())
-    *_, expected = evolve(fixed, (cycles,))
-    at = np.interp(found.geometry.x, expected.geometry.x, expected.wear[:, 0], right=0)
+    *_, expected = evolve(fixed, (cycles,), 0.003)
+    plane = found.geometry
+    at = np.interp(plane.x, expected.geometry.x, expected.wear[:, 0], right=0)
     assert found.wear[:, 0] == pytest.approx(at, abs=0.01 * at.max())
+    assert plane.integral(found.wear) == pytest.approx(
+        expected.geometry.integral(expected.wear), rel=1e-4
+    )
+
+
+def test_a_sphere_slides_over_a_stroke():
+    """Archard's volumes, equal shares of bodies alike and never a penetration."""
+    problem, other = rubbing(1.0), rubbing(1.0, (3e-14, 1e-14))
+    assert 2 * positions(problem)[0].size - 1 >= 8
+    cycles = 300.0
+    *_, last = slide(problem, (cycles,))
+    *_, uneven = slide(other, (cycles,))
+    path = 4 * problem.loading.stroke * problem.hertz.load * cycles
+    for state, shares in ((last, (1e-14, 1e-14)), (uneven, (3e-14, 1e-14))):
+        for wear, share in zip((state.wear_indenter, state.wear_flat), shares, strict=True):
+            assert state.geometry.integral(wear) == pytest.approx(share * path, rel=1e-9)
+    # The flat wears over the stroke as well; the indenter where it touches all the time.
+    assert last.wear_indenter.max() > 1.2 * last.wear_flat.max()
+    # Each position by the half-space of the half that is even along y, with images elsewhere.
+    nx, ny = last.geometry.shape
+    half = Grid((2 * nx, ny), problem.spacing, (False, True))
+    bodies = half.half_space(problem.bodies.composite_modulus)
+    points = last.geometry.x
+    for place, pressure in zip(positions(problem)[0], last.pressures, strict=True):
+        assert half.integral(pressure) == pytest.approx(problem.hertz.load, rel=1e-9)
+        gap = bodies.displacement(pressure) + SPHERE.gap(half.x[:, None] - place, half.y)
+        for row in range(ny):
+            gap[:, row] += np.interp(abs(half.x), points, last.wear_flat[:, row], right=0)
+            gap[:, row] += np.interp(
+                abs(half.x - place), points, last.wear_indenter[:, row], right=0
+            )
+        gap -= gap[pressure > 0].mean()
+        scale = 2e-3 * last.wear.max()
+        assert abs(gap[pressure > 0]).max() < scale
+        assert gap.min() > -scale
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from tests.studies import base, refusal, run_study, steel, write_study
+from tests.studies import WAVES, base, refusal, run_study, steel, write_study
 
 from fretwear.cli.show import case_content, case_lines, comparison_lines
 from fretwear.data.dataset import mirrored
@@ -142,7 +142,6 @@ SLIDING = {
         ({"tangential_ratio": 0.5}, ("sliding_amplitude", "one too many")),
         ({"load": "18.5 N"}, ("load: 18.5 N/mm",)),
         ({"wear_coefficient": "4.8e-14 / Pa"}, ("each wears in a place of its own", "[value of")),
-        ({"plastic_limit": "4 GPa"}, ("plastic_limit: none",)),
         ({"sliding_amplitude": "2 mm"}, ("sliding_amplitude = 2 mm", "up to 703 um would do")),
         ({"cycles": 10**9}, ("sliding_amplitude", "larger than the half-space allows")),
         (
@@ -170,8 +169,19 @@ SLIDING = {
         ),
         ({"load": None, "indentation": "1 um"}, ("indentation", "depends on from where")),
         (
-            {"indenter": {"kind": "sphere", "radius": "6 mm"}, "load": "50 N"},
-            ("sliding_amplitude", "is for line contacts"),
+            {
+                "indenter": {"kind": "crossed_cylinders", "radii": "6 mm", "angle": "60 deg"},
+                "load": "50 N",
+            },
+            ("sliding_amplitude", "even along x and y"),
+        ),
+        (
+            {"indenter": {"kind": "sphere", "radius": "6 mm"}, "load": "50 N", "roughness": WAVES},
+            ("roughness", "over which bodies are smooth"),
+        ),
+        (
+            {"cycles": None, "blocks": [{"cycles": 9}, {"cycles": 9, "tangential_ratio": 0.5}]},
+            ("blocks", "two studies"),
         ),
     ],
 )

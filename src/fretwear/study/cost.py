@@ -17,6 +17,7 @@ SECONDS_PER_CONVOLUTION = 1.6e-4
 SECONDS_PER_CELL_AND_CONVOLUTION = 2.7e-8
 SECONDS_PER_CONVOLUTION_OF_LINE = 2e-3
 SECONDS_PER_CUBED_CELL_OF_STROKE = 1e-9
+SECONDS_PER_CUBED_CELL_OF_SCAR = 1.3e-12
 
 STEPS_TO_BEGIN = 2.0
 STEPS_PER_FOLD_OF_WEAR = 2.4
@@ -95,10 +96,18 @@ def estimate(case: Case) -> Estimate:
     )
     if case.indenter.is_line:
         seconds_each = SECONDS_PER_CONVOLUTION_OF_LINE
-    if case.loading.stroke:
-        places = max(4.0, 2.0 * case.loading.stroke / case.hertz_radius)
-        seconds_each = SECONDS_PER_CUBED_CELL_OF_STROKE * (1.0 + places) * cells_x**3
     work, padded_bytes = _work(case, cells), 4 * cells * 8
+    if case.loading.stroke:
+        places = 1.0 + max(4.0, 2.0 * case.loading.stroke / case.hertz_radius)
+        seconds_each = SECONDS_PER_CUBED_CELL_OF_STROKE * places * cells_x**3
+        if not case.indenter.is_line:
+            cells_y = math.ceil(WINDOW_MARGIN * case.scar_half_width / dy)
+            cells = cells_x * cells_y
+            closed = 0.5 * math.pi * case.scar_half_width**2 / (dx * dy)
+            seconds_each = SECONDS_PER_CUBED_CELL_OF_SCAR * places * closed**3
+            padded_bytes = int((places * closed**2 + 6 * cells * cells_y) * 8) // (
+                ARRAYS_OF_PADDED_WINDOW
+            )
     if case.is_on_rings:
         work, seconds_each, padded_bytes = _work_on_rings(case), SECONDS_PER_SOLUTION, 0
     snapshots = len(case.output_cycles)

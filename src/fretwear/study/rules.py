@@ -275,22 +275,26 @@ def _compliance_is_of_a_line(case: CaseTree) -> Problem | None:
     return Problem("tangential_compliance", None, rule, "write rig_stiffness for that of the rig")
 
 
-def _stroke_is_of_a_line(case: CaseTree) -> Problem | None:
-    if not case.loading.stroke or case.indenter.is_line:
+def _stroke_is_even(case: CaseTree) -> Problem | None:
+    if not case.loading.stroke or case.roughness is not None or all(case.indenter.even):
         return None
-    rule = f"is for line contacts, and this is a {case.indenter.kind}"
-    hint = "write displacement_amplitude, or indenter: {kind: cylinder, radius: 6 mm}"
-    return Problem(case.loading.kind, None, rule, hint)
+    rule = f"is for indenters even along x and y, which this {case.indenter.kind} is not"
+    return Problem(case.loading.kind, None, rule, "turn its axes into x and y")
+
+
+def _stroke_is_smooth(case: CaseTree) -> Problem | None:
+    if not case.loading.stroke or case.roughness is None or case.indenter.is_line:
+        return None
+    rule = "does not go with sliding_amplitude, over which bodies are smooth"
+    return Problem("roughness", case.roughness.kind, rule, "write roughness: none")
 
 
 def _bodies_wear_apart(case: CaseTree) -> Problem | None:
     """Where bodies are seen to move, what is worn off one of them moves with it."""
     law = case.wear_law
     seen = case.loading.stroke > SMALL_STROKE * case.hertz_radius
-    if case.loading.stroke and (
-        law.follows_power or (case.friction_law.kinks and "energy" in law.kind)
-    ):
-        rule = "changes in the course of the run, which sliding_amplitude does not allow for"
+    if case.loading.stroke and law.follows_power:
+        rule = "falls with the power of friction, which sliding_amplitude does not allow for"
         return Problem(next(iter(law.parameters())), None, rule, "write one value for each body")
     if not seen or law.shares is not None:
         return None
@@ -301,21 +305,15 @@ def _bodies_wear_apart(case: CaseTree) -> Problem | None:
     return Problem(name, text, rule, f"write {name}: [value of the indenter, value of the flat]")
 
 
-def _stroke_is_elastic(case: CaseTree) -> Problem | None:
-    if not case.loading.stroke or math.isinf(case.plastic_limit):
-        return None
-    text, rule = format_quantity(case.plastic_limit, PRESSURE), "does not go with sliding_amplitude"
-    return Problem("plastic_limit", text, rule, "write plastic_limit: none")
-
-
 def _scar_is_small(case: CaseTree) -> Problem | None:
-    """The half-space needs a scar much smaller than the cylinder."""
-    if not case.loading.stroke or not case.indenter.is_line or isinstance(case.hertz.load, Force):
+    """The half-space needs a scar much smaller than the indenter."""
+    if not case.loading.stroke or _loads_suit_the_contact(case):
         return None
     stroke, radius = format_quantity(case.loading.stroke, LENGTH), case.indenter.curvature_radius
     if case.loading.stroke > MOST_STROKE * case.hertz_radius:
         most = format_quantity(MOST_STROKE * case.hertz_radius, LENGTH, 3)
-        rule = f"is more than {MOST_STROKE:g} times the half-width of the contact"
+        what = case.indenter.extent_words
+        rule = f"is more than {MOST_STROKE:g} times the {what} of the contact"
         return Problem(case.loading.kind, stroke, rule, f"up to {most} would do")
     reach = case.scar_half_width + case.loading.stroke
     if reach <= GREATEST_CONTACT * radius:
@@ -370,9 +368,9 @@ RULES: tuple[Rule, ...] = (
     Rule(frozenset({"indenter", "normal", "loading"}), _loads_suit_the_contact),
     Rule(frozenset({"indenter", "normal", "loading"}), _line_has_no_approach),
     Rule(frozenset({"indenter", "loading"}), _compliance_is_of_a_line),
-    Rule(frozenset({"indenter", "loading"}), _stroke_is_of_a_line),
+    Rule(frozenset({"indenter", "loading", "roughness"}), _stroke_is_even),
+    Rule(frozenset({"indenter", "loading", "roughness"}), _stroke_is_smooth),
     Rule(_CONTACT | {"loading", "wear_law", "friction_law"}, _bodies_wear_apart),
-    Rule(frozenset({"loading", "plastic_limit"}), _stroke_is_elastic),
     Rule(
         _CONTACT | {"loading", "wear_law", "friction_law", "cycles", "debris_fraction"},
         _scar_is_small,
@@ -393,7 +391,13 @@ RULES: tuple[Rule, ...] = (
 
 
 def _blocks_are_sound(case: CaseTree) -> Problem | None:
-    """Each block has to be a case by itself."""
+    """Each block has to be a case by itself, and either all of them slide over a stroke or none."""
+    slides = {bool(block.loading.stroke) for _, block in case.in_blocks() if block is not None}
+    if len(slides) > 1:
+        rule = (
+            "has blocks with sliding_amplitude and blocks without: bodies are seen to move or not"
+        )
+        return Problem("blocks", None, rule, "run them as two studies")
     for number, (_, block) in enumerate(case.in_blocks() if case.blocks else (), start=1):
         if block is None:
             rule = f"has a block number {number} that lacks a parameter of what it imposes"
@@ -580,14 +584,13 @@ def _slides_far(case: CaseTree) -> Doubt | None:
     slid = case.displacement_amplitude - elastic
     if slid <= SMALL_STROKE * case.hertz_radius:
         return None
-    guide = "take the wear near the edge of the contact for a rough guide"
     return Doubt(
         "will slide so far that each point meets other points of the other body, which the model "
         "neglects",
         f"sliding amplitude {format_quantity(slid, LENGTH, 3)}, contact radius "
         f"{format_quantity(case.hertz_radius, LENGTH, 3)}",
-        ("write sliding_amplitude" if case.indenter.is_line else guide)
-        + ", or lower the displacement",
+        "write sliding_amplitude, lower the displacement, or take the wear near the edge of the "
+        "contact for a rough guide",
     )
 
 

@@ -39,7 +39,8 @@ MAX_CYCLES = 10**9
 
 CELLS_PER_CONTACT_RADIUS = 64
 CELLS_PER_YIELDING_CONTACT_RADIUS = 128
-CELLS_PER_SLIDING_CONTACT_RADIUS = 16
+CELLS_PER_SLIDING_HALF_WIDTH = 16
+CELLS_PER_SLIDING_RADIUS = 10
 CELLS_PER_STICK_RADIUS = 8
 CELLS_PER_SLIP_ANNULUS = 12
 
@@ -288,14 +289,17 @@ class CaseTree:
 
     @property
     def scar_half_width(self) -> float:
-        """Half-width, m, of the contact of a cylinder at the end: what is worn off lay in it.
+        """Half-width, m, of the contact after a stroke, at the end: what is worn off lay in it.
 
-        A segment of the half-width b and the depth b²/2R has the area 2b³/3R.
+        A segment of the half-width b and the depth b²/2R has the area 2b³/3R, a cap the volume
+        πb⁴/4R.
         """
         coefficient = self.wear_law.coefficient(self.friction_law)
         path = 4.0 * self.loading.stroke * self.cycles * (1.0 - self.debris_fraction)
-        worn = coefficient * path * self.hertz.load
-        return self.hertz_radius + math.cbrt(1.5 * self.indenter.curvature_radius * worn)
+        worn = coefficient * path * self.hertz.load * self.indenter.curvature_radius
+        if self.indenter.is_line:
+            return self.hertz_radius + math.cbrt(1.5 * worn)
+        return self.hertz_radius + math.sqrt(math.sqrt(4.0 / math.pi * worn))
 
     @property
     def surfaces(self) -> dict[str, Indenter | Roughness]:
@@ -326,7 +330,10 @@ class CaseTree:
             (radius - stick) / CELLS_PER_SLIP_ANNULUS,
         )
         if self.loading.stroke:
-            contact = radius / CELLS_PER_SLIDING_CONTACT_RADIUS
+            cells = (
+                CELLS_PER_SLIDING_HALF_WIDTH if self.indenter.is_line else CELLS_PER_SLIDING_RADIUS
+            )
+            contact = radius / cells
         # An elliptical contact is resolved alike along both of its axes.
         wide = (each / radius * contact for each in self.indenter.half_widths(self.hertz))
         fine = [[each / part.cells for each in part.finest] for part in self.surfaces.values()]
