@@ -52,7 +52,7 @@ def test_first_loading():
     sliding = CYLINDER.partial_slip(HERTZ, FRICTION, 0.5 * FRICTION * LOAD, 1.0)
     assert found.approach == pytest.approx(HERTZ.approach, rel=1e-5)
     assert found.central_pressure == pytest.approx(HERTZ.peak_pressure, rel=1e-4)
-    assert found.contact_half_width_x == pytest.approx(A, rel=1e-3)
+    assert found.contact_half_width_x == pytest.approx(A, rel=6e-4)
     assert found.stick_half_width_x == pytest.approx(sliding.stick_radius, rel=1e-4)
     assert found.tangential_displacement == pytest.approx(sliding.tangential_displacement, rel=1e-4)
     assert found.dissipated_energy == pytest.approx(sliding.dissipated_energy, rel=1e-3)
@@ -70,7 +70,8 @@ def test_the_limit_of_many_cycles(load_ratio):
     assert found.central_pressure == pytest.approx(limiting.central_pressure, rel=1e-3)
     assert found.wear_volume == pytest.approx(limiting.wear_volume, rel=1e-3)
     assert state.wear.max() == pytest.approx(limiting.deepest_wear, rel=1e-3)
-    assert found.contact_half_width_x == pytest.approx(limiting.contact_radius, rel=2e-3)
+    assert found.contact_half_width_x == pytest.approx(limiting.contact_radius, rel=2e-4)
+    assert found.contact_area == pytest.approx(2.0 * limiting.contact_radius, rel=2e-4)
 
 
 @pytest.mark.parametrize("share", [0.4, 0.5, 0.8])
@@ -130,7 +131,7 @@ def test_displacement_over_the_slope_of_the_loop(ratio, compliance):
         slid = found.tangential_displacement
         energy = gross_slip_energy(HERTZ, FRICTION, 1.0, slid)
         assert found.dissipated_energy == pytest.approx(energy, rel=1e-3)
-    curve = loop(Workspace(problem), state, contacts=16, points=1000)
+    curve = loop(Workspace(problem), state)
     assert curve.energy == pytest.approx(found.dissipated_energy, rel=1e-3)
     assert curve.displacement.max() == pytest.approx(displacement, rel=1e-5)
 

@@ -112,6 +112,10 @@ def test_bare_numbers_are_forces_per_length():
             ("line contacts are smooth", "roughness: none"),
         ),
         ({**CYLINDER, "load": "18.5 N/mm", "tangential_load": "20 N/mm"}, ("µP = 9.25 N/mm",)),
+        (
+            {**CYLINDER, "load": "18.5 N/mm", "cell": ["1 um", "2 um"]},
+            ("cell", "along y", "write cell: 1 um"),
+        ),
         ({**PUNCH, "load": "50 N"}, ("load of a flat_punch is per length", "18.5 N/mm")),
         ({**PUNCH, "load": None, "indentation": "1 um"}, ("indentation", "write load")),
         ({**PUNCH, "load": "1000 kN/mm"}, ("too much for this flat_punch", "N/mm would do")),

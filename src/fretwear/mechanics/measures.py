@@ -8,8 +8,12 @@ import numpy as np
 
 from fretwear.mechanics.geometry import Array, Geometry, Mask
 from fretwear.mechanics.geometry.grid import Grid
+from fretwear.mechanics.geometry.line import Line
 from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.state import State, WearProblem, in_contact
+
+# A gap over that of the first cell outside of a contact which is none.
+_NO_GAP = 1e-2
 
 
 @dataclass(frozen=True)
@@ -144,8 +148,36 @@ def half_width(geometry: Geometry, inside: Mask, gap: Array, axis: int) -> float
     -------
     float, m; 0 where the axis has no cell of the zone.
     """
-    edges = [_edge(at, inside[along], gap[along]) for along, at in geometry.along(axis)]
+    edge = _worn_edge if isinstance(geometry, Line) else _edge
+    edges = [edge(at, inside[along], gap[along]) for along, at in geometry.along(axis)]
     return sum(edges) / len(edges)
+
+
+def _worn_edge(distance: Array, inside: Mask, gap: Array) -> float:
+    """Edge of a contact whose gap opens with the power 3/2, or linearly where it has worn.
+
+    Both laws through the first two cells outside foretell the gap of the third; how it lies between
+    them weighs their zeros. The strips may be so narrow that several beyond the edge count as in
+    contact, and the zero lies among them.
+    """
+    zone = np.flatnonzero(inside)
+    last = int(zone[-1]) if zone.size else 0
+    if zone.size == 0 or gap.size < last + 4:
+        return _edge(distance, inside, gap)
+    x, outside = distance[last + 1 : last + 4], gap[last + 1 : last + 4]
+    zeros, foretold = [], []
+    for power in (1.0, 1.5):
+        near, far, _ = outside ** (1.0 / power)
+        slope = (far - near) / (x[1] - x[0])
+        if slope <= 0.0:
+            return _edge(distance, inside, gap)
+        zeros.append(x[0] - near / slope)
+        foretold.append((slope * (x[2] - zeros[-1])) ** power)
+    weight = (outside[2] - foretold[0]) / (foretold[1] - foretold[0])
+    weight = min(max(weight, 0.0), 1.0)
+    least = distance[np.flatnonzero(gap[: last + 1] <= _NO_GAP * outside[0])]
+    found = (1.0 - weight) * zeros[0] + weight * zeros[1]
+    return float(min(max(found, least[-1] if least.size else 0.0), x[0]))
 
 
 def _edge(distance: Array, inside: Mask, gap: Array) -> float:

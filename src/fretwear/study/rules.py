@@ -267,6 +267,14 @@ def _line_has_no_approach(case: CaseTree) -> Problem | None:
     return Problem(case.loading.kind, None, rule, hint)
 
 
+def _line_has_one_spacing(case: CaseTree) -> Problem | None:
+    if case.cell is None or not case.indenter.is_line or case.cell[0] == case.cell[1]:
+        return None
+    rule = f"has a spacing along y, along which a {case.indenter.kind} is the same everywhere"
+    hint = f"write cell: {format_quantity(case.cell[0], LENGTH)}"
+    return Problem("cell", _cell_text(case.cell), rule, hint)
+
+
 def _compliance_is_of_a_line(case: CaseTree) -> Problem | None:
     loading = case.loading
     if case.indenter.is_line or not getattr(loading, "tangential_compliance", 0.0):
@@ -368,6 +376,7 @@ RULES: tuple[Rule, ...] = (
     Rule(frozenset({"indenter", "normal", "loading"}), _loads_suit_the_contact),
     Rule(frozenset({"indenter", "normal", "loading"}), _line_has_no_approach),
     Rule(frozenset({"indenter", "loading"}), _compliance_is_of_a_line),
+    Rule(frozenset({"indenter", "cell"}), _line_has_one_spacing),
     Rule(frozenset({"indenter", "loading", "roughness"}), _stroke_is_even),
     Rule(frozenset({"indenter", "loading", "roughness"}), _stroke_is_smooth),
     Rule(_CONTACT | {"loading", "wear_law", "friction_law"}, _bodies_wear_apart),

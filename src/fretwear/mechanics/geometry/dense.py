@@ -105,7 +105,8 @@ class DenseCells:
         return DenseHalfSpace(self, modulus)
 
     def area(self, zone: Mask, radius: float) -> float:
-        """Area of a zone whose outermost cell belongs to it as far as a distance, m."""
+        """Area of a zone that reaches as far as a distance, m."""
+        zone = zone & (np.asarray(self.edges)[:-1, None] < radius)
         place = self._last(zone)
         whole = self.integral(zone.astype(np.float64))
         if place < 0:
