@@ -3,7 +3,7 @@
 import numpy as np
 
 from fretwear.mechanics.geometry.grid import Grid
-from fretwear.mechanics.roughness import WavyRoughness
+from fretwear.mechanics.roughness import BothRough, SelfAffineRoughness, WavyRoughness
 from fretwear.mechanics.surfaces import Sphere
 
 from .problems import fretting, near
@@ -63,3 +63,17 @@ def test_the_reach_of_the_surface_is_where_it_rises_above_an_approach():
     for roughness, height in ((None, approach), (WAVES, approach + AMPLITUDE)):
         for reach in fretting(roughness=roughness).reach(approach):
             assert reach == near(np.sqrt(2 * RADIUS * height), rel=1e-11)
+
+
+def test_of_two_rough_surfaces_the_gap_has_both():
+    random = SelfAffineRoughness(0.1e-6, 0.8, 60e-6, 30e-6, 3)
+    half = WavyRoughness(0.5 * AMPLITUDE, *(np.arctan(0.5 * s) for s in (SLOPE_X, SLOPE_Y)))
+    x, y = np.linspace(-3e-5, 3e-5, 11)[:, None], np.linspace(-8e-5, 8e-5, 7)
+    twice, mixed = BothRough(half, half), BothRough(WAVES, random)
+    np.testing.assert_allclose(twice.height(x, y), WAVES.height(x, y), atol=1e-14 * AMPLITUDE)
+    np.testing.assert_array_equal(mixed.height(x, y), WAVES.height(x, y) + random.height(x, y))
+    assert (twice.even, mixed.even) == ((True, True), (False, False))
+    assert twice.highest == near(AMPLITUDE, rel=1e-14)
+    # Whatever asks for cells asks for those of the finer one, along each axis.
+    assert mixed.finest == (min(WAVES.finest[0], 30e-6), min(WAVES.finest[1], 30e-6))
+    assert mixed.wavelengths == (min(WAVES.finest[0], 60e-6), min(WAVES.finest[1], 60e-6))

@@ -157,6 +157,10 @@ def examples():
         *(study_case(radius=None, indenter=each) for each in INDENTERS),
         study_case(roughness=SELF_AFFINE),
         study_case(roughness=MEASURED),
+        *(
+            study_case(counterface=each, cell=None)
+            for each in (WAVES, DIMPLE, SELF_AFFINE, MEASURED)
+        ),
         study_case(slip_model={"kind": "uniform", "slip_gap": "1 um"}),
         *(
             study_case(**{**LINE, "tangential_load": None, **given})

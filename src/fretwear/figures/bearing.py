@@ -43,16 +43,16 @@ def bearing_heights(dataset: xr.Dataset, cycles: Cycles = None) -> dict[int, Arr
     dataset = with_cycles(dataset)
     shown = checked_cycles(dataset, cycles)
     case = Case(**json.loads(dataset.attrs["parameters"]))
-    if case.roughness is None:
+    if case.rough is None:
         raise ValueError("A bearing-area curve tells of roughness, and this case is smooth.")
-    if not case.roughness.is_known:
+    if not case.rough.is_known:
         raise ValueError("The surface of this case is in a file, which is not with its dataset.")
     whole = mirrored(dataset[["wear_depth", "plastic_depth"]]).sel(cycle=list(shown))
     x, y = whole["x"].values, whole["y"].values
     last = dataset.sel(cycle=shown[-1])
     half_x, half_y = (float(last[f"contact_half_width_{axis}"]) for axis in ("x", "y"))
     inside = np.hypot(x[:, None] / half_x, y[None, :] / half_y) <= 1.0
-    rough = -case.roughness.height(x[:, None], y[None, :])
+    rough = -case.rough.height(x[:, None], y[None, :])
     lost = (whole["wear_depth"] + whole["plastic_depth"]).transpose("cycle", "x", "y").values
     level = float(rough[inside].mean())
     return {

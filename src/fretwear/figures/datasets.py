@@ -146,7 +146,7 @@ def _with_gap_outside(
     if not more.size or "pressure" not in dataset or "parameters" not in dataset.attrs:
         return x, gaps
     case = Case(**json.loads(dataset.attrs["parameters"]))
-    if case.roughness is not None and not case.roughness.is_known:
+    if case.rough is not None and not case.rough.is_known:
         return x, gaps
     whole = mirrored(dataset[["pressure"]]).transpose("cycle", "x", ...)
     pressure, at_x, at_y = whole["pressure"].values, whole["x"].values[:, None], np.zeros((1, 1))
@@ -161,8 +161,8 @@ def _with_gap_outside(
 
     def changes(points: Array) -> Array:
         heights = case.indenter.gap(points[:, None], y[None, :])[:, 0]
-        if case.roughness is not None:
-            heights = heights + case.roughness.height(points[:, None], y[None, :])[:, 0]
+        if case.rough is not None:
+            heights = heights + case.rough.height(points[:, None], y[None, :])[:, 0]
         distances = (np.hypot(point - at_x, y - at_y) for point in points)
         kernels = (-2.0 * np.log(r) if case.indenter.is_line else 1.0 / r for r in distances)
         changed = heights + np.column_stack([forces @ kernel for kernel in kernels])

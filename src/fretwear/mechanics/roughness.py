@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretwear.mechanics.geometry import Array, Even
-from fretwear.mechanics.surfaces import Indenter
 from fretwear.parts import Choice, Part, Patch, Quantity, WholeNumber
 from fretwear.topography import Source, SourceFile, Topography, read_topography
 from fretwear.units import QuantityError
@@ -89,14 +88,6 @@ class Roughness(Part):
     def wavelengths(self) -> tuple[float, float]:
         """Distance between neighbouring tips along x and along y, m; inf where there is one."""
         return self.finest
-
-
-def even_in(indenter: Indenter, roughness: Roughness | None) -> Even:
-    """Along which axes the gap between smooth or rough bodies is even."""
-    along_x, along_y = indenter.even
-    if roughness is None:
-        return along_x, along_y
-    return along_x and roughness.even[0], along_y and roughness.even[1]
 
 
 @dataclass(frozen=True)
@@ -542,6 +533,68 @@ class MeasuredRoughness(Roughness):
     def slug(self) -> str:
         """The name of the file and the beginning of its checksum."""
         return self.file.slug
+
+
+@dataclass(frozen=True)
+class BothRough(Roughness):
+    """Two rough surfaces, one on each body: what either adds to the gap adds up."""
+
+    first: Roughness
+    second: Roughness
+
+    @property
+    def even(self) -> Even:
+        """Where both are."""
+        one, other = self.first.even, self.second.even
+        return one[0] and other[0], one[1] and other[1]
+
+    def height(self, x: Array, y: Array) -> Array:
+        """Sum of both, m."""
+        return self.first.height(x, y) + self.second.height(x, y)
+
+    def _nearer(self, name: str) -> tuple[float, float]:
+        x, y = map(min, *(getattr(each, name) for each in (self.first, self.second)))
+        return x, y
+
+    @property
+    def finest(self) -> tuple[float, float]:
+        """Of the finer one along x and along y, m."""
+        return self._nearer("finest")
+
+    @property
+    def wavelengths(self) -> tuple[float, float]:
+        """Of the one whose tips are nearer along x and along y, m."""
+        return self._nearer("wavelengths")
+
+    @property
+    def period(self) -> tuple[float, float]:
+        """The shorter one along x and along y, m."""
+        return self._nearer("period")
+
+    @property
+    def sides(self) -> tuple[float, float]:
+        """Of the smaller one along x and along y, m."""
+        return self._nearer("sides")
+
+    @property
+    def highest(self) -> float:
+        """Sum of both, m."""
+        return self.first.highest + self.second.highest
+
+    @property
+    def tips(self) -> float:
+        """Height of tips as a rule, m: squares of independent heights add up."""
+        return math.hypot(self.first.tips, self.second.tips)
+
+    @property
+    def steepest(self) -> float:
+        """Steepest slope, nearly, as for `tips`."""
+        return math.hypot(self.first.steepest, self.second.steepest)
+
+    @property
+    def is_known(self) -> bool:
+        """Whether both are."""
+        return self.first.is_known and self.second.is_known
 
 
 @lru_cache(maxsize=8)

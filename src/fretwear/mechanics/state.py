@@ -16,7 +16,7 @@ from fretwear.mechanics.geometry.line import Line
 from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.loading import Loading, Normal, Sliding
 from fretwear.mechanics.materials import Bodies, Friction
-from fretwear.mechanics.roughness import Roughness, even_in
+from fretwear.mechanics.roughness import Roughness
 from fretwear.mechanics.slip import ReducedContact, SlipModel
 from fretwear.mechanics.surfaces import Indenter
 from fretwear.mechanics.team import ALONE, Team
@@ -184,7 +184,10 @@ class WearProblem:
     @property
     def even(self) -> Even:
         """Along which axes both parts of the unworn gap are even: one side is computed there."""
-        return even_in(self.indenter, self.roughness)
+        parts: list[Any] = (
+            [self.indenter] if self.roughness is None else [self.indenter, self.roughness]
+        )
+        return all(each.even[0] for each in parts), all(each.even[1] for each in parts)
 
     def half_space(self, geometry: Any, parts: dict[Any, Any] | None = None) -> HalfSpace:
         """The elastic bodies on the cells of a geometry."""

@@ -282,7 +282,7 @@ def wear_problem(
     usual = Line if case.indenter.is_line else Rings if case.is_on_rings else Grid
     problem = WearProblem(
         indenter=case.indenter,
-        roughness=case.roughness,
+        roughness=case.rough,
         bodies=case.bodies,
         normal=case.normal,
         loading=case.loading,

@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass
 from functools import lru_cache
 
-from fretwear.mechanics.roughness import even_in
 from fretwear.mechanics.surfaces import Indenter
 from fretwear.study.case import Case
 
@@ -80,7 +79,7 @@ def estimate(case: Case) -> Estimate:
     """
     dx, dy = case.grid_spacing
     reach = WINDOW_MARGIN * greatest_contact_radius(case)
-    sides_x, sides_y = (2 - is_even for is_even in even_in(case.indenter, case.roughness))
+    sides_x, sides_y = (2 - is_even for is_even in case.even)
     wide, high = (
         each / case.hertz_radius * reach for each in case.indenter.half_widths(case.hertz)
     )
@@ -138,7 +137,7 @@ def _work(case: Case, cells: int) -> _Work:
     yield a step lasts no longer than wear takes to free a cell at the limit, 1/(β p_lim) cycles at
     the default tolerance, unless slip does not follow the worn shape.
     """
-    rough = case.roughness is not None
+    rough = case.rough is not None
     growth = case.wear_growth
     folds = math.log2(1.0 + case.cycles * growth * case.hertz_pressure)
     finer = 0.01 / case.tolerance
@@ -186,9 +185,9 @@ def greatest_contact_radius(case: Case) -> float:
         worn *= (1.0 + yielding / YIELDING_TIMES_TO_WIDEN) ** WIDENING
     full_plastic = case.hertz.spread_radius(case.plastic_limit)
     rough = 0.0
-    if case.roughness is not None:
+    if case.rough is not None:
         # Tips reach out to where the sphere has fallen back by the height of the waves.
-        rough = 2.0 * case.indenter.curvature_radius * case.roughness.tips
+        rough = 2.0 * case.indenter.curvature_radius * case.rough.tips
     return math.sqrt(max(case.hertz_radius * worn, full_plastic) ** 2 + rough)
 
 

@@ -11,6 +11,7 @@ from fretwear.parts import KindName, Parameter, Part, Quantity
 from fretwear.study.tree import (
     Member,
     coordinate,
+    derived_of,
     derived_parameters,
     kinds,
     leaves,
@@ -68,7 +69,8 @@ def _by_coordinate(of_kinds: tuple[tuple[type[Part], ...], ...]) -> Mapping[str,
         if isinstance(about, Member) and not about.inline:
             found.setdefault(member, KindName(member, kinds(member)))
             for kind in kinds(member):
-                found |= {f"{member}_{name}": each for name, each in kind.derived().items()}
+                own = derived_of(member, kind).items()
+                found |= {f"{member}_{name}": each for name, each in own}
     return {**found, **derived_parameters()}
 
 
@@ -83,7 +85,7 @@ def _part_text(name: str, value: Any) -> str:
         f"{leaf.parameter.symbol.replace('$', '').replace('_', '')} = {match[1]}"
         for kind in kinds(name)
         for leaf in leaves_of(kind)
-        if (match := re.search(rf"\b{leaf.field}: ([^,}}]+)", value))
+        if leaf.member == name and (match := re.search(rf"\b{leaf.field}: ([^,}}]+)", value))
     ]
     text = ", ".join(dict.fromkeys(parts))
     return re.sub(r"\bum\b", "µm", text.replace(" deg", "°"))

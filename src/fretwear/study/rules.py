@@ -352,22 +352,24 @@ def _sphere_slip_needs_a_sphere(case: CaseTree) -> Problem | None:
 
 
 def _line_is_smooth(case: CaseTree) -> Problem | None:
-    if not case.indenter.is_line or case.roughness is None:
+    if not case.indenter.is_line or case.rough is None:
         return None
     rule = f"cannot be on a {case.indenter.kind}: line contacts are smooth"
-    return Problem("roughness", case.roughness.kind, rule, "write roughness: none")
+    name = "counterface" if case.roughness is None else "roughness"
+    return Problem(name, case.surfaces[name].kind, rule, f"write {name}: none")
 
 
-def _part_is_sound(case: CaseTree) -> Problem | None:
-    """A roughness may have a rule between its own parameters."""
-    broken = None if case.roughness is None else case.roughness.problem
-    return None if broken is None else Problem("roughness", None, *broken)
-
-
-def _indenter_is_sound(case: CaseTree) -> Problem | None:
-    """An indenter may have a rule between its own parameters."""
-    broken = case.indenter.problem
-    return None if broken is None else Problem("indenter", None, *broken)
+def _surfaces_are_sound(case: CaseTree) -> Problem | None:
+    """A surface may have a rule between its own parameters, and each body has one."""
+    for name, part in case.surfaces.items():
+        if part.problem is not None:
+            return Problem(name, None, *part.problem)
+    bodies = [getattr(part, "body", None) for part in (case.roughness, case.counterface)]
+    if bodies[0] and bodies[0] == bodies[1]:
+        other = "indenter" if bodies[0] == "flat" else "flat"
+        rule, hint = "is that of roughness too", f"write body: {other} for one of them"
+        return Problem("counterface.body", bodies[1], rule, hint)
+    return None
 
 
 _CONTACT = frozenset({"indenter", "bodies", "normal"})
@@ -384,16 +386,15 @@ RULES: tuple[Rule, ...] = (
         _CONTACT | {"loading", "wear_law", "friction_law", "cycles", "debris_fraction"},
         _scar_is_small,
     ),
-    Rule(frozenset({"indenter", "roughness"}), _line_is_smooth),
-    Rule(frozenset({"indenter"}), _indenter_is_sound),
+    Rule(frozenset({"indenter", "roughness", "counterface"}), _line_is_smooth),
     Rule(frozenset({"indenter", "normal", "loading"}), _others_need_forces),
     Rule(frozenset({"indenter", "slip_model"}), _sphere_slip_needs_a_sphere),
-    Rule(frozenset({"roughness"}), _part_is_sound),
+    Rule(frozenset({"indenter", "roughness", "counterface"}), _surfaces_are_sound),
     Rule(frozenset({"tangential_ratio"}), _ratio_slides),
     Rule(frozenset({"normal", "loading", "friction_law", "bodies", "indenter"}), _load_slides),
     Rule(_CONTACT, _contact_small),
     Rule(frozenset({"indenter", "bodies", "normal", "plastic_limit"}), _plastic_limit_carries_load),
-    Rule(frozenset({"cell", "roughness", "indenter"}), _cell_resolves_surfaces),
+    Rule(frozenset({"cell", "roughness", "counterface", "indenter"}), _cell_resolves_surfaces),
     Rule(_CONTACT | {"cell", "loading", "friction_law"}, _cell_resolves_contact),
     Rule(frozenset({"cycles", "output_cycles"}), _snapshots_within_run),
 )
@@ -456,7 +457,7 @@ def yielding_ring_width(case: CaseTree) -> float:
 def _ring_is_unseen(case: CaseTree) -> Doubt | None:
     """Of a rough contact every tip yields by itself, which the grid of the waves sees."""
     ring, cell = yielding_ring_width(case), max(case.grid_spacing)
-    if case.roughness is not None or math.isinf(case.plastic_limit) or ring >= cell:
+    if case.rough is not None or math.isinf(case.plastic_limit) or ring >= cell:
         return None
     return Doubt(
         "will yield in a ring around the stick zone that is narrower than a cell of the grid, "
@@ -517,9 +518,9 @@ def _stick_is_coarse(case: CaseTree) -> Doubt | None:
 
 
 def _slopes_are_steep(case: CaseTree) -> Doubt | None:
-    if case.roughness is None:
+    if case.rough is None:
         return None
-    slope = case.roughness.steepest
+    slope = case.rough.steepest
     if slope <= GREATEST_SLOPE:
         return None
     return Doubt(
@@ -530,7 +531,7 @@ def _slopes_are_steep(case: CaseTree) -> Doubt | None:
 
 
 def _roughness_repeats(case: CaseTree) -> Doubt | None:
-    period = math.inf if case.roughness is None else min(case.roughness.period)
+    period = math.inf if case.rough is None else min(case.rough.period)
     if period >= 3.0 * case.hertz_radius:
         return None
     return Doubt(
@@ -542,7 +543,7 @@ def _roughness_repeats(case: CaseTree) -> Doubt | None:
 
 
 def _surface_is_small(case: CaseTree) -> Doubt | None:
-    side = math.inf if case.roughness is None else min(case.roughness.sides)
+    side = math.inf if case.rough is None else min(case.rough.sides)
     if side >= 3.0 * case.hertz_radius:
         return None
     return Doubt(
@@ -554,9 +555,9 @@ def _surface_is_small(case: CaseTree) -> Doubt | None:
 
 
 def _points_are_few(case: CaseTree) -> Doubt | None:
-    if case.roughness is None or math.isinf(min(case.roughness.sides)):
-        return None
-    distance = max(case.roughness.finest) / 2.0
+    surfaces = (each for each in (case.roughness, case.counterface) if each is not None)
+    measured = [max(each.finest) / 2.0 for each in surfaces if math.isfinite(min(each.sides))]
+    distance = max(measured, default=0.0)
     if distance <= case.hertz_radius / FEW_POINTS:
         return None
     return Doubt(

@@ -15,9 +15,10 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Annotated, Any, get_type_hints
 
+from fretwear.mechanics.geometry import Even
 from fretwear.mechanics.loading import Loading, Normal
 from fretwear.mechanics.materials import Bodies, Friction
-from fretwear.mechanics.roughness import Roughness
+from fretwear.mechanics.roughness import BothRough, Roughness
 from fretwear.mechanics.slip import Jaeger, SlipModel
 from fretwear.mechanics.surfaces import Indenter
 from fretwear.mechanics.wear_laws import WearLaw
@@ -45,7 +46,7 @@ CELLS_PER_STICK_RADIUS = 8
 CELLS_PER_SLIP_ANNULUS = 12
 
 # Parameters that came later: at their defaults, cases keep the ids that they had before.
-_UNSAID_AT_DEFAULT = ("debris_fraction", "blocks")
+_UNSAID_AT_DEFAULT = ("counterface", "debris_fraction", "blocks")
 _MEMBERS_OF_BLOCKS = ("normal", "loading", "friction_law")
 _SIGNIFICANT_DIGITS = 12
 _USUAL_SLIP = Jaeger()
@@ -127,6 +128,14 @@ class CaseTree:
             must_be_written=True,
         ),
     ] = None
+    counterface: Annotated[
+        Roughness | None,
+        Member(
+            none="smooth",
+            description="Roughness of the other body's surface, where both are rough.",
+            example="{kind: wavy, amplitude: 0.1 um, slope_x: 2 deg, slope_y: 1 deg}",
+        ),
+    ] = None
     cycles: Annotated[
         int,
         WholeNumber("$N$", "number of cycles", 1, MAX_CYCLES, 30000, "Number of load cycles."),
@@ -194,9 +203,22 @@ class CaseTree:
         return self.indenter.hertz(self.normal, self.bodies.composite_modulus)
 
     @property
+    def rough(self) -> Roughness | None:
+        """The roughness of the surfaces: of one body or of both together."""
+        if self.roughness is not None and self.counterface is not None:
+            return BothRough(self.roughness, self.counterface)
+        return self.roughness or self.counterface
+
+    @property
+    def even(self) -> Even:
+        """Whether the unworn gap is even along x and along y, exactly."""
+        x, y = zip(*(part.even for part in self.surfaces.values()), strict=True)
+        return all(x), all(y)
+
+    @property
     def is_on_rings(self) -> bool:
         """Whether to compute on rings: rotational symmetry, and a stick zone that wear leaves."""
-        is_round = self.roughness is None and self.indenter.is_axisymmetric
+        is_round = self.rough is None and self.indenter.is_axisymmetric
         return is_round and self.force_is_held
 
     @property
@@ -304,8 +326,8 @@ class CaseTree:
     @property
     def surfaces(self) -> dict[str, Indenter | Roughness]:
         """The parts that make the unworn gap, by the names of the members."""
-        rough = {} if self.roughness is None else {"roughness": self.roughness}
-        return {"indenter": self.indenter, **rough}
+        several = ((name, getattr(self, name)) for name in ("indenter", "roughness", "counterface"))
+        return {name: part for name, part in several if part is not None}
 
     @property
     def grid_spacing(self) -> tuple[float, float]:
@@ -320,7 +342,7 @@ class CaseTree:
         """
         if self.cell is not None:
             return self.cell
-        yields_in_a_ring = self.roughness is None and math.isfinite(self.plastic_limit)
+        yields_in_a_ring = self.rough is None and math.isfinite(self.plastic_limit)
         radius, stick = self.hertz_radius, self.stick_radius
         contact = min(
             radius
@@ -406,6 +428,7 @@ class CaseTree:
             self.plain_loading.slug,
             self.friction_law.slug,
             "smooth" if self.roughness is None else self.roughness.slug,
+            "" if self.counterface is None else self.counterface.slug,
             f"Y{_short(self.plastic_limit * 1e-6)}MPa" if capped else "elastic",
             f"N{self.cycles}",
         )
@@ -448,7 +471,7 @@ class CaseTree:
                     if name in derived or leaf.field in value.__dict__:
                         known = derived.pop(name, leaf.parameter)
                         yield from known.coordinates(name, getattr(self, name))
-            else:
+            elif value is not None or member not in _UNSAID_AT_DEFAULT:
                 yield from _of_part(member, value)
         for name, known in derived.items():
             # What is called after Hertz is said of no other contact.
@@ -471,10 +494,10 @@ def _changed(part: Part, given: Mapping[str, Any], of_kind: tuple[type[Part], ..
 def _of_part(member: str, part: Part | None) -> Iterator[tuple[str, Parameter, float | str]]:
     """Coordinates of a part with a key of its own; zero where it is absent."""
     kind = next(iter(kinds(member))) if part is None else type(part)
-    own = leaves_of(kind)
+    own = [leaf for leaf in leaves_of(kind) if leaf.member == member]
     if part is not None and not own:
         yield member, KindName(member, kinds(member)), part.kind
-    for name, about in kind.derived().items() if part is not None else ():
+    for name, about in derived_of(member, kind).items() if part is not None else ():
         yield from about.coordinates(f"{member}_{name}", getattr(part, name))
     for leaf in own:
         value = (
@@ -482,6 +505,21 @@ def _of_part(member: str, part: Part | None) -> Iterator[tuple[str, Parameter, f
         )
         if value is not None:
             yield from leaf.parameter.coordinates(coordinate(leaf.name), value)
+
+
+def derived_of(member: str, kind: type[Part]) -> Mapping[str, Parameter]:
+    """Return what follows from the parameters of a kind of part and is a coordinate too."""
+    return {name: _of_member(member, about) for name, about in kind.derived().items()}
+
+
+def _of_member(member: str, about: Parameter) -> Parameter:
+    """Return what a parameter is: that of the counterface says so."""
+    if member != "counterface":
+        return about
+    words = about.words.replace("roughness", "counterface").replace("surface", "counterface")
+    if "counterface" not in words:
+        words = f"{words} of the counterface"
+    return dataclasses.replace(about, words=words)  # type: ignore[type-var]
 
 
 def coordinate(name: str) -> str:
@@ -580,7 +618,7 @@ def _leaves(
             for field, parameter in kind.parameters().items():
                 stands_alone = about.inline or kind.kind == about.short
                 name = field if stands_alone else f"{member}.{field}"
-                leaf = Leaf(name, member, kind, field, parameter)
+                leaf = Leaf(name, member, kind, field, _of_member(member, parameter))
                 for key in {name, *([] if about.inline else [f"{member}.{field}"])}:
                     found[key] = (*found.get(key, ()), leaf)
     return found
