@@ -378,6 +378,42 @@ class WholeNumber(Parameter):
 
 
 @dataclass(frozen=True)
+class Flag(Parameter):
+    """Yes or no: ``true`` or ``false``."""
+
+    si_unit = "1"
+    unit = NO_UNIT
+
+    symbol: str
+    words: str
+    description: str = ""
+    must_be_written: bool = False
+
+    @property
+    def example(self) -> str:
+        """What turns off what is on as a rule."""
+        return "false"
+
+    def read(self, value: object, units_required: bool) -> bool:
+        """Return a truth value, or that of the number of a coordinate."""
+        if value in (0, 1) and (isinstance(value, bool) or not units_required):
+            return bool(value)
+        raise QuantityError("must be true or false")
+
+    def schema(self) -> dict[str, Any]:
+        """JSON Schema of the value in a study file."""
+        return {"type": "boolean"}
+
+    def allows(self, value: float) -> bool:
+        """Say whether a coordinate may have this value."""
+        return value in (0.0, 1.0)
+
+    def word_for(self, value: Any) -> str:
+        """Return yes or no."""
+        return "yes" if value else "no"
+
+
+@dataclass(frozen=True)
 class Choice(Parameter):
     """One of some words."""
 

@@ -448,6 +448,25 @@ def number_text(value: float, digits: int = 5) -> str:
     return f"{mantissa}·10{power}".replace("-", "−")
 
 
+def with_error(value: float, error: float, digits: int = 5) -> str:
+    """Return a number with its error, both to the first digit of the error that counts.
+
+    Without an error, or with one that the last of some digits hardly shows, it stands alone.
+
+    >>> with_error(0.08471, 0.00034), with_error(1234.0, 170.0), with_error(2.5, 1e-9)
+    ('0.0847 ± 0.0003', '1230 ± 170', '2.5')
+    """
+    if not (0.0 < error < math.inf) or error < 0.5 * abs(value) * 10.0 ** (1 - digits):
+        return number_text(value, digits)
+    first = math.floor(math.log10(error))
+    # Of 1.7 one digit would tell too little.
+    place = first - 1 if error < 2.0 * 10.0**first else first
+    if not 1e-4 <= abs(value) < 1e6:
+        return f"{number_text(value, digits)} ± {number_text(error, first - place + 1)}"
+    value, error = round(value, -place), round(error, -place)
+    return f"{value:.{max(-place, 0)}f} ± {error:.{max(-place, 0)}f}".replace("-", "−")
+
+
 def fixed_digits(value: float, digits: int) -> str:
     """Return a number with just so many significant digits, zeros at the end included."""
     if value == 0.0:

@@ -80,6 +80,12 @@ class Variable:
         words = f"{self.words} per length"
         return replace(self, si_unit=PER_LENGTH[self.si_unit], words=words, unit=None)
 
+    @property
+    def error(self) -> Variable:
+        """What its values are off by, in the same unit: because cells and steps are not smaller."""
+        words, comment = f"estimated error of the {self.words}", "by a run on cells twice as wide"
+        return Variable(f"{self.name}_error", self.si_unit, words, comment=comment, unit=self.unit)
+
     def in_units(self, si_unit: str) -> Variable:
         """Return the one whose values have a unit: this, or that of a line contact."""
         return self if si_unit == self.si_unit else self.per_length

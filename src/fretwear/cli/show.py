@@ -7,7 +7,7 @@ import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from itertools import chain
+from itertools import chain, zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -26,10 +26,9 @@ from fretwear.cli.common import (
 from fretwear.cli.completion import case_files
 from fretwear.units import (
     in_unit,
-    number_text,
     readable_unit,
     smallest_unit,
-    with_unit,
+    with_error,
 )
 from fretwear.vocabulary import HEADLINES, RESULTS, SYMMETRIES, PointStatus
 
@@ -50,6 +49,7 @@ _CASE_RESULTS = (
 # Forces that come out, told where the parameter of the name is not given.
 _FORCES = {"load": ("normal_force",), "tangential_load": ("tangential_force", "sliding_ratio")}
 _STUDY_RESULTS = HEADLINES[:4]
+_STUDY_ERRORS = {name: RESULTS[name].error.name for name in _STUDY_RESULTS}
 _MARK = "† Of a single cell: at an edge of elastic bodies it grows with a finer grid, without end."
 _BOTH = "Draw both over each other, to this file: .png, .svg or .pdf."
 _MOST_POINTS = 100
@@ -111,6 +111,7 @@ def case_content(case: xr.Dataset, history: xr.Dataset) -> dict[str, Any]:
     forces = (found for given, found in _FORCES.items() if given not in case.coords)
     names = (*_CASE_RESULTS, *chain.from_iterable(forces))
     results = {name: case[name] for name in names if name in case}
+    errors = {name: case[e] for name in results if (e := RESULTS[name].error.name) in case}
     return {
         "case_id": case.attrs["case_id"],
         "code_digest": case.attrs.get("code_digest"),
@@ -134,6 +135,9 @@ def case_content(case: xr.Dataset, history: xr.Dataset) -> dict[str, Any]:
         "results": {
             name: {
                 "values": [_finite(value) for value in result.values.tolist()],
+                "errors": [_finite(e) for e in errors[name].values.tolist()]
+                if name in errors
+                else None,
                 "units": result.attrs["units"],
             }
             for name, result in results.items()
@@ -162,11 +166,12 @@ def case_lines(content: dict[str, Any]) -> Iterator[str]:
     yield from aligned([_told(name, *each.values()) for name, each in parameters])
     yield ""
     yield "Results"
-    rows = [("", *(f"cycle {content['cycle'][i]:.0f}" for i in (0, -1)), "unworn")]
+    rows = [("", *(f"cycle {content['cycle'][i]:.0f}" for i in (0, -1)), "unworn", "")]
     for name, result in content["results"].items():
         values = [result["values"][0], result["values"][-1], content["unworn"].get(name)]
-        units = result["units"]
-        rows.append((RESULTS[name].in_units(units).marked, *_texts(values, units)))
+        units, errors = result["units"], result["errors"] or [None]
+        told, unit = _texts(values, units, [errors[0], errors[-1], None])
+        rows.append((RESULTS[name].in_units(units).marked, *told, unit))
     yield from aligned(rows)
     yield ""
     yield _MARK
@@ -186,13 +191,14 @@ def study_content(summary: xr.Dataset) -> dict[str, Any]:
     ]
     plain = summary.reset_coords()
     # Cases may end at different cycles: the last value that is known.
+    names = [*_STUDY_RESULTS, *(name for name in _STUDY_ERRORS.values() if name in plain)]
     last = {
         name: plain[name].isel(cycle=plain[name].notnull().cumsum("cycle").argmax("cycle"))
-        for name in _STUDY_RESULTS
+        for name in names
     }
     states = [PointStatus(state).word for state in plain["status"].values.flat]
     table = plain[["case_id", *varied]].assign(last).to_dataframe(dim_order=dims)
-    columns = ["case_id", "status", *varied, *_STUDY_RESULTS]
+    columns = ["case_id", "status", *varied, *names]
     points = table.reset_index().assign(status=states)[columns].to_dict("records")
     return {
         "study": summary.attrs["study"],
@@ -219,11 +225,12 @@ def study_lines(content: dict[str, Any]) -> Iterator[str]:
     yield f"After the last cycle, {content['cycle']:.0f}"
     listed = points[:_MOST_POINTS]
     columns = [["id", *(point["case_id"] for point in listed)]]
-    for name in units:
+    for name in (each for each in units if each not in _STUDY_ERRORS.values()):
         values = [point[name] for point in listed]
         if name in _STUDY_RESULTS:
-            texts = _texts(values, units[name])
-            columns.append([RESULTS[name].in_units(units[name]).words, *texts])
+            errors = [point.get(_STUDY_ERRORS[name]) for point in listed]
+            texts, unit = _texts(values, units[name], errors)
+            columns.append([f"{RESULTS[name].in_units(units[name]).words} ({unit})", *texts])
         else:
             columns.append([name, *(_told(name, value, units[name])[1] for value in values)])
     states = [point["status"] for point in listed]
@@ -254,11 +261,12 @@ def comparison_lines(a: xr.Dataset, b: xr.Dataset) -> Iterator[str]:
     yield ""
     yield "Results"
     at = [f"cycle {cycle}" for cycle in compared_cycles(a, b)]
-    rows = [("", f"A, {at[0]}", f"B, {at[1]}", "B/A")]
+    rows = [("", f"A, {at[0]}", f"B, {at[1]}", "", "B/A")]
     for result in compared_results(a, b):
-        values = _texts([result.first, result.second], result.variable.si_unit)
+        both = result.first, result.second
+        values, unit = _texts(both, result.variable.si_unit, result.errors)
         ratio = f"{result.ratio:.3g}" if result.first else "-"
-        rows.append((result.variable.marked, *values, ratio))
+        rows.append((result.variable.marked, *values, unit, ratio))
     yield from aligned(rows)
     yield ""
     yield _MARK
@@ -336,17 +344,18 @@ def _told(
         return name, str(value)
 
 
-def _texts(values: Sequence[float | None], si_unit: str) -> list[str]:
-    """Write results in one unit for people, so that they compare at sight."""
-    common = readable_unit([value for value in values if value is not None], si_unit)
-    # Nothing is no thousands of anything.
-    of_zero = smallest_unit(si_unit) if common.is_power else common
-    texts = []
-    for value in values:
-        unit = common if value else of_zero
-        known = value is not None
-        texts.append(with_unit(number_text(unit.of(value), _DIGITS), unit) if known else "-")
-    return texts
+def _texts(
+    values: Sequence[float | None], si_unit: str, errors: Sequence[float | None] = ()
+) -> tuple[list[str], str]:
+    """Write results with their errors in one unit for people, which comes second."""
+    unit = readable_unit([value for value in values if value is not None], si_unit)
+    if not any(values):
+        unit = smallest_unit(si_unit)  # nothing is no thousands of anything
+    texts = [
+        "-" if value is None else with_error(unit.of(value), unit.of(error or 0.0), _DIGITS)
+        for value, error in zip_longest(values, errors)
+    ]
+    return texts, unit.name
 
 
 def _finite(value: Any) -> Any:

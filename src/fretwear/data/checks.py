@@ -68,10 +68,11 @@ def value_problem(file: netCDF4.Dataset) -> str:
     # What xarray has saved has no history.
     history = file.groups.get("history")
     scalars = scalars_of(file.variables)
+    errors = (each.error for each in scalars if each.error.name in file.variables)
     steps = (*of_steps(scalars), ERROR_ESTIMATE, CONVOLUTIONS, STEP, CYCLE)
     problems = (
         *(_unit_problem(file[each.name], each) for each in FIELDS if each.name in file.variables),
-        *(_scalar_problem(file, each, CYCLE.name) for each in scalars),
+        *(_scalar_problem(file, each, CYCLE.name) for each in (*scalars, *errors)),
         *(_scalar_problem(history, each, STEP.name) for each in steps if history is not None),
         *_parameter_problems(file),
     )

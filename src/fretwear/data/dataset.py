@@ -116,6 +116,7 @@ class Compared:
     variable: Variable
     first: float  # in its SI unit
     second: float
+    errors: tuple[float, float] = (0.0, 0.0)  # of both, as far as they are known
 
     @property
     def ratio(self) -> float:
@@ -142,7 +143,10 @@ def compared_results(first: xr.Dataset, second: xr.Dataset) -> list[Compared]:
     for variable in KEY_RESULTS:
         if all(variable.name in state for state in states):
             known = variable.in_units(states[0][variable.name].attrs.get("units", variable.si_unit))
-            results.append(Compared(known, *(float(state[known.name]) for state in states)))
+            a, b = (float(state[known.name]) for state in states)
+            error = known.error.name
+            apart = [float(state[error]) if error in state else 0.0 for state in states]
+            results.append(Compared(known, a, b, (apart[0], apart[1])))
     return results
 
 

@@ -89,6 +89,7 @@ def labelled_case(
     cycles: ArrayLike,
     fields: Mapping[str, ArrayLike],
     scalars: Mapping[str, ArrayLike],
+    errors: Mapping[str, ArrayLike] | None = None,
     *,
     symmetry: str = "even_xy",
     title: str = "",
@@ -112,6 +113,8 @@ def labelled_case(
     scalars : mapping of str to array_like, shape (ncycles,)
         Every variable of `fretwear.vocabulary.SCALARS`, SI units, for the whole contact, and those
         of `BODY_SCALARS` where they are known.
+    errors : mapping of str to array_like, shape (ncycles,)
+        Estimated error of each of these scalars, by its name; empty where there are none.
     symmetry : {"even_xy", "even_x", "even_y", "none"}
         In what the contact is even: the arrays hold one side of it only.
     title : str
@@ -145,9 +148,12 @@ def labelled_case(
         *scalars_of(dims),
         *(each if y is not None else each.per_length for each in of_bodies),
     )
+    told_errors = {f"{name}_error": values for name, values in (errors or {}).items()}
+    known_errors = [each.error for each in known_scalars] if errors else []
     variables = {
         **_variables("field", known_fields, fields, dims, shape, problems),
         **_variables("scalar", known_scalars, scalars, dims[:1], shape[:1], problems),
+        **_variables("error", known_errors, told_errors, dims[:1], shape[:1], problems),
     }
     _raise_all(problems)
     for name, (value, units, long_name) in case.scalar_coordinates().items():

@@ -363,7 +363,9 @@ def _read_cases(
     digests, sources = np.full(layout.shape, "", dtype=object), set()
     cycles = layout.cycles()
     known = LINE_SCALARS if done[0].case.indenter.is_line else SCALARS
+    known = (*known, *(scalar.error for scalar in known))
     scalars = {scalar: np.full((*layout.shape, cycles.size), np.nan) for scalar in known}
+    found: set[str] = set()
     windows = set()
     errors = []
     most_steps = 0
@@ -377,6 +379,9 @@ def _read_cases(
                     raise CaseFileError(point.path, _OTHER_CODE, _KEEP_OR_RUN)
                 sources.add(file.attribute("source"))
                 for scalar, values in scalars.items():
+                    if scalar.name not in file.file.variables:
+                        continue  # errors are not estimated in every case
+                    found.add(scalar.name)
                     values[point.position][columns] = own = file.read(scalar.name)[snapshots]
                     if not np.isfinite(own).all():
                         raise file.unusable(f"{scalar.name} holds values that are not finite")
@@ -406,7 +411,9 @@ def _read_cases(
             CODE_DIGEST.name: (layout.dims, digests.astype(str), CODE_DIGEST.attributes),
             **layout.dependent(),
             **{
-                scalar.name: (dims, values, scalar.attributes) for scalar, values in scalars.items()
+                scalar.name: (dims, values, scalar.attributes)
+                for scalar, values in scalars.items()
+                if scalar.name in found
             },
         },
         {

@@ -14,18 +14,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretwear.data.labels import Labelled, labelled_case, labelled_history, labelled_loops
+from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.geometry import Array, Geometry, Workspace
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.line import Line
 from fretwear.mechanics.geometry.rings import Rings
-from fretwear.mechanics.integrator import evolve
-from fretwear.mechanics.loop import loop
+from fretwear.mechanics.integrator import WearError, evolve
+from fretwear.mechanics.loop import Loop, loop
 from fretwear.mechanics.measures import Measures, measure, sampled
 from fretwear.mechanics.state import State, WearProblem, in_contact
 from fretwear.mechanics.stroke import StrokeState, slide
 from fretwear.mechanics.team import Team
+from fretwear.running.errors import estimated_errors
 from fretwear.running.resources import require_memory
 from fretwear.study.rules import doubts
+from fretwear.study.tree import COARSER
 from fretwear.vocabulary import BODY_FIELDS, FIELDS, LINE_SCALARS, SCALARS, SYMMETRIES, ContactState
 
 if TYPE_CHECKING:
@@ -208,11 +211,14 @@ def run(
     """
     record = RunRecord() if record is None else record
     problem = wear_problem(case, geometry, threads)
+    twin = _Twin(case, geometry, threads) if case.error_estimate else None
     for step in _steps(case, problem, record.last):
         record.add(step, keep_fields=step.state.cycle in case.output_cycles)
         for observer in observers:
             observer(step)
-    return _result(case, record, problem, title, command)
+        if twin is not None:
+            twin.follow(len(record.snapshots))
+    return _result(case, record, problem, twin, title, command)
 
 
 def steps(
@@ -229,31 +235,74 @@ def _steps(case: Case, problem: WearProblem, start: State | None) -> Iterator[St
         yield Step(state, measure(problem.of(state), state), case.cycles)
 
 
+class _Twin:
+    """The same case on wider cells, beside it: what both differ by tells the errors of its results.
+
+    It leaves no trace in checkpoints: a run that resumes begins its twin anew.
+    """
+
+    def __init__(self, case: Case, geometry: type[Geometry] | None, threads: int) -> None:
+        coarser = case.coarser
+        problem = wear_problem(coarser, geometry, threads, COARSER)
+        self._workspace = Workspace(problem)
+        self._steps = _steps(coarser, problem, None)
+        self._cycles = case.output_cycles
+        # Every scalar at each snapshot, and why there are no more.
+        self.rows: list[dict[str, float]] = []
+        self.trouble = ""
+
+    def follow(self, snapshots: int) -> None:
+        """Run until so many snapshots are there, or until there is trouble."""
+        try:
+            while len(self.rows) < snapshots and not self.trouble:
+                state = next(self._steps).state
+                if state.cycle in self._cycles:
+                    turn = loop(self._workspace, state)
+                    self.rows.append(_scalars(self._workspace.problem, state, turn))
+        except (ContactError, WearError, MemoryError) as error:
+            self.trouble = str(error) or type(error).__name__
+
+
+def _scalars(problem: WearProblem, state: State, turn: Loop) -> dict[str, float]:
+    """Every scalar of a state: the measures of each step, and what its loop tells."""
+    found = asdict(measure(problem.of(state), state))
+    full = 4.0 * turn.opening * found["tangential_force"]
+    found["sliding_criterion"] = found["dissipated_energy"] / full if full else 0.0
+    for body, share in zip(("indenter", "flat"), problem.wear_law.shares or (), strict=False):
+        found[f"wear_volume_{body}"] = share * found["wear_volume"]
+    return found
+
+
 def _result(
-    case: Case, record: RunRecord, problem: WearProblem, title: str, command: str
+    case: Case,
+    record: RunRecord,
+    problem: WearProblem,
+    twin: _Twin | None,
+    title: str,
+    command: str,
 ) -> Result:
     columns = {name: np.array([row[name] for row in record.history]) for name in record.history[0]}
     steps_at = columns.pop("cycle")
-    errors, convolutions = columns.pop("error_estimate"), columns.pop("convolutions")
+    of_steps, convolutions = columns.pop("error_estimate"), columns.pop("convolutions")
     cycles = [state.cycle for state in record.snapshots]
-    kept = np.isin(steps_at, cycles)
     plane = record.snapshots[-1].geometry.plane(problem.spacing)
     in_line = case.indenter.is_line
     symmetry = next(name for name, even in SYMMETRIES.items() if even == plane.even)
-    if in_line:
-        columns = {name: columns[name] for name in columns if not name.endswith("_y")}
-        symmetry = "even_x"
     workspace = Workspace(problem)
-    scalars = {name: values[kept] for name, values in columns.items()}
-    energy, force = scalars["dissipated_energy"], scalars["tangential_force"]
     loops = [loop(workspace, state) for state in record.snapshots]
-    openings = np.array([each.opening for each in loops])
-    with np.errstate(invalid="ignore"):
-        scalars["sliding_criterion"] = np.nan_to_num(energy / (4.0 * openings * force))
+    of_both = zip(record.snapshots, loops, strict=True)
+    rows = [_scalars(problem, state, turn) for state, turn in of_both]
     fields = _snapshot_fields(workspace, record.snapshots)
-    if problem.wear_law.shares is not None:
-        for body, share in zip(("indenter", "flat"), problem.wear_law.shares, strict=True):
-            scalars[f"wear_volume_{body}"] = share * scalars["wear_volume"]
+    if twin is not None:
+        twin.follow(len(rows))
+    errors = {} if twin is None or twin.trouble else estimated_errors(rows, twin.rows)
+    scalars = {name: np.array([row[name] for row in rows]) for name in rows[0]}
+    if in_line:
+        symmetry = "even_x"
+        columns, scalars, errors = (
+            {name: values for name, values in each.items() if not name.endswith("_y")}
+            for each in (columns, scalars, errors)
+        )
     dataset = labelled_case(
         case,
         plane.x,
@@ -261,13 +310,14 @@ def _result(
         cycles,
         fields,
         scalars,
+        errors,
         symmetry=symmetry,
         title=title,
         command=command,
     )
     variables = LINE_SCALARS if in_line else SCALARS
     spent = np.diff(convolutions, prepend=0)
-    history = labelled_history(steps_at, columns, errors, spent, variables)
+    history = labelled_history(steps_at, columns, of_steps, spent, variables)
     curves = {name: np.array([getattr(each, name) for each in loops]) for name in _CURVES}
     return Result((dataset, history, labelled_loops(cycles, curves, in_line=in_line)))
 

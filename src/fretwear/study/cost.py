@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 from fretwear.mechanics.surfaces import Indenter
@@ -37,6 +37,9 @@ SOLUTIONS_PER_STEP = 8.0
 SOLUTIONS_PER_YIELDING_STEP = 5.0
 SOLUTIONS_PER_NARROWNESS = 6.5
 SECONDS_PER_SOLUTION = 2.5e-4
+
+# A solution on half as many rings or strips, relative to one on all.
+DENSE_COARSER = 0.25
 
 WINDOW_MARGIN = 1.15
 FOLDS_TO_LIMITING_STATE = 8.0
@@ -75,8 +78,24 @@ def estimate(case: Case) -> Estimate:
 
     The window ends a little outside of the largest contact that the run comes to: on its way to
     the limiting worn state (`LimitingState`), widened where the stick zone shrinks, or the
-    one that carries the load at the plastic limit, plus the reach of the roughness.
+    one that carries the load at the plastic limit, plus the reach of the roughness. The twin by
+    which errors are estimated takes time and memory too.
     """
+    alone = _alone(case)
+    if not case.error_estimate:
+        return alone
+    twin = _alone(case.coarser)
+    dense = DENSE_COARSER if case.is_on_rings or case.indenter.is_line else 1.0
+    beside = twin.seconds - SECONDS_TO_START - SECONDS_PER_CASE
+    return replace(
+        alone,
+        seconds=alone.seconds + dense * beside,
+        memory_bytes=alone.memory_bytes + twin.memory_bytes - MEMORY_TO_START,
+    )
+
+
+def _alone(case: Case) -> Estimate:
+    """What a case takes without its twin."""
     dx, dy = case.grid_spacing
     reach = WINDOW_MARGIN * greatest_contact_radius(case)
     sides_x, sides_y = (2 - is_even for is_even in case.even)

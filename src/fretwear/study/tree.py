@@ -13,7 +13,7 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import Annotated, Any, get_type_hints
+from typing import Annotated, Any, Self, get_type_hints
 
 from fretwear.mechanics.geometry import Even
 from fretwear.mechanics.loading import Loading, Normal
@@ -24,6 +24,7 @@ from fretwear.mechanics.surfaces import Indenter
 from fretwear.mechanics.wear_laws import WearLaw
 from fretwear.parts import (
     AlongXY,
+    Flag,
     KindName,
     Parameter,
     Part,
@@ -45,8 +46,11 @@ CELLS_PER_SLIDING_RADIUS = 10
 CELLS_PER_STICK_RADIUS = 8
 CELLS_PER_SLIP_ANNULUS = 12
 
+COARSER = 2.0
+"""How many times wider the cells of a twin are, by which errors are estimated."""
+
 # Parameters that came later: at their defaults, cases keep the ids that they had before.
-_UNSAID_AT_DEFAULT = ("counterface", "debris_fraction", "blocks")
+_UNSAID_AT_DEFAULT = ("counterface", "debris_fraction", "blocks", "error_estimate")
 _MEMBERS_OF_BLOCKS = ("normal", "loading", "friction_law")
 _SIGNIFICANT_DIGITS = 12
 _USUAL_SLIP = Jaeger()
@@ -186,6 +190,14 @@ class CaseTree:
             "cycles, and what it changes of load, displacement or force, and friction.",
         ),
     ] = ()
+    error_estimate: Annotated[
+        bool,
+        Flag(
+            "",
+            "estimate of errors",
+            "Whether a run on cells twice as wide tells the error of every result.",
+        ),
+    ] = True
     output_cycles: tuple[int, ...] = ()
 
     def __getattr__(self, name: str) -> Any:
@@ -361,6 +373,15 @@ class CaseTree:
         fine = [[each / part.cells for each in part.finest] for part in self.surfaces.values()]
         dx, dy = (_rounded_down(min(each)) for each in zip(wide, *fine, strict=True))
         return dx, dy
+
+    @property
+    def coarser(self) -> Self:
+        """Its twin, on cells `COARSER` times wider, to a tolerance as many times larger."""
+        dx, dy = self.grid_spacing
+        changed = {"cell": (COARSER * dx, COARSER * dy), "tolerance": COARSER * self.tolerance}
+        case = object.__new__(type(self))
+        case.__dict__.update({**self.__dict__, **changed})
+        return case
 
     def canonical_parameters(self) -> dict[str, Any]:
         """Return every parameter but the snapshots, in SI units, in a form that JSON can hold.
