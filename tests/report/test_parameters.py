@@ -36,7 +36,8 @@ def test_varied_parameters_come_first_in_units_for_people(finished) -> None:
 def test_every_parameter_of_a_case_is_in_a_table_or_among_the_numerics(finished) -> None:
     names = {row.name for row in parameter_rows(finished.plan)}
     case = next(iter(finished.plan.study.cases().values()))
-    assert set(case.scalar_coordinates()) - names == {"cell_x", "cell_y", "tolerance", "slip_model"}
+    numerics = {"cell_x", "cell_y", "tolerance", "slip_model", "error_estimate"}
+    assert set(case.scalar_coordinates()) - names == numerics
 
 
 def test_values_drawn_at_random_are_shown_as_a_range(finished, tmp_path: Path) -> None:

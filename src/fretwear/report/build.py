@@ -45,7 +45,7 @@ from fretwear.vocabulary import PointStatus
 _MOST_ROWS = 2000
 _MOST_EXAMINED = 24
 _MOST_LISTED = 12
-_NUMERICS = {"cell_x", "cell_y", "tolerance", "slip_model"}
+_NUMERICS = {"cell_x", "cell_y", "tolerance", "slip_model", "error_estimate"}
 _DERIVED = ("hertz_radius", "hertz_pressure", "")
 
 
