@@ -59,14 +59,19 @@ def test_measures_of_the_unworn_sphere_are_those_of_hertz_and_cattaneo(unworn: S
         )
 
 
-@given(edge=st.floats(2.0, 15.0), axis=st.sampled_from([0, 1]), even=st.sampled_from(EVEN))
-def test_half_width_finds_the_edge_of_an_elastic_contact_inside_a_cell(edge, axis, even):
+@given(
+    edge=st.floats(2.0, 15.0),
+    axis=st.sampled_from([0, 1]),
+    even=st.sampled_from(EVEN),
+    power=st.sampled_from([1.5, 1.0]),
+)
+def test_half_width_finds_the_edge_inside_a_cell_unworn_and_worn_in(edge, axis, even, power):
     spacing = (1e-6, 1.7e-6)
     cells = Grid(tuple(20 if one else 40 for one in even), spacing, even)
     position = np.abs(cells.x[:, None] if axis == 0 else cells.y[None, :])
     distance = np.broadcast_to(position, cells.shape) / spacing[axis]
-    gap = 1e-9 * np.maximum(distance - edge, 0.0) ** 1.5
-    # The power law is met exactly, so only rounding is left.
+    gap = 1e-9 * np.maximum(distance - edge, 0.0) ** power
+    # Both power laws are met exactly, so only rounding is left.
     found = half_width(cells, gap == 0, gap, axis)
     assert found == near(edge * spacing[axis], rel=1e-9)
 

@@ -44,9 +44,14 @@ def test_slip_is_the_closed_form_in_every_cycle_smooth_and_rough(case, dataset):
     expected = case.friction * case.coupling * stick_contact(case).gap(radii(dataset))
     for cycle in dataset["cycle"].values:
         slip = dataset["slip"].sel(cycle=cycle).values
-        # Stored in single precision, or sampled from rings.
-        error = 1e-6 if case.roughness else 2e-4
-        np.testing.assert_allclose(slip, expected, rtol=1e-6, atol=error * expected.max())
+        # Stored in single precision; on rings means over cells, weighted by the pressure, and at
+        # the edge of contact over the part of a cell that carries load.
+        error = np.full_like(expected, 1e-6)
+        if not case.roughness:
+            edge = float(dataset["contact_half_width_x"].sel(cycle=cycle))
+            cut = np.abs(radii(dataset) - edge) < np.hypot(*case.grid_spacing)
+            error = np.where(cut, 0.03, (max(case.grid_spacing) / case.hertz_radius) ** 2)
+        assert (np.abs(slip - expected) <= 1e-6 * expected + error * expected.max()).all()
 
 
 def test_stick_zone_is_the_disc_for_ever(case, dataset):

@@ -77,16 +77,15 @@ def test_numerics_are_read_from_the_files(finished) -> None:
 def test_residuals_are_those_of_the_stored_fields(finished) -> None:
     case_id = next(iter(finished.plan.study.cases()))
     record = read_case(finished.cases / f"{case_id}.nc")
-    # The case is smooth: its fields are sampled from rings.
-    assert 0.0 < record.residuals.load < 2e-3
-    assert 0.0 < record.residuals.tangential_load < 2e-3
+    assert 0.0 < record.residuals.load < 1e-6
+    assert 0.0 < record.residuals.tangential_load < 1e-6
     assert record.residuals.complementarity < 1e-4
     with open_case(finished.cases / f"{case_id}.nc", full=True) as whole:
         fields = {name: whole[name].values[-1] for name in PROFILES}
     found = residuals(fields, record.parameters, copies=1)
-    assert found.load < 2e-3
+    assert found.load < 1e-6
     fields["pressure"] = 1.25 * fields["pressure"]
-    assert residuals(fields, record.parameters, copies=1).load == pytest.approx(0.25, abs=2e-3)
+    assert residuals(fields, record.parameters, copies=1).load == pytest.approx(0.25, rel=1e-5)
 
 
 def test_the_study_file_is_shown_as_written_unless_it_was_changed(finished) -> None:

@@ -55,11 +55,9 @@ def integral(ds: xr.Dataset, field: str) -> np.ndarray:
 @pytest.mark.parametrize("name", KINDS)
 def test_pressure_carries_the_load_and_traction_the_tangential_load(datasets, name: str):
     ds = datasets[name]
-    # What was computed on rings is averaged over cells, and the Hertz pressure of the simple model
-    # sampled at their centres: 1 % on this grid.
-    rel = 0.01 if "smooth" in name else 1e-6
-    np.testing.assert_allclose(integral(ds, "pressure"), float(ds["load"]), rtol=rel)
-    rel = 0.02 if name == "simple slip" else rel
+    np.testing.assert_allclose(integral(ds, "pressure"), float(ds["load"]), rtol=1e-6)
+    # The Hertz pressure of the simple model is sampled at cell centers: 1 % on this grid.
+    rel = 0.02 if name == "simple slip" else 1e-6
     np.testing.assert_allclose(integral(ds, "shear_traction"), float(ds.tangential_load), rtol=rel)
 
 
@@ -68,6 +66,10 @@ def test_fields_obey_the_laws_of_coulomb_and_archard(datasets, name: str):
     ds = datasets[name]
     worn = 4 * float(ds.wear_coefficient) * ds.pressure.astype(float) * ds.slip
     assert np.abs(ds.wear_rate - worn).max() <= SINGLE * worn.max()
+    if "smooth" in name:
+        # Cells that the edge of stick cuts have the means of both zones.
+        r, edge = np.hypot(ds.x, ds.y), ds.stick_half_width_x
+        ds = ds.where(np.abs(r - edge) > 0.5 * np.hypot(ds.cell_x, ds.cell_y), 0)
     slipping = (ds.contact_state == ContactState.SLIP) & (ds.pressure > 0)
     shear, bound = ds.shear_traction, float(ds.friction) * ds.pressure
     assert np.abs(shear - bound).where(slipping).max() <= SINGLE * bound.max()
@@ -102,16 +104,10 @@ def test_scalars_are_the_integrals_and_extremes_of_the_fields(datasets, name: st
         / float(ds.wear_coefficient),
     }
     for key, value in expected.items():
-        rel = 1e-6
-        if "smooth" in name:  # sampled from rings
-            is_coarse = key == "plastic_volume" or any(
-                word in key for word in ("area", "pressure", "share")
-            )
-            rel = 0.09 if is_coarse else 0.02
-        if key == "peak_pressure" and "smooth" in name:
-            # A mean over the cell at the stick edge of a singular pressure.
-            assert (ds[key] >= value * (1 - 1e-6)).all()
-            continue
+        # Rings have their own extremes. A cell that the edge of contact cuts counts as closed, one
+        # that the edge of stick cuts by the larger part.
+        on_cells = any(word in key for word in ("area", "maximum", "pressure", "share"))
+        rel = 0.08 if "smooth" in name and on_cells else 1e-6
         np.testing.assert_allclose(ds[key], value, rtol=rel, err_msg=key)
 
 
@@ -150,7 +146,10 @@ def test_unworn_smooth_case_is_that_of_hertz_cattaneo_and_mindlin():
     }.items():
         assert float(first[key]) == pytest.approx(value, rel=4e-3, abs=0), key
     r = np.hypot(first.x, first.y)
-    assert np.abs(first.slip - theory.slip(r)).max() < 2e-3 * theory.slip(r).max()
+    # That of a cell at the edge of contact is that of its loaded part.
+    inside = np.abs(r - hertz.contact_radius) > 0.5 * np.hypot(2.5e-6, 2.5e-6)
+    error = np.abs(first.slip - theory.slip(r)).where(inside, 0.0)
+    assert error.max() < 2e-3 * theory.slip(r).max()
 
 
 def test_gap_outside_an_earlier_window_is_evaluated_not_made_up():

@@ -52,9 +52,12 @@ def measure(problem: WearProblem, state: State) -> Measures:
     geometry, reduced = state.geometry, state.reduced
     contact = in_contact(state)
     contact_radius = half_width(geometry, contact, state.gap, 0)
-    stick_radius = stick_half_width(geometry, reduced.pressure, 0)
+    stick_radius, stick_radius_y = (_stick_half_width(state, axis) for axis in (0, 1))
     stick_area = geometry.area(reduced.stick, stick_radius)
+    # Of whole cells; the cell at the edge of stick differs little from their mean.
     stick_load = geometry.integral(np.where(reduced.stick, state.pressure, 0.0))
+    stick_cells = geometry.integral(reduced.stick.astype(float))
+    mean = stick_load / stick_cells if stick_cells else 0.0
     displacement = problem.tangential_displacement(state.approach, reduced)
     force = problem.tangential_force(state.load, reduced)
     energy = problem.dissipated_energy(state, geometry)
@@ -69,11 +72,11 @@ def measure(problem: WearProblem, state: State) -> Measures:
         contact_half_width_x=contact_radius,
         contact_half_width_y=half_width(geometry, contact, state.gap, 1),
         stick_half_width_x=stick_radius,
-        stick_half_width_y=stick_half_width(geometry, reduced.pressure, 1),
+        stick_half_width_y=stick_radius_y,
         contact_area=geometry.area(contact, contact_radius),
         stick_area=stick_area,
-        mean_stick_pressure=stick_load / stick_area if stick_area else 0.0,
-        stick_load_share=stick_load / (geometry.integral(state.pressure) or 1.0),
+        mean_stick_pressure=mean,
+        stick_load_share=mean * stick_area / (geometry.integral(state.pressure) or 1.0),
         peak_pressure=_peak(problem, state),
         central_pressure=float(state.pressure[geometry.along(0)[0][0]][0]),
         wear_volume=geometry.integral(state.wear),
@@ -94,44 +97,12 @@ def _peak(problem: WearProblem, state: State) -> float:
     return float(state.pressure.max())
 
 
-def sampled(state: State, plane: Grid) -> State:
-    """The same state on the grid on which fields are written.
-
-    Values are those at the centres of the cells. Cells cut by the edge of stick, where pressure may
-    be singular, have their mean pressure, and the slip that gives their wear.
-    """
-    geometry, reduced = state.geometry, state.reduced
-    if geometry == plane:
-        return state
-    sticking = reduced.stick.astype(np.float64)
-    share, mean, stuck, work, plastic = geometry.averaged(
-        [sticking, state.pressure, reduced.pressure, state.pressure * reduced.gap, state.plastic],
-        plane,
-    )
-    fields = (state.pressure, reduced.pressure, reduced.gap, state.wear, state.gap)
-    pressure, stuck_there, slipped, wear, gap = (geometry.sampled(each, plane) for each in fields)
-    sticks, is_cut = stuck_there > 0, (share > 0) & (share < 1) & (mean > 0)
-    pressure = np.where(is_cut, mean, pressure)
-    slipped = np.where(is_cut & (work > 0), work / np.where(is_cut, mean, 1.0), slipped)
-    stuck = np.where(sticks, np.where(is_cut, stuck, stuck_there), 0.0)
-    return replace(
-        state,
-        geometry=plane,
-        pressure=pressure,
-        gap=np.where(pressure > 0, 0.0, gap),
-        wear=wear,
-        opening=wear,
-        plastic=plastic,
-        reduced=replace(reduced, pressure=stuck, gap=np.where(sticks, 0.0, slipped)),
-    )
-
-
 def half_width(geometry: Geometry, inside: Mask, gap: Array, axis: int) -> float:
     """Distance of the outermost edge of a zone from the origin along an axis, m.
 
-    Beyond the edge of an elastic contact the gap grows with the power 3/2 of the distance; the
-    zero of that law through the first two cells outside is the edge, kept between the centres
-    of the last cell inside and the first one outside.
+    Beyond the edge of a smooth contact the gap g grows with the power 3/2 of the distance, beyond
+    one that has worn in evenly. The zero of r = e + b g^(2/3) + c g through three cells outside is
+    the edge, kept between the centres of the last cell inside and the first one outside.
 
     Parameters
     ----------
@@ -185,14 +156,32 @@ def _edge(distance: Array, inside: Mask, gap: Array) -> float:
     if zone.size == 0:
         return 0.0
     last = int(zone[-1])
-    outside = gap[last + 1 : last + 3]
+    outside = gap[last + 1 : last + 4]
     if outside.size < 2:
         return _border(distance, last)
-    near, far = np.cbrt(outside) ** 2
     center, first, second = (float(each) for each in distance[last : last + 3])
-    # Equal gaps say nothing of the edge.
-    edge = first - near / (far - near) * (second - first) if far > near else 0.5 * (center + first)
+    near, far, *_ = roots = np.cbrt(outside)
+    if outside.size == 3 and 0.0 < near < far < roots[2]:
+        law = np.stack([np.ones(3), roots**2, outside], axis=1)
+        edge = np.linalg.solve(law / law.max(axis=0), distance[last + 1 : last + 4])[0]
+    else:
+        # Equal gaps say nothing of the edge.
+        near, far = near**2, far**2
+        edge = (
+            first - near / (far - near) * (second - first) if far > near else 0.5 * (center + first)
+        )
     return float(min(max(edge, center), first))
+
+
+def _stick_half_width(state: State, axis: int) -> float:
+    """Distance of the edge of the stick zone from the origin along an axis, m.
+
+    Where it recedes because bodies yield, what opens beside it has not worn yet.
+    """
+    geometry, reduced = state.geometry, state.reduced
+    if state.plastic.any():
+        return half_width(geometry, reduced.stick, reduced.gap, axis)
+    return stick_half_width(geometry, reduced.pressure, axis)
 
 
 def stick_half_width(geometry: Geometry, pressure: Array, axis: int) -> float:

@@ -21,7 +21,7 @@ from fretwear.mechanics.geometry.line import Line
 from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.integrator import WearError, evolve
 from fretwear.mechanics.loop import Loop, loop
-from fretwear.mechanics.measures import Measures, measure, sampled
+from fretwear.mechanics.measures import Measures, measure
 from fretwear.mechanics.state import State, WearProblem, in_contact
 from fretwear.mechanics.stroke import StrokeState, slide
 from fretwear.mechanics.team import Team
@@ -375,9 +375,17 @@ def _snapshot_fields(workspace: Workspace, snapshots: Sequence[State]) -> dict[s
     for row, snapshot in enumerate(snapshots):
         state = snapshot.on(workspace, snapshot.geometry.extended(last))
         problem = workspace.problem.of(state)
-        written = _fields(problem, state if in_line else sampled(state, plane))
+        written = state.geometry.written(_fields(problem, state), plane)
+        if plane != state.geometry:
+            # Cells that an edge cuts touch where they carry load, and slip as far as they wear.
+            loaded, touch = written["pressure"] > 0.0, written["contact_state"]
+            written["gap"][loaded] = 0.0
+            touch[loaded] = np.maximum(touch[loaded], ContactState.SLIP)
+            if not problem.loading.stroke:
+                path = 4.0 * problem.wear_coefficient * written["pressure"][loaded]
+                written["slip"][loaded] = written["wear_rate"][loaded] / path
         for name, values in written.items():
-            fields[name][row] = last.sampled(values, plane)[:, 0] if in_line else values
+            fields[name][row] = values[:, 0] if in_line else values
     return fields
 
 

@@ -216,12 +216,8 @@ class Geometry(Protocol):
         """The grid of rectangles on which fields are written."""
         ...
 
-    def sampled(self, field: Array, plane: Any) -> Array:
-        """A field at the centres of such a grid."""
-        ...
-
-    def averaged(self, fields: list[Array], plane: Any) -> list[Array]:
-        """Means of fields over the cells of such a grid."""
+    def written(self, fields: dict[str, NDArray[Any]], plane: Any) -> dict[str, NDArray[Any]]:
+        """Means of fields over the cells of such a grid; of states, that of most of a cell."""
         ...
 
 

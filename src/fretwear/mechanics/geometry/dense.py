@@ -41,6 +41,8 @@ _ACROSS_BAND = 6.0
 # The contact lies within this part of the cells; by what factor they grow.
 _ROOM = 0.88
 _GROWTH = 1.12
+# How many cells of a grid are written at once.
+_CELLS_AT_ONCE = 50_000
 
 
 @dataclass(frozen=True)
@@ -193,24 +195,72 @@ class DenseCells:
         """The grid on which fields are written."""
         raise NotImplementedError
 
-    def sampled(self, field: NDArray[Any], plane: Any) -> NDArray[Any]:
-        """A field on a grid: interpolated along x, or of the cell if it has no values."""
-        r = self._distances_on(plane)
-        if field.dtype.kind == "f":
-            result: NDArray[Any] = np.interp(r, self.x, field[:, 0])
-            return result
-        cell = np.searchsorted(self.edges, r, side="right") - 1
-        nearest: NDArray[Any] = field[np.minimum(cell, self.shape[0] - 1), 0]
-        return nearest
+    def written(self, fields: dict[str, NDArray[Any]], plane: Any) -> dict[str, NDArray[Any]]:
+        """Means of fields over the cells of a grid; of states, that of most of a cell.
 
-    def averaged(self, fields: list[Array], plane: Any) -> list[Array]:
-        """Means of fields over the cells of a grid."""
-        return [self.sampled(field, plane) for field in fields]
+        Across a cell a field falls evenly by the lesser of its slopes on either side: integrals are
+        kept, and no mean lies beyond the values around it.
+        """
+        steps = np.ceil(np.diff(self.edges) / (0.5 * min(plane.spacing))).astype(int)
+        cell = np.repeat(np.arange(steps.size), steps)
+        part = np.arange(cell.size) - np.repeat(np.cumsum(steps) - steps, steps)
+        edges = np.asarray(self.edges)
+        parts = edges[cell] + np.diff(edges)[cell] * part / steps[cell]
+        measures = self._measure(np.append(parts, edges[-1]))
+        middle = 0.5 * (self._measure(edges[1:]) + self._measure(edges[:-1]))
+        beyond = 0.5 * (measures[1:] + measures[:-1]) - middle[cell]
+        parts_of = {name: field[cell, 0] for name, field in fields.items()}
+        for name, field in fields.items():
+            if field.dtype.kind == "f":
+                slopes = np.diff(field[:, 0]) / np.diff(middle)
+                before, slopes = np.append(0.0, slopes), np.append(slopes, slopes[-1])
+                least = np.where(np.abs(slopes) < np.abs(before), slopes, before)
+                parts_of[name] += beyond * np.where(slopes * before > 0.0, least, 0.0)[cell]
+        found = {name: np.empty(plane.shape, field.dtype) for name, field in fields.items()}
+        rows = max(1, _CELLS_AT_ONCE // plane.shape[1])
+        for first in range(0, plane.shape[0], rows):
+            block = slice(first, min(first + rows, plane.shape[0]))
+            at, share, starts = self._shares(parts, plane, block)
+            for name, values in parts_of.items():
+                if values.dtype.kind == "f":
+                    means = np.add.reduceat(share * values[at], starts)
+                else:
+                    kinds = np.unique(values)
+                    each = [np.add.reduceat(share * (values[at] == kind), starts) for kind in kinds]
+                    means = kinds[np.argmax(each, axis=0)]
+                found[name][block] = means.reshape(-1, plane.shape[1])
+        return found
 
-    def _distances_on(self, plane: Any) -> Array:
-        """Distance of the points of a grid from the origin, m."""
-        distances: Array = np.hypot(plane.x[:, None], plane.y[None, :])
-        return distances
+    def _shares(
+        self, parts: Array, plane: Any, block: slice
+    ) -> tuple[NDArray[np.intp], Array, NDArray[np.intp]]:
+        """Parts of these cells in each cell of some rows of a grid, their shares, and the first.
+
+        ``parts`` are the inner edges of the parts, m.
+        """
+        x = np.arange(block.start, block.stop + 1)[:, None] * plane.spacing[0]
+        y = np.arange(plane.shape[1] + 1)[None, :] * plane.spacing[1]
+        near, far = self._distance(x[:-1], y[:, :-1]), self._distance(x[1:], y[:, 1:])
+        low = np.searchsorted(parts, near.ravel(), "right") - 1
+        count = np.maximum(np.searchsorted(parts, far.ravel()) - low, 1)
+        starts = np.cumsum(count) - count
+        at = np.arange(count.sum()) - np.repeat(starts - low, count)
+        continues = at > np.repeat(low, count)
+        row, column = np.divmod(np.repeat(np.arange(count.size), count)[continues], plane.shape[1])
+        sides = x[row, 0], x[row + 1, 0], y[0, column], y[0, column + 1]
+        # How much of its cell lies within each part; none before the first, all before the next.
+        within = np.zeros(at.size)
+        within[continues] = self._within(sides, parts[at[continues]])
+        up_to = np.where(np.append(continues[1:], False), np.append(within[1:], 1.0), 1.0)
+        return at, up_to - within, starts
+
+    def _distance(self, x: Array, y: Array) -> Array:
+        """Distance of points from the origin, m."""
+        raise NotImplementedError
+
+    def _within(self, sides: tuple[Array, Array, Array, Array], radius: Array) -> Array:
+        """Share of rectangles between two x and two y, m, that lies within a distance, m."""
+        raise NotImplementedError
 
 
 def edges_about_stick(problem: Problem, outer: float, finer: float = 1.0) -> tuple[float, ...]:
@@ -303,6 +353,9 @@ class DenseHalfSpace:
         self.geometry = geometry
         self.influence = geometry.influence(composite_modulus)
         self.self_influence = float(self.influence.diagonal().max())
+        # Multiplied by the areas it is symmetric, but for rounding.
+        matrix = geometry.weights * self.influence / self.self_influence
+        self.symmetric = 0.5 * (matrix + matrix.T)
 
     def displacement(self, pressure: Array) -> Array:
         """Normal surface displacement w, m, of a pressure, Pa, in the mean over each cell."""
@@ -340,10 +393,8 @@ class FreeDenseCells:
         self._cells = np.flatnonzero(free)
         self._under_load = under_load
         self._weights = half_space.geometry.weights[self._cells, 0]
-        self._relative = half_space.influence[:, self._cells] / half_space.self_influence
-        # Multiplied by the areas it is symmetric, but for rounding.
-        matrix = self._weights[:, None] * self._relative[self._cells]
-        self._matrix = 0.5 * (matrix + matrix.T)
+        self._half_space = half_space
+        self._matrix = half_space.symmetric[np.ix_(self._cells, self._cells)]
         self._shape = half_space.geometry.shape
 
     def solve(
@@ -368,7 +419,8 @@ class FreeDenseCells:
         pressure = np.zeros(self._shape, np.float32)
         pressure[cells, 0] = found
         # What the rounded pressure does, so that displacements belong to pressures.
-        rounded = pressure[cells, 0].astype(np.float64)
-        displacement = (self._relative @ rounded)[:, None].astype(np.float32)
-        largest, missed = float(np.abs(displacement).max()), float(self._weights @ rounded)
+        bodies, rounded = self._half_space, pressure.astype(np.float64)
+        displacement = (bodies.displacement(rounded) / bodies.self_influence).astype(np.float32)
+        largest = float(np.abs(displacement).max())
+        missed = float(self._weights @ rounded[cells, 0])
         return Step(pressure, displacement, largest, missed, 1)

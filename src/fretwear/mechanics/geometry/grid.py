@@ -182,12 +182,8 @@ class Grid:
         """The grid on which fields are written: this one."""
         return self
 
-    def sampled(self, field: Array, plane: Grid) -> Array:  # noqa: ARG002
-        """A field at the centres of the grid on which it is written."""
-        return field
-
-    def averaged(self, fields: list[Array], plane: Grid) -> list[Array]:  # noqa: ARG002
-        """Means of fields over the cells of the grid on which they are written."""
+    def written(self, fields: dict[str, NDArray[Any]], plane: Grid) -> dict[str, NDArray[Any]]:  # noqa: ARG002
+        """Fields on the grid on which they are written."""
         return fields
 
     # How a window grows.

@@ -77,18 +77,15 @@ class Line(DenseCells):
         """The row of cells on which fields are written."""
         return Grid((max(1, math.floor(self.extent[0] / spacing[0])), 1), spacing)
 
-    def sampled(self, field: NDArray[Any], plane: Grid) -> NDArray[Any]:
-        """A field on a row of cells: its mean over each, or of the strip if it has no values."""
-        if field.dtype.kind != "f":
-            return super().sampled(field, plane)
-        total = np.append(0.0, np.cumsum(field[:, 0] * np.diff(self.edges)))
-        borders = np.arange(plane.shape[0] + 1) * plane.spacing[0]
-        means: Array = np.diff(np.interp(borders, self.edges, total)) / plane.spacing[0]
-        return means[:, None]
+    def _distance(self, x: Array, y: Array) -> Array:
+        """Distance of points from the middle, m."""
+        result: Array = x + 0.0 * y
+        return result
 
-    def _distances_on(self, plane: Grid) -> Array:
-        """Distance of the cells of a row from the middle, m."""
-        return plane.x[:, None]
+    def _within(self, sides: tuple[Array, Array, Array, Array], radius: Array) -> Array:
+        """Share of cells of a row that lies within a distance from the middle, m."""
+        left, right, _, _ = sides
+        return (radius - left) / (right - left)
 
 
 def influence_of_cell(count: int, spacing: float, reference: float, modulus: float) -> Array:

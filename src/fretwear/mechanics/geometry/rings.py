@@ -176,11 +176,17 @@ class Rings(DenseCells):
         )
         return Grid((x, y), spacing)
 
-    def averaged(self, fields: list[Array], plane: Grid) -> list[Array]:
-        """Means of fields over cells of a grid: over the annulus that is as wide as a cell."""
-        r = np.hypot(plane.x[:, None], plane.y[None, :])
-        width = math.sqrt(plane.spacing[0] * plane.spacing[1])
-        return [self.means(field, r, width) for field in fields]
+    def _distance(self, x: Array, y: Array) -> Array:
+        """Distance of points from the axis, m."""
+        return np.hypot(x, y)
+
+    def _within(self, sides: tuple[Array, Array, Array, Array], radius: Array) -> Array:
+        """Share of rectangles between two x and two y, m, that lies within a radius, m."""
+        left, right, low, high = sides
+        area = _corner(right, high, radius) - _corner(left, high, radius)
+        area -= _corner(right, low, radius) - _corner(left, low, radius)
+        result: Array = area / ((right - left) * (high - low))
+        return result
 
     def means(self, field: Array, r: Array, width: float) -> Array:
         """Means of a field over annuli of some mean radii and a width, m."""
@@ -201,6 +207,20 @@ def _divided(positions: Array, widths: Array) -> Array:
     result: Array = np.interp(
         np.linspace(0.0, count[-1], math.ceil(count[-1]) + 1), count, positions
     )
+    return result
+
+
+def _corner(x: Array, y: Array, radius: Array) -> Array:
+    """Area, m², of the rectangle between the origin and a point that lies within a radius, m."""
+    x, y = np.minimum(x, radius), np.minimum(y, radius)
+    # Up to here along x the rectangle is lower than the circle.
+    start = np.minimum(np.sqrt((radius - y) * (radius + y)), x)
+
+    def under_circle(x: Array) -> Array:
+        half: Array = x * np.sqrt((radius - x) * (radius + x)) + radius**2 * np.arcsin(x / radius)
+        return 0.5 * half
+
+    result: Array = y * start + under_circle(x) - under_circle(start)
     return result
 
 
