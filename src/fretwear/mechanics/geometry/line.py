@@ -15,10 +15,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fretwear.mechanics.geometry import Array, Problem
 from fretwear.mechanics.geometry.dense import DenseCells, edges_about_stick
