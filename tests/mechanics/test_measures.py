@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.integrator import evolve, first_loading
 from fretwear.mechanics.measures import Measures, half_width, measure, stick_half_width
+from fretwear.mechanics.roughness import WavyRoughness
 from fretwear.mechanics.state import CONTACT_GAP, State, in_contact
 from fretwear.theory import CattaneoMindlin
 
@@ -103,6 +104,25 @@ def test_half_width_reaches_to_the_outermost_spot_of_a_rough_contact():
     gap = np.where(inside, 0.0, 1e-9)
     # Equal gaps on both cells outside say nothing of the edge: the middle between cell centers.
     assert half_width(cells, inside, gap, 0) == near(7e-6)
+
+
+def test_areas_of_rough_contacts_converge_with_few_cells_on_a_tip():
+    """Counts of cells fall linearly with the spacing, to where corrected areas are at once."""
+    rough = WavyRoughness(amplitude=0.2e-6, slope_x=np.radians(2), slope_y=np.radians(1))
+
+    def areas(cells: float) -> np.ndarray:
+        problem = fretting(2 * cells, roughness=rough, spacing=(A / cells, 2 * A / cells))
+        state = first_loading(problem)
+        found = measure(problem, state)
+        zones = in_contact(state), state.reduced.stick
+        counted = [state.geometry.unit_area * zone.sum() for zone in zones]
+        return np.array([counted, [found.contact_area, found.stick_area]])
+
+    coarse, fine = areas(128), areas(256)
+    converged = 2 * fine[0] - coarse[0]
+    assert (coarse[0] > 1.03 * converged).all()
+    np.testing.assert_allclose(coarse[1], converged, rtol=0.025)
+    np.testing.assert_allclose(fine[1], converged, rtol=0.01)
 
 
 def test_contact_is_read_off_the_gap_not_off_the_pressure(unworn: State):

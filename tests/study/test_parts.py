@@ -186,6 +186,8 @@ UNSAID = {"debris_fraction", "blocks", "plastic_limit", "rig_stiffness", "tangen
 
 def moved(leaf, value):
     """Another value of a parameter that is still in its range."""
+    if isinstance(value, bool):
+        return not value
     if isinstance(leaf.parameter, WholeNumber):
         return value + 1
     if isinstance(leaf.parameter, Choice):
