@@ -1,52 +1,153 @@
-/* Preloaded into a process by faults.py: counts its operations on the files of one folder, makes
-   the n-th of them fail or sends a signal there, and keeps a record of all for a replay. */
+/* Preloaded into a process by faults.py. At each of its operations on the files of one folder the
+   process forks, once for each fault: the child gets a copy of the folder in the place of the folder,
+   fails there (or gets a signal) and goes on by itself; then the parent goes on as if nothing had
+   happened. A record of all operations serves to replay them. */
 #define _GNU_SOURCE
+#include <dlfcn.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <limits.h>
+#include <sched.h>
 #include <signal.h>
+#include <spawn.h>
 #include <stdarg.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/file.h>
+#include <sys/mman.h>
+#include <sys/mount.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
+#include <sys/wait.h>
+#include <time.h>
 #include <unistd.h>
 
 enum { OPEN = 1, WRITE = 2, FSYNC = 4, RENAME = 8, MKDIR = 16, UNLINK = 32, TRUNCATE = 64, MEMORY = 128 };
-enum { FILES = 4096, LARGE = 2048 };
+enum { FILES = 4096, LARGE = 2048, PLACES = 1 << 18, SECONDS = 60 };
 
-static char folder[PATH_MAX];
-static int kinds, failure, sent, record = -1, armed, fired;
-static long point = -1, seen, outside;
-static int serial_of[FILES], serials;
+struct fault { long kinds, error, sent, every, chosen; };
 
-void faults_arm(const char *below, int what, long n, int error, int signal_number, const char *log) {
+static char folder[PATH_MAX], copies[PATH_MAX];
+static struct fault faults[32];
+static int fault_count, record = -1, told = -1, heard = -1, armed, is_child;
+static long operations[32], *outside;
+static int serial_of[FILES], lock_of[FILES], serials;
+static struct { uint64_t key; long count; } places[PLACES];
+
+void faults_arm(const char *below, const char *where, const struct fault *all, int count, int say, int hear,
+                const char *log) {
     snprintf(folder, sizeof folder, "%s", below);
-    kinds = what, point = n, failure = error, sent = signal_number, seen = outside = fired = 0;
+    snprintf(copies, sizeof copies, "%s", where);
+    memcpy(faults, all, count * sizeof *all);
+    fault_count = count, told = say, heard = hear;
     record = log[0] ? syscall(SYS_openat, AT_FDCWD, log, O_WRONLY | O_CREAT | O_TRUNC, 0600) : -1;
-    memset(serial_of, 0, sizeof serial_of);
+    outside = mmap(NULL, sizeof *outside, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     armed = 1;
 }
 void faults_disarm(void) { armed = 0; }
-long faults_seen(void) { return seen; }
-long faults_outside(void) { return outside; }
-int faults_fired(void) { return fired; }
+long faults_operations(int kind) { return operations[__builtin_ctz(kind)]; }
+int faults_is_child(void) { return is_child; }
+long faults_outside(void) { return *outside; }
+
+/* How many operations of a kind have come from here: the same lines of all functions of Python. */
+static long count_here(int kind, uint64_t *here) {
+    static void (*dump)(int, void *);
+    static void *(*thread)(void);
+    static int memory = -1;
+    static char text[1 << 16];
+    if (!dump) {
+        dump = dlsym(RTLD_DEFAULT, "_Py_DumpTraceback"), thread = dlsym(RTLD_DEFAULT, "PyGILState_GetThisThreadState");
+        memory = memfd_create("stack", 0);
+    }
+    syscall(SYS_ftruncate, memory, 0);
+    syscall(SYS_lseek, memory, 0, SEEK_SET);
+    dump(memory, thread());
+    ssize_t size = syscall(SYS_pread64, memory, text, sizeof text, 0);
+    uint64_t key = 14695981039346656037u + kind;
+    for (ssize_t at = 0; at < size; at++) key = (key ^ (unsigned char)text[at]) * 1099511628211u;
+    uint64_t at = key % PLACES;
+    while (places[at].key && places[at].key != key) at = (at + 1) % PLACES;
+    places[at].key = *here = key;
+    return ++places[at].count;
+}
+
+extern char **environ;
+
+/* Puts a copy of the folder in its place for this process alone, with all that is open there. */
+static void enter_copy(const char *copy) {
+    static char of[FILES][256];
+    char link[64], said[PATH_MAX + 128];
+    char *command[] = {"cp", "-a", folder, (char *)copy, NULL};
+    pid_t copier;
+    if (posix_spawnp(&copier, "cp", NULL, NULL, command, environ)) _exit(99);
+    waitpid(copier, NULL, 0);
+    for (int file = 3; file < FILES; file++) {
+        snprintf(link, sizeof link, "/proc/self/fd/%d", file);
+        ssize_t n = serial_of[file] ? readlink(link, of[file], sizeof of[file] - 1) : -1;
+        of[file][n > 0 ? n : 0] = 0;
+    }
+    if (unshare(CLONE_NEWNS) || mount(NULL, "/", NULL, MS_REC | MS_PRIVATE, NULL) || mount(copy, folder, NULL, MS_BIND, NULL)
+        || chdir(folder))
+        _exit(98);
+    for (int file = 3; file < FILES; file++) {
+        if (strncmp(of[file], folder, strlen(folder))) continue;
+        int flags = fcntl(file, F_GETFL) & ~(O_CREAT | O_EXCL | O_TRUNC);
+        int same = syscall(SYS_openat, AT_FDCWD, of[file], flags, 0);
+        if (same < 0) continue; /* has lost its name */
+        syscall(SYS_lseek, same, syscall(SYS_lseek, file, 0, SEEK_CUR), SEEK_SET);
+        syscall(SYS_dup3, same, file, O_CLOEXEC);
+        syscall(SYS_close, same);
+        if (lock_of[file]) syscall(SYS_flock, file, lock_of[file] | LOCK_NB);
+    }
+    snprintf(said, sizeof said, "%s.said", copy);
+    int log = syscall(SYS_openat, AT_FDCWD, said, O_WRONLY | O_CREAT | O_TRUNC, 0600);
+    dup2(log, 1), dup2(log, 2);
+}
+
+/* Forks; 1 in the child, 0 in the parent once the child has ended and that was told. */
+static int branches(int fault, int kind, long number, uint64_t here) {
+    char copy[PATH_MAX + 64], line[256];
+    int status = 0, hung = 0;
+    snprintf(copy, sizeof copy, "%s/%d-%d-%ld", copies, fault, kind, number);
+    armed = 0, *outside = 0;
+    pid_t child = fork();
+    if (child == 0) {
+        enter_copy(copy);
+        return is_child = armed = 1;
+    }
+    for (long waited = 0; !waitpid(child, &status, WNOHANG); waited++) {
+        if (waited > SECONDS * 1000L) hung = 1, kill(child, SIGKILL);
+        usleep(1000);
+    }
+    status = WIFSIGNALED(status) ? -WTERMSIG(status) : WEXITSTATUS(status);
+    int size = snprintf(line, sizeof line, "%d %d %ld %lu %d %d %ld\n", fault, kind, number,
+                        here, status, hung, *outside);
+    syscall(SYS_write, told, line, size);
+    syscall(SYS_read, heard, line, 1);
+    armed = 1;
+    return 0;
+}
 
 static int fails(int kind) {
-    if (!armed || !(kinds & kind) || seen++ != point) return 0;
-    fired = 1;
-    if (sent) {
-        kill(getpid(), sent);
-        return 0;
+    if (!armed || is_child) return 0;
+    long number = operations[__builtin_ctz(kind)]++;
+    uint64_t here;
+    long count = fault_count ? count_here(kind, &here) : 0;
+    /* Of writes the first, second, fourth, eighth, ... from here; memory is refused once. */
+    if ((kind == WRITE && count & (count - 1)) || (kind == MEMORY && count > 1)) return 0;
+    for (int fault = 0; fault < fault_count; fault++) {
+        struct fault *what = faults + fault;
+        if (!(what->kinds & kind) || what->chosen++ % what->every || !branches(fault, kind, number, here)) continue;
+        if (what->sent) return kill(getpid(), what->sent), 0;
+        return errno = what->error, 1;
     }
-    errno = failure;
-    return 1;
+    return 0;
 }
 
 static void note(int kind, int serial, int64_t a, const char *one, const void *two, size_t size) {
-    if (!armed || record < 0) return;
+    if (!armed || is_child || record < 0) return;
     int64_t head[5] = {kind, serial, a, (int64_t)strlen(one), (int64_t)size};
     syscall(SYS_write, record, head, sizeof head);
     syscall(SYS_write, record, one, strlen(one));
@@ -65,18 +166,34 @@ static int inside(int at, const char *path, char *whole, int changes) {
     }
     snprintf(whole, PATH_MAX, "%.2000s%.2000s", base, path);
     if (!strncmp(whole, folder, strlen(folder))) return 1;
-    if (changes && strncmp(whole, "/dev/", 5) && strncmp(whole, "/proc/", 6)) outside++;
+    if (changes && strncmp(whole, "/dev/", 5) && strncmp(whole, "/proc/", 6)) ++*outside;
     return 0;
+}
+
+/* Signals to a process that has not yet opened the file of its study. */
+static long start_point = -1, start_count, start_signal;
+__attribute__((constructor)) static void read_environment(void) {
+    const char *wanted = getenv("FAULTS_AT_START");
+    if (wanted) sscanf(wanted, "%ld:%ld", &start_signal, &start_point);
+}
+static void count_start(const char *path) {
+    if (start_point < 0 || !path) return;
+    if (!start_signal && strstr(path, "fretwear/cli/program")) dprintf(2, "begun after %ld\n", start_count);
+    if (strstr(path, ".yaml")) {
+        if (!start_signal) dprintf(2, "started after %ld\n", start_count);
+        start_point = -1;
+    } else if (start_count++ == start_point) kill(getpid(), start_signal);
 }
 
 static int opened(int at, const char *path, int flags, mode_t mode) {
     char whole[PATH_MAX];
+    count_start(path);
     int changes = (flags & (O_WRONLY | O_RDWR | O_CREAT | O_TRUNC)) != 0;
     int mine = inside(at, path, whole, changes);
     if (mine && fails(OPEN)) return -1;
     int file = syscall(SYS_openat, at, path, flags, mode);
     if (file >= 0 && file < FILES) {
-        serial_of[file] = mine ? ++serials : 0;
+        serial_of[file] = mine ? ++serials : 0, lock_of[file] = 0;
         if (mine) note(OPEN, serials, flags, whole, "", 0);
     }
     return file;
@@ -97,8 +214,13 @@ int openat64(int at, const char *path, int flags, ...) { MODE return opened(at, 
 static int serial(int file) { return armed && file >= 0 && file < FILES ? serial_of[file] : 0; }
 
 int close(int file) {
-    if (file >= 0 && file < FILES) serial_of[file] = 0;
+    if (file >= 0 && file < FILES) serial_of[file] = lock_of[file] = 0;
     return syscall(SYS_close, file);
+}
+int flock(int file, int how) {
+    int done = syscall(SYS_flock, file, how);
+    if (serial(file) && !done) lock_of[file] = how & (LOCK_SH | LOCK_EX);
+    return done;
 }
 ssize_t write(int file, const void *data, size_t size) {
     if (serial(file) && fails(WRITE)) return -1;
@@ -151,6 +273,18 @@ int unlink(const char *path) {
     int done = syscall(SYS_unlink, path);
     if (mine && !done) note(UNLINK, 0, 0, whole, "", 0);
     return done;
+}
+
+/* Files that say when they were written would be different each second. */
+int clock_gettime(clockid_t clock, struct timespec *now) {
+    if (!armed || clock != CLOCK_REALTIME) return syscall(SYS_clock_gettime, clock, now);
+    now->tv_sec = 1900000000, now->tv_nsec = 0;
+    return 0;
+}
+time_t time(time_t *now) {
+    struct timespec found;
+    clock_gettime(CLOCK_REALTIME, &found);
+    return now ? *now = found.tv_sec : found.tv_sec;
 }
 
 extern void *__libc_malloc(size_t), *__libc_calloc(size_t, size_t), *__libc_realloc(void *, size_t);

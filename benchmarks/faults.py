@@ -1,9 +1,12 @@
-"""Fail every operation of a small study in turn, and the power, and see what is left.
+"""Fail every operation of a small study, and the power, and see what is left.
 
-``python -m benchmarks.faults`` writes the table of docs/reliability.md; ``--points N`` tries at
-most N points of each fault. A process into which ``faults.c`` is preloaded forks a child for each
-point. The child computes and merges a study in an empty folder; its n-th operation fails, or a
-signal arrives there. A second child then runs the same commands again, undisturbed.
+``python -m benchmarks.faults`` writes the table of docs/reliability.md; ``--every N`` tries every
+N-th point only. One process, into which ``faults.c`` is preloaded, computes, merges, draws and
+reports a study. At each of its operations on the files of the results, and at each new place where
+it takes memory, it forks once for each fault. The child goes on in a copy of the folder, where
+this operation fails or a signal arrives, until its command ends. Each different folder that is left
+is then given to the same commands again, undisturbed. As root on Linux: the copy is mounted in
+the place of the folder.
 """
 
 from __future__ import annotations
@@ -24,7 +27,8 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+import zlib
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -50,9 +54,11 @@ vary:
 output:
   cycles: [0, 10]
 """
-COMMANDS = (("batch", "two.yaml"), ("merge", "two.yaml"))
+COMMANDS = ("batch", "merge", "figures", "report")
+UNTIL_MERGED = 2
 
 OPEN, WRITE, FSYNC, RENAME, MKDIR, UNLINK, TRUNCATE, MEMORY = (1 << bit for bit in range(8))
+KINDS = 8
 ANY_FILE = MEMORY - 1
 FAULTS = {
     "opening a file, no permission": (OPEN, errno.EACCES, 0),
@@ -64,213 +70,246 @@ FAULTS = {
     "making a folder, the disk is full": (MKDIR, errno.ENOSPC, 0),
     "removing a file, an input/output error": (UNLINK, errno.EIO, 0),
     "emptying a file, an input/output error": (TRUNCATE, errno.EIO, 0),
-    "no memory for an array": (MEMORY, errno.ENOMEM, 0),
+    "no memory": (MEMORY, errno.ENOMEM, 0),
     "Ctrl-C at a file operation": (ANY_FILE, 0, signal.SIGINT),
     "SIGTERM at a file operation": (ANY_FILE, 0, signal.SIGTERM),
     "SIGHUP at a file operation": (ANY_FILE, 0, signal.SIGHUP),
     "kill −9 at a file operation": (ANY_FILE, 0, signal.SIGKILL),
 }
-LONGEST = 120.0
+STARTING = {"Ctrl-C": signal.SIGINT, "SIGTERM": signal.SIGTERM, "SIGHUP": signal.SIGHUP}
 _HEAD = struct.Struct("5q")
+_TIME = re.compile(rb'"time": "[^"]*"')
+_TEMPORARY = re.compile(r"\.[^.]+\.\d+\.[0-9a-f]{8}\.tmp$")
 
 
-def compiled(folder: Path) -> Path:
-    """Compile what is preloaded."""
-    library = folder / "faults.so"
-    command = ["cc", "-shared", "-fPIC", "-O1", "-o", library, HERE / "faults.c"]
-    subprocess.run(command, check=True)
-    return library
+class Fault(ctypes.Structure):
+    """Which operations fail, with which error or signal, and every how many of them."""
 
-
-class Server:
-    """A process with everything imported that runs the study in children of its own."""
-
-    def __init__(self, folder: Path) -> None:
-        library = compiled(folder)
-        environment = {**os.environ, "LD_PRELOAD": str(library), "OMP_NUM_THREADS": "1"}
-        self.process = subprocess.Popen(
-            [sys.executable, "-m", "benchmarks.faults", "--serve", library],
-            cwd=HERE.parent,
-            env=environment,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-        )
-
-    def run(self, folder: Path, kinds: int = 0, point: int = -1, error: int = 0, sent: int = 0,
-            record: str = "") -> Outcome:  # fmt: skip
-        """Run the study in a folder."""
-        assert self.process.stdin is not None
-        assert self.process.stdout is not None
-        question = [str(folder), kinds, point, error, int(sent), record]
-        self.process.stdin.write(json.dumps(question) + "\n")
-        self.process.stdin.flush()
-        return Outcome(**json.loads(self.process.stdout.readline()))
-
-    def close(self) -> None:
-        """End the process."""
-        assert self.process.stdin is not None
-        self.process.stdin.close()
-        self.process.wait()
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """How a run ended, what it said, and how many operations were counted."""
-
-    status: int
-    said: str
-    seen: int
-    outside: int
-    hung: bool
-
-
-def serve(library: str) -> None:
-    """Answer each question on standard input by a run in a child."""
-    # Once here, so that no child imports anything or computes what is kept.
-    with tempfile.TemporaryDirectory() as place, contextlib.chdir(place):
-        Path("two.yaml").write_text(STUDY)
-        nothing = io.StringIO()
-        with contextlib.redirect_stderr(nothing), contextlib.redirect_stdout(nothing):
-            assert run_commands() == 0, nothing.getvalue()
-    faults = ctypes.CDLL(library)
-    faults.faults_seen.restype = faults.faults_outside.restype = ctypes.c_long
-    for line in sys.stdin:
-        folder, kinds, point, error, sent, record = json.loads(line)
-        home = Path(folder)
-        said, counts = home.with_name("said.txt"), home.with_name("counts.txt")
-        counts.unlink(missing_ok=True)
-        child = os.fork()
-        if child == 0:
-            _in_child(faults, home, said, counts, kinds, point, error, sent, record)
-        status, hung = _wait(child)
-        seen, outside = map(int, counts.read_text().split()) if counts.exists() else (point + 1, 0)
-        text = said.read_text(encoding="utf-8", errors="replace")
-        answer = {"status": status, "said": text, "seen": seen, "outside": outside, "hung": hung}
-        print(json.dumps(answer), flush=True)
-
-
-def _wait(child: int) -> tuple[int, bool]:
-    deadline = time.monotonic() + LONGEST
-    while time.monotonic() < deadline:
-        done, status = os.waitpid(child, os.WNOHANG)
-        if done:
-            return os.waitstatus_to_exitcode(status), False
-        time.sleep(0.002)
-    os.kill(child, signal.SIGKILL)
-    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), True
-
-
-def run_commands() -> int:
-    """Run the study as the command line does; return the exit status of what failed, or 0."""
-    from fretwear.cli import main
-
-    for command in COMMANDS:
-        sys.argv = ["fretwear", *command]
-        try:
-            main()
-        except SystemExit as left:
-            if left.code:
-                return int(left.code)
-    return 0
-
-
-def _in_child(faults, home, said, counts, kinds, point, error, sent, record):  # type: ignore[no-untyped-def]
-    os.chdir(home)
-    log = os.open(said, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
-    for stream in (1, 2):
-        os.dup2(log, stream)
-    status = 1
-    faults.faults_arm(str(home).encode(), kinds, ctypes.c_long(point), error, sent, record.encode())
-    try:
-        status = run_commands()
-    finally:
-        faults.faults_disarm()
-        counts.write_text(f"{faults.faults_seen()} {faults.faults_outside()}")
-        os._exit(status)
+    _fields_ = tuple(
+        (name, ctypes.c_long) for name in ("kinds", "error", "sent", "every", "chosen")
+    )
 
 
 @dataclass
 class Tally:
     """What was found at the points of one fault."""
 
+    name: str
+    of: int | str = 0
     points: int = 0
-    changed: list[int] = field(default_factory=list)
-    tracebacks: list[int] = field(default_factory=list)
-    silent: list[int] = field(default_factory=list)
-    hangs: list[int] = field(default_factory=list)
-    outside: list[int] = field(default_factory=list)
-    left: list[int] = field(default_factory=list)
+    changed: list[str] = field(default_factory=list)
+    tracebacks: list[str] = field(default_factory=list)
+    silent: list[str] = field(default_factory=list)
+    hangs: list[str] = field(default_factory=list)
+    outside: list[str] = field(default_factory=list)
+    left: list[str] = field(default_factory=list)
 
-    def row(self, name: str, of: int) -> str:
+    @property
+    def found(self) -> tuple[list[str], ...]:
+        """The points of each kind of harm."""
+        return (self.changed, self.tracebacks, self.silent, self.hangs, self.outside, self.left)
+
+    def row(self) -> str:
         """A row of the table."""
-        found = (self.changed, self.tracebacks, self.silent, self.hangs, self.outside, self.left)
-        tried = f"{self.points}" if self.points >= of else f"{self.points} of {of}"
-        return f"| {name} | {tried} | {' | '.join(str(len(each)) for each in found)} |"
+        tried = f"{self.points}" if self.points == self.of else f"{self.points} of {self.of}"
+        return f"| {self.name} | {tried} | {' | '.join(str(len(each)) for each in self.found)} |"
+
+    def note(self, point: str, said: str, status: int, *, hung: bool, outside: int) -> None:
+        """Note how a process ended in which a fault was."""
+        self.points += 1
+        if "Traceback" in said or "defect of fretwear" in said:
+            self.tracebacks.append(point)
+        words = ("fretwear: ", "memory allocation of")  # the latter where a library in Rust ends it
+        if status not in (0, -signal.SIGKILL) and not any(each in said for each in words):
+            self.silent.append(f"{point} ({status})")
+        if hung:
+            self.hangs.append(point)
+        if outside:
+            self.outside.append(point)
 
 
 class Trials:
-    """Runs of the study with faults, each in a folder of its own beside the undisturbed one."""
+    """A study with faults, and the same study undisturbed."""
 
-    def __init__(self, folder: Path, server: Server) -> None:
-        self.folder, self.server = folder, server
-        home = self.fresh()
-        assert server.run(home).status == 0
-        self.expected, self.files = contents(home), names(home)
+    def __init__(self, folder: Path, library: str, commands: int) -> None:
+        self.folder, self.home, self.copies = folder, folder / "home", folder / "copies"
+        self.copies.mkdir()
+        self.library = ctypes.CDLL(library)
+        self.library.faults_operations.restype = ctypes.c_long
+        self.fresh()
+        self.commands = COMMANDS[:commands]
+        self.expected, self.files = [], []
+        for some in filter(None, (self.commands[:UNTIL_MERGED], self.commands[UNTIL_MERGED:])):
+            status, said = self.undisturbed(some)
+            assert status == 0, said
+            self.expected.append(contents(self.home))
+            self.files.append(names(self.home))
 
-    def fresh(self) -> Path:
-        """An empty folder with the study."""
-        home = self.folder / "home"
-        shutil.rmtree(home, ignore_errors=True)
-        home.mkdir()
-        (home / "two.yaml").write_text(STUDY)
-        return home
+    def fresh(self) -> None:
+        """Make an empty folder with the study."""
+        shutil.rmtree(self.home, ignore_errors=True)
+        self.home.mkdir()
+        (self.home / "two.yaml").write_text(STUDY)
 
-    def count(self, kinds: int) -> int:
-        """How many operations of some kinds the undisturbed study has."""
-        return self.server.run(self.fresh(), kinds).seen
+    def undisturbed(self, commands: tuple[str, ...]) -> tuple[int, str]:
+        """Run commands in a child; return its exit status and what it said."""
+        said = self.folder / "said.txt"
+        child = os.fork()
+        if child == 0:
+            self._work(commands, said)
+        status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        return status, said.read_text(encoding="utf-8", errors="replace")
 
-    def judge(self, tally: Tally, point: int, home: Path, outcome: Outcome | None) -> None:
-        """Run the study again after a fault, and note what is not as it should be."""
-        tally.points += 1
-        again = self.server.run(home)
-        is_killed = outcome is None or outcome.status == -signal.SIGKILL
-        if again.status != 0 or contents(home) != self.expected:
-            tally.changed.append(point)
-        said = again.said + (outcome.said if outcome else "")
-        if "Traceback" in said or "defect" in said:
-            tally.tracebacks.append(point)
-        if outcome and outcome.status and not is_killed and "fretwear: " not in outcome.said:
-            tally.silent.append(point)
-        if again.hung or (outcome and outcome.hung):
-            tally.hangs.append(point)
-        if again.outside or (outcome and outcome.outside):
-            tally.outside.append(point)
-        if set(names(home)) - set(self.files):
-            tally.left.append(point)
+    def _work(self, commands: tuple[str, ...], said: Path, arm: Callable[[], object] = int) -> None:
+        from fretwear.cli import main
 
-    def sweep(self, kinds: int, error: int, sent: int, points: list[int]) -> Tally:
-        """Let the operations with these numbers fail, each in a run of its own."""
-        tally = Tally()
-        for point in points:
-            home = self.fresh()
-            outcome = self.server.run(home, kinds, point, error, sent)
-            self.judge(tally, point, home, outcome)
-        return tally
+        os.chdir(self.home)
+        log = os.open(said, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+        for stream in (1, 2):
+            os.dup2(log, stream)
+        status = 70
+        arm()
+        try:
+            for command in commands:
+                sys.argv = ["fretwear", command, "two.yaml"]
+                try:
+                    main()
+                except SystemExit as left:
+                    status = int(left.code or 0)
+                if status or self.library.faults_is_child():
+                    break
+        finally:
+            if not self.library.faults_is_child():
+                seen = [self.library.faults_operations(1 << bit) for bit in range(KINDS)]
+                (self.folder / "operations.json").write_text(json.dumps(seen))
+            os._exit(status)
 
-    def without_power(self, points: int, seed: int = 1) -> tuple[Tally, int]:
+    def sweep(self, faults: dict[str, tuple[int, int, int]], every: int,
+              record: Path | None = None) -> list[Tally]:  # fmt: skip
+        """Let operations fail, each in a process of its own, and judge what each leaves."""
+        self.fresh()
+        begun = time.monotonic()
+        tallies = [Tally(name) for name in faults]
+        wanted = (Fault * len(faults))(
+            *(Fault(kinds, error, int(sent), every) for kinds, error, sent in faults.values())
+        )
+        hear, say = os.pipe()
+        answered, answer = os.pipe()
+        child = os.fork()
+        if child == 0:
+            os.close(hear)
+            os.close(answer)
+            settings = (
+                os.fsencode(self.home), os.fsencode(self.copies), wanted, len(wanted),
+                say, answered, os.fsencode(record or ""),
+            )  # fmt: skip
+            said_file = self.folder / "said.txt"
+            self._work(self.commands, said_file, lambda: self.library.faults_arm(*settings))
+        os.close(say)
+        os.close(answered)
+        states: dict[object, tuple[Path, list[tuple[Tally, str]]]] = {}
+        endings: dict[tuple[int, int], list[tuple[int, str]]] = {}
+        with os.fdopen(hear) as events:
+            for line in events:
+                fault, kind, number, place, status, hung, outside = map(int, line.split())
+                copy = self.copies / f"{fault}-{kind}-{number}"
+                said_file = copy.with_name(f"{copy.name}.said")
+                said = said_file.read_text(encoding="utf-8", errors="replace")
+                said_file.unlink()
+                point = f"{kind}:{number}"
+                before = sum(map(len, tallies[fault].found))
+                tallies[fault].note(point, said, status, hung=bool(hung), outside=outside)
+                if sum(map(len, tallies[fault].found)) > before:
+                    print(tallies[fault].name, point, status, said[-3000:], flush=True)
+                words = re.sub(r"P\d+N-\S+|[\d.]+", "", said)
+                endings.setdefault((fault, place), []).append((status, words))
+                key = state_of(copy)
+                kept, points = states.setdefault(key, (copy, []))
+                points.append((tallies[fault], point))
+                if kept != copy:
+                    shutil.rmtree(copy)
+                if len(points) == 1 or number % 100 == 0:
+                    print(f"{time.monotonic() - begun:.0f} s, {point}: {len(states)}", flush=True)
+                os.write(answer, b"x")
+        os.close(answer)
+        assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+        seen = json.loads((self.folder / "operations.json").read_text())
+        for tally, what in zip(tallies, wanted, strict=True):
+            tally.of = sum(seen[bit] for bit in range(KINDS) if what.kinds >> bit & 1)
+        several = [each for each in endings.values() if len(each) > 1]
+        unlike = [set(each) for each in several if len(set(each)) > 1]
+        print(
+            f"{sum(each.points for each in tallies)} points at {len(endings)} places, several at "
+            f"{len(several)}, which end in several ways at {len(unlike)}; {len(states)} states",
+            *unlike,
+            sep="\n",
+            flush=True,
+        )
+        for copy, points in states.values():
+            shutil.rmtree(self.home)
+            copy.rename(self.home)
+            self.judge(points)
+        return tallies
+
+    def judge(self, points: list[tuple[Tally, str]]) -> None:
+        """Run the study again in what a fault has left, and note what is not as it should be."""
+        before = names(self.home)
+        is_merged = any(name.startswith("results/two/figures") for name in before)
+        status, said = self.undisturbed(self.commands if is_merged else COMMANDS[:UNTIL_MERGED])
+        is_same = contents(self.home) == self.expected[is_merged]
+        more = set(names(self.home)) - set(self.files[is_merged])
+        if status or not is_same or more or "Traceback" in said:
+            print(points[0][0].name, points[0][1], status, is_same, more, said[-3000:], flush=True)
+        for tally, point in points:
+            if status or not is_same:
+                tally.changed.append(point)
+            if "Traceback" in said or "defect of fretwear" in said:
+                tally.tracebacks.append(f"{point} (again)")
+            if more:
+                tally.left.append(point)
+
+    def without_power(self, record: Path, points: int, seed: int = 1) -> Tally:
         """Cut the power at random moments: what was not flushed is there or not, or in part."""
-        record = self.folder / "record"
-        home = self.fresh()
-        assert self.server.run(home, record=str(record)).status == 0
-        operations = list(recorded(record, home))
-        tally, generator = Tally(), random.Random(seed)
+        operations = list(recorded(record, self.home))
+        tally = Tally(f"power failure at one of {len(operations)} operations", points)
+        generator = random.Random(seed)
         for _ in range(points):
             point = generator.randrange(len(operations))
-            home = self.fresh()
-            replay(operations[:point], home, generator)
-            self.judge(tally, point, home, None)
-        return tally, len(operations)
+            self.fresh()
+            replay(operations[:point], self.home, generator)
+            tally.points += 1
+            self.judge([(tally, str(point))])
+        return tally
+
+    def at_start(self, name: str, sent: int, points: int) -> Tally:
+        """Send a signal to a process that is starting."""
+        self.fresh()
+        status, said = self.undisturbed(COMMANDS[:1])
+        assert status == 0, said
+        before = state_of(self.home)
+
+        def start(number: int, asked: int) -> tuple[int, str]:
+            environment = {**os.environ, "FAULTS_AT_START": f"{asked}:{number}"}
+            command = [sys.executable, "-m", "fretwear", "plan", "two.yaml"]
+            done = subprocess.run(
+                command, cwd=self.home, env=environment, capture_output=True, text=True, check=False
+            )
+            return done.returncode, done.stderr
+
+        said = start(10**9, 0)[1]
+        # A signal that comes before fretwear listens Python answers in its own way.
+        first, last = (
+            int(said.split(word)[-1].split()[0]) for word in ("begun after", "started after")
+        )
+        tally = Tally(f"{name} while it starts", last - first)
+        for number in range(first, last, max(1, (last - first) // points)):
+            status, said = start(number, sent)
+            tally.note(str(number), said, status, hung=False, outside=0)
+            if status >= 0 and "fretwear: stopped" not in said:
+                print(number, status, said[-1500:], flush=True)
+            if state_of(self.home) != before:
+                tally.changed.append(str(number))
+        return tally
 
 
 def names(home: Path) -> list[str]:
@@ -278,19 +317,33 @@ def names(home: Path) -> list[str]:
     return sorted(str(path.relative_to(home)) for path in home.rglob("*"))
 
 
+def state_of(home: Path) -> frozenset[tuple[str, int]]:
+    """What a folder holds, as far as another run reads it: no log, lock or temporary file."""
+    found = []
+    for path in home.rglob("*"):
+        name = str(path.relative_to(home))
+        is_read = path.is_file() and path.suffix not in (".log", ".lock", ".tmp")
+        content = zlib.crc32(_TIME.sub(b"", path.read_bytes())) if is_read else 0
+        found.append((_TEMPORARY.sub(".tmp", name), content))
+    return frozenset(found)
+
+
 def contents(home: Path) -> dict[str, object]:
-    """Everything in the case files and the summary but the lines that say when."""
+    """Everything in the results but logs, and the lines of case files and summary that say when."""
     import netCDF4
 
     found: dict[str, object] = {}
-    for path in sorted(home.rglob("*.nc")):
-        with netCDF4.Dataset(path) as file:
-            file.set_auto_maskandscale(False)
-            for group in (file, *file.groups.values()):
-                for name, variable in group.variables.items():
-                    found[f"{path.name}/{group.name}/{name}"] = variable[...].tobytes()
-                for name in set(group.ncattrs()) - {"history"}:
-                    found[f"{path.name}/{group.name}.{name}"] = str(group.getncattr(name))
+    for path in sorted((home / "results").rglob("*")):
+        if path.suffix == ".nc":
+            with netCDF4.Dataset(path) as file:
+                file.set_auto_maskandscale(False)
+                for group in (file, *file.groups.values()):
+                    for name, variable in group.variables.items():
+                        found[f"{path.name}/{group.name}/{name}"] = variable[...].tobytes()
+                    for name in set(group.ncattrs()) - {"history"}:
+                        found[f"{path.name}/{group.name}.{name}"] = str(group.getncattr(name))
+        elif path.suffix in (".csv", ".svg", ".png", ".json", ".html"):
+            found[path.name] = path.read_bytes()
     return found
 
 
@@ -381,34 +434,55 @@ def replay(operations, home, generator):  # type: ignore[no-untyped-def]
         (home / name).write_bytes(b"".join(blocks)[:size])
 
 
+def warm(folder: Path, commands: tuple[str, ...]) -> None:
+    """Run the study once, so that no child imports anything or computes what is kept."""
+    from fretwear.cli import main
+
+    with contextlib.chdir(folder), contextlib.redirect_stderr(io.StringIO()) as said:
+        Path("two.yaml").write_text(STUDY)
+        for command in commands:
+            sys.argv = ["fretwear", command, "two.yaml"]
+            with contextlib.suppress(SystemExit):
+                main()
+        assert Path("results/two/summary.nc").exists(), said.getvalue()
+
+
 def main() -> None:
     """Run all faults and write the table."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--serve")
-    parser.add_argument("--points", type=int, default=10**9)
-    parser.add_argument("--only", default="")
+    parser.add_argument("--every", type=int, default=1, help="try every N-th point of each fault")
+    parser.add_argument("--only", default="", help="faults whose name holds these words")
+    parser.add_argument("--commands", type=int, default=len(COMMANDS), help="how many commands")
+    parser.add_argument("--power", type=int, default=200, help="failures of the power")
+    parser.add_argument("--starts", type=int, default=100, help="signals of each kind at the start")
     options = parser.parse_args()
-    if options.serve:
-        serve(options.serve)
-        return
+    library = os.environ.get("LD_PRELOAD", "")
+    if not library.endswith("faults.so"):
+        with tempfile.TemporaryDirectory() as place:
+            library = str(Path(place) / "faults.so")
+            subprocess.run(
+                ["cc", "-shared", "-fPIC", "-O1", "-o", library, HERE / "faults.c", "-ldl"],
+                check=True,
+            )
+            environment = {**os.environ, "LD_PRELOAD": library, "OMP_NUM_THREADS": "1"}
+            command = [sys.executable, "-m", "benchmarks.faults", *sys.argv[1:]]
+            sys.exit(subprocess.run(command, env=environment, check=False).returncode)
     with tempfile.TemporaryDirectory() as place:
-        server = Server(Path(place))
-        trials = Trials(Path(place), server)
-        rows = []
-        for name, (kinds, error, sent) in FAULTS.items():
-            if options.only and options.only not in name:
-                continue
-            count = trials.count(kinds)
-            step = max(1, -(-count // options.points))
-            tally = trials.sweep(kinds, error, sent, list(range(0, count, step)))
-            rows.append(tally.row(name, count))
-            print(rows[-1], tally, flush=True)
-        if not options.only or options.only in "power":
-            tally, count = trials.without_power(min(200, 3 * options.points))
-            rows.append(tally.row(f"power failure at one of {count} operations", 0))
-            print(rows[-1], tally, flush=True)
-        server.close()
-    if not options.only:
+        warm(Path(place), COMMANDS[: options.commands])
+    with tempfile.TemporaryDirectory() as place:
+        trials = Trials(Path(place).resolve(), library, options.commands)
+        record = Path(place) / "record"
+        chosen = {name: each for name, each in FAULTS.items() if options.only in name}
+        tallies = trials.sweep(chosen, options.every, record)
+        if options.power:
+            tallies.append(trials.without_power(record, options.power))
+        if options.starts:
+            tallies += [
+                trials.at_start(name, sent, options.starts) for name, sent in STARTING.items()
+            ]
+    rows = [tally.row() for tally in tallies]
+    print("\n".join(rows), flush=True)
+    if options.every == 1 and not options.only:
         head = (
             "| fault | points tried | results lost or changed | tracebacks | ends without a word "
             "| hangs | files touched outside | files left over |\n" + "|---" + "|---:" * 7 + "|\n"
@@ -417,6 +491,7 @@ def main() -> None:
         table = f"{BEGIN}{head}{chr(10).join(rows)}\n{END}"
         text = re.sub(re.escape(BEGIN) + ".*?" + re.escape(END), lambda _: table, text, flags=re.S)
         PAGE.write_text(text, encoding="utf-8")
+    sys.exit(any(each for tally in tallies for each in tally.found))
 
 
 if __name__ == "__main__":

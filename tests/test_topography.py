@@ -129,7 +129,13 @@ def test_bad_files_get_a_sentence_before_anything_runs(library, tmp_path):
     library.UniformLineScan(np.zeros(50), 1.0, unit="um").to_netcdf(str(line))
     with pytest.raises(CaseError, match="is a line scan"):
         steel(cycles=100, roughness={**rough, "file": str(line)})
-    for file, sentence in (("gone.x3p", "there is none at"), (3, "must be the name of a file")):
+    for file, sentence in (
+        ("gone.x3p", "there is none at"),
+        ("a\0b", "there is none at"),
+        (3, "must be the name of a file"),
+        ("a" * 300, "cannot be read: File name too long"),
+        ("/proc/self/mem", "cannot be read: Input/output error"),
+    ):
         with pytest.raises(CaseError, match=sentence):
             steel(cycles=100, roughness={**rough, "file": file})
 
@@ -140,6 +146,10 @@ def test_a_huge_file_is_not_read(tmp_path):
         sparse.truncate(4 * 2**30)
     with pytest.raises(QuantityError, match="more than the"):
         FILE.read(str(file), True)
+    with file.open("wb") as sparse:
+        sparse.truncate(2 * 10**7)
+    with pytest.raises(QuantityError, match="larger than the 10 MB of a profile"):
+        read_profile(FILE.read(str(file), True))
 
 
 def test_without_the_library_it_is_said_what_to_install(monkeypatch, tmp_path):

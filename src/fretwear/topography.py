@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import re
+import stat
 import warnings
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 MOST_BYTES = 2**30
+_MOST_BYTES_OF_TEXT = 10**7
 _LEAST_POINTS = 4
 _RELAXATIONS = 200
 _TOLD = re.compile(r"(?P<name>[^/]+) sha256:(?P<checksum>[0-9a-f]{64})")
@@ -90,17 +92,25 @@ class SourceFile(Parameter):
         if known := _TOLD.fullmatch(value):
             return Source(known["name"], known["checksum"])
         path = getattr(value, "folder", Path()) / value
-        if not path.is_file():
+        try:
+            status = path.stat()
+            checksum = ""
+            if stat.S_ISREG(status.st_mode) and status.st_size <= MOST_BYTES:
+                checksum = _checksum(path, status.st_mtime_ns, status.st_size)
+        except (FileNotFoundError, NotADirectoryError, ValueError):
+            status = None
+        except OSError as error:
+            raise QuantityError(f"cannot be read: {error.strerror}") from error
+        if status is None or not stat.S_ISREG(status.st_mode):
             raise QuantityError(
                 f"is no file: there is none at {path}", "names are relative to the study file"
             )
-        status = path.stat()
-        if status.st_size > MOST_BYTES:
+        if not checksum:
             raise QuantityError(
                 f"has {size_text(status.st_size)}, more than the {size_text(MOST_BYTES)} allowed",
                 "export the part of the surface that touches",
             )
-        return Source(path.name, _checksum(path, status.st_mtime_ns, status.st_size), str(path))
+        return Source(path.name, checksum, str(path))
 
     def canonical(self, value: Any) -> str:
         """Return name and checksum in a line, which `read` takes back."""
@@ -269,6 +279,8 @@ def read_profile(source: Source) -> tuple[Array, Array]:
     """
     import numpy as np
 
+    if Path(source.path).stat().st_size > _MOST_BYTES_OF_TEXT:
+        raise QuantityError(f"is larger than the {size_text(_MOST_BYTES_OF_TEXT)} of a profile")
     try:
         lines = Path(source.path).read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError) as error:

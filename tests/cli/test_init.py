@@ -48,6 +48,9 @@ def test_the_studies_that_come_with_the_package_are_listed(desk):
     for file in (workspace() / "studies").glob("*.yaml"):
         assert file.stem in said
     assert "Loads, friction, roughness and plastic limits" in said
+    (measured,) = (line for line in said.splitlines() if line.startswith("measured "))
+    assert measured.endswith("pip install 'fretwear[surfaces]'")
+    assert said.count("pip install") == 1
     assert desk.files() == before
     result = desk.call("init", "new", "--study", "dmo")
     assert result.exit_code == 2

@@ -21,6 +21,7 @@ from fretwear.data.safe import (
     atomic_path,
     open_log,
     read_data,
+    reason_of,
     remove_stale_temporaries,
     uninterrupted,
     why_leading_out,
@@ -45,6 +46,12 @@ def test_an_error_names_the_file_the_problem_and_the_remedy_and_can_be_copied():
     for error in (errors[0], both):
         assert str(copy.copy(error)) == str(error)
         assert type(copy.copy(error)) is type(error)
+
+
+def test_an_error_without_words_is_given_some():
+    assert reason_of(ValueError("as it says")) == "as it says"
+    assert reason_of(MemoryError()) == "there is not enough memory"
+    assert "no memory" in reason_of(SystemError("error return without exception set"))
 
 
 @pytest.mark.parametrize(

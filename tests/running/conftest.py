@@ -1,5 +1,7 @@
 """Cases and studies that take a moment, and the workflow as a user has it."""
 
+import multiprocessing
+import os
 import re
 import shutil
 import subprocess
@@ -48,6 +50,25 @@ def load(tmp_path):
     return lambda content: load_study(write_study(tmp_path / "study.yaml", content))
 
 
+# Importing Snakemake takes longer than planning a small study.
+FORKS = multiprocessing.get_context("forkserver")
+FORKS.set_forkserver_preload(["snakemake.cli"])
+SAID = "said.txt"
+
+
+def snakemake(folder, arguments, environment):
+    """Call Snakemake in a process of its own that has it imported."""
+    os.chdir(folder)
+    os.environ.update(environment)
+    sys.path[:0] = filter(None, environment.get("PYTHONPATH", "").split(os.pathsep))
+    log = os.open(SAID, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+    for stream in (1, 2):
+        os.dup2(log, stream)
+    from snakemake.cli import main
+
+    main(arguments)
+
+
 class Checkout:
     """A folder with workflow, profiles and studies, as a user has it."""
 
@@ -68,10 +89,14 @@ class Checkout:
 
     def snakemake(self, *arguments, status):
         """Run Snakemake and return what it said; it must end with this status."""
-        command = [sys.executable, "-m", "snakemake", "--cores", "2", *arguments]
-        done = subprocess.run(command, cwd=self.folder, capture_output=True, text=True, check=False)
-        assert done.returncode == status, done.stdout + done.stderr
-        return done.stdout + done.stderr
+        process = FORKS.Process(
+            target=snakemake, args=(self.folder, ["--cores", "2", *arguments], dict(os.environ))
+        )
+        process.start()
+        process.join()
+        said = (self.folder / SAID).read_text(encoding="utf-8")
+        assert process.exitcode == status, said
+        return said
 
     def jobs(self, *arguments):
         """What a run would do: slugs of the cases to simulate one by one, and the other rules."""

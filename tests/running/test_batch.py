@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 
 import fretwear
 from fretwear.cli import app
+from fretwear.data.locks import Lock, locked
 from fretwear.running.records import ENDED, failures, record
 from fretwear.running.workflow import case_files, is_finished
 from fretwear.study.study import load_study
@@ -182,12 +183,16 @@ def test_a_supervised_batch_can_be_stopped(bench, start, number, status):
     assert not bench.cases()
 
 
-def test_a_checkpoint_beside_a_finished_case_is_removed(bench, whole):
+def test_what_a_killed_process_left_beside_finished_cases_is_removed(bench, whole):
     shutil.copytree(whole.results, bench.results)
-    left = bench.cases()[0].with_suffix(".checkpoint")
-    left.touch()
-    bench.batch()
-    assert not left.exists()
+    first, second, _ = bench.cases()
+    left = [first.with_suffix(".checkpoint"), Lock(first).file]
+    for file in left:
+        file.touch()
+    with locked(second, print) as held:
+        bench.batch()
+        assert held.file.exists()
+    assert not any(file.exists() for file in left)
 
 
 def test_a_case_whose_process_vanished_comes_last(bench, whole):

@@ -27,6 +27,9 @@ def main() -> None:
             app()
     except Stopped as stopped:
         stopped.leave()
+    except MemoryError:  # before a command could begin to tell
+        os.write(2, b"fretwear: error: there is not enough memory to start\n")
+        sys.exit(1)
 
 
 def __getattr__(name: str) -> Any:

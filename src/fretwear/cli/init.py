@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Annotated
 
@@ -52,7 +52,7 @@ def init(
 
     known = {file.stem: file for file in sorted((workspace() / "studies").glob("*.yaml"))}
     if list_:
-        for line in aligned([*_studies(known)], str.ljust, indent=""):
+        for line in aligned([*_studies(known.values())], str.ljust, indent=""):
             say(line)
         return
     if study not in known:
@@ -60,11 +60,8 @@ def init(
     if problem := why_not_writable(folder):
         raise CommandError(problem)
     contents = {Path("Snakefile"): _SNAKEFILE.encode(), Path(".gitignore"): _GITIGNORE.encode()}
-    root, text = workspace(), known[study].read_text(encoding="utf-8")
-    # A study may take surfaces from files beside it.
-    beside = (root / "studies").glob("*/*")
-    named = [file for file in beside if f"{file.parent.name}/{file.name}" in text]
-    for file in (*root.glob("profiles/*/config*.yaml"), known[study], *named):
+    root = workspace()
+    for file in (*root.glob("profiles/*/config*.yaml"), known[study], *_surfaces(known[study])):
         contents[file.relative_to(root)] = file.read_bytes()
     for name, content in contents.items():
         file = folder / name
@@ -82,8 +79,15 @@ def init(
     say(f"\nNow {there}snakemake --cores 2{which}, or change studies/{study}.yaml first")
 
 
-def _studies(known: dict[str, Path]) -> Iterator[tuple[str, ...]]:
+def _surfaces(study: Path) -> list[Path]:
+    """Return the files beside a study from which it takes surfaces."""
+    text = study.read_text(encoding="utf-8")
+    return [file for file in study.parent.glob("*/*") if f"{file.parent.name}/{file.name}" in text]
+
+
+def _studies(files: Iterable[Path]) -> Iterator[tuple[str, ...]]:
     from fretwear.study.yamlfile import read_document
 
-    for name, file in known.items():
-        yield name, str(read_document(file).data["title"])
+    for file in files:
+        takes = "pip install 'fretwear[surfaces]'" if _surfaces(file) else ""
+        yield file.stem, str(read_document(file).data["title"]), takes

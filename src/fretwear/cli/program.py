@@ -96,6 +96,7 @@ def _tell(error: BaseException, call: Call) -> int:
     if not isinstance(error, Exception | Stopped):
         raise error
     from fretwear.cli.progress import Log
+    from fretwear.data.safe import reason_of
 
     log = call.log or Log(format_in_call(call.arguments, os.environ))
     if isinstance(error, Stopped):
@@ -106,7 +107,7 @@ def _tell(error: BaseException, call: Call) -> int:
     if isinstance(error, typer.TyperException):
         log.error(what_is_wrong(error, call.arguments), Status.WRONG_INPUT)
     elif status is not None:
-        log.error(str(error) or name, status)
+        log.error(reason_of(error), status)
     else:
         cause = f"{name}: {error}".rstrip(": ")
         log.error(f"this is a defect of fretwear, please report it: {cause}", 1, defect=error)

@@ -76,6 +76,12 @@ class Lock:
         os.close(self._descriptor)
         self._descriptor = None
 
+    def remove_if_abandoned(self) -> None:
+        """Remove the file that a killed process or a power failure has left, if nobody holds it."""
+        with suppress(OSError, DataFileError):
+            if self.file.exists() and self._try(lambda _: None):
+                self.release()
+
     def holder(self) -> str:
         """Say which process on which machine has the lock."""
         name = ""

@@ -81,6 +81,15 @@ class CaseFilesError(CaseFileError):
         return "\n".join(str(error) for error in self.errors)
 
 
+def reason_of(error: BaseException) -> str:
+    """Say why something failed; compiled libraries that get no memory may leave no words."""
+    if isinstance(error, SystemError):
+        return f"a library failed as where there is no memory ({error})"
+    if isinstance(error, MemoryError):
+        return str(error) or "there is not enough memory"
+    return str(error) or type(error).__name__
+
+
 def write_error(path: Path, cause: OSError | RuntimeError) -> DataFileError:
     """Say why a file could not be written and what to do.
 

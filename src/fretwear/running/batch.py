@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, TextIO, cast
 
 from fretwear.data.files import finished_by, is_finished_case, open_history, write_case
-from fretwear.data.locks import locked
-from fretwear.data.safe import DataFileError, Unfailing, open_log, uninterrupted
+from fretwear.data.locks import Lock, locked
+from fretwear.data.safe import DataFileError, Unfailing, open_log, reason_of, uninterrupted
 from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.integrator import WearError
 from fretwear.running.checkpoint import SECONDS_BETWEEN, Checkpoint
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from fretwear.study.study import Study
 
 # What a job may fail of without a defect of this package; each has a message for people.
-JOB_ERRORS = (ContactError, WearError, DataFileError, MemoryError)
+JOB_ERRORS = (ContactError, WearError, DataFileError, MemoryError, SystemError)
 
 
 @dataclass(frozen=True)
@@ -182,6 +182,7 @@ class BatchRun:
             # A disk that failed when the file had its name already has left this.
             with suppress(OSError):
                 checkpoint_of(self._file(case_id)).unlink(missing_ok=True)
+            Lock(self._file(case_id)).remove_if_abandoned()
         if found:
             self.listener.note(f"{len(found)} of {len(cases)} cases were done before")
         if older:
@@ -223,7 +224,7 @@ class BatchRun:
                         threads=self.threads,
                     )
             except JOB_ERRORS as error:
-                reason = str(error) or type(error).__name__
+                reason = reason_of(error)
             except Exception as error:
                 traceback.print_exc(file=stream)
                 reason = f"this is a defect of fretwear: {type(error).__name__}: {error}"

@@ -1,0 +1,374 @@
+"""Change files at random, and see that every reader takes them or refuses them by a sentence.
+
+``python -m benchmarks.fuzz`` writes the table of docs/reliability.md; ``--share 0.01`` tries a
+hundredth. Study files are compared, value by value and type by type, with what another reader,
+PyYAML with the core schema of YAML 1.2, makes of the same text. Files with a checksum get one that
+fits. They are read in processes of their own, a hundred in each, because the libraries of netCDF
+may crash on what they read.
+"""
+
+from __future__ import annotations
+
+import argparse
+import functools
+import json
+import math
+import os
+import random
+import re
+import sys
+import tempfile
+import time
+import traceback
+import warnings
+from collections import Counter
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from fretwear.data.effects import results_table
+from fretwear.data.files import _LENGTH, add_checksum, open_case, open_history, open_summary
+from fretwear.data.merge import merge_study
+from fretwear.data.safe import DataFileError
+from fretwear.figures.study import FigureEntry, read_figure_index
+from fretwear.running.batch import simulate_to_file
+from fretwear.running.checkpoint import Checkpoint, identity_of, read_checkpoint
+from fretwear.running.records import failures, log_end, record, spent_on_simulations
+from fretwear.running.simulate import run
+from fretwear.running.workflow import case_files, is_finished, write_finished
+from fretwear.study.problems import StudyError
+from fretwear.study.study import load_study
+from fretwear.study.yamlfile import read_document
+
+from .faults import STUDY
+
+REPOSITORY = Path(__file__).parents[1]
+PAGE = REPOSITORY / "docs/reliability.md"
+BEGIN, END = "<!-- written by python -m benchmarks.fuzz -->\n", "<!-- end of fuzz -->"
+BLOCK = 100
+REFUSALS = (DataFileError, StudyError)
+
+# fmt: off
+ODD = (
+    "010", "0o17", "0x1F", "0b11", "1_000", "0:30.5", "1e3", "1E-3", ".5", "5.", "-.5e+7", "+3",
+    "--3", ".inf", "-.Inf", ".NAN", "~", "null", "Null", "nil", "yes", "No", "on", "True", "FALSE",
+    "y", "1e400", "1e-400", "-0", "-0.0", "''", '"7"', "'0x7'", "!!str 3", "!!int '3'", "!!float 3",
+    "!!bool true", "!!null ''", "2001-12-14", "12:30:45", "１２", "٣", "50 N", "208 GPa", "50N",
+    "5 µm", "[]", "{}", "[1, 2", "{a: 1}", "[0, 010, 100]", "&a 3", "*a", "<<", "=", "|", ">",
+    "|\n  x", "# no", "'", '"', "@x", "`", "%", "!x y", "9" * 400, "0." + "3" * 400, "1e", "e1",
+    "0x", "0o8", "+.inf", ".", "-",
+)
+SYNTAX = (
+    ":", " ", "\n", "\t", "#", "-", "[", "]", "{", "}", ",", "'", '"', "&", "*", "!", "|", ">", "%",
+    "?", "\r", "\0", "\x85", "\u2028", "\ufeff", "\x1b", "é", "---\n", "...\n", "  ",
+)
+# fmt: on
+
+
+class CoreLoader(yaml.SafeLoader):
+    """PyYAML with the core schema of YAML 1.2 (section 10.3.2); anchors may be given again."""
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        """Forget an anchor that is given again."""
+        if not self.check_event(yaml.AliasEvent):
+            self.anchors.pop(self.peek_event().anchor, None)
+        return super().compose_node(parent, index)
+
+
+def _integer(loader: Any, node: Any) -> int:
+    text = loader.construct_scalar(node)
+    return int(text, {"0o": 8, "0x": 16}.get(text[:2], 10)) if text[:1] == "0" else int(text)
+
+
+CoreLoader.yaml_implicit_resolvers = {}
+for _tag, _form, _read in (
+    ("null", r"|~|null|Null|NULL", lambda *_: None),
+    ("bool", r"true|True|TRUE|false|False|FALSE", lambda _, node: node.value.lower() == "true"),
+    ("int", r"[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+", _integer),
+    (
+        "float",
+        r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)",
+        lambda _, node: float(re.sub(r"\.(?=[inIN])", "", node.value)),
+    ),
+):
+    CoreLoader.add_implicit_resolver(f"tag:yaml.org,2002:{_tag}", re.compile(f"({_form})$"), None)
+    CoreLoader.add_constructor(f"tag:yaml.org,2002:{_tag}", _read)
+
+
+def changed_text(text: str, chance: random.Random) -> str:
+    """A study with one to three changes: a value, a line, a character."""
+    for _ in range(chance.randint(1, 3)):
+        how, lines = chance.random(), text.split("\n")
+        at = chance.randrange(len(lines))
+        if how < 0.6:  # another value
+            values = list(re.finditer(r"(?<=[:,\[] )[^\n,\[\]{}#]+|(?<=\[)[^\n,\[\]{}#]+", text))
+            if values:
+                place = chance.choice(values)
+                text = text[: place.start()] + chance.choice(ODD) + text[place.end() :]
+        elif how < 0.75:  # a digit or a character more
+            place = chance.randrange(len(text) + 1)
+            text = text[:place] + chance.choice(SYNTAX + tuple("0123456789_.eE+-x")) + text[place:]
+        elif how < 0.85:
+            place = chance.randrange(len(text))
+            text = text[:place] + text[place + chance.randint(1, 4) :]
+        elif how < 0.95:
+            lines.insert(
+                chance.randrange(len(lines) + 1), chance.choice((lines[at], lines[at][1:]))
+            )
+            text = "\n".join(lines)
+        else:
+            del lines[at]
+            text = "\n".join(lines)
+        text = text or "a"
+    return text
+
+
+def changed_bytes(content: bytes, chance: random.Random) -> bytes:
+    """A file with one to four changes: a bit, a byte, a stretch lost, doubled or of zeros."""
+    data = bytearray(content)
+    for _ in range(chance.randint(1, 4)):
+        at, length = chance.randrange(len(data) + 1), chance.choice((1, 2, 4, 8, 64))
+        how = chance.randrange(6)
+        if how == 0 and at < len(data):
+            data[at] ^= 1 << chance.randrange(8)
+        elif how == 1 and at < len(data):
+            data[at] = chance.choice((0, 1, 0x7F, 0x80, 0xFF, chance.randrange(256)))
+        elif how == 2:
+            del data[at : at + length]
+        elif how == 3:
+            data[at:at] = data[at : at + length]
+        elif how == 4:
+            data[at : at + length] = bytes(len(data[at : at + length]))
+        else:
+            data[at:at] = chance.choice(
+                (b'"', b"[", b"]", b"{", b"}", b",", b"1e999", b"\xff", b"null")
+            )
+    return bytes(data)
+
+
+def same(one: Any, other: Any) -> bool:
+    """Whether two plain values are equal and of the same types."""
+    if type(one) is not type(other):
+        return False
+    if isinstance(one, dict):
+        return list(one) == list(other) and all(map(same, one.values(), other.values()))
+    if isinstance(one, list):
+        return len(one) == len(other) and all(map(same, one, other))
+    return one == other or (isinstance(one, float) and math.isnan(one) and math.isnan(other))
+
+
+def read_study(file: Path) -> str:
+    """Read a study file and compare; say what differs."""
+    document = read_document(file)
+    if not document.problems:
+        text = file.read_bytes().decode("utf-8-sig")
+        try:
+            expected = yaml.load(text, CoreLoader)
+        except (yaml.YAMLError, ValueError) as refused:
+            expected = refused
+        if not same(document.data, expected):
+            return f"{text!r}\n{document.data}\n{expected!r}"
+    load_study(file)
+    return ""
+
+
+def of_parameters(file: Path, case: Any) -> str:
+    """Read a checkpoint."""
+    read_checkpoint(file, identity_of(case))
+    return ""
+
+
+def read_case(file: Path) -> str:
+    """Read a case file as a user would."""
+    with open_case(file, full=True) as case, open_history(file) as history:
+        case.load()
+        history.load()
+    return ""
+
+
+def read_summary(file: Path) -> str:
+    """Read a merged study as a user would."""
+    with open_summary(file) as summary:
+        results_table(summary)
+    return ""
+
+
+def read_records(file: Path) -> str:
+    """Read the small files beside the results, each with this content."""
+    content, folder = file.read_bytes(), file.parent
+    for name in (
+        "logs/simulate/a.failed.json",
+        "benchmarks/b/a.tsv",
+        "batches/b.json",
+        "index.json",
+    ):
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(content)
+    (folder / "logs/simulate/a.log").write_bytes(content)
+    found = failures(folder)
+    log_end(folder, "a")
+    spent_on_simulations(folder)
+    is_finished(folder / "batches/b.json", ["a"], {"a": (1, 1.0)})
+    entries = read_figure_index(folder)
+    if set(found) - {"a"} or any("/" in entry.name for entry in entries):
+        return "a name of another place"
+    return ""
+
+
+def attempt(read: Callable[[Path], str], file: Path) -> tuple[str, str]:
+    """Read a file; say whether it was accepted, refused, or what else there was."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            difference = read(file)
+    except REFUSALS as refusal:
+        return ("refused", "") if str(refusal).encode() else ("traceback", "nothing said")
+    except Exception:
+        return "traceback", traceback.format_exc()[-2000:]
+    return ("differs", difference) if difference else ("accepted", "")
+
+
+def trials(read: Callable[[Path], str], corpus: list[bytes], count: int, *, is_text: bool,
+           has_checksum: bool, folder: Path, seed: int) -> Counter[str]:  # fmt: skip
+    """Read changed files in processes of their own; count how it ended."""
+    found: Counter[str] = Counter()
+    for block in range(0, count, BLOCK):
+        get, put = os.pipe()
+        child = os.fork()
+        if child == 0:
+            os.close(get)
+            chance = random.Random(f"{seed} {read} {block}")
+            with os.fdopen(put, "w") as answers:
+                for number in range(min(BLOCK, count - block)):
+                    content, file = chance.choice(corpus), folder / f"{number}.yaml"
+                    if is_text:
+                        text = changed_text(content.decode(), chance)
+                        file.write_bytes(text.encode("utf-8", "surrogatepass"))
+                    else:
+                        file.write_bytes(changed_bytes(content, chance))
+                    if has_checksum:
+                        add_checksum(file)
+                    print(json.dumps(attempt(read, file)), file=answers, flush=True)
+                    file.unlink()
+            os._exit(0)
+        os.close(put)
+        answered = 0
+        with os.fdopen(get) as answers:
+            for line in answers:
+                how, told = json.loads(line)
+                found[how] += 1
+                answered += 1
+                if told:
+                    print(told, flush=True)
+        status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        if status:
+            found["crash"] += 1
+            print(f"ended by {status} at {block + answered}", flush=True)
+    return found
+
+
+def kinds(
+    folder: Path,
+) -> Iterator[tuple[str, Callable[[Path], str], list[bytes], int, bool, bool]]:
+    """Yield what is changed: name, reader, files, how many, text or not, sealed or not."""
+    (folder / "two.yaml").write_text(STUDY)
+    study = load_study(folder / "two.yaml")
+    results = folder / "results"
+    case = None
+    for case_id, case in study.cases().items():
+        simulate_to_file(case, results / f"cases/{case_id}.nc", tell=lambda _: None, command="")
+    merge_study(study, results / "cases", results / "summary.nc")
+    assert case is not None
+    checkpoint = Checkpoint(results / "a.checkpoint", case, print)
+    run(case, [checkpoint], record=checkpoint.record)
+    checkpoint.save()
+    write_finished(results / "batches/b.json", results / "cases", list(study.cases()))
+    record(results, "a", "the wheel came off")
+    entries = [vars(FigureEntry("wear", "A caption.", "profiles"))]
+    small = [
+        (results / "batches/b.json").read_bytes(),
+        (results / "logs/simulate/a.failed.json").read_bytes(),
+        json.dumps(entries).encode(),
+        b"s\th:m:s\tmax_rss\tcpu_time\n1.5\t0:00:01\t100.2\t1.4\n",
+    ]
+    texts = [
+        STUDY.encode(),
+        *(f.read_bytes() for f in sorted((REPOSITORY / "studies").glob("*.yaml"))),
+    ]
+    sealed = {
+        name: [path.read_bytes()[:-_LENGTH] for path in results.glob(name)]
+        for name in ("cases/*.nc", "summary.nc", "*.checkpoint")
+    }
+    assert case_files(results / "cases")
+    yield "study files, values and lines", read_study, texts, 10_000, True, False
+    yield "study files, bytes", read_study, texts, 5_000, False, False
+    yield (
+        "batches, index, records, tables, logs", read_records, small, 60_000, False, False,
+    )  # fmt: skip
+    reader = functools.partial(of_parameters, case=case)
+    yield (
+        "checkpoints, with a checksum that fits",
+        reader,
+        sealed["*.checkpoint"],
+        20_000,
+        False,
+        True,
+    )
+    yield (
+        "case files, with a checksum that fits",
+        read_case,
+        sealed["cases/*.nc"],
+        3_000,
+        False,
+        True,
+    )
+    yield (
+        "summaries, with a checksum that fits",
+        read_summary,
+        sealed["summary.nc"],
+        2_000,
+        False,
+        True,
+    )
+
+
+def main() -> None:
+    """Try all readers and write the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--share", type=float, default=1.0, help="how much of all is tried")
+    parser.add_argument("--only", default="", help="files whose name holds these words")
+    parser.add_argument("--seed", type=int, default=1)
+    options = parser.parse_args()
+    rows, harm = [], 0
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place)
+        for name, read, corpus, most, is_text, has_checksum in kinds(folder):
+            if options.only not in name:
+                continue
+            begun, count = time.monotonic(), math.ceil(options.share * most)
+            found = trials(
+                read, corpus, count,
+                is_text=is_text, has_checksum=has_checksum, folder=folder, seed=options.seed,
+            )  # fmt: skip
+            ended = [
+                found[each] for each in ("accepted", "refused", "traceback", "differs", "crash")
+            ]
+            harm += found["traceback"] + found["differs"]
+            minutes = (time.monotonic() - begun) / 60.0
+            rows.append(f"| {name} | {count} | {' | '.join(map(str, ended))} | {minutes:.1f} |")
+            print(rows[-1], flush=True)
+    if options.share == 1.0 and not options.only:
+        head = (
+            "| files | tried | accepted | refused by a sentence | tracebacks | other values "
+            "| crashes of a library | minutes |\n|---" + "|---:" * 7 + "|\n"
+        )
+        text, table = PAGE.read_text(encoding="utf-8"), f"{BEGIN}{head}{chr(10).join(rows)}\n{END}"
+        pattern = re.escape(BEGIN) + ".*?" + re.escape(END)
+        PAGE.write_text(re.sub(pattern, lambda _: table, text, flags=re.S), encoding="utf-8")
+    sys.exit(harm > 0)
+
+
+if __name__ == "__main__":
+    main()
