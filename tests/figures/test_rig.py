@@ -22,6 +22,13 @@ def test_dots_of_a_crowded_fretting_map_do_not_overlap():
     )
     figure = figures.fretting_map(summary)
     (axes,) = figure.axes
+    assert axes.get_ylabel() == "Normal load (N)"
+    of_lines = summary.assign_coords(load=("load", 1e3 * np.array(LOADS), {"units": "N m-1"}))
+    of_lines["wear_volume"] = of_lines.wear_volume.assign_attrs(units="m2")
+    (line,) = figures.fretting_map(of_lines).axes
+    assert line.get_ylabel() == "Normal load per length (N/mm)"
+    assert "wear volume per length" in line.get_title("left")
+    assert "100" in [tick.get_text() for tick in line.get_yticklabels()]
     assert [each.get_label() for each in axes.collections] == ["partial slip", "gross slip"]
     figure.draw_without_rendering()
     for at, values in ((0, WAYS), (1, LOADS)):

@@ -11,9 +11,17 @@ from matplotlib.figure import Figure
 
 from fretwear.data.dataset import mirrored
 from fretwear.figures.axes import label_or_key
+from fretwear.figures.datasets import variable_of
 from fretwear.figures.style import CATEGORICAL, one_panel, sequential_colours, styled
 from fretwear.study.parameters import parameter
-from fretwear.units import FORCE, MICROMETRE, cycle_text, readable_unit, with_unit
+from fretwear.units import (
+    FORCE_PER_LENGTH,
+    MICROMETRE,
+    PerLength,
+    cycle_text,
+    readable_unit,
+    with_unit,
+)
 from fretwear.vocabulary import BODY_FIELDS, LOOP, RESULTS
 
 MAPPED = ("displacement_amplitude", "displacement_ratio")
@@ -137,9 +145,15 @@ def fretting_map(summary: xr.Dataset, *, ax: Axes | None = None) -> Figure:
     shown = summary.isel(rest).transpose("load", across, ...)
     gross = shown["regime"].mean("cycle", skipna=True).values
     volume = shown["wear_volume"].max("cycle").values
-    unit = readable_unit(volume, "m3")
-    about = parameter(across)
-    way, load = np.meshgrid(shown[across].values / about.unit.size, shown["load"].values)
+    worn = variable_of(shown, "wear_volume")
+    unit = readable_unit(volume, worn.si_unit)
+    pressed = parameter("load")
+    if shown["load"].attrs.get("units") == FORCE_PER_LENGTH.si_unit:
+        pressed = pressed.suiting(PerLength(1.0))
+    axis_of = {across: parameter(across), "load": pressed}
+    way, load = np.meshgrid(
+        *(shown[name].values / about.unit.size for name, about in axis_of.items())
+    )
     figure, axes = one_panel(1, 66.0, ax)
     kinds = np.where(gross == 0.0, "partial slip", np.where(gross == 1.0, "gross slip", "mixed"))
     dots = {}
@@ -156,15 +170,18 @@ def fretting_map(summary: xr.Dataset, *, ax: Axes | None = None) -> Figure:
     for axis, values in ((axes.xaxis, way[0]), (axes.yaxis, load[:, 0])):
         axis.set_ticks(values, [f"{value:g}" for value in values])
         axis.set_ticks([], minor=True)
-    name = f" ({about.unit.name})" if about.unit.name else ""
-    axes.set(xlabel=f"{about.words.capitalize()}{name}", ylabel=f"Normal load ({FORCE.typed})")
+    along, up = (
+        about.words.capitalize() + (f" ({about.unit.name})" if about.unit.name else "")
+        for about in axis_of.values()
+    )
+    axes.set(xlabel=along, ylabel=up)
     axes.margins(0.12)
     key = axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), title="Regime")
     for handle in key.legend_handles:
         handle.set_sizes([30.0])  # type: ignore[union-attr]
     greatest = float(np.nanmax(volume))
     largest = with_unit(f"{unit.of(greatest):.3g}", unit)
-    note = f"width of dots: cube root of {RESULTS['wear_volume'].words}, largest {largest}"
+    note = f"width of dots: cube root of {worn.words}, largest {largest}"
     axes.set_title(note, fontsize="small", loc="left")
     # How far apart neighbours are is known when the axes have their place.
     figure.draw_without_rendering()
