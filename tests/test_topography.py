@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fretwear import topography
-from fretwear.mechanics.roughness import MeasuredRoughness
+from fretwear.mechanics.measured import MeasuredRoughness
 from fretwear.study.case import Case, CaseError
 from fretwear.study.study import load_study
 from fretwear.topography import SourceFile, read_profile, read_topography

@@ -638,7 +638,8 @@ def declared(cls: Any, what: Any = Parameter) -> Mapping[str, Any]:
 @cache
 def derived(cls: Any) -> Mapping[str, Parameter]:
     """Return the properties of a class that say by a `Parameter` what they return."""
-    getters = {name: one.fget for name, one in vars(cls).items() if isinstance(one, property)}
+    found = (item for base in reversed(cls.__mro__) for item in vars(base).items())
+    getters = {name: one.fget for name, one in found if isinstance(one, property)}
     return {
         name: found
         for name, getter in getters.items()

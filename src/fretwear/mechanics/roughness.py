@@ -11,9 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretwear.mechanics.geometry import Array, Even
-from fretwear.parts import Choice, Part, Patch, Quantity, WholeNumber
-from fretwear.topography import Source, SourceFile, Topography, read_topography
-from fretwear.units import QuantityError
+from fretwear.parts import Part, Quantity, WholeNumber
 
 MAX_SLOPE = math.pi / 4.0
 
@@ -23,8 +21,8 @@ MAX_SLOPE = math.pi / 4.0
 _PERIODS = 16
 _BROADEST = 128.0
 _HIGHEST = 6.0
-_TIPS = 2.5
-_STEEPEST = 3.0
+TIPS = 2.5
+STEEPEST = 3.0
 
 
 class Roughness(Part):
@@ -350,12 +348,12 @@ class SelfAffineRoughness(Roughness):
     @property
     def tips(self) -> float:
         """Height of tips as a rule, m."""
-        return _TIPS * self.rms_height
+        return TIPS * self.rms_height
 
     @property
     def steepest(self) -> float:
         """Three times the root mean square of the slope."""
-        return _STEEPEST * self.rms_slope
+        return STEEPEST * self.rms_slope
 
     @property
     def problem(self) -> tuple[str, str] | None:
@@ -395,144 +393,6 @@ class SelfAffineRoughness(Roughness):
         amplitude = self.rms_height * np.sqrt(2.0 * power / power.sum())
         waves: NDArray[np.complex128] = amplitude * np.exp(1j * _phases(self.seed, len(power) - 1))
         return waves
-
-
-@dataclass(frozen=True)
-class MeasuredRoughness(Roughness):
-    """A measured topography, its centre under the tip of the indenter.
-
-    Heights are those of the file, upwards out of its body, less their mean or the plane that fits
-    them best; between the points a bicubic spline, beyond the border the height of the border.
-    Seen from above both, the indenter's is turned over: about the y axis.
-    """
-
-    file: Annotated[
-        Source,
-        SourceFile(
-            "measured surface",
-            "file",
-            "surfaces/disc.x3p",
-            "File of a profilometer or a microscope, relative to the study file.",
-        ),
-    ]
-    tilt: Annotated[
-        str,
-        Choice("tilt", "tilt of the surface", ("remove", "keep"), "Whether to level the surface."),
-    ] = "remove"
-    patch: Annotated[
-        tuple[float, float, float, float] | None,
-        Patch(
-            "patch",
-            "patch of the surface",
-            "Part to take, [x, y, width, height] from the corner; none: all.",
-        ),
-    ] = None
-    body: Annotated[
-        str, Choice("body", "body of the surface", ("flat", "indenter"), "Which body it is of.")
-    ] = "flat"
-    kind: Literal["measured"] = "measured"
-
-    # Points are as fine as a grid is to be, or half as fine.
-    detail: ClassVar[str] = "distance of two points"
-    cells: ClassVar[int] = 4
-
-    def height(self, x: Array, y: Array) -> Array:
-        """Added to the gap, m: what stands out of either body takes from it."""
-        from scipy.interpolate import RectBivariateSpline
-
-        data = read_topography(self.file, self.tilt == "remove", self.patch)
-        spline = RectBivariateSpline(data.x, data.y, data.heights)
-        x, y = np.broadcast_arrays(x if self.body == "flat" else -np.asarray(x), y)
-        half_x, half_y = data.x[-1], data.y[-1]
-        at = np.clip(x, -half_x, half_x), np.clip(y, -half_y, half_y)
-        result: Array = -spline.ev(*at)
-        return result
-
-    @property
-    def _data(self) -> Topography | None:
-        """The topography; None for a case that was read from a dataset, without its file."""
-        if not self.file.path:
-            return None
-        return read_topography(self.file, self.tilt == "remove", self.patch)
-
-    @property
-    def rms_height(
-        self,
-    ) -> Annotated[float, Quantity("m", r"$h_\mathrm{rms}$", "rms height of the roughness", "um")]:
-        """Root mean square of the heights."""
-        return math.nan if self._data is None else float(self._data.heights.std())
-
-    @property
-    def rms_slope(
-        self,
-    ) -> Annotated[float, Quantity("1", r"$h^\prime_\mathrm{rms}$", "rms slope of the roughness")]:
-        """Root mean square of the slope between neighbouring points."""
-        data = self._data
-        if data is None:
-            return math.nan
-        squares = (
-            np.square(np.diff(data.heights, axis=axis) / data.spacing[axis]).mean()
-            for axis in (0, 1)
-        )
-        return math.sqrt(sum(squares))
-
-    @property
-    def missing_points(
-        self,
-    ) -> Annotated[float, Quantity("1", "missing", "points without a height, filled")]:
-        """How many points were not measured."""
-        return math.nan if self._data is None else float(self._data.missing)
-
-    @property
-    def finest(self) -> tuple[float, float]:
-        """Twice the distance of points along x and y, m."""
-        if self._data is None:
-            return math.inf, math.inf
-        return 2.0 * self._data.spacing[0], 2.0 * self._data.spacing[1]
-
-    @property
-    def is_known(self) -> bool:
-        """Whether the file is there."""
-        return self._data is not None
-
-    @property
-    def sides(self) -> tuple[float, float]:
-        """Lengths of the sides, m."""
-        return (math.inf, math.inf) if self._data is None else self._data.sides
-
-    @property
-    def wavelengths(self) -> tuple[float, float]:
-        """A quarter of the sides, m: the next tip is hardly farther away."""
-        return self.sides[0] / 4.0, self.sides[1] / 4.0
-
-    @property
-    def highest(self) -> float:
-        """Largest magnitude of a height, m."""
-        return 0.0 if self._data is None else float(np.abs(self._data.heights).max())
-
-    @property
-    def tips(self) -> float:
-        """Height of tips as a rule, m."""
-        return min(_TIPS * self.rms_height, self.highest)
-
-    @property
-    def steepest(self) -> float:
-        """Three times the root mean square of the slope."""
-        return _STEEPEST * self.rms_slope
-
-    @property
-    def problem(self) -> tuple[str, str] | None:
-        """What is wrong with the file."""
-        try:
-            _ = self._data
-        except QuantityError as error:
-            return f"file {self.file.name}: {error.rule}", error.hint
-        return None
-
-    @property
-    def slug(self) -> str:
-        """The name of the file and the beginning of its checksum."""
-        return self.file.slug
 
 
 @dataclass(frozen=True)

@@ -85,6 +85,11 @@ class Indenter(Part):
         """Length along x and along y, m, that a grid has to resolve; inf where there is none."""
         return math.inf, math.inf
 
+    @property
+    def is_known(self) -> bool:
+        """Whether the shape is at hand: that of a file is not where it is missing."""
+        return True
+
     def hertz(self, normal: Normal, modulus: float) -> HertzContact | LineContact:
         """The smooth contact that gives the scales, of bodies of a composite modulus, Pa."""
         return normal.hertz(self.smooth, self.curvature_radius, modulus)
@@ -458,7 +463,12 @@ class ProfileIndenter(_Round):
     @property
     def curvature_radius(self) -> float:
         """So large that a contact ends within nine tenths of the profile, m."""
-        return 4.5 * _FileProfile(self.file).reach if self.file.path else math.inf
+        return 4.5 * _FileProfile(self.file).reach if self.is_known else math.inf
+
+    @property
+    def is_known(self) -> bool:
+        """Whether the file is there."""
+        return bool(self.file.path)
 
     @property
     def problem(self) -> tuple[str, str] | None:

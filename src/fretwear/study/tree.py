@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Annotated, Any, Self, get_type_hints
 
+import fretwear.mechanics.measured  # noqa: F401 - its kinds
 from fretwear.mechanics.geometry import Even
 from fretwear.mechanics.loading import Loading, Normal
 from fretwear.mechanics.materials import Bodies, Friction
