@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fretwear import topography
-from fretwear.mechanics.measured import MeasuredRoughness
+from fretwear.mechanics.measured import HeightMapIndenter, MeasuredRoughness
 from fretwear.study.case import Case, CaseError
 from fretwear.study.study import load_study
 from fretwear.topography import SourceFile, read_profile, read_topography
@@ -80,6 +80,30 @@ def test_what_stands_out_of_either_body_closes_the_gap(written):
     # Turned over about the y axis.
     turned = MeasuredRoughness(written(heights), tilt="keep", body="indenter")
     np.testing.assert_allclose(turned.height(*at), flat.height(-at[0], at[1]), atol=1e-18)
+
+
+def test_a_height_map_is_an_indenter_about_its_apex(written):
+    tip = HeightMapIndenter(written(-((X - 3e-6) ** 2 + 2 * (Y + 2e-6) ** 2) / 20e-3 + wave(X, Y)))
+    assert tip.curvature_radius == pytest.approx(20e-3 / 3, rel=0.2)
+    # Turned over, and beyond the map the paraboloid goes on.
+    x, y = np.linspace(-15e-6, 15e-6, 7)[:, None], np.linspace(-12e-6, 10e-6, 5)[None, :]
+    smooth = HeightMapIndenter(written(-((X - 3e-6) ** 2 + 2 * (Y + 2e-6) ** 2) / 20e-3, "s.nc"))
+    for far in (1.0, 9.0):
+        exact = ((far * x) ** 2 + 2 * (far * y) ** 2) / 20e-3
+        np.testing.assert_allclose(smooth.gap(far * x, far * y), exact, rtol=1e-6, atol=1e-15)
+    assert np.ptp(tip.gap(x, y) - smooth.gap(x, y)) > 1e-8
+    # On the lines of a grid and at any points alike.
+    every = tip.gap(*np.broadcast_arrays(x, y))
+    np.testing.assert_allclose(tip.gap(x, y), every, rtol=1e-12, atol=1e-18)
+
+
+@pytest.mark.parametrize(
+    ("heights", "rule"),
+    [((X**2 + Y**2) / 20e-3, "convex"), ((X**2 - Y**2), "convex"), (2 * X - X**2 - Y**2, "beyond")],
+)
+def test_a_height_map_needs_a_tip(written, heights, rule):
+    with pytest.raises(CaseError, match=rule):
+        steel(radius=None, indenter={"kind": "height_map", "file": written(heights)})
 
 
 @pytest.mark.usefixtures("library")

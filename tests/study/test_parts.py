@@ -116,6 +116,11 @@ INDENTERS = (
     {"kind": "ellipsoid", "radius_x": "10 mm", "radius_y": "20 mm"},
     {"kind": "crossed_cylinders", "radii": ["10 mm", "8 mm"], "angle": "60 deg"},
     {"kind": "profile", "file": str(Path(__file__).with_name("tip.csv"))},
+    {
+        "kind": "height_map",
+        "file": str(Path(__file__).with_name("tip.nc")),
+        "patch": ["0.1 mm", "0.1 mm", "1 mm", "1 mm"],
+    },
     {"kind": "round_punch", "flat_radius": "50 um", "edge_radius": "10 mm"},
 )
 DIMPLE = {"kind": "dimple", "depth": "0.5 um", "width": "20 um"}

@@ -146,7 +146,7 @@ def _with_gap_outside(
     if not more.size or "pressure" not in dataset or "parameters" not in dataset.attrs:
         return x, gaps
     case = Case(**json.loads(dataset.attrs["parameters"]))
-    if case.rough is not None and not case.rough.is_known:
+    if not all(part.is_known for part in case.surfaces.values()):
         return x, gaps
     whole = mirrored(dataset[["pressure"]]).transpose("cycle", "x", ...)
     pressure, at_x, at_y = whole["pressure"].values, whole["x"].values[:, None], np.zeros((1, 1))
