@@ -11,7 +11,7 @@ import numpy as np
 
 from fretwear.mechanics.geometry import Array
 from fretwear.mechanics.roughness import STEEPEST, TIPS, Roughness
-from fretwear.mechanics.surfaces import Indenter
+from fretwear.mechanics.surfaces import UNKNOWN_RADIUS, Indenter
 from fretwear.parts import Choice, Part, Patch, Quantity
 from fretwear.topography import Source, SourceFile, Topography, read_topography
 from fretwear.units import QuantityError
@@ -210,7 +210,7 @@ class HeightMapIndenter(_Map, Indenter):
     @property
     def curvature_radius(self) -> float:
         """Radius, m, of a sphere of the mean curvature of the paraboloid."""
-        return _paraboloid(self.file, self.patch).radius if self.is_known else math.inf
+        return _paraboloid(self.file, self.patch).radius if self.is_known else UNKNOWN_RADIUS
 
     def _check(self) -> None:
         if self.is_known:

@@ -33,6 +33,9 @@ from fretwear.units import QuantityError
 LEAST_AXIS_RATIO = 0.05
 """Half-axes of an ellipse that is still a point contact."""
 
+UNKNOWN_RADIUS = 1.0
+"""Radius, m, that stands for that of a shape whose file is missing."""
+
 _TABLE = 1000
 
 
@@ -396,8 +399,10 @@ class _Round(Indenter):
         """As the method of dimensionality reduction has it."""
         raise NotImplementedError
 
-    def hertz(self, normal: Normal, modulus: float) -> RoundContact:
+    def hertz(self, normal: Normal, modulus: float) -> HertzContact | LineContact:
         """The smooth contact."""
+        if not self.is_known:
+            return super().hertz(normal, modulus)
         load, approach = normal.given
         if load is not None:
             return RoundContact.under(self.profile, load, modulus)
@@ -463,7 +468,7 @@ class ProfileIndenter(_Round):
     @property
     def curvature_radius(self) -> float:
         """So large that a contact ends within nine tenths of the profile, m."""
-        return 4.5 * _FileProfile(self.file).reach if self.is_known else math.inf
+        return 4.5 * _FileProfile(self.file).reach if self.is_known else UNKNOWN_RADIUS
 
     @property
     def is_known(self) -> bool:
@@ -474,7 +479,7 @@ class ProfileIndenter(_Round):
     def problem(self) -> tuple[str, str] | None:
         """What is wrong with the file."""
         try:
-            read_profile(self.file) if self.file.path else None
+            read_profile(self.file) if self.is_known else None
         except QuantityError as error:
             return f"file {self.file.name}: {error.rule}", error.hint
         return None
