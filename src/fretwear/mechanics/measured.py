@@ -177,7 +177,7 @@ class HeightMapIndenter(_Map, Indenter):
     file: Annotated[
         Source,
         SourceFile(
-            "height map",
+            "file of the indenter",
             "file",
             "tip.x3p",
             "File of a profilometer or a microscope, relative to the study file.",

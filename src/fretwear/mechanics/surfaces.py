@@ -448,7 +448,7 @@ class ProfileIndenter(_Round):
     file: Annotated[
         Source,
         SourceFile(
-            "profile",
+            "file of the indenter",
             "file",
             "tip.csv",
             "Two columns, distance from the axis and height, named with units in the first line.",
