@@ -15,6 +15,7 @@ from fretwear.mechanics.loading import DisplacementRatio, NormalLoad, Tangential
 from fretwear.mechanics.loop import loop
 from fretwear.mechanics.materials import ElasticBodies
 from fretwear.mechanics.measures import measure
+from fretwear.mechanics.roughness import WavyRoughness
 from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.surfaces import Cylinder, FlatPunch
 from fretwear.theory import LineLimitingState, gross_slip_energy
@@ -34,8 +35,9 @@ def rubbing(load_ratio, **changes):
         "normal": NormalLoad(LOAD),
         "extent": (1.15 * A, 1.15 * A),
         "loading": TangentialRatio(load_ratio),
+        "spacing": (A / 64, A / 64),
     }
-    return fretting(bodies=STEEL, spacing=(A / 64, A / 64), geometry=Line, **{**given, **changes})
+    return fretting(bodies=STEEL, geometry=Line, **{**given, **changes})
 
 
 def test_the_influence_is_symmetric_and_positive():
@@ -161,6 +163,30 @@ def test_wear_under_a_displacement_against_explicit_steps():
     assert last.geometry.integral(last.wear) == pytest.approx(line.integral(wear), rel=2e-3)
     assert last.reduced.load == pytest.approx(held, rel=4e-3)
     assert last.reduced.load > 1.05 * problem.stick_load
+
+
+def test_waves_across_the_line():
+    """In full contact waves A cos kx add −(E*kA/2) cos kx to the pressure: Westergaard (1939)."""
+    length = 0.25 * A
+    height = 0.2 * HERTZ.peak_pressure * length / (math.pi * STEEL.composite_modulus)
+    waves = WavyRoughness(height, math.atan(4.0 * height / length), 0.0)
+    problem = rubbing(0.5, roughness=waves, spacing=(length / 32, length / 32))
+    state = first_loading(problem)
+    x, pressure = state.geometry.x, state.pressure[:, 0]
+    inside = x < 2.0 * length
+    ripple = (pressure - HERTZ.pressure(x))[inside] / HERTZ.peak_pressure
+    expected = -0.2 * np.cos(2.0 * math.pi * x[inside] / length)
+    assert ripple == pytest.approx(expected, abs=4e-3)
+    assert state.geometry.integral(state.pressure) == pytest.approx(LOAD)
+    steep = WavyRoughness(20.0 * height, math.atan(80.0 * height / length), 0.0)
+    higher = replace(problem, roughness=steep)
+    *_, last = evolve(higher, [20.0 / (problem.growth_rate * HERTZ.peak_pressure)])
+    closed = last.pressure[:, 0] > 0
+    assert np.diff(np.flatnonzero(closed)).max() > 1  # tips, and none of them beyond the strips
+    tips = last.geometry.half_space(STEEL.composite_modulus).displacement(last.pressure)
+    gap = (tips + higher.unworn(last.geometry) + last.wear)[:, 0] - last.approach
+    assert abs(gap[closed]).max() < 1e-4 * last.approach
+    assert gap.min() > -1e-4 * last.approach
 
 
 def test_where_it_yields_the_load_is_kept_and_the_stick_zone_shrinks():

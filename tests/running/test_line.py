@@ -107,9 +107,9 @@ def test_bare_numbers_are_forces_per_length():
             {
                 **CYLINDER,
                 "load": "18.5 N/mm",
-                "roughness": {"amplitude": "1 um", "slope_x": "1 deg", "slope_y": "0 deg"},
+                "roughness": {"amplitude": "1 um", "slope_x": "1 deg", "slope_y": "1 deg"},
             },
-            ("line contacts are smooth", "roughness: none"),
+            ("the same along y", "slope_y: 0 deg"),
         ),
         ({**CYLINDER, "load": "18.5 N/mm", "tangential_load": "20 N/mm"}, ("µP = 9.25 N/mm",)),
         (

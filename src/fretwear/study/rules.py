@@ -284,17 +284,10 @@ def _compliance_is_of_a_line(case: CaseTree) -> Problem | None:
 
 
 def _stroke_is_even(case: CaseTree) -> Problem | None:
-    if not case.loading.stroke or case.roughness is not None or all(case.indenter.even):
+    if not case.loading.stroke or all(case.indenter.even):
         return None
     rule = f"is for indenters even along x and y, which this {case.indenter.kind} is not"
     return Problem(case.loading.kind, None, rule, "turn its axes into x and y")
-
-
-def _stroke_is_smooth(case: CaseTree) -> Problem | None:
-    if not case.loading.stroke or case.roughness is None or case.indenter.is_line:
-        return None
-    rule = "does not go with sliding_amplitude, over which bodies are smooth"
-    return Problem("roughness", case.roughness.kind, rule, "write roughness: none")
 
 
 def _bodies_wear_apart(case: CaseTree) -> Problem | None:
@@ -351,12 +344,19 @@ def _sphere_slip_needs_a_sphere(case: CaseTree) -> Problem | None:
     return Problem("slip_model", model, rule, "write slip_model: jaeger")
 
 
-def _line_is_smooth(case: CaseTree) -> Problem | None:
-    if not case.indenter.is_line or case.rough is None:
-        return None
-    rule = f"cannot be on a {case.indenter.kind}: line contacts are smooth"
-    name = "counterface" if case.roughness is None else "roughness"
-    return Problem(name, case.surfaces[name].kind, rule, f"write {name}: none")
+def _line_is_straight(case: CaseTree) -> Problem | None:
+    """A line contact is the same all along y, and even along x; over a stroke it is smooth."""
+    for name, part in case.surfaces.items():
+        if not (case.indenter.is_line or case.loading.stroke) or name == "indenter":
+            continue
+        if case.loading.stroke:
+            rule = "does not go with sliding_amplitude, over which bodies are smooth"
+            return Problem(name, part.kind, rule, f"write {name}: none")
+        if not (part.even[0] and math.isinf(part.finest[1])):
+            kind = case.indenter.kind
+            rule = f"cannot be on a {kind}: a line contact is even along x and the same along y"
+            return Problem(name, part.kind, rule, f"write {name}: none, or waves of slope_y: 0 deg")
+    return None
 
 
 def _surfaces_are_sound(case: CaseTree) -> Problem | None:
@@ -379,14 +379,13 @@ RULES: tuple[Rule, ...] = (
     Rule(frozenset({"indenter", "normal", "loading"}), _line_has_no_approach),
     Rule(frozenset({"indenter", "loading"}), _compliance_is_of_a_line),
     Rule(frozenset({"indenter", "cell"}), _line_has_one_spacing),
-    Rule(frozenset({"indenter", "loading", "roughness"}), _stroke_is_even),
-    Rule(frozenset({"indenter", "loading", "roughness"}), _stroke_is_smooth),
+    Rule(frozenset({"indenter", "loading"}), _stroke_is_even),
     Rule(_CONTACT | {"loading", "wear_law", "friction_law"}, _bodies_wear_apart),
     Rule(
         _CONTACT | {"loading", "wear_law", "friction_law", "cycles", "debris_fraction"},
         _scar_is_small,
     ),
-    Rule(frozenset({"indenter", "roughness", "counterface"}), _line_is_smooth),
+    Rule(frozenset({"indenter", "loading", "roughness", "counterface"}), _line_is_straight),
     Rule(frozenset({"indenter", "normal", "loading"}), _others_need_forces),
     Rule(frozenset({"indenter", "slip_model"}), _sphere_slip_needs_a_sphere),
     Rule(frozenset({"indenter", "roughness", "counterface"}), _surfaces_are_sound),

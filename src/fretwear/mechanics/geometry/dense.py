@@ -155,18 +155,23 @@ class DenseCells:
         """Index of all cells, and their distances, m."""
         return [((slice(None), 0), self.x)]
 
-    def ahead_of(self, problem: Problem, contact: Loaded) -> Self:  # noqa: ARG002
+    def ahead_of(self, problem: Problem, contact: Loaded) -> Self:
         """Cells that reach further if the next step may bring the contact to the border."""
-        return self.reaching(self._radius(contact.pressure))
+        return self._around(problem, contact.pressure)
 
     def holding(
         self,
-        workspace: Workspace,  # noqa: ARG002 - a smooth contact grows at its border
+        workspace: Workspace,
         pressure: Array,
         approach: float,  # noqa: ARG002
     ) -> Self:
         """These cells, or ones that the contact fits into."""
-        return self.reaching(self._radius(pressure))
+        return self._around(workspace.problem, pressure)
+
+    def _around(self, problem: Problem, pressure: Array) -> Self:
+        """Cells that hold a contact, and where it is rough a wavelength more, to the next tip."""
+        beyond = problem.wavelengths[0] if problem.wavelengths else 0.0
+        return self.reaching(self._radius(pressure) + beyond)
 
     def _last(self, field: NDArray[Any]) -> int:
         """The outermost cell where a field is not zero; -1 for none."""

@@ -43,10 +43,19 @@ class Line(DenseCells):
 
     @classmethod
     def first(cls, problem: Problem) -> Line:
-        """Strips for the first loading of a problem, graded to the edge of its stick zone."""
-        edges = edges_about_stick(problem, problem.extent[0], _FINER / problem.coarseness)
+        """Strips for the first loading of a problem, graded to the edge of its stick zone.
+
+        Those of a rough contact, which sticks and slips in many places, are all alike.
+        """
         assert isinstance(problem.hertz, LineContact)
-        return cls(edges, problem.hertz.reference)
+        if problem.wavelengths is None:
+            edges = edges_about_stick(problem, problem.extent[0], _FINER / problem.coarseness)
+            return cls(edges, problem.hertz.reference)
+        width = problem.spacing[0] * problem.coarseness
+        count = math.ceil((problem.extent[0] + problem.wavelengths[0]) / width)
+        return cls(
+            tuple(float(each) for each in np.arange(count + 1) * width), problem.hertz.reference
+        )
 
     @cached_property
     def areas(self) -> Array:
