@@ -25,6 +25,7 @@ from fretwear.cli.common import (
 )
 from fretwear.cli.completion import case_files
 from fretwear.units import (
+    Unit,
     in_unit,
     readable_unit,
     smallest_unit,
@@ -170,8 +171,10 @@ def case_lines(content: dict[str, Any]) -> Iterator[str]:
     for name, result in content["results"].items():
         values = [result["values"][0], result["values"][-1], content["unworn"].get(name)]
         units, errors = result["units"], result["errors"] or [None]
-        told, unit = _texts(values, units, [errors[0], errors[-1], None])
-        rows.append((RESULTS[name].in_units(units).marked, *told, unit))
+        about = RESULTS[name].in_units(units)
+        usual = about.unit if units == "1" else None
+        told, unit = _texts(values, units, [errors[0], errors[-1], None], usual)
+        rows.append((about.marked, *told, unit))
     yield from aligned(rows)
     yield ""
     yield _MARK
@@ -345,11 +348,14 @@ def _told(
 
 
 def _texts(
-    values: Sequence[float | None], si_unit: str, errors: Sequence[float | None] = ()
+    values: Sequence[float | None],
+    si_unit: str,
+    errors: Sequence[float | None] = (),
+    usual: Unit | None = None,
 ) -> tuple[list[str], str]:
-    """Write results with their errors in one unit for people, which comes second."""
-    unit = readable_unit([value for value in values if value is not None], si_unit)
-    if not any(values):
+    """Write results with their errors in one unit for people, the usual one if any, and it."""
+    unit = usual or readable_unit([value for value in values if value is not None], si_unit)
+    if not any(values) and usual is None:
         unit = smallest_unit(si_unit)  # nothing is no thousands of anything
     texts = [
         "-" if value is None else with_error(unit.of(value), unit.of(error or 0.0), _DIGITS)

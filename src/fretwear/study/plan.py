@@ -120,5 +120,8 @@ def _parameters(point: Point) -> dict[str, float | str]:
     for (name, value), label in zip(point.values.items(), point.labels.values(), strict=True):
         found[coordinate(name)] = value if isinstance(value, float | int | str) else label
     if point.case is not None:
-        found |= {name: value for name, (value, *_) in point.case.scalar_coordinates().items()}
+        known = point.case.scalar_coordinates()
+        # A table has its first value among the numbers of a dataset, which is no name for it.
+        tables = {name for name in found if f"{name}_over_cycles" in known}
+        found |= {name: value for name, (value, *_) in known.items() if name not in tables}
     return found
