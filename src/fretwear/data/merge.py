@@ -81,7 +81,7 @@ PROFILES: dict[str, Field] = {
 NOT_DONE = -1
 """What ``contact_state`` is at points and cycles that are not there; other fields are NaN."""
 
-_HISTORIES = (CYCLE.name, *HEADLINES)
+_HISTORIES = (CYCLE.name, *HEADLINES, "tangential_force")
 _CHUNK_BYTES = 32 << 20
 _MOST_SOURCES = 10
 _OTHER_CODE = "it was computed by other code than fretwear has now (another code_digest)"
@@ -461,7 +461,7 @@ def _write_profiles(
             variable.setncatts({**_profile_attributes(field), "coordinates": beside})
         group = file.createGroup(HISTORY_GROUP)
         group.createDimension(STEP.name, steps)
-        told = (RESULTS[n].in_units(dataset[n].attrs["units"]) for n in HEADLINES)
+        told = (RESULTS[n].in_units(dataset[n].attrs["units"]) for n in _HISTORIES[1:])
         for each in (CYCLE, *told):
             chunk = (*(1 for _ in points), steps)
             variable = group.createVariable(

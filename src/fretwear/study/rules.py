@@ -412,7 +412,8 @@ def _blocks_are_sound(case: CaseTree) -> Problem | None:
             rule = f"has a block number {number} that lacks a parameter of what it imposes"
             return Problem("blocks", None, rule)
         found = next(filter(None, (rule.find(block) for rule in RULES[:-1])), None)
-        if found is not None:
+        # What is wrong with the base is told there.
+        if found is not None and found not in (rule.find(case) for rule in RULES[:-1]):
             rule = f"has a block number {number} whose {found.key} {found.rule}"
             return Problem("blocks", None, rule, found.remedy)
     return None
