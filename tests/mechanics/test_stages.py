@@ -8,8 +8,9 @@ import pytest
 from fretwear.mechanics import integrator
 from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.geometry import Workspace
-from fretwear.mechanics.integrator import StageSolver, evolve
+from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.slip import WearLayer
+from fretwear.mechanics.stages import StageSolver
 from fretwear.mechanics.state import Stage, WearProblem
 
 from .problems import HERTZ, P0, ROUGH, SMOOTH, fretting

@@ -4,26 +4,21 @@ One cycle wears Δw = 4 K_w p s = β p g* with β = 4 K_w µκ, so over the cycl
 equation is stiff: pressure reacts at once to wear of a fraction of a micrometer. Each step is
 TR-BDF2 (`fretwear.mechanics.tr_bdf2`) for the exponent x = β∫p dN, from which wear follows in
 closed form.
-
-A stage asks for the pressure whose wear gives the shape that carries it: one normal contact with
-a `fretwear.mechanics.slip.WearLayer`. Where the pressure is at its limit the surface sinks by
-the penetration of that contact. This changes the contact at the reduced load, which is solved
-again on the stage's own shape, in turn with the contact itself, until the wear no longer changes.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from math import inf, sqrt
+from math import sqrt
 from typing import Any
 
 import numpy as np
 
-from fretwear.mechanics.contact import Accuracy, Contact, ContactError, Layer
+from fretwear.mechanics.contact import Accuracy, Contact, ContactError
 from fretwear.mechanics.geometry import Array, Workspace
-from fretwear.mechanics.slip import WearLayer
 from fretwear.mechanics.solver import solve_contact
+from fretwear.mechanics.stages import StageSolver, all_worn, load_of
 from fretwear.mechanics.state import Stage, State, WearProblem
 from fretwear.mechanics.tr_bdf2 import (
     ACCEPTED,
@@ -45,9 +40,6 @@ _BEYOND = (1.0 - GAMMA) / GAMMA
 _FIRST_STEP = 0.09
 _FLOW_EXPONENT = 1.0
 _DEFAULT_TOLERANCE = 0.01
-_LARGEST_SWEEPS = 12
-# A cell with less than this part of the mean pressure carries none.
-_IDLE = 1e-3
 # Part of the tolerance for a contact that slides as a whole: nothing holds its pressure, which errs
 # by twenty times what the wear does.
 _GLIDING = 0.25
@@ -195,7 +187,7 @@ def _loaded(
 ) -> State:
     """The state of a contact from which a loading begins."""
     problem, ground = workspace.problem.at(cycle), workspace.on(geometry)
-    load = _load_of(problem, geometry, contact)
+    load = load_of(problem, geometry, contact)
     shape = ground.unworn + plastic
     reduced = problem.slip_model.reduced(
         problem,
@@ -221,13 +213,6 @@ def _loaded(
         source_rate=np.zeros(geometry.shape),
         convolutions=spent + reduced.convolutions,
     )
-
-
-def _load_of(problem: WearProblem, geometry: Any, contact: Contact) -> float:
-    """P, N, of a contact."""
-    held, _ = problem.normal.given
-    load = geometry.integral(contact.pressure) if held is None else held
-    return float(load)
 
 
 @dataclass(frozen=True)
@@ -384,7 +369,7 @@ class _Integrator:
         worn = whole.displacement(second.pressure)
         if kept:
             opened = worn - base.opening
-            worn = base.wear + _all_worn(kept, opened, base.reduced.gap, shift, exponent)
+            worn = base.wear + all_worn(kept, opened, base.reduced.gap, shift, exponent)
         return base.geometry.integral(np.abs(worn - second.wear))
 
     def _exponent(
@@ -418,207 +403,3 @@ class _Integrator:
         self._solver = StageSolver(self.workspace, geometry, self.tolerance, self.accuracy)
         self._solver.convolutions = spent
         self.workspace.keep_only(geometry)
-
-
-class StageSolver:
-    """Solves the implicit stages of wear steps on one geometry.
-
-    Parameters
-    ----------
-    workspace
-        Of the problem.
-    geometry
-        Where.
-    tolerance
-        Of the wear of a step, relative to the wear volume.
-    accuracy
-        Of the contacts.
-
-    Attributes
-    ----------
-    convolutions
-        Spent so far.
-    """
-
-    def __init__(
-        self,
-        workspace: Workspace,
-        geometry: Any,
-        tolerance: float,
-        accuracy: Accuracy | None = None,
-    ) -> None:
-        self.problem = workspace.problem
-        self.geometry = geometry
-        self.tolerance = tolerance
-        self.accuracy = accuracy or Accuracy()
-        self.convolutions = 0
-        self.ground = workspace.on(geometry)
-
-    def solve(
-        self,
-        base: Stage,
-        known: Array,
-        rate: float,
-        start: Array,
-        guess: Array,
-        tolerance: float,
-        *,
-        output_step: bool = True,
-        problem: WearProblem | None = None,
-    ) -> Stage:
-        """One implicit stage.
-
-        Parameters
-        ----------
-        base
-            Where it starts.
-        known, rate
-            The stage's exponent is x = known + rate · p with its pressure p, Pa.
-        start
-            First guess of the pressure, Pa.
-        guess
-            First guess of the change of G by plastic flow, m.
-        tolerance
-            Of the contact.
-        output_step
-            Whether the stage ends at a requested cycle: only there the reduced contact is solved
-            to the last digit, and the residual is computed by a convolution of its own.
-        problem
-            As it is at the end of the stage, where it changes.
-
-        Raises
-        ------
-        ContactError
-            If a contact does not converge, if flow and wear do not converge in turn, or if a value
-            is not finite.
-        """
-        problem, integral = problem or self.problem, self.geometry.integral
-        model, moves = problem.slip_model, self.problem.slip_moves
-        bodies, unworn = self.ground.half_space, self.ground.unworn
-        reduced = base.reduced
-        shift = None
-        if moves:
-            # Cells that come to stick lose their gap, not more.
-            shift = np.maximum(guess, -reduced.gap)
-        elif base.yielded:
-            shift = guess
-        kept = problem.debris_fraction
-        opened, opens = ((1.0 - kept) * known, (1.0 - kept) * rate) if kept else (known, rate)
-        relaxation, before = 1.0, inf
-        for _ in range(_LARGEST_SWEEPS):
-            layer = model.wear_layer(base.opening, base.reduced.gap, shift, opened, opens)
-            contact = self._contact(base.plastic, layer, start, tolerance, verified=output_step)
-            start = contact.pressure
-            opening, gap = layer.displacement(start), np.maximum(contact.gap, 0.0)
-            worn = opening - base.opening
-            overshoot = _overshoot(contact, worn, self.geometry.weights)
-            if overshoot is not None:
-                for field in (opening, worn, gap):
-                    field -= overshoot
-            plastic, yielded = base.plastic, False
-            if contact.yields:
-                plastic = plastic + contact.penetration
-                yielded = model.follows_shape
-            load = _load_of(problem, self.geometry, contact)
-            if yielded or moves:
-                reduced = model.reduced(
-                    problem,
-                    bodies,
-                    unworn + opening + plastic,
-                    problem.sliding(load, contact.approach),
-                    reduced,
-                    self.accuracy.reduced if output_step else self.accuracy.reduced_between,
-                )
-                self.convolutions += reduced.convolutions
-            else:
-                reduced_gap = model.gap_after(base.reduced.gap, worn)
-                reduced = replace(base.reduced, gap=reduced_gap)
-            wear = opening
-            if kept:
-                wear = base.wear + _all_worn(
-                    kept, worn, base.reduced.gap, shift, known + rate * start
-                )
-            stage = Stage(
-                pressure=start,
-                gap=gap,
-                wear=wear,
-                opening=opening,
-                plastic=plastic,
-                load=load,
-                approach=contact.approach,
-                residual=contact.residual,
-                reduced=reduced,
-                yielded=yielded,
-            )
-            if not yielded and shift is None:
-                break
-            missing = stage.source - base.source
-            if shift is not None:
-                missing -= shift
-            # What the flow that is missing would have worn off, or slip that changes on the way.
-            nothing, lost = np.zeros_like(opening), np.abs(missing)
-            slides = moves and not yielded
-            flow = WearLayer(
-                nothing,
-                nothing if slides else lost,
-                lost if slides else None,
-                opened,
-                opens,
-            )
-            change = integral(flow.displacement(start))
-            if change <= self.accuracy.sweep * self.tolerance * integral(opening):
-                break
-            if change > 0.5 * before:
-                # Flow lets wear catch up, and that stops the flow: meet in the middle.
-                relaxation = max(0.5 * relaxation, 0.1)
-            before = change
-            shift = missing if shift is None else shift + relaxation * missing
-        else:
-            raise ContactError(
-                f"slip and wear of a stage did not converge in {_LARGEST_SWEEPS} sweeps"
-            )
-        if not stage.is_finite:
-            raise ContactError("wear of a stage leads to values that are not finite")
-        return stage
-
-    def _contact(
-        self, plastic: Array, layer: Layer, start: Array, tolerance: float, *, verified: bool
-    ) -> Contact:
-        problem = self.problem.contact(self.ground.half_space, self.ground.unworn + plastic, layer)
-        try:
-            contact = solve_contact(
-                problem, start, tolerance, verified=verified, effort=self.accuracy.effort
-            )
-        except ContactError as error:
-            self.convolutions += error.convolutions
-            raise
-        self.convolutions += contact.convolutions
-        return contact
-
-
-def _all_worn(
-    kept: float, opened: Array, gap: Array, shift: Array | None, exponent: Array
-) -> Array:
-    """Wear depth of a stage, m, of which a part is kept as debris and the rest opens the gap.
-
-    Debris that keeps all of it leaves the gap as it is, and ∫g* dx = x (g*₀ + ΔG/2).
-    """
-    if kept < 1.0:
-        return opened / (1.0 - kept)
-    return exponent * (gap if shift is None else gap + 0.5 * shift)
-
-
-def _overshoot(contact: Contact, wear: Array, weights: Array | None) -> Array | None:
-    """Wear beyond the surface of the other body, m; None if there is none.
-
-    Wear needs pressure, so it cannot open a gap: a cell that wore in this stage touches.  A long
-    step removes too much where a cell loses its pressure on the way, and a contact solved to a
-    tolerance removes a little too much where hardly any is left; either would stay open for ever.
-    """
-    mean = np.average(contact.pressure, weights=weights)
-    idle = contact.pressure <= _IDLE * mean
-    beyond = (contact.gap > 0) & (wear > 0) & idle
-    if not beyond.any():
-        return None
-    result: Array = np.where(beyond, np.minimum(contact.gap, wear), 0.0)
-    return result
