@@ -15,7 +15,7 @@ from fretwear.units import QuantityError
 from .studies import steel
 
 GROUND = Path(__file__).parents[1] / "studies/surfaces/ground.nc"
-FILE = SourceFile("surface", "file", "disc.x3p")
+FILE = SourceFile("file", "surface", "disc.x3p")
 
 
 @pytest.fixture

@@ -19,9 +19,8 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
-from numbers import Real
 from typing import Any, ClassVar, Self, TypeGuard, cast, get_type_hints
 
 from fretwear.units import (
@@ -32,13 +31,13 @@ from fretwear.units import (
     NUMBER_PATTERN,
     Dimension,
     Force,
+    PerLength,
     Unit,
     format_quantity,
     number_text,
     parse_quantity,
     with_unit,
 )
-from fretwear.units import PerLength as PerLength
 from fretwear.units import QuantityError as QuantityError
 
 # No physical value is beyond; powers and quotients of such numbers are still numbers.
@@ -114,6 +113,19 @@ class Parameter(ABC):
 
 
 @dataclass(frozen=True)
+class Plain(Parameter):
+    """A parameter without a unit."""
+
+    si_unit = "1"
+    unit = NO_UNIT
+
+    symbol: str
+    words: str
+    description: str = field(default="", kw_only=True)
+    must_be_written: bool = field(default=False, kw_only=True)
+
+
+@dataclass(frozen=True)
 class Quantity(Parameter):
     """A physical quantity or a plain number, within a range."""
 
@@ -135,8 +147,8 @@ class Quantity(Parameter):
     # The coordinate of a case without this part; None: it has no such coordinate.
     absent: float | None = None
     in_line: bool = False  # whether this is a force that is one per length in a line contact
-    description: str = ""
-    must_be_written: bool = False
+    description: str = field(default="", kw_only=True)
+    must_be_written: bool = field(default=False, kw_only=True)
 
     @property
     def dimension(self) -> Dimension:
@@ -337,19 +349,12 @@ class AlongXY(_Pair):
 
 
 @dataclass(frozen=True)
-class WholeNumber(Parameter):
+class WholeNumber(Plain):
     """A whole number within a range (bounds included)."""
 
-    si_unit = "1"
-    unit = NO_UNIT
-
-    symbol: str
-    words: str
     at_least: int
     at_most: int
     usual: int
-    description: str = ""
-    must_be_written: bool = False
 
     @property
     def example(self) -> str:
@@ -359,8 +364,11 @@ class WholeNumber(Parameter):
     def read(self, value: object, units_required: bool) -> int:
         """Return an int; ``1e4``, which YAML may read as text, is accepted."""
         del units_required
-        number = _any_number(value)
-        if not math.isfinite(number) or number != int(number):
+        try:
+            number = parse_quantity(value, NUMBER)
+        except QuantityError:
+            number = math.nan
+        if not number.is_integer():
             raise QuantityError(f"must be a whole number such as {self.example}")
         if not self.at_least <= number <= self.at_most:
             raise QuantityError(f"must be at least {self.at_least} and at most {self.at_most}")
@@ -378,16 +386,8 @@ class WholeNumber(Parameter):
 
 
 @dataclass(frozen=True)
-class Flag(Parameter):
+class Flag(Plain):
     """Yes or no: ``true`` or ``false``."""
-
-    si_unit = "1"
-    unit = NO_UNIT
-
-    symbol: str
-    words: str
-    description: str = ""
-    must_be_written: bool = False
 
     @property
     def example(self) -> str:
@@ -414,17 +414,11 @@ class Flag(Parameter):
 
 
 @dataclass(frozen=True)
-class Choice(Parameter):
+class Choice(Plain):
     """One of some words."""
 
-    si_unit = "1"
-    unit = NO_UNIT
-
-    symbol: str
-    words: str
     options: tuple[str, ...]
-    description: str = ""
-    must_be_written: bool = False
+    told: tuple[str, ...] = ()  # what a caption calls them where they do not tell
 
     @property
     def example(self) -> str:
@@ -442,18 +436,14 @@ class Choice(Parameter):
         """JSON Schema of the value in a study file."""
         return {"enum": [*self.options]}
 
+    def word_for(self, value: Any) -> str:
+        """Return what a caption calls a word."""
+        return dict(zip(self.options, self.told, strict=False)).get(str(value)) or str(value)
+
 
 @dataclass(frozen=True)
-class Patch(Parameter):
+class Patch(Plain):
     """A rectangle: its corner x, y, its width and its height; None for all there is."""
-
-    si_unit = "1"
-    unit = NO_UNIT
-
-    symbol: str
-    words: str
-    description: str = ""
-    must_be_written: bool = False
 
     _side: ClassVar[Quantity] = Quantity("m", "", "", "mm", like="0.5 mm", at_least=0.0)
 
@@ -495,20 +485,6 @@ def pair(value: float | tuple[float, float]) -> tuple[float, float]:
 def is_list(value: object) -> TypeGuard[Sequence[Any]]:
     """Whether a value is a list of values, and no text."""
     return isinstance(value, Sequence) and not isinstance(value, str | bytes)
-
-
-def _any_number(value: object) -> float:
-    """Return a number or the number that a text says; nan where there is none."""
-    is_number = isinstance(value, Real) and not isinstance(value, bool)
-    if isinstance(value, str):
-        # Python alone would take 1_000 and other digits than ours.
-        is_number = len(value) < 30 and value.isascii() and "_" not in value
-    if not is_number:
-        return math.nan
-    try:
-        return float(value)  # type: ignore[arg-type]
-    except (ValueError, OverflowError):
-        return math.nan
 
 
 class Part:
@@ -583,49 +559,10 @@ class Part:
         return {"kind": self.kind, **values}
 
 
-@dataclass(frozen=True)
-class KindName(Parameter):
-    """The kind of a part, where it has no parameters and so is a value itself."""
-
-    si_unit = "1"
-    unit = NO_UNIT
-
-    member: str
-    kinds: tuple[type[Part], ...]
-    description: str = ""
-    must_be_written: bool = False
-
-    @property
-    def words(self) -> str:  # type: ignore[override]
-        """What the part is called."""
-        return self.member.replace("_", " ")
-
-    @property
-    def symbol(self) -> str:  # type: ignore[override]
-        """Kinds have none."""
-        return self.words
-
-    @property
-    def example(self) -> str:
-        """The usual kind."""
-        return self.kinds[0].kind
-
-    def read(self, value: object, units_required: bool) -> str:
-        """Return the name of the kind."""
-        del units_required
-        names = [kind.kind for kind in self.kinds]
-        if value not in names:
-            raise QuantityError(f"must be {' or '.join(names)}")
-        return str(value)
-
-    def schema(self) -> dict[str, Any]:
-        """JSON Schema of the value in a study file."""
-        return {"enum": [kind.kind for kind in self.kinds]}
-
-    def word_for(self, value: Any) -> str:
-        """Return what a caption calls the kind."""
-        told = {kind.kind: kind.told_as for kind in self.kinds}
-        return told.get(str(value)) or str(value)
+def kind_name(member: str, kinds: Sequence[type[Part]]) -> Choice:
+    """Return what the kind of a part is, where it has no parameters and so is a value itself."""
+    words, told = member.replace("_", " "), tuple(kind.told_as for kind in kinds)
+    return Choice(words, words, tuple(kind.kind for kind in kinds), told)
 
 
 @cache

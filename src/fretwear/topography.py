@@ -16,8 +16,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fretwear.parts import Parameter
-from fretwear.units import LENGTH, NO_UNIT, QuantityError, parse_quantity, size_text
+from fretwear.parts import Plain
+from fretwear.units import LENGTH, QuantityError, parse_quantity, size_text
 
 if TYPE_CHECKING:
     import numpy as np
@@ -65,17 +65,10 @@ class Source:
 
 
 @dataclass(frozen=True)
-class SourceFile(Parameter):
+class SourceFile(Plain):
     """The name of a file, relative to the study file; its checksum is the value."""
 
-    si_unit = "1"
-    unit = NO_UNIT
-
-    words: str
-    symbol: str
     usual: str
-    description: str = ""
-    must_be_written: bool = False
 
     @property
     def example(self) -> str:

@@ -12,7 +12,7 @@ from __future__ import annotations
 import difflib
 import math
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from decimal import Decimal
 from functools import lru_cache
@@ -62,19 +62,13 @@ _GRAVITY = 9.80665
 
 
 class QuantityError(ValueError):
-    """A value that is not the quantity it should be.
+    """A value that is not what it should be: the rule as a sentence without its subject, a hint.
 
-    Attributes
-    ----------
-    rule : str
-        What the value must be, as a sentence without its subject ("must be a force, ...").
-    hint : str
-        The likely correction, or an empty string.
+    Of a word that may be misspelt, `known` are the words that there are.
     """
 
-    def __init__(self, rule: str, hint: str = "") -> None:
-        self.rule = rule
-        self.hint = hint
+    def __init__(self, rule: str, hint: str = "", known: Sequence[str] = ()) -> None:
+        self.rule, self.hint, self.known = rule, hint, known
         super().__init__(rule, hint)
 
     def __str__(self) -> str:

@@ -12,7 +12,7 @@ from fretwear.data.merge import merge_study
 from fretwear.figures.study import INDEX_NAME, write_study_figures
 from fretwear.report import build_report
 from fretwear.running.records import log_file, record
-from fretwear.study.plan import Plan, plan_study
+from fretwear.study.plan import Plan
 from fretwear.study.study import load_study
 
 from ..studies import run_study
@@ -73,7 +73,7 @@ class Finished(NamedTuple):
         summary = xr.load_dataset(folder / "summary.nc")
         (folder / "figures").mkdir()
         (folder / "figures" / INDEX_NAME).write_text("[]")
-        return Finished(plan_study(study), summary, folder, "")
+        return Finished(Plan(study), summary, folder, "")
 
 
 @pytest.fixture(scope="session")
@@ -88,7 +88,7 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Finished:
     write_study_figures(summary, folder / "cases", folder / "figures")
     record(folder, failed, REASON)
     log_file(folder, failed).write_text("cycle 6 of 1000\n</pre><b>cycle 7</b>\n", encoding="utf-8")
-    return Finished(plan_study(study), summary, folder, failed)
+    return Finished(Plan(study), summary, folder, failed)
 
 
 @pytest.fixture(scope="session")

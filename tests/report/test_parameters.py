@@ -11,7 +11,7 @@ from fretwear.data.files import open_case, open_history
 from fretwear.report.build import build_report, parameter_rows, study_text
 from fretwear.report.cases import PROFILES, computation_facts, read_case, residuals
 from fretwear.report.results import point_results
-from fretwear.study.plan import plan_study
+from fretwear.study.plan import Plan
 from fretwear.study.study import load_study
 
 from ..studies import base, run_study, write_study
@@ -50,7 +50,7 @@ def test_values_drawn_at_random_are_shown_as_a_range(finished, tmp_path: Path) -
     text = text.replace("base:", "design: {kind: sobol, points: 64, seed: 1}\nbase:")
     file = tmp_path / "drawn.yaml"
     file.write_text(text, encoding="utf-8")
-    rows = {row.name: row.values for row in parameter_rows(plan_study(load_study(file)))}
+    rows = {row.name: row.values for row in parameter_rows(Plan(load_study(file)))}
     low, high = rows["load"].removesuffix(" (64 values)").split(" to ")
     assert 26.0 <= float(low.removesuffix(" N")) < 27.0
     assert 39.0 < float(high.removesuffix(" N")) <= 40.0
@@ -102,7 +102,7 @@ def test_the_texts_on_a_line_contact_with_debris_are_about_it(tmp_path: Path) ->
     given["indenter"] = {"kind": "cylinder", "radius": "6 mm"}
     study = load_study(write_study(tmp_path / "line.yaml", {"title": "Line", "base": given}))
     run_study(study, tmp_path)
-    plan = plan_study(study)
+    plan = Plan(study)
     words = {row.name: row.words for row in parameter_rows(plan)}
     assert words["hertz_radius"] == "Hertz contact half-width"
     with open_case(next((tmp_path / "cases").glob("*.nc"))) as case:

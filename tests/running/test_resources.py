@@ -24,7 +24,7 @@ from fretwear.running.resources import (
     why_too_large,
 )
 from fretwear.study.cost import SECONDS_TO_START, estimate
-from fretwear.study.plan import plan_study
+from fretwear.study.plan import Plan
 from fretwear.study.problems import StudyError
 
 from .conftest import BASE, make_case, without
@@ -170,7 +170,7 @@ def test_a_batch_knows_its_points_its_time_and_its_memory():
 def test_a_study_says_how_it_is_joined(load):
     content = {**STUDY, "vary": {"load": ["25 N", "30 N", "35 N", "40 N", "50 N"]}}
     for said, sizes in (({}, [1] * 5), ({"batch": 2}, [2, 2, 1]), ({"batch": "auto"}, [1] * 5)):
-        jobs = batches(plan_study(load({**content, **said})))
+        jobs = batches(Plan(load({**content, **said})))
         assert [len(job.case_ids) for job in jobs] == sizes
     assert load({**content, "batch": "auto"}).batch is None
 
@@ -187,22 +187,22 @@ def test_other_batches_are_refused(load, wrong):
 def test_points_that_come_to_one_case_are_run_and_counted_once(load):
     waves = {"amplitude": "0 um", "slope_x": "5 deg", "slope_y": "1 deg"}
     base = {**STUDY["base"], "roughness": waves, "cell": ["10 um", "10 um"]}
-    single = batches(plan_study(load({**STUDY, "base": base})))
+    single = batches(Plan(load({**STUDY, "base": base})))
     slopes = {"roughness.slope_x": ["5 deg", "6 deg"], **STUDY["vary"]}
     study = load({"base": base, "vary": slopes})
-    double = batches(plan_study(study))
+    double = batches(Plan(study))
     assert study.size == 4
     assert ids(double) == ids(single) == list(study.cases())
     assert core_seconds(double) == pytest.approx(core_seconds(single))
 
 
 def test_cases_of_one_job_start_python_once(load):
-    apart, together = (batches(plan_study(load({**STUDY, "batch": n}))) for n in (1, 2))
+    apart, together = (batches(Plan(load({**STUDY, "batch": n}))) for n in (1, 2))
     assert core_seconds(apart) - core_seconds(together) == pytest.approx(SECONDS_TO_START)
 
 
 def test_a_machine_twice_as_fast_has_the_same_batches(load):
-    plan = plan_study(load(STUDY))
+    plan = Plan(load(STUDY))
     assert batches(replace(plan, speed=2.0)) == batches(plan)
 
 
@@ -221,7 +221,7 @@ def test_a_speed_is_measured_for_small_and_for_huge_windows():
 def plan(load):
     def make(base=(), **vary):
         base = without({**BASE, **dict(base)}, *vary)
-        return plan_study(load({"base": base, **({"vary": vary} if vary else {})}))
+        return Plan(load({"base": base, **({"vary": vary} if vary else {})}))
 
     return make
 

@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from fretwear.running.resources import batches, core_seconds
-from fretwear.study.plan import plan_study
+from fretwear.study.plan import Plan
 from fretwear.study.problems import StudyError
 from fretwear.study.sections import NAMES as SECTIONS
 from fretwear.study.study import Study, load_study
@@ -76,7 +76,7 @@ def outcome(tmp_path):
             found = load_study(file, assignments)
         except StudyError as error:
             return told(error, file)
-        planned = plan_study(found)
+        planned = Plan(found)
         assert core_seconds(batches(planned)) >= 0.0
         for row in planned.rows():
             assert "\n".join(row).encode()

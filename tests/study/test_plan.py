@@ -2,7 +2,7 @@ import csv
 
 import pytest
 
-from fretwear.study.plan import plan_study, write_points
+from fretwear.study.plan import Plan, write_points
 
 
 @pytest.fixture
@@ -16,7 +16,7 @@ def table(tmp_path):
 
 
 def test_a_plan_has_a_row_for_every_point(studies, content):
-    plan = plan_study(studies.load(content))
+    plan = Plan(studies.load(content))
     assert plan.header() == ("id", "load", "cells", "time", "memory")
     rows = list(plan.rows())
     assert [row[0] for row in rows] == [point.id for point in plan.study.points()]
@@ -57,18 +57,18 @@ def test_invalid_points_are_in_the_table_with_the_reason(table, studies, content
     assert (bad["id"], bad["cells"], bad["tangential_ratio"]) == ("", "", "1.5")
     assert "gross sliding" in bad["problem"]
     assert good["id"]
-    assert list(plan_study(studies.load(content)).rows())[1][0] == "(invalid)"
+    assert list(Plan(studies.load(content)).rows())[1][0] == "(invalid)"
 
 
 def test_a_part_of_the_rows_can_be_asked_for(studies, content):
     content["vary"] = {"friction": [0.3, 0.4, 0.5, 0.6]}
-    plan = plan_study(studies.load(content))
+    plan = Plan(studies.load(content))
     assert list(plan.rows(1, 3)) == list(plan.rows())[1:3]
 
 
 def test_cases_of_one_doubt_are_found_once_each(studies, content):
     content["vary"] = {"plastic_limit": ["500 MPa", "4500 MPa"]}
-    plan = plan_study(studies.load(content))
+    plan = Plan(studies.load(content))
     ((doubt, cases),) = plan.doubts.items()
     assert doubt.what.startswith("will yield all over")
     assert list(cases) == [plan.points[0].id]

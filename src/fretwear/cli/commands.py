@@ -63,10 +63,10 @@ def plan(
     Times are those of this machine, whose speed is measured in a moment.
     """
     from fretwear.running.resources import machine_speed, machine_warnings
-    from fretwear.study.plan import plan_study
+    from fretwear.study.plan import Plan
     from fretwear.study.study import load_study
 
-    planned = plan_study(load_study(file, set_ or ()))
+    planned = Plan(load_study(file, set_ or ()))
     planned = replace(planned, speed=machine_speed(planned.estimates.values()))
     for line in _table(planned, every):
         say(line)
@@ -95,20 +95,16 @@ def _total(planned: Plan) -> str:
     from fretwear.running.resources import batches, core_seconds, cores
     from fretwear.units import duration_text, size_text
 
-    jobs = batches(planned)
+    jobs, points, cases = batches(planned), len(planned.points), len(planned.estimates)
     seconds, at_once = core_seconds(jobs, planned.speed), min(cores(), len(jobs))
     shared = f", {duration_text(seconds / at_once)} on {at_once} cores"
     return (
-        f"{_count(len(planned.points), 'point')}, "
-        f"{_count(len(planned.estimates), 'case')} in {_count(len(jobs), 'job')}: "
+        f"{points} point{'s' * (points != 1)}, {cases} case{'s' * (cases != 1)} in {len(jobs)} "
+        f"job{'s' * (len(jobs) != 1)}: "
         f"about {duration_text(seconds)} on one core{shared if at_once > 1 else ''}, "
         f"up to {size_text(planned.memory_bytes)} of memory per job, "
         f"about {size_text(planned.file_bytes)} of files."
     )
-
-
-def _count(number: int, thing: str) -> str:
-    return f"{number} {thing}{'s' * (number != 1)}"
 
 
 def schema() -> None:
@@ -183,14 +179,7 @@ def batch(
     from fretwear.running.batch import BatchRun
     from fretwear.running.workflow import write_finished
 
-    runs = BatchRun(
-        study,
-        folder,
-        log,
-        lambda stream: Log(stream=stream),
-        keep_older=keep_older,
-        threads=threads,
-    )
+    runs = BatchRun(study, folder, log, lambda to: Log(stream=to), keep_older, threads)
     outcome = runs.run(first, last)
     count, found = len(outcome.case_ids), len(outcome.found)
     if failed := outcome.failed:
@@ -208,9 +197,8 @@ def _range(points: str | None, study: Study) -> tuple[int, int]:
         return 1, count
     match = re.fullmatch(r"(\d{1,9})-(\d{1,9})", points.strip())
     if match is None:
-        raise CommandError(
-            f"--points {points}: must be the first and the last number, such as 1-12"
-        )
+        rule = "must be the first and the last number, such as 1-12"
+        raise CommandError(f"--points {points}: {rule}")
     first, last = int(match[1]), int(match[2])
     if not 1 <= first <= last <= count:
         raise CommandError(f"--points {points}: the points of {study.file} are 1 to {count}")
@@ -295,7 +283,7 @@ def report(
     from fretwear.figures.study import INDEX_NAME
     from fretwear.report import build_report
     from fretwear.source_study import source_sections
-    from fretwear.study.plan import plan_study
+    from fretwear.study.plan import Plan
 
     with open_summary(folder / "summary.nc") as summary:
         index = folder / "figures" / INDEX_NAME
@@ -303,7 +291,7 @@ def report(
             rule = "there is no such file; draw the figures before the report:"
             raise CommandError(f"{index}: {rule}\n    fretwear figures {file}", Status.FAILED)
         sections = source_sections(summary, folder / "cases")
-        page = build_report(plan_study(study), summary, folder, sections=sections)
+        page = build_report(Plan(study), summary, folder, sections=sections)
         write_text(folder / "report.html", page)
     log.result(folder / "report.html", f"{len(page) / 1e6:.1f} MB")
 

@@ -76,9 +76,8 @@ class Log:
     ) -> None:
         self._is_json = log_format == "json"
         output: Any = Unfailing(stream or sys.stderr)
-        self._has_bar = (
-            log_format == "auto" and not quiet and stream is None and _can_redraw(output)
-        )
+        redraws = log_format == "auto" and not quiet and stream is None
+        self._has_bar = redraws and _can_redraw(output)
         self._clock = clock
         self._batch: TimeLeft | None = None
         self._command: tuple[str, float] | None = None
@@ -109,14 +108,9 @@ class Log:
         """Tell programs that the command ends."""
         if self._command is not None:
             command, started = self._command
-            fields = {
-                "command": command,
-                "status": _END_STATUS.get(exit_status, "stopped"),
-                "exit_status": exit_status,
-                "seconds": self._clock() - started,
-                "file": self._file,
-            }
-            self._say("end", fields)
+            status, seconds = _END_STATUS.get(exit_status, "stopped"), self._clock() - started
+            fields = {"command": command, "status": status, "exit_status": exit_status}
+            self._say("end", {**fields, "seconds": seconds, "file": self._file})
 
     def error(
         self,
@@ -161,11 +155,8 @@ class Log:
         timing.begin(case.case_id, case.cycles)
         name = f"case {timing.number} of {timing.count}" if timing.count > 1 else ""
         title = f"{name}: {case.case_id}" if name else f"case {case.case_id}"
-        which: dict[str, Any] = {
-            "case_id": case.case_id,
-            "case_number": timing.number,
-            "case_count": timing.count,
-        }
+        which: dict[str, Any] = {"case_id": case.case_id, "case_number": timing.number}
+        which["case_count"] = timing.count
         self._say("case_start", {**which, "cycles": case.cycles, "file": str(file)}, title)
         last: Step | None = None
         told: float | None = None

@@ -186,20 +186,13 @@ def case_lines(content: dict[str, Any]) -> Iterator[str]:
 
 def study_content(summary: xr.Dataset) -> dict[str, Any]:
     """Return what there is to tell of a merged study, in SI units; what is not finite is None."""
-    dims = summary["status"].dims
-    varied = [
-        str(name)
-        for name, value in summary.coords.items()
-        if value.dims and set(value.dims) <= set(dims) and name not in ("case_id", "point")
-    ]
-    plain = summary.reset_coords()
-    # Cases may end at different cycles: the last value that is known.
+    from fretwear.data.effects import last_values, point_dims, varied_names
+
+    varied, plain = varied_names(summary), summary.reset_coords()
     names = [*_STUDY_RESULTS, *(name for name in _STUDY_ERRORS.values() if name in plain)]
-    last = {
-        name: plain[name].isel(cycle=plain[name].notnull().cumsum("cycle").argmax("cycle"))
-        for name in names
-    }
+    last = {name: last_values(plain[name]) for name in names}
     states = [PointStatus(state).word for state in plain["status"].values.flat]
+    dims = point_dims(summary)
     table = plain[["case_id", *varied]].assign(last).to_dataframe(dim_order=dims)
     columns = ["case_id", "status", *varied, *names]
     points = table.reset_index().assign(status=states)[columns].to_dict("records")
@@ -294,21 +287,19 @@ def _unworn(dataset: xr.Dataset) -> dict[str, float]:
     if all(case.indenter.even):
         half_x, half_y = case.indenter.half_widths(hertz)
         found |= {"contact_half_width_x": half_x, "contact_half_width_y": half_y}
+    slid = energy = 0.0
     if stroke := case.loading.stroke:
-        return found | {
-            "stick_half_width_x": 0.0,
-            "stick_area": 0.0,
-            "tangential_displacement": stroke,
-            "dissipated_energy": 4.0 * friction * hertz.load * stroke,
-        }
-    if case.tangential_ratio >= 1.0 and type(hertz) in (HertzContact, LineContact):
+        slid, energy = stroke, 4.0 * friction * hertz.load * stroke
+    elif case.tangential_ratio >= 1.0 and type(hertz) in (HertzContact, LineContact):
         # The rig takes up µP/S of the displacement, or the bodies of a cylinder.
         slid = case.displacement_amplitude - friction * hertz.load * case.loading.flexibility(hertz)
+        energy = gross_slip_energy(hertz, friction, coupling, slid)
+    if slid:
         return found | {
             "stick_half_width_x": 0.0,
             "stick_area": 0.0,
             "tangential_displacement": slid,
-            "dissipated_energy": gross_slip_energy(hertz, friction, coupling, slid),
+            "dissipated_energy": energy,
         }
     if type(hertz) not in (HertzContact, LineContact):
         # By Ciavarella and Jäger stick is the contact of the same bodies under P*.

@@ -21,19 +21,9 @@ _SAME = 1e-12
 
 
 def mirrored(dataset: xr.Dataset) -> xr.Dataset:
-    """Mirror a contact to the whole along the axes in which it is even.
+    """Mirror a contact to the whole along the axes in which it is even, by its ``symmetry``.
 
     Lazily opened data stay lazy; a dataset of the whole contact is returned as it is.
-
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        nx × ny cells, along axes in which it is even on the positive side; attribute ``symmetry``.
-
-    Returns
-    -------
-    xarray.Dataset
-        Twice as many cells along these axes, ``symmetry = "none"``.
     """
     even = SYMMETRIES[dataset.attrs["symmetry"]]
     if not any(even):
@@ -65,28 +55,12 @@ class Accessor:
 def resampled(
     values: NDArray[Any], cells: NDArray[np.float64], positions: NDArray[np.float64], axis: int
 ) -> NDArray[Any]:
-    """Bring values at cell centres to other positions along one direction.
+    """Bring n values at cell centres to m other positions, both in m, along one axis.
 
     Physical quantities are interpolated linearly; states, which are whole numbers, are those of
     the nearest cell. At a cell centre the value is that of the cell to the last bit. Beyond the
     outermost cells, and nearer the middle than the first cell of one side, it stays that of the
-    cell.
-
-    Parameters
-    ----------
-    values : numpy.ndarray
-        n values along `axis`.
-    cells : numpy.ndarray, shape (n,)
-        Cell centres in m, increasing; all positive for one side of a contact that is even.
-    positions : numpy.ndarray, shape (m,)
-        Where values are wanted, m.
-    axis : int
-        Which one.
-
-    Returns
-    -------
-    numpy.ndarray
-        m values along `axis`, type as given.
+    cell; cells that are all positive are one side of a contact that is even.
     """
     if np.array_equal(cells, positions):
         return values

@@ -150,10 +150,8 @@ class StudyLayout:
         for position, point in self.points():
             ids[position] = point.id
         found[CASE_ID.name] = xr.Variable(self.dims, ids.astype(str), CASE_ID.attributes)
-        for name, parameter in self._parameters.items():
-            if not parameter.dims:
-                found.setdefault(name, parameter)
-        return found
+        shared = {name: each for name, each in self._parameters.items() if not each.dims}
+        return {**found, **shared, **found}
 
     def dependent(self) -> dict[str, xr.Variable]:
         """Parameters that depend on the varied ones, as the Hertz radius does on the load.
@@ -161,11 +159,8 @@ class StudyLayout:
         They lie along the dimensions of the study, NaN or empty where a point has none.
         """
         varied = {axis.coordinate for axis in self.study.axes}
-        return {
-            name: each
-            for name, each in self._parameters.items()
-            if each.dims and name not in varied
-        }
+        along = {name: each for name, each in self._parameters.items() if each.dims}
+        return {name: each for name, each in along.items() if name not in varied}
 
     @cached_property
     def _parameters(self) -> dict[str, xr.Variable]:
@@ -285,21 +280,13 @@ def merge_study(
 
     Parameters
     ----------
-    study : Study
-        The study.
-    cases : str or path-like
-        Folder of the case files ``<case id>.nc``. A point whose file is not there has failed.
-    path : str or path-like
-        File to write.
-    command : str
+    study, cases, path
+        The study, the folder of its case files ``<case id>.nc``, of which a point has failed if
+        its own is not there, and the file to write.
+    command
         What was run, for the attribute ``history``.
-    keep_older : bool
+    keep_older
         Whether cases that other code has computed are merged too, rather than refused.
-
-    Returns
-    -------
-    Tally
-        How many points are done, failed and invalid.
 
     Raises
     ------
@@ -500,7 +487,8 @@ def open_study(path: str | PathLike[str]) -> xr.Dataset:
     needs little memory: ``open_study("results/demo").wear_depth.max(("x", "y")).compute()``.
     They are brought to the cells of the finest case, in the largest window, by interpolation
     (none where all cases have one grid spacing; ``contact_state`` is that of the nearest cell).
-    Outside the window of a case nothing touches and the gap is NaN.
+    Outside the window of a case nothing touches and the gap is NaN; so are all fields
+    (``contact_state`` is `NOT_DONE`) where a point is not done or has no such snapshot.
 
     Parameters
     ----------
@@ -511,8 +499,7 @@ def open_study(path: str | PathLike[str]) -> xr.Dataset:
     -------
     xarray.Dataset
         The merged study and every field, dimensions (…, ``cycle``, ``x``, ``y``), in line contacts
-        (…, ``cycle``, ``x``). Fields are NaN
-        (``contact_state`` is `NOT_DONE`) where a point is not done or has no such snapshot.
+        (…, ``cycle``, ``x``).
 
     Raises
     ------
@@ -559,16 +546,9 @@ def open_study(path: str | PathLike[str]) -> xr.Dataset:
 class _StackedField:
     """One field of all cases as one array; every part that is taken reads the case files.
 
-    Parameters
-    ----------
-    files : numpy.ndarray of pathlib.Path or None
-        Case files, laid out as the points of the study; None where a point is not done.
-    field : Field
-        The field.
-    axes : tuple of numpy.ndarray
-        Cycles, and positions along x and y in m, that all cases share.
-    lock : context manager
-        Held by whoever uses the netCDF library.
+    The case files lie as the points of the study do, None where a point is not done; the axes are
+    the cycles and the positions along x and y in m that all cases share. The lock is held by
+    whoever uses the netCDF library.
     """
 
     def __init__(

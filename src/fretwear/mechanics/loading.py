@@ -7,9 +7,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, ClassVar, Literal, Self
 
-from fretwear.parts import Parameter, Part, PerLength, Quantity
+from fretwear.parts import Parameter, Part, Quantity
 from fretwear.theory import HertzContact, LineContact
 from fretwear.theory.limiting_state import find_root
+from fretwear.units import PerLength
 
 SMALL_STROKE = 0.05
 """Sliding amplitude over the Hertz half-width up to which bodies need not be seen to move."""

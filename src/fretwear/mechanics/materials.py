@@ -177,7 +177,7 @@ class OverCycles(Quantity):
         return course_text(value) if isinstance(value, Course) else super().text(value)
 
 
-_CYCLE = WholeNumber("$N$", "cycle", 0, 10**9, 500, "A cycle at which a table has a value.")
+_CYCLE = WholeNumber("$N$", "cycle", 0, 10**9, 500)
 
 
 def course_text(course: Course) -> str:

@@ -86,26 +86,34 @@ class MeasuredRoughness(_Map, Roughness):
     file: Annotated[
         Source,
         SourceFile(
-            "measured surface",
             "file",
+            "measured surface",
             "surfaces/disc.x3p",
-            "File of a profilometer or a microscope, relative to the study file.",
+            description="File of a profilometer or a microscope, relative to the study file.",
         ),
     ]
     tilt: Annotated[
         str,
-        Choice("tilt", "tilt of the surface", ("remove", "keep"), "Whether to level the surface."),
+        Choice(
+            "tilt",
+            "tilt of the surface",
+            ("remove", "keep"),
+            description="Whether to level the surface.",
+        ),
     ] = "remove"
     patch: Annotated[
         tuple[float, float, float, float] | None,
         Patch(
             "patch",
             "patch of the surface",
-            "Part to take, [x, y, width, height] from the corner; none: all.",
+            description="Part to take, [x, y, width, height] from the corner; none: all.",
         ),
     ] = None
     body: Annotated[
-        str, Choice("body", "body of the surface", ("flat", "indenter"), "Which body it is of.")
+        str,
+        Choice(
+            "body", "body of the surface", ("flat", "indenter"), description="Which body it is of."
+        ),
     ] = "flat"
     kind: Literal["measured"] = "measured"
 
@@ -177,10 +185,10 @@ class HeightMapIndenter(_Map, Indenter):
     file: Annotated[
         Source,
         SourceFile(
-            "file of the indenter",
             "file",
+            "file of the indenter",
             "tip.x3p",
-            "File of a profilometer or a microscope, relative to the study file.",
+            description="File of a profilometer or a microscope, relative to the study file.",
         ),
     ]
     patch: Annotated[
@@ -188,7 +196,7 @@ class HeightMapIndenter(_Map, Indenter):
         Patch(
             "patch",
             "patch of the height map",
-            "Part to take, [x, y, width, height] from the corner; none: all.",
+            description="Part to take, [x, y, width, height] from the corner; none: all.",
         ),
     ] = None
     kind: Literal["height_map"] = "height_map"

@@ -272,7 +272,9 @@ class SelfAffineRoughness(Roughness):
     ]
     seed: Annotated[
         int,
-        WholeNumber("seed", "seed of the roughness", 0, 2**31 - 1, 7, "Number of the surface."),
+        WholeNumber(
+            "seed", "seed of the roughness", 0, 2**31 - 1, 7, description="Number of the surface."
+        ),
     ]
     anisotropy: Annotated[
         float,

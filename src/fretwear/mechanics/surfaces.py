@@ -448,10 +448,11 @@ class ProfileIndenter(_Round):
     file: Annotated[
         Source,
         SourceFile(
-            "file of the indenter",
             "file",
+            "file of the indenter",
             "tip.csv",
-            "Two columns, distance from the axis and height, named with units in the first line.",
+            description="Two columns, distance from the axis and height, named with units in the "
+            "first line.",
         ),
     ]
     kind: Literal["profile"] = "profile"

@@ -35,7 +35,7 @@ from fretwear.running.records import failures, log_end, spent_on_simulations
 from fretwear.study.case import Case
 from fretwear.study.parameters import parameter, value_text
 from fretwear.study.plan import Plan
-from fretwear.study.problems import StudyError
+from fretwear.study.problems import Problems, StudyError
 from fretwear.study.sections import unfolded
 from fretwear.study.study import Study
 from fretwear.study.yamlfile import read_document
@@ -57,7 +57,7 @@ def build_report(
     Parameters
     ----------
     plan : Plan
-        The study with its points, from `fretwear.study.plan.plan_study`.
+        The study with its points.
     summary : xarray.Dataset
         The merged study.
     folder : pathlib.Path
@@ -299,7 +299,7 @@ def _time(seconds: float) -> str:
 def study_text(study: Study) -> str:
     """Return the study file as it stands, or its content where that was changed when loaded."""
     with suppress(OSError, UnicodeDecodeError, StudyError):
-        if unfolded(read_document(study.file).data, []) == study.content:
+        if unfolded(read_document(study.file).data, Problems()) == study.content:
             return study.file.read_text(encoding="utf-8")
     yaml, text = YAML(), StringIO()
     yaml.dump(dict(study.content), text)

@@ -57,23 +57,10 @@ def simulate_to_file(
     Two jobs with one file do not work at once: the later one waits, and takes the file as it is
     if it then is that of the same case, with the same snapshots, by the same version.
 
-    Parameters
-    ----------
-    case
-        What to run.
-    path
-        The case file; it appears under this name only when it is whole.
-    observers
-        Called with each accepted step of this job.
-    tell
-        Takes a line for people: where the run resumes, why a checkpoint was not used, for whom
-        the job waits.
-    command
-        The call that leads to the same results, for the dataset.
-    interval
-        Longest time between two checkpoints, s, but for a single step that takes longer.
-    threads
-        As for `fretwear.running.simulate.simulate`.
+    Observers are called with each accepted step of this job. `tell` takes a line for people: where
+    the run resumes, why a checkpoint was not used, for whom the job waits. The command is the call
+    that leads to the same results, the interval the longest time between two checkpoints, s, but
+    for a single step that takes longer.
 
     Raises
     ------
@@ -82,8 +69,7 @@ def simulate_to_file(
     fretwear.data.safe.DataFileError
         When the file cannot be written, or another process has come to compute it meanwhile.
     MemoryError
-        When the case does not fit in the memory; it tells so before it starts where that is
-        certain.
+        When the case certainly does not fit in the memory.
     """
     started = time.monotonic()
     require_memory(case)

@@ -102,13 +102,7 @@ class Checkpoint:
             self.save()
 
     def save(self) -> None:
-        """Write the run record to the file.
-
-        Raises
-        ------
-        fretwear.data.safe.DataFileError
-            When it cannot be written.
-        """
+        """Write the run record to the file, as `write_checkpoint` does."""
         write_checkpoint(self.path, self.record, identity_of(self._case))
         self._saved = self._clock()
         self._saved_steps = len(self.record.history)
@@ -138,13 +132,7 @@ def identity_of(case: Case) -> dict[str, Any]:
 
 
 def write_checkpoint(path: Path, record: RunRecord, identity: Mapping[str, Any]) -> None:
-    """Write a run record; the file appears under its name only when it is whole.
-
-    Raises
-    ------
-    fretwear.data.safe.DataFileError
-        When it cannot be written.
-    """
+    """Write a run record; the file appears whole or not at all, which is a `DataFileError`."""
     arrays: dict[str, NDArray[Any]] = {}
     packed = {"identity": identity, "record": pack(record, "record", arrays)}
     content = np.frombuffer(json.dumps(packed, sort_keys=True).encode(), dtype=np.uint8)
@@ -157,10 +145,7 @@ def write_checkpoint(path: Path, record: RunRecord, identity: Mapping[str, Any])
 def read_checkpoint(path: Path, identity: Mapping[str, Any]) -> RunRecord | None:
     """Read what `write_checkpoint` wrote; None where there is no such file.
 
-    Raises
-    ------
-    CheckpointError
-        When the file is damaged, or when its identity or its content is another one.
+    A `CheckpointError` tells that it is damaged, or that its identity or content is another one.
     """
     if not path.exists():
         return None
@@ -188,22 +173,16 @@ def read_checkpoint(path: Path, identity: Mapping[str, Any]) -> RunRecord | None
 
 
 def _read_arrays(path: Path) -> dict[str, NDArray[Any]]:
-    """Read the arrays of the container, after a look at what each says of its size.
-
-    Raises
-    ------
-    ValueError
-        When arrays are larger than what the file holds of them.
-    """
+    """Read the arrays of the container, none larger than what the file holds (a ValueError)."""
     with ZipFile(path) as container:
         entries = container.infolist()
         if sum(entry.file_size for entry in entries) > path.stat().st_size:
             raise ValueError("more is announced than the file holds")
         for entry in entries:
             with container.open(entry) as stream:
-                version = numpy_format.read_magic(stream)
-                reads = {(1, 0): numpy_format.read_array_header_1_0}
-                shape, _, dtype = reads[version](stream)
+                if numpy_format.read_magic(stream) != (1, 0):
+                    raise ValueError("an array is of another format")
+                shape, _, dtype = numpy_format.read_array_header_1_0(stream)
                 if math.prod(shape) * dtype.itemsize != entry.file_size - stream.tell():
                     raise ValueError("an array is not as large as it says")
     with np.load(path, allow_pickle=False) as stored:

@@ -19,7 +19,7 @@ from pathlib import Path
 from fretwear.data.safe import DataFileError, read_data, write_text
 from fretwear.running.records import Failure, failures
 from fretwear.running.resources import Batch, batches
-from fretwear.study.plan import plan_study
+from fretwear.study.plan import Plan
 from fretwear.study.problems import Problem, StudyError
 from fretwear.study.study import Study, load_study
 from fretwear.version import __version__, code_digest
@@ -101,18 +101,10 @@ def study_file(name: str) -> Path:
 
 @dataclass(frozen=True)
 class StudyJobs:
-    """The jobs of a study: their files, what they depend on, and what they take.
-
-    Attributes
-    ----------
-    study : Study
-        The study, sound.
-    keep_older : bool
-        Whether cases are kept that other code has computed.
-    """
+    """The jobs of a sound study: their files, what they depend on, and what they take."""
 
     study: Study
-    keep_older: bool = False
+    keep_older: bool = False  # whether cases are kept that other code has computed
 
     @classmethod
     def of(cls, name: str, *, keep_older: bool = False) -> StudyJobs:
@@ -148,7 +140,7 @@ class StudyJobs:
     @cached_property
     def batches(self) -> Mapping[str, Batch]:
         """The batches by name: a hash of all that their files hold, wherever the points stand."""
-        return {self._name(batch): batch for batch in batches(plan_study(self.study))}
+        return {self._name(batch): batch for batch in batches(Plan(self.study))}
 
     @cached_property
     def targets(self) -> tuple[str, ...]:

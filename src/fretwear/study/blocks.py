@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from fretwear.parts import Parameter, Quantity, WholeNumber, is_list
-from fretwear.units import NO_UNIT, QuantityError
+from fretwear.parts import Parameter, Plain, Quantity, WholeNumber, is_list
+from fretwear.units import QuantityError
 
 _CYCLES = "cycles"
 
@@ -21,17 +21,11 @@ class Block:
 
 
 @dataclass(frozen=True)
-class Blocks(Parameter):
+class Blocks(Plain):
     """A list of blocks; blocks of the same values that follow each other are one."""
 
     known: Callable[[], Mapping[str, Parameter]]  # what a block may change, by name
     number: WholeNumber  # of cycles
-    si_unit = "1"
-    unit = NO_UNIT
-    symbol = "blocks"
-    words = "blocks of loading"
-    description: str = ""
-    must_be_written: bool = False
 
     @property
     def example(self) -> str:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 from typing import Any, Self
 
 from fretwear.parts import Parameter, Part, WholeNumber, is_list, means_none, required
-from fretwear.study.problems import Problem, nearest, unknown_key
+from fretwear.study.problems import Problem, Problems, UnreadError, nearest
 from fretwear.study.rules import findings
 from fretwear.study.tree import (
     MAX_CYCLES,
@@ -27,10 +27,9 @@ from fretwear.study.tree import (
 )
 from fretwear.units import QuantityError
 
-SNAPSHOT = WholeNumber("$N$", "cycle", 0, MAX_CYCLES, 1000, "A cycle at which the fields are kept.")
-
-UNREAD: Any = object()
-"""What stands for a value in which something is wrong."""
+SNAPSHOT = WholeNumber(
+    "$N$", "cycle", 0, MAX_CYCLES, 1000, description="A cycle at which the fields are kept."
+)
 
 _HARDNESS = "write plastic_limit: the pressure at which a surface yields is about the hardness"
 _RA = (
@@ -88,7 +87,7 @@ class Case(CaseTree):
 
     def __init__(self, **parameters: Any) -> None:
         given = {name: value for name, value in parameters.items() if value is not None}
-        problems: list[Problem] = []
+        problems = Problems()
         snapshots = read_snapshots(given.pop("output_cycles", "auto"), "output_cycles", problems)
         values = read_values(given, "", problems, units_required=False)
         problems += missing(given, in_file=False)
@@ -176,72 +175,58 @@ def such_as(name: str) -> str:
 
 
 def read_values(
-    raw: Mapping[str, Any], prefix: str, problems: list[Problem], *, units_required: bool
+    raw: Mapping[str, Any], prefix: str, problems: Problems, *, units_required: bool
 ) -> dict[str, Any]:
     """Read keys as `base` has them; return the sound values, add what is wrong with the others."""
     values: dict[str, Any] = {}
     for key, value in raw.items():
-        place = f"{prefix}{key}"
-        if key in base_names():
-            values[key] = read_value(key, value, place, problems, units_required=units_required)
-        elif key in leaves():
+        with problems.at(place := f"{prefix}{key}", value):
+            if key in base_names():
+                values[key] = read_value(key, value, place, problems, units_required=units_required)
+                continue
             whole, _, part = key.partition(".")
-            remedy = f"write {whole}: {{{part}: ...}}"
-            problems.append(Problem(place, value, "is not a case parameter", remedy))
-        else:
-            known, rule = base_names(), "is not a case parameter"
             remedy = _OTHER_NAMES.get(key.casefold().replace(" ", "_"), "")
-            written = None if remedy else key
-            problems.append(Problem(place, value, rule, remedy, written=written, known=known))
-    return {key: value for key, value in values.items() if value is not UNREAD}
+            if key in leaves():
+                remedy = f"write {whole}: {{{part}: ...}}"
+            known = () if remedy else base_names()
+            rule = "is not a case parameter"
+            problems.append(Problem(place, value, rule, remedy, written=key, known=known))
+    return values
 
 
 def read_value(
-    name: str, raw: object, key: str, problems: list[Problem], *, units_required: bool = True
+    name: str, raw: object, key: str, problems: Problems, *, units_required: bool = True
 ) -> Any:
-    """Read the value of a parameter or of a whole part; `UNREAD` where something is wrong.
+    """Read the value of a parameter or of a whole part, as in a file or (units apart) in Python.
 
-    It is given as it stands in a file, where physical values need units, or in Python; the key
-    says where it stands.
+    What is wrong with it is a `QuantityError`; what is wrong inside of a part is added to the
+    problems, under the key of the part, and an `UnreadError` ends the reading.
     """
     parameter = parameter_of(name)
     if raw is None and units_required:
         none = part_named(name).none if parameter is None else getattr(parameter, "infinite", "")
         hint = f"write {name}: none if that is meant" if none else such_as(name)
-        problems.append(Problem(key, None, "has no value", hint))
-        return UNREAD
+        raise QuantityError("has no value", hint)
     if parameter is None:
         return _read_part(name, raw, key, problems, units_required)
-    return _read(parameter, raw, key, problems, units_required)
+    return parameter.read(raw, units_required)
 
 
-def _read(
-    parameter: Parameter, raw: object, key: str, problems: list[Problem], units_required: bool
-) -> Any:
-    try:
-        return parameter.read(raw, units_required)
-    except QuantityError as error:
-        problems.append(Problem(key, raw, error.rule, error.hint))
-        return UNREAD
-
-
-def read_snapshots(raw: object, key: str, problems: list[Problem]) -> tuple[int, ...] | None:
+def read_snapshots(raw: object, key: str, problems: Problems) -> tuple[int, ...] | None:
     """Read a list of cycles; return the sound ones, None for auto."""
     if raw == "auto":
         return None
-    if not is_list(raw):
-        problems.append(Problem(key, raw, "must be auto, or a list such as [0, 1000, 30000]"))
-        return ()
-    cycles = [
-        _read(SNAPSHOT, value, f"{key}[{position}]", problems, True)
-        for position, value in enumerate(raw)
-    ]
-    return tuple(cycle for cycle in cycles if cycle is not UNREAD)
+    cycles = []
+    with problems.at(key, raw):
+        if not is_list(raw):
+            raise QuantityError("must be auto, or a list such as [0, 1000, 30000]")
+        for position, value in enumerate(raw):
+            with problems.at(f"{key}[{position}]", value):
+                cycles.append(SNAPSHOT.read(value, True))
+    return tuple(cycles)
 
 
-def _read_part(
-    member: str, raw: object, key: str, problems: list[Problem], units_required: bool
-) -> Any:
+def _read_part(member: str, raw: object, key: str, problems: Problems, units_required: bool) -> Any:
     about, of_kind = part_named(member), {kind.kind: kind for kind in kinds(member)}
     bare = [name for name, kind in of_kind.items() if not required(kind)]
     if isinstance(raw, tuple(of_kind.values())):
@@ -253,30 +238,26 @@ def _read_part(
     if not isinstance(raw, Mapping):
         whole = f"{'an' if member[0] in 'aeiou' else 'a'} {member}"
         choices = bare or [*(["none"] if about.none else []), whole]
-        rule = f"must be {' or '.join(choices)}"
-        problems.append(Problem(key, raw, rule, such_as(member), written=raw, known=bare))
-        return UNREAD
-    name = raw.get("kind", next(iter(of_kind)))
-    if name not in list(of_kind):
-        rule = f"must be {' or '.join(of_kind)}"
-        problems.append(Problem(f"{key}.kind", name, rule, written=name, known=[*of_kind]))
-        return UNREAD
-    kind, wrong = of_kind[name], list[Problem]()
-    values: dict[str, Any] = {}
-    for field, parameter in kind.parameters().items():
-        if field in raw:
-            place = f"{key}.{field}"
-            values[field] = _read(parameter, raw[field], place, wrong, units_required)
-        elif field in required(kind):
-            remedy = such_as(f"{member}.{field}")
-            wrong.append(Problem(f"{key}.{field}", None, "is missing", remedy))
-    known = ["kind", *kind.parameters()]
-    wrong += (unknown_key(key, each, raw[each], known) for each in raw if each not in known)
-    part = None if wrong else kind.unchecked(**values)
-    if part is not None and part.problem is not None:
-        wrong.append(Problem(key, None, *part.problem))
-    problems += wrong
-    return UNREAD if wrong else part
+        raise QuantityError(f"must be {' or '.join(choices)}", such_as(member), bare)
+    before, values = len(problems), dict[str, Any]()
+    with problems.at(f"{key}.kind", name := raw.get("kind", next(iter(of_kind)))):
+        if name not in list(of_kind):
+            raise QuantityError(f"must be {' or '.join(of_kind)}", "", [*of_kind])
+        kind = of_kind[name]
+        for field, parameter in kind.parameters().items():
+            with problems.at(f"{key}.{field}", raw.get(field)):
+                if field in raw:
+                    values[field] = parameter.read(raw[field], units_required)
+                elif field in required(kind):
+                    raise QuantityError("is missing", such_as(f"{member}.{field}"))
+        problems.unknown(key, raw, ["kind", *kind.parameters()])
+    if len(problems) > before:
+        raise UnreadError
+    part = kind.unchecked(**values)
+    if part.problem is not None:
+        problems.append(Problem(key, None, *part.problem))
+        raise UnreadError
+    return part
 
 
 def assemble(values: Mapping[str, Any]) -> dict[str, Any]:

@@ -11,11 +11,11 @@ from typing import Any
 
 from fretwear.mechanics.materials import Course
 from fretwear.parts import Part, Quantity
-from fretwear.study.case import UNREAD, read_value
+from fretwear.study.case import read_value
 from fretwear.study.points import Axis, Range
-from fretwear.study.problems import Problem, unknown_key
+from fretwear.study.problems import Problem, Problems, UnreadError
 from fretwear.study.tree import example_of, parameter_names, parameter_of
-from fretwear.units import exact_text
+from fretwear.units import QuantityError, exact_text
 
 LISTED = ("grid", "zip")
 SAMPLED = ("latin_hypercube", "sobol")
@@ -78,87 +78,79 @@ def sample(design: Design, axes: Sequence[Range | Sequence[Any]]) -> list[list[A
     ]
 
 
-_RANGE_KEYS = ("from", "to", "scale")
-
-
-def read_axes(vary: Mapping[str, Any], design: Design, problems: list[Problem]) -> tuple[Axis, ...]:
+def read_axes(vary: Mapping[str, Any], design: Design, problems: Problems) -> tuple[Axis, ...]:
     """Read the section `vary`; return the sound axes and add what is wrong to `problems`."""
     read: dict[str, Axis | Range] = {}
     for name, raw in vary.items():
-        axis = _read_axis(name, raw, f"vary.{name}", design, problems)
-        if axis is not None:
-            read[name] = axis
-    _refuse_whole_and_part(vary, problems)
+        with problems.at(f"vary.{name}", raw):
+            read[name] = _read_axis(name, raw, f"vary.{name}", design, problems)
+    for whole in vary:
+        for part in [name for name in vary if name.startswith(f"{whole}.")][:1]:
+            rule = f"varies the whole of which {part} is a part"
+            problems.add(f"vary.{whole}", None, rule, "vary one or the other")
     if design.is_sampled and not vary:
         rule = "is missing: a sampled design needs something to vary"
-        problems.append(Problem("vary", None, rule, "such as load: {from: 10 N, to: 100 N}"))
+        problems.add("vary", None, rule, "such as load: {from: 10 N, to: 100 N}")
     if design.is_sampled:
         return _sampled_axes(read, design) if design.points and read else ()
     axes = tuple(axis for axis in read.values() if isinstance(axis, Axis))
     lengths = {axis.name: len(axis.values) for axis in axes}
-    if design.kind == "zip" and len(set(lengths.values())) > 1:
-        listed = ", ".join(f"{name} has {length}" for name, length in lengths.items())
-        rule = f"must have lists of equal length under design: zip, but {listed}"
-        problems.append(Problem("vary", None, rule, "design: grid takes every combination"))
-        return ()
-    if design.kind == "zip":
-        _refuse_equal_rows(axes, problems)
-    size = design.size(list(lengths.values()))
-    if size > MAX_POINTS:
-        rule = f"makes {size} points, more than the limit of {MAX_POINTS}"
-        problems.append(Problem("vary", None, rule, "split the study"))
-        return ()
-    return axes
+    with problems.at("vary", None):
+        if design.kind == "zip" and len(set(lengths.values())) > 1:
+            listed = ", ".join(f"{name} has {length}" for name, length in lengths.items())
+            rule = f"must have lists of equal length under design: zip, but {listed}"
+            raise QuantityError(rule, "design: grid takes every combination")
+        if design.kind == "zip":
+            _refuse_equal_rows(axes, problems)
+        if (size := design.size(list(lengths.values()))) > MAX_POINTS:
+            rule = f"makes {size} points, more than the limit of {MAX_POINTS}"
+            raise QuantityError(rule, "split the study")
+        return axes
+    return ()
 
 
 def _read_axis(
-    name: str, raw: object, key: str, design: Design, problems: list[Problem]
-) -> Axis | Range | None:
+    name: str, raw: object, key: str, design: Design, problems: Problems
+) -> Axis | Range:
     if name not in parameter_names():
         rule, known = "is not a case parameter", parameter_names()
         problems.append(Problem(key, raw, rule, written=name, known=known))
-        return None
-    parts = [each for each in parameter_names() if each.startswith(f"{name}.")]
-    if parts and isinstance(raw, Mapping):
-        hint = f"to vary a part of it write {parts[0]}: [{example_of(parts[0])}, ...]"
-        problems.append(Problem(key, raw, f"must be a list of values of {name}", hint))
-        return None
+        raise UnreadError
     if isinstance(raw, Mapping):
+        if parts := [each for each in parameter_names() if each.startswith(f"{name}.")]:
+            hint = f"to vary a part of it write {parts[0]}: [{example_of(parts[0])}, ...]"
+            raise QuantityError(f"must be a list of values of {name}", hint)
         return _read_range(name, raw, key, design, problems)
     if not isinstance(raw, list):
         hint = f"write [{raw}]" if isinstance(raw, str | float) else ""
         if design.is_sampled:
             hint = "or a range such as {from: 10 N, to: 100 N, scale: log}"
-        problems.append(Problem(key, raw, "must be a list of values", hint))
-        return None
+        raise QuantityError("must be a list of values", hint)
     if not raw:
-        hint = "list at least one value, or leave it out"
-        problems.append(Problem(key, "[]", "is an empty list", hint))
-        return None
+        raise QuantityError("is an empty list", "list at least one value, or leave it out")
     values: list[Any] = []
     seen: dict[object, int] = {}
     for position, item in enumerate(raw):
-        place = f"{key}[{position}]"
-        values.append(value := read_value(name, item, place, problems))
-        if value is UNREAD:
-            continue
-        identity = _identity(value)
-        # Paired lists may repeat a value: only a whole row makes the same point.
-        if identity in seen and design.kind != "zip":
-            rule = f"is the same value as {key}[{seen[identity]}], {raw[seen[identity]]}"
-            problems.append(Problem(place, item, rule, "leave one of them out"))
-        seen.setdefault(identity, position)
-    return None if UNREAD in values else Axis(name, tuple(values), tuple(raw))
+        with problems.at(place := f"{key}[{position}]", item):
+            values.append(value := read_value(name, item, place, problems))
+            first = seen.setdefault(_identity(value), position)
+            # Paired lists may repeat a value: only a whole row makes the same point.
+            if first != position and design.kind != "zip":
+                rule = f"is the same value as {key}[{first}], {raw[first]}"
+                raise QuantityError(rule, "leave one of them out")
+    if len(values) < len(raw):
+        raise UnreadError
+    return Axis(name, tuple(values), tuple(raw))
 
 
-def _refuse_equal_rows(axes: tuple[Axis, ...], problems: list[Problem]) -> None:
+def _refuse_equal_rows(axes: tuple[Axis, ...], problems: Problems) -> None:
     seen: dict[object, int] = {}
     for row, values in enumerate(zip(*(axis.values for axis in axes), strict=True)):
         first = seen.setdefault(_identity(values), row)
         if first != row:
             given = ", ".join(f"{axis.name} {axis.labels[row]}" for axis in axes)
             rule = f"make point {row + 1} the same as point {first + 1} under design: zip"
-            problems.append(Problem("vary", given, rule, "leave one of them out of every list"))
+            problems.add("vary", given, rule, "leave one of them out of every list")
 
 
 def _identity(value: Any) -> object:
@@ -173,61 +165,41 @@ def _identity(value: Any) -> object:
 
 
 def _read_range(
-    name: str, raw: Mapping[str, Any], key: str, design: Design, problems: list[Problem]
-) -> Range | None:
-    before = len(problems)
+    name: str, raw: Mapping[str, Any], key: str, design: Design, problems: Problems
+) -> Range:
     if not design.is_sampled:
-        rule = f"is a range, which design: {design.kind} cannot take"
         hint = "write a list, or design: {kind: latin_hypercube, points: 64, seed: 1}"
-        problems.append(Problem(key, raw, rule, hint))
-        return None
-    quantity = parameter_of(name)
-    no_number = Problem(
-        key,
-        raw,
+        raise QuantityError(f"is a range, which design: {design.kind} cannot take", hint)
+    quantity, before = parameter_of(name), len(problems)
+    no_number = QuantityError(
         "has values that are no single quantity and cannot be drawn from a range",
         "write a list: its values are drawn",
     )
     if not (isinstance(quantity, Quantity) and quantity.may_be_drawn):
-        problems.append(no_number)
-        return None
-    for part, value in raw.items():
-        if part not in _RANGE_KEYS:
-            problems.append(unknown_key(key, part, value, _RANGE_KEYS))
-    scale = raw.get("scale", "linear")
-    if scale not in ("linear", "log"):
-        rule, known = "must be linear or log", ("linear", "log")
-        problems.append(Problem(f"{key}.scale", scale, rule, written=scale, known=known))
+        raise no_number
+    problems.unknown(key, raw, ("from", "to", "scale"))
+    scale, scales = raw.get("scale", "linear"), ("linear", "log")
+    if scale not in scales:
+        problems.add(f"{key}.scale", scale, "must be linear or log", known=scales)
     ends = []
-    for part in _RANGE_KEYS[:2]:
-        if part not in raw:
-            hint = f"such as {part}: {quantity.example}"
-            problems.append(Problem(f"{key}.{part}", None, "is missing", hint))
-            continue
-        ends.append(read_value(name, raw[part], f"{key}.{part}", problems))
+    for part in ("from", "to"):
+        with problems.at(place := f"{key}.{part}", raw.get(part)):
+            if part not in raw:
+                raise QuantityError("is missing", f"such as {part}: {quantity.example}")
+            ends.append(read_value(name, raw[part], place, problems))
     if len(problems) > before:
-        return None
+        raise UnreadError
     if not all(isinstance(end, float) for end in ends):
-        problems.append(no_number)
-        return None
+        raise no_number
     low, high = ends
-    if not low < high < float("inf"):
-        rule = f"must be more than {key}.from = {raw['from']}, and finite"
-        problems.append(Problem(f"{key}.to", raw["to"], rule))
-        return None
-    if scale == "log" and low <= 0.0:
-        rule = "must be larger than 0 on a logarithmic scale"
-        problems.append(Problem(f"{key}.from", raw["from"], rule))
-        return None
-    return Range(low, high, logarithmic=scale == "log")
-
-
-def _refuse_whole_and_part(vary: Mapping[str, Any], problems: list[Problem]) -> None:
-    for whole in vary:
-        parts = [name for name in vary if name.startswith(f"{whole}.")]
-        if parts:
-            rule = f"varies the whole of which {parts[0]} is a part"
-            problems.append(Problem(f"vary.{whole}", None, rule, "vary one or the other"))
+    with problems.at(f"{key}.to", raw["to"]):
+        if not low < high < math.inf:
+            raise QuantityError(f"must be more than {key}.from = {raw['from']}, and finite")
+        with problems.at(f"{key}.from", raw["from"]):
+            if scale == "log" and low <= 0.0:
+                raise QuantityError("must be larger than 0 on a logarithmic scale")
+            return Range(low, high, logarithmic=scale == "log")
+    raise UnreadError
 
 
 def _sampled_axes(read: Mapping[str, Axis | Range], design: Design) -> tuple[Axis, ...]:

@@ -7,12 +7,12 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
-from fretwear.parts import KindName, Parameter, Part, Quantity
+from fretwear.parts import Parameter, Part, Quantity, derived, kind_name
 from fretwear.study.tree import (
+    CaseTree,
     Member,
     coordinate,
     derived_of,
-    derived_parameters,
     kinds,
     leaves,
     leaves_of,
@@ -67,11 +67,11 @@ def _by_coordinate(of_kinds: tuple[tuple[type[Part], ...], ...]) -> Mapping[str,
                     continue
     for member, about in members().items():
         if isinstance(about, Member) and not about.inline:
-            found.setdefault(member, KindName(member, kinds(member)))
+            found.setdefault(member, kind_name(member, kinds(member)))
             for kind in kinds(member):
                 own = derived_of(member, kind).items()
                 found |= {f"{member}_{name}": each for name, each in own}
-    return {**found, **derived_parameters()}
+    return {**found, **derived(CaseTree)}
 
 
 def _part_text(name: str, value: Any) -> str:

@@ -103,15 +103,10 @@ class Plan:
             writer.writerow(row)
 
 
-def plan_study(study: Study) -> Plan:
-    """Return the plan of a study; nothing is run."""
-    return Plan(study)
-
-
 def write_points(study: Study, path: str | Path) -> None:
     """Write the table of points of a study as CSV."""
     with Path(path).open("w", newline="", encoding="utf-8") as stream:
-        plan_study(study).write_csv(stream)
+        Plan(study).write_csv(stream)
 
 
 def _parameters(point: Point) -> dict[str, float | str]:

@@ -157,7 +157,7 @@ class Parameters:
         if key not in self._made:
             axes = [self.axes[i] for i in self._varied_members[member]]
             drawn = {axis.name: axis.values[i] for axis, i in zip(axes, positions, strict=True)}
-            fixed = {n: value for n, value in self.fixed.items() if _belongs(n, member)}
+            fixed = {n: each for n, each in self.fixed.items() if _member_needed(n) == member}
             base = fixed.get(member)
             if isinstance(base, Part):
                 fields = {name.rpartition(".")[2]: value for name, value in drawn.items()}
@@ -181,46 +181,29 @@ class Parameters:
         A rule is tried once for each combination of the values it needs, and only where all
         of these are among the sound values.
         """
-        defaulted = {*members(), "output_cycles"} - required(CaseTree)
-        known = {*self._fixed_members, *self._sound_members, *(defaulted - {*self._varied_members})}
-        trials = [
-            _Trial(
-                rule,
-                [i for i, axis in enumerate(self.axes) if {axis.member, axis.name} & rule.needs],
-            )
-            for rule in RULES
-            if {_member_needed(name) for name in rule.needs} <= known
-        ]
+        defaulted = {*members(), "output_cycles"} - required(CaseTree) - {*self._varied_members}
+        known = {*self._fixed_members, *self._sound_members, *defaulted}
+        trials: list[tuple[Rule, list[int], dict[Any, Problem | None], dict[Any, list[Any]]]] = []
+        for rule in RULES:
+            if {_member_needed(name) for name in rule.needs} <= known:
+                axes = enumerate(self.axes)
+                relevant = [i for i, axis in axes if {axis.member, axis.name} & rule.needs]
+                trials.append((rule, relevant, {}, {}))
         # Point by point, so that the case of a point is made once for all rules.
         for index in self.indices:
             case: Case | None = None
-            for trial in trials:
-                positions = tuple([index[i] for i in trial.relevant])
-                if positions not in trial.tried:
+            for rule, relevant, tried, broken in trials:
+                positions = tuple([index[i] for i in relevant])
+                if positions not in tried:
                     case = case or self.case(index)
-                    trial.tried[positions] = trial.rule.find(case)
-                if trial.tried[positions] is not None:
-                    trial.broken.setdefault(positions, []).append(index)
-        for trial in trials:
-            for positions, points in trial.broken.items():
-                problem = trial.tried[positions]
-                where = zip((self.axes[i] for i in trial.relevant), positions, strict=True)
-                assert problem is not None
-                yield BrokenRule(problem, tuple(where), points)
-
-
-@dataclass
-class _Trial:
-    """A rule tried at the points, by their positions along the axes that it needs."""
-
-    rule: Rule
-    relevant: Sequence[int]
-    tried: dict[tuple[int, ...], Problem | None] = field(default_factory=dict)
-    broken: dict[tuple[int, ...], list[tuple[int, ...]]] = field(default_factory=dict)
-
-
-def _belongs(name: str, member: str) -> bool:
-    return name != "output_cycles" and member_of(name) == member
+                    tried[positions] = rule.find(case)
+                if tried[positions] is not None:
+                    broken.setdefault(positions, []).append(index)
+        for _, relevant, tried, broken in trials:
+            for positions, points in broken.items():
+                where = zip((self.axes[i] for i in relevant), positions, strict=True)
+                if (problem := tried[positions]) is not None:
+                    yield BrokenRule(problem, tuple(where), points)
 
 
 def _member_needed(name: str) -> str:

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+
+from fretwear.units import QuantityError
 
 _LONGEST_VALUE = 60
 
@@ -33,8 +36,8 @@ class Problem:
     rule: str  # what is wrong or what it must be, as a sentence without its subject
     remedy: str = ""  # what to do
     line: int | None = None  # of the file, counted from 1
-    written: object = None  # a name that may be misspelt
-    known: Sequence[str] = ()  # the names that there are
+    known: Sequence[str] = ()  # the words that there are, where one of them may be misspelt
+    written: str = ""  # the word that may be, where it is not what is given
 
     @property
     def value(self) -> str:
@@ -45,7 +48,7 @@ class Problem:
     @property
     def hint(self) -> str:
         """The likely correction, or what to do, or nothing."""
-        return did_you_mean(self.written, self.known) or self.remedy
+        return did_you_mean(self.written or self.given, self.known) or self.remedy
 
     @property
     def _place(self) -> str:
@@ -63,14 +66,38 @@ class Problem:
         return f"{text}\n    {self.hint}" if self.hint else text
 
 
-def unknown_key(
-    place: str, name: str, given: object, known: Sequence[str], knows: str = ""
-) -> Problem:
-    """Return the problem of a key that is not known at a place; `knows` is what begins the list."""
-    knows = knows or ("known are" if len(known) > 1 else "known is")
-    remedy = f"{knows} {', '.join(known)}"
-    key = f"{place}.{name}"
-    return Problem(key, given, "is not known", remedy, written=name, known=known)
+class UnreadError(Exception):
+    """A value could not be read, for problems that are among the `Problems` already."""
+
+
+class Problems(list[Problem]):
+    """What is wrong with what is read, in the order in which it was found."""
+
+    @contextmanager
+    def at(self, key: str, given: object) -> Iterator[None]:
+        """Take a `QuantityError` in the context for a problem of what stands at a key."""
+        try:
+            yield
+        except QuantityError as wrong:
+            self.add(key, given, wrong.rule, wrong.hint, wrong.known)
+        except UnreadError:
+            pass
+
+    def add(
+        self, key: str, given: object, rule: str, remedy: str = "", known: Sequence[str] = ()
+    ) -> None:
+        """Add a problem; where words are known, what is given may be one of them misspelt."""
+        self.append(Problem(key, given, rule, remedy, known=known))
+
+    def unknown(
+        self, place: str, keys: Mapping[str, object], known: Sequence[str], knows: str = ""
+    ) -> None:
+        """Add the keys at a place that are not known; `knows` is what begins the list."""
+        knows = knows or f"known {'are' if len(known) > 1 else 'is'}"
+        for name in (name for name in keys if name not in known):
+            remedy = f"{knows} {', '.join(known)}"
+            rule, key = "is not known", f"{place}.{name}"
+            self.append(Problem(key, keys[name], rule, remedy, written=name, known=known))
 
 
 class StudyError(ValueError):

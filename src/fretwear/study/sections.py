@@ -8,8 +8,9 @@ from typing import Any
 
 from fretwear.study.case import SNAPSHOT, schema_of, schema_required
 from fretwear.study.designs import KINDS, LISTED, MAX_POINTS, SAMPLED, Design
-from fretwear.study.problems import Problem, unknown_key
+from fretwear.study.problems import Problem, Problems
 from fretwear.study.tree import base_names, parameter_names, parameter_of
+from fretwear.units import QuantityError
 
 NAMES = ("title", "base", "vary", "seeds", "design", "invalid", "batch", "output")
 SEEDS = "roughness.seed"
@@ -33,38 +34,40 @@ class Sections:
     cycles: Any = "auto"  # as written
 
 
-def read_sections(raw: Mapping[str, Any], problems: list[Problem]) -> Sections:
+def read_sections(raw: Mapping[str, Any], problems: Problems) -> Sections:
     """Read the sections, and add what is wrong with them to the problems."""
     found: dict[str, Any] = {}
     for name, given in raw.items():
-        match name:
-            case "title":
-                found[name] = _title(given, problems)
-            case "base" | "vary" | "output":
-                found[name] = _mapping(name, given, problems)
-            case "design":
-                found[name] = _design(given, problems)
-            case "invalid":
-                found["skip_invalid"] = given == "skip"
-                if given not in ("stop", "skip"):
-                    problems.append(Problem(name, given, "must be stop or skip"))
-            case "batch":
-                found[name] = given if _is_whole(given, 1, MAX_POINTS) else None
-                if found[name] is None and given != "auto":
-                    rule = f"must be auto, or a whole number of cases from 1 to {MAX_POINTS}"
-                    remedy = "auto gives a job a few minutes of work"
-                    problems.append(
-                        Problem(name, given, rule, remedy, written=given, known=("auto",))
-                    )
-            case _:
-                problems.append(_unknown_section(name, given))
+        with problems.at(name, given):
+            match name:
+                case "title":
+                    found[name] = _title(given)
+                case "base" | "vary" | "output":
+                    found[name] = _mapping(name, given)
+                case "design":
+                    found[name] = _design(given, problems)
+                case "invalid":
+                    found["skip_invalid"] = given == "skip"
+                    if given not in ("stop", "skip"):
+                        raise QuantityError("must be stop or skip")
+                case "batch":
+                    found[name] = given if _is_whole(given, 1, MAX_POINTS) else None
+                    if found[name] is None and given != "auto":
+                        rule = f"must be auto, or a whole number of cases from 1 to {MAX_POINTS}"
+                        hint = "auto gives a job a few minutes of work"
+                        raise QuantityError(rule, hint, ("auto",))
+                case _:
+                    known = () if name in parameter_names() else NAMES
+                    hint = f"known are {', '.join(NAMES)}"
+                    hint = hint if known else f"put it under base: base.{name}"
+                    rule = "is not a section of a study"
+                    problems.append(Problem(name, given, rule, hint, written=name, known=known))
     output = found.pop("output", {})
-    for name in (name for name in output if name not in _CYCLES):
-        problems.append(unknown_key("output", name, output[name], _CYCLES))
+    problems.unknown("output", output, _CYCLES)
     return Sections(**found, cycles=output.get("cycles", "auto"))
 
 
-def unfolded(content: Mapping[str, Any], problems: list[Problem]) -> Mapping[str, Any]:
+def unfolded(content: Mapping[str, Any], problems: Problems) -> Mapping[str, Any]:
     """Return the content of a study file with its `seeds` where they belong, under `vary`."""
     if "seeds" not in content:
         return content
@@ -74,67 +77,53 @@ def unfolded(content: Mapping[str, Any], problems: list[Problem]) -> Mapping[str
         return others
     if twice := [name for name in vary if name in (SEEDS, "roughness")]:
         rule = f"would vary what vary.{twice[0]} varies"
-        problems.append(Problem("seeds", content["seeds"], rule, "leave one of them out"))
+        problems.add("seeds", content["seeds"], rule, "leave one of them out")
         return others
     return {**others, "vary": {**vary, SEEDS: content["seeds"]}}
-
-
-def _unknown_section(name: str, given: object) -> Problem:
-    rule = "is not a section of a study"
-    if name in parameter_names():
-        return Problem(name, given, rule, f"put it under base: base.{name}")
-    return Problem(name, given, rule, f"known are {', '.join(NAMES)}", written=name, known=NAMES)
 
 
 def _is_whole(given: object, least: int, most: int) -> bool:
     return type(given) is int and least <= given <= most
 
 
-def _title(given: object, problems: list[Problem]) -> str:
+def _title(given: object) -> str:
     if not isinstance(given, str) or not given.strip():
-        problems.append(Problem("title", given, "must be text", "put it in quotes"))
-    elif not given.isprintable():
-        problems.append(Problem("title", given, "must be one line of printable text"))
-    elif len(given.strip()) > MAX_TITLE:
-        problems.append(Problem("title", given, f"must have at most {MAX_TITLE} characters"))
-    else:
-        return given.strip()
-    return ""
+        raise QuantityError("must be text", "put it in quotes")
+    if not given.isprintable():
+        raise QuantityError("must be one line of printable text")
+    if len(given.strip()) > MAX_TITLE:
+        raise QuantityError(f"must have at most {MAX_TITLE} characters")
+    return given.strip()
 
 
-def _mapping(name: str, given: object, problems: list[Problem]) -> Mapping[str, Any]:
+def _mapping(name: str, given: object) -> Mapping[str, Any]:
     if isinstance(given, Mapping):
         return given
-    rule, remedy = "must hold keys with values, one to a line", ""
     if given is None:
-        rule, remedy = "is empty", f"leave {name} out, or fill it"
-    problems.append(Problem(name, given, rule, remedy))
-    return {}
+        raise QuantityError("is empty", f"leave {name} out, or fill it")
+    raise QuantityError("must hold keys with values, one to a line")
 
 
-def _design(given: object, problems: list[Problem]) -> Design:
+def _design(given: object, problems: Problems) -> Design:
     """Read a design; ``design: zip`` is short for ``design: {kind: zip}``."""
     keys = given if isinstance(given, Mapping) else {"kind": given}
     kind = keys.get("kind", "grid")
     if kind not in KINDS:
         key = "design.kind" if keys is given else "design"
-        rule = f"must be one of {', '.join(KINDS)}"
-        problems.append(Problem(key, kind, rule, written=kind, known=KINDS))
+        problems.add(key, kind, f"must be one of {', '.join(KINDS)}", known=KINDS)
         return Design()
     known = ("kind", *_NUMBERS) if kind in SAMPLED else ("kind",)
+    problems.unknown("design", keys, known, f"{kind} knows")
     found: dict[str, Any] = {}
-    for name, number in keys.items():
-        if name not in known:
-            problems.append(unknown_key("design", name, number, known, f"{kind} knows"))
-        elif name != "kind" and _is_whole(number, *_NUMBERS[name]):
-            found[name] = number
-        elif name != "kind":
-            least, most = _NUMBERS[name]
-            rule = f"must be a whole number from {least} to {most}"
-            problems.append(Problem(f"design.{name}", number, rule))
+    for name in [name for name in keys if name in known[1:]]:
+        least, most = _NUMBERS[name]
+        with problems.at(f"design.{name}", keys[name]):
+            if not _is_whole(keys[name], least, most):
+                raise QuantityError(f"must be a whole number from {least} to {most}")
+            found[name] = keys[name]
     if kind in SAMPLED and "points" not in keys:
         rule = f"is missing: {kind} needs it"
-        problems.append(Problem("design.points", None, rule, "such as points: 64"))
+        problems.add("design.points", None, rule, "such as points: 64")
     return Design(kind, **found)
 
 

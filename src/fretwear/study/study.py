@@ -22,11 +22,12 @@ from fretwear.study.case import (
 )
 from fretwear.study.designs import Design, read_axes
 from fretwear.study.points import Axis, BrokenRule, Parameters, Point
-from fretwear.study.problems import Problem, StudyError, did_you_mean, few_of
+from fretwear.study.problems import Problem, Problems, StudyError, did_you_mean, few_of
 from fretwear.study.sections import SEEDS, Sections, read_sections, unfolded
-from fretwear.study.tree import leaves, member_of, parameter_names
+from fretwear.study.tree import member_of, parameter_names
 from fretwear.study.yamlfile import parse_value, read_document
-from fretwear.topography import Located, SourceFile
+from fretwear.topography import Located
+from fretwear.units import QuantityError
 
 OPTION = "--set"
 
@@ -138,33 +139,32 @@ def load_study(path: str | Path, assignments: Sequence[str] = ()) -> Study:
     """
     file = Path(path)
     document = read_document(file)
-    problems = list(document.problems)
+    problems = Problems(document.problems)
     if not _NAME.fullmatch(file.stem):
         rule = (
             "names the folder of its results: the file name may have letters, digits, '.', '_' and "
             "'-', up to 100, and must begin with a letter or digit"
         )
-        problems.append(Problem("", None, f"{file.name!r} {rule}", "rename the file"))
+        problems.add("", None, f"{file.name!r} {rule}", "rename the file")
     if not isinstance(document.data, Mapping):
         rule = "must hold keys such as base and vary, not a single value or a list"
         raise StudyError(file, [Problem("", document.data, rule), *problems])
-    content, wrong_assignments = override(unfolded(document.data, problems), assignments)
-    problems += wrong_assignments
+    content, wrong = override(unfolded(document.data, problems), assignments)
     lines = dict(document.lines)
     if "seeds" in lines:
         lines |= {f"vary.{SEEDS}": lines["seeds"]}
-    return _checked(file, content, problems, lines, assignments)
+    return _checked(file, content, [*problems, *wrong], lines, assignments)
 
 
 def _checked(
     file: Path,
     content: Mapping[str, Any],
-    problems: list[Problem],
+    problems: Sequence[Problem],
     lines: Mapping[str, int] = MappingProxyType({}),
     assignments: Sequence[str] = (),
 ) -> Study:
     """Turn the plain content of a study file, assignments applied, into a `Study`."""
-    found: list[Problem] = []
+    found = Problems()
     sections = read_sections(_located(content, file.parent), found)
     design = sections.design
     axes = read_axes(sections.vary, design, found)
@@ -176,18 +176,17 @@ def _checked(
     listed = snapshots or ()
     for position, cycle in enumerate(listed):
         if cycle in listed[:position]:
-            found.append(Problem(f"output.cycles[{position}]", str(cycle), "is given twice"))
+            found.add(f"output.cycles[{position}]", cycle, "is given twice")
     # A part of what could not be read says nothing.
     axes = tuple(axis for axis in axes if "." not in axis.name or axis.key in fixed)
     for axis in axes:
         if axis.name == "indenter" and len({part.is_line for part in axis.values}) > 1:
             rule = "has cylinders, whose results are per length, beside others"
-            found.append(Problem("vary.indenter", None, rule, "make two studies of it"))
+            found.add("vary.indenter", None, rule, "make two studies of it")
     parameters = Parameters(fixed, axes, list(design.indices([len(axis.values) for axis in axes])))
     invalid = _try_rules(parameters, design, found, skip=sections.skip_invalid)
     if not (problems or found) and len(invalid) == len(parameters.indices):
-        rule = f"leaves no point to run: {next(iter(invalid.values()))}"
-        found.append(Problem("vary", None, rule))
+        found.add("vary", None, f"leaves no point to run: {next(iter(invalid.values()))}")
     if problems or found:
         raise StudyError(file, _in_order([*problems, *found], lines, assignments))
     return Study(
@@ -203,29 +202,16 @@ def _checked(
     )
 
 
-def _located(content: Mapping[str, Any], folder: Path) -> dict[str, Any]:
-    """Say of the names of files that they are relative to the folder of the study file."""
-    located = copy.deepcopy(dict(content))
-
-    def at(value: Any) -> Any:
-        return Located.at(value, folder) if isinstance(value, str) else value
-
-    for name, several in leaves().items():
-        if not any(isinstance(leaf.parameter, SourceFile) for leaf in several):
-            continue
-        whole, _, part = name.partition(".")
-        for section in (located.get("base"), located.get("vary")):
-            given = section.get(whole) if isinstance(section, Mapping) else None
-            for each in given if isinstance(given, list) else [given]:
-                if isinstance(each, dict) and part in each:
-                    each[part] = at(each[part])
-        vary = located.get("vary")
-        if isinstance(vary, dict) and isinstance(vary.get(name), list):
-            vary[name] = [at(value) for value in vary[name]]
-    return located
+def _located(value: Any, folder: Path) -> Any:
+    """Say of all text that, where it is the name of a file, it is relative to a folder."""
+    if isinstance(value, dict):
+        return {key: _located(each, folder) for key, each in value.items()}
+    if isinstance(value, list):
+        return [_located(each, folder) for each in value]
+    return Located.at(value, folder) if type(value) is str else value
 
 
-def _read_base(sections: Sections, problems: list[Problem]) -> dict[str, Any]:
+def _read_base(sections: Sections, problems: Problems) -> dict[str, Any]:
     """Read the fixed values.
 
     A varied parameter may have a value in base as well: that of the study it departs from.  Of a
@@ -242,7 +228,7 @@ def _read_base(sections: Sections, problems: list[Problem]) -> dict[str, Any]:
         others = base.setdefault(whole, {})
         if not isinstance(others, Mapping):
             rule = f"must give the other parts of the {whole}, because {name} is varied"
-            problems.append(Problem(f"base.{whole}", others, rule, such_as(whole)))
+            problems.add(f"base.{whole}", others, rule, such_as(whole))
             del base[whole]
             varied.append(whole)
             continue
@@ -250,7 +236,7 @@ def _read_base(sections: Sections, problems: list[Problem]) -> dict[str, Any]:
         values = [raw.get("from")] if isinstance(raw, Mapping) else raw
         base[whole] = {**others, part: values[0] if is_list(values) and values else None}
         stand_ins.append(f"base.{name}")
-    wrong: list[Problem] = []
+    wrong = Problems()
     read = read_values(base, "base.", wrong, units_required=True)
     problems.extend(problem for problem in wrong if problem.key not in stand_ins)
     for problem in missing({*base, *varied, *sections.base}, in_file=True):
@@ -261,7 +247,7 @@ def _read_base(sections: Sections, problems: list[Problem]) -> dict[str, Any]:
 
 
 def _try_rules(
-    parameters: Parameters, design: Design, problems: list[Problem], *, skip: bool
+    parameters: Parameters, design: Design, problems: Problems, *, skip: bool
 ) -> dict[tuple[int, ...], str]:
     """Try the rules between parameters; return the points to skip, report all others."""
     invalid: dict[tuple[int, ...], str] = {}
@@ -279,7 +265,7 @@ def _try_rules(
         if count > _LISTED_PER_RULE:
             more = count - _LISTED_PER_RULE
             rule = f"is wrong in the same way at {more} more combinations of the varied values"
-            problems.append(Problem(f"vary ({subject})", None, rule))
+            problems.add(f"vary ({subject})", None, rule)
     return invalid
 
 
@@ -319,9 +305,7 @@ def _in_order(
     return sorted(placed, key=lambda problem: problem.line or len(lines) * 1000)
 
 
-def override(
-    raw: Mapping[str, Any], assignments: Iterable[str]
-) -> tuple[dict[str, Any], list[Problem]]:
+def override(raw: Mapping[str, Any], assignments: Iterable[str]) -> tuple[dict[str, Any], Problems]:
     """Apply assignments ``name=value`` to the plain content of a study file.
 
     The value replaces that of `base`, and the parameter is no longer varied.  Setting one of
@@ -330,50 +314,47 @@ def override(
 
     Returns
     -------
-    dict, list of Problem
+    dict, Problems
         The changed content (the one given stays as it is), and what was wrong with the
         assignments themselves; values are checked with the study.
     """
-    changed = copy.deepcopy(dict(raw))
-    problems: list[Problem] = []
+    changed, problems = copy.deepcopy(dict(raw)), Problems()
     known = (*parameter_names(), "output.cycles", "title")
     for assignment in assignments:
         name, equals, text = assignment.partition("=")
         name = name.strip()
+        place = f"{OPTION} {name}"
         if not equals:
             rule = "must have the form name=value"
-            problems.append(Problem(OPTION, assignment, rule, "such as --set 'load=30 N'"))
+            problems.add(OPTION, assignment, rule, "such as --set 'load=30 N'")
         elif name not in known:
-            rule, place = "is not a parameter", f"{OPTION} {name}"
+            rule = "is not a parameter"
             problems.append(Problem(place, text, rule, written=name, known=known))
         else:
-            try:
+            with problems.at(place, text):
                 value = parse_value(text)
-            except ValueError as error:
-                problems.append(Problem(f"{OPTION} {name}", text, str(error)))
-            else:
-                problems.extend(_assign(changed, name, value))
+                with problems.at(place, value):
+                    _assign(changed, name, value)
     return changed, problems
 
 
-def _assign(content: dict[str, Any], name: str, value: Any) -> list[Problem]:
+def _assign(content: dict[str, Any], name: str, value: Any) -> None:
     if name == "title":
         content["title"] = value
-        return []
+        return
     if name == "output.cycles":
         content["output"] = {"cycles": value}
-        return []
+        return
     base, vary = (_mapping(content, section) for section in ("base", "vary"))
-    for other in member_alternatives(member_of(name)):
-        if name in member_alternatives(member_of(name)):
+    if name in (alternatives := member_alternatives(member_of(name))):
+        for other in alternatives:
             base.pop(other, None)
             vary.pop(other, None)
     vary.pop(name, None)
     whole, _, part = name.partition(".")
+    if part and whole in vary:
+        raise QuantityError(f"cannot be set while vary.{whole} varies the whole of it")
     if part:
-        if whole in vary:
-            rule = f"cannot be set while vary.{whole} varies the whole of it"
-            return [Problem(f"{OPTION} {name}", value, rule)]
         present = base.get(whole)
         base[whole] = {**(present if isinstance(present, Mapping) else {}), part: value}
     else:
@@ -384,7 +365,6 @@ def _assign(content: dict[str, Any], name: str, value: Any) -> list[Problem]:
         # A sampled design without anything to sample would be an error of its own.
         del content["vary"]
         content.pop("design", None)
-    return []
 
 
 def _mapping(content: dict[str, Any], section: str) -> dict[str, Any]:

@@ -26,13 +26,13 @@ from fretwear.mechanics.wear_laws import WearLaw
 from fretwear.parts import (
     AlongXY,
     Flag,
-    KindName,
     Parameter,
     Part,
     Quantity,
     WholeNumber,
     declared,
     derived,
+    kind_name,
     required,
 )
 from fretwear.study.blocks import Block, Blocks
@@ -143,7 +143,9 @@ class CaseTree:
     ] = None
     cycles: Annotated[
         int,
-        WholeNumber("$N$", "number of cycles", 1, MAX_CYCLES, 30000, "Number of load cycles."),
+        WholeNumber(
+            "$N$", "number of cycles", 1, MAX_CYCLES, 30000, description="Number of load cycles."
+        ),
     ]
     cell: Annotated[
         tuple[float, float] | None,
@@ -185,6 +187,8 @@ class CaseTree:
     blocks: Annotated[
         tuple[Block, ...],
         Blocks(
+            "blocks",
+            "blocks of loading",
             _changeable,
             WholeNumber("$N$", "number of cycles", 1, MAX_CYCLES, 2000),
             description="Blocks of loading one after the other, instead of cycles: each has "
@@ -196,7 +200,7 @@ class CaseTree:
         Flag(
             "",
             "estimate of errors",
-            "Whether a run on cells twice as wide tells the error of every result.",
+            description="Whether a run on cells twice as wide tells the error of every result.",
         ),
     ] = True
     output_cycles: tuple[int, ...] = ()
@@ -472,12 +476,12 @@ class CaseTree:
         }
 
     def _coordinates(self) -> Iterator[tuple[str, Parameter, float | str]]:
-        derived = dict(derived_parameters())
+        following = dict(derived(CaseTree))
         # What comes out of a run is no parameter.
         if not self.force_is_held:
-            del derived["tangential_ratio"], derived["tangential_load"]
+            del following["tangential_ratio"], following["tangential_load"]
         if self.loading.is_force or self.loading.stroke:
-            del derived["displacement_amplitude"], derived["displacement_ratio"]
+            del following["displacement_amplitude"], following["displacement_ratio"]
         for member, about in members().items():
             value = getattr(self, member)
             if isinstance(about, Parameter):
@@ -490,12 +494,12 @@ class CaseTree:
             elif about.inline:
                 names = {leaf.field: leaf for kind in kinds(member) for leaf in leaves_of(kind)}
                 for name, leaf in names.items():
-                    if name in derived or leaf.field in value.__dict__:
-                        known = derived.pop(name, leaf.parameter)
+                    if name in following or leaf.field in value.__dict__:
+                        known = following.pop(name, leaf.parameter)
                         yield from known.coordinates(name, getattr(self, name))
             elif value is not None or member not in _UNSAID_AT_DEFAULT:
                 yield from _of_part(member, value)
-        for name, known in derived.items():
+        for name, known in following.items():
             # What is called after Hertz is said of no other contact.
             if self.indenter.is_hertzian or not name.startswith("hertz"):
                 words = known.words.replace("radius", self.indenter.extent_words)
@@ -518,7 +522,7 @@ def _of_part(member: str, part: Part | None) -> Iterator[tuple[str, Parameter, f
     kind = next(iter(kinds(member))) if part is None else type(part)
     own = [leaf for leaf in leaves_of(kind) if leaf.member == member]
     if part is not None and not own:
-        yield member, KindName(member, kinds(member)), part.kind
+        yield member, kind_name(member, kinds(member)), part.kind
     for name, about in derived_of(member, kind).items() if part is not None else ():
         yield from about.coordinates(f"{member}_{name}", getattr(part, name))
     for leaf in own:
@@ -644,11 +648,6 @@ def _leaves(
                 for key in {name, *([] if about.inline else [f"{member}.{field}"])}:
                     found[key] = (*found.get(key, ()), leaf)
     return found
-
-
-def derived_parameters() -> Mapping[str, Parameter]:
-    """Return what follows from the parameters and is a coordinate too, by name."""
-    return derived(CaseTree)
 
 
 def _short(number: float) -> str:

@@ -13,6 +13,7 @@ from ruamel.yaml.error import YAMLError
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
 from fretwear.study.problems import Problem, StudyError, few_of, nearest
+from fretwear.units import QuantityError
 
 STUDIES = Path("studies")
 ENDINGS = (".yaml", ".yml")
@@ -57,9 +58,9 @@ def parse_value(text: str) -> Any:
     try:
         document = _compose(text) or Document("")
     except (YAMLError, _TooMuchError) as error:
-        raise ValueError("is not a value that YAML can read") from error
+        raise QuantityError("is not a value that YAML can read") from error
     if document.problems:
-        raise ValueError(document.problems[0].rule)
+        raise QuantityError(document.problems[0].rule)
     return document.data
 
 

@@ -1,7 +1,8 @@
 """Elliptical contact after Hertz, of bodies with unlike curvatures along two directions.
 
 K. L. Johnson (1985), Contact Mechanics, Cambridge University Press, sections 4.2 (Hertz) and 7.2;
-elliptic integrals in the form of B. C. Carlson, which has no special case for a circle.
+elliptic integrals in the form of B. C. Carlson, Numer. Algor. 10 (1995), 13–26, which has no
+special case for a circle.
 """
 
 from __future__ import annotations
@@ -50,7 +51,7 @@ class EllipticContact(HertzContact):
     def approach(self) -> float:
         """δ = (p₀/E*) b K, m."""
         along_x, along_y = self.half_widths
-        integral = _complete_first(min(along_x, along_y) / max(along_x, along_y))
+        integral = _complete(min(along_x, along_y) / max(along_x, along_y))[0]
         return integral * min(along_x, along_y) * self.peak_pressure / self.composite_modulus
 
     def with_load(self, load: float) -> EllipticContact:
@@ -96,40 +97,25 @@ def _axis_ratio(radius_ratio: float) -> float:
 
 
 def _carlson_d(second: float, third: float) -> float:
-    """R_D(0, y, z) by duplication; B. C. Carlson, Numer. Algor. 10 (1995), 13–26."""
-    x, y, z = 0.0, second, third
-    total, factor = 0.0, 1.0
-    mean = (x + y + 3.0 * z) / 5.0
-    largest = max(abs(mean - each) for each in (x, y, z))
-    start_x, start_y, start_mean = x, y, mean
-    while factor * largest > 1e-3 * abs(mean):
-        root_x, root_y, root_z = math.sqrt(x), math.sqrt(y), math.sqrt(z)
-        step = root_x * root_y + root_x * root_z + root_y * root_z
-        total += factor / (root_z * (z + step))
-        factor /= 4.0
-        x, y, z, mean = ((each + step) / 4.0 for each in (x, y, z, mean))
-    rest_x, rest_y = (factor * (start_mean - each) / mean for each in (start_x, start_y))
-    rest_z = -(rest_x + rest_y) / 3.0
-    product = rest_x * rest_y
-    second_order = product - 6.0 * rest_z**2
-    third_order = (3.0 * product - 8.0 * rest_z**2) * rest_z
-    fourth_order = 3.0 * (product - rest_z**2) * rest_z**2
-    fifth_order = product * rest_z**3
-    series = (
-        1.0
-        - 3.0 * second_order / 14.0
-        + third_order / 6.0
-        + 9.0 * second_order**2 / 88.0
-        - 3.0 * fourth_order / 22.0
-        - 9.0 * second_order * third_order / 52.0
-        + 3.0 * fifth_order / 26.0
-    )
-    return 3.0 * total + factor * series / (mean * math.sqrt(mean))
+    """R_D(0, y, z): 3D/z^(3/2) for z > y, else 3B/(z √y), with D as below and B = K − D."""
+    complete, difference = _complete(math.sqrt(min(second, third) / max(second, third)))
+    if third > second:
+        return 3.0 * difference / (third * math.sqrt(third))
+    return 3.0 * (complete - difference) / (third * math.sqrt(second))
 
 
-def _complete_first(complement: float) -> float:
-    """K of the complementary modulus k', by the arithmetic-geometric mean."""
-    first, second = 1.0, complement
-    while abs(first - second) > 1e-15 * first:
-        first, second = 0.5 * (first + second), math.sqrt(first * second)
-    return math.pi / (first + second)
+def _complete(complement: float) -> tuple[float, float]:
+    """K and D = (K − E)/k² of the complementary modulus k′, by the arithmetic-geometric mean.
+
+    With the differences c of the means, D/K = 1/2 + Σ 2^(n−1) c_n²/k² over n ≥ 1.
+    """
+    mean, root = 0.5 * (1.0 + complement), math.sqrt(complement)
+    difference = 0.5 * (1.0 - complement)
+    term, share = 0.25 * (1.0 - complement) / (1.0 + complement), 0.5
+    while abs(term) > 1e-17:
+        share += term
+        mean, root = 0.5 * (mean + root), math.sqrt(mean * root)
+        term *= 2.0 * (difference / (4.0 * mean)) ** 2
+        difference *= difference / (4.0 * mean)
+    complete = math.pi / (mean + root)
+    return complete, share * complete
