@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from fretwear import figures
+from fretwear.figures.bearing import compare_bearing_areas
 
 
 def test_curves_are_the_heights_of_the_roughness_less_what_is_lost(rough, check_texts):
@@ -24,6 +25,15 @@ def test_curves_are_the_heights_of_the_roughness_less_what_is_lost(rough, check_
     lost = (at_last.wear_depth + at_last.plastic_depth).values[inside]
     assert first[1].mean() - last[1].mean() == pytest.approx(size * lost.mean(), rel=1e-4)
     assert {"cycle 0", "cycle 1000"} <= set(check_texts(figure))
+
+
+def test_cases_are_compared_on_one_scale_of_heights(rough, check_texts):
+    figure = compare_bearing_areas({"one": rough, "other": rough})
+    one, other = figure.axes
+    for mine, theirs in zip(one.get_lines(), other.get_lines(), strict=True):
+        np.testing.assert_array_equal(mine.get_xydata(), theirs.get_xydata())
+    assert one.get_ylim() == other.get_ylim()
+    assert {"one", "other", "cycle 0", "cycle 1000"} <= set(check_texts(figure))
 
 
 def test_a_smooth_case_has_none(smooth):

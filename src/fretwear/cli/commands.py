@@ -251,7 +251,7 @@ def figures(
 ) -> None:
     """Draw the figures of a merged study, as SVG and PNG, into figures/."""
     log = begin(context, log_format, quiet=quiet)
-    _, folder = study_and_results(file, results)
+    study, folder = study_and_results(file, results)
 
     from fretwear.data.files import open_history, open_summary
     from fretwear.figures.study import write_study_figures
@@ -263,7 +263,7 @@ def figures(
         open_history(folder / "summary.nc") as history,
     ):
         extra = source_figures(summary, cases)
-        entries = write_study_figures(summary, cases, drawn, extra, history)
+        entries = write_study_figures(summary, cases, drawn, extra, history, study.cases())
     log.result(drawn, f"{len(entries)} figures", figures=len(entries))
 
 

@@ -3,33 +3,44 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from fretwear.data.dataset import mirrored
-from fretwear.figures.axes import label_or_key
+from fretwear.figures.axes import label_or_key, label_outer, make_panels, outside_key
 from fretwear.figures.datasets import (
     Cycles,
+    check_cases,
     check_dataset,
     checked_cycles,
     require,
     with_cycles,
 )
 from fretwear.figures.profiles import cycle_colors
-from fretwear.figures.style import Columns, one_panel, styled
+from fretwear.figures.style import Columns, JournalFigure, one_panel, styled
 from fretwear.study.case import Case
-from fretwear.units import cycle_text, readable_unit
+from fretwear.units import Unit, cycle_text, readable_unit, span
 
 Array = NDArray[np.float64]
 
 
-def bearing_heights(dataset: xr.Dataset, cycles: Cycles = None) -> dict[int, Array]:
+def has_bearing_area(case: Case) -> bool:
+    """Whether a case has roughness, and its heights are at hand."""
+    return case.rough is not None and case.rough.is_known
+
+
+def bearing_heights(
+    dataset: xr.Dataset, cycles: Cycles = None, case: Case | None = None
+) -> dict[int, Array]:
     """Return the heights of the surfaces within the contact at some cycles, highest first.
 
+    A dataset does not know where the file of a measured surface is; its case from a study does.
     Heights, m, are those of roughness, less wear and plastic depth, on the cells within the area
     that is in contact on its outline at the last of the cycles; 0 is the mean of the unworn ones.
 
@@ -42,7 +53,7 @@ def bearing_heights(dataset: xr.Dataset, cycles: Cycles = None) -> dict[int, Arr
     require(dataset, "wear_depth", "plastic_depth")
     dataset = with_cycles(dataset)
     shown = checked_cycles(dataset, cycles)
-    case = Case(**json.loads(dataset.attrs["parameters"]))
+    case = case or Case(**json.loads(dataset.attrs["parameters"]))
     if case.rough is None:
         raise ValueError("A bearing-area curve tells of roughness, and this case is smooth.")
     if not case.rough.is_known:
@@ -92,19 +103,68 @@ def bearing_area(
         When the case is smooth, a snapshot is missing, or the surface is in a file that is not
         there.
     """
-    if cycles is None:
-        check_dataset(dataset)
-        available = np.atleast_1d(dataset["cycle"].values).astype(int)
-        cycles = sorted({int(available[0]), int(available[-1])})
-    curves = bearing_heights(dataset, cycles)
+    curves = bearing_heights(dataset, _first_and_last(dataset) if cycles is None else cycles)
     figure, panel = one_panel(columns, 66.0, ax)
     unit = readable_unit(np.concatenate(list(curves.values())), "m")
+    lines = _draw(panel, curves, unit)
+    panel.set_ylabel(f"Height ({unit.name})")
+    labels = [f"cycle {cycle_text(cycle)}" for cycle in curves]
+    label_or_key(figure, panel, lines, labels, outside=ax is None)
+    return figure
+
+
+@styled
+def compare_bearing_areas(
+    cases: Mapping[str, xr.Dataset],
+    known: Mapping[str, Case] | None = None,
+    *,
+    columns: Columns = 2,
+) -> Figure:
+    """Draw the bearing-area curves of several cases before and after wear, a panel for each.
+
+    Parameters
+    ----------
+    cases : mapping of str to xarray.Dataset
+        Cases with roughness by the title of their panel.
+    known : mapping of str to Case, optional
+        The cases as a study has them, by their ids: with the files of measured surfaces.
+    columns : {1, 2}
+        Journal columns that the figure spans, 90 mm or 190 mm.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        As `bearing_area`, on one scale of heights.
+    """
+    check_cases(cases)
+    curves = [
+        bearing_heights(each, _first_and_last(each), (known or {}).get(each.attrs["case_id"]))
+        for each in cases.values()
+    ]
+    unit = readable_unit(np.concatenate([h for each in curves for h in each.values()]), "m")
+    across = min(len(curves), columns)
+    figure = JournalFigure(columns, 16.0 + 50.0 * -(-len(curves) // across))
+    panels = make_panels(figure, len(curves), across, "all")
+    for panel, title, own in zip(panels, cases, curves, strict=True):
+        lines = _draw(panel, own, unit)
+        panel.set_title(title)
+    label_outer(panels, across)
+    figure.supylabel(f"Height ({unit.name})", fontsize=7.5)
+    ends = [sorted({list(own)[end] for own in curves}) for end in (0, -1)]
+    outside_key(figure, lines, [f"cycle {span(each, cycle_text)}" for each in ends][: len(lines)])
+    return figure
+
+
+def _first_and_last(dataset: xr.Dataset) -> list[int]:
+    check_dataset(dataset)
+    available = np.atleast_1d(dataset["cycle"].values).astype(int)
+    return sorted({int(available[0]), int(available[-1])})
+
+
+def _draw(panel: Axes, curves: Mapping[int, Array], unit: Unit) -> list[Line2D]:
     colors = cycle_colors([float(cycle) for cycle in curves])
     for cycle, heights in curves.items():
         share = (np.arange(heights.size) + 0.5) / heights.size
         panel.plot(100.0 * share, unit.of(heights), color=colors[cycle], label=cycle_text(cycle))
     panel.set(xlim=(0.0, 100.0), xlabel="Bearing area (% of the contact)")
-    panel.set_ylabel(f"Height ({unit.name})")
-    labels = [f"cycle {cycle_text(cycle)}" for cycle in curves]
-    label_or_key(figure, panel, panel.get_lines(), labels, outside=ax is None)
-    return figure
+    return list(panel.get_lines())

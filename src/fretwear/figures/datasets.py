@@ -18,7 +18,7 @@ from fretwear.data.dataset import mirrored
 from fretwear.data.merge import PROFILES
 from fretwear.study.case import Case
 from fretwear.units import in_unit
-from fretwear.vocabulary import FIELDS, RESULTS, Field, Variable
+from fretwear.vocabulary import FIELDS, RESULTS, ContactState, Field, Variable
 
 Array = NDArray[np.float64]
 Cycles = Sequence[int] | int | None
@@ -40,7 +40,8 @@ class HalfProfiles:
 
     `x` are the n cell centres, `values` of shape (k, n) the field at the k `cycles`, at which the
     zones have the half-widths given. `wavelength` is that of the roughness along x, 0 where it is
-    smooth along x; `is_capped` tells whether the pressure has a plastic limit.
+    smooth along x; `is_capped` tells whether the pressure has a plastic limit. `stick` are the
+    centres of the cells that stick at the last cycle, where fields are not even.
     """
 
     field: Field
@@ -51,6 +52,7 @@ class HalfProfiles:
     stick_half_width: Array
     wavelength: float
     is_capped: bool = False
+    stick: Array | None = None
 
     @property
     def is_even(self) -> bool:
@@ -117,6 +119,10 @@ def half_profiles(
     if line["x"][0] < 0.0 and is_even(line.values):
         line = line.isel(x=np.flatnonzero(line["x"].values > 0.0))
     x, values = line["x"].values.astype(np.float64), line.values.astype(np.float64)
+    stick = None
+    if x[0] < 0.0 and "contact_state" in picked:
+        state = line_near_the_middle(picked["contact_state"].isel(cycle=-1)).values
+        stick = x[state == ContactState.STICK]
     contact = picked["contact_half_width_x"].values.astype(np.float64)
     if math.isnan(field.outside):
         reach = max(reach, BEYOND_CONTACT * float(contact.max(initial=0.0)))
@@ -130,6 +136,7 @@ def half_profiles(
         stick_half_width=picked["stick_half_width_x"].values.astype(np.float64),
         wavelength=roughness_wavelength(dataset),
         is_capped=bool(np.isfinite(float(dataset.coords.get("plastic_limit", np.inf)))),
+        stick=stick,
     )
 
 

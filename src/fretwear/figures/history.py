@@ -149,7 +149,7 @@ def draw_history(
     """Draw any scalar over the cycles, as `contact_half_width` does."""
     check_dataset(dataset)
     variable = variable_of(dataset, quantity) if isinstance(quantity, str) else quantity
-    ensemble = _Ensemble.of(dataset, variable.name)
+    ensemble = Ensemble.of(dataset, variable.name)
     if ensemble is not None:
         dataset, history = ensemble.mean, None
     lines = study_lines(dataset, variable.name, history)
@@ -193,7 +193,7 @@ def draw_history(
 
 
 @dataclass(frozen=True)
-class _Ensemble:
+class Ensemble:
     """A study in which seeds are chance: the mean over them, and how far they are from it."""
 
     mean: xr.Dataset
@@ -201,7 +201,7 @@ class _Ensemble:
     count: int
 
     @classmethod
-    def of(cls, dataset: xr.Dataset, name: str) -> _Ensemble | None:
+    def of(cls, dataset: xr.Dataset, name: str) -> Ensemble | None:
         """Return the ensemble of a merged study over some seeds; None for any other dataset."""
         values = dataset.get(name)
         if values is None or SEED not in values.dims or values.sizes[SEED] < LEAST_SEEDS:

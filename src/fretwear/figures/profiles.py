@@ -344,6 +344,13 @@ def draw_profiles(
 
 def shade_stick(axes: Axes, profiles: HalfProfiles) -> None:
     """Shade the stick zone of the last cycle."""
+    if profiles.stick is not None:
+        inside, x = np.isin(profiles.x, profiles.stick), MICROMETRE.of(profiles.x)
+        across = axes.get_xaxis_transform()
+        axes.fill_between(
+            x, 0.0, 1.0, where=inside, transform=across, step="mid", color=STICK_SHADE, lw=0
+        )
+        return
     edge = float(MICROMETRE.of(profiles.stick_half_width[-1]))
     axes.axvspan(0.0 if profiles.is_even else -edge, edge, color=STICK_SHADE, lw=0)
 
@@ -376,7 +383,11 @@ def _name_zones(axes: Axes, profiles: HalfProfiles) -> None:
     above = axes.get_xaxis_transform()
     zones = [(left, stick, "stick", INK), (stick, contact, "slip", MUTED)]
     if not profiles.is_even:
-        zones = [(-stick, stick, "stick", INK), zones[1], (-contact, -stick, "slip", MUTED)]
+        first, last = -stick, stick
+        if profiles.stick is not None and profiles.stick.size:
+            first, last = (float(MICROMETRE.of(profiles.stick[end])) for end in (0, -1))
+        zones = [(first, last, "stick", INK)]
+        zones += [(last, contact, "slip", MUTED), (-contact, first, "slip", MUTED)]
     for start, end, name, color in zones:
         if end <= start:
             continue

@@ -21,9 +21,10 @@ from fretwear.data.files import open_case
 from fretwear.data.safe import DataFileError, read_data, write_text
 from fretwear.data.sensitivity import GOOD, is_sampled, result_indices
 from fretwear.figures.axes import ValueAxis
+from fretwear.figures.bearing import compare_bearing_areas, has_bearing_area
 from fretwear.figures.datasets import envelope_of, field_of, peak_envelope, variable_of
 from fretwear.figures.effects import effect_map, effects, parallel_coordinates, sensitivity
-from fretwear.figures.history import draw_history
+from fretwear.figures.history import Ensemble, draw_history
 from fretwear.figures.lines import (
     MOST_KEYED_COLORS,
     MOST_MARKED_POINTS,
@@ -40,6 +41,7 @@ from fretwear.figures.maps import compare_wear_maps, depth_scale
 from fretwear.figures.profiles import at_edge, compare_profiles, is_traction
 from fretwear.figures.rig import fretting_map, has_fretting_map
 from fretwear.figures.style import save_figure
+from fretwear.study.case import Case
 from fretwear.study.parameters import parameter
 from fretwear.vocabulary import Field, Variable
 
@@ -91,12 +93,16 @@ class FigureEntry:
 
 
 def study_figures(
-    summary: xr.Dataset, cases: Path, history: xr.Dataset | None = None
+    summary: xr.Dataset,
+    cases: Path,
+    history: xr.Dataset | None = None,
+    known: Mapping[str, Case] | None = None,
 ) -> Iterator[StudyFigure]:
     """Yield the figures of a merged study, whose case files are in the folder `cases`.
 
     First comes what the parameters do, then the quantities of all cases over the cycles, with its
-    `history` through every step, then profiles and wear maps of a few representative cases. A
+    `history` through every step, then profiles, bearing areas and wear maps of a few representative
+    cases; `known` are the cases of the study by id, for the heights of their surfaces. A
     study of which no point is done has no figures.
     """
     if not study_lines(summary, "wear_volume"):
@@ -122,6 +128,19 @@ def study_figures(
             caption = _profile_caption(field_of(quantity), where, opened) + cases_of.left_out
             figure = compare_profiles(opened, quantity)
             yield StudyFigure(f"{name}{suffix}", caption, PROFILE_CATEGORY, figure)
+        known = known or {}
+        rough = {
+            title: each
+            for title, each in opened.items()
+            if (case := known.get(each.attrs["case_id"])) and has_bearing_area(case)
+        }
+        if rough:
+            caption = (
+                f"Bearing area before and after wear{where}: the share of the contact above each "
+                "height of the roughness, less wear and plastic depth; 0 is the mean before."
+            )
+            figure = compare_bearing_areas(rough, known)
+            yield StudyFigure(f"bearing_area{suffix}", caption, MAP_CATEGORY, figure)
         # A line contact has no map: it is the same all along y.
         if all("y" in case.dims for case in opened.values()):
             caption, figure = (
@@ -137,6 +156,7 @@ def write_study_figures(
     folder: Path,
     extra: Iterable[StudyFigure] = (),
     history: xr.Dataset | None = None,
+    known: Mapping[str, Case] | None = None,
 ) -> list[FigureEntry]:
     """Write every figure of `study_figures` as SVG and PNG to a folder, and an index of them.
 
@@ -144,7 +164,9 @@ def write_study_figures(
     are those of ``index.json``, which appears last.
     """
     entries = []
-    for name, caption, category, figure in chain(study_figures(summary, cases, history), extra):
+    for name, caption, category, figure in chain(
+        study_figures(summary, cases, history, known), extra
+    ):
         save_figure(figure, folder / name)
         entries.append(FigureEntry(name, caption, category))
     text = json.dumps([asdict(entry) for entry in entries], indent=1, ensure_ascii=False)
@@ -243,11 +265,17 @@ def _answer_figures(summary: xr.Dataset) -> Iterator[StudyFigure]:
 def _history_caption(
     summary: xr.Dataset, variable: Variable, history: xr.Dataset | None = None
 ) -> str:
+    cases = study_lines(summary, variable.name, history)
+    points = summary["status"].size if "status" in summary else len(cases)
+    ensemble = Ensemble.of(summary, variable.name)
+    if ensemble is not None:
+        summary, history = ensemble.mean, None
     lines = study_lines(summary, variable.name, history)
     layout = choose_layout(lines)
-    points = summary["status"].size if "status" in summary else len(lines)
+    chance = f"Mean and standard deviation over {ensemble.count} seeds." if ensemble else ""
     sentences = [
-        f"{variable.label} against the number of cycles, {_cases(len(lines), points)}.",
+        f"{variable.label} against the number of cycles, {_cases(len(cases), points)}.",
+        *([chance] if chance else []),
         *_encoding(layout),
         *(
             f"Of {total} values of {parameter(name).words}, {len(layout.levels[name])} are shown."
@@ -334,7 +362,7 @@ def _profile_caption(field: Field, where: str, cases: Mapping[str, xr.Dataset]) 
 
 def _map_caption(where: str, cases: Mapping[str, xr.Dataset]) -> str:
     sentences = [f"Wear depth of both bodies over the contact after the last cycle{where}."]
-    if _any_rough(cases):
+    if _any_rough(cases, "roughness_rms_height"):
         sentences.append("On a rough surface each spot of contact and of stick has its outline.")
     deepest = [float(case["wear_depth"].isel(cycle=-1).max()) for case in cases.values()]
     if isinstance(depth_scale(deepest), PowerNorm):
@@ -342,5 +370,6 @@ def _map_caption(where: str, cases: Mapping[str, xr.Dataset]) -> str:
     return " ".join(sentences)
 
 
-def _any_rough(cases: Mapping[str, xr.Dataset]) -> bool:
-    return any(float(case.coords.get("roughness_amplitude", 0.0)) > 0.0 for case in cases.values())
+def _any_rough(cases: Mapping[str, xr.Dataset], *more: str) -> bool:
+    names = ("roughness_amplitude", *more)
+    return any(float(case.coords.get(n, 0.0)) > 0.0 for case in cases.values() for n in names)
