@@ -14,12 +14,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import inf, isfinite, nan
+from typing import cast
 
 import numpy as np
 
 from fretwear.mechanics import kernels
 from fretwear.mechanics.contact import ContactProblem
-from fretwear.mechanics.geometry import Array, FreeCells, Mask, Single
+from fretwear.mechanics.geometry import Array, FreeCells, LargeHalfSpace, Mask, Single
 
 # A step reduces the residual of the free cells by so much: the first one from near the solution,
 # later ones and one from afar while more than a few cells changed sides, and when the sets are the
@@ -88,7 +89,8 @@ class ActiveSet:
         self.free = self._between_bounds()
         self._care = 1.0
         self._solved: Mask = ~self.free
-        self._linear = self.problem.half_space.preconditioned(self._tangent(), self.free)
+        bodies = cast("LargeHalfSpace", self.problem.half_space)
+        self._linear = bodies.preconditioned(self._tangent(), self.free)
 
     @property
     def saturated(self) -> Mask:

@@ -239,6 +239,11 @@ class HalfSpace(Protocol):
         """Displacement of a cell per pressure on itself, m/Pa: the unit of compliance."""
         ...
 
+    @property
+    def matrix(self) -> Array | None:
+        """Influence over `self_influence`, times the weights: for direct solutions, if at hand."""
+        ...
+
     def displacement(self, pressure: Array) -> Array:
         """Normal surface displacement w, m, of a pressure, Pa."""
         ...
@@ -250,6 +255,10 @@ class HalfSpace(Protocol):
     def around(self, cells: Mask) -> HalfSpace:
         """The same bodies on the smallest self that holds some cells and a margin."""
         ...
+
+
+class LargeHalfSpace(HalfSpace, Protocol):
+    """The elastic bodies on more cells than a matrix can hold."""
 
     def preconditioned(self, tangent: Single | None, free: Mask) -> LinearContact:
         """The linear problems of sets of cells near ``free`` under a layer; see `FreeCells`."""

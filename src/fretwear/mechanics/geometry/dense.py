@@ -24,7 +24,6 @@ from fretwear.mechanics.geometry import (
     Mask,
     Problem,
     Single,
-    Step,
     Workspace,
 )
 from fretwear.mechanics.team import ALONE, Team
@@ -350,6 +349,8 @@ class DenseHalfSpace:
     ----------
     self_influence
         Largest displacement of a cell per pressure on itself, m/Pa.
+    matrix
+        Influence over that, times the weights of the cells; symmetric.
     """
 
     team: ClassVar[Team] = ALONE
@@ -358,9 +359,8 @@ class DenseHalfSpace:
         self.geometry = geometry
         self.influence = geometry.influence(composite_modulus)
         self.self_influence = float(self.influence.diagonal().max())
-        # Multiplied by the areas it is symmetric, but for rounding.
         matrix = geometry.weights * self.influence / self.self_influence
-        self.symmetric = 0.5 * (matrix + matrix.T)
+        self.matrix = 0.5 * (matrix + matrix.T)
 
     def displacement(self, pressure: Array) -> Array:
         """Normal surface displacement w, m, of a pressure, Pa, in the mean over each cell."""
@@ -374,58 +374,3 @@ class DenseHalfSpace:
     def around(self, cells: Mask) -> DenseHalfSpace:  # noqa: ARG002 - parts would gain nothing
         """The same bodies."""
         return self
-
-    def preconditioned(
-        self,
-        tangent: Single | None,  # noqa: ARG002 - the problem is solved directly
-        free: Mask,  # noqa: ARG002
-    ) -> DenseHalfSpace:
-        """The linear problems of sets of free cells."""
-        return self
-
-    def on(self, free: Mask, *, under_load: bool = True) -> FreeDenseCells:
-        """The linear problem of the free cells, under a given load or at a given approach."""
-        return FreeDenseCells(self, free, under_load=under_load)
-
-
-class FreeDenseCells:
-    """A set of free cells, solved directly; see `fretwear.mechanics.geometry.FreeCells`."""
-
-    uniform: Single
-    uniform_sum: float
-
-    def __init__(self, half_space: DenseHalfSpace, free: Mask, *, under_load: bool) -> None:
-        self._cells = np.flatnonzero(free)
-        self._under_load = under_load
-        self._weights = half_space.geometry.weights[self._cells, 0]
-        self._half_space = half_space
-        self._matrix = half_space.symmetric[np.ix_(self._cells, self._cells)]
-        self._shape = half_space.geometry.shape
-
-    def solve(
-        self,
-        residual: Array,
-        unit: float,
-        tangent: Single | None,
-        reduction: float,  # noqa: ARG002 - solved to rounding
-        enough: float,  # noqa: ARG002
-    ) -> Step:
-        """Solution by elimination."""
-        cells, matrix = self._cells, self._matrix.copy()
-        if tangent is not None:
-            matrix[np.diag_indices(cells.size)] += self._weights * tangent[cells, 0]
-        right = np.stack([residual[cells, 0] / unit, np.ones(cells.size)], axis=1)
-        found, uniform = np.linalg.solve(matrix, self._weights[:, None] * right).T
-        self.uniform, self.uniform_sum = np.zeros(self._shape, np.float32), np.inf
-        if self._under_load:
-            sums = self._weights @ found, self._weights @ uniform
-            found = found - sums[0] / sums[1] * uniform
-            self.uniform[cells, 0], self.uniform_sum = uniform, float(sums[1])
-        pressure = np.zeros(self._shape, np.float32)
-        pressure[cells, 0] = found
-        # What the rounded pressure does, so that displacements belong to pressures.
-        bodies, rounded = self._half_space, pressure.astype(np.float64)
-        displacement = (bodies.displacement(rounded) / bodies.self_influence).astype(np.float32)
-        largest = float(np.abs(displacement).max())
-        missed = float(self._weights @ rounded[cells, 0])
-        return Step(pressure, displacement, largest, missed, 1)

@@ -366,6 +366,7 @@ class GridHalfSpace:
         offsets = Convolution.offsets(geometry.shape, geometry.even)
         kernel = influence_coefficients(offsets, geometry.spacing, composite_modulus)
         self.self_influence = float(kernel[0, 0])
+        self.matrix: Array | None = None
         self._convolution = Convolution.with_kernel(kernel, geometry.even, team)
 
     def displacement(self, pressure: Array) -> Array:
