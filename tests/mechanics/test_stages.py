@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fretwear.mechanics import integrator
+from fretwear.mechanics import stages
 from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.geometry import Workspace
 from fretwear.mechanics.integrator import evolve
@@ -91,7 +91,7 @@ def test_flow_that_does_not_settle_is_an_error(monkeypatch):
     problem = fretting(16, limit=1.3)
     *_, state = evolve(problem, [1200])
     base = state
-    monkeypatch.setattr(integrator, "_LARGEST_SWEEPS", 1)
+    monkeypatch.setattr(stages, "_LARGEST_SWEEPS", 1)
     solver = StageSolver(Workspace(problem), state.geometry, 1e-4)
     nothing = np.zeros(state.geometry.shape)
     with pytest.raises(ContactError):

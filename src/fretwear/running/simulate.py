@@ -257,7 +257,7 @@ class _Twin:
             while len(self.rows) < snapshots and not self.trouble:
                 state = next(self._steps).state
                 if state.cycle in self._cycles:
-                    turn = loop(self._workspace, state)
+                    turn = loop(self._workspace, state, contacts=1)
                     self.rows.append(_scalars(self._workspace.problem, state, turn))
         except (ContactError, WearError, MemoryError) as error:
             self.trouble = str(error) or type(error).__name__
