@@ -311,7 +311,7 @@ def _unworn(dataset: xr.Dataset) -> dict[str, float]:
             "stick_area": stick.load / stick.mean_pressure,
             "tangential_displacement": friction * coupling * (hertz.approach - stick.approach),
         }
-    sliding = case.indenter.partial_slip(hertz, friction, case.tangential_load, coupling)  # type: ignore[arg-type]
+    sliding = case.indenter.partial_slip(hertz, friction, case.tangential_load, coupling)
     stick = sliding.stick_contact
     stick_load = hertz.load_within(stick.contact_radius)
     stick_area = stick.load / stick.mean_pressure

@@ -21,7 +21,7 @@ from fretwear.mechanics.slip import ReducedContact, SlipModel
 from fretwear.mechanics.surfaces import Indenter
 from fretwear.mechanics.team import ALONE, Team
 from fretwear.mechanics.wear_laws import Archard, WearLaw
-from fretwear.theory import HertzContact, LimitingState, LineContact, LineLimitingState
+from fretwear.theory import HertzContact, LimitingState, LineContact
 
 CONTACT_GAP = 1e-5
 """Largest gap of a cell in contact, relative to the approach.
@@ -170,11 +170,11 @@ class WearProblem:
         return self.indenter.hertz(self.normal, self.bodies.composite_modulus)
 
     @property
-    def limiting(self) -> LimitingState | LineLimitingState:
+    def limiting(self) -> LimitingState:
         """The smooth elastic contact after infinitely many cycles, or nearly gross slip."""
         hertz = self.hertz
         ratio = min(1.0 - self.stick_load / hertz.load, 0.9999)
-        return self.indenter.limiting(hertz, ratio)  # type: ignore[arg-type]
+        return self.indenter.limiting(hertz, ratio)
 
     @property
     def is_axisymmetric(self) -> bool:

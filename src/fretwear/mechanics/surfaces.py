@@ -66,8 +66,8 @@ class Indenter(Part):
     is_line: ClassVar[bool] = False
     extent_words: ClassVar[str] = "radius"
     smooth: ClassVar[type[HertzContact | LineContact]] = HertzContact
-    partial_slip: ClassVar[type[CattaneoMindlin | LinePartialSlip]] = CattaneoMindlin
-    limiting: ClassVar[type[LimitingState | LineLimitingState]] = LimitingState
+    partial_slip: ClassVar[type[CattaneoMindlin]] = CattaneoMindlin
+    limiting: ClassVar[type[LimitingState]] = LimitingState
 
     @property
     def even(self) -> Even:
@@ -153,8 +153,8 @@ class _Straight(Indenter):
     extent_words: ClassVar[str] = "half-width"
     even: ClassVar[Even] = (True, True)
     smooth: ClassVar[type[HertzContact | LineContact]] = LineContact
-    partial_slip: ClassVar[type[CattaneoMindlin | LinePartialSlip]] = LinePartialSlip
-    limiting: ClassVar[type[LimitingState | LineLimitingState]] = LineLimitingState
+    partial_slip: ClassVar[type[CattaneoMindlin]] = LinePartialSlip
+    limiting: ClassVar[type[LimitingState]] = LineLimitingState
 
     def coupling(self, bodies: Bodies) -> float:  # noqa: ARG002 - of any bodies
         """κ = 1: a half-plane is as compliant along the surface as across it."""

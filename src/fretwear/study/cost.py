@@ -219,5 +219,5 @@ def _stick_shrinks(case: Case) -> bool:
 def _limiting_radius_ratio(indenter: type[Indenter], load_ratio: float) -> float:
     """Return a∞/a, the contact radius after infinitely many cycles of smooth elastic bodies."""
     unworn = indenter.smooth(radius=1.0, load=1.0, composite_modulus=1.0)
-    limiting = indenter.limiting(unworn, min(load_ratio, 0.9999))  # type: ignore[arg-type]
+    limiting = indenter.limiting(unworn, min(load_ratio, 0.9999))
     return limiting.contact_radius / unworn.contact_radius

@@ -450,7 +450,7 @@ def yielding_ring_width(case: CaseTree) -> float:
     if math.isinf(case.plastic_limit):
         return 0.0
     ratio = min(case.tangential_ratio, NEARLY_GROSS)
-    limiting = case.indenter.limiting(case.hertz, ratio)  # type: ignore[arg-type]
+    limiting = case.indenter.limiting(case.hertz, ratio)
     return limiting.width_above(case.plastic_limit)
 
 

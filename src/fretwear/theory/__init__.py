@@ -8,12 +8,7 @@ accepted for ``r`` and ``x`` and returned in that shape.
 from fretwear.theory.elliptic import EllipticContact
 from fretwear.theory.hertz import HertzContact
 from fretwear.theory.limiting_state import LimitingState
-from fretwear.theory.line_contact import (
-    FlatPunchContact,
-    LineContact,
-    LineLimitingState,
-    LinePartialSlip,
-)
+from fretwear.theory.line_contact import FlatPunchContact, LineContact, LineLimitingState
 from fretwear.theory.materials import (
     composite_modulus,
     composite_shear_modulus,
@@ -21,7 +16,7 @@ from fretwear.theory.materials import (
     require_positive,
     shear_modulus,
 )
-from fretwear.theory.partial_slip import CattaneoMindlin, gross_slip_energy
+from fretwear.theory.partial_slip import CattaneoMindlin, LinePartialSlip, gross_slip_energy
 from fretwear.theory.punch import RoundContact, RoundedPunch
 
 __all__ = [

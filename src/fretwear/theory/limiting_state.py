@@ -11,13 +11,16 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from fretwear.theory.hertz import HertzContact
+from fretwear.theory.hertz import FloatArray
 
-FloatArray = NDArray[np.float64]
+if TYPE_CHECKING:
+    from fretwear.theory.hertz import HertzContact
+    from fretwear.theory.line_contact import LineContact
 
 
 @dataclass(frozen=True)
@@ -47,11 +50,19 @@ class LimitingState:
     method of dimensionality reduction: Popov and Heß (2015).
     """
 
-    hertz: HertzContact
+    hertz: "HertzContact | LineContact"
     load_ratio: float
 
     def __post_init__(self) -> None:
-        require_partial_slip(self.load_ratio)
+        if not 0.0 <= self.load_ratio < 1.0:
+            raise ValueError(
+                f"load_ratio is {self.load_ratio!r}, but partial slip needs 0 <= load_ratio < 1"
+            )
+
+    @property
+    def _stick_contact(self) -> "HertzContact | LineContact":
+        """Contact under the reduced load."""
+        return self.hertz.with_load(self.hertz.load * (1.0 - self.load_ratio))
 
     @property
     def stick_radius(self) -> float:
@@ -93,7 +104,7 @@ class LimitingState:
 
     def wear_depth(self, r: ArrayLike) -> FloatArray:
         """Wear of both bodies together in m, at distances ``r`` in m."""
-        return np.asarray(np.maximum(self._height_above_sphere(r), 0.0))
+        return np.asarray(np.maximum(self._height(r), 0.0))
 
     def width_above(self, pressure: float) -> float:
         """Width of the band at the stick edge where p∞ exceeds a pressure (Pa), m.
@@ -125,16 +136,14 @@ class LimitingState:
         if self.load_ratio == 0.0:
             return self.stick_radius
         outside = 2.0 * self.stick_radius
-        while self._height_above_sphere(outside) > 0.0:
+        while self._height(outside) > 0.0:
             outside *= 2.0
-        return find_root(
-            lambda r: float(self._height_above_sphere(r)), self._deepest_radius, outside
-        )
+        return find_root(lambda r: float(self._height(r)), self._deepest, outside)
 
     @property
     def deepest_wear(self) -> float:
         """Largest wear of both bodies together, m."""
-        return float(self.wear_depth(self._deepest_radius))
+        return float(self.wear_depth(self._deepest))
 
     @property
     def wear_volume(self) -> float:
@@ -146,7 +155,7 @@ class LimitingState:
         sphere = edge**2 * (edge**2 - 4.0 * c**2) * angle + c * root * (edge**2 + 2.0 * c**2)
         return 2.0 * math.pi * (punch - sphere / (4.0 * math.pi * self.hertz.radius))
 
-    def _height_above_sphere(self, r: ArrayLike) -> FloatArray:
+    def _height(self, r: ArrayLike) -> FloatArray:
         """f∞(r) - r²/2R outside the stick zone, m.
 
         Written as the surface beside a flat punch minus the Hertzian gap, both zero at r = c, so
@@ -155,11 +164,11 @@ class LimitingState:
         c = self.stick_radius
         distance = np.maximum(np.asarray(r, dtype=float), c)
         angle = np.arctan2(np.sqrt((distance - c) * (distance + c)), c)
-        gap = self.hertz.with_load(self.hertz.load * (1.0 - self.load_ratio)).gap(distance)
+        gap = self._stick_contact.gap(distance)
         return np.asarray((2.0 / math.pi) * self._punch_approach * angle - gap)
 
     @cached_property
-    def _deepest_radius(self) -> float:
+    def _deepest(self) -> float:
         """Radius at which the wear is deepest, m."""
         c = self.stick_radius
         if self.load_ratio == 0.0:
@@ -176,14 +185,6 @@ class LimitingState:
         while slope(outside) > 0.0:
             outside *= 2.0
         return c + find_root(slope, 0.0, outside)
-
-
-def require_partial_slip(load_ratio: float) -> None:
-    """Refuse a tangential load with which the contact slides as a whole."""
-    if not 0.0 <= load_ratio < 1.0:
-        raise ValueError(
-            f"load_ratio is {load_ratio!r}, but partial slip needs 0 <= load_ratio < 1"
-        )
 
 
 def find_root(falling: Callable[[float], float], low: float, high: float) -> float:

@@ -16,12 +16,11 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from fretwear.theory.limiting_state import find_root, require_partial_slip
+from fretwear.theory.hertz import FloatArray
+from fretwear.theory.limiting_state import LimitingState, find_root
 from fretwear.theory.materials import require_positive
-
-FloatArray = NDArray[np.float64]
 
 _PUNCHES = 200
 
@@ -241,81 +240,7 @@ class FlatPunchContact(LineContact):
 
 
 @dataclass(frozen=True)
-class LinePartialSlip:
-    """An unworn cylinder in partial slip: the load held, the tangential load between ±Q.
-
-    Parameters
-    ----------
-    hertz : LineContact
-        The normal contact, under the load per length P.
-    friction : float
-        Coefficient of friction µ.
-    tangential_load : float
-        Amplitude Q of the tangential load per length, N/m; zero to below µP.
-    coupling : float
-        Ratio κ of tangential to normal compliance: 1 in plane strain.
-
-    Raises
-    ------
-    ValueError
-        If friction or coupling is not positive, or Q lies outside [0, µP).
-    """
-
-    hertz: LineContact
-    friction: float
-    tangential_load: float
-    coupling: float = 1.0
-
-    def __post_init__(self) -> None:
-        require_positive(friction=self.friction, coupling=self.coupling)
-        require_partial_slip(self.load_ratio)
-
-    @property
-    def load_ratio(self) -> float:
-        """Tangential load over the load of gross sliding, X = Q / µP."""
-        return self.tangential_load / (self.friction * self.hertz.load)
-
-    @property
-    def stick_contact(self) -> LineContact:
-        """Normal contact under the reduced load P* = P - Q/µ."""
-        return self.hertz.with_load(self.hertz.load * (1.0 - self.load_ratio))
-
-    @property
-    def stick_radius(self) -> float:
-        """Half-width of the stick zone c = a (1 - X)^(1/2), m."""
-        return self.stick_contact.contact_radius
-
-    @property
-    def tangential_displacement(self) -> float:
-        """Displacement δ_x = µκ (δ(P) - δ(P*)) of the bodies at +Q, m.
-
-        Like the approach, relative to the surface at the distance R.
-        """
-        relative_approach = self.hertz.approach - self.stick_contact.approach
-        return self.friction * self.coupling * relative_approach
-
-    def slip(self, x: ArrayLike) -> FloatArray:
-        """Slip amplitude from 0 to +Q, s = µκ g* in m, at positions ``x`` in m."""
-        return self.friction * self.coupling * self.stick_contact.gap(x)
-
-    @property
-    def dissipated_energy(self) -> float:
-        """Energy per length dissipated in one full cycle, J/m.
-
-        D = (4 µ²κ P² / π E*) [ y ln y + (1 - y²)/2 ] with y = 1 - X, the area of the loop that
-        Masing's rule makes of `tangential_displacement`; a series where it cancels to X³/6.
-        """
-        x = self.load_ratio
-        if x < 1e-2:
-            loop = x**3 * (1.0 / 6.0 + x * (1.0 / 12.0 + x / 20.0))
-        else:
-            loop = (1.0 - x) * math.log1p(-x) + 0.5 * x * (2.0 - x)
-        sliding = (self.friction * self.hertz.load) ** 2 * self.coupling
-        return 4.0 * sliding / (math.pi * self.hertz.composite_modulus) * loop
-
-
-@dataclass(frozen=True)
-class LineLimitingState:
+class LineLimitingState(LimitingState):
     """A smooth cylinder after infinitely many cycles under constant load amplitudes.
 
     All pressure has moved into the stick zone, which wear cannot change and which ends like the
@@ -335,14 +260,6 @@ class LineLimitingState:
     """
 
     hertz: LineContact
-    load_ratio: float
-
-    def __post_init__(self) -> None:
-        require_partial_slip(self.load_ratio)
-
-    @property
-    def _stick_contact(self) -> LineContact:
-        return self.hertz.with_load(self.hertz.load * (1.0 - self.load_ratio))
 
     @property
     def stick_radius(self) -> float:
@@ -366,20 +283,16 @@ class LineLimitingState:
         """Central pressure, Pa."""
         return float(self.pressure(0.0))
 
-    def pressure(self, x: ArrayLike) -> FloatArray:
-        """Pressure in Pa at positions ``x`` in m: infinite at x = ±c, zero outside the stick zone.
+    def pressure(self, r: ArrayLike) -> FloatArray:
+        """Pressure in Pa at positions ``r`` in m: infinite at x = ±c, zero outside the stick zone.
 
         p∞ = p* + X P / (π √(c² - x²)), p* = (E*/2R) √(c² - x²) of a cylinder under P*.
         """
-        c, position = self.stick_radius, np.abs(np.asarray(x, dtype=float))
+        c, position = self.stick_radius, np.abs(np.asarray(r, dtype=float))
         root = np.sqrt(np.maximum((c - position) * (c + position), 0.0))
         with np.errstate(divide="ignore", invalid="ignore"):
             punch = np.where(self._punch_load > 0.0, self._punch_load / (math.pi * root), 0.0)
-        return np.asarray(np.where(position <= c, self._stick_contact.pressure(x) + punch, 0.0))
-
-    def wear_depth(self, x: ArrayLike) -> FloatArray:
-        """Wear of both bodies together in m, at positions ``x`` in m."""
-        return np.asarray(np.maximum(self._height_above_cylinder(x), 0.0))
+        return np.asarray(np.where(position <= c, self._stick_contact.pressure(r) + punch, 0.0))
 
     def width_above(self, pressure: float) -> float:
         """Width of the band at the stick edge where p∞ exceeds a pressure (Pa), m."""
@@ -391,22 +304,6 @@ class LineLimitingState:
         root = 2.0 * self._punch_load / (math.pi * (pressure + math.sqrt(discriminant)))
         return c if root >= c else root * root / (c + math.sqrt((c - root) * (c + root)))
 
-    @cached_property
-    def contact_radius(self) -> float:
-        """Half-width b at which the worn shape meets the unworn cylinder, m."""
-        if self.load_ratio == 0.0:
-            return self.stick_radius
-        outside = 2.0 * self.stick_radius
-        while self._height_above_cylinder(outside) > 0.0:
-            outside *= 2.0
-        height = self._height_above_cylinder
-        return find_root(lambda x: float(height(x)), self._deepest_position, outside)
-
-    @property
-    def deepest_wear(self) -> float:
-        """Largest wear of both bodies together, m."""
-        return float(self.wear_depth(self._deepest_position))
-
     @property
     def wear_volume(self) -> float:
         """Volume per length of worn material of both bodies together, m²."""
@@ -417,16 +314,16 @@ class LineLimitingState:
         punch = 2.0 * self._punch_load / (math.pi * self.hertz.composite_modulus) * c * below
         return 2.0 * (punch - 0.5 * c**3 / self.hertz.radius * (root**3 / 3.0 - below))
 
-    def _height_above_cylinder(self, x: ArrayLike) -> FloatArray:
+    def _height(self, r: ArrayLike) -> FloatArray:
         """Surface beside a flat punch minus the Hertzian gap, both zero at |x| = c, m."""
         c = self.stick_radius
-        ratio = np.maximum(np.abs(np.asarray(x, dtype=float)) / c, 1.0)
+        ratio = np.maximum(np.abs(np.asarray(r, dtype=float)) / c, 1.0)
         rise = np.arcsinh(np.sqrt((ratio - 1.0) * (ratio + 1.0)))
         scale = 2.0 * self._punch_load / (math.pi * self.hertz.composite_modulus)
         return np.asarray(scale * rise - self._stick_contact.gap(ratio * c))
 
     @property
-    def _deepest_position(self) -> float:
+    def _deepest(self) -> float:
         """Where the wear is deepest, m: x² = c² + X a²/2."""
         a = self.hertz.contact_radius
         return math.sqrt(self.stick_radius**2 + 0.5 * self.load_ratio * a * a)

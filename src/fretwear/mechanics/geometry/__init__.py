@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretwear.mechanics.team import ALONE, Team
-from fretwear.theory import HertzContact, LimitingState, LineContact, LineLimitingState
+from fretwear.theory import HertzContact, LimitingState, LineContact
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
@@ -81,7 +81,7 @@ class Problem(Protocol):
         ...
 
     @property
-    def limiting(self) -> LimitingState | LineLimitingState:
+    def limiting(self) -> LimitingState:
         """The smooth elastic contact after infinitely many cycles."""
         ...
 

@@ -68,7 +68,7 @@ class Grading:
         """Of a contact with some radii of stick and contact, m."""
         hertz, coarseness = problem.hertz, problem.coarseness
         ratio = 1.0 - (min(stick, (1.0 - 1e-9) * contact) / hertz.contact_radius) ** 3
-        limiting = LimitingState(hertz, ratio) if 0.0 < ratio < 1.0 else None  # type: ignore[arg-type]
+        limiting = LimitingState(hertz, ratio) if 0.0 < ratio < 1.0 else None
         if limiting is not None:
             contact = max(contact, min(limiting.contact_radius, 2.0 * contact))
         if math.isinf(problem.limit) or stick == 0.0:
