@@ -1,9 +1,9 @@
 """Sphinx extension: the pictures of a page are made by the blocks of that page.
 
 A picture ``generated/NAME/FILE`` of the page ``…/NAME.md`` is the file that the page's own
-commands leave in their folder (`examples.Session`). It is made when the pages are built, from
-the code that is there; a page that does not run, or prints something else than it shows, stops
-the build.
+commands leave in their folder (`examples.Session`), ``generated/NAME/NAME.ipynb`` the page as a
+notebook. Both are made when the pages are built, from the code that is there; a page that does not
+run, or prints something else than it shows, stops the build.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from examples import ExampleError, Session, check
+from examples import ExampleError, Session, check, notebook
 from sphinx.application import Sphinx
 from sphinx.util import logging
 
@@ -23,17 +23,21 @@ logger = logging.getLogger(__name__)
 
 def pictures_of(page: Path) -> list[str]:
     """Files that the blocks of a page have to make."""
-    pattern = rf"generated/{re.escape(page.stem)}/([^)\s]+)\)"
+    pattern = rf"generated/{re.escape(page.stem)}/([^)>\s]+)[)>]"
     return re.findall(pattern, page.read_text(encoding="utf-8"))
 
 
 def make(page: Path, folder: Path) -> None:
     """Run a page and put its pictures into a folder."""
+    text = page.read_text(encoding="utf-8")
     with tempfile.TemporaryDirectory() as place:
-        check(page.read_text(encoding="utf-8"), Session(Path(place)))
+        check(text, Session(Path(place)))
         for name in pictures_of(page):
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
-            shutil.copy(Path(place, name), folder / name)
+            if name.endswith(".ipynb"):
+                (folder / name).write_text(notebook(text), encoding="utf-8")
+            else:
+                shutil.copy(Path(place, name), folder / name)
 
 
 def _make_all(app: Sphinx) -> None:

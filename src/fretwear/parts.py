@@ -498,6 +498,10 @@ class Part:
     # What a caption calls the kind where the name does not tell; empty: the name.
     told_as: ClassVar[str] = ""
 
+    def __init_subclass__(cls, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        _heirs.cache_clear()
+
     def __post_init__(self) -> None:
         """Read every field as its `Parameter` says, text with units too; refuse broken rules."""
         for name, parameter in self.parameters().items():
@@ -520,13 +524,9 @@ class Part:
     @classmethod
     def kinds(cls) -> dict[str, type[Self]]:
         """The kinds of a family by name, in the order in which they were defined."""
-        found: dict[str, type[Self]] = {}
-        for each in cls.__subclasses__():
-            # One derived from a kind is that kind unless it has a name of its own.
-            if vars(each).get("kind"):
-                found[each.kind] = each
-            found.update(each.kinds())
-        return found
+        # One derived from a kind is that kind unless it has a name of its own.
+        heirs = _heirs(cast("Any", cls))
+        return {each.kind: each for each in heirs if each.__dict__.get("kind")}
 
     @classmethod
     def parameters(cls) -> Mapping[str, Parameter]:
@@ -563,6 +563,12 @@ def kind_name(member: str, kinds: Sequence[type[Part]]) -> Choice:
     """Return what the kind of a part is, where it has no parameters and so is a value itself."""
     words, told = member.replace("_", " "), tuple(kind.told_as for kind in kinds)
     return Choice(words, words, tuple(kind.kind for kind in kinds), told)
+
+
+@cache
+def _heirs(family: type[Any]) -> tuple[type[Any], ...]:
+    below = ((each, *_heirs(cast("Any", each))) for each in family.__subclasses__())
+    return tuple(heir for several in below for heir in several)
 
 
 @cache

@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 from fretwear.cli import app
 from fretwear.data.files import _LENGTH, add_checksum
 from fretwear.data.safe import DataFileError
-from fretwear.figures.study import read_figure_index
+from fretwear.figures.index import read_figure_index
 from fretwear.running.records import failures, spent_on_simulations
 from fretwear.running.workflow import is_finished
 from fretwear.study.problems import printable

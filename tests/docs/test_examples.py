@@ -6,8 +6,9 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import nbformat
 import pytest
-from examples import ExampleError, Session, agrees, blocks, check, written
+from examples import ExampleError, Session, agrees, blocks, check, notebook, written
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 DOCS = REPOSITORY / "docs"
@@ -94,3 +95,15 @@ def test_shown_and_printed_agree_but_for_what_is_left_out_and_the_last_digits(sh
 def test_what_is_printed_can_be_written_into_a_page(tmp_path):
     page = page_of(fence("bash", "echo new"), fence("text", "old"), "End.")
     assert written(page, Session(tmp_path)) == page.replace("old", "new")
+
+
+def test_the_notebook_of_a_page_has_its_text_and_its_python_but_not_what_is_printed():
+    page = (DOCS / "how-to" / "notebook.md").read_text(encoding="utf-8")
+    book = nbformat.reads(notebook(page), as_version=4)
+    nbformat.validate(book)
+    code = [cell.source for cell in book.cells if cell.cell_type == "code"]
+    assert code == [block.text.strip() for block in blocks(page) if block.language == "python"]
+    text = "\n".join(cell.source for cell in book.cells if cell.cell_type == "markdown")
+    assert "## Keep it" in text
+    assert "```" not in text
+    assert "](" not in text

@@ -13,16 +13,15 @@ from matplotlib.figure import Figure
 
 from fretwear.data.merge import merge_study
 from fretwear.data.safe import DataFileError
-from fretwear.figures.study import (
+from fretwear.figures.index import (
     INDEX_NAME,
     FigureEntry,
     captions,
     figure_category,
     figure_labels,
     read_figure_index,
-    study_figures,
-    write_study_figures,
 )
+from fretwear.figures.study import study_figures, write_study_figures
 from fretwear.running.workflow import CAPTION
 
 NAMES = [

@@ -14,7 +14,7 @@ import pytest
 
 from fretwear import figures
 from fretwear.data.safe import DataFileError
-from fretwear.figures.animation import ZONE_COLORS
+from fretwear.figures.film import ZONE_COLORS
 from fretwear.figures.style import CATEGORICAL, JournalFigure, sequential_colours, text_colour
 
 

@@ -9,7 +9,8 @@ import xarray as xr
 import yaml
 
 from fretwear.data.merge import merge_study
-from fretwear.figures.study import INDEX_NAME, write_study_figures
+from fretwear.figures.index import INDEX_NAME
+from fretwear.figures.study import write_study_figures
 from fretwear.report import build_report
 from fretwear.running.records import log_file, record
 from fretwear.study.plan import Plan

@@ -255,7 +255,7 @@ def figures(
 
     from fretwear.data.files import open_history, open_summary
     from fretwear.figures.study import write_study_figures
-    from fretwear.source_study import source_figures
+    from fretwear.source_study.figures import source_figures
 
     cases, drawn = folder / "cases", folder / "figures"
     with (
@@ -280,9 +280,9 @@ def report(
 
     from fretwear.data.files import open_summary
     from fretwear.data.safe import write_text
-    from fretwear.figures.study import INDEX_NAME
+    from fretwear.figures.index import INDEX_NAME
     from fretwear.report import build_report
-    from fretwear.source_study import source_sections
+    from fretwear.source_study.section import source_sections
     from fretwear.study.plan import Plan
 
     with open_summary(folder / "summary.nc") as summary:
@@ -330,7 +330,7 @@ def animate(
     with opened(file) as (case, history):
         path = check_output(output or file.with_suffix(".gif"), ".gif", ".mp4")
 
-        from fretwear.figures.animation import (
+        from fretwear.figures.film import (
             FEW_SNAPSHOTS,
             FfmpegMissingError,
             animation,

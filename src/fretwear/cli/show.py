@@ -163,8 +163,16 @@ def case_lines(content: dict[str, Any]) -> Iterator[str]:
         yield f"Doubtful: {warning}"
     yield ""
     yield "Parameters"
-    parameters = content["parameters"].items()
-    yield from aligned([_told(name, *each.values()) for name, each in parameters])
+    parameters = content["parameters"]
+    is_smooth = parameters.get("roughness_amplitude", {}).get("value") == 0.0
+    yield from aligned(
+        [
+            _told(name, *each.values())
+            for name, each in parameters.items()
+            # The slopes of a smooth surface say nothing.
+            if not (is_smooth and name.startswith("roughness_slope"))
+        ]
+    )
     yield ""
     yield "Results"
     rows = [("", *(f"cycle {content['cycle'][i]:.0f}" for i in (0, -1)), "unworn", "")]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any
 
@@ -141,3 +142,18 @@ def _agree(first: float | str | None, second: float | str | None) -> bool:
     if isinstance(first, int | float) and isinstance(second, int | float):
         return math.isclose(first, second, rel_tol=_SAME)
     return first == second
+
+
+def representative_cycles(available: Collection[int], most: int = 6) -> tuple[int, ...]:
+    """Return at most `most` cycles, first and last included, whose profiles differ.
+
+    They are evenly spread in the fourth root of the cycle: in the logarithm too many early ones
+    would be among them.
+    """
+    ordered = sorted(available)
+    if len(ordered) <= most:
+        return tuple(ordered)
+    position = np.asarray(ordered, dtype=np.float64) ** 0.25
+    wanted = np.linspace(position[0], position[-1], most)
+    nearest = {int(np.abs(position - level).argmin()) for level in wanted}
+    return tuple(ordered[index] for index in sorted(nearest | {0, len(ordered) - 1}))

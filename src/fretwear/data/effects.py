@@ -30,6 +30,9 @@ Rows = NDArray[np.intp]
 Value = Any
 """A value of a parameter: a float, or text such as a slip model's name."""
 
+# Seeds that make an ensemble: fewer have no deviation worth the name.
+SEED, LEAST_SEEDS = "roughness_seed", 3
+
 _BOOKKEEPING = {CASE_ID.name, POINT.name, STATUS.name, "id"}
 _CEASED = 1e-3
 _MATTERS = math.log(1.05)
@@ -50,6 +53,9 @@ def varied_names(summary: xr.Dataset) -> list[str]:
 
 def last_values(values: xr.DataArray) -> xr.DataArray:
     """Return the last value over the cycles that is known; cases may end at different cycles."""
+    last = values.isel({CYCLE.name: -1}, drop=True)
+    if not np.isnan(last.values).any():
+        return last
     known = values.notnull()
     place = values.sizes[CYCLE.name] - 1 - known.isel(cycle=np.s_[::-1]).argmax(CYCLE.name)
     return values.isel({CYCLE.name: place}).drop_vars(CYCLE.name)

@@ -5,50 +5,53 @@
 >>> fretwear.figures.pressure_profiles(case)  # doctest: +SKIP
 """
 
-from fretwear.figures.animation import CaseAnimation, animation
-from fretwear.figures.bearing import bearing_area
-from fretwear.figures.history import (
-    contact_half_width,
-    dissipated_energy,
-    stick_half_width,
-    wear_volume,
-)
-from fretwear.figures.maps import compare_wear_maps, wear_map
-from fretwear.figures.overview import compare_cases, overview
-from fretwear.figures.profiles import (
-    compare_profiles,
-    gap_profiles,
-    pressure_profiles,
-    shear_profiles,
-    wear_profiles,
-    wear_rate_profiles,
-)
-from fretwear.figures.rig import fretting_loops, fretting_map, scars
-from fretwear.figures.style import STYLE_SHEET, save_as, save_figure, style_context
+# ruff: noqa: F403
 
-__all__ = [
-    "STYLE_SHEET",
-    "CaseAnimation",
-    "animation",
-    "bearing_area",
-    "compare_cases",
-    "compare_profiles",
-    "compare_wear_maps",
-    "contact_half_width",
-    "dissipated_energy",
-    "fretting_loops",
-    "fretting_map",
-    "gap_profiles",
-    "overview",
-    "pressure_profiles",
-    "save_as",
-    "save_figure",
-    "scars",
-    "shear_profiles",
-    "stick_half_width",
-    "style_context",
-    "wear_map",
-    "wear_profiles",
-    "wear_rate_profiles",
-    "wear_volume",
-]
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from fretwear.figures.bearing import *
+    from fretwear.figures.cases import *
+    from fretwear.figures.film import *
+    from fretwear.figures.history import *
+    from fretwear.figures.maps import *
+    from fretwear.figures.profiles import *
+    from fretwear.figures.rig import *
+    from fretwear.figures.style import *
+
+_HOMES = {
+    "CaseAnimation": "film",
+    "STYLE_SHEET": "style",
+    "animation": "film",
+    "bearing_area": "bearing",
+    "compare_cases": "cases",
+    "compare_profiles": "profiles",
+    "compare_wear_maps": "maps",
+    "contact_half_width": "history",
+    "dissipated_energy": "history",
+    "fretting_loops": "rig",
+    "fretting_map": "rig",
+    "gap_profiles": "profiles",
+    "overview": "cases",
+    "pressure_profiles": "profiles",
+    "save_as": "style",
+    "save_figure": "style",
+    "scars": "rig",
+    "shear_profiles": "profiles",
+    "stick_half_width": "history",
+    "style_context": "style",
+    "wear_map": "maps",
+    "wear_profiles": "profiles",
+    "wear_rate_profiles": "profiles",
+    "wear_volume": "history",
+}
+
+__all__ = list(_HOMES)
+
+
+def __getattr__(name: str) -> Any:
+    # What only reads the index of figures does not wait for matplotlib.
+    if name in _HOMES:
+        return getattr(import_module(f"fretwear.figures.{_HOMES[name]}"), name)
+    raise AttributeError(f"module 'fretwear.figures' has no attribute {name!r}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from os import PathLike
 from typing import Any
@@ -14,7 +14,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from fretwear.data.dataset import mirrored
+from fretwear.data.dataset import mirrored, representative_cycles
 from fretwear.data.merge import PROFILES
 from fretwear.study.case import Case
 from fretwear.units import in_unit
@@ -241,21 +241,6 @@ def available_cycles(dataset: xr.Dataset) -> list[int]:
         # Other points of a study may have snapshots where this one has none.
         cycles = cycles[np.isfinite(width.values)]
     return [int(cycle) for cycle in cycles]
-
-
-def representative_cycles(available: Collection[int], most: int = 6) -> tuple[int, ...]:
-    """Return at most `most` cycles, first and last included, whose profiles differ.
-
-    They are evenly spread in the fourth root of the cycle: in the logarithm too many early ones
-    would be among them.
-    """
-    ordered = sorted(available)
-    if len(ordered) <= most:
-        return tuple(ordered)
-    position = np.asarray(ordered, dtype=np.float64) ** 0.25
-    wanted = np.linspace(position[0], position[-1], most)
-    nearest = {int(np.abs(position - level).argmin()) for level in wanted}
-    return tuple(ordered[index] for index in sorted(nearest | {0, len(ordered) - 1}))
 
 
 def checked_cycles(dataset: xr.Dataset, cycles: Cycles) -> Sequence[int]:

@@ -14,8 +14,9 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter
+from matplotlib.ticker import FuncFormatter, NullLocator
 
+from fretwear.data.effects import LEAST_SEEDS, SEED
 from fretwear.figures.axes import (
     ValueAxis,
     label_curves,
@@ -52,14 +53,12 @@ from fretwear.study.parameters import parameter, symbol_text
 from fretwear.units import MICROMETRE, Unit
 from fretwear.vocabulary import Variable
 
-# Seeds that make an ensemble: fewer have no deviation worth the name.
-SEED, LEAST_SEEDS = "roughness_seed", 3
-
 ZONES = {"contact": CATEGORICAL[0], "stick": INK}
 """The zones and their colours."""
 HALF_WIDTH_LABEL = "Half-width along x (µm)"
 
 _MOST_LABELLED_LINES = 6
+_MOST_WITH_MINOR_TICKS = 4
 
 
 def contact_half_width(
@@ -172,9 +171,13 @@ def draw_history(
                 ensemble.draw_band(panel, line, curve, axis.unit)
         panel.set_title(", ".join(symbol_text(name, value) for name, value in facet.items()))
         axis.set_cycles(panel, cycles, values)
+        if len(panels) > _MOST_WITH_MINOR_TICKS:
+            panel.xaxis.set_minor_locator(NullLocator())
         row = _matching(lines, contents[index : index + across])
         if index % across == 0 and row:
             axis.set_limits(panel, *joined(row))
+            if len(panels) > _MOST_WITH_MINOR_TICKS:
+                panel.yaxis.set_minor_locator(NullLocator())
     label_outer(panels, across)
     if len(panels) > 1:
         figure.supylabel(axis.label, fontsize=7.5)

@@ -45,6 +45,7 @@ _BEYOND_CONTACT = 1.06
 _SHALLOW = 0.01
 _UNEQUAL = 4.0
 _SQUARE_ROOT = 0.5
+_MOST_CELLS = 1000
 _CORNERS_OF_A_CIRCLE = 181
 _EDGES = {"edge of contact": MUTED, "edge of stick zone": CATEGORICAL[0]}
 
@@ -190,10 +191,10 @@ def depth_scale(deepest: ArrayLike) -> Normalize:
 def draw_wear_map(axes: Axes, scar: WearMap, unit: Unit, scale: Normalize) -> AxesImage:
     """Draw a scar into axes; `scale` is in `unit`."""
     values = unit.of(scar.depth)
-    colours: dict[str, Any] = {"norm": scale, "cmap": depth_colormap()}
-    image = draw_map(
-        axes, scar.x, scar.y, values, scar.reach, interpolation="antialiased", **colours
-    )
+    # Few cells stay what they are; a vector file has them as they are then.
+    kind = "none" if max(values.shape) <= _MOST_CELLS else "antialiased"
+    options: dict[str, Any] = {"norm": scale, "cmap": depth_colormap(), "interpolation": kind}
+    image = draw_map(axes, scar.x, scar.y, values, scar.reach, **options)
     for outline, color in zip((scar.contact_edge, scar.stick_edge), _EDGES.values(), strict=True):
         width = 1.0 if len(outline) == _CORNERS_OF_A_CIRCLE else 0.5
         axes.plot(*MICROMETRE.of(outline).T, color=color, linewidth=width)

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import json
 import math
-import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from itertools import chain
 from pathlib import Path
 from typing import NamedTuple
@@ -18,13 +17,21 @@ from matplotlib.figure import Figure
 
 from fretwear.data.effects import Points
 from fretwear.data.files import open_case
-from fretwear.data.safe import DataFileError, read_data, write_text
+from fretwear.data.safe import write_text
 from fretwear.data.sensitivity import GOOD, is_sampled, result_indices
 from fretwear.figures.axes import ValueAxis
 from fretwear.figures.bearing import compare_bearing_areas, has_bearing_area
 from fretwear.figures.datasets import envelope_of, field_of, peak_envelope, variable_of
 from fretwear.figures.effects import effect_map, effects, parallel_coordinates, sensitivity
 from fretwear.figures.history import Ensemble, draw_history
+from fretwear.figures.index import (
+    ANSWER_CATEGORY,
+    HISTORY_CATEGORY,
+    INDEX_NAME,
+    MAP_CATEGORY,
+    PROFILE_CATEGORY,
+    FigureEntry,
+)
 from fretwear.figures.lines import (
     MOST_KEYED_COLORS,
     MOST_MARKED_POINTS,
@@ -45,12 +52,6 @@ from fretwear.study.case import Case
 from fretwear.study.parameters import parameter
 from fretwear.vocabulary import Field, Variable
 
-INDEX_NAME = "index.json"
-ANSWER_CATEGORY = "What each parameter does"
-HISTORY_CATEGORY = "Over the cycles"
-PROFILE_CATEGORY = "Along the direction of slip"
-MAP_CATEGORY = "Over the contact"
-
 HISTORIES = {
     "contact_half_width": "contact_half_width_x",
     "stick_half_width": "stick_half_width_x",
@@ -68,8 +69,6 @@ PROFILES = {
 }
 """Fields along x by the beginning of their file name."""
 
-_NAME = re.compile(r"\w[\w.-]*", re.ASCII)
-_MOST_BYTES = 10_000_000
 _STEADY = 1e-6
 _MEAN_WORDS = "mean over one wavelength"
 
@@ -81,15 +80,6 @@ class StudyFigure(NamedTuple):
     caption: str
     category: str
     figure: Figure
-
-
-@dataclass(frozen=True)
-class FigureEntry:
-    """What the index of a folder of figures tells of each."""
-
-    name: str
-    caption: str
-    category: str
 
 
 def study_figures(
@@ -172,51 +162,6 @@ def write_study_figures(
     text = json.dumps([asdict(entry) for entry in entries], indent=1, ensure_ascii=False)
     write_text(folder / INDEX_NAME, f"{text}\n")
     return entries
-
-
-def read_figure_index(folder: Path) -> list[FigureEntry]:
-    """Return what `write_study_figures` has written to a folder, in the same order.
-
-    It raises a `DataFileError` when the index is not there or is none.
-    """
-    index = folder / INDEX_NAME
-    try:
-        entries = [FigureEntry(**entry) for entry in json.loads(read_data(index, _MOST_BYTES))]
-        # A name with a path would fetch any file into the report.
-        if not all(_NAME.fullmatch(each.name) and _is_text(each) for each in entries):
-            raise ValueError
-    except (OSError, ValueError, TypeError, RecursionError) as cause:
-        problem = "there is no such file" if not index.exists() else "it is no list of figures"
-        raise DataFileError(index, problem, "Draw the figures again") from cause
-    return entries
-
-
-def _is_text(entry: FigureEntry) -> bool:
-    return isinstance(entry.caption, str) and isinstance(entry.category, str)
-
-
-def captions(folder: Path) -> dict[str, str]:
-    """Return the captions of finished figures as reStructuredText, for Snakemake's report.
-
-    The template that puts them in place comes with the package: one that lay among the results
-    could come from anywhere, and a template can run whatever it likes.
-    """
-    return {
-        # Text in which reStructuredText finds no markup.
-        entry.name: re.sub(r"([^\w\s]|_)", r"\\\1", " ".join(entry.caption.split()))
-        for entry in read_figure_index(folder)
-    }
-
-
-def figure_category(folder: Path, name: str) -> str:
-    """Return the category of a figure by its name."""
-    return next(entry.category for entry in read_figure_index(folder) if entry.name == name)
-
-
-def figure_labels(folder: Path, name: str) -> dict[str, str]:
-    """Return what tells a figure in a list: its name and the first sentence of its caption."""
-    caption = next(entry.caption for entry in read_figure_index(folder) if entry.name == name)
-    return {"figure": name, "shows": caption.partition(". ")[0].removesuffix(".")}
 
 
 def _answer_figures(summary: xr.Dataset) -> Iterator[StudyFigure]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Callable
 from functools import wraps
 from os import PathLike, fspath
@@ -19,13 +20,14 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from fretwear.data.safe import atomic_path
+from fretwear.figures.index import PAGE_WIDTH
 
 STYLE_SHEET = Path(__file__).with_name("fretwear.mplstyle")
 
 Columns = Literal[1, 2]
 """Width of a figure in columns of a journal page."""
 
-COLUMN_WIDTH = {1: 90.0, 2: 190.0}
+COLUMN_WIDTH = {1: 90.0, 2: PAGE_WIDTH}
 """Width in mm of a figure over one and over two journal columns."""
 
 STICK_SHADE = "#efefef"
@@ -48,6 +50,8 @@ _METADATA: dict[str, dict[str, Any]] = {
     ".png": {"Software": None},
     ".pdf": {"CreationDate": None, "Creator": "fretwear", "Producer": None},
 }
+
+_PATH, _DIGITS = re.compile(rb' d="[^"]*"'), re.compile(rb"(\.\d\d)\d+")
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -154,6 +158,10 @@ def save_as(figure: Figure, path: str | PathLike[str]) -> Path:
         )
     with style_context(), atomic_path(path) as temporary:
         figure.savefig(temporary, format=ending.removeprefix("."), metadata=_METADATA.get(ending))
+        if ending == ".svg":
+            # A hundredth of a point is finer than any line; matplotlib writes a millionth.
+            drawn = temporary.read_bytes()
+            temporary.write_bytes(_PATH.sub(lambda found: _DIGITS.sub(rb"\1", found[0]), drawn))
     return path
 
 

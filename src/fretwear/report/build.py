@@ -18,7 +18,7 @@ from ruamel.yaml import YAML
 
 import fretwear
 from fretwear.data.effects import Points, results_table
-from fretwear.figures.study import ANSWER_CATEGORY, read_figure_index
+from fretwear.figures.index import ANSWER_CATEGORY, read_figure_index
 from fretwear.report.answer import answers, companions
 from fretwear.report.cases import computation_facts, read_case
 from fretwear.report.explorer import build_explorer, evenly, held_points

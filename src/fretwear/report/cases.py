@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fretwear.data.dataset import representative_cycles
 from fretwear.data.files import HISTORY_GROUP, CaseFile, opened_case
-from fretwear.figures.datasets import representative_cycles
 from fretwear.units import MICROMETRE, number_text, span
 from fretwear.vocabulary import CONVOLUTIONS, CYCLE, ERROR_ESTIMATE, HEADLINES, SYMMETRIES
 

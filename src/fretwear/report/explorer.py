@@ -18,7 +18,7 @@ from fretwear.study.plan import Plan
 from fretwear.units import MICROMETRE, Unit, readable_unit
 from fretwear.vocabulary import CYCLE, RESULTS, ContactState, X
 
-_MOST_CASES = 200
+_MOST_CASES, _FEW_OF_MANY = 200, 100
 _MOST_VALUES = 4_000_000
 _MOST_STEPS = 400
 _LEVELS = 10_000
@@ -32,7 +32,7 @@ class Explorer(NamedTuple):
     note: str
 
 
-def held_points(plan: Plan, results: Sequence[PointResult], most: int = _MOST_CASES) -> list[int]:
+def held_points(plan: Plan, results: Sequence[PointResult], most: int = 0) -> list[int]:
     """Select points that span the study evenly and whose profiles are not too long together.
 
     A grid stays one: its axes are thinned, the longest first, and keep their ends, so that every
@@ -45,7 +45,7 @@ def held_points(plan: Plan, results: Sequence[PointResult], most: int = _MOST_CA
     results : sequence of PointResult
         What became of its points, in their order.
     most : int
-        How many points at most, at least 1.
+        How many points at most; 0: all of up to 200 points, 100 of more.
 
     Returns
     -------
@@ -57,8 +57,9 @@ def held_points(plan: Plan, results: Sequence[PointResult], most: int = _MOST_CA
         for point in plan.points
         if point.case is not None and point.estimate is not None
     ]
-    most = min(most, max(1, int(_MOST_VALUES * len(lengths) / sum(lengths))))
     count = len(plan.points)
+    most = most or (_MOST_CASES if count <= _MOST_CASES else _FEW_OF_MANY)
+    most = min(most, max(1, int(_MOST_VALUES * len(lengths) / sum(lengths))))
     if plan.study.design.kind == "grid" and count > most:
         kept = set(product(*thinned_levels([len(axis.values) for axis in plan.study.axes], most)))
         places = [place for place, planned in enumerate(plan.points) if planned.index in kept]

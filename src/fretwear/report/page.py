@@ -18,8 +18,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from fretwear.data.safe import DataFileError, read_data
-from fretwear.figures.study import FigureEntry
-from fretwear.figures.style import COLUMN_WIDTH
+from fretwear.figures.index import PAGE_WIDTH, FigureEntry
 from fretwear.vocabulary import RESULTS
 
 _LARGE = 1_000_000
@@ -109,8 +108,8 @@ def _read(path: Path) -> bytes:
 
 def _share(vector: bytes) -> float:
     found = re.search(rb'<svg[^>]*\swidth="(\d+(?:\.\d+)?)pt"', vector[:_HEAD])
-    millimetres = float(found[1]) * _MM_PER_POINT if found else COLUMN_WIDTH[2]
-    return round(min(1.0, millimetres / COLUMN_WIDTH[2]), 3)
+    millimetres = float(found[1]) * _MM_PER_POINT if found else PAGE_WIDTH
+    return round(min(1.0, millimetres / PAGE_WIDTH), 3)
 
 
 @dataclass(frozen=True)
@@ -149,4 +148,4 @@ def _hash(script: bytes) -> str:
 
 def compressed(content: bytes) -> str:
     """Return bytes as base64 of a gzip stream without a date: the same bytes, the same text."""
-    return base64.b64encode(gzip.compress(content, 9, mtime=0)).decode("ascii")
+    return base64.b64encode(gzip.compress(content, 6, mtime=0)).decode("ascii")

@@ -11,10 +11,9 @@ from typing import NamedTuple
 
 import xarray as xr
 
-from fretwear.data.effects import final_results
+from fretwear.data.effects import LEAST_SEEDS, SEED, final_results
 from fretwear.data.merge import StudyLayout
 from fretwear.data.safe import DataFileError
-from fretwear.figures.history import LEAST_SEEDS, SEED
 from fretwear.study.parameters import value_text, words_text
 from fretwear.study.plan import Plan
 from fretwear.study.points import Axis

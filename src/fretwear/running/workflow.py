@@ -216,7 +216,7 @@ class StudyJobs:
     @property
     def captions(self) -> Mapping[str, str]:
         """The captions of finished figures, for Snakemake's report; none before they are drawn."""
-        from fretwear.figures.study import captions
+        from fretwear.figures.index import captions
 
         try:
             return captions(Path(self.folder) / "figures")
@@ -225,13 +225,13 @@ class StudyJobs:
 
     def figure_category(self, figure: str) -> str:
         """Return the category of a finished figure, for Snakemake's report."""
-        from fretwear.figures.study import figure_category
+        from fretwear.figures.index import figure_category
 
         return figure_category(Path(self.folder) / "figures", figure)
 
     def figure_labels(self, figure: str) -> dict[str, str]:
         """Return what tells a finished figure in Snakemake's report."""
-        from fretwear.figures.study import figure_labels
+        from fretwear.figures.index import figure_labels
 
         return figure_labels(Path(self.folder) / "figures", figure)
 

@@ -3,8 +3,3 @@
 Its cases among those of a merged study, its claims judged by numbers, its figures under their
 numbers, and the sections of the report that tell them.
 """
-
-from fretwear.source_study.figures import source_figures
-from fretwear.source_study.section import source_sections
-
-__all__ = ["source_figures", "source_sections"]

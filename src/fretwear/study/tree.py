@@ -13,7 +13,7 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import Annotated, Any, Self, get_type_hints
+from typing import Annotated, Any, Self, cast, get_type_hints
 
 import fretwear.mechanics.measured  # noqa: F401 - its kinds
 from fretwear.mechanics.geometry import Even
@@ -584,7 +584,14 @@ def leaves() -> Mapping[str, tuple[Leaf, ...]]:
 
 def leaves_of(kind: type[Part]) -> tuple[Leaf, ...]:
     """Return the parameters of a kind of part."""
-    listed = (leaf for several in leaves().values() for leaf in several)
+    return _leaves_of(cast("Any", kind), tuple((member, kinds(member)) for member in _families()))
+
+
+@cache
+def _leaves_of(
+    kind: type[Part], of_members: tuple[tuple[str, tuple[type[Part], ...]], ...]
+) -> tuple[Leaf, ...]:
+    listed = (leaf for several in _leaves(of_members).values() for leaf in several)
     return tuple(dict.fromkeys(leaf for leaf in listed if leaf.kind is kind))
 
 

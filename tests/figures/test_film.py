@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 
 from fretwear import figures
-from fretwear.figures.animation import FfmpegMissingError, durations, well_spaced_cycles
+from fretwear.figures.film import FfmpegMissingError, durations, well_spaced_cycles
 
 CYCLES = (0, 1, 10, 100, 1000)
 

@@ -23,6 +23,7 @@ from PIL import Image
 from fretwear.data.dataset import mirrored
 from fretwear.data.safe import atomic_path
 from fretwear.figures.axes import label_curves, outside_key
+from fretwear.figures.cases import headline
 from fretwear.figures.datasets import (
     HalfProfiles,
     check_dataset,
@@ -33,7 +34,6 @@ from fretwear.figures.datasets import (
 )
 from fretwear.figures.history import draw_zone_widths
 from fretwear.figures.maps import draw_map
-from fretwear.figures.overview import headline
 from fretwear.figures.profiles import frame_of
 from fretwear.figures.style import INK, MUTED, JournalFigure, style_context
 from fretwear.units import MICROMETRE, cycle_text

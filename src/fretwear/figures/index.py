@@ -1,0 +1,76 @@
+"""The index of a folder of figures: what each is called and shows. It takes no matplotlib."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from fretwear.data.safe import DataFileError, read_data
+
+INDEX_NAME = "index.json"
+ANSWER_CATEGORY = "What each parameter does"
+HISTORY_CATEGORY = "Over the cycles"
+PROFILE_CATEGORY = "Along the direction of slip"
+MAP_CATEGORY = "Over the contact"
+
+PAGE_WIDTH = 190.0
+"""Width in mm of a figure over two journal columns."""
+
+_NAME = re.compile(r"\w[\w.-]*", re.ASCII)
+_MOST_BYTES = 10_000_000
+
+
+@dataclass(frozen=True)
+class FigureEntry:
+    """What the index of a folder of figures tells of each."""
+
+    name: str
+    caption: str
+    category: str
+
+
+def read_figure_index(folder: Path) -> list[FigureEntry]:
+    """Return what `write_study_figures` has written to a folder, in the same order.
+
+    It raises a `DataFileError` when the index is not there or is none.
+    """
+    index = folder / INDEX_NAME
+    try:
+        entries = [FigureEntry(**entry) for entry in json.loads(read_data(index, _MOST_BYTES))]
+        # A name with a path would fetch any file into the report.
+        if not all(_NAME.fullmatch(each.name) and _is_text(each) for each in entries):
+            raise ValueError
+    except (OSError, ValueError, TypeError, RecursionError) as cause:
+        problem = "there is no such file" if not index.exists() else "it is no list of figures"
+        raise DataFileError(index, problem, "Draw the figures again") from cause
+    return entries
+
+
+def _is_text(entry: FigureEntry) -> bool:
+    return isinstance(entry.caption, str) and isinstance(entry.category, str)
+
+
+def captions(folder: Path) -> dict[str, str]:
+    """Return the captions of finished figures as reStructuredText, for Snakemake's report.
+
+    The template that puts them in place comes with the package: one that lay among the results
+    could come from anywhere, and a template can run whatever it likes.
+    """
+    return {
+        # Text in which reStructuredText finds no markup.
+        entry.name: re.sub(r"([^\w\s]|_)", r"\\\1", " ".join(entry.caption.split()))
+        for entry in read_figure_index(folder)
+    }
+
+
+def figure_category(folder: Path, name: str) -> str:
+    """Return the category of a figure by its name."""
+    return next(entry.category for entry in read_figure_index(folder) if entry.name == name)
+
+
+def figure_labels(folder: Path, name: str) -> dict[str, str]:
+    """Return what tells a figure in a list: its name and the first sentence of its caption."""
+    caption = next(entry.caption for entry in read_figure_index(folder) if entry.name == name)
+    return {"figure": name, "shows": caption.partition(". ")[0].removesuffix(".")}
