@@ -95,44 +95,34 @@ def labelled_case(
     title: str = "",
     command: str = "fretwear.simulate",
 ) -> Labelled:
-    """Label the results of one case.
+    """Label the results of one case, along ``cycle``, ``x`` and ``y``.
 
     Parameters
     ----------
     case : Case
-        The case; its parameters become scalar coordinates and the attribute ``parameters``.
+        Its parameters become scalar coordinates and the attribute ``parameters``.
     x, y : array_like, shape (nx,) and (ny,)
         Cell centres in m, increasing; all positive along axes in which the contact is even.
-        ``y`` is None in a line contact, whose fields have the shape (ncycles, nx), and which lacks
-        the scalars along y.
+        ``y`` is None in a line contact, whose fields and scalars know no y.
     cycles : array_like, shape (ncycles,)
         Cycle number of each snapshot, increasing from 0.
     fields : mapping of str to array_like, shape (ncycles, nx, ny)
-        Every variable of `fretwear.vocabulary.FIELDS`, SI units, and those of `BODY_FIELDS` where
-        they are known.
+        Every variable of `FIELDS`, SI units, and those of `BODY_FIELDS` where they are known.
     scalars : mapping of str to array_like, shape (ncycles,)
-        Every variable of `fretwear.vocabulary.SCALARS`, SI units, for the whole contact, and those
-        of `BODY_SCALARS` where they are known.
+        Every variable of `SCALARS`, SI units, for the whole contact, and those of `BODY_SCALARS`
+        where they are known.
     errors : mapping of str to array_like, shape (ncycles,)
         Estimated error of each of these scalars, by its name; empty where there are none.
     symmetry : {"even_xy", "even_x", "even_y", "none"}
         In what the contact is even: the arrays hold one side of it only.
-    title : str
-        Title of the dataset; the case's id serves when it is empty.
-    command : str
-        What was run, for the attribute ``history``.
-
-    Returns
-    -------
-    Labelled
-        Dimensions ``cycle``, ``x``, ``y``. Fields are float32 (``contact_state`` int8), scalars
-        and coordinates float64.
+    title, command : str
+        Attributes; the case's id makes a title where none is given.
 
     Raises
     ------
     ValueError
-        When a variable is missing, not known, of the wrong shape or not finite, or when a
-        coordinate does not increase. The message lists all of these.
+        With every variable that is missing, not known, of the wrong shape or not finite, and every
+        coordinate that does not increase.
     """
     coordinates = {
         variable.name: _labelled(variable, (variable.name,), np.atleast_1d(np.asarray(values)))
@@ -183,31 +173,12 @@ def labelled_history(
     convolutions: ArrayLike,
     variables: tuple[Variable, ...] = SCALARS,
 ) -> Labelled:
-    """Label the dense history of a run: the scalars at every accepted step.
+    """Label the history of a run along ``step``: scalars at every accepted step, shape (nsteps,).
 
-    Parameters
-    ----------
-    cycles : array_like, shape (nsteps,)
-        Cycle number reached by each step, increasing; fractions occur.
-    scalars : mapping of str to array_like, shape (nsteps,)
-        Every variable of `fretwear.vocabulary.SCALARS` but those that are known `AT_SNAPSHOTS`
-        only, SI units, for the whole contact.
-    error_estimate : array_like, shape (nsteps,)
-        Estimated relative error of each step.
-    convolutions : array_like of int, shape (nsteps,)
-        Convolutions that each step has cost.
-    variables : tuple of Variable
-        What the scalars are: `fretwear.vocabulary.LINE_SCALARS` in a line contact.
-
-    Returns
-    -------
-    Labelled
-        Dimension ``step``; ``cycle`` is a coordinate along it.
-
-    Raises
-    ------
-    ValueError
-        As for `labelled_case`.
+    Scalars are those of `variables` but those that are known `AT_SNAPSHOTS` only, in SI units and
+    for the whole contact, at the cycle that each step has reached, which increases and may be a
+    fraction; beside them the estimated relative error of each step and the convolutions that it
+    has cost.  A ValueError is as for `labelled_case`.
     """
     dims = (STEP.name,)
     cycle = _labelled(CYCLE, dims, np.asarray(cycles))
@@ -230,21 +201,10 @@ def labelled_history(
 def labelled_loops(
     cycles: ArrayLike, loops: Mapping[str, ArrayLike], *, in_line: bool = False
 ) -> Labelled:
-    """Label the loops of force and displacement of the snapshots.
+    """Label the loops of force and displacement of the snapshots, shape (ncycles, nphases).
 
-    Parameters
-    ----------
-    cycles : array_like, shape (ncycles,)
-        Cycle numbers of the snapshots.
-    loops : mapping of str to array_like, shape (ncycles, nphases)
-        Every variable of `fretwear.vocabulary.LOOP`, SI units, from +Q over −Q back to +Q.
-    in_line : bool
-        Whether forces are per length.
-
-    Returns
-    -------
-    Labelled
-        Dimensions ``cycle`` and ``phase``, which runs from 0 to 1.
+    They are every variable of `LOOP` in SI units, from +Q over −Q back to +Q, with a ``phase`` from
+    0 to 1; forces may be per length.
     """
     dims = (CYCLE.name, PHASE.name)
     problems: list[str] = []
