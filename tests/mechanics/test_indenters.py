@@ -11,7 +11,7 @@ from fretwear.mechanics.integrator import evolve, first_loading
 from fretwear.mechanics.measures import measure
 from fretwear.running.simulate import wear_problem
 from fretwear.study.case import Case, CaseError
-from fretwear.study.rules import doubts
+from fretwear.study.doubts import doubts
 from fretwear.theory import EllipticContact, RoundContact, RoundedPunch
 
 from .problems import MODULUS, near

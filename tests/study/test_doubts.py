@@ -4,7 +4,7 @@ import pytest
 
 from fretwear.mechanics.surfaces import Sphere
 from fretwear.running.simulate import DoubtfulResultWarning, simulate
-from fretwear.study.rules import doubts, yielding_ring_width
+from fretwear.study.doubts import doubts, yielding_ring_width
 from fretwear.theory import HertzContact, LimitingState
 
 from ..studies import steel
@@ -47,9 +47,19 @@ def test_the_default_grid_sees_the_ring_of_large_ratios_only(ratio, unseen, monk
     assert told == (["will yield in a ring"] if unseen else [])
 
 
-def test_a_rough_contact_yields_on_every_tip_which_the_grid_sees():
+@pytest.mark.parametrize(("ratio", "unseen"), [(0.9, False), (0.2, True)])
+def test_a_rough_contact_is_no_excuse_for_an_unseen_ring(ratio, unseen):
     waves = {"amplitude": 2e-7, "slope_x": 0.05, "slope_y": 0.02}
-    assert not kinds(tangential_ratio=0.2, plastic_limit=4.5e9, roughness=waves)
+    told = kinds(tangential_ratio=ratio, plastic_limit=4.5e9, roughness=waves)
+    assert told == (["will yield in a ring"] if unseen else [])
+
+
+def test_waves_that_are_pressed_flat_are_computed_on_the_cells_of_a_smooth_contact():
+    flat = {"amplitude": 1e-8, "slope_x": 4e-5, "slope_y": 4e-5}
+    capped = steel(tangential_ratio=0.5, plastic_limit=4.5e9, roughness=flat)
+    smooth = steel(tangential_ratio=0.5, plastic_limit=4.5e9)
+    assert capped.grid_spacing == smooth.grid_spacing
+    assert [doubt.what.split()[4] for doubt in doubts(capped)] == ["ring"]
 
 
 @pytest.mark.parametrize(
@@ -80,6 +90,9 @@ def test_a_simulation_warns_and_its_dataset_remembers():
     case = steel(cycles=1, cell=18e-6, roughness=LONG)
     with pytest.warns(DoubtfulResultWarning, match="zone of few cells"):
         dataset = simulate(case)
-    assert dataset.attrs["warnings"] == "\n".join(map(str, doubts(case)))
+    first, *after = dataset.attrs["warnings"].splitlines()
+    assert [first] == [str(doubt) for doubt in doubts(case)]
+    assert "errors come to more than 5 %" in after[0]
+    assert "write cell: [" in after[0]
     fine = simulate(steel(cycles=1))
     assert fine.attrs["warnings"] == ""

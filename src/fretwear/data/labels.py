@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fretwear.study.rules import doubts
+from fretwear.study.doubts import doubts
 from fretwear.version import __version__, code_digest
 from fretwear.vocabulary import (
     BODY_FIELDS,
@@ -49,6 +49,9 @@ if TYPE_CHECKING:
     from fretwear.study.case import Case
 
 CONVENTIONS = "CF-1.11"
+
+# Part of the largest value of a result below which its error, relative to it, means nothing.
+_TRACE = 0.01
 
 
 class Column(NamedTuple):
@@ -161,9 +164,24 @@ def labelled_case(
         "case_id": case.case_id,
         CODE_DIGEST.name: code_digest(),
         "symmetry": symmetry,
-        "warnings": "\n".join(map(str, doubts(case))),
+        "warnings": "\n".join(
+            map(str, doubts(case, _relative(known_scalars, scalars, errors or {})))
+        ),
     }
     return Labelled(variables, coordinates, attributes)
+
+
+def _relative(
+    known: Iterable[Variable], scalars: Mapping[str, ArrayLike], errors: Mapping[str, ArrayLike]
+) -> dict[str, float]:
+    """The largest relative error of each scalar that is more than a trace, by its words."""
+    found = {}
+    for each in known:
+        if each.name in errors and each.is_headline:
+            values, apart = (np.abs(np.asarray(e[each.name])) for e in (scalars, errors))
+            counts = values > _TRACE * values.max(initial=0.0)
+            found[each.words] = float((apart[counts] / values[counts]).max(initial=0.0))
+    return found
 
 
 def labelled_history(

@@ -33,6 +33,7 @@ from fretwear.report.results import (
 )
 from fretwear.running.records import failures, log_end, spent_on_simulations
 from fretwear.study.case import Case
+from fretwear.study.doubts import SMALL_ERROR, finer
 from fretwear.study.parameters import parameter, value_text
 from fretwear.study.plan import Plan
 from fretwear.study.problems import Problems, StudyError
@@ -40,7 +41,7 @@ from fretwear.study.sections import unfolded
 from fretwear.study.study import Study
 from fretwear.study.yamlfile import read_document
 from fretwear.units import cycle_text, duration_text, fixed_digits, size_text, span
-from fretwear.vocabulary import PointStatus
+from fretwear.vocabulary import RESULTS, PointStatus
 
 _MOST_ROWS = 2000
 _MOST_EXAMINED = 24
@@ -106,7 +107,7 @@ def build_report(
     computation = body.computation(facts, plan.study.file.name, study_text(plan.study), kinds)
 
     answering = [image for image in images if image.entry.category == ANSWER_CATEGORY]
-    answer = _answer(body, plan, summary, answering)
+    answer = _answer(body, plan, summary, results, answering)
     page = [Section("answer", "What mattered", answer, "Answer")]
     if explorer:
         page += [Section("explorer", "Explorer", body.explorer(*explorer, scripts.plotly, in_line))]
@@ -139,7 +140,13 @@ def build_report(
     )
 
 
-def _answer(body: Any, plan: Plan, summary: xr.Dataset, images: Sequence[Image]) -> Markup:
+def _answer(
+    body: Any,
+    plan: Plan,
+    summary: xr.Dataset,
+    results: Sequence[PointResult],
+    images: Sequence[Image],
+) -> Markup:
     warnings = [
         {
             "cases": f"{len(cases)} case{'s' * (len(cases) != 1)}",
@@ -151,8 +158,31 @@ def _answer(body: Any, plan: Plan, summary: xr.Dataset, images: Sequence[Image])
         for doubt, cases in plan.doubts.items()
     ]
     together = companions(Points.of(summary))
-    remarks = summary.attrs.get("warnings", "").splitlines()
+    remarks = [*summary.attrs.get("warnings", "").splitlines(), *_uncertain(plan, results)]
     return Markup(body.answer(warnings, remarks, list(answers(summary)), together, images))
+
+
+def _mark(error: float) -> str:
+    """Return how uncertain a value is, where that is to be seen."""
+    return f"± {100.0 * error:.2g} %" if error > SMALL_ERROR else ""
+
+
+def _uncertain(plan: Plan, results: Sequence[PointResult]) -> list[str]:
+    """Return a remark on the values that are marked, and what would mend them; or none."""
+    errors = [
+        (error, name, result.id) for result in results for name, error in result.errors.items()
+    ]
+    marked = [each for each in errors if each[0] > SMALL_ERROR]
+    if not marked:
+        return []
+    error, name, case_id = max(marked)
+    case = plan.study.cases()[case_id]
+    return [
+        f"{len(marked)} of {len(errors)} key results are uncertain by more than "
+        f"{100.0 * SMALL_ERROR:g} %, because cells are wide beside what happens in them: marked in "
+        f"the table of cases, most of all the {RESULTS[name].words} of {case_id}, by "
+        f"{100.0 * error:.0f} %, which {finer(case, error)} would mend"
+    ]
 
 
 def _kinds(cases: Iterable[Case]) -> set[str]:
@@ -259,10 +289,14 @@ def _cases(
     units = display_units(results) if any(result.done for result in results) else {}
     rows = []
     for result in results[:_MOST_ROWS]:
-        cells = [("–", "")] * len(units)
+        cells = [("–", "", "")] * len(units)
         if result.done:
             values = [(result.values[name], unit) for name, unit in units.items()]
-            cells = [(fixed_digits(unit.of(v), 4), f"{v:.6g}") for v, unit in values]
+            marks = [_mark(result.errors.get(name, 0.0)) for name in units]
+            cells = [
+                (fixed_digits(unit.of(v), 4), f"{v:.6g}", mark)
+                for (v, unit), mark in zip(values, marks, strict=True)
+            ]
         rows.append((result, cells))
     columns = [(variable_of(name, results).label, unit.name) for name, unit in units.items()]
     varied = [row for row in parameters if row.choices]

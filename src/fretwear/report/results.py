@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -60,6 +61,8 @@ class PointResult:
         Varied values by the name of their parameter.
     values : mapping of str to float
         The `HEADLINES` after the last cycle in SI units; empty when not done.
+    errors : mapping of str to float
+        Estimated errors of these, relative to them, as far as they are known.
     in_line : bool
         Whether it is a line contact, whose volumes and energies are per length.
     """
@@ -70,6 +73,7 @@ class PointResult:
     reason: str
     levels: Mapping[str, Level]
     values: Mapping[str, float] = field(default_factory=dict)
+    errors: Mapping[str, float] = field(default_factory=dict)
     in_line: bool = False
 
     @property
@@ -106,6 +110,11 @@ def point_results(
     _check_points(plan, layout, summary)
     final = final_results(summary)
     columns = {name: final[name].transpose(*layout.dims).values for name in HEADLINES}
+    apart = {
+        name: final[error].transpose(*layout.dims).values
+        for name in HEADLINES
+        if (error := RESULTS[name].error.name) in final
+    }
     status = summary["status"].values
     levels = {axis.coordinate: levels_of(axis) for axis in plan.study.axes}
     results = []
@@ -127,7 +136,12 @@ def point_results(
         else:
             values = {name: float(column[place]) for name, column in columns.items()}
             in_line = case.indenter.is_line
-            results.append(replace(result, values=values, in_line=in_line))
+            errors = {
+                name: float(column[place]) / abs(values[name])
+                for name, column in apart.items()
+                if values[name] and not math.isnan(column[place])
+            }
+            results.append(replace(result, values=values, errors=errors, in_line=in_line))
     return results
 
 

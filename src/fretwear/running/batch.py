@@ -20,7 +20,7 @@ from fretwear.running.checkpoint import SECONDS_BETWEEN, Checkpoint
 from fretwear.running.records import failures, forget, log_file, record
 from fretwear.running.resources import require_memory
 from fretwear.running.simulate import run
-from fretwear.study.rules import doubts
+from fretwear.study.doubts import doubts
 from fretwear.version import code_digest
 
 if TYPE_CHECKING:
@@ -73,7 +73,8 @@ def simulate_to_file(
     """
     started = time.monotonic()
     require_memory(case)
-    for doubt in doubts(case):
+    before = doubts(case)
+    for doubt in before:
         tell(f"warning: {doubt}")
     with locked(path, tell) as lock:
         if lock.waited and is_finished_case(path, case):
@@ -93,6 +94,8 @@ def simulate_to_file(
                 dataset, history, loops = result.labelled
                 write_case(dataset, history, path, loops)
                 checkpoint.discard()
+    for found in dataset.attrs["warnings"].splitlines()[len(before) :]:
+        tell(f"warning: {found}")
     return Outcome(int(history.coords["step"].values[-1]), time.monotonic() - started)
 
 

@@ -27,7 +27,7 @@ from fretwear.mechanics.stroke import StrokeState, slide
 from fretwear.mechanics.team import Team
 from fretwear.running.errors import estimated_errors
 from fretwear.running.resources import require_memory
-from fretwear.study.rules import doubts
+from fretwear.study.doubts import doubts
 from fretwear.study.tree import COARSER
 from fretwear.vocabulary import BODY_FIELDS, FIELDS, LINE_SCALARS, SCALARS, SYMMETRIES, ContactState
 
@@ -160,14 +160,17 @@ def simulate(
     Warns
     -----
     DoubtfulResultWarning
-        For each reason not to trust the results as they stand.
+        For each reason not to trust the results as they stand, known before or found by the run.
     """
     require_memory(case)
-    for doubt in doubts(case):
+    before = doubts(case)
+    for doubt in before:
         warnings.warn(str(doubt), DoubtfulResultWarning, stacklevel=2)
     bar: AbstractContextManager[list[Observer]] = _bar(case) if progress else nullcontext([])
     with bar as shown:
         dataset = run(case, [*observers, *shown], threads=threads).dataset
+    for found in dataset.attrs["warnings"].splitlines()[len(before) :]:
+        warnings.warn(found, DoubtfulResultWarning, stacklevel=2)
     if quarter:
         return dataset
     from fretwear.data.dataset import mirrored

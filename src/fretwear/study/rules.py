@@ -1,4 +1,4 @@
-"""Rules that tie several parameters of a case together, and what makes its results doubtful.
+"""Rules that tie several parameters of a case together.
 
 Each rule names the parameters it needs, so that the rules whose parameters are sound can be
 tried while others are still wrong: a study file gets all of its problems in one go.
@@ -11,10 +11,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from fretwear.mechanics.loading import SMALL_STROKE, Displacement, TangentialRatio
-from fretwear.mechanics.materials import ElasticBodies
-from fretwear.parts import pair
 from fretwear.study.problems import Problem
-from fretwear.study.tree import CaseTree, members
+from fretwear.study.tree import CaseTree, cell_text, members
 from fretwear.units import LENGTH, PRESSURE, Force, PerLength, force_text, format_quantity
 
 LEAST_CELLS_PER_CONTACT_RADIUS = 8
@@ -31,23 +29,8 @@ LEAST_LOAD_RATIO = 1e-6
 the ratio vanishes against 1 it would have no width at all."""
 
 
-NEARLY_GROSS = 0.9999
-"""Load ratio that stands for gross slip where a limiting state of partial slip is asked for."""
-
-GREATEST_DUNDURS = 0.1
-"""Largest |β|/µ at which the coupling of pressure and slip between unlike bodies is small."""
-
-FEW_POINTS = 20
-"""Points of a measured surface on a contact radius below which it hardly has a roughness."""
-
 MOST_STROKE = 20.0
 """Largest sliding amplitude over the Hertz half-width that is computed."""
-
-FEW_CELLS = 5
-"""Cells on a stick radius below which its edge is hardly one."""
-
-GREATEST_SLOPE = 0.3
-"""Steepest slope of a roughness that half-space theory, which takes slopes for small, may have."""
 
 
 @dataclass(frozen=True)
@@ -169,7 +152,7 @@ def _cell_resolves_surfaces(case: CaseTree) -> Problem | None:
             pair = ", ".join(_just_below(min(each)) for each in limits)
             return Problem(
                 "cell",
-                _cell_text(case.cell),
+                cell_text(case.cell),
                 f"is too coarse for the {name}: {' and '.join(wrong)} and needs at least "
                 f"{least} cells",
                 f"[{pair}] or finer would be fine, or leave cell out",
@@ -189,7 +172,7 @@ def _cell_resolves_contact(case: CaseTree) -> Problem | None:
     pair = ", ".join(_just_below(min(cell, limit)) for cell in case.cell)
     return Problem(
         "cell",
-        _cell_text(case.cell),
+        cell_text(case.cell),
         f"is too coarse for the contact: radius {format_quantity(case.hertz_radius, LENGTH, 3)}, "
         f"stick zone {format_quantity(case.stick_radius, LENGTH, 3)}",
         f"[{pair}] would just do, or leave cell out",
@@ -207,10 +190,6 @@ def _snapshots_within_run(case: CaseTree) -> Problem | None:
         f"is beyond the last cycle, {case.cycles}",
         f"give cycles from 0 to {case.cycles}, or raise cycles",
     )
-
-
-def _cell_text(cell: tuple[float, float]) -> str:
-    return f"[{', '.join(format_quantity(spacing, LENGTH) for spacing in cell)}]"
 
 
 def _just_below(length: float) -> str:
@@ -272,7 +251,7 @@ def _line_has_one_spacing(case: CaseTree) -> Problem | None:
         return None
     rule = f"has a spacing along y, along which a {case.indenter.kind} is the same everywhere"
     hint = f"write cell: {format_quantity(case.cell[0], LENGTH)}"
-    return Problem("cell", _cell_text(case.cell), rule, hint)
+    return Problem("cell", cell_text(case.cell), rule, hint)
 
 
 def _compliance_is_of_a_line(case: CaseTree) -> Problem | None:
@@ -425,200 +404,3 @@ RULES = (*RULES, Rule(frozenset({*members()} - {"cell", "tolerance"}), _blocks_a
 def findings(case: CaseTree) -> list[Problem]:
     """Return every rule that a case with sound single values breaks."""
     return [broken for rule in RULES if (broken := rule.find(case)) is not None]
-
-
-@dataclass(frozen=True)
-class Doubt:
-    """Why the results of a case that can be run are not to be trusted as they stand."""
-
-    # What will happen, as a sentence without its subject; the same for every case of a kind.
-    what: str
-    detail: str  # the numbers of this case
-    remedy: str  # what to do
-
-    def __str__(self) -> str:
-        return f"The contact {self.what} ({self.detail}); {self.remedy}"
-
-
-def yielding_ring_width(case: CaseTree) -> float:
-    """Return the width in m of the ring at the edge of stick that comes to yield.
-
-    Wear moves all pressure of a smooth contact into its stick zone, where it tends to
-    `LimitingState.pressure`; the ring is where that exceeds the plastic limit: zero for an elastic
-    case, the whole stick radius where everything does.
-    """
-    if math.isinf(case.plastic_limit):
-        return 0.0
-    ratio = min(case.tangential_ratio, NEARLY_GROSS)
-    limiting = case.indenter.limiting(case.hertz, ratio)
-    return limiting.width_above(case.plastic_limit)
-
-
-def _ring_is_unseen(case: CaseTree) -> Doubt | None:
-    """Of a rough contact every tip yields by itself, which the grid of the waves sees."""
-    ring, cell = yielding_ring_width(case), max(case.grid_spacing)
-    if case.rough is not None or math.isinf(case.plastic_limit) or ring >= cell:
-        return None
-    return Doubt(
-        "will yield in a ring around the stick zone that is narrower than a cell of the grid, "
-        "which therefore gets its wear wrong",
-        f"ring {format_quantity(ring, LENGTH, 3)}, cell {format_quantity(cell, LENGTH, 3)}",
-        "choose a cell below the width of the ring where that is practical, or a larger "
-        "tangential load or a lower plastic limit",
-    )
-
-
-def dundurs_beta(case: CaseTree) -> float:
-    """Dundurs' β = ½ |(1−2ν1)/G1 − (1−2ν2)/G2| / ((1−ν1)/G1 + (1−ν2)/G2), 0 for equal bodies.
-
-    It couples pressure and slip, which the model neglects.
-    """
-    if not isinstance(case.bodies, ElasticBodies):
-        return 0.0
-    moduli, ratios = pair(case.bodies.youngs_modulus), pair(case.bodies.poisson_ratio)
-    bodies = [((1.0 + nu) / modulus, nu) for modulus, nu in zip(moduli, ratios, strict=True)]
-    (first, nu1), (second, nu2) = bodies
-    difference = abs((1.0 - 2.0 * nu1) * first - (1.0 - 2.0 * nu2) * second)
-    return 0.5 * difference / ((1.0 - nu1) * first + (1.0 - nu2) * second)
-
-
-def _bodies_are_unlike(case: CaseTree) -> Doubt | None:
-    beta, friction = dundurs_beta(case), case.friction_law.coefficient
-    if beta <= GREATEST_DUNDURS * friction:
-        return None
-    return Doubt(
-        "will couple pressure and slip, as bodies of unlike stiffness do, which the model neglects",
-        f"Dundurs' β = {beta:.2g}, {beta / friction:.2g} times µ",
-        f"trust no local value, and integrals only where β is below {GREATEST_DUNDURS:g} µ",
-    )
-
-
-def _limit_is_low(case: CaseTree) -> Doubt | None:
-    mean = case.hertz.mean_pressure
-    if case.plastic_limit >= mean:
-        return None
-    numbers = (format_quantity(pressure, PRESSURE, 3) for pressure in (case.plastic_limit, mean))
-    return Doubt(
-        "will yield all over at the first loading, beyond what a limit of the pressure describes",
-        "plastic limit {}, mean Hertz pressure {}".format(*numbers),
-        "choose a lower load, a larger radius or a plastic limit of about the hardness",
-    )
-
-
-def _stick_is_coarse(case: CaseTree) -> Doubt | None:
-    cell = max(case.grid_spacing)
-    if case.stick_radius >= FEW_CELLS * cell or not case.force_is_held:
-        return None
-    return Doubt(
-        "will stick in a zone of few cells, whose edge is a staircase",
-        f"radius {format_quantity(case.stick_radius, LENGTH, 3)}, "
-        f"cell {format_quantity(cell, LENGTH, 3)}",
-        "choose a finer cell, or leave cell out",
-    )
-
-
-def _slopes_are_steep(case: CaseTree) -> Doubt | None:
-    if case.rough is None:
-        return None
-    slope = case.rough.steepest
-    if slope <= GREATEST_SLOPE:
-        return None
-    return Doubt(
-        "will touch on slopes that half-space theory takes for small",
-        f"steepest slope {slope:.2g}",
-        f"trust the results where slopes stay below {GREATEST_SLOPE:g}",
-    )
-
-
-def _roughness_repeats(case: CaseTree) -> Doubt | None:
-    period = math.inf if case.rough is None else min(case.rough.period)
-    if period >= 3.0 * case.hertz_radius:
-        return None
-    return Doubt(
-        "will meet the same random heights again, whose period is hardly longer than it is",
-        f"period {format_quantity(period, LENGTH, 3)}, "
-        f"contact radius {format_quantity(case.hertz_radius, LENGTH, 3)}",
-        "results hold for a surface that repeats; the period is 16 roll-off wavelengths",
-    )
-
-
-def _surface_is_small(case: CaseTree) -> Doubt | None:
-    side = math.inf if case.rough is None else min(case.rough.sides)
-    if side >= 3.0 * case.hertz_radius:
-        return None
-    return Doubt(
-        "will hardly fit on the measured surface, beyond whose border its last height goes on",
-        f"side {format_quantity(side, LENGTH, 3)}, "
-        f"contact radius {format_quantity(case.hertz_radius, LENGTH, 3)}",
-        "measure a larger area, or choose a larger patch or a lower load",
-    )
-
-
-def _points_are_few(case: CaseTree) -> Doubt | None:
-    surfaces = (each for each in (case.roughness, case.counterface) if each is not None)
-    measured = [max(each.finest) / 2.0 for each in surfaces if math.isfinite(min(each.sides))]
-    distance = max(measured, default=0.0)
-    if distance <= case.hertz_radius / FEW_POINTS:
-        return None
-    return Doubt(
-        "will be computed on a surface measured at few points",
-        f"distance {format_quantity(distance, LENGTH, 3)}, "
-        f"contact radius {format_quantity(case.hertz_radius, LENGTH, 3)}",
-        f"measure {FEW_POINTS} points a contact radius or more: what lies between is not known",
-    )
-
-
-def _coupling_is_no_number(case: CaseTree) -> Doubt | None:
-    """In an elongated contact a traction like the pressure displaces unlike the pressure."""
-    others = case.indenter.couplings(case.bodies)
-    if not others:
-        return None
-    # In a circle they are 9 % off at ν = 0.3, on both sides, which is the model's own error.
-    error = max(abs(other / case.coupling - 1.0) for other in others)
-    return Doubt(
-        "is elongated, so that slip is not in one proportion κ to the gap of the reduced contact",
-        f"κ is {case.coupling:.4g} in the centre and taken everywhere, but "
-        f"{' and '.join(f'{other:.4g}' for other in others)} by the curvatures",
-        f"take slip and wear for uncertain by up to {100.0 * error:.0f} %",
-    )
-
-
-def _slides_far(case: CaseTree) -> Doubt | None:
-    """Each point is taken to meet the same point of the other body throughout a cycle."""
-    if not isinstance(case.loading, Displacement):
-        return None
-    friction, hertz = case.friction_law.least, case.hertz
-    elastic = friction * (
-        case.coupling * hertz.approach + case.loading.flexibility(hertz) * hertz.load
-    )
-    slid = case.displacement_amplitude - elastic
-    if slid <= SMALL_STROKE * case.hertz_radius:
-        return None
-    return Doubt(
-        "will slide so far that each point meets other points of the other body, which the model "
-        "neglects",
-        f"sliding amplitude {format_quantity(slid, LENGTH, 3)}, contact radius "
-        f"{format_quantity(case.hertz_radius, LENGTH, 3)}",
-        "write sliding_amplitude, lower the displacement, or take the wear near the edge of the "
-        "contact for a rough guide",
-    )
-
-
-_DOUBTS = (
-    _slides_far,
-    _coupling_is_no_number,
-    _surface_is_small,
-    _points_are_few,
-    _roughness_repeats,
-    _bodies_are_unlike,
-    _limit_is_low,
-    _slopes_are_steep,
-)
-_DOUBTS_OF_A_GRID = (_ring_is_unseen, _stick_is_coarse)
-
-
-def doubts(case: CaseTree) -> tuple[Doubt, ...]:
-    """Return why the results of a sound case are not to be trusted; usually nothing."""
-    own = () if case.is_on_rings else _DOUBTS_OF_A_GRID
-    found = (doubt(case) for doubt in (*own, *_DOUBTS))
-    return tuple(doubt for doubt in found if doubt is not None)

@@ -10,7 +10,7 @@ import dataclasses
 import hashlib
 import json
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Annotated, Any, Self, cast, get_type_hints
@@ -37,6 +37,7 @@ from fretwear.parts import (
 )
 from fretwear.study.blocks import Block, Blocks
 from fretwear.theory import HertzContact, LineContact
+from fretwear.units import LENGTH, format_quantity
 
 MAX_CYCLES = 10**9
 
@@ -352,14 +353,16 @@ class CaseTree:
 
         The default resolves the contact, its stick zone and every wave.  Contact radius, stick
         radius and slip annulus are those of the smooth elastic sphere.  A smooth contact that
-        yields does so in a narrow ring at the edge of stick, which asks for twice the cells; on a
-        rough one the waves ask for more than that.  Wave lengths count along their own direction,
-        so dx and dy differ where the waves do.  The result is rounded down to two digits, which
-        makes it readable and the same on every machine.
+        yields does so in a narrow ring at the edge of stick, which asks for twice the cells, and so
+        does a rough one that is pressed flat: under a p0 above the pressure E*·slope/2 that closes
+        a wave (Johnson, Greenwood and Higginson 1985).  On others the waves ask for more.  Wave
+        lengths count along their own direction, so dx and dy differ where the waves do.  The result
+        is rounded down to two digits, which makes it readable and the same on every machine.
         """
         if self.cell is not None:
             return self.cell
-        yields_in_a_ring = self.rough is None and math.isfinite(self.plastic_limit)
+        closing = 0.0 if self.rough is None else 0.5 * self.composite_modulus * self.rough.steepest
+        yields_in_a_ring = closing < self.hertz_pressure and math.isfinite(self.plastic_limit)
         radius, stick = self.hertz_radius, self.stick_radius
         contact = min(
             radius
@@ -376,7 +379,7 @@ class CaseTree:
         # An elliptical contact is resolved alike along both of its axes.
         wide = (each / radius * contact for each in self.indenter.half_widths(self.hertz))
         fine = [[each / part.cells for each in part.finest] for part in self.surfaces.values()]
-        dx, dy = (_rounded_down(min(each)) for each in zip(wide, *fine, strict=True))
+        dx, dy = (rounded_down(min(each)) for each in zip(wide, *fine, strict=True))
         return dx, dy
 
     @property
@@ -671,7 +674,13 @@ def _rounded(value: Any) -> Any:
     return value
 
 
-def _rounded_down(length: float) -> float:
+def cell_text(cell: Sequence[float]) -> str:
+    """Return a grid spacing as study files have it."""
+    return f"[{', '.join(format_quantity(spacing, LENGTH) for spacing in cell)}]"
+
+
+def rounded_down(length: float) -> float:
+    """Return a length of two digits."""
     unit = 10.0 ** (math.floor(math.log10(length)) - 1)
     # The nudge keeps 0.5 um from becoming 0.49 um by the last bit of a division.
     return float(f"{math.floor(length / unit * (1.0 + 1e-9)) * unit:.2g}")
