@@ -315,6 +315,7 @@ def test_a_case_can_be_changed():
         study_case().replace(load="30 N")
 
 
+@pytest.mark.filterwarnings("ignore::fretwear.DoubtfulResultWarning")
 def test_new_kinds_run_from_a_study_file_to_a_figure(studies, content, tmp_path):
     content["base"] |= {
         "plastic_limit": "4500 MPa",
