@@ -114,8 +114,6 @@ def _directly(problem: ContactProblem, start: Array, tolerance: float) -> Contac
     semismooth Newton method", SIAM J. Optim. 13 (2002). Cells leave a bound by the sign of their
     gap, and the free ones by their pressure.
     """
-    from scipy.linalg import cho_factor, cho_solve
-
     tolerance *= _DIRECTLY
     half_space, limit, layer = problem.half_space, problem.limit, problem.layer
     matrix = half_space.matrix
@@ -136,8 +134,7 @@ def _directly(problem: ContactProblem, start: Array, tolerance: float) -> Contac
             tangent = layer.tangent_in(unit, pressure[:, None], half_space.team)[:, 0]
             block[np.diag_indices(cells.size)] += weights[cells] * tangent[cells]
         right = np.stack([-separation[cells] / unit, np.ones(cells.size)], axis=1)
-        factors = cho_factor(block, lower=True, overwrite_a=True, check_finite=False)
-        moved, uniform = cho_solve(factors, weights[cells, None] * right, check_finite=False).T
+        moved, uniform = np.linalg.solve(block, weights[cells, None] * right).T
         level = approach / unit
         if problem.load is not None:
             missing = problem.total - weights @ pressure
