@@ -53,10 +53,10 @@ def measure(problem: WearProblem, state: State) -> Measures:
     contact_radius = half_width(geometry, contact, state.gap, 0)
     stick_radius, stick_radius_y = (_stick_half_width(state, axis) for axis in (0, 1))
     stick_area = geometry.area(reduced.stick, stick_radius)
-    # Of whole cells; the cell at the edge of stick differs little from their mean.
     stick_load = geometry.integral(np.where(reduced.stick, state.pressure, 0.0))
-    stick_cells = geometry.integral(reduced.stick.astype(float))
-    mean = stick_load / stick_cells if stick_cells else 0.0
+    if stick_area and geometry.weights is not None:
+        # The cell that the edge of stick cuts differs little from their mean.
+        stick_load *= stick_area / geometry.integral(reduced.stick.astype(float))
     displacement = problem.tangential_displacement(state.approach, reduced)
     force = problem.tangential_force(state.load, reduced)
     energy = problem.dissipated_energy(state, geometry)
@@ -74,8 +74,8 @@ def measure(problem: WearProblem, state: State) -> Measures:
         stick_half_width_y=stick_radius_y,
         contact_area=geometry.area(contact, contact_radius),
         stick_area=stick_area,
-        mean_stick_pressure=mean,
-        stick_load_share=mean * stick_area / (geometry.integral(state.pressure) or 1.0),
+        mean_stick_pressure=stick_load / stick_area if stick_area else 0.0,
+        stick_load_share=stick_load / (geometry.integral(state.pressure) or 1.0),
         peak_pressure=_peak(problem, state),
         central_pressure=float(state.pressure[geometry.along(0)[0][0]][0]),
         wear_volume=geometry.integral(state.wear),
