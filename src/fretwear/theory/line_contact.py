@@ -149,7 +149,7 @@ class LineContact:
 
 @dataclass(frozen=True)
 class FlatPunchContact(LineContact):
-    """A punch, flat to |x| = b and (|x| - b)²/2R high beyond: ``radius`` is that of its edges.
+    """A punch, flat to x = ±b and (abs(x) - b)²/2R high beyond: ``radius`` is that of its edges.
 
     Its pressure is that of flat punches of all half-widths from b to a, of loads
     dP = (E*/R) t arccos(b/t) dt: Ciavarella, Hills and Monno (1998).
