@@ -1,10 +1,10 @@
+import shutil
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
 from fretwear.cli import app
-from fretwear.study.study import load_study
 
 from ..studies import base, write_study
 
@@ -80,15 +80,23 @@ def case_file(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
-def finished_desk(tmp_path_factory):
-    """A folder with a study, and with its cases, summary, figures and report in results/."""
-    desk = Desk(tmp_path_factory.mktemp("finished"))
+def merged_desk(tmp_path_factory):
+    """A folder with a study, and with its cases and their summary in results/."""
+    desk = Desk(tmp_path_factory.mktemp("merged"))
     study, results = desk.write(tiny_study()), desk.folder / "results"
-    for case_id in load_study(study).cases():
-        call = ("run", study, "--case", case_id, "-o", results / f"cases/{case_id}.nc")
-        assert desk.call(*call).exit_code == 0
-    for step in ("merge", "figures", "report"):
+    for step in ("batch", "merge"):
         done = desk.call(step, study, "--results", results)
+        assert done.exit_code == 0, done.stderr
+    return desk
+
+
+@pytest.fixture(scope="session")
+def finished_desk(merged_desk, tmp_path_factory):
+    """The same with figures and a report."""
+    desk = Desk(tmp_path_factory.mktemp("finished"))
+    shutil.copytree(merged_desk.folder, desk.folder, dirs_exist_ok=True)
+    for step in ("figures", "report"):
+        done = desk.call(step, desk.folder / "tiny.yaml", "--results", desk.folder / "results")
         assert done.exit_code == 0, done.stderr
     return desk
 

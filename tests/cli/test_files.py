@@ -161,7 +161,7 @@ def test_a_damaged_checkpoint_is_told_and_not_used(desk, damage):
     ],
 )
 def test_a_link_out_of_the_results_is_refused(copied, tmp_path, place, where):
-    Path("results/tiny/logs/simulate").mkdir(parents=True)
+    Path("results/tiny/logs/simulate").mkdir(parents=True, exist_ok=True)
     Path("results/tiny/logs/merge.log").touch()
     elsewhere = tmp_path / "elsewhere"
     shutil.move(place, elsewhere)

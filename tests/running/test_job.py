@@ -22,7 +22,7 @@ from fretwear.running.batch import simulate_to_file
 from ..studies import WAVES, write_study
 from .conftest import BASE, damage_file, make_case, read_until
 
-KILLS = 12
+KILLS = 7
 
 
 @pytest.fixture
@@ -225,7 +225,7 @@ def test_kill_at_random_moments_and_rerun_gives_the_same_bits(start_job, tmp_pat
     seconds_of(start_job(killed))
     assert_same(killed, whole)
     assert [path.name for path in killed.parent.iterdir()] == ["a.nc"], "nothing is left behind"
-    assert resumed >= 3
+    assert resumed >= 2
     assert finished < KILLS
 
 
