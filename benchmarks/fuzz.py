@@ -161,10 +161,6 @@ def same(one: Any, other: Any) -> bool:
     return one == other or (isinstance(one, float) and math.isnan(one) and math.isnan(other))
 
 
-# Characters that end a line in YAML 1.1, which PyYAML splits into lines, but not in YAML 1.2.
-NO_BREAKS = str.maketrans({"\x85": "\ue085", "\u2028": "\ue028", "\u2029": "\ue029"})
-
-
 def expected_of(text: str) -> Any:
     """Read a text by PyYAML; None where its syntax is one of YAML 1.2 that PyYAML does not know."""
     for each in (text, text.replace("\t", " ")):  # tabs separate as well
@@ -177,21 +173,12 @@ def expected_of(text: str) -> Any:
     return None
 
 
-def translated(value: Any) -> Any:
-    """Return a plain value with `NO_BREAKS` in its texts."""
-    if isinstance(value, dict):
-        return {translated(key): translated(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [translated(item) for item in value]
-    return value.translate(NO_BREAKS) if isinstance(value, str) else value
-
-
 def read_study(file: Path) -> str:
     """Read a study file and compare; say what differs."""
     document = read_document(file)
     if not document.problems:
-        text = file.read_bytes().decode("utf-8-sig").translate(NO_BREAKS)
-        data, expected = translated(document.data), expected_of(text)
+        text = file.read_bytes().decode("utf-8-sig")
+        data, expected = document.data, expected_of(text)
         if expected is None:
             return UNKNOWN
         if not same(data, expected):

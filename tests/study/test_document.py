@@ -47,6 +47,8 @@ def test_a_key_that_is_not_text_is_a_problem(tmp_path, text):
         ("a: b: c\n", "not YAML"),
         ("a:\n\t- b\n", "not YAML"),
         ("a: 1\n---\nb: 2\n", "not YAML"),
+        ("a: 3\u20284\n", "U+2028 in line 1"),
+        ("a: 1\nb: [\x851]\n", "U+0085 in line 2"),
         ("", "empty"),
         ("# only a comment\n", "empty"),
         ("a: \x00\n", "not YAML"),

@@ -26,6 +26,8 @@ _ENTRY = re.compile(r"\s*(-\s|[^#]*?:(\s|$)|[\]}])")
 # YAML 1.2 knows no dates; they stay text, as everything with a tag that is not of its core.
 _CORE = tuple(f"tag:yaml.org,2002:{kind}" for kind in ("int", "float", "bool", "null"))
 _BEYOND_CORE = re.compile(r"[+-]?0b|[^'\"]*_")
+# The library still ends lines here.
+_OLD_BREAKS = re.compile("[\x85\u2028\u2029]")
 _TEXT = ("tag:yaml.org,2002:str", "tag:yaml.org,2002:timestamp", "tag:yaml.org,2002:value")
 
 
@@ -45,7 +47,7 @@ def read_document(file: Path) -> Document:
         document = _compose(text)
     except YAMLError as error:
         raise StudyError(file, [_not_yaml(error, text)]) from error
-    except _TooMuchError as error:
+    except _RefusedError as error:
         raise StudyError(file, [Problem("", None, str(error))]) from error
     if document is None:
         problem = Problem("", None, "the file is empty", "a study needs base and vary")
@@ -57,23 +59,29 @@ def parse_value(text: str) -> Any:
     """Read one YAML value as a study file would have it (``30 N``, ``none``, ``[0, 100]``)."""
     try:
         document = _compose(text) or Document("")
-    except (YAMLError, _TooMuchError) as error:
+    except (YAMLError, _RefusedError) as error:
         raise QuantityError("is not a value that YAML can read") from error
     if document.problems:
         raise QuantityError(document.problems[0].rule)
     return document.data
 
 
-class _TooMuchError(Exception):
-    """The document is larger than any study could be."""
+class _RefusedError(Exception):
+    """The document is larger than any study could be, or would be read in two ways."""
 
 
 def _compose(text: str) -> Document | None:
+    if odd := _OLD_BREAKS.search(text):
+        line = text.count("\n", 0, odd.start()) + 1
+        raise _RefusedError(
+            f"holds the invisible character U+{ord(odd[0]):04X} in line {line}, which ended lines "
+            "in YAML 1.1 and no longer does: remove it"
+        )
     yaml = YAML(typ="safe", pure=True)
     try:
         node = yaml.compose(text)
     except RecursionError as error:
-        raise _TooMuchError(f"is nested more than {MAX_DEPTH} levels deep") from error
+        raise _RefusedError(f"is nested more than {MAX_DEPTH} levels deep") from error
     return None if node is None else _Builder(yaml.constructor).document(node)
 
 
@@ -125,9 +133,9 @@ class _Builder:
         # Aliases are followed, so that the count and the depth bound what they expand to.
         self._nodes += 1
         if self._nodes > MAX_NODES:
-            raise _TooMuchError(f"holds more than {MAX_NODES} values")
+            raise _RefusedError(f"holds more than {MAX_NODES} values")
         if depth > MAX_DEPTH:
-            raise _TooMuchError(f"is nested more than {MAX_DEPTH} levels deep")
+            raise _RefusedError(f"is nested more than {MAX_DEPTH} levels deep")
         self._result.lines.setdefault(key, node.start_mark.line + 1)
         if isinstance(node, MappingNode):
             return self._mapping(node, key, depth)
