@@ -15,6 +15,7 @@ import pytest
 from fretwear.study.study import load_study
 
 from ..studies import base, steel, write_study
+from .apart import SAID, snakemake
 
 REPOSITORY = Path(__file__).parents[2]
 
@@ -53,20 +54,6 @@ def load(tmp_path):
 # Importing Snakemake takes longer than planning a small study.
 FORKS = multiprocessing.get_context("forkserver")
 FORKS.set_forkserver_preload(["snakemake.cli"])
-SAID = "said.txt"
-
-
-def snakemake(folder, arguments, environment):
-    """Call Snakemake in a process of its own that has it imported."""
-    os.chdir(folder)
-    os.environ.update(environment)
-    sys.path[:0] = filter(None, environment.get("PYTHONPATH", "").split(os.pathsep))
-    log = os.open(SAID, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
-    for stream in (1, 2):
-        os.dup2(log, stream)
-    from snakemake.cli import main
-
-    main(arguments)
 
 
 class Checkout:
