@@ -94,8 +94,13 @@ static void enter_copy(const char *copy) {
     for (int file = 3; file < FILES; file++) {
         if (strncmp(of[file], folder, strlen(folder))) continue;
         int flags = fcntl(file, F_GETFL) & ~(O_CREAT | O_EXCL | O_TRUNC);
-        int same = syscall(SYS_openat, AT_FDCWD, of[file], flags, 0);
-        if (same < 0) continue; /* has lost its name */
+        int same = syscall(SYS_openat, AT_FDCWD, of[file], flags & ~O_TMPFILE, 0);
+        if (same < 0 && (same = memfd_create("nameless", 0)) >= 0) { /* has no name, or lost it */
+            static char block[1 << 16];
+            ssize_t n;
+            for (off_t at = 0; (n = syscall(SYS_pread64, file, block, sizeof block, at)) > 0; at += n)
+                syscall(SYS_pwrite64, same, block, n, at);
+        }
         syscall(SYS_lseek, same, syscall(SYS_lseek, file, 0, SEEK_CUR), SEEK_SET);
         syscall(SYS_dup3, same, file, O_CLOEXEC);
         syscall(SYS_close, same);

@@ -238,7 +238,9 @@ def attempt(read: Callable[[Path], str], file: Path) -> tuple[str, str]:
             difference = read(file)
     except REFUSALS as refusal:
         return ("refused", "") if str(refusal).encode() else ("traceback", "nothing said")
-    except Exception:
+    except Exception as error:
+        if str(error).startswith("NetCDF: "):  # of fields, which xarray reads when they are used
+            return "refused", ""
         return "traceback", traceback.format_exc()[-2000:]
     if difference == UNKNOWN:
         return "unknown", ""

@@ -193,7 +193,13 @@ def opened(file: Path) -> Iterator[tuple[xr.Dataset, xr.Dataset]]:
             history = stack.enter_context(open_history(file))
         except DataFileError as error:
             raise CommandError(str(error)) from error
-        yield case, history
+        try:
+            yield case, history
+        except RuntimeError as error:
+            # Fields are read when they are used, and the netCDF library finds damage only then.
+            if not str(error).startswith("NetCDF: "):
+                raise
+            raise CommandError(f"{file}: cannot be read ({error})") from error
 
 
 def check_results(file: Path) -> None:

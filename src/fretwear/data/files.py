@@ -167,9 +167,15 @@ def _opened(path: Path) -> Iterator[netCDF4.Dataset]:
         file = netCDF4.Dataset(path, "r")
     except (OSError, RuntimeError) as cause:
         raise CaseFileError(path, f"it is no netCDF file ({cause})", _RUN_AGAIN) from cause
-    with file:
-        file.set_auto_maskandscale(False)
-        yield file
+    try:
+        with file:
+            file.set_auto_maskandscale(False)
+            yield file
+    except (RuntimeError, AttributeError) as cause:
+        # As the library tells of a structure that is damaged below the checksum of the file.
+        if not str(cause).startswith("NetCDF: "):
+            raise
+        raise CaseFileError(path, f"it cannot be read ({cause})", _RUN_AGAIN) from cause
 
 
 @contextmanager
