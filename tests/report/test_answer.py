@@ -11,8 +11,9 @@ import xarray as xr
 
 from fretwear.data.effects import Points
 from fretwear.report.answer import Answer, Claim, answers, companions
+from fretwear.report.results import Level, PointResult, over_seeds
 from fretwear.study.study import load_study
-from fretwear.vocabulary import HEADLINES
+from fretwear.vocabulary import HEADLINES, PointStatus
 
 from ..studies import run_study
 
@@ -182,3 +183,38 @@ def test_one_case_and_a_result_that_nothing_changes_are_said_to_be_so():
     assert alone.headline == "There are no two cases that differ in one parameter alone."
     (same,) = answers(made_up({"load": [20.0, 30.0]}, np.array([1.0, 1.0])))
     assert same.headline == "No parameter changes it."
+
+
+def test_what_a_seed_does_is_chance_and_told_by_its_deviation():
+    values = np.array([1.00, 1.04, 0.97, 1.01])
+    numbers = dict.fromkeys(HEADLINES, (("roughness_seed", "cycle"), values[:, None]))
+    summary = xr.Dataset(
+        {
+            **numbers,
+            "status": ("roughness_seed", np.zeros(4, int)),
+            "case_id": ("roughness_seed", list("abcd")),
+        },
+        {"roughness_seed": [1, 2, 3, 4], "cycle": [1000]},
+    )
+    told = {answer.name: answer for answer in answers(summary)}["wear_volume"]
+    spread = 100.0 * np.log(values).std(ddof=1)
+    assert told.headline.endswith(f"chance, with a standard deviation of {spread:.1f}\u00a0%.")
+    assert "from 1 to 4" not in told.headline
+
+
+def test_means_and_deviations_are_over_the_seeds_of_each_other_combination():
+    def point(load: float, seed: int, volume: float, status=PointStatus.DONE) -> PointResult:
+        levels = {
+            "load": Level(f"{load} N", "", load),
+            "roughness_seed": Level(str(seed), "", seed),
+        }
+        return PointResult(1, "id", status, "", levels, {"wear_volume": volume})
+
+    points = [point(load, seed, load * seed) for load in (1.0, 2.0) for seed in (1, 2, 3)]
+    points.append(point(1.0, 4, np.nan, PointStatus.FAILED))
+    one, two = over_seeds(points)
+    assert [each.levels["load"].sort_key for each in (one, two)] == [1.0, 2.0]
+    assert (one.seeds, one.spread) == (3, {"wear_volume": (2.0, 1.0)})
+    assert two.spread == {"wear_volume": (4.0, 2.0)}
+    assert "roughness_seed" not in one.levels
+    assert not over_seeds(points[:2])

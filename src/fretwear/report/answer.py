@@ -19,6 +19,7 @@ from fretwear.data.sensitivity import (
     result_indices,
     unit_points,
 )
+from fretwear.figures.history import SEED
 from fretwear.study.parameters import parameter, value_text
 from fretwear.units import fixed_digits, number_text, readable_unit, span, with_unit
 from fretwear.vocabulary import HEADLINES, RESULTS, Variable
@@ -119,8 +120,22 @@ class Finding:
         return parameter(self.effect.parameter).words
 
     @property
+    def is_chance(self) -> bool:
+        """Whether the parameter is a seed, one value of which is as good as another."""
+        return self.effect.parameter == SEED
+
+    @property
+    def spread(self) -> str:
+        """By how much chance changes the result: of two draws the variance is that of one twice."""
+        logarithms = np.log(self.effect.factors[np.isfinite(self.effect.factors)])
+        deviation = math.sqrt(0.5 * float(np.square(logarithms).mean()))
+        return f"a standard deviation of {_digits(100.0 * deviation)}\u00a0%"
+
+    @property
     def text(self) -> str:
         """All claims in one sentence, without its subject."""
+        if self.is_chance:
+            return f"chance, with {self.spread}"
         steps: dict[tuple[int, int], list[str]] = {}
         for claim in self.claims:
             steps.setdefault((claim.low, claim.high), []).append(claim.text)
@@ -221,6 +236,8 @@ def _headline(findings: Sequence[Finding]) -> str:
     first = changing[0]
     effect, whole = first.effect, Claim.whole(first.effect)
     verb = "matters most" if len(findings) > 1 else "is what varies"
+    if first.is_chance:
+        return f"The {first.name} {verb}, and that is chance, with {first.spread}."
     average = fixed_digits(math.exp(effect.size), _DIGITS)
     return (
         f"The {first.name} {verb}, on average by a factor of {average}: from "
