@@ -98,6 +98,8 @@ class SourceFile(Plain):
             raise QuantityError(
                 f"is no file: there is none at {path}", "names are relative to the study file"
             )
+        if not status.st_size:
+            raise QuantityError("is empty")
         if not checksum:
             raise QuantityError(
                 f"has {size_text(status.st_size)}, more than the {size_text(MOST_BYTES)} allowed",

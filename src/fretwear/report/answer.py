@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from fretwear.data.effects import Array, Effect, Points
+from fretwear.data.effects import SEED, Array, Effect, Points
 from fretwear.data.sensitivity import (
     GOOD,
     Indices,
@@ -19,7 +19,6 @@ from fretwear.data.sensitivity import (
     result_indices,
     unit_points,
 )
-from fretwear.figures.history import SEED
 from fretwear.study.parameters import parameter, value_text
 from fretwear.units import fixed_digits, number_text, readable_unit, span, with_unit
 from fretwear.vocabulary import HEADLINES, RESULTS, Variable
