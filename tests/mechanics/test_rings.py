@@ -99,7 +99,8 @@ def test_a_capped_contact_meets_its_conditions(rings: Rings):
     found = contact_on(rings, load=LOAD, limit=limit)
     moved = rings.half_space(MODULUS).displacement(found.pressure)
     gap = moved + fretting().unworn(rings) - found.approach
-    slack = 2e-9 * moved.max()
+    # Factors solve it to rounding, not to the tolerance: yielding may be less deep than that.
+    slack = 1e-12 * moved.max()
     assert rings.integral(found.pressure) == near(LOAD, rel=1e-12)
     free = (found.pressure > 0) & (found.pressure < limit)
     assert np.abs(gap[free]).max() < slack
@@ -165,7 +166,7 @@ def test_wear_is_that_of_the_independent_reference(ratio: float, limit: float):
         assert found.wear_volume / VOLUME == near(expected["wear_volume"], rel=bound)
     if limit == STUDY_LIMIT:
         assert found.plastic_volume > 0
-        assert found.plastic_volume / VOLUME == near(expected["plastic_volume"], rel=0.1)
+        assert found.plastic_volume / VOLUME == near(expected["plastic_volume"], rel=0.03)
 
 
 def test_a_run_resumes_from_a_stored_state_with_the_same_bits():
