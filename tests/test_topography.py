@@ -195,7 +195,7 @@ def test_a_profile_is_read_with_the_units_of_its_first_line(tmp_path):
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        ("", "no units in its first line"),
+        ("", "is empty"),
         ("r, z\n0, 0\n1, 1\n", "no units in its first line"),
         ("r (mm), z (N)\n0, 0\n", "'N' is a force"),
         ("r (mm), z (um)\n0, 0\n1, x\n2, 2\n3, 3\n", "two numbers a line"),
