@@ -456,6 +456,8 @@ def main() -> None:
     parser.add_argument("--power", type=int, default=200, help="failures of the power")
     parser.add_argument("--starts", type=int, default=100, help="signals of each kind at the start")
     options = parser.parse_args()
+    # In the background a shell lets its commands ignore Ctrl-C.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     library = os.environ.get("LD_PRELOAD", "")
     if not library.endswith("faults.so"):
         with tempfile.TemporaryDirectory() as place:
