@@ -262,7 +262,7 @@ class _Twin:
                 if state.cycle in self._cycles:
                     turn = loop(self._workspace, state, contacts=1)
                     self.rows.append(_scalars(self._workspace.problem, state, turn))
-        except (ContactError, WearError, MemoryError) as error:
+        except (ContactError, WearError) as error:
             self.trouble = str(error) or type(error).__name__
 
 
