@@ -235,9 +235,9 @@ class CaseTree:
 
     @property
     def is_on_rings(self) -> bool:
-        """Whether to compute on rings: rotational symmetry, and a stick zone that wear leaves."""
+        """Whether to compute on rings: rotational symmetry, and no stroke that breaks it."""
         is_round = self.rough is None and self.indenter.is_axisymmetric
-        return is_round and self.force_is_held
+        return is_round and not self.loading.stroke
 
     @property
     def composite_modulus(self) -> float:
