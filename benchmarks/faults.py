@@ -179,6 +179,7 @@ class Trials:
                 if status or self.library.faults_is_child():
                     break
         finally:
+            self.library.faults_disarm()
             if not self.library.faults_is_child():
                 seen = [self.library.faults_operations(1 << bit) for bit in range(KINDS)]
                 (self.folder / "operations.json").write_text(json.dumps(seen))

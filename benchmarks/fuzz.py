@@ -32,7 +32,7 @@ from fretwear.data.effects import results_table
 from fretwear.data.files import _LENGTH, add_checksum, open_case, open_history, open_summary
 from fretwear.data.merge import merge_study
 from fretwear.data.safe import DataFileError
-from fretwear.figures.study import FigureEntry, read_figure_index
+from fretwear.figures.index import FigureEntry, read_figure_index
 from fretwear.running.batch import simulate_to_file
 from fretwear.running.checkpoint import Checkpoint, identity_of, read_checkpoint
 from fretwear.running.records import failures, log_end, record, spent_on_simulations

@@ -29,7 +29,7 @@ from benchmarks.speed.table import Row, header, line
 from benchmarks.speed.units import Spent, Stopwatch, Transforms, Unit, Units
 
 from fretwear import Case
-from fretwear.mechanics import contact, convolution, kernels
+from fretwear.mechanics import convolution, kernels
 from fretwear.mechanics.contact import Contact
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.integrator import evolve
@@ -238,11 +238,10 @@ def _without(what: str, case: Case) -> str:
 def _numpy_alone() -> Iterator[None]:
     """Kernels in NumPy, as where there is no compiler."""
     with ExitStack() as changes:
-        for name, kernel in kernels.IN_NUMPY.items():
-            for module in (kernels, contact):
-                if hasattr(module, name):
-                    changes.callback(setattr, module, name, getattr(module, name))
-                    setattr(module, name, kernel)
+        for each in vars(kernels).values():
+            if isinstance(each, kernels.Pass):
+                changes.callback(setattr, each, "chosen", each.chosen)
+                each.chosen = each.in_numpy
         yield
 
 
