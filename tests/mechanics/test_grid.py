@@ -14,6 +14,7 @@ from fretwear.mechanics.convolution import Convolution
 from fretwear.mechanics.geometry import Array, Even, Mask, Workspace
 from fretwear.mechanics.geometry.grid import Grid, fast_shape, influence_coefficients
 from fretwear.mechanics.integrator import evolve, first_loading
+from fretwear.mechanics.loading import NormalLoad
 from fretwear.mechanics.team import Team
 from fretwear.running.simulate import wear_problem
 
@@ -318,6 +319,16 @@ def test_tips_that_the_displacement_keeps_open_are_not_touched(problem):
     assert (problem.unworn(wide)[outside] < state.approach).any()
     held = state.geometry.holding(Workspace(problem), state.pressure, state.approach)
     assert held is state.geometry
+
+
+def test_a_small_load_on_the_tips_beside_a_valley_needs_no_wide_window(problem):
+    # Of 0.2 um waves the first window would lie in the valley, and its approach reach far beyond.
+    a = problem.spacing[0]
+    small = replace(problem, normal=NormalLoad(1e-3), spacing=(a / 24, a / 24), extent=(4e-6, 4e-6))
+    state = first_loading(small)
+    assert not state.pressure[state.geometry.x < 2e-6].any()
+    assert state.geometry.extent[0] < problem.wavelengths[0]
+    assert state.geometry.integral(state.pressure) == near(1e-3)
 
 
 def test_a_smooth_contact_grows_at_its_border_alone(problem):

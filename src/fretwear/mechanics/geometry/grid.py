@@ -72,7 +72,12 @@ class Grid:
     @classmethod
     def first(cls, problem: Problem) -> Grid:
         """The window that the first loading of a problem begins with."""
-        shape = fast_shape(problem.extent, problem.spacing, problem.even)
+        extent = problem.extent
+        if problem.wavelengths is not None:
+            # Under a small load the middle may be a valley, and the tips beside it touch.
+            (x, y), tips, reach = extent, problem.wavelengths, problem.reach(0.0)
+            extent = max(x, min(0.6 * tips[0], reach[0])), max(y, min(0.6 * tips[1], reach[1]))
+        shape = fast_shape(extent, problem.spacing, problem.even)
         return cls(shape, problem.spacing, problem.even)
 
     @property
