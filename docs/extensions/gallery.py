@@ -11,6 +11,8 @@ import ast
 import os
 import re
 import shutil
+import subprocess
+import sys
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -26,6 +28,8 @@ from fretwear.running.simulate import run
 from fretwear.study.study import load_study
 
 logger = logging.getLogger(__name__)
+# The study whose report the start page shows.
+REPORTED = "gallery"
 
 
 def run_study(file: Path, results: Path) -> None:
@@ -90,6 +94,18 @@ def write_all(source: Path, *, with_pictures: bool) -> None:
         for script in scripts:
             logger.info("drawing %s", script.name)
             draw(script, Path(place), folder)
+        results = Path(place, "results", REPORTED)
+        for command in ("figures", "report"):
+            call = [sys.executable, "-m", "fretwear", command, "-q", f"{REPORTED}.yaml"]
+            subprocess.run([*call, "--results", results], cwd=source / "gallery", check=True)
+        shutil.copy(results / "report.html", folder.parent)
+
+
+def copy_report(app: Sphinx, error: Exception | None) -> None:
+    """Put the report beside the start page, which links to it."""
+    report = Path(app.srcdir, "generated", "report.html")
+    if error is None and report.is_file():
+        shutil.copy(report, app.outdir)
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
@@ -98,4 +114,5 @@ def setup(app: Sphinx) -> dict[str, Any]:
         "builder-inited",
         lambda app: write_all(Path(app.srcdir), with_pictures=app.config.run_examples),
     )
+    app.connect("build-finished", copy_report)
     return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}
