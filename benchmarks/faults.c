@@ -183,7 +183,7 @@ __attribute__((constructor)) static void read_environment(void) {
 }
 static void count_start(const char *path) {
     if (start_point < 0 || !path) return;
-    if (!start_signal && strstr(path, "fretwear/cli/program")) dprintf(2, "begun after %ld\n", start_count);
+    if (!start_signal && strstr(path, "fretwear/cli/") && strstr(path, "/program.")) dprintf(2, "begun after %ld\n", start_count);
     if (strstr(path, ".yaml")) {
         if (!start_signal) dprintf(2, "started after %ld\n", start_count);
         start_point = -1;
