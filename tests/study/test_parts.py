@@ -118,7 +118,7 @@ INDENTERS = (
     {"kind": "profile", "file": str(Path(__file__).with_name("tip.csv"))},
     {
         "kind": "height_map",
-        "file": str(Path(__file__).with_name("tip.nc")),
+        "file": f"tip.nc sha256:{64 * 'a'}",
         "patch": ["0.1 mm", "0.1 mm", "1 mm", "1 mm"],
     },
     {"kind": "round_punch", "flat_radius": "50 um", "edge_radius": "10 mm"},
