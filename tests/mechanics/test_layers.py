@@ -83,6 +83,12 @@ def test_tangent_is_the_derivative_of_the_displacement(wear, gap, shift, known, 
     slope = tangent(stage, np.array([[pressure]]))[0, 0]
     # Truncation is (step·τ)²; rounding 1e-16 of the displacement over a step of 1e-5.
     assert slope == pytest.approx((up - down) / (2 * step), rel=1e-6, abs=1e-9)
+    if shift is not None:
+        # Slip that falls with the approach: the wear depth is linear in it.
+        at = np.array([[pressure]])
+        follows = replace(stage, shift=stage.shift + 1.0, response=np.array([[-0.4]]), level=2.0)
+        apart = follows.at(3.0).displacement(at) - follows.displacement(at)
+        assert follows.per_approach(at) == pytest.approx(apart, rel=1e-9, abs=1e-12)
 
 
 def test_short_stages_keep_their_accuracy():

@@ -8,11 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.integrate import quad
+from scipy.interpolate import PchipInterpolator
 from scipy.special import ellipe
 
 import fretwear
 from fretwear.mechanics.contact import ContactProblem
 from fretwear.mechanics.geometry import Workspace
+from fretwear.mechanics.geometry.dense import interpolated
 from fretwear.mechanics.geometry.rings import Grading, Rings, mean_influence
 from fretwear.mechanics.integrator import evolve, first_loading
 from fretwear.mechanics.measures import measure
@@ -65,6 +67,17 @@ def test_influence_is_symmetric_and_that_of_discs():
 
     expected = [quad(sunk, *edges[i : i + 2], epsabs=0)[0] for i in range(3)]
     np.testing.assert_allclose(influence[:3, 3], expected, rtol=1e-11)
+
+
+def test_fields_move_to_other_rings_by_monotone_cubics():
+    """As scipy has them, to the last bit, which takes longer to import than a short run."""
+    random = np.random.default_rng(1)
+    for signs in (0.0, 1.0):
+        places = np.concatenate([[0.0], np.cumsum(random.random(80) ** 3 + 1e-6)])
+        values = np.cumsum(random.standard_normal(81) + 2.0 * (1.0 - signs))
+        others = np.sort(random.random(99)) * places[-1]
+        expected = PchipInterpolator(places, values)(others)
+        np.testing.assert_array_equal(interpolated(places, values, others), expected)
 
 
 def test_rings_cover_the_disc_and_are_finest_at_the_edge(rings: Rings):

@@ -55,6 +55,9 @@ class Accuracy:
     sweep
         Of the wear that plastic flow and the pressure of a stage settle on in turn, relative to
         the tolerance of the step.
+    following
+        The same where the contact knows how slip follows its approach: what is left is of second
+        order, and of either sign.
     effort
         Steps that a contact may take.
     """
@@ -65,6 +68,7 @@ class Accuracy:
     reduced: float = 1e-7
     reduced_between: float = 1e-6
     sweep: float = 0.005
+    following: float = 0.02
     effort: Effort = field(default_factory=Effort)
 
     @classmethod
@@ -95,6 +99,17 @@ class Layer(Protocol):
 
     It grows with pressure, so the contact problem stays convex.
     """
+
+    # Approach, m, of the bodies that it is given at; None where it does not follow that.
+    level: float | None = None
+
+    def at(self, approach: float) -> Layer:  # noqa: ARG002 - as a rule
+        """The layer at another approach, m."""
+        return self
+
+    def per_approach(self, pressure: Array) -> Array:
+        """Derivative of the displacement by the approach."""
+        return np.zeros_like(pressure)
 
     def displacement(self, pressure: Array) -> Array:
         """Displacement, m, under a pressure, Pa; both of the geometry's shape."""
@@ -203,6 +218,8 @@ class Contact:
         verified, from a convolution made for this purpose.
     iterations, convolutions
         Conjugate-gradient steps and half-space convolutions spent.
+    stiffness
+        Pressure per approach, Pa/m, where it is known.
     """
 
     pressure: Array
@@ -212,6 +229,7 @@ class Contact:
     residual: float
     iterations: int
     convolutions: int
+    stiffness: Array | None = None
 
     @property
     def yields(self) -> bool:

@@ -48,6 +48,8 @@ class ReducedContact:
         P*, N.
     convolutions
         Half-space convolutions spent on it, most of them on a smaller window.
+    response
+        How g* follows the approach of the bodies, where it does and that is known.
     """
 
     pressure: Array
@@ -55,6 +57,7 @@ class ReducedContact:
     approach: float
     load: float
     convolutions: int = 0
+    response: Array | None = None
 
     @property
     def stick(self) -> Mask:
@@ -144,7 +147,10 @@ class Jaeger(SlipModel):
         lowest, scale = float(shape.min()), problem.hertz.approach
         depth = sliding.level - lowest
         if depth <= _NO_DEPTH * scale:
-            return ReducedContact(np.zeros_like(shape), shape - sliding.level, sliding.level, 0.0)
+            nothing = np.zeros_like(shape)
+            gap = shape - sliding.level
+            response = None if half_space.matrix is None else nothing - 1.0
+            return ReducedContact(nothing, gap, sliding.level, 0.0, response=response)
         # The solver's tolerance is relative to a displacement that vanishes with the stick zone.
         tolerance = min(tolerance * max(scale / depth, 1.0), _COARSE)
         # P* is at most P.
@@ -159,7 +165,9 @@ class Jaeger(SlipModel):
         before: tuple[float, float] | None = None
         while True:
             guess = None if start is None else start.pressure
-            found = _part_of_contact(half_space, shape, None, lowest + tried, guess, tolerance)
+            found = _part_of_contact(
+                half_space, shape, None, lowest + tried, guess, tolerance, sliding.flexibility
+            )
             convolutions += found.convolutions
             excess = tried + sliding.flexibility * found.load - depth
             if abs(excess) <= tolerance * depth or high - low <= tolerance * depth:
@@ -230,6 +238,7 @@ def _part_of_contact(
     approach: float | None,
     start: Array | None,
     tolerance: float,
+    flexibility: float = 0.0,
 ) -> ReducedContact:
     """The normal contact of a shape, m, under a load, N, or at an approach, m.
 
@@ -269,12 +278,19 @@ def _part_of_contact(
         held, start = held | missed, pressure
     # Noise in the stick zone would grow with wear like exp(β∫p dN): zero means zero.
     gap = np.where(pressure > 0, 0.0, np.maximum(gap, 0.0))
-    carried = geometry.integral(pressure) if load is None else float(load)
-    return ReducedContact(pressure, gap, found.approach, carried, convolutions)
+    if load is not None:
+        return ReducedContact(pressure, gap, found.approach, float(load), convolutions)
+    response = None
+    if found.stiffness is not None:
+        response = half_space.displacement(found.stiffness) - 1.0
+        response[pressure > 0] = 0.0
+        response /= 1.0 + flexibility * geometry.integral(found.stiffness)
+    carried = geometry.integral(pressure)
+    return ReducedContact(pressure, gap, found.approach, carried, convolutions, response)
 
 
 @dataclass(frozen=True)
-class WinklerLayer:
+class WinklerLayer(Layer):
     """A linear layer: displacement ``offset + compliance · p``.
 
     Parameters
@@ -302,7 +318,7 @@ class WinklerLayer:
 
 
 @dataclass(frozen=True)
-class WearLayer:
+class WearLayer(Layer):
     """Wear depth at the end of an implicit stage as a function of the pressure there.
 
     With the gap g* of the reduced-load problem, dW/dN = β p g* and dg*/dN = β p g* + dG/dN,
@@ -326,6 +342,8 @@ class WearLayer:
         x₀, the part of the exponent that is already known.
     rate
         τ, 1/Pa.
+    response, level
+        How ΔG follows the approach of the bodies, and the approach, m, at which it is as given.
     """
 
     wear: Array
@@ -333,6 +351,21 @@ class WearLayer:
     shift: Array | None
     exponent: Array
     rate: float
+    response: Array | None = None
+    level: float | None = None
+
+    def at(self, approach: float) -> WearLayer:
+        """The layer at another approach, m."""
+        if self.shift is None or self.response is None or self.level is None:
+            return self
+        shift = self.shift + (approach - self.level) * self.response
+        return replace(self, shift=shift, level=approach)
+
+    def per_approach(self, pressure: Array) -> Array:
+        """Derivative of the wear depth by the approach; not positive, as the response."""
+        nothing = np.zeros_like(pressure)
+        falls = nothing if self.response is None else -self.response
+        return -replace(self, wear=nothing, reduced_gap=nothing, shift=falls).displacement(pressure)
 
     def displacement(self, pressure: Array) -> Array:
         """Wear depth, m, under a pressure, Pa; never less than at the start of the stage."""

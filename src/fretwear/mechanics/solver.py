@@ -123,7 +123,9 @@ def _directly(problem: ContactProblem, start: Array, tolerance: float) -> Contac
     pressure = problem.clip_to_load(start)[:, 0]
     free = (pressure > 0.0) & (pressure < limit)
     displacement = half_space.displacement(pressure[:, None])
-    approach = problem.approach or 0.0
+    approach, follows = problem.approach or 0.0, False
+    if layer is not None and layer.level is not None:
+        approach, follows = layer.level, True
     for step in range(1, _DIRECT_STEPS + 1):
         cells = np.flatnonzero(free)
         if not cells.size:
@@ -134,11 +136,18 @@ def _directly(problem: ContactProblem, start: Array, tolerance: float) -> Contac
             tangent = layer.tangent_in(unit, pressure[:, None], half_space.team)[:, 0]
             block[np.diag_indices(cells.size)] += weights[cells] * tangent[cells]
         right = np.stack([-separation[cells] / unit, np.ones(cells.size)], axis=1)
+        if layer is not None and follows:
+            slope = layer.per_approach(pressure[:, None])[cells, 0]
+            right += np.stack([approach / unit * slope, -slope], axis=1)
         moved, uniform = np.linalg.solve(block, weights[cells, None] * right).T
         level = approach / unit
         if problem.load is not None:
             missing = problem.total - weights @ pressure
             level = (missing - weights[cells] @ moved) / (weights[cells] @ uniform)
+        if layer is not None and follows:
+            approach = float(level * unit)
+            layer = layer.at(approach)
+            problem = replace(problem, layer=layer)
         change = np.zeros_like(pressure)
         change[cells] = moved + level * uniform
         wanted = pressure + change
@@ -158,8 +167,18 @@ def _directly(problem: ContactProblem, start: Array, tolerance: float) -> Contac
             beyond = -float(gap[low].min(initial=0.0)), float(gap[high].max(initial=0.0))
             residual = max(worst, *beyond) / scale
             gap[cells] = 0.0
-            at = float(level * unit)
-            return Contact(pressure[:, None], gap[:, None], at, high[:, None], residual, step, step)
+            stiffness = np.zeros_like(pressure)
+            stiffness[cells] = uniform / unit
+            return Contact(
+                pressure[:, None],
+                gap[:, None],
+                float(level * unit),
+                high[:, None],
+                residual,
+                iterations=step,
+                convolutions=step,
+                stiffness=stiffness[:, None],
+            )
         if not (stays == free).all():
             displacement = half_space.displacement(pressure[:, None])
         free = now

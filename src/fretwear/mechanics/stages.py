@@ -16,6 +16,7 @@ import numpy as np
 
 from fretwear.mechanics.contact import Accuracy, Contact, ContactError, Layer
 from fretwear.mechanics.geometry import Array, Workspace
+from fretwear.mechanics.loading import Sliding
 from fretwear.mechanics.slip import WearLayer
 from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.state import Stage, WearProblem
@@ -108,10 +109,13 @@ class StageSolver:
         model, moves = problem.slip_model, self.problem.slip_moves
         bodies, unworn = self.ground.half_space, self.ground.unworn
         reduced = base.reduced
-        shift = None
+        shift, response, level = None, None, 0.0
         if moves:
             # Cells that come to stick lose their gap, not more.
             shift = np.maximum(guess, -reduced.gap)
+            if reduced.response is not None and problem.normal.holds_load:
+                response = np.where(shift > guess, 0.0, reduced.response)
+                level = _approach_of(guess, base, problem.sliding(base.load, base.approach))
         elif base.yielded:
             shift = guess
         kept = problem.debris_fraction
@@ -119,8 +123,12 @@ class StageSolver:
         relaxation, before = 1.0, inf
         for _ in range(_LARGEST_SWEEPS):
             layer = model.wear_layer(base.opening, base.reduced.gap, shift, opened, opens)
+            if response is not None and isinstance(layer, WearLayer):
+                layer = replace(layer, response=response, level=level)
             contact = self._contact(base.plastic, layer, start, tolerance, verified=output_step)
             start = contact.pressure
+            layer = layer.at(contact.approach)
+            shift = layer.shift if isinstance(layer, WearLayer) else shift
             opening, gap = layer.displacement(start), np.maximum(contact.gap, 0.0)
             worn = opening - base.opening
             overshoot = _overshoot(contact, worn, self.geometry.weights)
@@ -178,13 +186,16 @@ class StageSolver:
                 opens,
             )
             change = integral(flow.displacement(start))
-            if change <= self.accuracy.sweep * self.tolerance * integral(opening):
+            enough = self.accuracy.sweep if response is None else self.accuracy.following
+            if change <= enough * self.tolerance * integral(opening):
                 break
             if change > 0.5 * before:
                 # Flow lets wear catch up, and that stops the flow: meet in the middle.
                 relaxation = max(0.5 * relaxation, 0.1)
             before = change
             shift = missing if shift is None else shift + relaxation * missing
+            if response is not None:
+                response, level = reduced.response, contact.approach
         else:
             raise ContactError(
                 f"slip and wear of a stage did not converge in {_LARGEST_SWEEPS} sweeps"
@@ -216,6 +227,18 @@ def all_worn(kept: float, opened: Array, gap: Array, shift: Array | None, expone
     if kept < 1.0:
         return opened / (1.0 - kept)
     return exponent * (gap if shift is None else gap + 0.5 * shift)
+
+
+def _approach_of(guess: Array, base: Stage, sliding: Sliding) -> float:
+    """The approach of the bodies, m, that a change of G, m, belongs to.
+
+    Beyond the contact nothing changes G but the reduced approach: with the bodies, or with µ.
+    """
+    reduced = base.reduced
+    assert reduced.response is not None
+    ahead = float(guess[-1, 0] / reduced.response[-1, 0])
+    level = reduced.approach + sliding.flexibility * reduced.load
+    return base.approach + ahead + level - sliding.level
 
 
 def _overshoot(contact: Contact, wear: Array, weights: Array | None) -> Array | None:

@@ -359,7 +359,11 @@ class State(Stage):
         stuck = old.resized(reduced.pressure, geometry)
         if self.wear[there].shape == self.wear.shape and problem.slip_model.follows_shape:
             found = gap(stuck, reduced.approach, reduced.gap)
-            reduced = replace(reduced, pressure=stuck, gap=found)
+            response = reduced.response
+            if response is not None:
+                farther = np.full(geometry.shape, response[-1])
+                farther[here], response = response[there], farther
+            reduced = replace(reduced, pressure=stuck, gap=found, response=response)
         else:
             start = replace(reduced, pressure=np.maximum(stuck, 0.0))
             now = problem.at(self.cycle)
