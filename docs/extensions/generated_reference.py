@@ -16,20 +16,12 @@ from typing import Any
 from sphinx.application import Sphinx
 
 from fretwear.data.merge import PROFILES
-from fretwear.parts import AlongXY, Parameter, Part, PerBody, Quantity, WholeNumber, required
-from fretwear.study.case import Case, member_alternatives
+from fretwear.parts import AlongXY, Part, PerBody, Quantity, WholeNumber, required
+from fretwear.study.case import Case
+from fretwear.study.members import Inline, PartOf
+from fretwear.study.names import member_of, parameter_names, parameter_of
 from fretwear.study.sections import study_schema
-from fretwear.study.tree import (
-    CaseTree,
-    example_of,
-    kinds,
-    leaves_of,
-    member_of,
-    members,
-    parameter_names,
-    parameter_of,
-    part_named,
-)
+from fretwear.study.tree import CaseTree, members
 from fretwear.vocabulary import (
     CONVOLUTIONS,
     CYCLE,
@@ -57,19 +49,20 @@ def parameters() -> str:
     """Write the table of every case parameter."""
     titles = ("parameter", "example", "range", "in a file", "meaning")
     rows = [
-        (f"`{name}`", f"`{_example(name)}`", _range(name), _presence(name), _described(name))
+        (f"`{name}`", f"`{_example(name)}`", _range(name), _presence(name), each.description)
         for name in parameter_names()
+        for each in [parameter_of(name)]
     ]
     return table(titles, rows)
 
 
-def _described(name: str) -> str:
-    parameter = parameter_of(name)
-    return part_named(name).description if parameter is None else parameter.description
-
-
 def _example(name: str) -> str:
-    return example_of(name) or kinds(name)[0].kind
+    about = parameter_of(name)
+    return (
+        next(iter(about.kinds))
+        if isinstance(about, PartOf) and not about.example
+        else about.example
+    )
 
 
 def _range(name: str) -> str:
@@ -80,10 +73,11 @@ def _range(name: str) -> str:
             return quantity.range_text() + ("; or `none`" if quantity.infinite else "")
         case WholeNumber() as number:
             return f"whole, {_whole(number.at_least)} to {_whole(number.at_most)}"
-        case Parameter() as other:
+        case PartOf() as part:
+            choices = ["none"] if part.none else []
+            return " or ".join(f"`{choice}`" for choice in [*choices, *part.kinds])
+        case other:
             return _kinds(other.schema())
-    choices = ["`none`"] if part_named(name).none else []
-    return " or ".join([*choices, *(f"`{kind.kind}`" for kind in kinds(name))])
 
 
 def _presence(name: str) -> str:
@@ -91,12 +85,11 @@ def _presence(name: str) -> str:
     about = members()[member]
     if "." in name:
         return "a part of it"
-    if name in member_alternatives(member):
-        needed = any(name in required(kind) for kind in kinds(member))
+    if isinstance(about, Inline) and name in about.telling:
+        needed = any(name in required(kind) for kind in about.kinds)
         return "one of them" if needed else "may be left out"
-    if short := getattr(about, "short", ""):
-        (kind,) = (kind for kind in kinds(member) if kind.kind == short)
-        others = [member] if name != member else [leaf.name for leaf in leaves_of(kind)]
+    if isinstance(about, PartOf) and about.short:
+        others = [member] if name != member else about.keys
         return "needed, or " + ", ".join(f"`{other}`" for other in others)
     if member in required(CaseTree) or about.must_be_written:
         return "needed"

@@ -81,6 +81,10 @@ class Parameter(ABC):
     def schema(self) -> dict[str, Any]:
         """JSON Schema of the value in a study file."""
 
+    def such_as(self, name: str) -> str:
+        """An example for a name, "such as load: 50 N", or nothing."""
+        return f"such as {name.rpartition('.')[2]}: {self.example}" if self.example else ""
+
     def suiting(self, value: Any) -> Parameter:  # noqa: ARG002 - whatever the value
         """Return what a value is: itself, as a rule."""
         return self
@@ -557,12 +561,6 @@ class Part:
         """Return kind and parameters in a form that JSON can hold."""
         values = {n: p.canonical(getattr(self, n)) for n, p in self.parameters().items()}
         return {"kind": self.kind, **values}
-
-
-def kind_name(member: str, kinds: Sequence[type[Part]]) -> Choice:
-    """Return what the kind of a part is, where it has no parameters and so is a value itself."""
-    words, told = member.replace("_", " "), tuple(kind.told_as for kind in kinds)
-    return Choice(words, words, tuple(kind.kind for kind in kinds), told)
 
 
 @cache

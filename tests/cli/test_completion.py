@@ -8,8 +8,8 @@ import pytest
 from typer.testing import CliRunner
 
 from fretwear.cli import app
+from fretwear.study.names import parameter_names
 from fretwear.study.study import load_study
-from fretwear.study.tree import parameter_names
 
 SHELL = """
 eval "$(_FRETWEAR_COMPLETE=source_bash fretwear)"

@@ -4,12 +4,12 @@ import math
 import numpy as np
 import pytest
 
-from fretwear.study.designs import Design, Range, sample
+from fretwear.study.designs import Grid, LatinHypercube, Range, Sobol
 
 
 def test_a_grid_takes_every_combination_the_last_axis_fastest():
-    assert list(Design("grid").indices([2, 2])) == [(0, 0), (0, 1), (1, 0), (1, 1)]
-    assert list(Design("grid").indices([])) == [()]
+    assert list(Grid().indices([2, 2])) == [(0, 0), (0, 1), (1, 0), (1, 1)]
+    assert list(Grid().indices([])) == [()]
 
 
 def test_zip_pairs_the_lists(studies, content):
@@ -46,29 +46,29 @@ def test_seeds_are_short_for_varying_that_of_the_roughness(studies, content):
 
 
 def test_a_latin_hypercube_has_one_point_in_every_slice():
-    design = Design("latin_hypercube", points=50, seed=3)
-    linear, logarithmic = sample(design, [Range(1.0, 2.0), Range(1.0, 100.0, True)])
+    design = LatinHypercube(points=50, seed=3)
+    linear, logarithmic = design.sample([Range(1.0, 2.0), Range(1.0, 100.0, True)])
     assert sorted(int((value - 1.0) * 50) for value in linear) == list(range(50))
     slices = sorted(int(math.log(value) / math.log(100.0) * 50) for value in logarithmic)
     assert slices == list(range(50))
 
 
 def test_a_sobol_sequence_fills_every_quarter_evenly():
-    x, y = sample(Design("sobol", points=64, seed=1), [Range(0.0, 1.0), Range(0.0, 1.0)])
+    x, y = Sobol(points=64, seed=1).sample([Range(0.0, 1.0), Range(0.0, 1.0)])
     counts, _, _ = np.histogram2d(x, y, bins=2, range=[[0, 1], [0, 1]])
     assert counts.tolist() == [[16, 16], [16, 16]]
 
 
 def test_lists_are_drawn_equally_often():
-    (drawn,) = sample(Design("latin_hypercube", points=30), [["a", "b", "c"]])
+    (drawn,) = LatinHypercube(points=30).sample([["a", "b", "c"]])
     assert sorted(drawn) == ["a"] * 10 + ["b"] * 10 + ["c"] * 10
 
 
-@pytest.mark.parametrize("kind", ["latin_hypercube", "sobol"])
+@pytest.mark.parametrize("kind", [LatinHypercube, Sobol])
 def test_the_seed_decides_the_points(kind):
     ranges = [Range(1.0, 2.0)]
-    assert sample(Design(kind, 9, 1), ranges) == sample(Design(kind, 9, 1), ranges)
-    assert sample(Design(kind, 9, 1), ranges) != sample(Design(kind, 9, 2), ranges)
+    assert kind(9, 1).sample(ranges) == kind(9, 1).sample(ranges)
+    assert kind(9, 1).sample(ranges) != kind(9, 2).sample(ranges)
 
 
 def sampled(content, kind="sobol", points=16):

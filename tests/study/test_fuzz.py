@@ -10,11 +10,11 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from fretwear.running.resources import batches, core_seconds
+from fretwear.study.names import parameter_names
 from fretwear.study.plan import Plan
 from fretwear.study.problems import StudyError
 from fretwear.study.sections import NAMES as SECTIONS
 from fretwear.study.study import Study, load_study
-from fretwear.study.tree import parameter_names
 
 # fmt: off
 ODD = (

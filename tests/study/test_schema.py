@@ -4,9 +4,9 @@ from pathlib import Path
 import pytest
 import yaml
 
+from fretwear.study.names import base_names
 from fretwear.study.sections import study_schema
 from fretwear.study.study import load_study
-from fretwear.study.tree import base_names
 
 jsonschema = pytest.importorskip("jsonschema")
 STUDIES = Path(__file__).parents[2] / "studies"

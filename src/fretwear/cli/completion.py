@@ -53,14 +53,14 @@ def case_ids(context: typer.Context, incomplete: str) -> list[str]:
 
 def assignments(incomplete: str) -> list[str]:
     """Offer names of parameters, and for the only one that is left an example of its value."""
-    from fretwear.study.tree import example_of, parameter_names
+    from fretwear.study.names import parameter_names, parameter_of
 
     names = [*parameter_names(), "output.cycles", "title"]
     found = [name for name in names if f"{name}=".startswith(incomplete)]
     if len(found) != 1:
         return [f"{name}=" for name in found]
     # A space would have to be quoted; "30N" means the same as "30 N".
-    example = (example_of(found[0]) or "...").replace(" ", "")
+    example = (parameter_of(found[0]).example or "...").replace(" ", "")
     return [f"{found[0]}=", f"{found[0]}={example}"]
 
 

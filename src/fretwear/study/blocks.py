@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from fretwear.parts import Parameter, Plain, Quantity, WholeNumber, is_list
+from fretwear.study.problems import Problems, read_fields
 from fretwear.units import QuantityError
 
 _CYCLES = "cycles"
@@ -36,37 +37,34 @@ class Blocks(Plain):
         """Return the blocks."""
         if not is_list(value) or not value:
             raise QuantityError("must be a list of blocks", self.example)
-        found: list[Block] = []
-        for position, each in enumerate(value, start=1):
-            block = each if isinstance(each, Block) else self._block(each, position, units_required)
-            if found and found[-1].values == block.values:
-                block = Block(found.pop().cycles + block.cycles, block.values)
-            found.append(block)
+        problems, found = Problems(), list[Block]()
+        for position, each in enumerate(value):
+            with problems.at(f"[{position}]", each):
+                block = each if isinstance(each, Block) else self._block(each, units_required)
+                if found and found[-1].values == block.values:
+                    block = Block(found.pop().cycles + block.cycles, block.values)
+                found.append(block)
+        problems.raise_any()
         return tuple(found)
 
-    def _block(self, raw: object, position: int, units_required: bool) -> Block:
-        if not isinstance(raw, Mapping) or _CYCLES not in raw:
-            raise QuantityError(f"has a block number {position} without cycles", self.example)
-        known, read = {_CYCLES: self.number, **self.known()}, {}
-        for name, value in raw.items():
-            if name not in known:
-                rule = f"has {name} in block {position}, which a block cannot change"
-                raise QuantityError(rule, f"a block may have {', '.join(known)}")
-            try:
-                read[name] = known[name].read(value, units_required)
-            except QuantityError as error:
-                rule = f"has {name} = {value} in block {position}, which {error.rule}"
-                raise QuantityError(rule, error.hint) from error
+    def _block(self, raw: object, units_required: bool) -> Block:
+        if not isinstance(raw, Mapping):
+            raise QuantityError("must be a block", self.example)
+        rule = "is a key which a block cannot change"
+        read = read_fields(raw, self._fields, (_CYCLES,), units_required, rule)
         return Block(read.pop(_CYCLES), tuple(sorted(read.items())))
+
+    @property
+    def _fields(self) -> Mapping[str, Parameter]:
+        return {_CYCLES: self.number, **self.known()}
 
     def schema(self) -> dict[str, Any]:
         """JSON Schema of the value in a study file."""
-        known = {_CYCLES: self.number, **self.known()}
         block = {
             "type": "object",
             "additionalProperties": False,
             "required": [_CYCLES],
-            "properties": {name: about.schema() for name, about in known.items()},
+            "properties": {name: about.schema() for name, about in self._fields.items()},
         }
         return {"type": "array", "minItems": 1, "items": block}
 

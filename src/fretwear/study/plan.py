@@ -12,9 +12,9 @@ from typing import IO
 from fretwear.mechanics.wear_laws import Archard
 from fretwear.study.cost import Estimate
 from fretwear.study.doubts import Doubt, doubts, dundurs_beta
+from fretwear.study.parameters import coordinate
 from fretwear.study.points import Point
 from fretwear.study.study import Study
-from fretwear.study.tree import coordinate
 from fretwear.units import duration_text, number_text, size_text, span
 
 

@@ -10,11 +10,12 @@ from functools import cached_property
 from typing import Any
 
 from fretwear.parts import Part, required
-from fretwear.study.case import Case, assemble, snapshots_of
+from fretwear.study.case import Case, assemble
 from fretwear.study.cost import Estimate, estimate
+from fretwear.study.names import leaves, member_of
 from fretwear.study.problems import Problem, in_words
 from fretwear.study.rules import RULES, Rule
-from fretwear.study.tree import CaseTree, leaves, member_of, members
+from fretwear.study.tree import CaseTree, members
 
 _SAMPLE_DIGITS = 6
 
@@ -130,18 +131,12 @@ class Parameters:
         for member in self._sound_members:
             axes = self._varied_members[member]
             assembled[member] = self._member(member, tuple(index[i] for i in axes))
-        if "cycles" in assembled:
-            snapshots = assembled.get("output_cycles")
-            assembled["output_cycles"] = snapshots_of(snapshots, assembled["cycles"])
         return Case.of(assembled)
 
     @cached_property
     def _fixed_members(self) -> dict[str, Any]:
-        values = {name: value for name, value in self.fixed.items() if name != "output_cycles"}
-        assembled = assemble(values)
-        if "output_cycles" in self.fixed:
-            assembled["output_cycles"] = self.fixed["output_cycles"]
-        return {n: part for n, part in assembled.items() if n not in self._varied_members}
+        made = assemble(self.fixed)
+        return {name: part for name, part in made.items() if name not in self._varied_members}
 
     @cached_property
     def _varied_members(self) -> dict[str, list[int]]:
@@ -157,7 +152,7 @@ class Parameters:
         if key not in self._made:
             axes = [self.axes[i] for i in self._varied_members[member]]
             drawn = {axis.name: axis.values[i] for axis, i in zip(axes, positions, strict=True)}
-            fixed = {n: each for n, each in self.fixed.items() if _member_needed(n) == member}
+            fixed = {n: each for n, each in self.fixed.items() if member_of(n) == member}
             base = fixed.get(member)
             if isinstance(base, Part):
                 fields = {name.rpartition(".")[2]: value for name, value in drawn.items()}
@@ -185,7 +180,7 @@ class Parameters:
         known = {*self._fixed_members, *self._sound_members, *defaulted}
         trials: list[tuple[Rule, list[int], dict[Any, Problem | None], dict[Any, list[Any]]]] = []
         for rule in RULES:
-            if {_member_needed(name) for name in rule.needs} <= known:
+            if {member_of(name) for name in rule.needs} <= known:
                 axes = enumerate(self.axes)
                 relevant = [i for i, axis in axes if {axis.member, axis.name} & rule.needs]
                 trials.append((rule, relevant, {}, {}))
@@ -204,7 +199,3 @@ class Parameters:
                 where = zip((self.axes[i] for i in relevant), positions, strict=True)
                 if (problem := tried[positions]) is not None:
                     yield BrokenRule(problem, tuple(where), points)
-
-
-def _member_needed(name: str) -> str:
-    return name if name == "output_cycles" else member_of(name)

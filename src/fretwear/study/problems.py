@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
+from fretwear.parts import Parameter
 from fretwear.units import QuantityError
 
 _LONGEST_VALUE = 60
@@ -67,7 +69,11 @@ class Problem:
 
 
 class UnreadError(Exception):
-    """A value could not be read, for problems that are among the `Problems` already."""
+    """What is wrong inside of a value that could not be read, under keys that begin there."""
+
+    def __init__(self, problems: Iterable[Problem]) -> None:
+        self.problems = tuple(problems)
+        super().__init__(self.problems)
 
 
 class Problems(list[Problem]):
@@ -75,13 +81,18 @@ class Problems(list[Problem]):
 
     @contextmanager
     def at(self, key: str, given: object) -> Iterator[None]:
-        """Take a `QuantityError` in the context for a problem of what stands at a key."""
+        """Take what is raised in the context for problems of what stands at a key."""
         try:
             yield
         except QuantityError as wrong:
             self.add(key, given, wrong.rule, wrong.hint, wrong.known)
-        except UnreadError:
-            pass
+        except UnreadError as wrong:
+            self.extend(replace(each, key=f"{key}{each.key}") for each in wrong.problems)
+
+    def raise_any(self) -> None:
+        """Raise all of them as one `UnreadError`, if there are any."""
+        if self:
+            raise UnreadError(self)
 
     def add(
         self, key: str, given: object, rule: str, remedy: str = "", known: Sequence[str] = ()
@@ -90,14 +101,40 @@ class Problems(list[Problem]):
         self.append(Problem(key, given, rule, remedy, known=known))
 
     def unknown(
-        self, place: str, keys: Mapping[str, object], known: Sequence[str], knows: str = ""
+        self,
+        place: str,
+        keys: Mapping[str, object],
+        known: Sequence[str],
+        rule: str = "is not known",
     ) -> None:
-        """Add the keys at a place that are not known; `knows` is what begins the list."""
-        knows = knows or f"known {'are' if len(known) > 1 else 'is'}"
+        """Add the keys at a place that are not known."""
+        remedy = f"known {'are' if len(known) > 1 else 'is'} {', '.join(known)}"
         for name in (name for name in keys if name not in known):
-            remedy = f"{knows} {', '.join(known)}"
-            rule, key = "is not known", f"{place}.{name}"
+            key = f"{place}.{name}"
             self.append(Problem(key, keys[name], rule, remedy, written=name, known=known))
+
+
+def read_fields(
+    raw: Mapping[str, Any],
+    known: Mapping[str, Parameter],
+    needed: Collection[str],
+    units: bool,
+    rule: str = "is not known",
+) -> dict[str, Any]:
+    """Read the values of a mapping by their names; all that is wrong is one `UnreadError`.
+
+    `units` says whether values have to have units, `rule` what is said of names not known.
+    """
+    problems, values = Problems(), dict[str, Any]()
+    for name, parameter in known.items():
+        with problems.at(f".{name}", raw.get(name)):
+            if name in raw:
+                values[name] = parameter.read(raw[name], units)
+            elif name in needed:
+                raise QuantityError("is missing", parameter.such_as(name))
+    problems.unknown("", raw, [*known], rule)
+    problems.raise_any()
+    return values
 
 
 class StudyError(ValueError):

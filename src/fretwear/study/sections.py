@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from fretwear.study.case import SNAPSHOT, schema_of, schema_required
-from fretwear.study.designs import KINDS, LISTED, MAX_POINTS, SAMPLED, Design
+from fretwear.parts import Choice
+from fretwear.study.case import SNAPSHOTS, schema_required
+from fretwear.study.designs import MAX_POINTS, Design, Grid
+from fretwear.study.members import PartOf
+from fretwear.study.names import base_names, parameter_names, parameter_of
 from fretwear.study.problems import Problem, Problems
-from fretwear.study.tree import base_names, parameter_names, parameter_of
 from fretwear.units import QuantityError
 
 NAMES = ("title", "base", "vary", "seeds", "design", "invalid", "batch", "output")
@@ -17,8 +19,15 @@ SEEDS = "roughness.seed"
 """What the section `seeds` varies."""
 MAX_TITLE = 200
 
-_NUMBERS = {"points": (1, MAX_POINTS), "seed": (0, 2**32 - 1)}
-_CYCLES = ("cycles",)
+_DESIGN = PartOf(
+    Design,
+    "design",
+    example="{kind: latin_hypercube, points: 64, seed: 1}",
+    description="How the varied values are combined.",
+    may_be_partial=False,
+)
+_GRID = Grid()
+_INVALID = Choice("", "", ("stop", "skip"), description="What to do about points such as Q >= µP.")
 
 
 @dataclass(frozen=True)
@@ -28,43 +37,26 @@ class Sections:
     title: str = ""
     base: Mapping[str, Any] = field(default_factory=dict)
     vary: Mapping[str, Any] = field(default_factory=dict)
-    design: Design = field(default_factory=Design)
-    skip_invalid: bool = False
+    design: Design | None = _GRID  # None where it could not be read
+    invalid: str = "stop"
     batch: int | None = None  # cases of a job; None: as many as take a few minutes
-    cycles: Any = "auto"  # as written
+    output: Mapping[str, Any] = field(default_factory=dict)
 
 
 def read_sections(raw: Mapping[str, Any], problems: Problems) -> Sections:
     """Read the sections, and add what is wrong with them to the problems."""
-    found: dict[str, Any] = {}
+    found: dict[str, Any] = {"design": None} if "design" in raw else {}
     for name, given in raw.items():
-        with problems.at(name, given):
-            match name:
-                case "title":
-                    found[name] = _title(given)
-                case "base" | "vary" | "output":
-                    found[name] = _mapping(name, given)
-                case "design":
-                    found[name] = _design(given, problems)
-                case "invalid":
-                    found["skip_invalid"] = given == "skip"
-                    if given not in ("stop", "skip"):
-                        raise QuantityError("must be stop or skip")
-                case "batch":
-                    found[name] = given if _is_whole(given, 1, MAX_POINTS) else None
-                    if found[name] is None and given != "auto":
-                        rule = f"must be auto, or a whole number of cases from 1 to {MAX_POINTS}"
-                        hint = "auto gives a job a few minutes of work"
-                        raise QuantityError(rule, hint, ("auto",))
-                case _:
-                    known = () if name in parameter_names() else NAMES
-                    hint = f"known are {', '.join(NAMES)}"
-                    hint = hint if known else f"put it under base: base.{name}"
-                    rule = "is not a section of a study"
-                    problems.append(Problem(name, given, rule, hint, written=name, known=known))
-    output = found.pop("output", {})
-    problems.unknown("output", output, _CYCLES)
-    return Sections(**found, cycles=output.get("cycles", "auto"))
+        if read := _READ.get(name):
+            with problems.at(name, given):
+                found[name] = read(given)
+            continue
+        known = () if name in parameter_names() else NAMES
+        hint = f"known are {', '.join(NAMES)}" if known else f"put it under base: base.{name}"
+        rule = "is not a section of a study"
+        problems.append(Problem(name, given, rule, hint, written=name, known=known))
+    problems.unknown("output", found.get("output", {}), ("cycles",))
+    return Sections(**found)
 
 
 def unfolded(content: Mapping[str, Any], problems: Problems) -> Mapping[str, Any]:
@@ -82,10 +74,6 @@ def unfolded(content: Mapping[str, Any], problems: Problems) -> Mapping[str, Any
     return {**others, "vary": {**vary, SEEDS: content["seeds"]}}
 
 
-def _is_whole(given: object, least: int, most: int) -> bool:
-    return type(given) is int and least <= given <= most
-
-
 def _title(given: object) -> str:
     if not isinstance(given, str) or not given.strip():
         raise QuantityError("must be text", "put it in quotes")
@@ -96,35 +84,32 @@ def _title(given: object) -> str:
     return given.strip()
 
 
-def _mapping(name: str, given: object) -> Mapping[str, Any]:
+def _mapping(given: object) -> Mapping[str, Any]:
     if isinstance(given, Mapping):
         return given
     if given is None:
-        raise QuantityError("is empty", f"leave {name} out, or fill it")
+        raise QuantityError("is empty", "leave it out, or fill it")
     raise QuantityError("must hold keys with values, one to a line")
 
 
-def _design(given: object, problems: Problems) -> Design:
-    """Read a design; ``design: zip`` is short for ``design: {kind: zip}``."""
-    keys = given if isinstance(given, Mapping) else {"kind": given}
-    kind = keys.get("kind", "grid")
-    if kind not in KINDS:
-        key = "design.kind" if keys is given else "design"
-        problems.add(key, kind, f"must be one of {', '.join(KINDS)}", known=KINDS)
-        return Design()
-    known = ("kind", *_NUMBERS) if kind in SAMPLED else ("kind",)
-    problems.unknown("design", keys, known, f"{kind} knows")
-    found: dict[str, Any] = {}
-    for name in [name for name in keys if name in known[1:]]:
-        least, most = _NUMBERS[name]
-        with problems.at(f"design.{name}", keys[name]):
-            if not _is_whole(keys[name], least, most):
-                raise QuantityError(f"must be a whole number from {least} to {most}")
-            found[name] = keys[name]
-    if kind in SAMPLED and "points" not in keys:
-        rule = f"is missing: {kind} needs it"
-        problems.add("design.points", None, rule, "such as points: 64")
-    return Design(kind, **found)
+def _batch(given: object) -> int | None:
+    if given == "auto":
+        return None
+    if type(given) is not int or not 1 <= given <= MAX_POINTS:
+        rule = f"must be auto, or a whole number of cases from 1 to {MAX_POINTS}"
+        raise QuantityError(rule, "auto gives a job a few minutes of work", ("auto",))
+    return given
+
+
+_READ: Mapping[str, Callable[[object], Any]] = {
+    "title": _title,
+    "base": _mapping,
+    "vary": _mapping,
+    "design": lambda given: _DESIGN.read(given, True),
+    "invalid": lambda given: _INVALID.read(given, True),
+    "batch": _batch,
+    "output": _mapping,
+}
 
 
 def study_schema() -> dict[str, Any]:
@@ -134,16 +119,7 @@ def study_schema() -> dict[str, Any]:
     once (Q < µP, a cell fine enough for the roughness, equal lengths under ``zip``) is checked
     by `load_study` only.
     """
-    base = {name: schema_of(name) for name in base_names()}
-    numbers = {name: _whole_numbers(*ends) for name, ends in _NUMBERS.items()}
-    listed = {"kind": {"enum": list(LISTED), "default": "grid"}}
-    sampled = {"kind": {"enum": list(SAMPLED)}, **numbers}
-    cycles = {
-        "description": "Cycles at which the fields are kept, beside 0 and the last; auto: about "
-        "eight, powers of ten and three times these.",
-        "default": "auto",
-        "anyOf": [{"const": "auto"}, {"type": "array", "items": SNAPSHOT.described()}],
-    }
+    whole = {"type": "integer", "minimum": 1, "maximum": MAX_POINTS}
     sections = {
         "title": {
             "description": "For people; the name of the study is that of its file.",
@@ -153,36 +129,21 @@ def study_schema() -> dict[str, Any]:
         },
         "base": {
             "description": "One value for every parameter that is not varied.",
-            **_object(base),
+            **_object({name: parameter_of(name).described() for name in base_names()}),
         },
         "vary": {
             "description": "The varied parameters, each with its values.",
             **_object({name: _varied(name) for name in parameter_names()}),
         },
         "seeds": {"description": f"Short for {SEEDS} under vary.", **_varied(SEEDS)},
-        "design": {
-            "description": "How the varied values are combined.",
-            "default": "grid",
-            "anyOf": [
-                {"enum": list(LISTED)},
-                {"description": "Values that are listed, combined or paired.", **_object(listed)},
-                {
-                    "description": "Points that are drawn over ranges.",
-                    **_object(sampled, "kind", "points"),
-                },
-            ],
-        },
-        "invalid": {
-            "description": "What to do about points such as Q >= µP.",
-            "default": "stop",
-            "enum": ["stop", "skip"],
-        },
+        "design": {**_DESIGN.described(), "default": "grid"},
+        "invalid": {**_INVALID.described(), "default": "stop"},
         "batch": {
             "description": "Cases of a job; auto: as many as take a few minutes.",
             "default": "auto",
-            "anyOf": [{"const": "auto"}, _whole_numbers(1, MAX_POINTS)],
+            "anyOf": [{"const": "auto"}, whole],
         },
-        "output": _object({"cycles": cycles}),
+        "output": _object({"cycles": SNAPSHOTS.described()}),
     }
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
@@ -198,14 +159,10 @@ def _object(properties: Mapping[str, Any], *required: str) -> dict[str, Any]:
     return {**keys, "required": list(required)} if required else keys
 
 
-def _whole_numbers(least: int, most: int) -> dict[str, Any]:
-    return {"type": "integer", "minimum": least, "maximum": most}
-
-
 def _varied(name: str) -> dict[str, Any]:
-    value = schema_of(name)
+    value = parameter_of(name).described()
     listed = {"type": "array", "items": value, "minItems": 1, "uniqueItems": True}
-    if not getattr(parameter_of(name), "may_be_drawn", False):
+    if not parameter_of(name).may_be_drawn:
         return listed
     ends = {"from": value, "to": value, "scale": {"enum": ["linear", "log"]}}
     interval = {"description": "A range, for sampled designs.", **_object(ends, "from", "to")}

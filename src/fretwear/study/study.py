@@ -12,19 +12,14 @@ from types import MappingProxyType
 from typing import Any
 
 from fretwear.parts import is_list
-from fretwear.study.case import (
-    Case,
-    member_alternatives,
-    missing,
-    read_snapshots,
-    read_values,
-    such_as,
-)
-from fretwear.study.designs import Design, read_axes
+from fretwear.study.case import SNAPSHOTS, Case, missing, read_values
+from fretwear.study.designs import Design, Grid, read_axes
+from fretwear.study.members import Inline
+from fretwear.study.names import member_of, parameter_names, parameter_of
 from fretwear.study.points import Axis, BrokenRule, Parameters, Point
 from fretwear.study.problems import Problem, Problems, StudyError, did_you_mean, few_of
 from fretwear.study.sections import SEEDS, Sections, read_sections, unfolded
-from fretwear.study.tree import member_of, parameter_names
+from fretwear.study.tree import members
 from fretwear.study.yamlfile import parse_value, read_document
 from fretwear.topography import Located
 from fretwear.units import QuantityError
@@ -166,17 +161,13 @@ def _checked(
     """Turn the plain content of a study file, assignments applied, into a `Study`."""
     found = Problems()
     sections = read_sections(_located(content, file.parent), found)
-    design = sections.design
-    axes = read_axes(sections.vary, design, found)
+    axes = read_axes(sections.vary, sections.design, found)
+    # Where the design cannot be read, what is fixed is checked all the same.
+    design = sections.design or Grid()
     fixed = _read_base(sections, found)
-    before = len(found)
-    snapshots = read_snapshots(sections.cycles, "output.cycles", found)
-    if len(found) == before and snapshots is not None:
-        fixed["output_cycles"] = snapshots
-    listed = snapshots or ()
-    for position, cycle in enumerate(listed):
-        if cycle in listed[:position]:
-            found.add(f"output.cycles[{position}]", cycle, "is given twice")
+    asked = sections.output.get("cycles", "auto")
+    with found.at("output.cycles", asked):
+        fixed["output_cycles"] = SNAPSHOTS.read(asked, True)
     # A part of what could not be read says nothing.
     axes = tuple(axis for axis in axes if "." not in axis.name or axis.key in fixed)
     for axis in axes:
@@ -184,7 +175,7 @@ def _checked(
             rule = "has cylinders, whose results are per length, beside others"
             found.add("vary.indenter", None, rule, "make two studies of it")
     parameters = Parameters(fixed, axes, list(design.indices([len(axis.values) for axis in axes])))
-    invalid = _try_rules(parameters, design, found, skip=sections.skip_invalid)
+    invalid = _try_rules(parameters, design, found, skip=sections.invalid == "skip")
     if not (problems or found) and len(invalid) == len(parameters.indices):
         found.add("vary", None, f"leaves no point to run: {next(iter(invalid.values()))}")
     if problems or found:
@@ -228,7 +219,7 @@ def _read_base(sections: Sections, problems: Problems) -> dict[str, Any]:
         others = base.setdefault(whole, {})
         if not isinstance(others, Mapping):
             rule = f"must give the other parts of the {whole}, because {name} is varied"
-            problems.add(f"base.{whole}", others, rule, such_as(whole))
+            problems.add(f"base.{whole}", others, rule, parameter_of(whole).such_as(whole))
             del base[whole]
             varied.append(whole)
             continue
@@ -346,8 +337,9 @@ def _assign(content: dict[str, Any], name: str, value: Any) -> None:
         content["output"] = {"cycles": value}
         return
     base, vary = (_mapping(content, section) for section in ("base", "vary"))
-    if name in (alternatives := member_alternatives(member_of(name))):
-        for other in alternatives:
+    about = members()[member_of(name)]
+    if isinstance(about, Inline) and name in about.telling:
+        for other in about.telling:
             base.pop(other, None)
             vary.pop(other, None)
     vary.pop(name, None)
@@ -400,7 +392,10 @@ def select_case(
         chosen = _point_with(study, case_id, cases)
         if not assignments and chosen.case is not None:
             return chosen.case
-        content, problems = override(_content_at(study, chosen), assignments)
+        content = {**study.content}
+        for axis, position in zip(study.axes, chosen.index, strict=True):
+            _assign(content, axis.name, axis.written[position])
+        content, problems = override(content, assignments)
         changed = _checked(study.file, content, problems, assignments=assignments)
         cases = {point.id: point for point in changed.points()}
     if len(cases) > 1:
@@ -430,15 +425,3 @@ def _point_with(study: Study, case_id: str, points: Mapping[str, Point]) -> Poin
 
 def _listed(ids: Sequence[str]) -> str:
     return "".join(f"\n    {line}" for line in few_of(ids))
-
-
-def _content_at(study: Study, point: Point) -> dict[str, Any]:
-    """Return the content of the file with one value for everything: that of the point."""
-    content = {name: part for name, part in study.content.items() if name not in ("vary", "design")}
-    base = dict(content.get("base", {}))
-    for axis, position in zip(study.axes, point.index, strict=True):
-        whole, _, part = axis.name.partition(".")
-        value = axis.written[position]
-        base[whole] = {**base.get(whole, {}), part: value} if part else value
-    content["base"] = base
-    return content

@@ -1,7 +1,7 @@
-"""The tree of a case: its parts, its parameters by name, and what follows from them.
+"""The tree of a case: its parts and parameters, and what follows from them.
 
-`leaves` walks the declared fields; the id of a case, its canonical parameters and its coordinates
-follow from the same walk, so that a parameter cannot be forgotten in one of them.
+The id of a case, its canonical parameters and its coordinates follow from one walk over what is
+declared, so that a parameter cannot be forgotten in one of them.
 """
 
 from __future__ import annotations
@@ -12,8 +12,7 @@ import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
-from typing import Annotated, Any, Self, cast, get_type_hints
+from typing import Annotated, Any, Self
 
 import fretwear.mechanics.measured  # noqa: F401 - its kinds
 from fretwear.mechanics.geometry import Even
@@ -27,15 +26,13 @@ from fretwear.parts import (
     AlongXY,
     Flag,
     Parameter,
-    Part,
     Quantity,
     WholeNumber,
     declared,
     derived,
-    kind_name,
-    required,
 )
 from fretwear.study.blocks import Block, Blocks
+from fretwear.study.members import Inline, PartOf
 from fretwear.theory import HertzContact, LineContact
 from fretwear.units import LENGTH, format_quantity
 
@@ -53,42 +50,20 @@ COARSER = 2.0
 
 # Parameters that came later: at their defaults, cases keep the ids that they had before.
 _UNSAID_AT_DEFAULT = ("counterface", "debris_fraction", "blocks", "error_estimate")
-_MEMBERS_OF_BLOCKS = ("normal", "loading", "friction_law")
 _SIGNIFICANT_DIGITS = 12
 _USUAL_SLIP = Jaeger()
 
 
-@dataclass(frozen=True)
-class Member:
-    """How a part belongs to a case."""
-
-    # Whether the part's fields are keys of a case themselves; the kind is the one whose keys are
-    # given.  Otherwise the part is a key of its own, with a mapping ``{kind: ..., ...}``.
-    inline: bool = False
-    short: str = ""  # the kind of a part with a key of its own whose fields may stand for the whole
-    # What it is called to have no such part, "smooth"; empty where there has to be one.
-    none: str = ""
-    # For the JSON Schema and for messages.
-    description: str = ""
-    example: str = ""
-    must_be_written: bool = False  # whether a study file has to give it although it has a default
-
-
-@dataclass(frozen=True)
-class Leaf:
-    """One parameter of a case."""
-
-    name: str  # in study files, dotted where it is a part's: ``load``, ``roughness.amplitude``
-    member: str  # field of the case that it belongs to
-    kind: type[Part] | None  # the part that has it; None: the case itself
-    field: str
-    parameter: Parameter
+_OF_BLOCKS = {
+    "normal": Inline(Normal),
+    "loading": Inline(Loading),
+    "friction_law": Inline(Friction),
+}
 
 
 def _changeable() -> dict[str, Parameter]:
     """Return the parameters that a block of loading may change, by name."""
-    every = (leaf for several in leaves().values() for leaf in several)
-    return {leaf.name: leaf.parameter for leaf in every if leaf.member in _MEMBERS_OF_BLOCKS}
+    return {name: each for part in _OF_BLOCKS.values() for name, each in part.parameters.items()}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,17 +75,19 @@ class CaseTree:
 
     indenter: Annotated[
         Indenter,
-        Member(
+        PartOf(
+            Indenter,
+            "indenter",
             short="sphere",
             description="Smooth shape of the bodies; radius: 10 mm is short for a sphere.",
             example="{kind: sphere, radius: 10 mm}",
         ),
     ]
-    bodies: Annotated[Bodies, Member(inline=True)]
-    normal: Annotated[Normal, Member(inline=True)]
-    loading: Annotated[Loading, Member(inline=True)]
-    friction_law: Annotated[Friction, Member(inline=True)]
-    wear_law: Annotated[WearLaw, Member(inline=True)]
+    bodies: Annotated[Bodies, Inline(Bodies)]
+    normal: Annotated[Normal, Inline(Normal)]
+    loading: Annotated[Loading, Inline(Loading)]
+    friction_law: Annotated[Friction, Inline(Friction)]
+    wear_law: Annotated[WearLaw, Inline(WearLaw)]
     plastic_limit: Annotated[
         float,
         Quantity(
@@ -127,7 +104,9 @@ class CaseTree:
     ] = math.inf
     roughness: Annotated[
         Roughness | None,
-        Member(
+        PartOf(
+            Roughness,
+            "roughness",
             none="smooth",
             description="Roughness of the surfaces; none: smooth.",
             example="{kind: wavy, amplitude: 0.2 um, slope_x: 5.7 deg, slope_y: 1 deg}",
@@ -136,10 +115,13 @@ class CaseTree:
     ] = None
     counterface: Annotated[
         Roughness | None,
-        Member(
+        PartOf(
+            Roughness,
+            "counterface",
             none="smooth",
             description="Roughness of the other body's surface, where both are rough.",
             example="{kind: wavy, amplitude: 0.1 um, slope_x: 2 deg, slope_y: 1 deg}",
+            is_second=True,
         ),
     ] = None
     cycles: Annotated[
@@ -172,7 +154,9 @@ class CaseTree:
             description="Relative error of the wear integration.",
         ),
     ] = 0.01
-    slip_model: Annotated[SlipModel, Member(description="How slip is computed.")] = _USUAL_SLIP
+    slip_model: Annotated[
+        SlipModel, PartOf(SlipModel, "slip model", description="How slip is computed.")
+    ] = _USUAL_SLIP
     debris_fraction: Annotated[
         float,
         Quantity(
@@ -210,8 +194,8 @@ class CaseTree:
         # Only asked for what is no field: the parameters of parts whose fields are keys.
         for member, about in members().items():
             part = self.__dict__.get(member)
-            stands_alone = isinstance(about, Member) and (about.inline or about.short)
-            if part is not None and stands_alone and name in part.__dict__:
+            may_be_open = isinstance(about, Inline) or bool(getattr(about, "short", ""))
+            if part is not None and may_be_open and name in part.__dict__:
                 return part.__dict__[name]
         raise AttributeError(f"{type(self).__name__!r} has no attribute {name!r}")
 
@@ -386,10 +370,13 @@ class CaseTree:
     def coarser(self) -> Self:
         """Its twin, on cells `COARSER` times wider, to a tolerance as many times larger."""
         dx, dy = self.grid_spacing
-        changed = {"cell": (COARSER * dx, COARSER * dy), "tolerance": COARSER * self.tolerance}
-        case = object.__new__(type(self))
-        case.__dict__.update({**self.__dict__, **changed})
-        return case
+        return self._with(cell=(COARSER * dx, COARSER * dy), tolerance=COARSER * self.tolerance)
+
+    def is_open(self, member: str) -> bool:
+        """Whether the fields of a part, as keys of the case, say the member."""
+        about, value = members()[member], getattr(self, member)
+        short = getattr(about, "short", "")
+        return isinstance(about, Inline) or (bool(short) and value.kind == short)
 
     def canonical_parameters(self) -> dict[str, Any]:
         """Return every parameter but the snapshots, in SI units, in a form that JSON can hold.
@@ -398,28 +385,17 @@ class CaseTree:
         a pair of equal values is one value, a zero amplitude is smooth, and the default spacing
         is the spacing it comes to.  `Case(**...)` takes it back.
         """
+        plain = self._with(cell=self.grid_spacing, loading=self.plain_loading)
+        unsaid = {n for n in _UNSAID_AT_DEFAULT if getattr(self, n) == vars(CaseTree)[n]}
+        unsaid |= {"cycles"} if self.blocks else set()
         found: dict[str, Any] = {}
-        for name, about in members().items():
-            value = getattr(self, name)
-            if name in _UNSAID_AT_DEFAULT and value == getattr(CaseTree, name):
-                continue
-            if name == "cycles" and self.blocks:
-                continue
-            if name == "cell":
-                value = self.grid_spacing
-            elif name == "loading":
-                value = self.plain_loading
-            if isinstance(about, Parameter):
-                found[name] = about.canonical(value)
-            elif value is None:
-                found[name] = None
-            else:
-                content = value.canonical()
-                if about.inline or value.kind == about.short:
-                    del content["kind"]
-                    found |= content
-                else:
-                    found[name] = content if len(content) > 1 else value.kind
+        for member, about in members().items():
+            value = getattr(plain, member)
+            if plain.is_open(member):
+                found |= value.canonical()
+            elif isinstance(about, Parameter) and member not in unsaid:
+                found[member] = about.canonical(value)
+        del found["kind"]
         return found
 
     def in_blocks(self) -> Iterator[tuple[float, CaseTree | None]]:
@@ -428,13 +404,17 @@ class CaseTree:
         for block in self.blocks or (Block(self.cycles),):
             end += block.cycles
             changed: dict[str, Any] = {"blocks": ()}
-            for member in _MEMBERS_OF_BLOCKS:
-                given = {n: v for n, v in block.values if leaves()[n][0].member == member}
-                if given:
-                    changed[member] = _changed(getattr(self, member), given, kinds(member))
-            case = object.__new__(type(self))
-            case.__dict__.update({**self.__dict__, **changed})
-            yield end, None if None in changed.values() else case
+            for member, about in _OF_BLOCKS.items():
+                known = about.parameters
+                if given := {name: value for name, value in block.values if name in known}:
+                    changed[member] = about.changed(getattr(self, member), given)
+            yield end, None if None in changed.values() else self._with(**changed)
+
+    def _with(self, **changed: Any) -> Self:
+        """The case with other members, nothing of which is read or checked."""
+        case = object.__new__(type(self))
+        case.__dict__.update({**self.__dict__, **changed})
+        return case
 
     @property
     def case_id(self) -> str:
@@ -486,22 +466,17 @@ class CaseTree:
         if self.loading.is_force or self.loading.stroke:
             del following["displacement_amplitude"], following["displacement_ratio"]
         for member, about in members().items():
-            value = getattr(self, member)
-            if isinstance(about, Parameter):
-                value = self.grid_spacing if member == "cell" else value
-                # A line contact is the same all along y.
-                told = about.coordinates(member, value)
-                yield from (
-                    each for each in told if not (self.indenter.is_line and each[0] == "cell_y")
-                )
-            elif about.inline:
-                names = {leaf.field: leaf for kind in kinds(member) for leaf in leaves_of(kind)}
-                for name, leaf in names.items():
-                    if name in following or leaf.field in value.__dict__:
-                        known = following.pop(name, leaf.parameter)
+            value: Any = self.grid_spacing if member == "cell" else getattr(self, member)
+            if isinstance(about, Inline):
+                for name, each in {**about.parameters, **value.parameters()}.items():
+                    if name in following or name in vars(value):
+                        known = following.pop(name, each)
                         yield from known.coordinates(name, getattr(self, name))
             elif value is not None or member not in _UNSAID_AT_DEFAULT:
-                yield from _of_part(member, value)
+                for told in about.coordinates(member, value):
+                    # A line contact is the same all along y.
+                    if not (self.indenter.is_line and told[0] == "cell_y"):
+                        yield told
         for name, known in following.items():
             # What is called after Hertz is said of no other contact.
             if self.indenter.is_hertzian or not name.startswith("hertz"):
@@ -510,154 +485,9 @@ class CaseTree:
                 yield from known.coordinates(name, getattr(self, name))
 
 
-def _changed(part: Part, given: Mapping[str, Any], of_kind: tuple[type[Part], ...]) -> Part | None:
-    """A part with other values of some fields, of another kind where these ask for it."""
-    for kind in (type(part), *of_kind):
-        names = kind.parameters().keys()
-        values = {name: value for name, value in vars(part).items() if name in names} | dict(given)
-        if given.keys() <= names and required(kind) <= values.keys():
-            return kind.unchecked(**values)
-    return None
-
-
-def _of_part(member: str, part: Part | None) -> Iterator[tuple[str, Parameter, float | str]]:
-    """Coordinates of a part with a key of its own; zero where it is absent."""
-    kind = next(iter(kinds(member))) if part is None else type(part)
-    own = [leaf for leaf in leaves_of(kind) if leaf.member == member]
-    if part is not None and not own:
-        yield member, kind_name(member, kinds(member)), part.kind
-    for name, about in derived_of(member, kind).items() if part is not None else ():
-        yield from about.coordinates(f"{member}_{name}", getattr(part, name))
-    for leaf in own:
-        value = (
-            getattr(leaf.parameter, "absent", None) if part is None else part.__dict__[leaf.field]
-        )
-        if value is not None:
-            yield from leaf.parameter.coordinates(coordinate(leaf.name), value)
-
-
-def derived_of(member: str, kind: type[Part]) -> Mapping[str, Parameter]:
-    """Return what follows from the parameters of a kind of part and is a coordinate too."""
-    return {name: _of_member(member, about) for name, about in kind.derived().items()}
-
-
-def _of_member(member: str, about: Parameter) -> Parameter:
-    """Return what a parameter is: that of the counterface says so."""
-    if member != "counterface":
-        return about
-    words = about.words.replace("roughness", "counterface").replace("surface", "counterface")
-    if "counterface" not in words:
-        words = f"{words} of the counterface"
-    return dataclasses.replace(about, words=words)  # type: ignore[type-var]
-
-
-def coordinate(name: str) -> str:
-    """Return the name of a parameter as a dataset coordinate."""
-    return name.replace(".", "_")
-
-
-def members() -> Mapping[str, Parameter | Member]:
+def members() -> Mapping[str, Parameter | Inline]:
     """Return the fields of a case with what they are, the snapshots excepted."""
-    return declared(CaseTree, Parameter | Member)
-
-
-@cache
-def _families() -> Mapping[str, type[Part]]:
-    hints = get_type_hints(CaseTree)
-    found = {}
-    for name, about in members().items():
-        if isinstance(about, Member):
-            candidates = getattr(hints[name], "__args__", (hints[name],))
-            found[name] = next(each for each in candidates if each is not type(None))
-    return found
-
-
-def kinds(member: str) -> tuple[type[Part], ...]:
-    """Return the kinds that a part may be of, the usual one first."""
-    return tuple(_families()[member].kinds().values())
-
-
-def leaves() -> Mapping[str, tuple[Leaf, ...]]:
-    """Return the parameters of a case by name.
-
-    Several kinds of a part may have a parameter of one name; the case's own come first.
-    """
-    return _leaves(tuple((member, kinds(member)) for member in _families()))
-
-
-def leaves_of(kind: type[Part]) -> tuple[Leaf, ...]:
-    """Return the parameters of a kind of part."""
-    return _leaves_of(cast("Any", kind), tuple((member, kinds(member)) for member in _families()))
-
-
-@cache
-def _leaves_of(
-    kind: type[Part], of_members: tuple[tuple[str, tuple[type[Part], ...]], ...]
-) -> tuple[Leaf, ...]:
-    listed = (leaf for several in _leaves(of_members).values() for leaf in several)
-    return tuple(dict.fromkeys(leaf for leaf in listed if leaf.kind is kind))
-
-
-def base_names() -> tuple[str, ...]:
-    """Return the keys that `base` may have: parts, and parameters that stand by themselves."""
-    found: dict[str, None] = {}
-    for member, about in members().items():
-        if isinstance(about, Parameter):
-            found[member] = None
-            continue
-        if not about.inline:
-            found[member] = None
-        for kind in kinds(member):
-            found |= {leaf.name: None for leaf in leaves_of(kind) if "." not in leaf.name}
-    return tuple(found)
-
-
-def parameter_names() -> tuple[str, ...]:
-    """Return the names that may be varied: keys of `base`, ``roughness.amplitude`` and so on."""
-    return (*base_names(), *(name for name in leaves() if "." in name))
-
-
-def member_of(name: str) -> str:
-    """Return the member of a case that a name belongs to."""
-    return name if name in members() else leaves()[name][0].member
-
-
-def parameter_of(name: str) -> Parameter | None:
-    """Return what a name is, where it is a single parameter."""
-    return leaves()[name][0].parameter if name in leaves() else None
-
-
-def part_named(name: str) -> Member:
-    """Return how a part belongs to a case."""
-    about = members()[name]
-    assert isinstance(about, Member)
-    return about
-
-
-def example_of(name: str) -> str:
-    """Return a sensible value of a parameter or a part, as a study file would have it."""
-    parameter = parameter_of(name)
-    return part_named(name).example if parameter is None else parameter.example
-
-
-@cache
-def _leaves(
-    families: tuple[tuple[str, tuple[type[Part], ...]], ...],
-) -> Mapping[str, tuple[Leaf, ...]]:
-    found: dict[str, tuple[Leaf, ...]] = {}
-    kinds_of = dict(families)
-    for member, about in members().items():
-        if isinstance(about, Parameter):
-            found[member] = (Leaf(member, member, None, member, about),)
-            continue
-        for kind in kinds_of[member]:
-            for field, parameter in kind.parameters().items():
-                stands_alone = about.inline or kind.kind == about.short
-                name = field if stands_alone else f"{member}.{field}"
-                leaf = Leaf(name, member, kind, field, _of_member(member, parameter))
-                for key in {name, *([] if about.inline else [f"{member}.{field}"])}:
-                    found[key] = (*found.get(key, ()), leaf)
-    return found
+    return declared(CaseTree, Parameter | Inline)
 
 
 def _short(number: float) -> str:

@@ -1,0 +1,239 @@
+"""How parts belong to a case: by a key of their own, or by their fields as keys of the case."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from fretwear.parts import Choice, Parameter, Part, means_none, required
+from fretwear.study.problems import Problem, Problems, nearest, read_fields
+from fretwear.units import NO_UNIT, QuantityError
+
+
+@dataclass(frozen=True)
+class PartOf(Parameter):
+    """A part with a key of its own: a mapping ``{kind: ..., ...}``, or the name of a kind."""
+
+    family: type[Part]
+    words: str
+    short: str = ""  # the kind whose fields, as keys of the case, may stand for the whole
+    # What it is called to have no such part, "smooth"; empty where there has to be one.
+    none: str = ""
+    example: str = ""
+    description: str = ""
+    must_be_written: bool = False
+    is_second: bool = False  # of its family: its parameters are called after it
+    may_be_partial: bool = True  # whether fields may be given elsewhere, as varied ones are
+
+    si_unit = "1"
+    unit = NO_UNIT
+
+    @property
+    def symbol(self) -> str:  # type: ignore[override]
+        """The words: a part has no symbol."""
+        return self.words
+
+    @property
+    def kinds(self) -> dict[str, type[Part]]:
+        """What the part may be, by name, the usual one first."""
+        return self.family.kinds()
+
+    @property
+    def bare(self) -> list[str]:
+        """The kinds of which the name is enough."""
+        return [name for name, kind in self.kinds.items() if not required(kind)]
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """The keys of a case that may stand for the whole."""
+        return tuple(self.kinds[self.short].parameters()) if self.short else ()
+
+    def parameters(self, kind: type[Part]) -> Mapping[str, Parameter]:
+        """What the fields of a kind are, by name."""
+        return {name: self._called(about) for name, about in kind.parameters().items()}
+
+    def derived(self, kind: type[Part]) -> Mapping[str, Parameter]:
+        """What follows from the fields of a kind and is a coordinate too, by name."""
+        return {name: self._called(about) for name, about in kind.derived().items()}
+
+    def _called(self, about: Parameter) -> Parameter:
+        if not self.is_second:
+            return about
+        words = re.sub("roughness|surface", self.words, about.words)
+        words = words if self.words in words else f"{words} of the {self.words}"
+        return dataclasses.replace(about, words=words)  # type: ignore[type-var]
+
+    def such_as(self, name: str) -> str:
+        """An example for a name, "such as load: 50 N", or nothing."""
+        text = super().such_as(name)
+        return f"{text}, or none" if text and self.none else text
+
+    def read(self, value: object, units_required: bool) -> Any:
+        """Return a part; all that is wrong inside of it is told by one `UnreadError`."""
+        if isinstance(value, self.family):
+            return value
+        if self.none and means_none(value, units_required):
+            return None
+        if isinstance(value, str) and value in self.kinds:
+            value = {"kind": value}
+        if not isinstance(value, Mapping):
+            whole = f"{'an' if self.words[0] in 'aeiou' else 'a'} {self.words}"
+            names = [*self.kinds] if self.bare else []
+            choices = names or [*(["none"] if self.none else []), whole]
+            raise QuantityError(f"must be {' or '.join(choices)}", self.such_as(self.words), names)
+        problems = Problems()
+        name = value.get("kind", next(iter(self.kinds)))
+        if name not in list(self.kinds):
+            problems.add(".kind", name, f"must be {' or '.join(self.kinds)}", known=[*self.kinds])
+            problems.raise_any()
+        kind = self.kinds[name]
+        known = {"kind": Choice("", "", (name,)), **kind.parameters()}
+        part = kind.unchecked(**read_fields(value, known, required(kind), units_required))
+        if part.problem is not None:
+            problems.append(Problem("", None, *part.problem))
+            problems.raise_any()
+        return part
+
+    def make(self, values: Mapping[str, Any]) -> Part | None:
+        """Make a part of the values of `keys`; None where they make none."""
+        return _made([self.kinds[self.short]] if self.short else [], values)
+
+    def schema(self) -> dict[str, Any]:
+        """JSON Schema of the value in a study file."""
+        choices: list[dict[str, Any]] = [{"const": "none"}] if self.none else []
+        choices += [{"enum": self.bare}] if self.bare else []
+        for name, kind in self.kinds.items():
+            fields = {field: about.described() for field, about in self.parameters(kind).items()}
+            choice = {
+                "type": "object",
+                "additionalProperties": False,
+                "properties": {"kind": {"const": name}, **fields},
+            }
+            needed = [] if self.may_be_partial else sorted(required(kind))
+            choices.append({**choice, "required": ["kind", *needed]} if needed else choice)
+        return {"anyOf": choices}
+
+    def canonical(self, value: Any) -> Any:
+        """Return the mapping, or the name of a kind without fields."""
+        if value is None:
+            return None
+        content: dict[str, Any] = value.canonical()
+        return content if len(content) > 1 else value.kind
+
+    def coordinates(self, name: str, value: Any) -> Iterator[tuple[str, Parameter, float | str]]:
+        """Yield the coordinates of the fields; zero where there is no part."""
+        kind = next(iter(self.kinds.values())) if value is None else type(value)
+        own = self.parameters(kind)
+        if value is not None:
+            if not own:
+                yield name, self, value.kind
+            for field, about in self.derived(kind).items():
+                yield from about.coordinates(f"{name}_{field}", getattr(value, field))
+        for field, about in own.items():
+            known = getattr(about, "absent", None) if value is None else vars(value)[field]
+            if known is not None:
+                key = field if kind.kind == self.short else f"{name}_{field}"
+                yield from about.coordinates(key, known)
+
+    def word_for(self, value: Any) -> str:
+        """Return a part in short that is given as text: ``{kind: wavy, amplitude: 0.3 um}``."""
+        if value == "none":
+            return self.none
+        if value in self.kinds:
+            return self.kinds[value].told_as or str(value)
+        parts = [
+            f"{about.symbol.replace('$', '').replace('_', '')} = {match[1]}"
+            for kind in self.kinds.values()
+            for field, about in kind.parameters().items()
+            if (match := re.search(rf"\b{field}: ([^,}}]+)", str(value)))
+        ]
+        text = ", ".join(dict.fromkeys(parts)) or str(value)
+        return re.sub(r"\bum\b", "µm", text.replace(" deg", "°"))
+
+
+@dataclass(frozen=True)
+class Inline:
+    """A part whose fields are keys of a case themselves; its kind is the one whose keys are given.
+
+    Where several kinds are there, one key of each tells it apart: it leads the kind.
+    """
+
+    family: type[Part]
+    must_be_written = False
+
+    @property
+    def kinds(self) -> tuple[type[Part], ...]:
+        """What the part may be, the usual one first."""
+        return tuple(self.family.kinds().values())
+
+    @property
+    def parameters(self) -> Mapping[str, Parameter]:
+        """What the fields of all kinds are, by name."""
+        return {name: each for kind in self.kinds for name, each in kind.parameters().items()}
+
+    @property
+    def telling(self) -> set[str]:
+        """The keys that only some kinds have."""
+        return {n for n in self.parameters if not all(n in k.parameters() for k in self.kinds)}
+
+    @property
+    def leading(self) -> dict[str, type[Part]]:
+        """The first key of each kind that has to be given for it and for no other, by name."""
+        found: dict[str, type[Part]] = {}
+        telling = self.telling
+        for kind in self.kinds:
+            own = [n for n in kind.parameters() if n in telling and n in required(kind)]
+            for name in own[:1]:
+                found.setdefault(name, kind)
+        return found
+
+    def needed(self, given: set[str]) -> list[str]:
+        """The keys, beside the leading ones, that the kind of the keys given has to have."""
+        chosen = (kind for name, kind in self.leading.items() if name in given)
+        kind = next(chosen, self.kinds[0])
+        return [n for n in kind.parameters() if n in required(kind) and n not in self.telling]
+
+    def make(self, values: Mapping[str, Any]) -> Part | None:
+        """Make a part of the values of its fields; None where they make none."""
+        return _made(self.kinds, values)
+
+    def changed(self, part: Part, given: dict[str, Any]) -> Part | None:
+        """A part with other values of some fields, of another kind where these ask for it."""
+        for kind in (type(part), *self.kinds):
+            common = kind.parameters().keys() & vars(part).keys()
+            if found := _made([kind], {name: vars(part)[name] for name in common} | given):
+                return found
+        return None
+
+    def broken(self, given: set[str], unknown: list[str]) -> Iterator[Problem]:
+        """Find whether the keys of several kinds are given, of none, or of another one."""
+        leading, telling = self.leading, self.telling
+        touched = [name for name in leading if name in given]
+        if len(touched) > 1:
+            symbol = self.parameters[touched[0]].symbol.replace("$", "")
+            symbol = symbol.replace("Q/µP", "Q/(µP)")
+            rule = f"is one too many: {touched[0]}, {symbol}, is given as well"
+            for name in touched[1:]:
+                yield Problem(name, None, rule, "give exactly one of the two")
+        elif leading and not touched and not any(nearest(key, [*leading]) for key in unknown):
+            first, *others = leading
+            examples = [f"{name}: {self.parameters[name].example}" for name in leading]
+            rule = f"is missing, and so is {' and '.join(others)}"
+            yield Problem(first, None, rule, f"give exactly one of {' and '.join(examples)}")
+        if len(touched) == 1:
+            own = leading[touched[0]].parameters()
+            for name in sorted((telling - own.keys() - leading.keys()) & given):
+                needed = [lead for lead, kind in leading.items() if name in kind.parameters()]
+                rule = f"has no meaning with {touched[0]}"
+                yield Problem(name, None, rule, f"it belongs to {' or '.join(needed)}")
+
+
+def _made(kinds: Iterable[type[Part]], values: Mapping[str, Any]) -> Part | None:
+    """Make a part of the first kind that has all of the values and needs no others."""
+    for kind in kinds:
+        if values.keys() <= kind.parameters().keys() and required(kind) <= values.keys():
+            return kind.unchecked(**values)
+    return None
