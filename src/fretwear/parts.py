@@ -16,8 +16,9 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import operator
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cache
@@ -45,6 +46,13 @@ _SMALLEST, _LARGEST = 1e-30, 1e30
 
 _NUMBER_SCHEMA = rf"^\s*[+-]?{NUMBER_PATTERN}\s*$"
 _QUANTITY_SCHEMA = rf"^\s*[+]?{NUMBER_PATTERN}\s*[A-Za-zµμ°/].*$"
+# A bound of a quantity: its words, what it asks for, its keyword in a JSON Schema.
+_BOUNDS = {
+    "above": ("larger than", operator.gt, "exclusiveMinimum"),
+    "at_least": ("at least", operator.ge, "minimum"),
+    "below": ("less than", operator.lt, "exclusiveMaximum"),
+    "at_most": ("at most", operator.le, "maximum"),
+}
 _BY_SI_UNIT = {dimension.si_unit: dimension for dimension in (*DIMENSIONS, NUMBER)}
 
 
@@ -220,13 +228,13 @@ class Quantity(Parameter):
         """Return a value in units for people: ``25 N``, in a line contact ``25 N/mm``."""
         return super(Quantity, self.suiting(value)).text(value)
 
+    @property
+    def _bounds(self) -> list[tuple[str, Callable[[float, float], bool], str, float]]:
+        found = ((*each, getattr(self, name)) for name, each in _BOUNDS.items())
+        return [each for each in found if each[-1] is not None]
+
     def _contains(self, number: float) -> bool:
-        return (
-            (self.above is None or number > self.above)
-            and (self.at_least is None or number >= self.at_least)
-            and (self.below is None or number < self.below)
-            and (self.at_most is None or number <= self.at_most)
-        )
+        return all(holds(number, bound) for _, holds, _, bound in self._bounds)
 
     def allows(self, value: float) -> bool:
         """Say whether a coordinate may have this value."""
@@ -235,31 +243,16 @@ class Quantity(Parameter):
 
     def range_text(self) -> str:
         """Say the range in words, such as "larger than -1 and at most 0.5"."""
-        bounds = (
-            ("larger than", self.above),
-            ("at least", self.at_least),
-            ("less than", self.below),
-            ("at most", self.at_most),
-        )
         return " and ".join(
             f"{words} {format_quantity(bound, self.dimension) if bound else '0'}"
-            for words, bound in bounds
-            if bound is not None
+            for words, _, _, bound in self._bounds
         )
 
     def schema(self) -> dict[str, Any]:
         """JSON Schema of the value in a study file."""
         if self.dimension.is_plain_number:
-            number: dict[str, Any] = {"type": "number"}
-            for keyword, bound in (
-                ("exclusiveMinimum", self.above),
-                ("minimum", self.at_least),
-                ("exclusiveMaximum", self.below),
-                ("maximum", self.at_most),
-            ):
-                if bound is not None:
-                    number[keyword] = bound
-            text: dict[str, Any] = {"type": "string", "pattern": _NUMBER_SCHEMA}
+            number = {"type": "number", **{keyword: each for _, _, keyword, each in self._bounds}}
+            text = {"type": "string", "pattern": _NUMBER_SCHEMA}
             return {"anyOf": [number, text], "examples": [float(self.example)]}
         quantity = {"type": "string", "pattern": _QUANTITY_SCHEMA, "examples": [self.example]}
         return {"anyOf": [{"const": "none"}, quantity]} if self.infinite else quantity

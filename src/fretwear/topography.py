@@ -77,12 +77,12 @@ class SourceFile(Plain):
 
     def read(self, value: object, units_required: bool) -> Source:
         """Return the file's name and checksum."""
-        del units_required
         if isinstance(value, Source):
             return value
         if not isinstance(value, str) or not value.strip():
             raise QuantityError("must be the name of a file", f"such as {self.example}")
-        if known := _TOLD.fullmatch(value):
+        # As a dataset tells it; a study has to have the file itself.
+        if not units_required and (known := _TOLD.fullmatch(value)):
             return Source(known["name"], known["checksum"])
         path = getattr(value, "folder", Path()) / value
         try:

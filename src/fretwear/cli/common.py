@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import math
 import os
 import shlex
 import sys
@@ -149,6 +150,15 @@ def say(text: str) -> None:
             raise typer.Exit(Status.FAILED) from error
         reason = f"standard output: cannot be written: {error.strerror}"
         raise CommandError(reason, Status.FAILED) from error
+
+
+def finite(value: Any) -> Any:
+    """Return a value for JSON, which knows no number that is not finite: there it has null."""
+    if isinstance(value, dict):
+        return {name: finite(each) for name, each in value.items()}
+    if isinstance(value, list):
+        return [finite(each) for each in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def study_and_results(file: Path, results: Path | None) -> tuple[Study, Path]:

@@ -1,6 +1,6 @@
 """What a command says while it works: a bar on a terminal, lines of text, or JSON lines.
 
-A message is a record of `logging`: its text is for people, its fields are for programs. Every
+A message is a text for people and fields for programs. Every
 JSON line has ``event`` and ``time`` (UTC, ISO 8601). Lengths are in m and times in s; numbers that
 are not finite are null. Fields may be added, none changes its meaning.
 """
@@ -8,11 +8,11 @@ are not finite are null. Fields may be added, none changes its meaning.
 from __future__ import annotations
 
 import json
-import logging
 import math
 import os
 import sys
 import time
+import traceback
 import warnings
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 import typer
 
 import fretwear
-from fretwear.cli.common import CommandError, say
+from fretwear.cli.common import CommandError, finite, say
 from fretwear.data.safe import Unfailing
 from fretwear.study.problems import printable
 from fretwear.units import LENGTH, duration_text, format_quantity
@@ -82,20 +82,16 @@ class Log:
         self._batch: TimeLeft | None = None
         self._command: tuple[str, float] | None = None
         self._file: str | None = None
-        # A bar shows every step; lines would only repeat it.
-        level = logging.INFO if self._has_bar else logging.DEBUG
-        self._logger = logging.Logger("fretwear", logging.ERROR if quiet else level)
+        self._is_quiet = quiet
+        self._output = output
         self._console: Console | None = None
-        if self._is_json:
-            self._logger.addHandler(_JsonHandler(output))
-        else:
+        if not self._is_json:
             from rich.console import Console
 
             colours: Any = "auto" if stream is None else None
             self._console = Console(
                 stderr=stream is None, file=output, color_system=colours, highlight=False
             )
-            self._logger.addHandler(_TextHandler(self._console))
 
     def begin(self, command: str) -> None:
         """Tell programs that a command begins; from here on warnings are events for them too."""
@@ -125,7 +121,11 @@ class Log:
         What never should happen, a defect, is told with its traceback.
         """
         fields = {"message": message, "exit_status": exit_status}
-        self._say(event, fields, message, logging.ERROR, defect)
+        trace = "" if defect is None else "".join(traceback.format_exception(defect)).rstrip()
+        if self._is_json:
+            self._write(event, {**fields, **({"traceback": trace} if trace else {})})
+        else:
+            self._print(f"{message}\n{trace}".rstrip(), f"fretwear: {event}: ")
 
     def note(self, message: str) -> None:
         """Say something worth knowing that is neither an error nor a result."""
@@ -135,7 +135,7 @@ class Log:
         """Say which file or folder was written, with a message for people, numbers for programs."""
         self._file = str(file)
         self._say("result", {"file": str(file), "message": message, **numbers})
-        if not self._is_json and self._logger.isEnabledFor(logging.INFO):
+        if not self._is_json and not self._is_quiet:
             with suppress(CommandError, typer.Exit):  # The file is there all the same.
                 say(f"{file}: {message}")
 
@@ -169,8 +169,9 @@ class Log:
             interval = min(_LONGEST_INTERVAL, max(_SHORTEST_INTERVAL, _INTERVAL_SHARE * now))
             if step.state.cycle >= step.last_cycle or told is None or now - told >= interval:
                 told = now
-                text = step_text(step, timing.seconds_left)
-                self._say("step", {**which, **_numbers(step, timing)}, text, logging.DEBUG)
+                # A bar shows every step; lines would only repeat it.
+                text = "" if self._has_bar else step_text(step, timing.seconds_left)
+                self._say("step", {**which, **_numbers(step, timing)}, text)
 
         status, text = "done", ""
         try:
@@ -239,56 +240,32 @@ class Log:
         with Live(shown, console=self._console, transient=True, redirect_stdout=False):
             yield show
 
-    def _say(
-        self,
-        event: str,
-        fields: Mapping[str, Any],
-        text: str = "",
-        level: int = logging.INFO,
-        defect: Exception | None = None,
-    ) -> None:
-        self._logger.log(level, text, exc_info=defect, extra={"event": event, "fields": fields})
+    def _say(self, event: str, fields: Mapping[str, Any], text: str = "") -> None:
+        """Give people the text of a message and programs its fields, except in a quiet log."""
+        if self._is_json and not self._is_quiet:
+            self._write(event, fields)
+        elif text and not self._is_quiet:
+            self._print(text)
+
+    def _write(self, event: str, fields: Mapping[str, Any]) -> None:
+        now = datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
+        line = json.dumps(finite({"event": event, "time": now, **fields}), allow_nan=False)
+        self._output.write(f"{line}\n")
+        self._output.flush()
+
+    def _print(self, text: str, label: str = "") -> None:
+        """Print above the bar, if there is one; names of files are no markup, lines stay whole."""
+        from rich.text import Text
+
+        assert self._console is not None
+        told = Text.assemble((label, "bold red"), printable(text))
+        self._console.print(told, soft_wrap=True)
 
     def _warn(self, *warning: Any, **_: Any) -> None:
         message, category, filename, line, *_rest = warning
         where = f"{filename}:{line}"
         fields = {"message": str(message), "category": category.__name__, "where": where}
         self._say("warning", fields)
-
-
-class _TextHandler(logging.Handler):
-    """Prints the texts of messages, above a bar if there is one."""
-
-    def __init__(self, console: Console) -> None:
-        super().__init__()
-        self._console = console
-
-    def emit(self, record: logging.LogRecord) -> None:
-        """Print the text of a message; names of files are no markup, and lines stay whole."""
-        from rich.text import Text
-
-        if record.msg:
-            is_error = record.levelno >= logging.ERROR
-            label = f"fretwear: {vars(record)['event']}: " if is_error else ""
-            text = Text.assemble((label, "bold red"), printable(self.format(record)))
-            self._console.print(text, soft_wrap=True)
-
-
-class _JsonHandler(logging.StreamHandler[TextIO]):
-    """Writes the fields of messages to the standard error stream, one JSON object a line."""
-
-    def format(self, record: logging.LogRecord) -> str:
-        """Return the line of a message."""
-        now = datetime.fromtimestamp(record.created, UTC).isoformat(timespec="milliseconds")
-        event, fields = vars(record)["event"], vars(record)["fields"]
-        content = {"event": event, "time": now.replace("+00:00", "Z"), **fields}
-        if record.exc_info:
-            content["traceback"] = logging.Formatter().formatException(record.exc_info)
-        finite = {
-            name: None if isinstance(value, float) and not math.isfinite(value) else value
-            for name, value in content.items()
-        }
-        return json.dumps(finite, allow_nan=False)
 
 
 class TimeLeft:

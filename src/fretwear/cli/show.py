@@ -19,6 +19,7 @@ from fretwear.cli.common import (
     argument,
     check_output,
     check_results,
+    finite,
     opened,
     option,
     say,
@@ -76,11 +77,11 @@ def show(
     content: dict[str, Any] = {}
     with suppress(DataFileError), open_summary(file) as summary:
         if "study" in summary.attrs:
-            content = study_content(summary)
+            content = finite(study_content(summary))
             lines = [*study_lines(content)]
     if not content:  # a case, or something of which `opened` says what is wrong
         with opened(file) as (case, history):
-            content = case_content(case, history)
+            content = finite(case_content(case, history))
             lines = [*case_lines(content)]
     if as_json:
         lines = [json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False)]
@@ -108,7 +109,7 @@ def compare(
 
 
 def case_content(case: xr.Dataset, history: xr.Dataset) -> dict[str, Any]:
-    """Return what there is to tell of a case, in SI units; what is not finite is None."""
+    """Return what there is to tell of a case, in SI units."""
     forces = (found for given, found in _FORCES.items() if given not in case.coords)
     names = (*_CASE_RESULTS, *chain.from_iterable(forces))
     results = {name: case[name] for name in names if name in case}
@@ -125,7 +126,7 @@ def case_content(case: xr.Dataset, history: xr.Dataset) -> dict[str, Any]:
         "convolutions": int(history["convolutions"].sum()) if "convolutions" in history else None,
         "parameters": {
             str(value.name): {
-                "value": _finite(value.item()),
+                "value": value.item(),
                 "units": value.attrs.get("units"),
                 "long_name": value.attrs.get("long_name"),
             }
@@ -135,10 +136,8 @@ def case_content(case: xr.Dataset, history: xr.Dataset) -> dict[str, Any]:
         "cycle": case["cycle"].values.tolist(),
         "results": {
             name: {
-                "values": [_finite(value) for value in result.values.tolist()],
-                "errors": [_finite(e) for e in errors[name].values.tolist()]
-                if name in errors
-                else None,
+                "values": result.values.tolist(),
+                "errors": errors[name].values.tolist() if name in errors else None,
                 "units": result.attrs["units"],
             }
             for name, result in results.items()
@@ -193,7 +192,7 @@ def case_lines(content: dict[str, Any]) -> Iterator[str]:
 
 
 def study_content(summary: xr.Dataset) -> dict[str, Any]:
-    """Return what there is to tell of a merged study, in SI units; what is not finite is None."""
+    """Return what there is to tell of a merged study, in SI units."""
     from fretwear.data.effects import last_values, point_dims, varied_names
 
     varied, plain = varied_names(summary), summary.reset_coords()
@@ -211,7 +210,7 @@ def study_content(summary: xr.Dataset) -> dict[str, Any]:
         "warnings": summary.attrs.get("warnings", "").splitlines(),
         "cycle": float(summary["cycle"].max()),
         "units": {name: summary[name].attrs.get("units", "") for name in columns[2:]},
-        "points": [{name: _finite(point[name]) for name in columns} for point in points],
+        "points": points,
     }
 
 
@@ -286,19 +285,20 @@ def _unworn(dataset: xr.Dataset) -> dict[str, float]:
     except (TypeError, ValueError):  # of another version of the program
         return {}
     hertz, friction, coupling = case.hertz, case.friction_law.coefficient, case.coupling
+    is_hertzian, is_even = type(hertz) in (HertzContact, LineContact), all(case.indenter.even)
     found = {
         "contact_area": hertz.load / hertz.mean_pressure,
-        "central_pressure": hertz.peak_pressure,
+        "central_pressure": getattr(hertz, "central_pressure", hertz.peak_pressure),
         "peak_pressure": hertz.peak_pressure,
         "approach": hertz.approach,
     }
-    if all(case.indenter.even):
+    if is_even:
         half_x, half_y = case.indenter.half_widths(hertz)
         found |= {"contact_half_width_x": half_x, "contact_half_width_y": half_y}
     slid = energy = 0.0
     if stroke := case.loading.stroke:
         slid, energy = stroke, 4.0 * friction * hertz.load * stroke
-    elif case.tangential_ratio >= 1.0 and type(hertz) in (HertzContact, LineContact):
+    elif case.tangential_ratio >= 1.0 and is_hertzian:
         # The rig takes up µP/S of the displacement, or the bodies of a cylinder.
         slid = case.displacement_amplitude - friction * hertz.load * case.loading.flexibility(hertz)
         energy = gross_slip_energy(hertz, friction, coupling, slid)
@@ -309,28 +309,21 @@ def _unworn(dataset: xr.Dataset) -> dict[str, float]:
             "tangential_displacement": slid,
             "dissipated_energy": energy,
         }
-    if type(hertz) not in (HertzContact, LineContact):
-        # By Ciavarella and Jäger stick is the contact of the same bodies under P*.
-        stick = hertz.with_load(case.stick_load)
-        found["central_pressure"] = getattr(hertz, "central_pressure", hertz.peak_pressure)
-        if all(case.indenter.even):
-            found["stick_half_width_x"] = case.indenter.half_widths(stick)[0]
-        return found | {
-            "stick_area": stick.load / stick.mean_pressure,
-            "tangential_displacement": friction * coupling * (hertz.approach - stick.approach),
+    # By Ciavarella and Jäger stick is the contact of the same bodies under P*.
+    stick = hertz.with_load(case.stick_load)
+    found["stick_area"] = stick.load / stick.mean_pressure
+    found["tangential_displacement"] = friction * coupling * (hertz.approach - stick.approach)
+    if is_even:
+        found["stick_half_width_x"] = case.indenter.half_widths(stick)[0]
+    if is_hertzian:
+        sliding = case.indenter.partial_slip(hertz, friction, case.tangential_load, coupling)
+        stick_load = hertz.load_within(stick.contact_radius)
+        found |= {
+            "mean_stick_pressure": stick_load / found["stick_area"],
+            "stick_load_share": stick_load / hertz.load,
+            "dissipated_energy": sliding.dissipated_energy,
         }
-    sliding = case.indenter.partial_slip(hertz, friction, case.tangential_load, coupling)
-    stick = sliding.stick_contact
-    stick_load = hertz.load_within(stick.contact_radius)
-    stick_area = stick.load / stick.mean_pressure
-    return found | {
-        "stick_half_width_x": sliding.stick_radius,
-        "stick_area": stick_area,
-        "mean_stick_pressure": stick_load / stick_area,
-        "stick_load_share": stick_load / hertz.load,
-        "tangential_displacement": sliding.tangential_displacement,
-        "dissipated_energy": sliding.dissipated_energy,
-    }
+    return found
 
 
 def _told(
@@ -339,11 +332,8 @@ def _told(
     """Return what a parameter is, in words, and a value of it for people."""
     from fretwear.study.parameters import parameter, value_text
 
-    try:
-        known = in_unit(math.inf if value is None else value, units or "")
-        return long_name or parameter(name).suiting(known).words, value_text(name, known)
-    except KeyError:  # of another version of the program
-        return name, str(value)
+    known = in_unit(math.inf if value is None else value, units or "")
+    return long_name or parameter(name).suiting(known).words, value_text(name, known)
 
 
 def _texts(
@@ -361,8 +351,3 @@ def _texts(
         for value, error in zip_longest(values, errors)
     ]
     return texts, unit.name
-
-
-def _finite(value: Any) -> Any:
-    """Return a value for JSON, which knows no number that is not finite."""
-    return None if isinstance(value, float) and not math.isfinite(value) else value

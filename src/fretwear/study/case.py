@@ -9,6 +9,7 @@ from typing import Any, ClassVar, Self, cast
 from fretwear.parts import Part, Plain, WholeNumber, is_list, required
 from fretwear.study.members import Inline, PartOf
 from fretwear.study.names import base_names, leaves, member_of, parameter_names, parameter_of
+from fretwear.study.parameters import html_table, parameter, value_text
 from fretwear.study.problems import Problem, Problems, nearest
 from fretwear.study.rules import findings
 from fretwear.study.tree import MAX_CYCLES, CaseTree, members
@@ -134,17 +135,9 @@ class Case(CaseTree):
 
     def _repr_html_(self) -> str:
         """Return a table of the parameters, for notebooks."""
-        from html import escape
-
-        from fretwear.study.parameters import parameter, value_text
-
-        rows = [
-            f"<tr><th style='text-align:left'><code>{escape(name)}</code></th>"
-            f"<td style='text-align:left'>{escape(parameter(name).words)}</td>"
-            f"<td style='text-align:left'>{escape(value_text(name, value))}</td></tr>"
-            for name, (value, *_) in self.scalar_coordinates().items()
-        ]
-        return f"<table><caption>{escape(self.case_id)}</caption>{''.join(rows)}</table>"
+        known = self.scalar_coordinates().items()
+        rows = ((n, parameter(n).words, value_text(n, value)) for n, (value, *_) in known)
+        return html_table(self.case_id, rows)
 
     def replace(self, **changes: Any) -> Case:
         """Return the case with other values of some parameters: ``case.replace(load="60 N")``."""

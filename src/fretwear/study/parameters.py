@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from functools import cache
 from typing import Any
@@ -42,6 +42,19 @@ def words_text(name: str, value: Any) -> str:
     """Return words and value, for captions: ``normal load 25 N``, ``elastic``."""
     about = parameter(name)
     return about.word_for(value) or f"{about.words} {about.text(value)}"
+
+
+def html_table(caption: str, rows: Iterable[Sequence[str]]) -> str:
+    """Return a table for notebooks, the first column in the type of code."""
+    from html import escape
+
+    left = "style='text-align:left'"
+    lines = "".join(
+        f"<tr><th {left}><code>{escape(name)}</code></th>"
+        f"{''.join(f'<td {left}>{escape(each)}</td>' for each in others)}</tr>"
+        for name, *others in rows
+    )
+    return f"<table><caption>{escape(caption)}</caption>{lines}</table>"
 
 
 @cache

@@ -16,6 +16,7 @@ from fretwear.study.case import SNAPSHOTS, Case, missing, read_values
 from fretwear.study.designs import Design, Grid, read_axes
 from fretwear.study.members import Inline
 from fretwear.study.names import member_of, parameter_names, parameter_of
+from fretwear.study.parameters import html_table
 from fretwear.study.points import Axis, BrokenRule, Parameters, Point
 from fretwear.study.problems import Problem, Problems, StudyError, did_you_mean, few_of
 from fretwear.study.sections import SEEDS, Sections, read_sections, unfolded
@@ -34,52 +35,27 @@ _LISTED_PER_RULE = 8
 
 @dataclass(frozen=True)
 class Study:
-    """A sound study: every value read, every rule tried.
+    """A sound study: every value read, every rule tried."""
 
-    Attributes
-    ----------
-    file : Path
-        Where it came from.
-    name : str
-        Stem of the file name; names the folder of the results.
-    title : str
-        For people.
-    axes : tuple of Axis
-        The varied parameters in the order of the file.
-    design : Design
-        How their values are combined.
-    parameters : Parameters
-        Fixed values, axes, and the points as positions along the axes.
-    invalid : dict
-        Points left out under ``invalid: skip``, with the reason.
-    content : dict
-        The plain content of the file, overrides included.
-    batch : int or None
-        Cases of a job; None: as many as take a few minutes.
-    """
-
-    file: Path
-    name: str
-    title: str
-    axes: tuple[Axis, ...]
-    design: Design
-    parameters: Parameters
-    invalid: Mapping[tuple[int, ...], str]
-    content: Mapping[str, Any]
-    batch: int | None = None
+    file: Path  # where it came from
+    name: str  # stem of the file name; names the folder of the results
+    title: str  # for people
+    axes: tuple[Axis, ...]  # the varied parameters in the order of the file
+    design: Design  # how their values are combined
+    parameters: Parameters  # fixed values, axes, and the points as positions along the axes
+    invalid: Mapping[tuple[int, ...], str]  # points left out, with the reason
+    content: Mapping[str, Any]  # plain content of the file, overrides included
+    batch: int | None = None  # cases of a job; None: as many as take a few minutes
 
     def _repr_html_(self) -> str:
         """Return what is varied as a table, for notebooks."""
-        from html import escape
-
-        rows = [
-            f"<tr><th style='text-align:left'><code>{escape(axis.name)}</code></th>"
-            f"<td style='text-align:left'>{escape(', '.join(axis.labels[:_MOST_SHOWN]))}"
-            f"{', …' * (len(axis.labels) > _MOST_SHOWN)}</td></tr>"
+        more = ", …"
+        rows = (
+            (axis.name, ", ".join(few) + more * (len(axis.labels) > len(few)))
             for axis in self.axes
-        ]
-        heading = f"{escape(self.title)}: {self.size} points, design {self.design.kind}"
-        return f"<table><caption>{heading}</caption>{''.join(rows)}</table>"
+            for few in [axis.labels[:_MOST_SHOWN]]
+        )
+        return html_table(f"{self.title}: {self.size} points, design {self.design.kind}", rows)
 
     @property
     def size(self) -> int:
