@@ -43,7 +43,7 @@ def test_an_elastic_stage_wears_by_its_own_pressure_and_leaves_the_stick_zone(na
     assert not stage.reduced.gap[stage.reduced.stick].any()
     assert not stage.wear[stage.reduced.stick].any()
     assert not stage.yielded
-    np.testing.assert_allclose(stage.source, base.source, atol=1e-12 * HERTZ.approach)
+    np.testing.assert_allclose(stage.source_since(base), 0.0, atol=1e-12 * HERTZ.approach)
 
 
 @pytest.mark.parametrize("name", SURFACES)
@@ -58,7 +58,7 @@ def test_cells_that_lose_their_pressure_stop_wearing_when_they_touch(name: str):
     assert emptied.any()
     assert np.abs(gap[emptied]).max() <= 2e-6 * HERTZ.approach
     # What is not worn off adds nothing to g* either.
-    np.testing.assert_allclose(stage.source, base.source, atol=1e-12 * HERTZ.approach)
+    np.testing.assert_allclose(stage.source_since(base), 0.0, atol=1e-12 * HERTZ.approach)
     np.testing.assert_allclose(stage.gap, gap, atol=2e-6 * HERTZ.approach)
     overshot = np.expm1(exponent_of(base, stage, 10.0)) * base.reduced.gap
     assert (overshot - (stage.wear - base.wear))[emptied].max() > 1e-3 * HERTZ.approach
@@ -76,7 +76,7 @@ def test_wear_of_a_yielding_stage_is_that_of_the_flow_it_ends_with(name: str):
     assert stage.yielded
     grew = stage.plastic > base.plastic
     assert (stage.pressure[grew] == problem.limit).all()
-    shift = stage.source - base.source
+    shift = stage.source_since(base)
     nothing = np.zeros_like(shift)
     whole = WearLayer(base.wear, base.reduced.gap, shift, nothing, 1.0)
     expected = whole.displacement(exponent_of(base, stage, 0.3))

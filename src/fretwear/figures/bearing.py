@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import xarray as xr
@@ -12,7 +12,6 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from fretwear.data.dataset import mirrored
 from fretwear.figures.axes import label_or_key, label_outer, make_panels, outside_key
 from fretwear.figures.datasets import (
     Cycles,
@@ -38,11 +37,9 @@ def has_bearing_area(case: Case) -> bool:
 def bearing_heights(
     dataset: xr.Dataset, cycles: Cycles = None, case: Case | None = None
 ) -> dict[int, Array]:
-    """Return the heights of the surfaces within the contact at some cycles, highest first.
+    """Return the heights of the surfaces at some cycles; see `heights_in_contact`.
 
     A dataset does not know where the file of a measured surface is; its case from a study does.
-    Heights, m, are those of roughness, less wear and plastic depth, on the cells within the area
-    that is in contact on its outline at the last of the cycles; 0 is the mean of the unworn ones.
 
     Raises
     ------
@@ -58,18 +55,42 @@ def bearing_heights(
         raise ValueError("A bearing-area curve tells of roughness, and this case is smooth.")
     if not case.rough.is_known:
         raise ValueError("The surface of this case is in a file, which is not with its dataset.")
-    whole = mirrored(dataset[["wear_depth", "plastic_depth"]]).sel(cycle=list(shown))
-    x, y = whole["x"].values, whole["y"].values
-    last = dataset.sel(cycle=shown[-1])
-    half_x, half_y = (float(last[f"contact_half_width_{axis}"]) for axis in ("x", "y"))
-    inside = np.hypot(x[:, None] / half_x, y[None, :] / half_y) <= 1.0
-    rough = -case.rough.height(x[:, None], y[None, :])
-    lost = (whole["wear_depth"] + whole["plastic_depth"]).transpose("cycle", "x", "y").values
-    level = float(rough[inside].mean())
-    return {
-        int(cycle): np.sort((rough - depth)[inside] - level)[::-1]
-        for cycle, depth in zip(shown, lost, strict=True)
-    }
+    axes = [axis for axis in ("x", "y") if axis in dataset.coords]
+    states = dataset.sel(cycle=list(shown)).transpose("cycle", *axes, ...)
+    half_widths = [float(states[f"contact_half_width_{axis}"][-1]) for axis in axes]
+    lost = (states["wear_depth"] + states["plastic_depth"]).values
+    heights = heights_in_contact(case, [dataset[axis].values for axis in axes], half_widths, lost)
+    return {int(cycle): each for cycle, each in zip(shown, heights, strict=True)}
+
+
+def heights_in_contact(
+    case: Case, axes: Sequence[Array], half_widths: Sequence[float], lost: Array
+) -> list[Array]:
+    """Return the heights of the surfaces within the contact, highest first.
+
+    Parameters
+    ----------
+    case : Case
+        A rough one, its surfaces at hand.
+    axes : sequence of array
+        Cell centres along x and, but for a line contact, along y, m; one side tells all of a
+        contact that is even.
+    half_widths : sequence of float
+        Of the area that counts, an ellipse, along these axes, m.
+    lost : array of shape (k, nx, ny) or (k, nx)
+        Wear and plastic depth at some cycles, m.
+
+    Returns
+    -------
+    list of array
+        For each of these, m: the roughness less what is lost; 0 is the mean of the roughness.
+    """
+    assert case.rough is not None
+    x, y = axes[0][:, None], axes[1][None, :] if len(axes) > 1 else np.zeros((1, 1))
+    inside = np.hypot(x / half_widths[0], y / half_widths[-1]) <= 1.0
+    rough = -case.rough.height(x, y)[inside]
+    rough -= rough.mean()
+    return [np.sort(rough - depth.reshape(inside.shape)[inside])[::-1] for depth in lost]
 
 
 @styled

@@ -99,7 +99,10 @@ class ActiveSet:
         return result
 
     def _between_bounds(self) -> Mask:
-        result: Mask = (self.pressure > 0) & (self.pressure < self.problem.limit)
+        limit = self.problem.limit
+        result: Mask = self._team.cellwise(
+            lambda pressure: (pressure > 0) & (pressure < limit), self.pressure, dtype=np.bool_
+        )
         return result
 
     def _tangent(self) -> Single | None:
@@ -156,8 +159,7 @@ class ActiveSet:
         )
         self.approach = nan if given is None else given
         if given is None:
-            saturated = self.saturated
-            self.approach = free / count if count else float(self.separation[saturated].max())
+            self.approach = free / count if count else float(self.separation[self.saturated].max())
         worst, gaps = kernels.evaluate(
             self._team,
             self.separation,
@@ -177,14 +179,14 @@ class ActiveSet:
         if feasible:
             self._search(newton)
             return True
-        target = self.pressure + newton.step
+        target = self._team.cellwise(np.add, self.pressure, newton.step)
         for _ in range(8):
             clipped, steep = self._clipped_step(target)
             if steep:
                 self._search(clipped)
                 return True
             # Clipping made the direction lead uphill, or nearly so: a shorter step clips less.
-            target = 0.7 * self.pressure + 0.3 * target
+            target = self._team.cellwise(lambda p, t: 0.7 * p + 0.3 * t, self.pressure, target)
         return False
 
     def _newton_step(self, tolerance: float) -> tuple[_Segment, bool]:
@@ -216,12 +218,12 @@ class ActiveSet:
 
     def _clipped_step(self, target: Array) -> tuple[_Segment, bool]:
         """The step to a pressure cut to bounds and load; whether it leads downhill."""
-        step = self.problem.clip_to_load(target)
-        step -= self.pressure
+        clipped = self.problem.clip_to_load(target)
+        step = self._team.cellwise(np.subtract, clipped, self.pressure)
         moved, unit = self.problem.half_space.relative_displacement(step)
         self.convolutions += 1
         slope, magnitudes = kernels.descent(self._team, self.problem.weighted(self.gap), step)
-        largest = float(np.abs(moved).max()) * unit
+        largest = kernels.largest(self._team, moved) * unit
         return _Segment(step, slope, moved, unit, 0.0, largest), -slope > _STEEP * magnitudes
 
     def _search(self, segment: _Segment) -> None:

@@ -111,7 +111,7 @@ class Layer(Protocol):
         """Derivative of the displacement by the approach."""
         return np.zeros_like(pressure)
 
-    def displacement(self, pressure: Array) -> Array:
+    def displacement(self, pressure: Array, team: Team = ALONE) -> Array:
         """Displacement, m, under a pressure, Pa; both of the geometry's shape."""
         ...
 
@@ -163,9 +163,10 @@ class ContactProblem:
 
     def separation(self, pressure: Array, displacement: Array) -> Array:
         """K p + W(p) + h, m: the gap plus the approach."""
-        result = displacement + self.shape
+        team = self.half_space.team
+        result: Array = team.cellwise(np.add, displacement, self.shape)
         if self.layer is not None:
-            self.layer.add_displacement(pressure, result, self.half_space.team)
+            self.layer.add_displacement(pressure, result, team)
         return result
 
     def weighted(self, values: NDArray[Any]) -> NDArray[Any]:
@@ -180,7 +181,7 @@ class ContactProblem:
         """
         limit, total, team = self.limit, self.total, self.half_space.team
         weights: Array | None = self.half_space.geometry.weights
-        result = pressure.copy()
+        result: Array = team.cellwise(np.copy, pressure)
         carried, saturated = scale_and_clip(team, 1.0, limit, np.inf, weights, result)
         for _ in range(_LARGEST_SCALINGS if self.load is not None else 0):
             missing = total - carried

@@ -24,7 +24,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
-from itertools import cycle, pairwise
+from itertools import pairwise
 from typing import Any, Generic
 
 import numpy as np
@@ -38,8 +38,9 @@ except ImportError:
     ducc0 = None
 
 _BLOCK_BYTES = 2**18
-# Threads take so many columns at a time: whole vectors of the transforms.
+# Threads take columns by whole vectors of the transforms, in so many parts for each of them.
 _COLUMNS = 16
+_PARTS = 4
 
 
 @dataclass(frozen=True)
@@ -140,15 +141,17 @@ class Convolution(Generic[Real]):
         rows = [spectrum[: -1 if even[0] else None : 2], spectrum[1::2]]
         if not even[0]:
             rows[1] = 0.5 * rows[1]
-        return Convolution([list(_by_branch(each, even[1])) for each in rows], even, team)
+        return Convolution(
+            team.each(lambda each: list(_by_branch(each, even[1])), rows), even, team
+        )
 
     def in_single(self, unit: float) -> Convolution[Single]:
         """The same in single precision, its kernel in some unit."""
-        return Convolution(
-            [[(field / unit).astype(np.float32) for field in row] for row in self._spectra],
-            self._even,
-            self.team,
-        )
+        spectra = [
+            [self.team.cellwise(np.divide, field, unit, dtype=np.float32) for field in row]
+            for row in self._spectra
+        ]
+        return Convolution(spectra, self._even, self.team)
 
     def __call__(self, field: Real) -> Real:
         """The convolution of a field, which is left as it is."""
@@ -164,17 +167,18 @@ class Convolution(Generic[Real]):
 
         views = [self._row_views(branch) for branch in (result, odd)]
         tasks = [
-            (views[branch][view][block], even, uneven, room)
-            for branch, view, block, even, uneven, room in self._tasks
+            (views[branch][view][block], even, uneven)
+            for branch, view, block, even, uneven in self._tasks
         ]
         self.team.each(forward, self._columns)
         self.team.each(self._convolve_rows, tasks)
         self.team.each(backward, self._columns)
         return result
 
-    def _convolve_rows(self, task: tuple[Real, Real, Real, Real]) -> None:
+    def _convolve_rows(self, task: tuple[Real, Real, Real]) -> None:
         """Multiply rows by spectra of the even and the odd branch along y, in place."""
-        field, even, odd, room = task
+        field, even, odd = task
+        room = self._rooms.pop()
         between = room[: len(field)]
         self._y.odd_forward(field, between)
         between *= odd
@@ -182,6 +186,7 @@ class Convolution(Generic[Real]):
         field *= even
         self._y.backward(field)
         self._y.add_odd_backward(between, field)
+        self._rooms.append(room)
 
     def _row_views(self, field: Real) -> list[Real]:
         return [field] if self._even[0] else [field[: self._half], field[self._half :]]
@@ -202,11 +207,9 @@ class Convolution(Generic[Real]):
 
     @cached_property
     def _columns(self) -> list[Index]:
-        """The columns in a part for each thread; transforms along x do not mind."""
-        workers, count = self.team.workers, self._shape[1]
-        ends: list[int] = [
-            count * part // workers // _COLUMNS * _COLUMNS for part in range(workers)
-        ]
+        """The columns in parts for some threads to take; transforms along x do not mind."""
+        parts, count = 1 if self.team.workers == 1 else _PARTS * self.team.workers, self._shape[1]
+        ends: list[int] = [count * part // parts // _COLUMNS * _COLUMNS for part in range(parts)]
         return [
             (slice(None), slice(first, last))
             for first, last in pairwise([*ends, count])
@@ -214,20 +217,21 @@ class Convolution(Generic[Real]):
         ]
 
     @cached_property
-    def _blocks(self) -> list[slice]:
+    def _rooms(self) -> list[Real]:
+        """Room for a block of rows, for each thread."""
+        shape = self._blocks[0].stop, self._shape[1]
+        return [np.empty(shape, self._precision) for _ in range(self.team.workers)]
+
+    @property
+    def _blocks(self) -> tuple[slice, ...]:
         shape = self._half, self._shape[1]
         return blocks_of_rows(shape, _BLOCK_BYTES // self._precision.itemsize)
 
     @cached_property
-    def _tasks(self) -> list[tuple[int, int, slice, Real, Real, Real]]:
-        """Branch along x, view, block of rows, its two spectra, and room for a block.
-
-        A room is the thread's that does the task.
-        """
-        shape, workers = (self._blocks[0].stop, self._shape[1]), self.team.workers
-        rooms = cycle([np.empty(shape, self._precision) for _ in range(workers)])
+    def _tasks(self) -> list[tuple[int, int, slice, Real, Real]]:
+        """Branch along x, view, block of rows, and its two spectra."""
         return [
-            (branch, view, block, even[block], odd[block], next(rooms))
+            (branch, view, block, even[block], odd[block])
             for branch, spectra in enumerate(self._spectra)
             for view, (even, odd) in enumerate(
                 zip(*(self._of_rows(each, bool(branch)) for each in spectra), strict=True)
@@ -246,9 +250,11 @@ class Convolution(Generic[Real]):
         """
         cells = self._half * (self._shape[1] // (1 if self._even[1] else 2))
         # The even frequencies are those of the window without padding.
-        result: Real = 16 * cells * self._spectra[0][0]
-        result += added
-        np.divide(0.25 / cells, result, out=result)
+        result = self.team.cellwise(
+            lambda spectrum: 0.25 / cells / (16 * cells * spectrum + added),
+            self._spectra[0][0],
+            dtype=self._precision.type,
+        )
         return partial(self._divided, self._of_rows(result, False))
 
     def _divided(self, inverse_spectrum: Sequence[Real], field: Real) -> Real:

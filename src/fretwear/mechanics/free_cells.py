@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from math import sqrt
 from typing import Protocol
 
@@ -78,26 +79,28 @@ class Preconditioner:
 
 def _parts(half_space: ConvolvingHalfSpace, tangent: Single | None, free: Mask) -> list[_Part]:
     """A part on the whole window, and one on the inner cells if they differ much."""
-    invert, inside = half_space.single.inverse, free.astype(np.float32)
-    grid = half_space.geometry
-    everywhere = grid.where(grid)
+    invert, grid, team = half_space.single.inverse, half_space.geometry, half_space.team
+    everywhere, inside = grid.where(grid), team.cellwise(np.float32, free, dtype=np.float32)
     count = int(np.count_nonzero(free))
     if tangent is None or not count:
         return [_Part(everywhere, np.ones_like(inside), invert())]
-    mean = kernels.inner(half_space.team, tangent, inside) / count
+    of_tangent = partial(team.cellwise, dtype=np.float32)
+    mean = kernels.inner(team, tangent, inside) / count
     if mean < _SOFT:
         # Harder than the half-space nearly everywhere: one layer scaled to each cell's own.
-        uniform = count / kernels.inner(half_space.team, 1.0 / (tangent + 1.0), inside) - 1.0
-        share = np.sqrt((_STIFFENING + uniform) / (_STIFFENING + tangent))
+        softness = of_tangent(lambda c: 1.0 / (c + 1.0), tangent)
+        uniform = count / kernels.inner(team, softness, inside) - 1.0
+        share = of_tangent(lambda c: np.sqrt((_STIFFENING + uniform) / (_STIFFENING + c)), tangent)
         return [_Part(everywhere, share, invert(max(uniform, 0.0)))]
     # The square of the layer's share grows with the tangent from none to all at the mean and falls
     # again above; the other one is what lacks to one, none above.
-    soft = tangent / (tangent + np.float32(_HALF_SHARE))
-    soft *= np.float32((mean + _HALF_SHARE) / mean)
-    np.minimum(soft, 1.0, out=soft)
-    hard = np.sqrt(1.0 - soft)
-    soft *= np.minimum((np.float32(mean) + np.float32(1.0)) / (tangent + 1.0), 1.0)
-    np.sqrt(soft, out=soft)
+    scale, above = np.float32((mean + _HALF_SHARE) / mean), np.float32(mean) + np.float32(1.0)
+
+    def of_layer(c: Single) -> Single:
+        return np.minimum(c / (c + np.float32(_HALF_SHARE)) * scale, 1.0)
+
+    hard = of_tangent(lambda c: np.sqrt(1.0 - of_layer(c)), tangent)
+    soft = of_tangent(lambda c: np.sqrt(of_layer(c) * np.minimum(above / (c + 1.0), 1.0)), tangent)
     inner = half_space.around(hard > 0)
     cells = grid.where(inner.geometry)
     hard = np.ascontiguousarray(hard[cells])
@@ -119,10 +122,13 @@ class GridFreeCells:
         self, convolve: Convolution[Single], parts: list[_Part], free: Mask, *, under_load: bool
     ) -> None:
         self._convolve, self._team = convolve, convolve.team
-        self._inside = free.astype(np.float32)
+        self._inside = self._team.cellwise(np.float32, free, dtype=np.float32)
         self._count = np.count_nonzero(free)
         # Cells that are not free have no share.
-        self._shares = [part.share * self._inside[part.cells] for part in parts]
+        self._shares = [
+            self._team.cellwise(np.multiply, part.share, self._inside[part.cells], dtype=np.float32)
+            for part in parts
+        ]
         self._parts = parts
         self.uniform, self.uniform_sum = self.apply_preconditioner(self._inside)
         if not under_load:
@@ -163,7 +169,7 @@ class GridFreeCells:
         team = self._team
         start = kernels.in_single(team, residual, unit)
         kernels.times(team, start, self._inside, start)
-        left, pressure = start.copy(), np.zeros_like(start)
+        left, pressure = team.cellwise(np.copy, start, dtype=np.float32), np.zeros_like(start)
         direction: Single | None = None
         alpha = target = energy = 0.0
         uniform = kernels.inner(team, self.uniform, left)

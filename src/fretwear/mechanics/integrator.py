@@ -235,6 +235,7 @@ class _Integrator:
         self.tolerance = tolerance
         self.accuracy = accuracy
         self.state = state
+        self._team, self._cellwise = self.problem.team, self.problem.team.cellwise
         self._rates = (0.0, 0.0, 0.0)
         self._solver = StageSolver(workspace, state.geometry, tolerance, accuracy)
 
@@ -273,8 +274,15 @@ class _Integrator:
                 cycle=stop if step == left else self.state.cycle + step,
                 geometry=self.state.geometry,
                 next_step=step_after(step, found.factor, wanted),
-                pressure_rate=(second.pressure - first.pressure) / between,
-                source_rate=(second.source - first.source) / between,
+                pressure_rate=self._cellwise(
+                    lambda last, middle, cycles: (last - middle) / cycles,
+                    second.pressure,
+                    first.pressure,
+                    between,
+                ),
+                source_rate=self._cellwise(
+                    np.divide, second.source_since(first, self._team), between
+                ),
                 step=self.state.step + 1,
                 error_estimate=found.error,
                 convolutions=self.state.convolutions + self._solver.convolutions,
@@ -290,18 +298,19 @@ class _Integrator:
         # The wear coefficient of a stage, where it follows the power, lags behind by a stage.
         then = problem.at(middle, density)
         p0, rate = base.pressure, now.growth_rate * step
+        early, cellwise = GAMMA * step, self._cellwise
         first = self._solver.solve(
             base,
-            rate * DIAGONAL * p0,
+            cellwise(np.multiply, p0, rate * DIAGONAL),
             then.growth_rate * step * DIAGONAL,
-            p0 + GAMMA * step * base.pressure_rate,
-            GAMMA * step * base.source_rate,
+            cellwise(lambda p, change: p + early * change, p0, base.pressure_rate),
+            cellwise(np.multiply, base.source_rate, early),
             self.accuracy.first_stage,
             output_step=False,
             problem=then,
         )
         p1 = first.pressure
-        known = rate * (WEIGHT - DIAGONAL) * (p0 + p1)
+        known = cellwise(lambda p, q: rate * (WEIGHT - DIAGONAL) * (p + q), p0, p1)
         found, end = then, problem.at(last)
         if problem.changes:
             found, reached = self._wearing(first, middle)
@@ -313,8 +322,8 @@ class _Integrator:
             first,
             known,
             end.growth_rate * step * DIAGONAL,
-            p1 + _BEYOND * (p1 - p0),
-            _BEYOND * (first.source - base.source),
+            cellwise(lambda p, q: q + _BEYOND * (q - p), p0, p1),
+            cellwise(np.multiply, first.source_since(base, self._team), _BEYOND),
             self.accuracy.contact,
             output_step=output_step,
             problem=end,
@@ -355,22 +364,29 @@ class _Integrator:
         weights = [e - m for e, m in zip(EMBEDDED, MAIN, strict=True)]
         difference = self._exponent(step, first, second, weights)
         opens = 1.0 - self.problem.debris_fraction
-        growth = np.expm1(opens * difference) / opens if opens else difference
-        return self.state.geometry.integral(np.abs(second.reduced.gap * growth))
+
+        def lost(gap: Array, difference: Array) -> Array:
+            growth = np.expm1(opens * difference) / opens if opens else difference
+            result: Array = np.abs(gap * growth)
+            return result
+
+        worn = self._cellwise(lost, second.reduced.gap, difference)
+        return self.state.geometry.integral(worn)
 
     def _source_error(self, step: float, first: Stage, second: Stage) -> float:
         """Wear volume, m³, between slip that changes evenly over each stage or the whole step."""
         base, kept = self.state, self.problem.debris_fraction
         exponent = self._exponent(step, first, second, MAIN)
-        shift = second.source - base.source
+        shift = second.source_since(base, self._team)
         whole = self.problem.slip_model.wear_layer(
             base.opening, base.reduced.gap, shift, (1.0 - kept) * exponent, 0.0
         )
-        worn = whole.displacement(second.pressure)
+        worn = whole.displacement(second.pressure, self._team)
         if kept:
             opened = worn - base.opening
             worn = base.wear + all_worn(kept, opened, base.reduced.gap, shift, exponent)
-        return base.geometry.integral(np.abs(worn - second.wear))
+        off = self._cellwise(lambda worn, wear: np.abs(worn - wear), worn, second.wear)
+        return base.geometry.integral(off)
 
     def _exponent(
         self, step: float, first: Stage, second: Stage, weights: Sequence[float]
@@ -379,9 +395,12 @@ class _Integrator:
         start, middle, end = (
             rate * step * weight for rate, weight in zip(self._rates, weights, strict=True)
         )
-        exponent: Array = start * self.state.pressure
-        exponent += middle * first.pressure
-        exponent += end * second.pressure
+        exponent: Array = self._cellwise(
+            lambda p0, p1, p2: start * p0 + middle * p1 + end * p2,
+            self.state.pressure,
+            first.pressure,
+            second.pressure,
+        )
         return exponent
 
     def _longest_while_yielding(self) -> float:

@@ -114,7 +114,7 @@ def total(field: Single) -> float:
 
 def scaled(team: Team, field: Array) -> tuple[Single, float]:
     """A field in units of its largest magnitude, and the unit; 1 for a field of zeros."""
-    unit = _largest(team, field)
+    unit = largest(team, field)
     unit = unit if unit >= np.finfo(np.float64).tiny else 1.0
     return in_single(team, field, unit), unit
 
@@ -127,7 +127,8 @@ def in_single(team: Team, field: Array, unit: float) -> Single:
 
 
 @_shared(max)
-def _largest(field: Array) -> float:
+def largest(field: Array | Single) -> float:
+    """Largest magnitude in a field."""
     return max(float(field.max()), -float(field.min()))
 
 

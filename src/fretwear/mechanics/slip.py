@@ -245,7 +245,7 @@ def _part_of_contact(
     The stick zone is smaller than the contact: the problem is solved on a part of the cells that
     holds the start and a margin, and again on a larger one if the zone wants to leave it.
     """
-    geometry, convolutions = half_space.geometry, 0
+    geometry, cellwise, convolutions = half_space.geometry, half_space.team.cellwise, 0
     if start is None:
         contact = ContactProblem(half_space, shape, load, approach=approach)
         coarse = solve_contact(contact, None, _COARSE, verified=False)
@@ -266,18 +266,18 @@ def _part_of_contact(
         inside = geometry.where(part)
         if tolerance >= _SINGLE_IS_ENOUGH:
             moved, unit = half_space.relative_displacement(pressure)
-            gap = np.multiply(moved, unit, dtype=np.float64) + shape - found.approach
+            gap = cellwise(_gap, moved, unit, shape, found.approach)
             gap[inside] = found.gap
         else:
-            gap = half_space.displacement(pressure) + shape - found.approach
+            gap = cellwise(_gap, half_space.displacement(pressure), 1.0, shape, found.approach)
         convolutions += found.convolutions + 1
-        missed = gap < 0
+        missed = cellwise(lambda gap: gap < 0, gap, dtype=np.bool_)
         missed[inside] = False
         if not missed.any():
             break
         held, start = held | missed, pressure
     # Noise in the stick zone would grow with wear like exp(β∫p dN): zero means zero.
-    gap = np.where(pressure > 0, 0.0, np.maximum(gap, 0.0))
+    gap = cellwise(lambda p, gap: np.where(p > 0, 0.0, np.maximum(gap, 0.0)), pressure, gap)
     if load is not None:
         return ReducedContact(pressure, gap, found.approach, float(load), convolutions)
     response = None
@@ -287,6 +287,11 @@ def _part_of_contact(
         response /= 1.0 + flexibility * geometry.integral(found.stiffness)
     carried = geometry.integral(pressure)
     return ReducedContact(pressure, gap, found.approach, carried, convolutions, response)
+
+
+def _gap(moved: Array | Single, unit: float, shape: Array, approach: float) -> Array:
+    result: Array = np.multiply(moved, unit, dtype=np.float64) + shape - approach
+    return result
 
 
 @dataclass(frozen=True)
@@ -304,13 +309,13 @@ class WinklerLayer(Layer):
     compliance: Array
     offset: Array
 
-    def displacement(self, pressure: Array) -> Array:
+    def displacement(self, pressure: Array, team: Team = ALONE) -> Array:  # noqa: ARG002
         """Displacement, m, under a pressure, Pa."""
         return self.offset + self.compliance * pressure
 
-    def add_displacement(self, pressure: Array, result: Array, team: Team = ALONE) -> None:  # noqa: ARG002
+    def add_displacement(self, pressure: Array, result: Array, team: Team = ALONE) -> None:
         """Add the displacement, m, under a pressure, Pa, to a field."""
-        result += self.displacement(pressure)
+        result += self.displacement(pressure, team)
 
     def tangent_in(self, unit: float, pressure: Array, team: Team = ALONE) -> Single:  # noqa: ARG002
         """Derivative of the displacement in some unit, m/Pa."""
@@ -367,10 +372,10 @@ class WearLayer(Layer):
         falls = nothing if self.response is None else -self.response
         return -replace(self, wear=nothing, reduced_gap=nothing, shift=falls).displacement(pressure)
 
-    def displacement(self, pressure: Array) -> Array:
+    def displacement(self, pressure: Array, team: Team = ALONE) -> Array:
         """Wear depth, m, under a pressure, Pa; never less than at the start of the stage."""
         result = np.zeros_like(pressure)
-        self.add_displacement(pressure, result)
+        self.add_displacement(pressure, result, team)
         return result
 
     def add_displacement(self, pressure: Array, result: Array, team: Team = ALONE) -> None:

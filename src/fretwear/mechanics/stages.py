@@ -106,13 +106,15 @@ class StageSolver:
             is not finite.
         """
         problem, integral = problem or self.problem, self.geometry.integral
+        team = self.ground.half_space.team
+        cellwise = team.cellwise
         model, moves = problem.slip_model, self.problem.slip_moves
         bodies, unworn = self.ground.half_space, self.ground.unworn
         reduced = base.reduced
         shift, response, level = None, None, 0.0
         if moves:
             # Cells that come to stick lose their gap, not more.
-            shift = np.maximum(guess, -reduced.gap)
+            shift = cellwise(lambda guess, gap: np.maximum(guess, -gap), guess, reduced.gap)
             if reduced.response is not None and problem.normal.holds_load:
                 response = np.where(shift > guess, 0.0, reduced.response)
                 level = _approach_of(guess, base, problem.sliding(base.load, base.approach))
@@ -129,22 +131,23 @@ class StageSolver:
             start = contact.pressure
             layer = layer.at(contact.approach)
             shift = layer.shift if isinstance(layer, WearLayer) else shift
-            opening, gap = layer.displacement(start), np.maximum(contact.gap, 0.0)
-            worn = opening - base.opening
-            overshoot = _overshoot(contact, worn, self.geometry.weights)
+            opening = layer.displacement(start, team)
+            gap = cellwise(lambda gap: np.maximum(gap, 0.0), contact.gap)
+            worn = cellwise(np.subtract, opening, base.opening)
+            overshoot = self._overshoot(contact, worn)
             if overshoot is not None:
                 for field in (opening, worn, gap):
                     field -= overshoot
             plastic, yielded = base.plastic, False
             if contact.yields:
-                plastic = plastic + contact.penetration
+                plastic = cellwise(np.add, plastic, contact.penetration)
                 yielded = model.follows_shape
             load = load_of(problem, self.geometry, contact)
             if yielded or moves:
                 reduced = model.reduced(
                     problem,
                     bodies,
-                    unworn + opening + plastic,
+                    cellwise(lambda h, opened, sunk: h + opened + sunk, unworn, opening, plastic),
                     problem.sliding(load, contact.approach),
                     reduced,
                     self.accuracy.reduced if output_step else self.accuracy.reduced_between,
@@ -172,11 +175,11 @@ class StageSolver:
             )
             if not yielded and shift is None:
                 break
-            missing = stage.source - base.source
+            missing = stage.source_since(base, team)
             if shift is not None:
-                missing -= shift
+                missing = cellwise(np.subtract, missing, shift)
             # What the flow that is missing would have worn off, or slip that changes on the way.
-            nothing, lost = np.zeros_like(opening), np.abs(missing)
+            nothing, lost = np.zeros_like(opening), cellwise(np.abs, missing)
             slides = moves and not yielded
             flow = WearLayer(
                 nothing,
@@ -185,7 +188,7 @@ class StageSolver:
                 opened,
                 opens,
             )
-            change = integral(flow.displacement(start))
+            change = integral(flow.displacement(start, team))
             enough = self.accuracy.sweep if response is None else self.accuracy.following
             if change <= enough * self.tolerance * integral(opening):
                 break
@@ -193,7 +196,12 @@ class StageSolver:
                 # Flow lets wear catch up, and that stops the flow: meet in the middle.
                 relaxation = max(0.5 * relaxation, 0.1)
             before = change
-            shift = missing if shift is None else shift + relaxation * missing
+            if shift is None:
+                shift = missing
+            else:
+                shift = cellwise(
+                    lambda known, new, part: known + part * new, shift, missing, relaxation
+                )
             if response is not None:
                 response, level = reduced.response, contact.approach
         else:
@@ -207,7 +215,9 @@ class StageSolver:
     def _contact(
         self, plastic: Array, layer: Layer, start: Array, tolerance: float, *, verified: bool
     ) -> Contact:
-        problem = self.problem.contact(self.ground.half_space, self.ground.unworn + plastic, layer)
+        bodies, unworn = self.ground.half_space, self.ground.unworn
+        shape = bodies.team.cellwise(np.add, unworn, plastic)
+        problem = self.problem.contact(bodies, shape, layer)
         try:
             contact = solve_contact(
                 problem, start, tolerance, verified=verified, effort=self.accuracy.effort
@@ -217,6 +227,24 @@ class StageSolver:
             raise
         self.convolutions += contact.convolutions
         return contact
+
+    def _overshoot(self, contact: Contact, wear: Array) -> Array | None:
+        """Wear beyond the surface of the other body, m; None if there is none.
+
+        Wear needs pressure, so it cannot open a gap: a cell that wore in this stage touches.  A
+        long step removes too much where a cell loses its pressure on the way, and a contact solved
+        to a tolerance removes a little too much where hardly any is left; either would stay open
+        for ever.
+        """
+        idle = _IDLE * np.average(contact.pressure, weights=self.geometry.weights)
+
+        def beyond(pressure: Array, gap: Array, wear: Array) -> Array:
+            outside = (gap > 0) & (wear > 0) & (pressure <= idle)
+            return np.where(outside, np.minimum(gap, wear), 0.0)
+
+        cellwise = self.ground.half_space.team.cellwise
+        result: Array = cellwise(beyond, contact.pressure, contact.gap, wear)
+        return result if result.any() else None
 
 
 def all_worn(kept: float, opened: Array, gap: Array, shift: Array | None, exponent: Array) -> Array:
@@ -239,19 +267,3 @@ def _approach_of(guess: Array, base: Stage, sliding: Sliding) -> float:
     ahead = float(guess[-1, 0] / reduced.response[-1, 0])
     level = reduced.approach + sliding.flexibility * reduced.load
     return base.approach + ahead + level - sliding.level
-
-
-def _overshoot(contact: Contact, wear: Array, weights: Array | None) -> Array | None:
-    """Wear beyond the surface of the other body, m; None if there is none.
-
-    Wear needs pressure, so it cannot open a gap: a cell that wore in this stage touches.  A long
-    step removes too much where a cell loses its pressure on the way, and a contact solved to a
-    tolerance removes a little too much where hardly any is left; either would stay open for ever.
-    """
-    mean = np.average(contact.pressure, weights=weights)
-    idle = contact.pressure <= _IDLE * mean
-    beyond = (contact.gap > 0) & (wear > 0) & idle
-    if not beyond.any():
-        return None
-    result: Array = np.where(beyond, np.minimum(contact.gap, wear), 0.0)
-    return result

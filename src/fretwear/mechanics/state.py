@@ -30,6 +30,9 @@ Where worn surfaces conform, pressure and gap vanish together: a contact read of
 collapse to the stick zone after many cycles.
 """
 
+# Columns of cells whose heights are computed at a time.
+_COLUMNS = 64
+
 
 @dataclass(frozen=True)
 class WearProblem:
@@ -198,8 +201,13 @@ class WearProblem:
     def unworn(self, geometry: Any) -> Array:
         """Gap at zero load and zero approach, m, on the cells of a geometry."""
         x, y = geometry.x[:, None], geometry.y[None, :]
-        gap = self.indenter.gap(x, y)
-        return gap if self.roughness is None else gap + self.roughness.height(x, y)
+
+        def gap(first: int) -> Array:
+            columns = y[:, first : first + _COLUMNS]
+            smooth = self.indenter.gap(x, columns)
+            return smooth if self.roughness is None else smooth + self.roughness.height(x, columns)
+
+        return np.concatenate(self.team.each(gap, range(0, y.size, _COLUMNS)), axis=1)
 
     @property
     def wavelengths(self) -> tuple[float, float] | None:
@@ -292,11 +300,19 @@ class Stage:
     reduced: ReducedContact  # the contact at the reduced load, from which slip follows
     yielded: bool = False  # whether plastic flow in the last stage changed the reduced contact
 
-    @property
-    def source(self) -> Array:
-        """G = g* less what wear has opened, m: changes only as the reduced contact does."""
-        result: Array = self.reduced.gap - self.opening
-        return result
+    def source_since(self, base: Stage, team: Team = ALONE) -> Array:
+        """Change of G since another stage, m: of g* less what wear has opened.
+
+        It changes only as the reduced contact does.
+        """
+        change: Array = team.cellwise(
+            lambda gap, opened, gap_then, opened_then: (gap - opened) - (gap_then - opened_then),
+            self.reduced.gap,
+            self.opening,
+            base.reduced.gap,
+            base.opening,
+        )
+        return change
 
     @property
     def is_finite(self) -> bool:

@@ -6,13 +6,18 @@ give is put together in their order: no bit of a result depends on the number of
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from functools import cached_property
-from typing import TypeVar
+from functools import cached_property, lru_cache
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 _Part = TypeVar("_Part")
 _Result = TypeVar("_Result")
+_BLOCK = 2**15
 
 
 class Team:
@@ -24,19 +29,47 @@ class Team:
     def each(self, function: Callable[[_Part], _Result], parts: Sequence[_Part]) -> list[_Result]:
         """What a function returns for each of some parts, in their order.
 
-        Parts whose numbers leave the same rest on division by `workers` are done by one thread.
+        Each thread takes the next part as soon as it has done the last one.
         """
         count = min(self.workers, len(parts))
         if count < 2:
             return [function(part) for part in parts]
+        left, results = deque(enumerate(parts)), {}
 
-        def share(first: int) -> list[_Result]:
-            return [function(part) for part in parts[first :: self.workers]]
+        def work() -> None:
+            while True:
+                try:
+                    number, part = left.popleft()
+                except IndexError:
+                    return
+                results[number] = function(part)
 
-        others = [self._pool.submit(share, first) for first in range(1, count)]
-        # What a thread raises is raised here when its result is taken.
-        shares = [share(0), *(other.result() for other in others)]
-        return [shares[number % count][number // count] for number in range(len(parts))]
+        others = [self._pool.submit(work) for _ in range(1, count)]
+        work()
+        for other in others:
+            # What a thread raises is raised here.
+            other.result()
+        return [results[number] for number in range(len(parts))]
+
+    def cellwise(
+        self,
+        function: Callable[..., Any],
+        field: NDArray[Any],
+        *others: NDArray[Any] | float,
+        dtype: type[np.generic] = np.float64,
+    ) -> Any:
+        """The field that a function makes of others of one shape cell by cell, and of numbers."""
+        blocks = blocks_of_rows(field.shape, _BLOCK)
+        if len(blocks) == 1:
+            return np.asarray(function(field, *others), dtype)
+        result = np.empty(field.shape, dtype)
+
+        def fill(rows: slice) -> None:
+            own = (each[rows] if isinstance(each, np.ndarray) else each for each in others)
+            result[rows] = function(field[rows], *own)
+
+        self.each(fill, blocks)
+        return result
 
     @cached_property
     def _pool(self) -> ThreadPoolExecutor:
@@ -46,11 +79,12 @@ class Team:
 ALONE = Team()
 
 
-def blocks_of_rows(shape: tuple[int, ...], cells: int) -> list[slice]:
+@lru_cache(maxsize=256)
+def blocks_of_rows(shape: tuple[int, ...], cells: int) -> tuple[slice, ...]:
     """The rows of a field in blocks of so many cells at most, but of one row at least.
 
     What is done to a block, one operation after the other, stays in a core's cache.
     """
     count, length = shape
     rows = max(1, cells // length)
-    return [slice(first, min(first + rows, count)) for first in range(0, count, rows)]
+    return tuple(slice(first, min(first + rows, count)) for first in range(0, count, rows))

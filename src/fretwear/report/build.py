@@ -83,13 +83,16 @@ def build_report(
     places = held_points(plan, results)
     ids = dict.fromkeys(results[place].id for place in places if results[place].done)
     examined = {list(ids)[place] for place in evenly(len(ids), _MOST_EXAMINED)} if ids else set()
+    known = plan.study.cases()
     records = {
-        case_id: read_case(folder / "cases" / f"{case_id}.nc", examine=case_id in examined)
+        case_id: read_case(
+            folder / "cases" / f"{case_id}.nc", known[case_id], examine=case_id in examined
+        )
         for case_id in ids
     }
     explorer = build_explorer(plan, results, places, records)
     scripts = page_scripts(with_explorer=explorer is not None)
-    cases, parameters = plan.study.cases().values(), parameter_rows(plan)
+    cases, parameters = known.values(), parameter_rows(plan)
     images = embedded(folder / "figures", read_figure_index(folder / "figures"))
     undone = [
         (result, log_end(folder, result.id) if result.status == PointStatus.FAILED else "")

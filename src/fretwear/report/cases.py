@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 
 from fretwear.data.dataset import representative_cycles
 from fretwear.data.files import HISTORY_GROUP, CaseFile, opened_case
+from fretwear.report.above import View, read_bearing, read_view
+from fretwear.study.case import Case
 from fretwear.units import MICROMETRE, number_text, span
 from fretwear.vocabulary import CONVOLUTIONS, CYCLE, ERROR_ESTIMATE, HEADLINES, SYMMETRIES
 
@@ -81,6 +83,10 @@ class CaseRecord:
         Number of cells stored.
     residuals : Residuals
         Of the worst snapshot.
+    view : View or None
+        The contact from above; None where it is even.
+    heights : pair of arrays or None
+        Bearing area of a rough contact before and after wear, see `read_bearing`.
     """
 
     id: str
@@ -95,15 +101,19 @@ class CaseRecord:
     history: Mapping[str, Array]
     cells: int
     residuals: Residuals
+    view: View | None
+    heights: tuple[Array, Array] | None
 
 
-def read_case(path: Path, *, examine: bool = True) -> CaseRecord:
+def read_case(path: Path, case: Case | None = None, *, examine: bool = True) -> CaseRecord:
     """Read a case file once.
 
     Parameters
     ----------
     path : pathlib.Path
         The file.
+    case : Case, optional
+        The case as its study has it, which knows where measured surfaces are.
     examine : bool
         Whether to look at the residuals of all fields too, which takes longest; they are NaN
         otherwise.
@@ -152,6 +162,8 @@ def read_case(path: Path, *, examine: bool = True) -> CaseRecord:
             history={name: _floats(file, f"{HISTORY_GROUP}/{name}") for name in steps},
             cells=x.size * columns,
             residuals=Residuals(*np.fmax.reduce(found).tolist()),
+            view=read_view(file, np.flatnonzero(kept).tolist()),
+            heights=read_bearing(file, case),
         )
 
 

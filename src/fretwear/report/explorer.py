@@ -10,13 +10,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fretwear.report.above import MAPS
 from fretwear.report.cases import HISTORY, PROFILES, READOUT, Array, CaseRecord
 from fretwear.report.page import compressed
 from fretwear.report.results import PointResult, levels_of, variable_of
 from fretwear.study.parameters import parameter
 from fretwear.study.plan import Plan
 from fretwear.units import MICROMETRE, Unit, readable_unit
-from fretwear.vocabulary import CYCLE, RESULTS, ContactState, X
+from fretwear.vocabulary import CYCLE, RESULTS, ContactState, X, Y
 
 _MOST_CASES, _FEW_OF_MANY = 200, 100
 _MOST_VALUES = 4_000_000
@@ -112,9 +113,12 @@ def build_explorer(
         return None
     ids = list(records)
     units = _units(list(records.values()), results)
+    height = readable_unit(
+        np.concatenate([np.zeros(1), *(h for r in records.values() for h in r.heights or ())]), "m"
+    )
     held = [results[place] for place in places]
     header = {
-        "words": _words(units, results),
+        "words": _words(units, height, results),
         "states": {state.name.lower(): state.value for state in ContactState},
         "profiles": PROFILES,
         "readout": READOUT,
@@ -131,7 +135,8 @@ def build_explorer(
             }
             for place, result in zip(places, held, strict=True)
         ],
-        "cases": [_packed(record, units) for record in records.values()],
+        "maps": MAPS,
+        "cases": [_packed(record, units, height) for record in records.values()],
         # There is most to see in the case with the largest wear.
         "start": int(np.argmax([r.values.get("wear_volume", -1.0) for r in held])),
     }
@@ -170,7 +175,9 @@ def _units(records: Sequence[CaseRecord], results: Sequence[PointResult]) -> dic
     }
 
 
-def _words(units: Mapping[str, Unit], results: Sequence[PointResult]) -> dict[str, dict[str, str]]:
+def _words(
+    units: Mapping[str, Unit], height: Unit, results: Sequence[PointResult]
+) -> dict[str, dict[str, str]]:
     """Return words, label and unit of all that is shown, by name."""
 
     def told(words: str, label: str, unit: str) -> dict[str, str]:
@@ -178,8 +185,10 @@ def _words(units: Mapping[str, Unit], results: Sequence[PointResult]) -> dict[st
 
     shown = {name: variable_of(name, results) for name in units}
     return {
-        X.name: told(X.words, X.name, MICROMETRE.name),
+        **{axis.name: told(axis.words, axis.name, MICROMETRE.name) for axis in (X, Y)},
         CYCLE.name: told(CYCLE.words, CYCLE.label, ""),
+        "height": told("height", "Height", height.name),
+        "bearing_area": told("bearing area", "Bearing area", "% of the contact"),
         **{n: told(v.words, v.label, units[n].name) for n, v in shown.items()},
     }
 
@@ -196,7 +205,7 @@ def _histories(units: Mapping[str, Unit]) -> list[dict[str, Any]]:
     return panels
 
 
-def _packed(record: CaseRecord, units: Mapping[str, Unit]) -> dict[str, Any]:
+def _packed(record: CaseRecord, units: Mapping[str, Unit], height: Unit) -> dict[str, Any]:
     """Return a case as JSON has it, in the units shown and with the digits needed."""
     x = MICROMETRE.of(record.x)
     spacing = float(x[1] - x[0]) if x.size > 1 else 2.0 * float(x[0])
@@ -207,6 +216,8 @@ def _packed(record: CaseRecord, units: Mapping[str, Unit]) -> dict[str, Any]:
         "x": [float(x[0]), spacing, x.size],
         "cycles": record.cycles.tolist(),
         "states": [run_lengths(row) for row in record.states],
+        "view": record.view and record.view.packed(units),
+        "heights": record.heights and [_short(height.of(each)) for each in record.heights],
         "profiles": {
             name: [differences(units[name].of(row)) for row in rows]
             for name, rows in record.profiles.items()

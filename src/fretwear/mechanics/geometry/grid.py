@@ -30,7 +30,7 @@ from fretwear.mechanics.geometry import (
     Single,
     Workspace,
 )
-from fretwear.mechanics.team import ALONE, Team
+from fretwear.mechanics.team import ALONE, Team, blocks_of_rows
 
 # Part of a cell that does not belong to a zone, for each of its sides on the edge of the zone.
 _OPEN_PER_SIDE = (math.pi - 1.0 + math.log(2.0)) / 24.0
@@ -42,6 +42,8 @@ _GROWTH = 1.12
 # Cells around the zone of a part of the half-space, and how many parts are kept.
 _MARGIN = 4
 _PARTS = 4
+# Influence coefficients are computed so many at a time.
+_BLOCK = 2**15
 
 
 @dataclass(frozen=True)
@@ -300,7 +302,10 @@ def _fast(count: int) -> int:
 
 
 def influence_coefficients(
-    shape: tuple[int, int], spacing: tuple[float, float], composite_modulus: float
+    shape: tuple[int, int],
+    spacing: tuple[float, float],
+    composite_modulus: float,
+    team: Team = ALONE,
 ) -> Array:
     """Normal displacement of cell (i, j) per unit pressure on cell (0, 0).
 
@@ -316,22 +321,24 @@ def influence_coefficients(
         Cell size along x and y, m.
     composite_modulus
         E*, Pa.
+    team
+        Who computes them.
 
     Returns
     -------
     Array, m/Pa, shape (nx, ny).
     """
     dx, dy = spacing
-    x = ((np.arange(shape[0] + 1) - 0.5) * dx)[:, None]
-    y = ((np.arange(shape[1] + 1) - 0.5) * dy)[None, :]
-    # x arsinh(y/|x|) + y arsinh(x/|y|), in as little memory as can be.
-    corner, other = y / np.abs(x), x / np.abs(y)
-    for ratio, side in ((corner, x), (other, y)):
-        np.arcsinh(ratio, out=ratio)
-        ratio *= side
-    corner += other
-    coefficients: Array = np.diff(np.diff(corner, axis=0), axis=1)
-    coefficients /= np.pi * composite_modulus
+    corners = (np.arange(shape[0] + 1) - 0.5) * dx
+    y = (np.arange(shape[1] + 1) - 0.5) * dy
+    coefficients = np.empty(shape)
+
+    def compute(rows: slice) -> None:
+        x = corners[rows.start : rows.stop + 1, None]
+        corner = x * np.arcsinh(y / np.abs(x)) + y * np.arcsinh(x / np.abs(y))
+        coefficients[rows] = np.diff(np.diff(corner, axis=0), axis=1) / (np.pi * composite_modulus)
+
+    team.each(compute, blocks_of_rows(shape, _BLOCK))
     return coefficients
 
 
@@ -369,7 +376,7 @@ class GridHalfSpace:
         self.team = team
         self._parts: dict[tuple[int, int], GridHalfSpace] = {} if parts is None else parts
         offsets = Convolution.offsets(geometry.shape, geometry.even)
-        kernel = influence_coefficients(offsets, geometry.spacing, composite_modulus)
+        kernel = influence_coefficients(offsets, geometry.spacing, composite_modulus, team)
         self.self_influence = float(kernel[0, 0])
         self.matrix: Array | None = None
         self._convolution = Convolution.with_kernel(kernel, geometry.even, team)

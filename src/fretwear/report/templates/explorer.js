@@ -253,6 +253,69 @@
     });
   }
 
+  /* Contacts that are not even from above: a map of each field, each with its colour scale on top. */
+  const DEPTHS = [[0, "#ffffff"], [0.01, "#fcffa4"], [0.25, "#f98e09"], [0.5, "#bc3754"], [0.75, "#57106e"], [1, "#000004"]];
+
+  function mapFigure(shown, colors, width) {
+    const layout = baseLayout(colors, width);
+    const maps = shown.flatMap((one) => study.maps.map((name) => ({ one, name })));
+    const columns = width < 480 ? 1 : study.maps.length;
+    const rows = maps.length / columns;
+    /* Pixels: a map, what is above it, and between it and the next one to its right. */
+    const [above, right] = [64, 70];
+    const inner = width - layout.margin.l - layout.margin.r;
+    const side = (inner - right * (columns - 1)) / columns;
+    const high = rows * (side + above) + (rows - 1) * layout.margin.b;
+    layout.height = high + layout.margin.t + layout.margin.b;
+    const data = maps.map(({ one: { key, data: { view }, snapshot }, name }, place) => {
+      const [row, column] = [Math.floor(place / columns), place % columns];
+      const left = (column * (side + right)) / inner;
+      const top = 1 - (row * (side + above + layout.margin.b) + above) / high;
+      const across = [left, left + side / inner];
+      const { scale, levels } = view.fields[name][snapshot];
+      const bytes = atob(levels);
+      const [x, y] = [view.x, view.y].map(([first, step, count]) =>
+        Array.from({ length: count }, (_, at) => first + at * step));
+      const highest = largest(shown.flatMap((one) => one.data.view.fields[name].filter(
+        (_, at) => !ownScale.checked || at === one.snapshot).map((map) => 255 * map.scale)));
+      const [xId, yId] = ["x", "y"].map((letter) => (place ? `${letter}${place + 1}` : letter));
+      const common = { showgrid: false, nticks: 5, constrain: "domain" };
+      layout[place ? `xaxis${place + 1}` : "xaxis"] = axis(colors, words.x.label, { ...common, domain: across, anchor: yId });
+      layout[axisKey(place)] = axis(colors, words.y.label, {
+        ...common, domain: [Math.max(0, top - side / high), top], anchor: xId, scaleanchor: xId,
+      });
+      return {
+        type: "heatmap", xaxis: xId, yaxis: yId, x, y, name: `${key} ${name}`, zmin: 0, zmax: highest || 1,
+        z: y.map((_, line) => x.map((_, cell) => scale * bytes.charCodeAt(line * x.length + cell))),
+        colorscale: DEPTHS,
+        colorbar: {
+          orientation: "h", x: left, xanchor: "left", xpad: 0, len: side / inner, y: top, yanchor: "bottom", ypad: 8,
+          thickness: 10, outlinewidth: 0, nticks: 5, ticks: "outside", ticklen: 3, tickcolor: colors.muted,
+          tickfont: { color: colors.ink, size: 11 },
+          title: { text: `${key.toUpperCase()}: ${words[name].label}`, side: "top", font: { color: colors.ink, size: 12 } },
+        },
+        hovertemplate: `%{z:.4~g} ${words[name].unit} at x = %{x:.4~g}, y = %{y:.4~g} ${words.x.unit}<extra></extra>`,
+      };
+    });
+    return { data, layout };
+  }
+
+  /* Bearing areas of rough contacts before and after wear. */
+  function heightFigure(shown, colors, width) {
+    const layout = {
+      ...baseLayout(colors, width), height: 320, hovermode: "x",
+      xaxis: axis(colors, words.bearing_area.label, { range: [0, 100], hoverformat: ".3~g" }),
+      yaxis: axis(colors, words.height.label, {}),
+    };
+    const data = shown.flatMap(({ key, data: { heights } }) => heights.map((values, after) => ({
+      type: "scatter", mode: "lines", name: `${key} ${after ? "after" : "before"}`, y: values,
+      x: values.map((_, place) => (100 * place) / (values.length - 1)),
+      line: after ? { color: colors[key], width: 1.8, dash: DASH[key] } : { color: colors[key], width: 1.2, dash: "1px,2.5px" },
+      hovertemplate: `${key.toUpperCase()} ${after ? "after" : "before"}: %{y:.4~g} ${words.height.unit}<extra></extra>`,
+    })));
+    return { data, layout };
+  }
+
   /* The edges of stick zone and contact, through all panels. */
   function edges(one, y1, colors) {
     const color = colors[one.key];
@@ -423,7 +486,7 @@
 
   function draw() {
     const { shown } = selection();
-    for (const id of ["profile-plot", "history-plot"]) get(id).hidden = !shown.length;
+    for (const id of ["profile-plot", "history-plot", "maps", "heights"]) get(id).hidden = !shown.length;
     const now = cycles[Number(slider.value)] ?? 0;
     get("cycle-shown").textContent = cycleText(now);
     slider.setAttribute("aria-valuetext", `cycle ${cycleText(now)}`);
@@ -440,6 +503,13 @@
       `Along x after ${cycleText(now)} cycles: ${told(study.profiles)}; ${titles}`);
     picture("history-plot", (width) => historyFigure(shown, now, colors, width),
       `Over the cycles: ${told(curves)}; ${titles}`);
+    for (const [id, make, label, held] of [
+      ["map", mapFigure, `From above: ${told(study.maps)}`, shown.filter(({ data }) => data.view)],
+      ["height", heightFigure, "Bearing areas before and after wear", shown.filter(({ data }) => data.heights)],
+    ]) {
+      get(`${id}s`).hidden = !held.length;
+      if (held.length) picture(`${id}-plot`, (width) => make(held, colors, width), `${label}; ${titles}`);
+    }
   }
 
   function picture(id, make, label) {

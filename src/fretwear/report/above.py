@@ -1,0 +1,119 @@
+"""What the explorer shows of surfaces: contacts that are not even from above, and bearing areas."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fretwear.data.files import CaseFile
+from fretwear.figures.bearing import has_bearing_area, heights_in_contact
+from fretwear.study.case import Case
+from fretwear.units import MICROMETRE, Unit
+from fretwear.vocabulary import SYMMETRIES, ContactState
+
+MAPS = ("pressure", "wear_depth")
+"""Fields over x and y, a map of the explorer each."""
+
+Array = NDArray[np.float64]
+
+_BEYOND_CONTACT = 1.05
+_MOST_CELLS = 64
+_POINTS = 101
+_LEVELS = 255
+
+
+@dataclass(frozen=True)
+class View:
+    """A contact from above at some snapshots; SI units.
+
+    Attributes
+    ----------
+    x, y : array of shape (n,), (m,)
+        Middles of squares of cells, to a little beyond the contact.
+    fields : mapping of str to array of shape (k, n, m)
+        Means over these squares of the fields of `MAPS`.
+    """
+
+    x: Array
+    y: Array
+    fields: Mapping[str, Array]
+
+    def packed(self, units: Mapping[str, Unit]) -> dict[str, Any]:
+        """Return what JSON has of it: each map in steps of a 255th of its largest value."""
+        return {
+            "x": _evenly_spaced(self.x),
+            "y": _evenly_spaced(self.y),
+            "fields": {
+                name: [_bytes(units[name].of(each)) for each in maps]
+                for name, maps in self.fields.items()
+            },
+        }
+
+
+def read_view(file: CaseFile, places: Sequence[int]) -> View | None:
+    """Read the maps of a contact that is not even along both axes; else None."""
+    even = SYMMETRIES[file.attribute("symmetry")]
+    if file.is_line or all(even):
+        return None
+    axes: list[Array] = []
+    kept: list[NDArray[np.intp]] = []
+    touching = file.read("contact_state", places[-1]) > ContactState.OPEN
+    for axis, is_even in zip(("x", "y"), even, strict=True):
+        at = file.read(axis).astype(np.float64)
+        reach = float(np.abs(at[touching.any(axis=1 - len(axes))]).max())
+        inside = np.flatnonzero(np.abs(at) <= _BEYOND_CONTACT * reach)
+        axes.append(np.r_[-at[inside][::-1], at[inside]] if is_even else at[inside])
+        kept.append(np.r_[inside[::-1], inside] if is_even else inside)
+    steps = [-(-at.size // _MOST_CELLS) for at in axes]
+
+    def squares(field: NDArray[Any]) -> Array:
+        found: Array = field.astype(np.float64)[np.ix_(*kept)]
+        for step in steps:
+            # Twice turned over, x is first again.
+            found = _means(found, step).T
+        return found
+
+    x, y = (_means(at, step) for at, step in zip(axes, steps, strict=True))
+    fields = {
+        name: np.stack([squares(file.read(name, place)) for place in places]) for name in MAPS
+    }
+    return View(x, y, fields)
+
+
+def read_bearing(file: CaseFile, case: Case | None) -> tuple[Array, Array] | None:
+    """Read the heights, m, above which each per cent of a rough contact lies, and lies at last."""
+    if case is None or not has_bearing_area(case):
+        return None
+    axes = [file.read(axis).astype(np.float64) for axis in ("x", "y")[: 1 if file.is_line else 2]]
+    half_widths = [
+        float(file.read(f"contact_half_width_{axis}")[-1]) for axis in ("x", "y")[: len(axes)]
+    ]
+    lost = file.read("wear_depth", -1).astype(np.float64) + file.read("plastic_depth", -1)
+    heights = heights_in_contact(case, axes, half_widths, np.stack([np.zeros_like(lost), lost]))
+    places = np.rint(np.linspace(0, heights[0].size - 1, _POINTS)).astype(int)
+    return heights[0][places], heights[1][places]
+
+
+def _means(field: Array, step: int) -> Array:
+    """Means of so many neighbours along the first axis; what is over at the ends is dropped."""
+    count = len(field) // step
+    first = (len(field) - count * step) // 2
+    cut = field[first : first + count * step]
+    result: Array = cut.reshape(count, step, *field.shape[1:]).mean(axis=1)
+    return result
+
+
+def _evenly_spaced(at: Array) -> list[float]:
+    first, last = (float(each) for each in MICROMETRE.of(at[[0, -1]]))
+    return [first, (last - first) / max(1, at.size - 1), at.size]
+
+
+def _bytes(field: Array) -> dict[str, Any]:
+    scale = float(field.max()) / _LEVELS
+    levels = np.rint(np.maximum(field, 0.0) / (scale or 1.0)).astype(np.uint8)
+    return {"scale": scale, "levels": base64.b64encode(levels.T.tobytes()).decode("ascii")}

@@ -1,0 +1,90 @@
+"""What the explorer shows from above is what the case files say."""
+
+import base64
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fretwear.data.files import open_case, write_case
+from fretwear.figures.bearing import bearing_heights
+from fretwear.report.above import MAPS
+from fretwear.report.cases import CaseRecord, read_case
+from fretwear.running.simulate import run
+from fretwear.study.case import Case
+from fretwear.units import MEGAPASCAL, MICROMETRE
+
+from ..studies import steel
+
+RANDOM = {
+    "kind": "self_affine", "rms_height": "0.1 um", "hurst": 0.8, "rolloff_wavelength": "60 um",
+    "shortest_wavelength": "30 um", "seed": 3,
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def case() -> Case:
+    return steel(roughness=RANDOM, error_estimate=False, cycles=30)
+
+
+@pytest.fixture(scope="module")
+def file(case: Case, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("above") / f"{case.case_id}.nc"
+    result = run(case)
+    write_case(result.dataset, result.history, path, result.loops)
+    return path
+
+
+@pytest.fixture(scope="module")
+def record(case: Case, file: Path) -> CaseRecord:
+    return read_case(file, case, examine=False)
+
+
+def test_maps_keep_loads_and_volumes(file: Path, record: CaseRecord) -> None:
+    assert record.view is not None
+    view = record.view
+    area = (view.x[1] - view.x[0]) * (view.y[1] - view.y[0])
+    assert max(view.x.size, view.y.size) <= 64
+    with open_case(file) as stored:
+        loads = view.fields["pressure"].sum(axis=(1, 2)) * area
+        # Half a square at each end may be dropped, where hardly anything touches.
+        assert loads == pytest.approx(stored["normal_force"].values, rel=1e-3)
+        volume = view.fields["wear_depth"][-1].sum() * area
+        assert volume == pytest.approx(float(stored["wear_volume"][-1]), rel=1e-3)
+
+
+def test_what_is_packed_is_within_a_255th(record: CaseRecord) -> None:
+    assert record.view is not None
+    units = {"pressure": MEGAPASCAL, "wear_depth": MICROMETRE}
+    packed = record.view.packed(units)
+    counts = packed["y"][2], packed["x"][2]
+    assert packed["x"][0] + (counts[1] - 1) * packed["x"][1] == pytest.approx(
+        1e6 * record.view.x[-1]
+    )
+    for name in MAPS:
+        for each, field in zip(packed["fields"][name], record.view.fields[name], strict=True):
+            levels = np.frombuffer(base64.b64decode(each["levels"]), np.uint8).reshape(counts)
+            found, wanted = each["scale"] * levels.T, units[name].of(field)
+            assert np.abs(found - wanted).max() <= 0.501 / 255 * wanted.max()
+
+
+def test_bearing_areas_are_those_of_the_figure(file: Path, record: CaseRecord) -> None:
+    with open_case(file) as stored:
+        before, after = bearing_heights(stored, [0, 30]).values()
+    assert record.heights is not None
+    for found, heights in zip(record.heights, (before, after), strict=True):
+        share = (np.arange(heights.size) + 0.5) / heights.size
+        expected = np.interp(np.linspace(0.0, 1.0, found.size), share, heights)
+        assert found == pytest.approx(expected, abs=1e-3 * np.ptp(heights))
+    assert read_case(file, examine=False).heights is None
+
+
+def test_a_contact_that_is_even_has_no_maps(finished) -> None:
+    smooth, rough = (
+        next(each for each in finished.plan.study.cases().values() if (each.rough is None) == one)
+        for one in (True, False)
+    )
+    for each in (smooth, rough):
+        found = read_case(finished.cases / f"{each.case_id}.nc", each, examine=False)
+        assert found.view is None
+        assert (found.heights is None) == (each.rough is None)
