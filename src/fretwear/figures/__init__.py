@@ -21,37 +21,36 @@ if TYPE_CHECKING:
     from fretwear.figures.style import *
 
 _HOMES = {
-    "CaseAnimation": "film",
-    "STYLE_SHEET": "style",
-    "animation": "film",
-    "bearing_area": "bearing",
-    "compare_cases": "cases",
-    "compare_profiles": "profiles",
-    "compare_wear_maps": "maps",
-    "contact_half_width": "history",
-    "dissipated_energy": "history",
-    "fretting_loops": "rig",
-    "fretting_map": "rig",
-    "gap_profiles": "profiles",
-    "overview": "cases",
-    "pressure_profiles": "profiles",
-    "save_as": "style",
-    "save_figure": "style",
-    "scars": "rig",
-    "shear_profiles": "profiles",
-    "stick_half_width": "history",
-    "style_context": "style",
-    "wear_map": "maps",
-    "wear_profiles": "profiles",
-    "wear_rate_profiles": "profiles",
-    "wear_volume": "history",
+    "bearing": ("bearing_area",),
+    "cases": ("compare_cases", "overview"),
+    "film": ("CaseAnimation", "animation"),
+    "history": (
+        "contact_half_width",
+        "dissipated_energy",
+        "draw_history",
+        "stick_half_width",
+        "wear_volume",
+    ),
+    "maps": ("compare_wear_maps", "wear_map"),
+    "profiles": (
+        "compare_profiles",
+        "field_profiles",
+        "gap_profiles",
+        "pressure_profiles",
+        "shear_profiles",
+        "wear_profiles",
+        "wear_rate_profiles",
+    ),
+    "rig": ("fretting_loops", "fretting_map", "scars"),
+    "style": ("STYLE_SHEET", "save_as", "save_figure", "style_context"),
 }
+_HOME = {name: home for home, names in _HOMES.items() for name in names}
 
-__all__ = list(_HOMES)
+__all__ = list(_HOME)
 
 
 def __getattr__(name: str) -> Any:
     # What only reads the index of figures does not wait for matplotlib.
-    if name in _HOMES:
-        return getattr(import_module(f"fretwear.figures.{_HOMES[name]}"), name)
+    if name in _HOME:
+        return getattr(import_module(f"fretwear.figures.{_HOME[name]}"), name)
     raise AttributeError(f"module 'fretwear.figures' has no attribute {name!r}")

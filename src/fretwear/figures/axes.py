@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from copy import copy
 from dataclasses import dataclass
 from textwrap import wrap
 from typing import Literal
@@ -12,24 +11,25 @@ from typing import Literal
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import RendererAgg
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
+from matplotlib.transforms import Bbox
 from numpy.typing import ArrayLike, NDArray
-from scipy import ndimage
 
 from fretwear.figures.style import MUTED, root_figure, text_colour
-from fretwear.units import Unit, cycle_text, readable_unit, smallest_unit
+from fretwear.units import Unit, cycle_text, power_of_ten, readable_unit, smallest_unit
 from fretwear.vocabulary import Variable
 
 Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 Place = Literal["outside upper left", "outside lower left"]
 """Where a key stands, as matplotlib's legends name it."""
+
+MOST_LABELLED = 6
+"""Curves that are labelled beside themselves; more have a key."""
 
 _ZERO_GAP = 0.7
 _CYCLE_MARGIN = 1.25
@@ -41,12 +41,12 @@ _DEEPEST = 1e-6
 _CONSTANT = 0.03
 _PLAIN = (1e-3, 1e4)
 
-_MOST_LABELLED = 6
 _LABEL_SIZE = 6.5
 _LABEL_MARGIN = 2
 _REACH = 7.0
 _CLEARANCE = 15.0
 _INDISTINCT = 2.0
+_STEP = 1.5
 
 
 def set_cycle_axis(axes: Axes, cycles: ArrayLike) -> None:
@@ -76,6 +76,7 @@ def set_cycle_axis(axes: Axes, cycles: ArrayLike) -> None:
     major = sorted({0.0, *decades, last} if has_zero else {*decades, last})
     minor = (decades[0] / 10.0) * 10.0 ** np.arange(10)[:, None] * np.arange(2, 10)
     named = _ticks_with_room(axes, major)
+    # Locators, not set_xticks: that makes every tick at once, also of panels that show none.
     axes.xaxis.set_major_locator(FixedLocator(major))
     axes.xaxis.set_minor_locator(FixedLocator(minor[(minor > first) & (minor <= last)].tolist()))
     axes.xaxis.set_major_formatter(
@@ -105,7 +106,7 @@ def _is_power(value: float) -> bool:
 
 
 def _cycle_tick(value: float) -> str:
-    return f"$10^{{{round(math.log10(value))}}}$" if _is_power(value) else cycle_text(value)
+    return power_of_ten(round(math.log10(value))) if _is_power(value) else cycle_text(value)
 
 
 def _draw_break(axes: Axes, position: float) -> None:
@@ -184,7 +185,7 @@ def unit_of_axis(values: Array, si_unit: str, logarithmic: bool) -> Unit:
 
 def _value_tick(value: float) -> str:
     plain = _PLAIN[0] <= value < _PLAIN[1]
-    return f"{value:g}" if plain else f"$10^{{{round(math.log10(value))}}}$"
+    return f"{value:g}" if plain else power_of_ten(round(math.log10(value)))
 
 
 def _is_wide(values: Array) -> bool:
@@ -225,6 +226,10 @@ def label_outer(panels: Sequence[Axes], across: int, *, every_x: bool = False) -
         axes.tick_params(axis="y", which="both", labelleft=index % across == 0)
         if index % across:
             axes.set_ylabel("")
+        for axis in (axes.xaxis, axes.yaxis):
+            if not axis.label.get_text():
+                # Else matplotlib measures all ticks, again and again, to find a place for nothing.
+                axis.set_label_coords(0.0, 0.0)
 
 
 def outside_key(
@@ -254,7 +259,7 @@ def label_or_key(
     figure: Figure, axes: Axes, curves: Sequence[Line2D], labels: Sequence[str], *, outside: bool
 ) -> None:
     """Label curves beside themselves where they are few and have room; else add a key."""
-    if len(curves) <= _MOST_LABELLED and label_curves(axes, curves, labels):
+    if len(curves) <= MOST_LABELLED and label_curves(axes, curves, labels):
         return
     if outside:
         outside_key(figure, curves, labels)
@@ -272,112 +277,95 @@ def label_curves(axes: Axes, curves: Sequence[Line2D], labels: Sequence[str]) ->
     """
     root_figure(axes).draw_without_rendering()
     texts: list[Text] = []
-    masks: list[Mask] = []
+    drawn: list[Array] = []
     for curve, label in zip(curves, labels, strict=True):
-        mask = _covered(axes, curve)
-        if masks and _coincide(masks[-1], mask):
+        points = _pixels(axes, curve)
+        if drawn and _coincide(drawn[-1], points):
             before = texts.pop()
             before.remove()
-            label, mask = f"{before.get_text()}, {label}", mask | masks.pop()
-        texts.append(_add_text(axes, label, to_hex(curve.get_color())))
-        masks.append(mask)
-    boxes = [text.get_window_extent() for text in texts]
-    margin = 2 * _LABEL_MARGIN
-    sizes = [(math.ceil(box.height) + margin, math.ceil(box.width) + margin) for box in boxes]
-    distances = [_distance(mask) for mask in masks]
+            label, points = f"{before.get_text()}, {label}", np.concatenate([drawn.pop(), points])
+        texts.append(
+            axes.text(
+                0.5,
+                0.5,
+                label,
+                color=text_colour(to_hex(curve.get_color())),
+                fontsize=_LABEL_SIZE,
+                ha="center",
+                va="center_baseline",
+                transform=axes.transAxes,
+                in_layout=False,
+            )
+        )
+        drawn.append(points)
+    sizes = [np.ceil(text.get_window_extent().size) + 2 * _LABEL_MARGIN for text in texts]
     there = list(range(len(texts)))
-    found = [_placed(order, distances, sizes) for order in (there, there[::-1])]
-    cheapest = min((each for each in found if each), key=lambda each: each[0], default=None)
-    if cheapest is None:
-        for text in texts:
+    orders = (there, there[::-1])
+    places = next(filter(None, (_placed(each, drawn, sizes, axes.bbox) for each in orders)), {})
+    for index, text in enumerate(texts):
+        if places:
+            text.set_position(tuple(axes.transAxes.inverted().transform(places[index])))
+        else:
             text.remove()
+    return bool(places)
+
+
+def _pixels(axes: Axes, curve: Line2D) -> Array:
+    """Return pixels along a curve and around its marks, as far as they are inside the axes."""
+    width, height = root_figure(axes).bbox.size
+    lines = curve.get_path().to_polygons(curve.get_transform(), width, height, closed_only=False)
+    pixels = [np.empty((0, 2))]
+    for line in map(np.asarray, lines):
+        along = np.cumsum(np.hypot(*np.diff(line, axis=0, prepend=line[:1]).T))
+        places = np.arange(0.0, along[-1] + _STEP, _STEP)
+        pixels.append(np.column_stack([np.interp(places, along, part) for part in line.T]))
+    if curve.get_marker() != "None":
+        # A square for marks of any shape: a corner that juts out from another's tells no curve.
+        half = 0.5 * curve.get_markersize() * root_figure(axes).dpi / 72.0
+        square = half * np.array([(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1)])
+        marks = curve.get_transform().transform(curve.get_xydata())
+        pixels.append((marks[:, None] + square).reshape(-1, 2))
+    found = np.concatenate(pixels)
+    return found[[bool(axes.bbox.contains(*pixel)) for pixel in found]]
+
+
+def _coincide(first: Array, second: Array) -> bool:
+    if not (len(first) and len(second)):
         return False
-    height, width = masks[0].shape
-    for text, (row, column) in zip(texts, cheapest[1], strict=True):
-        text.set_position(((column + 0.5) / width, (row + 0.5) / height))
-    return True
-
-
-def _add_text(axes: Axes, label: str, color: str) -> Text:
-    text = axes.text(
-        0.5,
-        0.5,
-        label,
-        color=text_colour(color),
-        fontsize=_LABEL_SIZE,
-        ha="center",
-        va="center_baseline",
-        transform=axes.transAxes,
-    )
-    text.set_in_layout(False)
-    return text
-
-
-def _covered(axes: Axes, curve: Line2D) -> Mask:
-    """Return the pixels of the axes that a curve and its marks cover."""
-    figure = root_figure(axes)
-    width, height = figure.bbox.size
-    renderer = RendererAgg(width, height, figure.dpi)  # type: ignore[no-untyped-call]
-    drawn = copy(curve)
-    if drawn.get_marker() != "None":
-        # Marks of one shape: a corner that juts out from another curve's mark tells no curve.
-        drawn.set_marker("s")
-    drawn.draw(renderer)
-    opaque = np.asarray(renderer.buffer_rgba())[..., 3] > 127  # type: ignore[no-untyped-call]
-    left, bottom, right, top = (round(edge) for edge in axes.bbox.extents)
-    return opaque[::-1][bottom:top, left:right]
-
-
-def _coincide(first: Mask, second: Mask) -> bool:
-    if not (first.any() and second.any()):
-        return False
-    apart = max(_distance(first)[second].max(), _distance(second)[first].max())
-    return bool(apart <= _INDISTINCT)
-
-
-def _distance(mask: Mask) -> Array:
-    """Return each pixel's distance from the nearest covered one."""
-    if not mask.any():
-        return np.full(mask.shape, float(max(mask.shape)))
-    return np.asarray(ndimage.distance_transform_edt(~mask), dtype=np.float64)
+    apart = np.hypot(*(first[:, None] - second).transpose(2, 0, 1))
+    return bool(max(apart.min(axis=0).max(), apart.min(axis=1).max()) <= _INDISTINCT)
 
 
 def _placed(
-    order: Sequence[int], distances: Sequence[Array], sizes: Sequence[tuple[int, int]]
-) -> tuple[float, list[tuple[int, int]]] | None:
-    """Place labels one after the other; return cost and centres, None when one has no room."""
-    taken = np.zeros(distances[0].shape, dtype=bool)
-    places: dict[int, tuple[int, int]] = {}
-    total = 0.0
-    for index in order:
-        others = [each for other, each in enumerate(distances) if other != index]
-        foreign = np.minimum.reduce([*others, np.full(taken.shape, np.inf)])
-        cost = _cost(distances[index], foreign, _distance(taken), sizes[index])
-        row, column = (int(place) for place in np.unravel_index(np.argmin(cost), cost.shape))
-        if not np.isfinite(cost[row, column]):
-            return None
-        total += float(cost[row, column])
-        places[index] = row, column
-        height, width = sizes[index]
-        bottom, left = row - height // 2, column - width // 2
-        taken[max(bottom, 0) : bottom + height, max(left, 0) : left + width] = True
-    return total, [places[index] for index in range(len(distances))]
+    order: Sequence[int], curves: Sequence[Array], sizes: Sequence[Array], frame: Bbox
+) -> dict[int, Array]:
+    """Place labels one after the other; return their centres, none when one has no room.
 
-
-def _cost(own: Array, foreign: Array, labels: Array, size: tuple[int, int]) -> Array:
-    """Return the cost of a box of `size` pixels about each pixel, infinite where it has no room.
-
-    `own`, `foreign` and `labels` are the distances from the label's curve, from the other curves
-    and from the labels that have a place.
+    `curves` are the pixels of each, `sizes` those of the boxes, `frame` is that of the axes.
     """
-    nearest_own, nearest_foreign, nearest_label = (
-        ndimage.minimum_filter(distance, size=size) for distance in (own, foreign, labels)
-    )
-    possible = (nearest_own > 0.5) & (nearest_own < _REACH) & (nearest_label > 2.0)
-    possible &= nearest_foreign > np.maximum(_INDISTINCT, nearest_own) + 0.5
-    rows, columns = size[0] // 2 + 1, size[1] // 2 + 1
-    inside = np.zeros_like(possible)
-    inside[rows:-rows, columns:-columns] = True
-    cost = nearest_own - 0.6 * np.minimum(nearest_foreign, _CLEARANCE)
-    cost -= 0.1 * np.minimum(nearest_label, 12.0)
-    return np.where(possible & inside, cost, np.inf)
+    taken, places = np.empty((0, 2)), {}
+    grid = np.stack(np.meshgrid(*(np.linspace(-0.5, 0.5, 9),) * 2), axis=-1).reshape(-1, 2)
+    sides = np.array([(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if i or j])
+    for index in order:
+        size, others = sizes[index], [each for i, each in enumerate(curves) if i != index]
+        centres = (curves[index][:, None] + sides * (0.5 * size + 1.0)).reshape(-1, 2)
+        inside = (centres > frame.min + 0.5 * size) & (centres < frame.max - 0.5 * size)
+        centres = centres[inside.all(axis=1)]
+        own, foreign, label = (
+            _clearance(centres, size, pixels)
+            for pixels in (curves[index], np.concatenate([*others, np.empty((0, 2))]), taken)
+        )
+        cost = own - 0.6 * np.minimum(foreign, _CLEARANCE) - 0.1 * np.minimum(label, 12.0)
+        possible = (own > 0.5) & (own < _REACH) & (label > 2.0)
+        possible &= foreign > np.maximum(_INDISTINCT, own) + 0.5
+        if not possible.any():
+            return {}
+        places[index] = centres[np.argmin(np.where(possible, cost, np.inf))]
+        taken = np.concatenate([taken, places[index] + size * grid])
+    return places
+
+
+def _clearance(centres: Array, size: Array, pixels: Array) -> Array:
+    """Return how far boxes are from the nearest of some pixels, 0 where they hold one."""
+    away = np.maximum(np.abs(centres[:, None] - pixels) - 0.5 * size, 0.0)
+    return np.asarray(np.hypot(away[..., 0], away[..., 1]).min(axis=1, initial=np.inf))

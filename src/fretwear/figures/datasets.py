@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator
 
 from fretwear.data.dataset import mirrored, representative_cycles
 from fretwear.data.merge import PROFILES
@@ -285,6 +284,8 @@ def peak_envelope(x: Array, values: Array, wavelength: float) -> Array:
             heights.append(float(values[highest]))
     if len(knots) < 2:
         return values
+    from scipy.interpolate import PchipInterpolator  # studies without waves do without
+
     curve = np.asarray(PchipInterpolator(knots, heights, extrapolate=False)(x))
     curve = np.where(x < knots[0], heights[0], curve)
     return np.where(x > knots[-1], np.where(np.isfinite(values), heights[-1], np.nan), curve)

@@ -91,9 +91,9 @@ def effects(summary: xr.Dataset, quantities: Sequence[str] = HEADLINES) -> Figur
             _draw_effect(axes, points, varied, values, dividers[name, varied], looks)
         axis.set_limits(row[0], np.ones(len(points.ids)), points.results[name])
         row[0].set_ylabel(axis.wrapped_label, fontsize=6.0)
-    label_outer(list(grid.flat), across)
     for axes, varied in zip(grid[-1], points.levels, strict=True):
         _name_levels(axes, points, varied)
+    label_outer(list(grid.flat), across)
     figure.align_ylabels(grid[:, 0])
     keyed = [(*each, *look) for each, look in looks.items() if look[1]]
     if keyed:
@@ -136,12 +136,13 @@ def _draw_effect(
         return
     place = points.place(divider) if divider else np.zeros(len(x), dtype=int)
     look = [looks.get((divider or "", int(each)), (MUTED, ".")) for each in place]
-    paths = [np.column_stack([x[line], values[line]]) for line in lines]
-    tints = [look[line[0]][0] for line in lines]
-    axes.add_collection(LineCollection(paths, colors=tints, linewidths=0.7, alpha=0.8))
-    if len(x) <= _DENSE:
-        for color, mark in dict.fromkeys(look):
-            of = np.array([each == (color, mark) for each in look])
+    for color, mark in dict.fromkeys(look):
+        of = np.array([each == (color, mark) for each in look])
+        # One path with gaps: thousands of lines are drawn in the time of a few.
+        rows = [row for line in lines if of[line[0]] for row in (*line, -1)]
+        path_x, path_y = (np.append(each, np.nan)[rows] for each in (x, values))
+        axes.plot(path_x, path_y, color=color, lw=0.7, alpha=0.8, label="_lines")
+        if len(x) <= _DENSE:
             axes.plot(x[of], values[of], mark or ".", markersize=2.0, color=color, label="_points")
     if divider and not looks[divider, 0][1]:
         axes.set_title(f"colour: {parameter(divider).words}", fontsize=5.0, pad=2.0)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import cycle
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import xarray as xr
@@ -18,6 +19,7 @@ from matplotlib.ticker import FuncFormatter, NullLocator
 
 from fretwear.data.effects import LEAST_SEEDS, SEED
 from fretwear.figures.axes import (
+    MOST_LABELLED,
     ValueAxis,
     label_curves,
     label_outer,
@@ -26,16 +28,7 @@ from fretwear.figures.axes import (
     set_cycle_axis,
 )
 from fretwear.figures.datasets import check_dataset, variable_of
-from fretwear.figures.lines import (
-    MOST_KEYED_COLORS,
-    MOST_MARKED_POINTS,
-    Layout,
-    Line,
-    choose_layout,
-    joined,
-    shown_lines,
-    study_lines,
-)
+from fretwear.figures.lines import Array, Layout, Line, choose_layout, shown_lines, study_lines
 from fretwear.figures.maps import add_scale
 from fretwear.figures.style import (
     CATEGORICAL,
@@ -57,83 +50,8 @@ ZONES = {"contact": CATEGORICAL[0], "stick": INK}
 """The zones and their colours."""
 HALF_WIDTH_LABEL = "Half-width along x (µm)"
 
-_MOST_LABELLED_LINES = 6
+_MOST_MARKS = 12
 _MOST_WITH_MINOR_TICKS = 4
-
-
-def contact_half_width(
-    dataset: xr.Dataset,
-    history: xr.Dataset | None = None,
-    *,
-    columns: Columns = 2,
-    ax: Axes | None = None,
-) -> Figure:
-    """Draw the contact half-width along x against the cycles.
-
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        A merged study or a part of it, the dataset of one case, or the history of one case.
-        Points of a study that are not done (NaN) are left out.
-    history : xarray.Dataset, optional
-        The dense history of the study or case, from `fretwear.open_history`: curves go through
-        every step, and marks are snapshots. Without it snapshots are joined by straight lines.
-    columns : {1, 2}
-        Journal columns that the figure spans, 90 mm or 190 mm.
-    ax : matplotlib.axes.Axes, optional
-        Where to draw, in a figure of your own, what takes one panel; `columns` then says nothing.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Half-width in µm over cycles; panels, colours and line styles are for what the study
-        varies (`fretwear.figures.lines.choose_layout`).
-
-    Raises
-    ------
-    TypeError
-        When `dataset` is no dataset.
-    ValueError
-        When the quantity is missing, no point is done, or `ax` is given for more panels.
-    """
-    return draw_history(dataset, "contact_half_width_x", history, columns=columns, ax=ax)
-
-
-def stick_half_width(
-    dataset: xr.Dataset,
-    history: xr.Dataset | None = None,
-    *,
-    columns: Columns = 2,
-    ax: Axes | None = None,
-) -> Figure:
-    """Draw the stick zone's half-width along x against cycles, as `contact_half_width` does."""
-    return draw_history(dataset, "stick_half_width_x", history, columns=columns, ax=ax)
-
-
-def wear_volume(
-    dataset: xr.Dataset,
-    history: xr.Dataset | None = None,
-    *,
-    columns: Columns = 2,
-    ax: Axes | None = None,
-) -> Figure:
-    """Draw the wear volume of both bodies against cycles, as `contact_half_width` does.
-
-    Volumes that span more than a factor of 30 are on a logarithmic axis, which cycle 0, without
-    wear, is not on.
-    """
-    return draw_history(dataset, "wear_volume", history, columns=columns, ax=ax)
-
-
-def dissipated_energy(
-    dataset: xr.Dataset,
-    history: xr.Dataset | None = None,
-    *,
-    columns: Columns = 2,
-    ax: Axes | None = None,
-) -> Figure:
-    """Draw the energy dissipated in one cycle against cycles, as `contact_half_width` does."""
-    return draw_history(dataset, "dissipated_energy", history, columns=columns, ax=ax)
 
 
 @styled
@@ -145,54 +63,210 @@ def draw_history(
     columns: Columns = 2,
     ax: Axes | None = None,
 ) -> Figure:
-    """Draw any scalar over the cycles, as `contact_half_width` does."""
+    """Draw any scalar result against the cycles.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        A merged study or a part of it, the dataset of one case, or the history of one case.
+        Points of a study that are not done (NaN) are left out.
+    quantity : str
+        The result, such as ``wear_volume``. Values that span more than a factor of 30 are on a
+        logarithmic axis where the result may be; cycle 0, without wear, is not on it.
+    history : xarray.Dataset, optional
+        The dense history of the study or case, from `fretwear.open_history`: curves go through
+        every step, and marks are snapshots. Without it snapshots are joined by straight lines.
+    columns : {1, 2}
+        Journal columns that the figure spans, 90 mm or 190 mm.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw, in a figure of your own, what takes one panel; `columns` then says nothing.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Panels, colours and line styles are for what the study varies
+        (`fretwear.figures.lines.choose_layout`).
+
+    Raises
+    ------
+    TypeError
+        When `dataset` is no dataset.
+    ValueError
+        When the quantity is missing, no point is done, or `ax` is given for more panels.
+    """
     check_dataset(dataset)
-    variable = variable_of(dataset, quantity) if isinstance(quantity, str) else quantity
-    ensemble = Ensemble.of(dataset, variable.name)
-    if ensemble is not None:
-        dataset, history = ensemble.mean, None
-    lines = study_lines(dataset, variable.name, history)
-    if not lines:
-        raise ValueError(f"No point has a value of {variable.name}: there is nothing to draw.")
-    layout = choose_layout(lines)
-    lines = shown_lines(lines, layout)
-    contents, across = layout.panels(4 if columns == 2 else 2)
-    figure, panels = _frames(len(contents), across, columns, ax)
-    cycles, values = joined(lines)
-    axis = ValueAxis.of(variable, values[(cycles == 0.0) | (cycles >= 1.0)])
-    palette = _Palette.of(layout)
-    curves: list[Line2D] = []
-    for index, (panel, facet) in enumerate(zip(panels, contents, strict=True)):
-        own = _matching(lines, [facet])
-        drawn = _draw_panel(panel, own, layout, palette, axis.unit)
-        curves += drawn
+    return CyclePlot.of(dataset, quantity, history).draw(columns, ax)
+
+
+class CycleFigure(Protocol):
+    """Draws one result against the cycles, as `draw_history` does."""
+
+    def __call__(
+        self,
+        dataset: xr.Dataset,
+        history: xr.Dataset | None = None,
+        *,
+        columns: Columns = 2,
+        ax: Axes | None = None,
+    ) -> Figure:
+        """Return the figure."""
+
+
+def _history_of(name: str, quantity: str, words: str) -> CycleFigure:
+    def draw(
+        dataset: xr.Dataset,
+        history: xr.Dataset | None = None,
+        *,
+        columns: Columns = 2,
+        ax: Axes | None = None,
+    ) -> Figure:
+        return draw_history(dataset, quantity, history, columns=columns, ax=ax)
+
+    draw.__name__ = draw.__qualname__ = name
+    draw.__doc__ = f"Draw {words} against the cycles; parameters are those of `draw_history`."
+    return draw
+
+
+contact_half_width = _history_of(
+    "contact_half_width", "contact_half_width_x", "the contact half-width along x"
+)
+stick_half_width = _history_of(
+    "stick_half_width", "stick_half_width_x", "the stick zone's half-width along x"
+)
+wear_volume = _history_of("wear_volume", "wear_volume", "the wear volume of both bodies")
+dissipated_energy = _history_of(
+    "dissipated_energy", "dissipated_energy", "the energy dissipated in one cycle"
+)
+
+
+@dataclass(frozen=True)
+class CyclePlot:
+    """What a figure of a result over the cycles shows, drawn and told.
+
+    `lines` are those of the study, or their means over the seeds of an `ensemble`, as far as the
+    layout shows them; `cases` says in words how many there are.
+    """
+
+    variable: Variable
+    lines: Sequence[Line]
+    layout: Layout
+    axis: ValueAxis
+    ensemble: Ensemble | None
+    cases: str
+    is_dense: bool
+
+    @classmethod
+    def of(
+        cls, dataset: xr.Dataset, quantity: Variable | str, history: xr.Dataset | None = None
+    ) -> CyclePlot:
+        """Return the plot; a `ValueError` says that no point has a value of the quantity."""
+        variable = variable_of(dataset, quantity) if isinstance(quantity, str) else quantity
+        lines = study_lines(dataset, variable.name, history)
+        if not lines:
+            raise ValueError(f"No point has a value of {variable.name}: there is nothing to draw.")
+        points = dataset["status"].size if "status" in dataset else len(lines)
+        cases = f"{len(lines)} of {points} cases, those done"
+        if points == len(lines):
+            cases = "one case" if points == 1 else f"all {points} cases"
+        ensemble = Ensemble.of(dataset, variable.name)
         if ensemble is not None:
-            for line, curve in zip(own, drawn, strict=True):
-                ensemble.draw_band(panel, line, curve, axis.unit)
-        panel.set_title(", ".join(symbol_text(name, value) for name, value in facet.items()))
-        axis.set_cycles(panel, cycles, values)
-        if len(panels) > _MOST_WITH_MINOR_TICKS:
-            panel.xaxis.set_minor_locator(NullLocator())
-        row = _matching(lines, contents[index : index + across])
-        if index % across == 0 and row:
-            axis.set_limits(panel, *joined(row))
-            if len(panels) > _MOST_WITH_MINOR_TICKS:
+            history, lines = None, study_lines(ensemble.mean, variable.name)
+        layout = choose_layout(lines)
+        lines = shown_lines(lines, layout)
+        cycles, values = _joined(lines)
+        axis = ValueAxis.of(variable, values[(cycles == 0.0) | (cycles >= 1.0)])
+        return cls(variable, lines, layout, axis, ensemble, cases, history is not None)
+
+    @styled
+    def draw(self, columns: Columns = 2, ax: Axes | None = None) -> Figure:
+        """Draw the figure."""
+        layout, axis, lines = self.layout, self.axis, self.lines
+        contents, across = layout.panels(4 if columns == 2 else 2)
+        figure, panels = _frames(len(contents), across, columns, ax)
+        many = len(panels) > _MOST_WITH_MINOR_TICKS
+        cycles, values = _joined(lines)
+        palette = _Palette.of(layout)
+        curves: list[Line2D] = []
+        for index, (panel, facet) in enumerate(zip(panels, contents, strict=True)):
+            panel.grid(axis="y")
+            for line in _matching(lines, [facet]):
+                curves.append(_draw_line(panel, line, layout, palette, axis.unit))
+                if self.ensemble is not None:
+                    self.ensemble.draw_band(panel, line, curves[-1], axis.unit)
+            panel.set_title(", ".join(symbol_text(name, value) for name, value in facet.items()))
+            axis.set_cycles(panel, cycles, values)
+            row = _matching(lines, contents[index : index + across])
+            if index % across == 0 and row:
+                axis.set_limits(panel, *_joined(row))
+            if many:
+                panel.xaxis.set_minor_locator(NullLocator())
                 panel.yaxis.set_minor_locator(NullLocator())
-    label_outer(panels, across)
-    if len(panels) > 1:
-        figure.supylabel(axis.label, fontsize=7.5)
-    else:
-        panels[0].set_ylabel(axis.label)
-    if ensemble is not None:
-        note = f"Lines are means of {ensemble.count} seeds, bands their standard deviation."
-        figure.supxlabel(note, fontsize=7.0)
-    few = len(panels) == 1 and 1 < len(lines) <= _MOST_LABELLED_LINES
-    if few and layout.color and not layout.style:
-        texts = _key_texts(layout, lines, layout.color)
-        if label_curves(panels[0], curves, [texts[layout.index(layout.color, n)] for n in lines]):
-            return figure
-    _add_keys(figure, panels, layout, lines, palette, inside=ax is not None)
-    return figure
+        label_outer(panels, across)
+        if len(panels) > 1:
+            figure.supylabel(axis.label, fontsize=7.5)
+        else:
+            panels[0].set_ylabel(axis.label)
+        if self.ensemble is not None:
+            note = (
+                f"Lines are means of {self.ensemble.count} seeds, bands their standard deviation."
+            )
+            figure.supxlabel(note, fontsize=7.0)
+        few = len(panels) == 1 and 1 < len(lines) <= MOST_LABELLED
+        if few and layout.color and not layout.style:
+            texts = _key_texts(layout, lines, layout.color)
+            names = [texts[layout.index(layout.color, line)] for line in lines]
+            if label_curves(panels[0], curves, names):
+                return figure
+        _add_keys(figure, panels, layout, lines, palette, inside=ax is not None)
+        return figure
+
+    @property
+    def caption(self) -> str:
+        """What the figure shows, in words."""
+        return " ".join(
+            [
+                f"{self.variable.label} against the number of cycles, {self.cases}.",
+                *self._encoding(),
+                *self._drawn(),
+                f"{self._axes_words()}.",
+            ]
+        )
+
+    def _encoding(self) -> Iterator[str]:
+        layout = self.layout
+        if self.ensemble is not None:
+            yield f"Mean and standard deviation over {self.ensemble.count} seeds."
+        if layout.rows or layout.across:
+            yield f"Panels: {_names([*layout.rows, *layout.across])}."
+        if layout.color:
+            together = f", with {_names(layout.paired)}" if layout.paired else ""
+            yield f"Colour: {parameter(layout.color).words}{together if layout.is_keyed else ''}."
+            if layout.paired and not layout.is_keyed:
+                yield f"From line to line, {_names(layout.paired)} changes too."
+        if layout.style:
+            yield f"Line and filling of marks: {parameter(layout.style).words}."
+        for name, total in layout.thinned.items():
+            shown = len(layout.levels[name])
+            yield f"Of {total} values of {parameter(name).words}, {shown} are shown."
+
+    def _drawn(self) -> Iterator[str]:
+        is_marked = self.layout.is_keyed and any(map(_has_marks, self.lines))
+        if self.is_dense:
+            yield f"Lines go through every step{'; marks are snapshots' if is_marked else ''}."
+        elif is_marked:
+            yield "Marks are snapshots, joined by straight lines."
+
+    def _axes_words(self) -> str:
+        cycles, values = _joined(self.lines)
+        positive = cycles[((cycles == 0.0) | (cycles >= 1.0)) & (values > 0.0)]
+        is_wide = cycles.max() >= 10.0 * positive[positive > 0.0].min(initial=math.inf)
+        if not self.axis.is_logarithmic:
+            broken = "The axis of cycles is logarithmic to the right of the break"
+            return broken if is_wide else "The axes are linear"
+        if not is_wide:
+            return "The vertical axis is logarithmic"
+        both = "Both axes are logarithmic"
+        return f"{both}, that of cycles to the right of the break" if 0.0 in positive else both
 
 
 @dataclass(frozen=True)
@@ -206,8 +280,8 @@ class Ensemble:
     @classmethod
     def of(cls, dataset: xr.Dataset, name: str) -> Ensemble | None:
         """Return the ensemble of a merged study over some seeds; None for any other dataset."""
-        values = dataset.get(name)
-        if values is None or SEED not in values.dims or values.sizes[SEED] < LEAST_SEEDS:
+        values = dataset[name]
+        if SEED not in values.dims or values.sizes[SEED] < LEAST_SEEDS:
             return None
         others = [each for each, about in dataset.variables.items() if SEED in about.dims]
         mean = dataset.drop_vars(others).assign({name: values.mean(SEED, keep_attrs=True)})
@@ -221,6 +295,20 @@ class Ensemble:
         panel.fill_between(
             line.cycles, low, high, color=curve.get_color(), alpha=0.2, lw=0.0, label="_band"
         )
+
+
+def _joined(lines: Sequence[Line]) -> tuple[Array, Array]:
+    cycles, values = zip(*((line.cycles, line.quantity) for line in lines), strict=True)
+    return np.concatenate(cycles), np.concatenate(values)
+
+
+def _names(names: Sequence[str]) -> str:
+    *before, last = (parameter(name).words for name in names)
+    return f"{', '.join(before)} and {last}" if before else last
+
+
+def _has_marks(line: Line) -> bool:
+    return bool(0 < line.marks.shape[1] <= _MOST_MARKS)
 
 
 def _frames(
@@ -251,7 +339,7 @@ class _Palette:
         levels = layout.levels[layout.color] if layout.color else ("",)
         if isinstance(levels[0], str):
             return cls(tuple(CATEGORICAL[i % len(CATEGORICAL)] for i in range(len(levels))))
-        if len(levels) <= MOST_KEYED_COLORS:
+        if layout.is_keyed:
             return cls(tuple(sequential_colours(len(levels))))
         values = np.asarray(levels, dtype=np.float64)
         finite = values[np.isfinite(values)]
@@ -260,36 +348,33 @@ class _Palette:
         return cls(tuple(sequential_colormap()(norm(values))), norm)
 
 
-def _matching(lines: Sequence[Line], panels: Sequence[dict[str, Any]]) -> list[Line]:
+def _matching(lines: Sequence[Line], panels: Sequence[Mapping[str, Any]]) -> list[Line]:
     """Return the lines that belong to any of the panels."""
-    return [line for line in lines if any(panel.items() <= line.values.items() for panel in panels)]
+    return [line for line in lines if any(each.items() <= line.values.items() for each in panels)]
 
 
-def _draw_panel(
-    axes: Axes, lines: Sequence[Line], layout: Layout, palette: _Palette, unit: Unit
-) -> list[Line2D]:
-    axes.grid(axis="y")
-    curves = []
-    for line in lines:
-        color = layout.index(layout.color, line)
-        style = layout.index(layout.style, line)
-        marked = 0 < line.marks.shape[1] <= MOST_MARKED_POINTS and palette.norm is None
-        look: dict[str, Any] = {"color": palette.colors[color]}
-        marks: dict[str, Any] = {
-            "marker": MARKERS[color % len(MARKERS)],
-            "markerfacecolor": "white" if style else palette.colors[color],
-            "markeredgewidth": 0.8,
-        }
-        dashes = LINE_STYLES[style % len(LINE_STYLES)]
-        values = unit.of(line.quantity)
-        if marked and np.array_equal(line.marks[0], line.cycles):
-            curves += axes.plot(line.cycles, values, linestyle=dashes, **look, **marks)
-            continue
-        curves += axes.plot(line.cycles, values, linestyle=dashes, **look)
-        if marked:
-            heights = unit.of(line.marks[1])
-            axes.plot(line.marks[0], heights, linestyle="none", label="_snapshots", **look, **marks)
-    return curves
+def _draw_line(axes: Axes, line: Line, layout: Layout, palette: _Palette, unit: Unit) -> Line2D:
+    color, style = layout.index(layout.color, line), layout.index(layout.style, line)
+    look: dict[str, Any] = {"color": palette.colors[color]}
+    marks: dict[str, Any] = {
+        "marker": MARKERS[color % len(MARKERS)],
+        "markerfacecolor": "white" if style else palette.colors[color],
+        "markeredgewidth": 0.8,
+    }
+    is_marked = _has_marks(line) and palette.norm is None
+    at_steps = is_marked and np.array_equal(line.marks[0], line.cycles)
+    dashes = LINE_STYLES[style % len(LINE_STYLES)]
+    (curve,) = axes.plot(
+        line.cycles,
+        unit.of(line.quantity),
+        linestyle=dashes,
+        **look,
+        **(marks if at_steps else {}),
+    )
+    if is_marked and not at_steps:
+        heights = unit.of(line.marks[1])
+        axes.plot(line.marks[0], heights, linestyle="none", label="_snapshots", **look, **marks)
+    return curve
 
 
 def _add_keys(

@@ -24,9 +24,7 @@ Value = Any
 Levels = Mapping[str, tuple[Value, ...]]
 """The different values of each varied name, in the study's order."""
 
-MOST_ROWS, MOST_PANELS_ACROSS, MOST_STYLES, MOST_COLORS = 3, 3, 4, 60
-MOST_KEYED_COLORS = 8
-MOST_MARKED_POINTS = 12
+_MOST_ROWS, _MOST_PANELS_ACROSS, _MOST_STYLES, _MOST_COLORS, _MOST_KEYED = 3, 3, 4, 60, 8
 _BOOKKEEPING = {CASE_ID.name, POINT.name, STATUS.name, "id"}
 _PREFERRED_STYLE = ("plastic_limit", "slip_model")
 _PREFERRED_COLOR = ("roughness_amplitude", "roughness")
@@ -63,36 +61,30 @@ def study_lines(
     gives the lines every step. It is a `ValueError` when it lacks the quantity.
     """
     require(summary, variable)
-    along = "step" if "step" in summary[variable].dims else "cycle"
-    table = summary[variable].transpose(..., along)
-    dims = [str(dim) for dim in table.dims[:-1]]
-    cycles = summary["cycle"].transpose(..., along).values.astype(np.float64)
-    quantities = table.values.astype(np.float64)
-    parameters = list(_parameters(summary, dims))
+    dims = [str(dim) for dim in summary[variable].dims if dim not in ("cycle", "step")]
+    cycles, quantities = _over_cycles(summary, variable, dims)
     has_steps = history is not None and variable in history
     steps = history if has_steps and history is not None else summary
-    dense = steps[variable].transpose(*dims, ...).values.astype(np.float64)
-    dense_cycles = steps["cycle"].transpose(..., steps[variable].dims[-1]).values.astype(np.float64)
+    dense_cycles, dense = _over_cycles(steps, variable, dims)
+    parameters = list(_parameters(summary, dims))
     lines = []
     for place in np.argwhere(np.isfinite(quantities).any(axis=-1)).tolist():
-        point = dict(zip(dims, place, strict=True))
+        at, point = tuple(place), dict(zip(dims, place, strict=True))
         values = {
             name: column[tuple(point[dim] for dim in along)] for name, along, column in parameters
         }
-        at = tuple(place)
-        own = cycles if cycles.ndim == 1 else cycles[at]
-        marks = np.empty((2, 0)) if along == "step" else np.stack([own, quantities[at]])
-        every = dense_cycles if dense_cycles.ndim == 1 else dense_cycles[at]
+        marks = np.stack([cycles[at], quantities[at]])[:, np.isfinite(quantities[at])]
         known = np.isfinite(dense[at])
-        line = Line(point, values, every[known], dense[at][known], marks[:, np.isfinite(marks[1])])
-        lines.append(line)
+        marks = marks if "cycle" in summary.dims else marks[:, :0]
+        lines.append(Line(point, values, dense_cycles[at][known], dense[at][known], marks))
     return lines
 
 
-def joined(lines: Sequence[Line]) -> tuple[Array, Array]:
-    """Return cycles and values of all lines, one after the other."""
-    cycles, values = zip(*((line.cycles, line.quantity) for line in lines), strict=True)
-    return np.concatenate(cycles), np.concatenate(values)
+def _over_cycles(dataset: xr.Dataset, variable: str, dims: Sequence[str]) -> tuple[Array, Array]:
+    """Return the cycles and the values of each point, the cycles along the last axis."""
+    values = dataset[variable].transpose(*dims, ...)
+    cycles = dataset["cycle"].broadcast_like(values).transpose(*values.dims)
+    return cycles.values.astype(np.float64), values.values.astype(np.float64)
 
 
 def _parameters(
@@ -104,9 +96,8 @@ def _parameters(
         if name not in _BOOKKEEPING and along and set(along) <= set(dims):
             kind = str if coordinate.dtype.kind in "OUS" else np.float64
             values, units = coordinate.values.astype(kind), coordinate.attrs.get("units", "")
-            known = [in_unit(value, units) for value in values.ravel().tolist()]
             column = np.empty(values.shape, dtype=object)
-            column.ravel()[:] = known
+            column.ravel()[:] = [in_unit(value, units) for value in values.ravel().tolist()]
             yield str(name), along, column
 
 
@@ -126,6 +117,11 @@ class Layout:
     paired: tuple[str, ...] = ()
     levels: Levels = field(default_factory=dict)
     thinned: Mapping[str, int] = field(default_factory=dict)
+
+    @property
+    def is_keyed(self) -> bool:
+        """Whether the colours are few enough for a key, without a bar of colours."""
+        return self.color is None or len(self.levels[self.color]) <= _MOST_KEYED
 
     def panels(self, most_across: int) -> tuple[list[dict[str, Value]], int]:
         """Return the values that each panel stands for, row by row, and the panels in a row."""
@@ -150,7 +146,7 @@ def choose_layout(lines: Sequence[Line]) -> Layout:
     """
     levels = _levels(lines)
     names, told_by = _independent(levels, lines)
-    crowded = any(len(levels[name]) > MOST_KEYED_COLORS for name in names)
+    crowded = any(len(levels[name]) > _MOST_KEYED for name in names)
     style = None if crowded else _style_name(names, levels)
     rest = [name for name in names if name != style]
     finest = max(rest, key=lambda name: len(levels[name]), default=None)
@@ -160,9 +156,9 @@ def choose_layout(lines: Sequence[Line]) -> Layout:
     facets = [name for name in rest if name != color]
     rows, facets = (facets[:1], facets[1:]) if len(facets) > 1 else ([], facets)
     across, held = facets[:1], facets[1:]
-    most: dict[str | None, int] = {color: MOST_COLORS}
-    most |= dict.fromkeys(rows, MOST_ROWS)
-    most |= dict.fromkeys(across, MOST_PANELS_ACROSS * (1 if rows else MOST_ROWS))
+    most: dict[str | None, int] = {color: _MOST_COLORS}
+    most |= dict.fromkeys(rows, _MOST_ROWS)
+    most |= dict.fromkeys(across, _MOST_PANELS_ACROSS * (1 if rows else _MOST_ROWS))
     shown = {name: _evenly(values, most.get(name)) for name, values in levels.items()}
     shown |= {name: (levels[name][-1],) for name in held}
     thinned = {n: len(levels[n]) for n in names if len(shown[n]) < len(levels[n])}
@@ -192,7 +188,7 @@ def _telling(levels: Levels, lines: Sequence[Line]) -> str | None:
     drawn = [
         name
         for name, values in levels.items()
-        if len(values) > max(MOST_KEYED_COLORS, 0.9 * len(lines))
+        if len(values) > max(_MOST_KEYED, 0.9 * len(lines))
         and not any(isinstance(value, str) for value in values)
     ]
     if len(drawn) < 2:
@@ -210,7 +206,7 @@ def _first_of(preferred: Sequence[str], names: Sequence[str]) -> str | None:
 def _style_name(names: Sequence[str], levels: Levels) -> str | None:
     if len(names) < 2:
         return None
-    few = [name for name in names if len(levels[name]) <= MOST_STYLES]
+    few = [name for name in names if len(levels[name]) <= _MOST_STYLES]
     others = (name for name in few if name not in _PREFERRED_COLOR)
     fewest = min(others, key=lambda name: len(levels[name]), default=None)
     return _first_of(_PREFERRED_STYLE, few) or fewest
@@ -224,7 +220,7 @@ def _independent(levels: Levels, lines: Sequence[Line]) -> tuple[list[str], dict
         for other in kept:
             pairs = {(line.values[other], line.values[name]) for line in lines}
             # Not few values off a colour bar: nobody can read them there.
-            readable = len(levels[other]) <= MOST_KEYED_COLORS or len(levels[name]) > MOST_STYLES
+            readable = len(levels[other]) <= _MOST_KEYED or len(levels[name]) > _MOST_STYLES
             if readable and len(pairs) == len(levels[other]):
                 told_by[name] = other
                 break

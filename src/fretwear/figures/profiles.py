@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import xarray as xr
@@ -52,15 +52,23 @@ _BAR: dict[str, Any] = {"lw": 1.6, "solid_capstyle": "butt", "label": "_zone", "
 _BAR_NAME: dict[str, Any] = {"fontsize": 6.5, "ha": "center", "va": "bottom"}
 
 
-def pressure_profiles(
-    dataset: xr.Dataset, cycles: Cycles = None, *, columns: Columns = 1, ax: Axes | None = None
+@styled
+def field_profiles(
+    dataset: xr.Dataset,
+    quantity: Field | str,
+    cycles: Cycles = None,
+    *,
+    columns: Columns = 1,
+    ax: Axes | None = None,
 ) -> Figure:
-    """Draw the normal pressure along x at y = 0 at several cycles.
+    """Draw any field along x at y = 0 at several cycles.
 
     Parameters
     ----------
     dataset : xarray.Dataset
         One case (quarter or whole contact), or one point of a merged study.
+    quantity : str
+        The field, such as ``pressure``. Wear depth is drawn downwards.
     cycles : int or sequence of int, optional
         Snapshots to draw; left out, at most six of those there are.
     columns : {1, 2}
@@ -71,10 +79,11 @@ def pressure_profiles(
     Returns
     -------
     matplotlib.figure.Figure
-        Pressure in MPa over x in µm. Where roughness crowds a profile, a thin line is the
-        profile and a thick one its envelope. A triangle at the top is the peak of a curve that
-        continues above: in elastic bodies the one at the edge of the stick zone grows with a
-        finer grid, without end, and more than three times the first peak is not shown.
+        Pressure in MPa over x in µm, for example. Where roughness crowds a profile, a thin line
+        is the profile and a thick one its envelope, or its mean over a wave. A triangle at the
+        top is the peak of a traction that continues above: in elastic bodies the one at the edge
+        of the stick zone grows with a finer grid, without end, and more than three times the
+        first peak is not shown.
 
     Raises
     ------
@@ -83,68 +92,56 @@ def pressure_profiles(
     ValueError
         When `dataset` has no such field or snapshot, or varies in a case parameter.
     """
-    return field_profiles(dataset, "pressure", cycles, columns=columns, ax=ax)
-
-
-def shear_profiles(
-    dataset: xr.Dataset, cycles: Cycles = None, *, columns: Columns = 1, ax: Axes | None = None
-) -> Figure:
-    """Draw the shear traction along x at +Q, in MPa; otherwise as `pressure_profiles`."""
-    return field_profiles(dataset, "shear_traction", cycles, columns=columns, ax=ax)
-
-
-def gap_profiles(
-    dataset: xr.Dataset, cycles: Cycles = None, *, columns: Columns = 1, ax: Axes | None = None
-) -> Figure:
-    """Draw the gap at load P in µm, with its mean over a wave when rough.
-
-    Otherwise as `pressure_profiles`.
-    """
-    return field_profiles(dataset, "gap", cycles, columns=columns, ax=ax)
-
-
-def wear_rate_profiles(
-    dataset: xr.Dataset, cycles: Cycles = None, *, columns: Columns = 1, ax: Axes | None = None
-) -> Figure:
-    """Draw the wear of one cycle; otherwise as `pressure_profiles`."""
-    return field_profiles(dataset, "wear_rate", cycles, columns=columns, ax=ax)
-
-
-def wear_profiles(
-    dataset: xr.Dataset, cycles: Cycles = None, *, columns: Columns = 1, ax: Axes | None = None
-) -> Figure:
-    """Draw the worn depth in µm, downwards, with its mean over a wave when rough.
-
-    Otherwise as `pressure_profiles`.
-    """
-    return field_profiles(dataset, "wear_depth", cycles, columns=columns, ax=ax)
-
-
-@styled
-def field_profiles(
-    dataset: xr.Dataset,
-    quantity: Field | str,
-    cycles: Cycles = None,
-    *,
-    columns: Columns = 1,
-    ax: Axes | None = None,
-) -> Figure:
-    """Draw any field along x at y = 0 at several cycles, as `pressure_profiles` does."""
     profiles = half_profiles(dataset, quantity, cycles)
     figure, panel = one_panel(columns, 66.0 if columns == 1 else 90.0, ax)
     colors = cycle_colors(profiles.cycles)
     curves = draw_profiles(panel, profiles, colors)
     _name_zones(panel, profiles)
-    cycles_shown = [cycle_text(cycle) for cycle in profiles.cycles]
-    labels = [f"cycle {cycles_shown[0]}", *cycles_shown[1:]]
-    if not profiles.is_wavy and label_curves(panel, curves, labels):
+    names = [cycle_text(cycle) for cycle in profiles.cycles]
+    if not profiles.is_wavy and label_curves(panel, curves, [f"cycle {names[0]}", *names[1:]]):
         return figure
     if ax is None:
         cycle_key(figure, colors)
     else:
         lines = [Line2D([], [], color=color) for color in colors.values()]
-        panel.legend(lines, cycles_shown, title="cycle")
+        panel.legend(lines, names, title="cycle")
     return figure
+
+
+class ProfileFigure(Protocol):
+    """Draws one field along x, as `field_profiles` does."""
+
+    def __call__(
+        self,
+        dataset: xr.Dataset,
+        cycles: Cycles = None,
+        *,
+        columns: Columns = 1,
+        ax: Axes | None = None,
+    ) -> Figure:
+        """Return the figure."""
+
+
+def _profiles_of(name: str, quantity: str, words: str) -> ProfileFigure:
+    def draw(
+        dataset: xr.Dataset,
+        cycles: Cycles = None,
+        *,
+        columns: Columns = 1,
+        ax: Axes | None = None,
+    ) -> Figure:
+        return field_profiles(dataset, quantity, cycles, columns=columns, ax=ax)
+
+    draw.__name__ = draw.__qualname__ = name
+    draw.__doc__ = f"Draw {words} along x; parameters are those of `field_profiles`."
+    return draw
+
+
+pressure_profiles = _profiles_of("pressure_profiles", "pressure", "the normal pressure")
+shear_profiles = _profiles_of("shear_profiles", "shear_traction", "the shear traction at +Q")
+gap_profiles = _profiles_of("gap_profiles", "gap", "the gap at load P")
+wear_rate_profiles = _profiles_of("wear_rate_profiles", "wear_rate", "the wear of one cycle")
+wear_profiles = _profiles_of("wear_profiles", "wear_depth", "the worn depth, downwards,")
 
 
 @styled

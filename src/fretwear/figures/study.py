@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import asdict
 from itertools import chain
@@ -19,11 +19,10 @@ from fretwear.data.effects import Points
 from fretwear.data.files import open_case
 from fretwear.data.safe import write_text
 from fretwear.data.sensitivity import GOOD, is_sampled, result_indices
-from fretwear.figures.axes import ValueAxis
 from fretwear.figures.bearing import compare_bearing_areas, has_bearing_area
-from fretwear.figures.datasets import envelope_of, field_of, peak_envelope, variable_of
+from fretwear.figures.datasets import envelope_of, field_of, peak_envelope
 from fretwear.figures.effects import effect_map, effects, parallel_coordinates, sensitivity
-from fretwear.figures.history import Ensemble, draw_history
+from fretwear.figures.history import CyclePlot
 from fretwear.figures.index import (
     ANSWER_CATEGORY,
     HISTORY_CATEGORY,
@@ -32,25 +31,13 @@ from fretwear.figures.index import (
     PROFILE_CATEGORY,
     FigureEntry,
 )
-from fretwear.figures.lines import (
-    MOST_KEYED_COLORS,
-    MOST_MARKED_POINTS,
-    Array,
-    Layout,
-    Line,
-    choose_layout,
-    joined,
-    representative_cases,
-    shown_lines,
-    study_lines,
-)
+from fretwear.figures.lines import representative_cases, study_lines
 from fretwear.figures.maps import compare_wear_maps, depth_scale
 from fretwear.figures.profiles import at_edge, compare_profiles, is_traction
 from fretwear.figures.rig import fretting_map, has_fretting_map
 from fretwear.figures.style import save_figure
 from fretwear.study.case import Case
-from fretwear.study.parameters import parameter
-from fretwear.vocabulary import Field, Variable
+from fretwear.vocabulary import Field
 
 HISTORIES = {
     "contact_half_width": "contact_half_width_x",
@@ -103,9 +90,8 @@ def study_figures(
     if bool((force.max("cycle") - force.min("cycle") > _STEADY * force.max("cycle")).any()):
         histories["tangential_force"] = "tangential_force"
     for name, quantity in histories.items():
-        caption = _history_caption(summary, variable_of(summary, quantity), history)
-        figure = draw_history(summary, quantity, history)
-        yield StudyFigure(name, caption, HISTORY_CATEGORY, figure)
+        plot = CyclePlot.of(summary, quantity, history)
+        yield StudyFigure(name, plot.caption, HISTORY_CATEGORY, plot.draw())
     cases_of = representative_cases(summary)
     suffix = f"_by_{'_and_'.join(cases_of.contrasts)}" if cases_of.contrasts else ""
     where = f" ({cases_of.common})" if cases_of.common else ""
@@ -205,78 +191,6 @@ def _answer_figures(summary: xr.Dataset) -> Iterator[StudyFigure]:
     )
     figure = parallel_coordinates(summary)
     yield StudyFigure("parallel_coordinates", caption, ANSWER_CATEGORY, figure)
-
-
-def _history_caption(
-    summary: xr.Dataset, variable: Variable, history: xr.Dataset | None = None
-) -> str:
-    cases = study_lines(summary, variable.name, history)
-    points = summary["status"].size if "status" in summary else len(cases)
-    ensemble = Ensemble.of(summary, variable.name)
-    if ensemble is not None:
-        summary, history = ensemble.mean, None
-    lines = study_lines(summary, variable.name, history)
-    layout = choose_layout(lines)
-    chance = f"Mean and standard deviation over {ensemble.count} seeds." if ensemble else ""
-    sentences = [
-        f"{variable.label} against the number of cycles, {_cases(len(cases), points)}.",
-        *([chance] if chance else []),
-        *_encoding(layout),
-        *(
-            f"Of {total} values of {parameter(name).words}, {len(layout.levels[name])} are shown."
-            for name, total in layout.thinned.items()
-        ),
-        *_drawn(lines, layout, is_dense=history is not None),
-        f"{_axes_words(variable, *joined(shown_lines(lines, layout)))}.",
-    ]
-    return " ".join(sentences)
-
-
-def _drawn(lines: Sequence[Line], layout: Layout, *, is_dense: bool) -> Iterator[str]:
-    keyed = not layout.color or len(layout.levels[layout.color]) <= MOST_KEYED_COLORS
-    marked = keyed and any(0 < line.marks.shape[1] <= MOST_MARKED_POINTS for line in lines)
-    if is_dense:
-        yield f"Lines go through every step{'; marks are snapshots' if marked else ''}."
-    elif marked:
-        yield "Marks are snapshots, joined by straight lines."
-
-
-def _axes_words(variable: Variable, cycles: Array, values: Array) -> str:
-    shown = (cycles == 0.0) | (cycles >= 1.0)
-    positive = cycles[shown & (values > 0.0)]
-    is_wide = cycles.max() >= 10.0 * positive[positive > 0.0].min(initial=math.inf)
-    if not ValueAxis.of(variable, values[shown]).is_logarithmic:
-        broken = "The axis of cycles is logarithmic to the right of the break"
-        return broken if is_wide else "The axes are linear"
-    if not is_wide:
-        return "The vertical axis is logarithmic"
-    if (positive == 0.0).any():
-        return "Both axes are logarithmic, that of cycles to the right of the break"
-    return "Both axes are logarithmic"
-
-
-def _cases(done: int, points: int) -> str:
-    if points == 1:
-        return "one case"
-    return f"all {done} cases" if done == points else f"{done} of {points} cases, those done"
-
-
-def _encoding(layout: Layout) -> Iterator[str]:
-    if layout.rows or layout.across:
-        yield f"Panels: {_names([*layout.rows, *layout.across])}."
-    if layout.color:
-        named = len(layout.levels[layout.color]) <= MOST_KEYED_COLORS
-        together = f", with {_names(layout.paired)}" if layout.paired and named else ""
-        yield f"Colour: {parameter(layout.color).words}{together}."
-        if layout.paired and not named:
-            yield f"From line to line, {_names(layout.paired)} changes too."
-    if layout.style:
-        yield f"Line and filling of marks: {parameter(layout.style).words}."
-
-
-def _names(names: Sequence[str]) -> str:
-    *before, last = (parameter(name).words for name in names)
-    return f"{', '.join(before)} and {last}" if before else last
 
 
 def _profile_caption(field: Field, where: str, cases: Mapping[str, xr.Dataset]) -> str:

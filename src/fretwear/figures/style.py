@@ -45,10 +45,11 @@ _SCREEN_DPI = 150
 _LIGHTEST, _DARKEST = 0.8, 0.0
 _LEAST_CONTRAST = 4.5
 
-_METADATA: dict[str, dict[str, Any]] = {
-    ".svg": {"Date": None, "Creator": "fretwear"},
-    ".png": {"Software": None},
-    ".pdf": {"CreationDate": None, "Creator": "fretwear", "Producer": None},
+_OPTIONS: dict[str, dict[str, Any]] = {
+    ".svg": {"metadata": {"Date": None, "Creator": "fretwear"}},
+    # A tenth more bytes than at PIL's own level 6, in two thirds of the time.
+    ".png": {"metadata": {"Software": None}, "pil_kwargs": {"compress_level": 3}},
+    ".pdf": {"metadata": {"CreationDate": None, "Creator": "fretwear", "Producer": None}},
 }
 
 _PATH, _DIGITS = re.compile(rb' d="[^"]*"'), re.compile(rb"(\.\d\d)\d+")
@@ -132,12 +133,14 @@ def save_figure(
     ``png`` (300 dots per inch) and ``pdf``. The files returned carry no date, and their inner names
     depend on the content alone: the same data always give the same bytes.
     """
-    paths = []
-    for ending in formats:
-        paths.append(save_as(figure, f"{fspath(stem)}.{ending}"))
-        # Nothing moves any more: the places found for the first file serve the others.
-        figure.set_layout_engine("none")
-    return paths
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        # Once for all files: with an engine left, savefig lays out and draws twice for each.
+        with style_context():
+            figure.set_dpi(matplotlib.rcParams["savefig.dpi"])
+            engine.execute(figure)
+        figure.set_layout_engine(None)
+    return [save_as(figure, f"{fspath(stem)}.{ending}") for ending in formats]
 
 
 def save_as(figure: Figure, path: str | PathLike[str]) -> Path:
@@ -157,7 +160,7 @@ def save_as(figure: Figure, path: str | PathLike[str]) -> Path:
             "end the name in .png, .svg or .pdf."
         )
     with style_context(), atomic_path(path) as temporary:
-        figure.savefig(temporary, format=ending.removeprefix("."), metadata=_METADATA.get(ending))
+        figure.savefig(temporary, format=ending.removeprefix("."), **_OPTIONS.get(ending, {}))
         if ending == ".svg":
             # A hundredth of a point is finer than any line; matplotlib writes a millionth.
             drawn = temporary.read_bytes()
