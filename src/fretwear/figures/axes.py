@@ -226,10 +226,6 @@ def label_outer(panels: Sequence[Axes], across: int, *, every_x: bool = False) -
         axes.tick_params(axis="y", which="both", labelleft=index % across == 0)
         if index % across:
             axes.set_ylabel("")
-        for axis in (axes.xaxis, axes.yaxis):
-            if not axis.label.get_text():
-                # Else matplotlib measures all ticks, again and again, to find a place for nothing.
-                axis.set_label_coords(0.0, 0.0)
 
 
 def outside_key(

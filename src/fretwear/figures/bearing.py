@@ -141,21 +141,9 @@ def compare_bearing_areas(
     *,
     columns: Columns = 2,
 ) -> Figure:
-    """Draw the bearing-area curves of several cases before and after wear, a panel for each.
+    """Draw what `bearing_area` does for several cases, by title, on one scale of heights.
 
-    Parameters
-    ----------
-    cases : mapping of str to xarray.Dataset
-        Cases with roughness by the title of their panel.
-    known : mapping of str to Case, optional
-        The cases as a study has them, by their ids: with the files of measured surfaces.
-    columns : {1, 2}
-        Journal columns that the figure spans, 90 mm or 190 mm.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        As `bearing_area`, on one scale of heights.
+    `known` are the cases as a study has them, by their ids: with the files of measured surfaces.
     """
     check_cases(cases)
     curves = [

@@ -49,26 +49,12 @@ _FEWEST = 16
 
 @styled
 def effects(summary: xr.Dataset, quantities: Sequence[str] = HEADLINES) -> Figure:
-    """Draw final results against every parameter of a merged study.
+    """Draw final results of a merged study, a row each, against every parameter, a column each.
 
-    Parameters
-    ----------
-    summary : xarray.Dataset
-        A merged study.
-    quantities : sequence of str
-        Results, a row each; those that no case has are left out.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        A column for each parameter. A thin line joins cases that differ in this parameter alone;
-        its colour tells the value of the other parameter on which the change depends most. The
-        points of a sampled study have no such lines: these are scatter plots.
-
-    Raises
-    ------
-    ValueError
-        When no parameter is varied, or no point is done.
+    A thin line joins cases that differ in this parameter alone; its colour tells the value of the
+    other parameter on which the change depends most. The points of a sampled study have no such
+    lines: these are scatter plots. Results that no case has are left out. It is a `ValueError`
+    when no parameter is varied, or no point is done.
     """
     points = Points.of(summary)
     names = [n for n in quantities if np.isfinite(points.results.get(n, np.nan)).any()]
@@ -181,22 +167,8 @@ def _name_levels(axes: Axes, points: Points, varied: str) -> None:
 def effect_map(summary: xr.Dataset, quantity: str = "wear_volume") -> Figure:
     """Draw a final result as a heat map over the two parameters with most values.
 
-    Parameters
-    ----------
-    summary : xarray.Dataset
-        A merged study of a grid that varies two parameters or more.
-    quantity : str
-        The result.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        A panel for each combination of the other parameters, of at most 6 of them.
-
-    Raises
-    ------
-    ValueError
-        When the study does not vary two parameters in a grid, or no point is done.
+    There is a panel for each combination of the other parameters, of at most 6 of them. It is a
+    `ValueError` when the merged study does not vary two parameters in a grid, or no point is done.
     """
     points = Points.of(summary)
     by_length = sorted(points.levels, key=lambda name: -len(points.levels[name]))
@@ -251,24 +223,10 @@ def _write_numbers(axes: Axes, table: Array, norm: Normalize) -> None:
 def sensitivity(summary: xr.Dataset, quantities: Sequence[str] = HEADLINES) -> Figure:
     """Draw the Sobol indices of a sampled study, and how they settle with the number of points.
 
-    Parameters
-    ----------
-    summary : xarray.Dataset
-        A merged study of points drawn from ranges.
-    quantities : sequence of str
-        Results, a row each; those whose emulator predicts less than 90 % of the variance are
-        left out.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Left, indices of each parameter alone (full) and with its interactions (open) with 95 %
-        intervals; right, the latter against the number of points.
-
-    Raises
-    ------
-    ValueError
-        When the points were not drawn, or no emulator is good enough.
+    Left are the indices of each parameter alone (full) and with its interactions (open) with 95 %
+    intervals; right, the latter against the number of points. Results whose emulator predicts less
+    than 90 % of the variance are left out. It is a `ValueError` when the points were not drawn, or
+    no emulator is good enough.
     """
     if not is_sampled(summary):
         raise ValueError("Sobol indices are those of a sampled study; this one lists its values.")
@@ -325,17 +283,7 @@ def _draw_bars(axes: Axes, indices: Indices) -> None:
 def parallel_coordinates(summary: xr.Dataset, quantity: str = "wear_volume") -> Figure:
     """Draw every point of a study as a line over its parameters, its colour the final result.
 
-    Parameters
-    ----------
-    summary : xarray.Dataset
-        A merged study.
-    quantity : str
-        The result.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        An axis for each parameter from its lowest to its highest value, and one for the result.
+    Each parameter has an axis from its lowest to its highest value, and so has the result.
     """
     points = Points.of(summary)
     variable, values = points.variables[quantity], points.results[quantity]

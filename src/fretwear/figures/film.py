@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-import io
 import shutil
-from collections.abc import Callable, Sequence
+import subprocess
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from itertools import chain
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
-from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, FuncAnimation
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -109,7 +110,12 @@ class CaseAnimation:
             else:
                 grid[0, 1].remove()
             self._add_widths(grid[1, 1], shown, history)
-            self._add_key()
+            zones = list(reversed(ContactState))
+            first = Line2D([], [], color=MUTED, lw=_FIRST_WIDTH)
+            handles = [*(Patch(color=ZONE_COLORS[zone]) for zone in zones), first]
+            labels = [zone.name.lower() for zone in zones]
+            labels.append(f"pressure at cycle {cycle_text(self.cycles[0])}")
+            outside_key(self.figure, handles, labels, "outside lower left", handlelength=1.2)
             self._draw(len(self.cycles) - 1)
             _label_widths(grid[1, 1])
 
@@ -166,14 +172,6 @@ class CaseAnimation:
 
         self._updates.append(update)
 
-    def _add_key(self) -> None:
-        zones = list(reversed(ContactState))
-        first = Line2D([], [], color=MUTED, lw=_FIRST_WIDTH)
-        handles = [*(Patch(color=ZONE_COLORS[zone]) for zone in zones), first]
-        words = f"pressure at cycle {cycle_text(self.cycles[0])}"
-        labels = [*(zone.name.lower() for zone in zones), words]
-        outside_key(self.figure, handles, labels, "outside lower left", handlelength=1.2)
-
     def _draw(self, index: int) -> None:
         for update in self._updates:
             update(index)
@@ -220,19 +218,21 @@ class CaseAnimation:
         """
         path = Path(path)
         check_format(path)
-        moving = FuncAnimation(
-            self.figure, self._draw, frames=len(self.cycles), cache_frame_data=False
-        )
-        is_gif = path.suffix.lower() == ".gif"
-        writer = _GifWriter(self.seconds) if is_gif else _mp4_writer(self.seconds)
+        write = _write_gif if path.suffix.lower() == ".gif" else _write_mp4
         with style_context(), atomic_path(path) as temporary:
-            moving.save(
-                str(temporary),
-                writer,
-                dpi=dots_per_inch,
-                progress_callback=lambda index, total: progress(index + 1, total),
-            )
+            write(temporary, self._pictures(dots_per_inch, progress), self.seconds)
         return path
+
+    def _pictures(
+        self, dots_per_inch: float, progress: Callable[[int, int], None]
+    ) -> Iterator[Image.Image]:
+        self.figure.set_dpi(dots_per_inch)
+        canvas = FigureCanvasAgg(self.figure)
+        for index in range(len(self.cycles)):
+            self._draw(index)
+            canvas.draw()
+            progress(index + 1, len(self.cycles))
+            yield Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
 
 
 def animation(
@@ -305,42 +305,28 @@ def check_format(path: Path) -> None:
         )
 
 
-class _GifWriter(AbstractMovieWriter):
-    """Write pictures that are shown for unequal times; matplotlib's writer shows all alike."""
-
-    def __init__(self, seconds: Sequence[float]) -> None:
-        super().__init__()
-        self._milliseconds = [round(1000 * each) for each in seconds]
-        self._pictures: list[Image.Image] = []
-
-    def setup(self, fig: Figure, outfile: Any, dpi: float | None = None) -> None:
-        super().setup(fig, outfile, dpi)
-
-    def grab_frame(self, **savefig_kwargs: Any) -> None:
-        pixels = io.BytesIO()
-        self.fig.savefig(pixels, **{**savefig_kwargs, "format": "rgba", "dpi": self.dpi})
-        picture = Image.frombytes("RGBA", self.frame_size, pixels.getvalue()).convert("RGB")
-        self._pictures.append(picture.quantize(_COLORS, dither=Image.Dither.NONE))
-
-    def finish(self) -> None:
-        first, *others = self._pictures
-        times = self._milliseconds
-        first.save(self.outfile, "GIF", save_all=True, append_images=others, duration=times, loop=0)
+def _write_gif(path: Path, pictures: Iterator[Image.Image], seconds: Sequence[float]) -> None:
+    first, *others = (each.quantize(_COLORS, dither=Image.Dither.NONE) for each in pictures)
+    times = [round(1000 * each) for each in seconds]
+    first.save(path, "GIF", save_all=True, append_images=others, duration=times, loop=0)
 
 
-def _mp4_writer(seconds: Sequence[float]) -> FFMpegWriter:
-    """Return a writer that has ffmpeg repeat each picture for as long as it is shown."""
-    frames = [max(1, round(_FRAMES_PER_SECOND * each)) for each in seconds]
-    starts = "+".join(f"gte(N,{index})*{n}" for index, n in enumerate(frames[:-1], start=1))
-    filters = [
-        # Many players know H.264 of even sizes with halved colours only.
-        "crop=trunc(iw/2)*2:trunc(ih/2)*2",
-        f"setpts='{starts or 0}'",
-        f"fps={_FRAMES_PER_SECOND}",
-        f"tpad=stop_mode=clone:stop={frames[-1] - 1}",
-    ]
-    arguments = ["-vf", ",".join(filters), "-pix_fmt", "yuv420p", "-crf", "20", "-f", "mp4"]
-    return FFMpegWriter(fps=_FRAMES_PER_SECOND, codec="libx264", extra_args=arguments)
+def _write_mp4(path: Path, pictures: Iterator[Image.Image], seconds: Sequence[float]) -> None:
+    """Have ffmpeg show each picture in as many frames as its time takes."""
+    first = next(pictures)
+    # Many players know H.264 of even sizes with halved colours only.
+    width, height = (side - side % 2 for side in first.size)
+    source = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}"]
+    coding = ["-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "20", "-f", "mp4"]
+    rate = ["-r", str(_FRAMES_PER_SECOND), "-i", "-"]
+    command = ["ffmpeg", "-y", "-v", "error", *source, *rate, *coding, str(path)]
+    with subprocess.Popen(command, stdin=subprocess.PIPE) as ffmpeg:
+        for picture, time in zip(chain([first], pictures), seconds, strict=True):
+            frames = max(1, round(_FRAMES_PER_SECOND * time))
+            if ffmpeg.stdin is not None:
+                ffmpeg.stdin.write(picture.crop((0, 0, width, height)).tobytes() * frames)
+    if ffmpeg.returncode:
+        raise OSError(f"ffmpeg ended with status {ffmpeg.returncode}")
 
 
 def _label_widths(axes: Axes) -> None:

@@ -135,6 +135,10 @@ def save_figure(
     """
     engine = figure.get_layout_engine()
     if engine is not None:
+        for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
+            if not axis.label.get_text():
+                # Else matplotlib measures all ticks again to find a place for nothing.
+                axis.set_label_coords(0.0, 0.0)
         # Once for all files: with an engine left, savefig lays out and draws twice for each.
         with style_context():
             figure.set_dpi(matplotlib.rcParams["savefig.dpi"])

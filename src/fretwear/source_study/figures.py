@@ -42,7 +42,7 @@ _CONTACT, _STICK = "contact_half_width_x", "stick_half_width_x"
 _PROFILE_HEIGHT, _WIDTH_HEIGHT, _KEY_HEIGHT = 52.0, 72.0, 14.0
 _ROOM_ABOVE = 1.08
 _ROOM_OVER_FIRST = 1.5
-_WAVES_IN_ZOOM = 4.0
+_WAVES_IN_ZOOM = 2.0
 _SLIP_ZONE_TOP = 500e6
 _MARGIN = 0.03
 
@@ -164,10 +164,18 @@ def _profiles(
             _, place = _ZOOMS[field.name]
             notes += [
                 _SHADE,
-                f"Left: the profile (thin) and its {MEAN_WORDS} (thick). Right: a few waves "
-                f"{place}; marks are the cells.",
+                f"Left: the profile (thin) and its {MEAN_WORDS} (thick). Right: two waves {place}; "
+                f"marks are the cells, {_cells_on_a_tip(shown[titles[0]])} on a tip in contact at "
+                "cycle 0.",
             ]
         yield _named(name, figure, *notes, *([_CUT] if is_traction(field) else []))
+
+
+def _cells_on_a_tip(case: xr.Dataset) -> int:
+    """How many cells in a row are in contact at first, as the middle one of all tips has them."""
+    touches = half_profiles(case, _PRESSURE, 0).values[0] > 0.0
+    ends = np.flatnonzero(np.diff(touches, prepend=False, append=False))
+    return int(np.median(np.diff(ends)[::2]))
 
 
 def _named(name: str, figure: Figure, *sentences: str) -> StudyFigure:
