@@ -230,9 +230,10 @@ class CaseAnimation:
         canvas = FigureCanvasAgg(self.figure)
         for index in range(len(self.cycles)):
             self._draw(index)
-            canvas.draw()
+            canvas.draw()  # type: ignore[no-untyped-call]
             progress(index + 1, len(self.cycles))
-            yield Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+            pixels = np.asarray(canvas.buffer_rgba())  # type: ignore[no-untyped-call]
+            yield Image.fromarray(pixels).convert("RGB")
 
 
 def animation(
