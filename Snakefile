@@ -13,17 +13,11 @@ import sys
 from pathlib import Path
 
 from fretwear.data.safe import why_leading_out, why_not_writable
-from fretwear.running.workflow import (
-    BATCHES,
-    CAPTION,
-    StudyJobs,
-    chosen_study,
-    keeps_older,
-)
+from fretwear.running.workflow import BATCHES, CAPTION, StudyJobs, chosen
 from fretwear.study.problems import StudyError
 
 try:
-    JOBS = StudyJobs.of(chosen_study(config), keep_older=keeps_older(config))
+    JOBS = StudyJobs.of(**chosen(config))
 except StudyError as error:
     print(f"fretwear: error: {error}", file=sys.stderr)
     sys.exit(2)
@@ -96,7 +90,7 @@ rule simulate:
     benchmark:
         f"{RESULTS}/benchmarks/{BATCHES}/{{batch}}.tsv"
     priority: lambda wildcards: JOBS.priority(wildcards.batch)
-    threads: int(config.get("threads", 1))
+    threads: JOBS.threads
     resources:
         mem_mb=lambda wildcards: JOBS.memory_mb(wildcards.batch),
         runtime=lambda wildcards: JOBS.minutes(wildcards.batch),

@@ -25,16 +25,17 @@
 #include <unistd.h>
 
 enum { OPEN = 1, WRITE = 2, FSYNC = 4, RENAME = 8, MKDIR = 16, UNLINK = 32, TRUNCATE = 64, MEMORY = 128 };
-enum { FILES = 4096, LARGE = 2048, PLACES = 1 << 18, SECONDS = 60 };
+enum { FILES = 4096, LARGE = 2048, PLACES = 1 << 18, SECONDS = 60, STACK = 1 << 20 };
 
 struct fault { long kinds, error, sent, every, chosen; };
 
 static char folder[PATH_MAX], copies[PATH_MAX];
 static struct fault faults[32];
-static int fault_count, record = -1, told = -1, heard = -1, armed, is_child;
+static int fault_count, record = -1, told = -1, heard = -1, armed, is_child, is_frozen;
 static long operations[32], *outside;
 static int serial_of[FILES], lock_of[FILES], serials;
 static struct { uint64_t key; long count; } places[PLACES];
+static uint64_t here; /* of what Python writes of its stack to no file */
 
 void faults_arm(const char *below, const char *where, const struct fault *all, int count, int say, int hear,
                 const char *log) {
@@ -47,29 +48,20 @@ void faults_arm(const char *below, const char *where, const struct fault *all, i
     armed = 1;
 }
 void faults_disarm(void) { armed = 0; }
+void faults_freeze(void) { is_frozen = 1; }
 long faults_operations(int kind) { return operations[__builtin_ctz(kind)]; }
 int faults_is_child(void) { return is_child; }
-long faults_outside(void) { return *outside; }
 
 /* How many operations of a kind have come from here: the same lines of all functions of Python. */
-static long count_here(int kind, uint64_t *here) {
+static long count_here(int kind) {
     static void (*dump)(int, void *);
     static void *(*thread)(void);
-    static int memory = -1;
-    static char text[1 << 16];
-    if (!dump) {
-        dump = dlsym(RTLD_DEFAULT, "_Py_DumpTraceback"), thread = dlsym(RTLD_DEFAULT, "PyGILState_GetThisThreadState");
-        memory = memfd_create("stack", 0);
-    }
-    syscall(SYS_ftruncate, memory, 0);
-    syscall(SYS_lseek, memory, 0, SEEK_SET);
-    dump(memory, thread());
-    ssize_t size = syscall(SYS_pread64, memory, text, sizeof text, 0);
-    uint64_t key = 14695981039346656037u + kind;
-    for (ssize_t at = 0; at < size; at++) key = (key ^ (unsigned char)text[at]) * 1099511628211u;
-    uint64_t at = key % PLACES;
-    while (places[at].key && places[at].key != key) at = (at + 1) % PLACES;
-    places[at].key = *here = key;
+    if (!dump) dump = dlsym(RTLD_DEFAULT, "_Py_DumpTraceback"), thread = dlsym(RTLD_DEFAULT, "PyGILState_GetThisThreadState");
+    here = 14695981039346656037u + kind;
+    dump(STACK, thread());
+    uint64_t at = here % PLACES;
+    while (places[at].key && places[at].key != here) at = (at + 1) % PLACES;
+    places[at].key = here;
     return ++places[at].count;
 }
 
@@ -111,10 +103,20 @@ static void enter_copy(const char *copy) {
     dup2(log, 1), dup2(log, 2);
 }
 
+/* Waits for a child, kills it if it hangs, and returns how it ended: its status, or minus the signal. */
+static int ending_of(pid_t child, int *hung) {
+    int status = 0;
+    for (long waited = 0; !waitpid(child, &status, WNOHANG); waited++) {
+        if (waited > SECONDS * 1000L) *hung = 1, kill(child, SIGKILL);
+        usleep(1000);
+    }
+    return WIFSIGNALED(status) ? -WTERMSIG(status) : WEXITSTATUS(status);
+}
+
 /* Forks; 1 in the child, 0 in the parent once the child has ended and that was told. */
-static int branches(int fault, int kind, long number, uint64_t here) {
+static int branches(int fault, int kind, long number) {
     char copy[PATH_MAX + 64], line[256];
-    int status = 0, hung = 0;
+    int hung = 0;
     snprintf(copy, sizeof copy, "%s/%d-%d-%ld", copies, fault, kind, number);
     armed = 0, *outside = 0;
     pid_t child = fork();
@@ -122,11 +124,7 @@ static int branches(int fault, int kind, long number, uint64_t here) {
         enter_copy(copy);
         return is_child = armed = 1;
     }
-    for (long waited = 0; !waitpid(child, &status, WNOHANG); waited++) {
-        if (waited > SECONDS * 1000L) hung = 1, kill(child, SIGKILL);
-        usleep(1000);
-    }
-    status = WIFSIGNALED(status) ? -WTERMSIG(status) : WEXITSTATUS(status);
+    int status = ending_of(child, &hung);
     int size = snprintf(line, sizeof line, "%d %d %ld %lu %d %d %ld\n", fault, kind, number,
                         here, status, hung, *outside);
     syscall(SYS_write, told, line, size);
@@ -138,13 +136,14 @@ static int branches(int fault, int kind, long number, uint64_t here) {
 static int fails(int kind) {
     if (!armed || is_child) return 0;
     long number = operations[__builtin_ctz(kind)]++;
-    uint64_t here;
-    long count = fault_count ? count_here(kind, &here) : 0;
+    int is_wanted = 0;
+    for (int fault = 0; fault < fault_count; fault++) is_wanted |= faults[fault].kinds & kind;
+    long count = is_wanted ? count_here(kind) : 0;
     /* Of writes the first, second, fourth, eighth, ... from here; memory is refused once. */
     if ((kind == WRITE && count & (count - 1)) || (kind == MEMORY && count > 1)) return 0;
     for (int fault = 0; fault < fault_count; fault++) {
         struct fault *what = faults + fault;
-        if (!(what->kinds & kind) || what->chosen++ % what->every || !branches(fault, kind, number, here)) continue;
+        if (!(what->kinds & kind) || what->chosen++ % what->every || !branches(fault, kind, number)) continue;
         if (what->sent) return kill(getpid(), what->sent), 0;
         return errno = what->error, 1;
     }
@@ -175,24 +174,42 @@ static int inside(int at, const char *path, char *whole, int changes) {
     return 0;
 }
 
-/* Signals to a process that has not yet opened the file of its study. */
-static long start_point = -1, start_count, start_signal;
+/* A process that starts and has not yet opened the file of its study: at each file that it opens
+   it forks, once for each signal, and the child goes on with the signal. Before it has opened its
+   own program Python answers in its own way. */
+static char starting[PATH_MAX];
+static int is_heard;
 __attribute__((constructor)) static void read_environment(void) {
     const char *wanted = getenv("FAULTS_AT_START");
-    if (wanted) sscanf(wanted, "%ld:%ld", &start_signal, &start_point);
+    if (wanted) snprintf(starting, sizeof starting, "%s", wanted);
 }
-static void count_start(const char *path) {
-    if (start_point < 0 || !path) return;
-    if (!start_signal && strstr(path, "fretwear/cli/") && strstr(path, "/program.")) dprintf(2, "begun after %ld\n", start_count);
-    if (strstr(path, ".yaml")) {
-        if (!start_signal) dprintf(2, "started after %ld\n", start_count);
-        start_point = -1;
-    } else if (start_count++ == start_point) kill(getpid(), start_signal);
+static void signal_start(const char *path) {
+    static long number;
+    static const int signals[] = {SIGINT, SIGTERM, SIGHUP, SIGKILL};
+    if (!starting[0] || !path) return;
+    if (strstr(path, ".yaml")) starting[0] = 0;
+    is_heard |= strstr(path, "fretwear/cli/") && strstr(path, "/program.");
+    for (int at = 0; is_heard && starting[0] && at < 4; at++) {
+        char said[PATH_MAX + 64];
+        int hung = 0;
+        pid_t child = fork();
+        snprintf(said, sizeof said, "%s/%ld-%d", starting, number, signals[at]);
+        if (child == 0) {
+            int log = syscall(SYS_openat, AT_FDCWD, said, O_WRONLY | O_CREAT | O_TRUNC, 0600);
+            dup2(log, 1), dup2(log, 2);
+            starting[0] = 0;
+            kill(getpid(), signals[at]);
+            return;
+        }
+        int status = ending_of(child, &hung);
+        dprintf(2, "%ld %d %d %d\n", number, signals[at], status, hung);
+    }
+    number += is_heard;
 }
 
 static int opened(int at, const char *path, int flags, mode_t mode) {
     char whole[PATH_MAX];
-    count_start(path);
+    signal_start(path);
     int changes = (flags & (O_WRONLY | O_RDWR | O_CREAT | O_TRUNC)) != 0;
     int mine = inside(at, path, whole, changes);
     if (mine && fails(OPEN)) return -1;
@@ -228,6 +245,10 @@ int flock(int file, int how) {
     return done;
 }
 ssize_t write(int file, const void *data, size_t size) {
+    if (file == STACK) {
+        for (size_t at = 0; at < size; at++) here = (here ^ ((const unsigned char *)data)[at]) * 1099511628211u;
+        return size;
+    }
     if (serial(file) && fails(WRITE)) return -1;
     ssize_t done = syscall(SYS_write, file, data, size);
     if (serial(file) && done > 0)
@@ -282,7 +303,7 @@ int unlink(const char *path) {
 
 /* Files that say when they were written would be different each second. */
 int clock_gettime(clockid_t clock, struct timespec *now) {
-    if (!armed || clock != CLOCK_REALTIME) return syscall(SYS_clock_gettime, clock, now);
+    if (!is_frozen || clock != CLOCK_REALTIME) return syscall(SYS_clock_gettime, clock, now);
     now->tv_sec = 1900000000, now->tv_nsec = 0;
     return 0;
 }

@@ -5,8 +5,9 @@ N-th point only. One process, into which ``faults.c`` is preloaded, computes, me
 reports a study. At each of its operations on the files of the results, and at each new place where
 it takes memory, it forks once for each fault. The child goes on in a copy of the folder, where
 this operation fails or a signal arrives, until its command ends. Each different folder that is left
-is then given to the same commands again, undisturbed. As root on Linux: the copy is mounted in
-the place of the folder.
+is then given to the same commands again, undisturbed; one that a command has left before is not
+followed again. The clock stands still, so that the same results are the same bytes. As root on
+Linux: the copy is mounted in the place of the folder.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import argparse
 import contextlib
 import ctypes
 import errno
+import gc
 import io
 import json
 import os
@@ -47,15 +49,14 @@ base:
   wear_coefficient: 7e-13 / Pa
   plastic_limit: none
   roughness: none
-  cycles: 100
+  cycles: 20
   cell: 14 um
 vary:
   load: [25 N, 50 N]
 output:
-  cycles: [0, 10]
+  cycles: [0]
 """
 COMMANDS = ("batch", "merge", "figures", "report")
-UNTIL_MERGED = 2
 
 OPEN, WRITE, FSYNC, RENAME, MKDIR, UNLINK, TRUNCATE, MEMORY = (1 << bit for bit in range(8))
 KINDS = 8
@@ -76,9 +77,11 @@ FAULTS = {
     "SIGHUP at a file operation": (ANY_FILE, 0, signal.SIGHUP),
     "kill −9 at a file operation": (ANY_FILE, 0, signal.SIGKILL),
 }
-STARTING = {"Ctrl-C": signal.SIGINT, "SIGTERM": signal.SIGTERM, "SIGHUP": signal.SIGHUP}
+STARTING = {
+    "Ctrl-C": signal.SIGINT, "SIGTERM": signal.SIGTERM, "SIGHUP": signal.SIGHUP,
+    "kill −9": signal.SIGKILL,
+}  # fmt: skip
 _HEAD = struct.Struct("5q")
-_TIME = re.compile(rb'"time": "[^"]*"')
 _TEMPORARY = re.compile(r"\.[^.]+\.\d+\.[0-9a-f]{8}\.tmp$")
 
 
@@ -95,7 +98,7 @@ class Tally:
     """What was found at the points of one fault."""
 
     name: str
-    of: int | str = 0
+    of: int = 0
     points: int = 0
     changed: list[str] = field(default_factory=list)
     tracebacks: list[str] = field(default_factory=list)
@@ -114,10 +117,11 @@ class Tally:
         tried = f"{self.points}" if self.points == self.of else f"{self.points} of {self.of}"
         return f"| {self.name} | {tried} | {' | '.join(str(len(each)) for each in self.found)} |"
 
-    def note(self, point: str, said: str, status: int, *, hung: bool, outside: int) -> None:
-        """Note how a process ended in which a fault was."""
+    def note(self, point: str, said: str, status: int, *, hung: bool, outside: int) -> bool:
+        """Note how a process ended in which a fault was; say whether that was wrong."""
         self.points += 1
-        if "Traceback" in said or "defect of fretwear" in said:
+        before = sum(map(len, self.found))
+        if is_traceback(said):
             self.tracebacks.append(point)
         words = ("fretwear: ", "memory allocation of")  # the latter where a library in Rust ends it
         if status not in (0, -signal.SIGKILL) and not any(each in said for each in words):
@@ -126,24 +130,23 @@ class Tally:
             self.hangs.append(point)
         if outside:
             self.outside.append(point)
+        return sum(map(len, self.found)) > before
 
 
 class Trials:
     """A study with faults, and the same study undisturbed."""
 
-    def __init__(self, folder: Path, library: str, commands: int) -> None:
+    def __init__(self, folder: Path, library: ctypes.CDLL, commands: int) -> None:
         self.folder, self.home, self.copies = folder, folder / "home", folder / "copies"
         self.copies.mkdir()
-        self.library = ctypes.CDLL(library)
-        self.library.faults_operations.restype = ctypes.c_long
+        self.library, self.commands = library, COMMANDS[:commands]
         self.fresh()
-        self.commands = COMMANDS[:commands]
-        self.expected, self.files = [], []
-        for some in filter(None, (self.commands[:UNTIL_MERGED], self.commands[UNTIL_MERGED:])):
-            status, said = self.undisturbed(some)
+        for command in self.commands:
+            status, said = self.undisturbed(command)
             assert status == 0, said
-            self.expected.append(contents(self.home))
-            self.files.append(names(self.home))
+        self.expected = state_of(self.home)
+        # What was found wrong in what a state became, by the commands that had run in it.
+        self.verdicts: dict[object, set[str]] = {}
 
     def fresh(self) -> None:
         """Make an empty folder with the study."""
@@ -151,20 +154,19 @@ class Trials:
         self.home.mkdir()
         (self.home / "two.yaml").write_text(STUDY)
 
-    def undisturbed(self, commands: tuple[str, ...]) -> tuple[int, str]:
-        """Run commands in a child; return its exit status and what it said."""
-        said = self.folder / "said.txt"
+    def undisturbed(self, command: str) -> tuple[int, str]:
+        """Run a command in a child; return its exit status and what it said."""
         child = os.fork()
         if child == 0:
-            self._work(commands, said)
+            self._work((command,), int)
         status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
-        return status, said.read_text(encoding="utf-8", errors="replace")
+        return status, (self.folder / "said.txt").read_text(encoding="utf-8", errors="replace")
 
-    def _work(self, commands: tuple[str, ...], said: Path, arm: Callable[[], object] = int) -> None:
+    def _work(self, commands: tuple[str, ...], arm: Callable[[], object]) -> None:
         from fretwear.cli import main
 
         os.chdir(self.home)
-        log = os.open(said, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+        log = os.open(self.folder / "said.txt", os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
         for stream in (1, 2):
             os.dup2(log, stream)
         status = 70
@@ -186,7 +188,7 @@ class Trials:
             os._exit(status)
 
     def sweep(self, faults: dict[str, tuple[int, int, int]], every: int,
-              record: Path | None = None) -> list[Tally]:  # fmt: skip
+              record: Path) -> list[Tally]:  # fmt: skip
         """Let operations fail, each in a process of its own, and judge what each leaves."""
         self.fresh()
         begun = time.monotonic()
@@ -202,10 +204,9 @@ class Trials:
             os.close(answer)
             settings = (
                 os.fsencode(self.home), os.fsencode(self.copies), wanted, len(wanted),
-                say, answered, os.fsencode(record or ""),
+                say, answered, os.fsencode(record),
             )  # fmt: skip
-            said_file = self.folder / "said.txt"
-            self._work(self.commands, said_file, lambda: self.library.faults_arm(*settings))
+            self._work(self.commands, lambda: self.library.faults_arm(*settings))
         os.close(say)
         os.close(answered)
         states: dict[object, tuple[Path, list[tuple[Tally, str]]]] = {}
@@ -218,19 +219,14 @@ class Trials:
                 said = said_file.read_text(encoding="utf-8", errors="replace")
                 said_file.unlink()
                 point = f"{kind}:{number}"
-                before = sum(map(len, tallies[fault].found))
-                tallies[fault].note(point, said, status, hung=bool(hung), outside=outside)
-                if sum(map(len, tallies[fault].found)) > before:
+                if tallies[fault].note(point, said, status, hung=bool(hung), outside=outside):
                     print(tallies[fault].name, point, status, said[-3000:], flush=True)
                 words = re.sub(r"P\d+N-\S+|[\d.]+", "", said)
                 endings.setdefault((fault, place), []).append((status, words))
-                key = state_of(copy)
-                kept, points = states.setdefault(key, (copy, []))
+                kept, points = states.setdefault(state_of(copy), (copy, []))
                 points.append((tallies[fault], point))
                 if kept != copy:
                     shutil.rmtree(copy)
-                if len(points) == 1 or number % 100 == 0:
-                    print(f"{time.monotonic() - begun:.0f} s, {point}: {len(states)}", flush=True)
                 os.write(answer, b"x")
         os.close(answer)
         assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
@@ -240,8 +236,9 @@ class Trials:
         several = [each for each in endings.values() if len(each) > 1]
         unlike = [set(each) for each in several if len(set(each)) > 1]
         print(
-            f"{sum(each.points for each in tallies)} points at {len(endings)} places, several at "
-            f"{len(several)}, which end in several ways at {len(unlike)}; {len(states)} states",
+            f"{time.monotonic() - begun:.0f} s, {sum(each.points for each in tallies)} points at "
+            f"{len(endings)} places, several at {len(several)}, which end in several ways at "
+            f"{len(unlike)}; {len(states)} states",
             *unlike,
             sep="\n",
             flush=True,
@@ -250,24 +247,38 @@ class Trials:
             shutil.rmtree(self.home)
             copy.rename(self.home)
             self.judge(points)
+        print(f"{time.monotonic() - begun:.0f} s, {len(self.verdicts)} commands", flush=True)
         return tallies
 
     def judge(self, points: list[tuple[Tally, str]]) -> None:
-        """Run the study again in what a fault has left, and note what is not as it should be."""
-        before = names(self.home)
-        is_merged = any(name.startswith("results/two/figures") for name in before)
-        status, said = self.undisturbed(self.commands if is_merged else COMMANDS[:UNTIL_MERGED])
-        is_same = contents(self.home) == self.expected[is_merged]
-        more = set(names(self.home)) - set(self.files[is_merged])
-        if status or not is_same or more or "Traceback" in said:
-            print(points[0][0].name, points[0][1], status, is_same, more, said[-3000:], flush=True)
+        """Run the study again in what faults have left, and note what is not as it should be."""
+        found = self.verdict()
+        if found:
+            print(points[0][0].name, points[0][1], found, flush=True)
         for tally, point in points:
-            if status or not is_same:
-                tally.changed.append(point)
-            if "Traceback" in said or "defect of fretwear" in said:
-                tally.tracebacks.append(f"{point} (again)")
-            if more:
-                tally.left.append(point)
+            for kind in found:
+                getattr(tally, kind).append(f"{point} (again)")
+
+    def verdict(self, done: int = 0) -> set[str]:
+        """Run the commands in the folder, those after the first ones; say what is wrong then."""
+        state = state_of(self.home)
+        if done == len(self.commands):
+            more = {name for name, _ in state} - {name for name, _ in self.expected}
+            lost = self.expected - state
+            if more or lost:
+                print(more, lost, flush=True)
+            return {*(["left"] if more else []), *(["changed"] if lost else [])}
+        key = done, state
+        if key not in self.verdicts:
+            status, said = self.undisturbed(self.commands[done])
+            own = {
+                *(["changed"] if status else []),
+                *(["tracebacks"] if is_traceback(said) else []),
+            }
+            if own:
+                print(self.commands[done], status, said[-3000:], flush=True)
+            self.verdicts[key] = own | self.verdict(done + 1)
+        return self.verdicts[key]
 
     def without_power(self, record: Path, points: int, seed: int = 1) -> Tally:
         """Cut the power at random moments: what was not flushed is there or not, or in part."""
@@ -282,40 +293,31 @@ class Trials:
             self.judge([(tally, str(point))])
         return tally
 
-    def at_start(self, name: str, sent: int, points: int) -> Tally:
-        """Send a signal to a process that is starting."""
+    def at_start(self) -> list[Tally]:
+        """Send a signal to a process that starts, at each file that it opens."""
         self.fresh()
-        status, said = self.undisturbed(COMMANDS[:1])
-        assert status == 0, said
+        environment = {**os.environ, "FAULTS_AT_START": str(self.copies)}
+        command = [sys.executable, "-m", "fretwear", "plan", "two.yaml"]
         before = state_of(self.home)
-
-        def start(number: int, asked: int) -> tuple[int, str]:
-            environment = {**os.environ, "FAULTS_AT_START": f"{asked}:{number}"}
-            command = [sys.executable, "-m", "fretwear", "plan", "two.yaml"]
-            done = subprocess.run(
-                command, cwd=self.home, env=environment, capture_output=True, text=True, check=False
-            )
-            return done.returncode, done.stderr
-
-        said = start(10**9, 0)[1]
-        # A signal that comes before fretwear listens Python answers in its own way.
-        first, last = (
-            int(said.split(word)[-1].split()[0]) for word in ("begun after", "started after")
+        done = subprocess.run(
+            command, cwd=self.home, env=environment, capture_output=True, text=True, check=True
         )
-        tally = Tally(f"{name} while it starts", last - first)
-        for number in range(first, last, max(1, (last - first) // points)):
-            status, said = start(number, sent)
-            tally.note(str(number), said, status, hung=False, outside=0)
-            if status >= 0 and "fretwear: stopped" not in said:
-                print(number, status, said[-1500:], flush=True)
+        tallies = {sent: Tally(f"{name} while it starts") for name, sent in STARTING.items()}
+        for line in re.findall(r"^\d+ \d+ -?\d+ \d$", done.stderr, re.MULTILINE):
+            number, sent, status, hung = map(int, line.split())
+            said = (self.copies / f"{number}-{sent}").read_text(encoding="utf-8")
+            point = str(number)
+            if tallies[sent].note(point, said, status, hung=bool(hung), outside=0):
+                print(tallies[sent].name, point, status, said[-1500:], flush=True)
+            tallies[sent].of += 1
             if state_of(self.home) != before:
-                tally.changed.append(str(number))
-        return tally
+                tallies[sent].changed.append(point)
+        return list(tallies.values())
 
 
-def names(home: Path) -> list[str]:
-    """Files that a study leaves."""
-    return sorted(str(path.relative_to(home)) for path in home.rglob("*"))
+def is_traceback(said: str) -> bool:
+    """Say whether a command has left people alone with a traceback."""
+    return "Traceback" in said or "defect of fretwear" in said
 
 
 def state_of(home: Path) -> frozenset[tuple[str, int]]:
@@ -323,29 +325,13 @@ def state_of(home: Path) -> frozenset[tuple[str, int]]:
     found = []
     for path in home.rglob("*"):
         name = str(path.relative_to(home))
-        is_read = path.is_file() and path.suffix not in (".log", ".lock", ".tmp")
-        content = zlib.crc32(_TIME.sub(b"", path.read_bytes())) if is_read else 0
-        found.append((_TEMPORARY.sub(".tmp", name), content))
+        if path.suffix == ".log":
+            continue
+        is_read = path.is_file() and path.suffix not in (".lock", ".tmp")
+        found.append(
+            (_TEMPORARY.sub(".tmp", name), zlib.crc32(path.read_bytes()) if is_read else 0)
+        )
     return frozenset(found)
-
-
-def contents(home: Path) -> dict[str, object]:
-    """Everything in the results but logs, and the lines of case files and summary that say when."""
-    import netCDF4
-
-    found: dict[str, object] = {}
-    for path in sorted((home / "results").rglob("*")):
-        if path.suffix == ".nc":
-            with netCDF4.Dataset(path) as file:
-                file.set_auto_maskandscale(False)
-                for group in (file, *file.groups.values()):
-                    for name, variable in group.variables.items():
-                        found[f"{path.name}/{group.name}/{name}"] = variable[...].tobytes()
-                    for name in set(group.ncattrs()) - {"history"}:
-                        found[f"{path.name}/{group.name}.{name}"] = str(group.getncattr(name))
-        elif path.suffix in (".csv", ".svg", ".png", ".json", ".html"):
-            found[path.name] = path.read_bytes()
-    return found
 
 
 def recorded(record: Path, home: Path) -> Iterator[tuple[int, int, int, str, bytes]]:
@@ -438,7 +424,12 @@ def replay(operations, home, generator):  # type: ignore[no-untyped-def]
 def warm(folder: Path, commands: tuple[str, ...]) -> None:
     """Run the study once, so that no child imports anything or computes what is kept."""
     from fretwear.cli import main
+    from fretwear.figures import study
 
+    # One figure of each kind.
+    for table in (study.HISTORIES, study.PROFILES):
+        for name in list(table)[1:]:
+            del table[name]
     with contextlib.chdir(folder), contextlib.redirect_stderr(io.StringIO()) as said:
         Path("two.yaml").write_text(STUDY)
         for command in commands:
@@ -446,6 +437,8 @@ def warm(folder: Path, commands: tuple[str, ...]) -> None:
             with contextlib.suppress(SystemExit):
                 main()
         assert Path("results/two/summary.nc").exists(), said.getvalue()
+    gc.collect()
+    gc.freeze()
 
 
 def main() -> None:
@@ -455,37 +448,33 @@ def main() -> None:
     parser.add_argument("--only", default="", help="faults whose name holds these words")
     parser.add_argument("--commands", type=int, default=len(COMMANDS), help="how many commands")
     parser.add_argument("--power", type=int, default=200, help="failures of the power")
-    parser.add_argument("--starts", type=int, default=100, help="signals of each kind at the start")
     options = parser.parse_args()
     # In the background a shell lets its commands ignore Ctrl-C.
     signal.signal(signal.SIGINT, signal.default_int_handler)
-    library = os.environ.get("LD_PRELOAD", "")
-    if not library.endswith("faults.so"):
-        with tempfile.TemporaryDirectory() as place:
-            library = str(Path(place) / "faults.so")
-            subprocess.run(
-                ["cc", "-shared", "-fPIC", "-O1", "-o", library, HERE / "faults.c", "-ldl"],
-                check=True,
-            )
-            environment = {**os.environ, "LD_PRELOAD": library, "OMP_NUM_THREADS": "1"}
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place).resolve()
+        if not os.environ.get("LD_PRELOAD", "").endswith("faults.so"):
+            library = folder / "faults.so"
+            build = ["cc", "-shared", "-fPIC", "-O1", "-o", library, HERE / "faults.c", "-ldl"]
+            subprocess.run(build, check=True)
+            environment = {**os.environ, "LD_PRELOAD": str(library), "OMP_NUM_THREADS": "1"}
             command = [sys.executable, "-m", "benchmarks.faults", *sys.argv[1:]]
             sys.exit(subprocess.run(command, env=environment, check=False).returncode)
-    with tempfile.TemporaryDirectory() as place:
-        warm(Path(place), COMMANDS[: options.commands])
-    with tempfile.TemporaryDirectory() as place:
-        trials = Trials(Path(place).resolve(), library, options.commands)
-        record = Path(place) / "record"
+        library = ctypes.CDLL(os.environ["LD_PRELOAD"])
+        library.faults_operations.restype = ctypes.c_long
+        library.faults_freeze()
+        (folder / "warm").mkdir()
+        warm(folder / "warm", COMMANDS[: options.commands])
+        trials = Trials(folder, library, options.commands)
         chosen = {name: each for name, each in FAULTS.items() if options.only in name}
-        tallies = trials.sweep(chosen, options.every, record)
+        tallies = trials.sweep(chosen, options.every, folder / "record")
         if options.power:
-            tallies.append(trials.without_power(record, options.power))
-        if options.starts:
-            tallies += [
-                trials.at_start(name, sent, options.starts) for name, sent in STARTING.items()
-            ]
+            tallies.append(trials.without_power(folder / "record", options.power))
+        if not options.only:
+            tallies += trials.at_start()
     rows = [tally.row() for tally in tallies]
     print("\n".join(rows), flush=True)
-    if options.every == 1 and not options.only:
+    if options.every == 1 and not options.only and options.commands == len(COMMANDS):
         head = (
             "| fault | points tried | results lost or changed | tracebacks | ends without a word "
             "| hangs | files touched outside | files left over |\n" + "|---" + "|---:" * 7 + "|\n"

@@ -1,10 +1,11 @@
-"""Change files at random, and see that every reader takes them or refuses them by a sentence.
+"""Change files, and see that every reader takes them or refuses them by a sentence.
 
 ``python -m benchmarks.fuzz`` writes the table of docs/reliability.md; ``--share 0.01`` tries a
-hundredth. Study files are compared, value by value and type by type, with what another reader,
-PyYAML with the core schema of YAML 1.2, makes of the same text. Files with a checksum get one that
-fits. They are read in processes of their own, a hundred in each, because the libraries of netCDF
-may crash on what they read.
+hundredth. Atheris, that is libFuzzer, changes the files and keeps those that lead to lines of
+fretwear and of the YAML reader that none has led to before. Study files are compared, value by
+value and type by type, with what another reader, PyYAML with the core schema of YAML 1.2, makes of
+the same text. Files with a checksum get one that fits. Each kind of file is read in a process of
+its own, because the libraries of netCDF may crash on what they read.
 """
 
 from __future__ import annotations
@@ -26,28 +27,30 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import atheris
 import yaml
 
-from fretwear.data.effects import results_table
-from fretwear.data.files import _LENGTH, add_checksum, open_case, open_history, open_summary
-from fretwear.data.merge import merge_study
-from fretwear.data.safe import DataFileError
-from fretwear.figures.index import FigureEntry, read_figure_index
-from fretwear.running.batch import simulate_to_file
-from fretwear.running.checkpoint import Checkpoint, identity_of, read_checkpoint
-from fretwear.running.records import failures, log_end, record, spent_on_simulations
-from fretwear.running.simulate import run
-from fretwear.running.workflow import case_files, is_finished, write_finished
-from fretwear.study.problems import StudyError
-from fretwear.study.study import load_study
-from fretwear.study.yamlfile import read_document
+with atheris.instrument_imports(include=["fretwear", "ruamel"]):
+    from fretwear.data.effects import results_table
+    from fretwear.data.files import _LENGTH, add_checksum, open_case, open_history, open_summary
+    from fretwear.data.merge import merge_study
+    from fretwear.data.safe import DataFileError
+    from fretwear.figures.index import FigureEntry, read_figure_index
+    from fretwear.running.batch import simulate_to_file
+    from fretwear.running.checkpoint import Checkpoint, identity_of, read_checkpoint
+    from fretwear.running.records import failures, log_end, record, spent_on_simulations
+    from fretwear.running.simulate import run
+    from fretwear.running.workflow import is_finished, write_finished
+    from fretwear.study.problems import StudyError
+    from fretwear.study.study import load_study
+    from fretwear.study.yamlfile import read_document
 
 from .faults import STUDY
 
 REPOSITORY = Path(__file__).parents[1]
 PAGE = REPOSITORY / "docs/reliability.md"
 BEGIN, END = "<!-- written by python -m benchmarks.fuzz -->\n", "<!-- end of fuzz -->"
-BLOCK = 100
+LONGEST_SECONDS = 20
 UNKNOWN = "a syntax of YAML 1.2 that PyYAML does not know"
 ENDINGS = ("accepted", "refused", "traceback", "differs", "unknown", "crash")
 REFUSALS = (DataFileError, StudyError)
@@ -125,29 +128,6 @@ def changed_text(text: str, chance: random.Random) -> str:
             text = "\n".join(lines)
         text = text or "a"
     return text
-
-
-def changed_bytes(content: bytes, chance: random.Random) -> bytes:
-    """A file with one to four changes: a bit, a byte, a stretch lost, doubled or of zeros."""
-    data = bytearray(content)
-    for _ in range(chance.randint(1, 4)):
-        at, length = chance.randrange(len(data) + 1), chance.choice((1, 2, 4, 8, 64))
-        how = chance.randrange(6)
-        if how == 0 and at < len(data):
-            data[at] ^= 1 << chance.randrange(8)
-        elif how == 1 and at < len(data):
-            data[at] = chance.choice((0, 1, 0x7F, 0x80, 0xFF, chance.randrange(256)))
-        elif how == 2:
-            del data[at : at + length]
-        elif how == 3:
-            data[at:at] = data[at : at + length]
-        elif how == 4:
-            data[at : at + length] = bytes(len(data[at : at + length]))
-        else:
-            data[at:at] = chance.choice(
-                (b'"', b"[", b"]", b"{", b"}", b",", b"1e999", b"\xff", b"null")
-            )
-    return bytes(data)
 
 
 def same(one: Any, other: Any) -> bool:
@@ -249,40 +229,57 @@ def attempt(read: Callable[[Path], str], file: Path) -> tuple[str, str]:
 
 def trials(read: Callable[[Path], str], corpus: list[bytes], count: int, *, is_text: bool,
            has_checksum: bool, folder: Path, seed: int) -> Counter[str]:  # fmt: skip
-    """Read changed files in processes of their own; count how it ended."""
+    """Read changed files in a process of their own, another one after a crash; count the ends."""
     found: Counter[str] = Counter()
-    for block in range(0, count, BLOCK):
+    start, file = Path(tempfile.mkdtemp(dir=folder)), folder / "changed.yaml"
+    for number, content in enumerate(corpus):
+        (start / str(number)).write_bytes(content)
+
+    def answer_to(content: bytes) -> tuple[str, str]:
+        file.write_bytes(content)
+        if has_checksum:
+            add_checksum(file)
+        return attempt(read, file)
+
+    def change(content: bytes, most: int, number: int) -> bytes:
+        chance = random.Random(number)
+        if chance.random() < 0.1:
+            return bytes(atheris.Mutate(content, most))
+        text = changed_text(content.decode(errors="replace"), chance)
+        return text.encode("utf-8", "surrogatepass")[:most]
+
+    # The children find everything imported.
+    for content in corpus:
+        answer_to(content)
+    while found.total() < count:
         get, put = os.pipe()
         child = os.fork()
         if child == 0:
             os.close(get)
-            chance = random.Random(f"{seed} {read} {block}")
-            with os.fdopen(put, "w") as answers:
-                for number in range(min(BLOCK, count - block)):
-                    content, file = chance.choice(corpus), folder / f"{number}.yaml"
-                    if is_text:
-                        text = changed_text(content.decode(), chance)
-                        file.write_bytes(text.encode("utf-8", "surrogatepass"))
-                    else:
-                        file.write_bytes(changed_bytes(content, chance))
-                    if has_checksum:
-                        add_checksum(file)
-                    print(json.dumps(attempt(read, file)), file=answers, flush=True)
-                    file.unlink()
-            os._exit(0)
+            os.dup2(os.open(folder / "libfuzzer.log", os.O_WRONLY | os.O_CREAT | os.O_TRUNC), 2)
+            say = functools.partial(print, file=os.fdopen(put, "w"), flush=True)
+            options = {
+                "runs": count - found.total(), "seed": seed + found.total(), "len_control": 0,
+                "timeout": LONGEST_SECONDS, "verbosity": 0, "artifact_prefix": f"{folder}/",
+            }  # fmt: skip
+            atheris.Setup(
+                ["fuzz", *(f"-{name}={value}" for name, value in options.items()), str(start)],
+                lambda content, say=say: say(json.dumps(answer_to(content))),
+                **({"custom_mutator": change} if is_text else {}),
+            )
+            atheris.Fuzz()
         os.close(put)
-        answered = 0
         with os.fdopen(get) as answers:
             for line in answers:
                 how, told = json.loads(line)
                 found[how] += 1
-                answered += 1
                 if told:
                     print(told, flush=True)
         status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
         if status:
             found["crash"] += 1
-            print(f"ended by {status} at {block + answered}", flush=True)
+            said = (folder / "libfuzzer.log").read_text(errors="replace")
+            print(f"ended by {status} after {found.total()}: {said[-2000:]}", flush=True)
     return found
 
 
@@ -310,45 +307,18 @@ def kinds(
         json.dumps(entries).encode(),
         b"s\th:m:s\tmax_rss\tcpu_time\n1.5\t0:00:01\t100.2\t1.4\n",
     ]
-    texts = [
-        STUDY.encode(),
-        *(f.read_bytes() for f in sorted((REPOSITORY / "studies").glob("*.yaml"))),
-    ]
+    texts = [STUDY.encode(), *(f.read_bytes() for f in (REPOSITORY / "studies").glob("*.yaml"))]
     sealed = {
         name: [path.read_bytes()[:-_LENGTH] for path in results.glob(name)]
         for name in ("cases/*.nc", "summary.nc", "*.checkpoint")
     }
-    assert case_files(results / "cases")
+    of_case = functools.partial(of_parameters, case=case)
     yield "study files, values and lines", read_study, texts, 10_000, True, False
     yield "study files, bytes", read_study, texts, 5_000, False, False
-    yield (
-        "batches, index, records, tables, logs", read_records, small, 60_000, False, False,
-    )  # fmt: skip
-    reader = functools.partial(of_parameters, case=case)
-    yield (
-        "checkpoints, with a checksum that fits",
-        reader,
-        sealed["*.checkpoint"],
-        20_000,
-        False,
-        True,
-    )
-    yield (
-        "case files, with a checksum that fits",
-        read_case,
-        sealed["cases/*.nc"],
-        3_000,
-        False,
-        True,
-    )
-    yield (
-        "summaries, with a checksum that fits",
-        read_summary,
-        sealed["summary.nc"],
-        2_000,
-        False,
-        True,
-    )
+    yield "batches, index, records, tables, logs", read_records, small, 50_000, False, False
+    yield "checkpoints", of_case, sealed["*.checkpoint"], 20_000, False, True
+    yield "case files", read_case, sealed["cases/*.nc"], 10_000, False, True
+    yield "summaries", read_summary, sealed["summary.nc"], 5_000, False, True
 
 
 def main() -> None:

@@ -497,7 +497,7 @@ class Part:
 
     def __init_subclass__(cls, **options: Any) -> None:
         super().__init_subclass__(**options)
-        _heirs.cache_clear()
+        _kinds.cache_clear()
 
     def __post_init__(self) -> None:
         """Read every field as its `Parameter` says, text with units too; refuse broken rules."""
@@ -519,11 +519,9 @@ class Part:
         return part
 
     @classmethod
-    def kinds(cls) -> dict[str, type[Self]]:
+    def kinds(cls) -> Mapping[str, type[Self]]:
         """The kinds of a family by name, in the order in which they were defined."""
-        # One derived from a kind is that kind unless it has a name of its own.
-        heirs = _heirs(cast("Any", cls))
-        return {each.kind: each for each in heirs if each.__dict__.get("kind")}
+        return _kinds(cast("Any", cls))
 
     @classmethod
     def parameters(cls) -> Mapping[str, Parameter]:
@@ -557,9 +555,14 @@ class Part:
 
 
 @cache
-def _heirs(family: type[Any]) -> tuple[type[Any], ...]:
-    below = ((each, *_heirs(cast("Any", each))) for each in family.__subclasses__())
-    return tuple(heir for several in below for heir in several)
+def _kinds(family: type[Any]) -> Mapping[str, type[Any]]:
+    found = {}
+    for heir in family.__subclasses__():
+        # One derived from a kind is that kind unless it has a name of its own.
+        if heir.__dict__.get("kind"):
+            found[heir.kind] = heir
+        found |= _kinds(cast("Any", heir))
+    return found
 
 
 @cache

@@ -153,6 +153,8 @@ def test_a_temporary_of_another_machine_is_left_for_a_week_and_that_of_another_f
     foreign.write_text("half")
     assert remove_stale_temporaries(target) == []
     other.write_text("half")
+    endless = tmp_path / f".a.txt.{_host()}.{10**19}.0123abcd.tmp"  # no process has this number
+    endless.write_text("half")
     for file in (foreign, other):
         os.utime(file, (eight_days_ago, eight_days_ago))
     assert remove_stale_temporaries(target) == [foreign]

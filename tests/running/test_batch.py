@@ -14,6 +14,7 @@ from typer.testing import CliRunner
 import fretwear
 from fretwear.cli import app
 from fretwear.data.locks import Lock, locked
+from fretwear.data.safe import Unfailing
 from fretwear.running.records import ENDED, failures, record
 from fretwear.running.workflow import case_files, is_finished
 from fretwear.study.study import load_study
@@ -221,7 +222,7 @@ def test_a_batch_is_finished_as_long_as_its_files_are_as_it_left_them(whole, tmp
 
 
 def full(_):
-    return Path("/dev/full").open("a", buffering=1)
+    return Unfailing(Path("/dev/full").open("a", buffering=1))
 
 
 @pytest.mark.parametrize("how", ["on a full disk", "without a folder"])

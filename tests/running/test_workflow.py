@@ -13,7 +13,7 @@ import fretwear
 from fretwear.data.files import open_summary
 from fretwear.data.safe import DataFileError
 from fretwear.running.records import failures, record
-from fretwear.running.workflow import StudyJobs, chosen_study, study_file, write_finished
+from fretwear.running.workflow import StudyJobs, chosen, study_file, write_finished
 from fretwear.study.problems import StudyError
 from fretwear.study.study import load_study
 
@@ -168,6 +168,10 @@ def test_a_lock_that_a_killed_snakemake_has_left_is_told_with_what_to_type(check
 def test_another_study_is_chosen_by_its_name(checkout):
     checkout.write({**TINY, "vary": {"load": ["40 N"]}}, "other")
     assert checkout.jobs("--config", "study=other")[0] == {"P40N-Q9N"}
+    planned = checkout.snakemake(
+        "--dry-run", "-p", "--config", "study=other", "threads=2", status=0
+    )
+    assert "--threads 2" in planned
     message = checkout.snakemake("--config", "study=othr", status=2)
     assert "studies/othr.yaml: there is no such file" in message
 
@@ -305,12 +309,15 @@ def test_the_verdict_names_what_failed_but_not_what_other_studies_left(jobs):
 
 
 def test_a_study_is_chosen_by_its_key_alone_and_a_misspelt_one_does_not_run_the_default():
-    assert chosen_study({}) == "demo"
-    assert chosen_study({"study": "paper"}) == "paper"
+    usual = {"name": "demo", "keep_older": False, "threads": 1}
+    assert chosen({}) == usual
+    assert chosen({"study": "paper"}) == {**usual, "name": "paper"}
+    assert chosen({"keep_older": "True"}) == {**usual, "keep_older": True}
+    assert chosen({"keep_older": False, "threads": 4}) == {**usual, "threads": 4}
     misspelt = ({"stdy": "a"}, {"study": "a", "cores": 2}, {"study": None}, {"keep_older": 1})
-    for config in misspelt:
+    for config in (*misspelt, {"threads": 0}, {"threads": "two"}, {"threads": True}):
         with pytest.raises(StudyError, match="--config"):
-            chosen_study(config)
+            chosen(config)
 
 
 @pytest.mark.slow

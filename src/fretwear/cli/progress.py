@@ -71,7 +71,7 @@ class Log:
         log_format: str = "lines",
         *,
         quiet: bool = False,
-        stream: TextIO | None = None,
+        stream: TextIO | Unfailing | None = None,
         clock: Clock = time.monotonic,
     ) -> None:
         self._is_json = log_format == "json"

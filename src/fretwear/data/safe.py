@@ -20,7 +20,7 @@ from functools import cache
 from io import StringIO
 from pathlib import Path
 from types import FrameType
-from typing import Any, BinaryIO, TextIO
+from typing import Any, BinaryIO, Self, TextIO
 
 _AGAIN = "then run the same command again"
 _NEARLY_FULL = 1 << 20
@@ -186,28 +186,11 @@ def read_data(path: Path, most: int) -> bytes:
     return content
 
 
-def open_log(path: Path) -> TextIO:
-    """Open a log anew, for appending; whatever else has its name gives way to it.
-
-    A process that was left over may still write to it as well, so it is emptied and not replaced.
-    """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    flags = os.O_WRONLY | os.O_APPEND | _PLAINLY
-    try:
-        descriptor = os.open(path, flags)
-        check_own(descriptor)
-        os.ftruncate(descriptor, 0)
-    except OSError:
-        path.unlink(missing_ok=True)
-        descriptor = os.open(path, flags | os.O_CREAT | os.O_EXCL, 0o666)
-    return os.fdopen(descriptor, "a", encoding="utf-8", errors="backslashreplace", buffering=1)
-
-
 class Unfailing:
     """A text stream (None: nowhere) whose failures end nothing: a full disk, a closed pipe."""
 
-    def __init__(self, stream: TextIO | None) -> None:
-        self._stream = StringIO() if stream is None else stream
+    def __init__(self, stream: TextIO | Unfailing | None) -> None:
+        self._stream: Any = StringIO() if stream is None else stream
 
     def write(self, text: str) -> int:
         """Write a text if that is possible."""
@@ -220,8 +203,35 @@ class Unfailing:
         with suppress(OSError, ValueError):
             self._stream.flush()
 
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        with suppress(OSError):
+            self._stream.close()
+
     def __getattr__(self, name: str) -> Any:
         return getattr(self._stream, name)
+
+
+def open_log(path: Path) -> Unfailing:
+    """Open a log anew, for appending; whatever else has its name gives way to it.
+
+    A process that was left over may still write to it as well, so it is emptied and not replaced.
+    """
+    stream = None
+    flags = os.O_WRONLY | os.O_APPEND | _PLAINLY
+    with suppress(OSError):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            descriptor = os.open(path, flags)
+            check_own(descriptor)
+            os.ftruncate(descriptor, 0)
+        except OSError:
+            path.unlink(missing_ok=True)
+            descriptor = os.open(path, flags | os.O_CREAT | os.O_EXCL, 0o666)
+        stream = os.fdopen(descriptor, "a", 1, encoding="utf-8", errors="backslashreplace")
+    return Unfailing(stream)
 
 
 def check_own(descriptor: int) -> None:
@@ -278,14 +288,16 @@ def remove_stale_temporaries(path: Path) -> list[Path]:
     A temporary file of this machine is stale when its process is gone; one of another machine or
     container (a shared folder) when nothing has been written to it for a week.
     """
-    temporary = re.compile(rf"\.{re.escape(path.name)}\.([^.]+)\.(\d+)\.[0-9a-f]{{8}}\.tmp")
+    import psutil
+
+    temporary = re.compile(rf"\.{re.escape(path.name)}\.([^.]+)\.(\d{{1,9}})\.[0-9a-f]{{8}}\.tmp")
     removed = []
     for candidate in path.parent.iterdir():
         name = temporary.fullmatch(candidate.name)
         if name is None:
             continue
         if name[1] == _host():
-            is_stale = not _is_alive(int(name[2]))
+            is_stale = not psutil.pid_exists(int(name[2]))
         else:
             try:
                 is_stale = time.time() - candidate.lstat().st_mtime > _FOREIGN_LIFETIME
@@ -295,16 +307,6 @@ def remove_stale_temporaries(path: Path) -> list[Path]:
             _remove(candidate)
             removed.append(candidate)
     return removed
-
-
-def _is_alive(pid: int) -> bool:
-    try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
-        return False
-    except OSError:
-        return True
-    return True
 
 
 @cache

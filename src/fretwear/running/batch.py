@@ -5,11 +5,11 @@ from __future__ import annotations
 import shlex
 import time
 import traceback
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager, suppress
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol, TextIO, cast
+from typing import TYPE_CHECKING, Protocol
 
 from fretwear.data.files import finished_by, is_finished_case, open_history, write_case
 from fretwear.data.locks import Lock, locked
@@ -99,20 +99,6 @@ def simulate_to_file(
     return Outcome(int(history.coords["step"].values[-1]), time.monotonic() - started)
 
 
-@contextmanager
-def _opened(log: Path) -> Iterator[TextIO]:
-    """Open a log, which may fail at any moment, as on a full disk, and spoil nothing."""
-    stream = None
-    with suppress(OSError):
-        stream = open_log(log)
-    try:
-        yield cast("TextIO", Unfailing(stream))
-    finally:
-        if stream is not None:
-            with suppress(OSError):
-                stream.close()
-
-
 def checkpoint_of(path: Path) -> Path:
     """Return the checkpoint of a run that is to write a case file."""
     return path.with_suffix(".checkpoint")
@@ -150,7 +136,7 @@ class BatchRun:
     results: Path
     listener: Listener  # hears of the batch as a whole
     # Takes the open log of a case; gives one who writes there what this case says.
-    listener_to: Callable[[TextIO], Listener]
+    listener_to: Callable[[Unfailing], Listener]
     # Whether cases that other code has finished are left as they are, and not run again.
     keep_older: bool = False
     threads: int = 1  # that each case takes
@@ -200,7 +186,7 @@ class BatchRun:
         command = ["fretwear", "run", str(self.study.file), "--case", case.case_id]
         file = self._file(case.case_id)
         log = log_file(self.results, case.case_id)
-        with _opened(log) as stream:
+        with open_log(log) as stream:
             own = self.listener_to(stream)
             try:
                 with self.listener.case(case, file) as observe, own.case(case, file) as observe_own:

@@ -48,7 +48,7 @@ def record(results: str | PathLike[str], case_id: str, reason: str = ENDED) -> N
     """
     log = (LOGS / f"{case_id}.log").as_posix()
     failure = Failure(case_id, reason, log, datetime.now(UTC).isoformat(timespec="seconds"))
-    with suppress(OSError), open_log(_failure_file(results, case_id)) as stream:
+    with open_log(_failure_file(results, case_id)) as stream:
         stream.write(json.dumps(asdict(failure), indent=1) + "\n")
 
 

@@ -10,17 +10,19 @@ import hashlib
 import json
 import math
 import os
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import count
 from pathlib import Path
+from typing import Any
 
 from fretwear.data.safe import DataFileError, read_data, write_text
 from fretwear.running.records import Failure, failures
 from fretwear.running.resources import Batch, batches
 from fretwear.study.plan import Plan
-from fretwear.study.problems import Problem, StudyError
+from fretwear.study.problems import Problems, StudyError
 from fretwear.study.study import Study, load_study
 from fretwear.version import __version__, code_digest
 
@@ -59,35 +61,34 @@ _SNAKEMAKE_MB = 300
 _SNAKEMAKE_MB_PER_POINT = 0.008
 
 
-def chosen_study(config: Mapping[str, object]) -> str:
-    """Return the study that ``--config study=NAME`` chooses, the default one without it.
+# The usual value, the form of another one, and what it must be.
+_CHOICES = {
+    "study": ("demo", r".+", "must be a name, such as --config study=demo"),
+    "keep_older": ("false", r"(?i:true|false)", "must be true or false"),
+    "threads": ("1", r"[1-9]\d{0,3}", "must be how many threads a case takes, such as threads=4"),
+}
+
+
+def chosen(config: Mapping[str, object]) -> dict[str, Any]:
+    """Return what ``--config study=NAME keep_older=true threads=4`` asks for, for `StudyJobs.of`.
 
     Anything else there is a `StudyError`: a misspelt key must not run the default.
     """
-    problems = [
-        Problem(key, value, "is not known", "choose a study by --config study=NAME")
-        for key, value in config.items()
-        if key not in ("study", "keep_older")
-    ]
-    if _keep_older(config) not in ("true", "false"):
-        rule = "must be true or false"
-        problems.append(Problem("keep_older", config["keep_older"], rule))
-    name = config.get("study", "demo")
-    if name is None:
-        problems.append(Problem("study", None, "has no value", "such as --config study=demo"))
+    problems, values = Problems(), {}
+    problems.unknown("", config, tuple(_CHOICES))
+    for key, (usual, form, rule) in _CHOICES.items():
+        value = config.get(key, usual)
+        # Snakemake hands on some words as text, others as what YAML makes of them.
+        values[key] = "" if value is None else str(value)
+        if not re.fullmatch(form, values[key]):
+            problems.add(key, value, rule)
     if problems:
         raise StudyError(Path("--config"), problems)
-    return str(name)
-
-
-def keeps_older(config: Mapping[str, object]) -> bool:
-    """Say whether ``--config keep_older=true`` asks for cases of other code to be kept."""
-    return _keep_older(config) == "true"
-
-
-def _keep_older(config: Mapping[str, object]) -> str:
-    # Snakemake hands on some words as text.
-    return str(config.get("keep_older", False)).lower()
+    return {
+        "name": values["study"],
+        "keep_older": values["keep_older"].lower() == "true",
+        "threads": int(values["threads"]),
+    }
 
 
 def study_file(name: str) -> Path:
@@ -105,11 +106,12 @@ class StudyJobs:
 
     study: Study
     keep_older: bool = False  # whether cases are kept that other code has computed
+    threads: int = 1  # that each case takes
 
     @classmethod
-    def of(cls, name: str, *, keep_older: bool = False) -> StudyJobs:
+    def of(cls, name: str, *, keep_older: bool = False, threads: int = 1) -> StudyJobs:
         """Return the jobs of a study given as for `study_file`."""
-        return cls(load_study(study_file(name)), keep_older)
+        return cls(load_study(study_file(name)), keep_older, threads)
 
     @property
     def folder(self) -> str:
