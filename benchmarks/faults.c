@@ -5,6 +5,7 @@
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>
+#include <execinfo.h>
 #include <fcntl.h>
 #include <limits.h>
 #include <sched.h>
@@ -25,7 +26,7 @@
 #include <unistd.h>
 
 enum { OPEN = 1, WRITE = 2, FSYNC = 4, RENAME = 8, MKDIR = 16, UNLINK = 32, TRUNCATE = 64, MEMORY = 128 };
-enum { FILES = 4096, LARGE = 2048, PLACES = 1 << 18, SECONDS = 60, STACK = 1 << 20 };
+enum { FILES = 4096, LARGE = 4096, PLACES = 1 << 18, SECONDS = 60, STACK = 1 << 20, CALLS = 24 };
 
 struct fault { long kinds, error, sent, every, chosen; };
 
@@ -45,6 +46,8 @@ void faults_arm(const char *below, const char *where, const struct fault *all, i
     fault_count = count, told = say, heard = hear;
     record = log[0] ? syscall(SYS_openat, AT_FDCWD, log, O_WRONLY | O_CREAT | O_TRUNC, 0600) : -1;
     outside = mmap(NULL, sizeof *outside, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    void *calls[1]; /* loads what it needs */
+    backtrace(calls, 1);
     armed = 1;
 }
 void faults_disarm(void) { armed = 0; }
@@ -52,13 +55,18 @@ void faults_freeze(void) { is_frozen = 1; }
 long faults_operations(int kind) { return operations[__builtin_ctz(kind)]; }
 int faults_is_child(void) { return is_child; }
 
-/* How many operations of a kind have come from here: the same lines of all functions of Python. */
+/* How many operations of a kind have come from here: the same lines of all functions of Python, and
+   the same calls in the libraries below. */
 static long count_here(int kind) {
     static void (*dump)(int, void *);
     static void *(*thread)(void);
     if (!dump) dump = dlsym(RTLD_DEFAULT, "_Py_DumpTraceback"), thread = dlsym(RTLD_DEFAULT, "PyGILState_GetThisThreadState");
     here = 14695981039346656037u + kind;
+    void *calls[CALLS];
+    armed = 0;
     dump(STACK, thread());
+    write(STACK, calls, backtrace(calls, CALLS) * sizeof *calls);
+    armed = 1;
     uint64_t at = here % PLACES;
     while (places[at].key && places[at].key != here) at = (at + 1) % PLACES;
     places[at].key = here;

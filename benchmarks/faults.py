@@ -81,6 +81,8 @@ STARTING = {
     "Ctrl-C": signal.SIGINT, "SIGTERM": signal.SIGTERM, "SIGHUP": signal.SIGHUP,
     "kill −9": signal.SIGKILL,
 }  # fmt: skip
+# The process that waits for the one at work tells of these.
+CRASHES = (-signal.SIGSEGV, -signal.SIGABRT, -signal.SIGBUS)
 _HEAD = struct.Struct("5q")
 _TEMPORARY = re.compile(r"\.[^.]+\.\d+\.[0-9a-f]{8}\.tmp$")
 
@@ -106,6 +108,7 @@ class Tally:
     hangs: list[str] = field(default_factory=list)
     outside: list[str] = field(default_factory=list)
     left: list[str] = field(default_factory=list)
+    crashes: list[str] = field(default_factory=list)
 
     @property
     def found(self) -> tuple[list[str], ...]:
@@ -115,7 +118,8 @@ class Tally:
     def row(self) -> str:
         """A row of the table."""
         tried = f"{self.points}" if self.points == self.of else f"{self.points} of {self.of}"
-        return f"| {self.name} | {tried} | {' | '.join(str(len(each)) for each in self.found)} |"
+        counts = " | ".join(str(len(each)) for each in (*self.found, self.crashes))
+        return f"| {self.name} | {tried} | {counts} |"
 
     def note(self, point: str, said: str, status: int, *, hung: bool, outside: int) -> bool:
         """Note how a process ended in which a fault was; say whether that was wrong."""
@@ -124,7 +128,9 @@ class Tally:
         if is_traceback(said):
             self.tracebacks.append(point)
         words = ("fretwear: ", "memory allocation of")  # the latter where a library in Rust ends it
-        if status not in (0, -signal.SIGKILL) and not any(each in said for each in words):
+        if status in CRASHES:
+            self.crashes.append(point)
+        elif status not in (0, -signal.SIGKILL) and not any(each in said for each in words):
             self.silent.append(f"{point} ({status})")
         if hung:
             self.hangs.append(point)
@@ -477,7 +483,8 @@ def main() -> None:
     if options.every == 1 and not options.only and options.commands == len(COMMANDS):
         head = (
             "| fault | points tried | results lost or changed | tracebacks | ends without a word "
-            "| hangs | files touched outside | files left over |\n" + "|---" + "|---:" * 7 + "|\n"
+            "| hangs | files touched outside | files left over | crashes of a library, told |\n"
+            "|---" + "|---:" * 8 + "|\n"
         )
         text = PAGE.read_text(encoding="utf-8")
         table = f"{BEGIN}{head}{chr(10).join(rows)}\n{END}"

@@ -195,7 +195,7 @@ def opened(file: Path) -> Iterator[tuple[xr.Dataset, xr.Dataset]]:
     check_results(file)
 
     from fretwear.data.files import open_case, open_history
-    from fretwear.data.safe import DataFileError
+    from fretwear.data.safe import DataFileError, is_of_netcdf
 
     with ExitStack() as stack:
         try:
@@ -207,7 +207,7 @@ def opened(file: Path) -> Iterator[tuple[xr.Dataset, xr.Dataset]]:
             yield case, history
         except RuntimeError as error:
             # Fields are read when they are used, and the netCDF library finds damage only then.
-            if not str(error).startswith("NetCDF: "):
+            if not is_of_netcdf(error):
                 raise
             raise CommandError(f"{file}: cannot be read ({error})") from error
 

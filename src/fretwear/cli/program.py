@@ -7,7 +7,7 @@ import sys
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 from typer.core import TyperCommand, TyperGroup
@@ -114,6 +114,14 @@ def _tell(error: BaseException, call: Call) -> int:
     return status or Status.FAILED
 
 
+def tell_death(why: str) -> NoReturn:
+    """Say why the process that did the work is dead, in the format of its call, and end."""
+    from fretwear.cli.progress import Log
+
+    Log(format_in_call(sys.argv[1:], os.environ)).error(why, Status.FAILED)
+    sys.exit(Status.FAILED)
+
+
 def _status_of(error: Exception) -> Status | None:
     """Return the exit status of an error; None for one that never should happen."""
     from fretwear.study.problems import StudyError
@@ -122,9 +130,10 @@ def _status_of(error: Exception) -> Status | None:
         return error.status
     if isinstance(error, typer.TyperException | StudyError):
         return Status.WRONG_INPUT
+    from fretwear.data.safe import is_of_netcdf
     from fretwear.running.batch import JOB_ERRORS
 
-    return Status.FAILED if isinstance(error, JOB_ERRORS) else None
+    return Status.FAILED if isinstance(error, JOB_ERRORS) or is_of_netcdf(error) else None
 
 
 def format_in_call(arguments: Sequence[str], environment: Mapping[str, str]) -> LogFormat:

@@ -1,4 +1,4 @@
-"""Processes that are stopped from outside, and those that are killed."""
+"""Processes that are stopped from outside, and those that are killed or crash."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Stopped(BaseException):
 
     def __init__(self, number: int) -> None:
         super().__init__(_WORDS[signal.Signals(number)])
-        self.exit_status = 128 + number
+        self.number, self.exit_status = number, 128 + number
 
     def leave(self) -> NoReturn:
         """End the process before it has a log: with a word and the exit status."""
@@ -80,6 +80,35 @@ def _end(number: int) -> NoReturn:
     os._exit(128 + number)
 
 
+def why_dead() -> str:
+    """Return in a child process, with ""; in this one say later what has ended that one.
+
+    Where it is a signal from outside or of the kernel, nobody else can. Otherwise this process ends
+    as its child does. What would end this one ends the child as well.
+    """
+    if sys.platform != "linux":
+        return ""
+    child = os.fork()
+    if child == 0:
+        _die_with_parent(signal.SIGKILL)
+        return ""
+    status = _exit_status_of(child)
+    if status >= 0:
+        os._exit(status)
+    if status == -signal.SIGKILL:
+        return "killed, from outside or for lack of memory; run the same command again to go on"
+    return (
+        f"a library crashed ({signal.Signals(-status).name}), as where there is no memory or the "
+        "disk is full; what was there before is unchanged; run the same command again to go on"
+    )
+
+
+def _die_with_parent(sent: int) -> None:
+    import ctypes
+
+    ctypes.CDLL(None).prctl(_PARENT_DEATH_SIGNAL, sent, 0, 0, 0)
+
+
 def supervise(case_ids: Collection[str], results: Path) -> None:
     """Return in a child process; this one waits, and starts another child if that is killed.
 
@@ -104,10 +133,8 @@ def supervise(case_ids: Collection[str], results: Path) -> None:
             Unfailing(stream).flush()
         child = os.fork()
         if child == 0:
-            if sys.platform == "linux":  # which stops this process when its parent is killed
-                import ctypes
-
-                ctypes.CDLL(None).prctl(_PARENT_DEATH_SIGNAL, signal.SIGTERM, 0, 0, 0)
+            if sys.platform == "linux":
+                _die_with_parent(signal.SIGTERM)
             return
         status, before = _exit_status_of(child), vanished
         reasons = {case_id: failure.reason for case_id, failure in failures(results).items()}
@@ -125,8 +152,8 @@ def _exit_status_of(child: int) -> int:
     """Wait for a child; return its exit status, or the negative number of the signal it died of."""
     try:
         status = os.waitpid(child, 0)[1]
-    except Stopped:
+    except Stopped as stopped:
         # From now on signals are ignored here, and the child says what there is to say.
-        os.kill(child, signal.SIGTERM)
+        os.kill(child, stopped.number)
         status = os.waitpid(child, 0)[1]
     return os.waitstatus_to_exitcode(status)

@@ -22,7 +22,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretwear.data.checks import case_problem, summary_problem, value_problem
-from fretwear.data.safe import CaseFileError, DataFileError, atomic_path, uninterrupted
+from fretwear.data.safe import (
+    CaseFileError,
+    DataFileError,
+    atomic_path,
+    is_of_netcdf,
+    uninterrupted,
+)
 from fretwear.version import code_digest
 from fretwear.vocabulary import (
     BODY_FIELDS,
@@ -173,7 +179,7 @@ def _opened(path: Path) -> Iterator[netCDF4.Dataset]:
             yield file
     except (RuntimeError, AttributeError) as cause:
         # As the library tells of a structure that is damaged below the checksum of the file.
-        if not str(cause).startswith("NetCDF: "):
+        if not is_of_netcdf(cause):
             raise
         raise CaseFileError(path, f"it cannot be read ({cause})", _RUN_AGAIN) from cause
 

@@ -81,10 +81,17 @@ class CaseFilesError(CaseFileError):
         return "\n".join(str(error) for error in self.errors)
 
 
+def is_of_netcdf(error: BaseException) -> bool:
+    """Say whether an error is what the netCDF library tells of a file that it cannot use."""
+    return isinstance(error, RuntimeError | AttributeError) and str(error).startswith("NetCDF: ")
+
+
 def reason_of(error: BaseException) -> str:
     """Say why something failed; compiled libraries that get no memory may leave no words."""
     if isinstance(error, SystemError):
         return f"a library failed as where there is no memory ({error})"
+    if is_of_netcdf(error):
+        return f"a file cannot be read or written, as where there is no memory ({error})"
     if isinstance(error, MemoryError):
         return str(error) or "there is not enough memory"
     return str(error) or type(error).__name__
