@@ -429,10 +429,11 @@ def replay(operations, home, generator):  # type: ignore[no-untyped-def]
 
 def warm(folder: Path, commands: tuple[str, ...]) -> None:
     """Run the study once, so that no child imports anything or computes what is kept."""
-    from fretwear.cli import main
+    from fretwear import cli
     from fretwear.figures import study
 
-    # One figure of each kind.
+    # No other process waits for the one at work, and there is one figure of each kind.
+    cli.why_dead = str
     for table in (study.HISTORIES, study.PROFILES):
         for name in list(table)[1:]:
             del table[name]
@@ -441,7 +442,7 @@ def warm(folder: Path, commands: tuple[str, ...]) -> None:
         for command in commands:
             sys.argv = ["fretwear", command, "two.yaml"]
             with contextlib.suppress(SystemExit):
-                main()
+                cli.main()
         assert Path("results/two/summary.nc").exists(), said.getvalue()
     gc.collect()
     gc.freeze()
