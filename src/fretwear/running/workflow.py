@@ -22,7 +22,7 @@ from fretwear.data.safe import DataFileError, read_data, write_text
 from fretwear.running.records import Failure, failures
 from fretwear.running.resources import Batch, batches
 from fretwear.study.plan import Plan
-from fretwear.study.problems import Problems, StudyError
+from fretwear.study.problems import Problem, StudyError
 from fretwear.study.study import Study, load_study
 from fretwear.version import __version__, code_digest
 
@@ -74,14 +74,18 @@ def chosen(config: Mapping[str, object]) -> dict[str, Any]:
 
     Anything else there is a `StudyError`: a misspelt key must not run the default.
     """
-    problems, values = Problems(), {}
-    problems.unknown("", config, tuple(_CHOICES))
+    values, known = {}, tuple(_CHOICES)
+    problems = [
+        Problem(key, value, "is not known", f"known are {', '.join(known)}", None, known, key)
+        for key, value in config.items()
+        if key not in known
+    ]
     for key, (usual, form, rule) in _CHOICES.items():
         value = config.get(key, usual)
         # Snakemake hands on some words as text, others as what YAML makes of them.
         values[key] = "" if value is None else str(value)
         if not re.fullmatch(form, values[key]):
-            problems.add(key, value, rule)
+            problems.append(Problem(key, value, rule))
     if problems:
         raise StudyError(Path("--config"), problems)
     return {

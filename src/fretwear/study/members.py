@@ -37,7 +37,7 @@ class PartOf(Parameter):
         return self.words
 
     @property
-    def kinds(self) -> dict[str, type[Part]]:
+    def kinds(self) -> Mapping[str, type[Part]]:
         """What the part may be, by name, the usual one first."""
         return self.family.kinds()
 

@@ -110,7 +110,7 @@ class Problems(list[Problem]):
         """Add the keys at a place that are not known."""
         remedy = f"known {'are' if len(known) > 1 else 'is'} {', '.join(known)}"
         for name in (name for name in keys if name not in known):
-            key = f"{place}.{name}".lstrip(".")
+            key = f"{place}.{name}"
             self.append(Problem(key, keys[name], rule, remedy, written=name, known=known))
 
 
