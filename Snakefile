@@ -3,7 +3,7 @@
 #     snakemake --cores 2                          runs studies/demo.yaml
 #     snakemake --cores 2 --config study=paper     runs studies/paper.yaml
 #     snakemake --cores 2 --config keep_older=true
-#                                  keeps cases that another version of the solver has computed
+#                                  keeps cases computed by another version of the solver
 #     snakemake --cores 8 --config threads=4
 #                                  gives each case four of the eight cores
 #
@@ -27,11 +27,11 @@ if problem := why_leading_out(FOLDER, FOLDER.parent) or why_not_writable(FOLDER)
     print(f"fretwear: error: {problem}", file=sys.stderr)
     sys.exit(2)
 
-# Snakemake says that the folder is locked, but not what to type.
+# Snakemake reports a locked folder, but not the command that unlocks it.
 if workflow.is_main_process and any(Path(".snakemake/locks").glob("*")):
     print(
-        "fretwear: this folder is locked, by another Snakemake that is at work or by one that was "
-        "killed; if none is at work: snakemake --unlock, then the same command again",
+        "fretwear: this folder is locked, by another running Snakemake or by one that was killed; "
+        "if none is running: snakemake --unlock, then the same command again",
         file=sys.stderr,
     )
 
@@ -46,9 +46,9 @@ wildcard_constraints:
     batch=r"[0-9a-f]+-[0-9]+",
 
 
-# What follows the simulation takes seconds, less than a cluster takes to start a job. What these
-# rules leave is marked as local: where the jobs of a cluster have only the folder of the results in
-# common, and Snakemake passes the rest through a store, it is found there nevertheless.
+# The steps after the simulation take seconds, less than a cluster takes to start a job. Their
+# outputs are marked as local, so that they stay in the folder of the results where Snakemake passes
+# the files of jobs through remote storage.
 localrules:
     all,
     merge,
@@ -56,8 +56,8 @@ localrules:
     report,
 
 
-# With --keep-going what is done is merged, drawn and reported although some cases have failed; the
-# next run tries these again.
+# With --keep-going the finished cases are merged, drawn and reported although others have failed;
+# the next run tries those again.
 onerror:
     if workflow.execution_settings.keep_going and JOBS.failures:
         for step in ("merge", "figures", "report"):
@@ -69,7 +69,7 @@ onerror:
         print(JOBS.verdict(), file=sys.stderr)
 
 
-# A report that leaves out failed cases is no end: what the batches leave is asked for as well.
+# A report that leaves out failed cases does not complete the workflow: all batches are required.
 rule all:
     default_target: True
     input:
@@ -79,9 +79,9 @@ rule all:
         "Done: {input[0]}"
 
 
-# A batch is a job that runs several cases in one process, each to a file of its own; what is done
-# and sound is left as it is. Snakemake follows what a batch leaves at its end, not the case files:
-# it would remove those before it runs a batch again.
+# A batch is a job that runs several cases in one process, each to its own file; finished cases are
+# kept. Snakemake tracks the record that a batch leaves at its end, not the case files, which it
+# would remove before running a batch again.
 rule simulate:
     output:
         f"{RESULTS}/{BATCHES}/{{batch}}.json",
@@ -94,15 +94,15 @@ rule simulate:
     resources:
         mem_mb=lambda wildcards: JOBS.memory_mb(wildcards.batch),
         runtime=lambda wildcards: JOBS.minutes(wildcards.batch),
-    # The name of a batch holds all that its files depend on. Where its points stand in the study is
-    # nothing to run it again for, so these are derived from the output, as Snakemake has it.
+    # The name of a batch contains everything its files depend on. The position of its points in the
+    # study is no reason to run it again, so Snakemake derives these parameters from the output.
     params:
         points=lambda wildcards, output: JOBS.points(wildcards.batch),
         title=lambda wildcards, output: JOBS.title(wildcards.batch),
     message:
         "Simulating {params.title}"
-    # No shell stays in between: it would end as soon as the job is asked to stop, and a scheduler
-    # kills what is then left of the job, before it has written its checkpoint.
+    # `exec` leaves no shell in between: it would end as soon as the job is asked to stop, and the
+    # scheduler would then kill the command before it has written its checkpoint.
     shell:
         "exec {FRETWEAR} batch {STUDY:q} --points {params.points} --finished {output:q} --supervise "
         "--threads {threads} {JOBS.options} "
@@ -123,7 +123,7 @@ rule merge:
     params:
         version=JOBS.version,
         code=JOBS.code,
-        # A function, for what is in braces in a title is no wildcard.
+        # A function, because braces in a title are not wildcards.
         study=lambda wildcards: JOBS.content,
     message:
         "Merging {JOBS.study.name}"
@@ -148,7 +148,7 @@ rule figures:
         f"{RESULTS}/benchmarks/figures.tsv"
     params:
         version=JOBS.version,
-        # Derived from the output, for captions that change are nothing to draw figures again for.
+        # Derived from the output: changed captions are no reason to draw figures again.
         captions=lambda wildcards, output: JOBS.captions,
     message:
         "Drawing the figures of {JOBS.study.name}"

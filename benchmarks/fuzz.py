@@ -346,7 +346,7 @@ def main() -> None:
             print(rows[-1], flush=True)
     if options.share == 1.0 and not options.only:
         head = (
-            "| files | tried | accepted | refused by a sentence | tracebacks | other values "
+            "| files | tried | accepted | refused with a message | tracebacks | other values "
             "| not compared | crashes of a library | minutes |\n|---" + "|---:" * 8 + "|\n"
         )
         text, table = PAGE.read_text(encoding="utf-8"), f"{BEGIN}{head}{chr(10).join(rows)}\n{END}"

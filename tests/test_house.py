@@ -1,4 +1,4 @@
-"""The house as CONTRIBUTING.md describes it: rooms, arrows, and one name for each quantity."""
+"""The code as CONTRIBUTING.md describes it: packages, their imports, one name per quantity."""
 
 import ast
 import re
@@ -45,28 +45,28 @@ def imports(tree: ast.AST, *, when_loaded: bool = False) -> Iterator[str]:
                 yield found
 
 
-def room(module):
+def package(module):
     return module.split(".")[1]
 
 
-def rooms():
-    """What each room may import, by the table of rooms in CONTRIBUTING.md."""
+def packages():
+    """What each package may import, by the table in CONTRIBUTING.md."""
     rows = re.findall(r"^\| `(\w+)(?:\.py|/)` \|[^|]*\| ([^|]*) \|$", GUIDE, re.MULTILINE)
     return {name: set(re.findall(r"`(\w+)`", known)) for name, known in rows}
 
 
-def test_the_guide_knows_every_room():
-    assert set(rooms()) == {room(module) for module in MODULES.keys() - DOORS}
+def test_the_guide_knows_every_package():
+    assert set(packages()) == {package(module) for module in MODULES.keys() - DOORS}
 
 
-def test_arrows_run_one_way():
-    """A room imports rooms above it in the table alone, and only those named in its row."""
-    found = {name: set() for name in rooms()}
+def test_imports_run_one_way():
+    """A package imports only packages above it in the table, and only those named in its row."""
+    found = {name: set() for name in packages()}
     for module in MODULES.keys() - DOORS:
-        found[room(module)] |= {room(each) for each in imports(parsed(MODULES[module]))}
-    for index, (name, known) in enumerate(rooms().items()):
+        found[package(module)] |= {package(each) for each in imports(parsed(MODULES[module]))}
+    for index, (name, known) in enumerate(packages().items()):
         assert found[name] - {name} <= known, name
-        assert known <= set(list(rooms())[:index]), name
+        assert known <= set(list(packages())[:index]), name
 
 
 def test_no_modules_import_each_other_in_a_circle():

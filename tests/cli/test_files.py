@@ -94,7 +94,7 @@ def remove(path):
     path.unlink()
 
 
-DAMAGES = {cut: "cut short", flip: "its checksum does not fit"}
+DAMAGES = {cut: "cut short", flip: "its checksum does not match"}
 
 
 @pytest.mark.parametrize("damage", DAMAGES)

@@ -80,7 +80,7 @@ REFUSED = {
     "another unit": (of_variable("approach", "units", "mm"), "approach is in mm, not in m"),
     "a scale": (of_variable("pressure", "scale_factor", 2.0), "scale_factor, which changes"),
     "no symmetry": (attribute("symmetry", "odd"), "its symmetry is none"),
-    "numbers as title": (attribute("title", np.arange(3)), "its attribute title is no text"),
+    "numbers as title": (attribute("title", np.arange(3)), "its attribute title is not text"),
     "no parameters": (attribute("parameters", "[1"), "its attribute parameters is no JSON"),
     "nested parameters": (attribute("parameters", "[" * 90_000), "parameters is no JSON"),
     "40 GB in a small file": (large, "announces 400"),

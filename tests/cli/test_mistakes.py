@@ -103,7 +103,7 @@ MISTAKES = {
     "a misspelt case file": ("show results/tiny/cases/god.nc", "did you mean", "good.nc"),
     "a folder to look at": ("show results/tiny", "results/tiny/cases/good.nc"),
     "a truncated file": ("show cut.nc", "cut short", "run the case again"),
-    "no case file": ("plot note.txt", "no netCDF-4 file"),
+    "no case file": ("plot note.txt", "not a netCDF-4 file"),
     "nothing to compare": ("compare results/tiny/cases/good.nc no.nc", "no.nc: "),
     "another film": ("animate results/tiny/cases/good.nc -o a.avi", "must end in .gif or .mp4"),
     "a missing film": ("animate missing.nc", "missing.nc: "),

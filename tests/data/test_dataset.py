@@ -101,7 +101,7 @@ def test_all_problems_are_told_at_once(case, make_arrays):
     arrays.fields["slip"][0, 0, 0] = np.nan
     arrays.fields["contact_state"][0, 0, 0] = 3
     del arrays.scalars["approach"]
-    with pytest.raises(ValueError, match="not be whole") as error:
+    with pytest.raises(ValueError, match="not be complete") as error:
         labelled_case(case, *arrays)
     for part in (
         "missing field pressure",

@@ -30,7 +30,7 @@ def test_a_file_with_its_checksum_is_whole_whatever_its_size(tmp_path, size):
     path = tmp_path / "file"
     content = np.random.default_rng(1).bytes(size)
     path.write_bytes(content)
-    assert "no whole file" in damage(path, "file")
+    assert "not a complete file" in damage(path, "file")
     add_checksum(path)
     assert damage(path, "file") == ""
     assert path.read_bytes()[:size] == content
@@ -172,7 +172,7 @@ def test_nobody_is_told_to_remove_a_file_of_another_kind(tmp_path, results):
     merged = tmp_path / "summary.nc"
     results.dataset[["wear_volume"]].drop_attrs().to_netcdf(merged)
     add_checksum(merged)
-    for path, problem in (study_file, "no netCDF-4 file"), (merged, "not the file of one case"):
+    for path, problem in (study_file, "not a netCDF-4 file"), (merged, "not the file of one case"):
         with pytest.raises(CaseFileError, match=f"{problem}.*Check the name") as error:
             open_case(path)
         assert "Remove" not in str(error.value)

@@ -226,7 +226,7 @@ def test_every_file_that_cannot_be_used_is_named_and_nothing_is_written(
         merge_study(study, cases, tmp_path / "summary.nc")
     wrong = {
         short: "cut short",
-        flipped: "its checksum does not fit",
+        flipped: "its checksum does not match",
         another: f"holds another case, {source.stem}",
         fewer: "no snapshot at cycle 100",
     }

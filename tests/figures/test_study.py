@@ -150,5 +150,5 @@ def test_an_index_that_names_other_things_than_figures_is_none(
     tmp_path: Path, entry: dict[str, object]
 ) -> None:
     write_index(tmp_path, [entry])
-    with pytest.raises(DataFileError, match="no list of figures"):
+    with pytest.raises(DataFileError, match="not a list of figures"):
         read_figure_index(tmp_path)

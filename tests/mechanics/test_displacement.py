@@ -306,7 +306,7 @@ def test_bad_blocks_and_tables_are_named():
         ({"friction": {"cycles": [10], "values": [0.5]}}, "starts at cycle 10"),
         ({"debris_fraction": 1.2}, "at most 1"),
         ({"rig_stiffness": "28 N/um"}, "has no meaning with tangential_ratio"),
-        ({"displacement_amplitude": "1 um"}, "is one too many"),
+        ({"displacement_amplitude": "1 um"}, "is redundant"),
         ({"blocks": [{"cycles": 5, "radius": "1 mm"}]}, "which a block cannot change"),
         ({"blocks": [{"cycles": 5, "tangential_ratio": 1.5}]}, "block number 1"),
     ):

@@ -110,7 +110,7 @@ def test_a_checkpoint_of_other_fields_is_refused(case, path):
         debris: float = 0.0
 
     write_checkpoint(path, Other(), identity_of(case))
-    assert "another content" in refusal(path, case)
+    assert "content of this checkpoint" in refusal(path, case)
 
 
 def test_a_checkpoint_that_cannot_be_removed_spoils_nothing(case, path):

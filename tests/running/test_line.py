@@ -143,7 +143,7 @@ SLIDING = {
 @pytest.mark.parametrize(
     ("changes", "parts"),
     [
-        ({"tangential_ratio": 0.5}, ("sliding_amplitude", "one too many")),
+        ({"tangential_ratio": 0.5}, ("sliding_amplitude", "redundant")),
         ({"load": "18.5 N"}, ("load: 18.5 N/mm",)),
         ({"wear_coefficient": "4.8e-14 / Pa"}, ("each wears in a place of its own", "[value of")),
         ({"sliding_amplitude": "2 mm"}, ("sliding_amplitude = 2 mm", "up to 703 um would do")),

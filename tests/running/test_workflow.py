@@ -121,9 +121,9 @@ def test_cases_of_an_older_solver_are_kept_on_request_and_told_everywhere(copy, 
     summary_of = ("results/demo/summary.nc", "--config", "keep_older=true")
     copy.snakemake(*summary_of, status=0)
     assert written(copy).items() - before.items() == {(first, first.stat().st_mtime_ns)}
-    words = "1 of 2 cases were computed by other code than fretwear has now"
+    words = "1 of 2 cases were computed by another version of the code"
     assert words in (copy.results / "logs/merge.log").read_text()
-    assert "1 of them by other code than this: kept" in "".join(
+    assert "1 of them by another version of the code: kept" in "".join(
         log.read_text() for log in (copy.results / "logs/batches").glob("*.log")
     )
     with open_summary(copy.results / "summary.nc") as summary:
@@ -158,7 +158,7 @@ def test_a_results_folder_that_cannot_be_written_stops_the_study_before_any_job(
 def test_a_lock_that_a_killed_snakemake_has_left_is_told_with_what_to_type(checkout):
     locks = checkout.folder / ".snakemake/locks"
     locks.mkdir(parents=True)
-    words = "if none is at work: snakemake --unlock, then the same command again"
+    words = "if none is running: snakemake --unlock, then the same command again"
     assert words not in checkout.snakemake("--dry-run", status=0)
     (locks / "0.output.lock").touch()
     assert words in checkout.snakemake("--dry-run", status=0)

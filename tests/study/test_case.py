@@ -128,7 +128,7 @@ def test_a_case_of_other_cycles_has_snapshots_of_its_own_or_those_asked_for():
         ({"tangential_load": 25.0}, ["gross sliding", "µP = 25 N"]),
         (
             {"tangential_load": 10.0, "tangential_ratio": 0.8},
-            ["tangential_load: is one too many", "exactly one"],
+            ["tangential_load: is redundant", "exactly one"],
         ),
         (
             {"tangential_ratio": None},

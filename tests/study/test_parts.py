@@ -303,7 +303,7 @@ def test_the_long_form_of_an_indenter_is_the_short_one():
     long = study_case(radius=None, indenter={"kind": "sphere", "radius": "10 mm"})
     assert long == study_case()
     assert long.radius == 0.01
-    with pytest.raises(CaseError, match="radius: is one too many: indenter is given as well"):
+    with pytest.raises(CaseError, match="radius: is redundant: indenter is given too"):
         study_case(indenter={"kind": "sphere", "radius": "10 mm"})
 
 

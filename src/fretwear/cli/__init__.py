@@ -1,4 +1,4 @@
-"""The command line: each command reads its input, calls the room that does the work, reports.
+"""The command line: each command reads its input, calls the package that does the work, reports.
 
 Nothing heavy is imported before a command needs it, so that help and plans come at once.
 """

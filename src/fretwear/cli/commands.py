@@ -42,11 +42,11 @@ if TYPE_CHECKING:
 _MOST_ROWS = 200
 _ROWS_AT_AN_END = 20
 
-_CASE = "Which case, by its id in `fretwear plan` or its beginning; needless if there is only one."
+_CASE = "Case, by the beginning of its id in `fretwear plan`; not needed if there is only one."
 _OUTPUT = "File to write."
 _POINTS = "Numbers of the points, counted from 1 as in the report."
 _FINISHED = "File to write when all of the cases are done, for the workflow."
-_SUPERVISE = "Run the other cases if the process is killed, as it is without memory."
+_SUPERVISE = "Run the remaining cases if the process is killed, for example when memory runs out."
 _FIGURE = "File to write: .png, .svg or .pdf."
 _FILM = "File to write: .gif, or .mp4 where the program ffmpeg is installed."
 _DOTS = "Dots per inch; the pictures are 190 mm wide, at 120 dpi 897 pixels."

@@ -114,7 +114,7 @@ Results = Annotated[
     Path | None, option("--results", "FOLDER", _RESULTS, "results/ and the name of the study")
 ]
 KeepOlder = Annotated[
-    bool, typer.Option("--keep-older", help="Keep cases that other code than this has computed.")
+    bool, typer.Option("--keep-older", help="Keep cases computed by other versions of the code.")
 ]
 Threads = Annotated[
     int,

@@ -10,7 +10,9 @@ import typer
 
 from fretwear.cli.common import CommandError, Status, aligned, option, say
 
-_FOLDER = typer.Argument(metavar="[FOLDER]", help="Where; made if need be.", show_default="here")
+_FOLDER = typer.Argument(
+    metavar="[FOLDER]", help="Where; created if necessary.", show_default="here"
+)
 _STUDY = "Study to begin with, one of those that --list shows."
 _LIST = typer.Option("--list", help="Print the studies that come with fretwear; write nothing.")
 
@@ -66,7 +68,7 @@ def init(
     for name, content in contents.items():
         file = folder / name
         if file.exists() or file.is_symlink():
-            say(f"{file}: is there already, left as it is")
+            say(f"{file}: exists already, unchanged")
             continue
         try:
             with atomic_path(file) as temporary:

@@ -144,7 +144,7 @@ def supervise(case_ids: Collection[str], results: Path) -> None:
             os._exit(status if status >= 0 else 128 - status)
         Unfailing(sys.stderr).write(
             f"killed during {', '.join(sorted(vanished - before))}: out of memory?\n"
-            "the other cases are run first, then this one is tried again\n"
+            "the other cases run first, then this one is tried again\n"
         )
 
 

@@ -96,7 +96,7 @@ def summary_problem(file: netCDF4.Dataset, size: int) -> str:
     if problem := _axis_problem(file, CYCLE) or _axis_problem(file, X):
         return problem
     if not np.isin(file[STATUS.name][...], list(PointStatus)).all():
-        return "its status holds values that there are not"
+        return "its status has unknown values"
     return next(filter(None, _parameter_problems(file)), "")
 
 
@@ -110,7 +110,7 @@ def _size_problem(groups: tuple[Any, ...], size: int, *, words: bool = False) ->
                 return f"{name} holds neither numbers nor plain text"
             announced += math.prod(variable.shape) * variable.dtype.itemsize
             if changing := _CHANGING & set(variable.ncattrs()):
-                return f"{name} has the attribute {min(changing)}, which changes what it says"
+                return f"{name} has the attribute {min(changing)}, which changes its meaning"
     if announced > _ALWAYS_ALLOWED and announced > _MOST_EXPANSION * size:
         return f"it announces {announced / 1e6:.0f} MB of values but has {size / 1e6:.1f} MB"
     return ""
@@ -121,21 +121,21 @@ def _text_problem(file: netCDF4.Dataset, names: tuple[str, ...]) -> str:
     for name in (*names, *optional):
         text = file.getncattr(name) if name in file.ncattrs() else None
         if not isinstance(text, str) or len(text) > _MOST_TEXT:
-            return f"its attribute {name} is no text"
+            return f"its attribute {name} is not text"
         if name in ("parameters", "study_file"):
             try:
                 content = json.loads(text)
             except (ValueError, RecursionError):
                 content = None
             if not isinstance(content, dict):
-                return f"its attribute {name} is no JSON object"
+                return f"its attribute {name} is not a JSON object"
     return ""
 
 
 def _axis_problem(file: netCDF4.Dataset, axis: Variable) -> str:
     known = file[axis.name]
     if known.dimensions != (axis.name,) or known.dtype.kind != "f" or not known.size:
-        return f"{axis.name} is no axis"
+        return f"{axis.name} is not an axis"
     values = known[...]
     if not (np.isfinite(values).all() and (np.diff(values) > 0).all()):
         return f"{axis.name} does not increase from value to value"

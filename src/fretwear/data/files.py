@@ -64,7 +64,7 @@ _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 _CHECK_NAME = "Check the name, or run the case"
 _CHECK_FOLDER = "Check the name: case files lie in the folder cases/ of a study's results"
-_CHECK_KIND = "Check the name; if it is what is left of a case file, run the case again"
+_CHECK_KIND = "Check the name; if it is the rest of a case file, run the case again"
 _RUN_AGAIN = "Remove the file and run the case again"
 
 
@@ -88,12 +88,13 @@ def damage(path: Path, kind: str) -> str:
             stream.seek(max(content, 0))
             found = stream.read()
             if not found.startswith(_MARK):
-                return f"it is no whole {kind}: unfinished, cut short or changed by another program"
+                why = "unfinished, cut short or changed by another program"
+                return f"it is not a complete {kind}: {why}"
             stream.seek(0)
             is_whole = found == _checksum_line(stream, content)
     except OSError as cause:
         return f"it cannot be read ({cause.strerror or cause})"
-    return "" if is_whole else "it is damaged: its checksum does not fit"
+    return "" if is_whole else "it is damaged: its checksum does not match"
 
 
 def _checksum_line(stream: BinaryIO, content: int) -> bytes:
@@ -172,7 +173,7 @@ def _opened(path: Path) -> Iterator[netCDF4.Dataset]:
     try:
         file = netCDF4.Dataset(path, "r")
     except (OSError, RuntimeError) as cause:
-        raise CaseFileError(path, f"it is no netCDF file ({cause})", _RUN_AGAIN) from cause
+        raise CaseFileError(path, f"it is not a netCDF file ({cause})", _RUN_AGAIN) from cause
     try:
         with file:
             file.set_auto_maskandscale(False)
@@ -241,7 +242,7 @@ def _damaged(path: Path, problem: str) -> CaseFileError:
     if begins == _SIGNATURE:
         return CaseFileError(path, problem, _RUN_AGAIN)
     # It may be precious, a study file for example: nobody is told to remove it.
-    return CaseFileError(path, "it is no netCDF-4 file, which case files are", _CHECK_KIND)
+    return CaseFileError(path, "it is not a netCDF-4 file, which case files are", _CHECK_KIND)
 
 
 def _lacking(dims: Mapping[Hashable, tuple[Hashable, ...]]) -> list[str]:
@@ -307,7 +308,7 @@ def write_case(
         When the disk is full or the folder cannot be written to.
     """
     if lacking := _lacking({name: v.dims for name, v in dataset.variables.items()}):
-        raise ValueError(f"{path} would not be whole: the dataset lacks {', '.join(lacking)}.")
+        raise ValueError(f"{path} would not be complete: the dataset lacks {', '.join(lacking)}.")
     groups = {HISTORY_GROUP: history, **({} if loops is None else {LOOP_GROUP: loops})}
     with uninterrupted(), atomic_path(Path(path)) as temporary:
         with netCDF4.Dataset(temporary, "w") as file:
@@ -320,7 +321,7 @@ def write_case(
             with opened_case(temporary):
                 pass
         except CaseFileError as cause:
-            raise RuntimeError("what was written reads back otherwise") from cause
+            raise RuntimeError("the file reads back differently from what was written") from cause
 
 
 def _write(group: Any, content: xr.Dataset | Labelled) -> None:

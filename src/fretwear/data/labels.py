@@ -299,7 +299,7 @@ def _coordinate_problems(coordinates: Mapping[str, Column], symmetry: str) -> li
 
 def _raise_all(problems: list[str]) -> None:
     if problems:
-        raise ValueError("The dataset would not be whole: " + "; ".join(problems) + ".")
+        raise ValueError("The dataset would not be complete: " + "; ".join(problems) + ".")
 
 
 @cache

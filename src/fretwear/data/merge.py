@@ -84,8 +84,8 @@ NOT_DONE = -1
 _HISTORIES = (CYCLE.name, *HEADLINES, "tangential_force")
 _CHUNK_BYTES = 32 << 20
 _MOST_SOURCES = 10
-_OTHER_CODE = "it was computed by other code than fretwear has now (another code_digest)"
-_KEEP_OR_RUN = "Run the case again, or keep it as it is by --keep-older"
+_OTHER_CODE = "it was computed by another version of the code (its code_digest differs)"
+_KEEP_OR_RUN = "Run the case again, or keep it with --keep-older"
 
 
 @dataclass(frozen=True)
@@ -418,12 +418,12 @@ def _read_cases(
 
 
 def _older_words(digests: Sequence[str]) -> str:
-    """Say how many of some cases were computed by other code than this; empty if none was."""
+    """Say how many cases were computed by another version of the code; empty if none was."""
     older = [digest or "missing" for digest in digests if digest != code_digest()]
     if not older:
         return ""
     return (
-        f"{len(older)} of {len(digests)} cases were computed by other code than fretwear has now: "
+        f"{len(older)} of {len(digests)} cases were computed by another version of the code: "
         f"their code_digest is {', '.join(sorted(set(older)))}, not {code_digest()}"
     )
 

@@ -87,11 +87,11 @@ def is_of_netcdf(error: BaseException) -> bool:
 
 
 def reason_of(error: BaseException) -> str:
-    """Say why something failed; compiled libraries that get no memory may leave no words."""
+    """Say why something failed; compiled libraries that run out of memory may not say so."""
     if isinstance(error, SystemError):
-        return f"a library failed as where there is no memory ({error})"
+        return f"a library failed as if memory had run out ({error})"
     if is_of_netcdf(error):
-        return f"a file cannot be read or written, as where there is no memory ({error})"
+        return f"a file cannot be read or written, as if memory had run out ({error})"
     if isinstance(error, MemoryError):
         return str(error) or "there is not enough memory"
     return str(error) or type(error).__name__
@@ -157,7 +157,7 @@ def why_leading_out(folder: Path, root: Path | None = None) -> str:
     for link in _links(folder):
         return (
             f"{link}: is a link that leads to {link.readlink()}; remove it: the results of a study "
-            "hold no links, lest something else is written to"
+            "hold no links, lest something else be overwritten"
         )
     return ""
 
@@ -176,16 +176,16 @@ def _links(folder: Path) -> Iterator[Path]:
 
 
 def open_data(path: Path) -> BinaryIO:
-    """Open a file of a results folder for reading; an OSError for what is no plain file."""
+    """Open a file of a results folder for reading; an OSError for what is not a regular file."""
     stream = os.fdopen(os.open(path, os.O_RDONLY | _PLAINLY), "rb")
     if not stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
         stream.close()
-        raise OSError(errno.EINVAL, "is no plain file", str(path))
+        raise OSError(errno.EINVAL, "is not a regular file", str(path))
     return stream
 
 
 def read_data(path: Path, most: int) -> bytes:
-    """Read a small file of a results folder; an OSError for what is larger or no plain file."""
+    """Read a small file of a results folder; an OSError if it is larger or not a regular file."""
     with open_data(path) as stream:
         content = stream.read(most + 1)
     if len(content) > most:
@@ -242,11 +242,11 @@ def open_log(path: Path) -> Unfailing:
 
 
 def check_own(descriptor: int) -> None:
-    """Refuse what is no plain file, or has another name elsewhere, and close it."""
+    """Refuse what is not a regular file, or has another name elsewhere, and close it."""
     status = os.fstat(descriptor)
     if not stat.S_ISREG(status.st_mode) or status.st_nlink > 1:
         os.close(descriptor)
-        raise OSError(errno.EMLINK, "has another name elsewhere, or is no plain file")
+        raise OSError(errno.EMLINK, "has another name elsewhere, or is not a regular file")
 
 
 @contextmanager

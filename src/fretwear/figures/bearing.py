@@ -52,9 +52,9 @@ def bearing_heights(
     shown = checked_cycles(dataset, cycles)
     case = case or Case(**json.loads(dataset.attrs["parameters"]))
     if case.rough is None:
-        raise ValueError("A bearing-area curve tells of roughness, and this case is smooth.")
+        raise ValueError("A bearing-area curve describes roughness, and this case is smooth.")
     if not case.rough.is_known:
-        raise ValueError("The surface of this case is in a file, which is not with its dataset.")
+        raise ValueError("The surface of this case is in a file that the dataset does not contain.")
     axes = [axis for axis in ("x", "y") if axis in dataset.coords]
     states = dataset.sel(cycle=list(shown)).transpose("cycle", *axes, ...)
     half_widths = [float(states[f"contact_half_width_{axis}"][-1]) for axis in axes]

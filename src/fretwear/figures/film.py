@@ -296,7 +296,7 @@ def check_format(path: Path) -> None:
     ending = path.suffix.lower()
     if ending not in FORMATS:
         raise ValueError(
-            f"{path.name}: {ending or 'no ending'} is no format for animations; "
+            f"{path.name}: {ending or 'no ending'} is not a format for animations; "
             "end the name in .gif or .mp4."
         )
     if ending == ".mp4" and shutil.which("ffmpeg") is None:

@@ -321,8 +321,8 @@ def _frames(
         return figure, make_panels(figure, count, across, "row")
     if count > 1:
         raise ValueError(
-            f"This study takes {count} panels, which one axes does not hold: leave ax "
-            "out, or select a part of the study first, for example with dataset.isel(...)."
+            f"This study takes {count} panels, which do not fit into one axes: leave out ax, "
+            "or select a part of the study first, for example with dataset.isel(...)."
         )
     return root_figure(ax), [ax]
 

@@ -43,7 +43,7 @@ def read_figure_index(folder: Path) -> list[FigureEntry]:
         if not all(_NAME.fullmatch(each.name) and _is_text(each) for each in entries):
             raise ValueError
     except (OSError, ValueError, TypeError, RecursionError) as cause:
-        problem = "there is no such file" if not index.exists() else "it is no list of figures"
+        problem = "there is no such file" if not index.exists() else "it is not a list of figures"
         raise DataFileError(index, problem, "Draw the figures again") from cause
     return entries
 

@@ -256,7 +256,7 @@ def frame_of(panels: Sequence[HalfProfiles]) -> Frame:
     What vanishes inside a smooth contact is shown around its edge; its values then go as far as
     those of the last cycle, and curves of earlier ones leave at the top. The tractions of elastic
     bodies are shown up to three times their first peak: the later one at the edge of the stick
-    zone grows with a finer grid, without end, and would hide the rest.
+    zone grows without bound as the grid is refined, and would hide the rest.
     """
     field = panels[0].field
     right = BEYOND_CONTACT * max(float(panel.contact_half_width.max()) for panel in panels)

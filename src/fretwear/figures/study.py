@@ -199,15 +199,15 @@ def _profile_caption(field: Field, where: str, cases: Mapping[str, xr.Dataset]) 
     )
     sentences = [
         f"{field.label} along the direction of slip{on_line} at several cycles{where}.",
-        "Around the edge of the contact; grey, where it shows: stick zone at the last cycle."
+        "Around the edge of the contact; grey, where visible: stick zone at the last cycle."
         if at_edge(field)
         else "Grey: stick zone at the last cycle.",
     ]
     limits = [float(case.coords.get("plastic_limit", math.inf)) for case in cases.values()]
     if is_traction(field) and any(math.isinf(limit) for limit in limits):
         sentences.append(
-            "Triangles: peaks of elastic bodies that continue above; they grow with a finer grid, "
-            "without end."
+            "Triangles: peaks of elastic bodies that continue above; they grow without bound as "
+            "the grid is refined."
         )
     if _any_rough(cases):
         has_peaks = envelope_of(field) is peak_envelope
@@ -222,7 +222,7 @@ def _profile_caption(field: Field, where: str, cases: Mapping[str, xr.Dataset]) 
 def _map_caption(where: str, cases: Mapping[str, xr.Dataset]) -> str:
     sentences = [f"Wear depth of both bodies over the contact after the last cycle{where}."]
     if _any_rough(cases, "roughness_rms_height"):
-        sentences.append("On a rough surface each spot of contact and of stick has its outline.")
+        sentences.append("On rough surfaces spots in contact and spots that stick are outlined.")
     deepest = [float(case["wear_depth"].isel(cycle=-1).max()) for case in cases.values()]
     if isinstance(depth_scale(deepest), PowerNorm):
         sentences.append("Colours vary as the square root of the depth.")

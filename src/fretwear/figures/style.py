@@ -160,7 +160,7 @@ def save_as(figure: Figure, path: str | PathLike[str]) -> Path:
     known = figure.canvas.get_supported_filetypes()
     if ending.removeprefix(".") not in known:
         raise ValueError(
-            f"{path.name}: {ending or 'no ending'} is no format for figures; "
+            f"{path.name}: {ending or 'no ending'} is not a format for figures; "
             "end the name in .png, .svg or .pdf."
         )
     with style_context(), atomic_path(path) as temporary:

@@ -106,13 +106,16 @@ class MeasuredRoughness(_Map, Roughness):
         Patch(
             "patch",
             "patch of the surface",
-            description="Part to take, [x, y, width, height] from the corner; none: all.",
+            description="Part to use, [x, y, width, height] from the corner; none: all.",
         ),
     ] = None
     body: Annotated[
         str,
         Choice(
-            "body", "body of the surface", ("flat", "indenter"), description="Which body it is of."
+            "body",
+            "body of the surface",
+            ("flat", "indenter"),
+            description="The body that has this surface.",
         ),
     ] = "flat"
     kind: Literal["measured"] = "measured"
@@ -196,7 +199,7 @@ class HeightMapIndenter(_Map, Indenter):
         Patch(
             "patch",
             "patch of the height map",
-            description="Part to take, [x, y, width, height] from the corner; none: all.",
+            description="Part to use, [x, y, width, height] from the corner; none: all.",
         ),
     ] = None
     kind: Literal["height_map"] = "height_map"

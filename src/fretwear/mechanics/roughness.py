@@ -273,7 +273,12 @@ class SelfAffineRoughness(Roughness):
     seed: Annotated[
         int,
         WholeNumber(
-            "seed", "seed of the roughness", 0, 2**31 - 1, 7, description="Number of the surface."
+            "seed",
+            "seed of the roughness",
+            0,
+            2**31 - 1,
+            7,
+            description="Selects one of the random surfaces.",
         ),
     ]
     anisotropy: Annotated[
@@ -370,7 +375,7 @@ class SelfAffineRoughness(Roughness):
             return (
                 f"has a roll-off wavelength {ratio:.4g} times as long as the shortest, and at most "
                 f"{_BROADEST:g} times is supported",
-                "raise shortest_wavelength: hardly a grid resolves so many",
+                "raise shortest_wavelength: few grids resolve so many",
             )
         return None
 

@@ -23,7 +23,7 @@ from fretwear.vocabulary import HEADLINES, RESULTS, PointStatus, Variable
 
 _RUN_AGAIN = "Run and merge the study again"
 _LARGEST = sys.float_info.max
-_UNKNOWN_REASON = "The simulation failed; its log tells why."
+_UNKNOWN_REASON = "The simulation failed; its log says why."
 
 
 class Level(NamedTuple):

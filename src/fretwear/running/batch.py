@@ -162,7 +162,7 @@ class BatchRun:
             self.listener.note(f"{len(found)} of {len(cases)} cases were done before")
         if older:
             what = "kept" if self.keep_older else "computed again"
-            self.listener.note(f"{len(older)} of them by other code than this: {what}")
+            self.listener.note(f"{len(older)} of them by another version of the code: {what}")
         # A case during which an earlier process vanished may take this one along: it comes last.
         vanished = failures(self.results)
         to_do = {case_id: cases[case_id] for case_id in cases if case_id not in found}

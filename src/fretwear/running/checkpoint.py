@@ -157,7 +157,7 @@ def read_checkpoint(path: Path, identity: Mapping[str, Any]) -> RunRecord | None
         content = json.loads(arrays.pop(_CONTENT).tobytes())
         found, packed = dict(content["identity"]), content["record"]
     except (*_UNREADABLE, OSError, AttributeError, BadZipFile, NotImplementedError) as cause:
-        problem = "this is no checkpoint, or one of another version"
+        problem = "this is not a checkpoint, or one of another version"
         raise CheckpointError(path, problem, _START_ANEW) from cause
     expected = json.loads(json.dumps(identity))
     if found != expected:
@@ -168,7 +168,9 @@ def read_checkpoint(path: Path, identity: Mapping[str, Any]) -> RunRecord | None
         record: RunRecord = unpack(RunRecord, packed, arrays)
         _check(record)
     except _UNREADABLE as cause:
-        raise CheckpointError(path, "this checkpoint has another content", _START_ANEW) from cause
+        raise CheckpointError(
+            path, "the content of this checkpoint is not as expected", _START_ANEW
+        ) from cause
     return record
 
 
@@ -177,7 +179,7 @@ def _read_arrays(path: Path) -> dict[str, NDArray[Any]]:
     with ZipFile(path) as container:
         entries = container.infolist()
         if sum(entry.file_size for entry in entries) > path.stat().st_size:
-            raise ValueError("more is announced than the file holds")
+            raise ValueError("the file is smaller than it announces")
         for entry in entries:
             with container.open(entry) as stream:
                 if numpy_format.read_magic(stream) != (1, 0):
@@ -193,15 +195,15 @@ def _check(record: RunRecord) -> None:
     """Refuse, by a ValueError, a run record whose numbers no run could have left."""
     states = [*record.snapshots, *([] if record.last is None else [record.last])]
     if bool(record.history) != bool(states):
-        raise ValueError("there are states without a history, or none with one")
+        raise ValueError("states and history do not match")
     if not all(map(math.isfinite, (number for row in record.history for number in row.values()))):
-        raise ValueError("a number of the history is not finite")
+        raise ValueError("the history has a value that is not finite")
     for state in states:
         reduced = state.reduced
         fields = (state.pressure, state.gap, state.wear, state.plastic, reduced.pressure)
         rates = (reduced.gap, state.pressure_rate, state.source_rate)
         if {each.shape for each in (*fields, *rates)} != {tuple(state.geometry.shape)}:
-            raise ValueError("a field has another shape than its geometry")
+            raise ValueError("the shape of a field does not match its geometry")
         if not state.is_finite:
             raise ValueError("a field is not finite")
 

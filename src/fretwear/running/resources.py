@@ -265,9 +265,8 @@ def machine_warnings(plan: Plan, available: int | None = None) -> Iterator[str]:
     elif plan.memory_bytes * at_once > available:
         yield (
             f"jobs of up to {size_text(plan.memory_bytes)} may not fit in the "
-            f"{size_text(available)} of memory that are available, {cores()} at once\n    run "
-            f"snakemake with --resources mem_mb={available // 1_000_000}, which lets fewer run at "
-            "once"
+            f"{size_text(available)} of memory available, {cores()} at once\n    to run fewer at "
+            f"once, start snakemake with --resources mem_mb={available // 1_000_000}"
         )
     for doubt, numbers in plan.doubts.items():
         listed = [f"{case_id}: {detail}" for case_id, detail in numbers.items()]

@@ -50,8 +50,8 @@ _AT_Y = "on the line nearest y = 0"
 _SHADE = "Grey: stick zone at the last cycle shown; later curves lie on top of earlier ones."
 _EDGE = "Around the edge of the contact, as far as the window of the case goes."
 _CUT = (
-    "Curves that leave at the top are elastic: their peak at the edge of stick grows with a finer "
-    "grid, without end."
+    "Curves that leave at the top are elastic: their peak at the edge of the stick zone grows "
+    "without bound as the grid is refined."
 )
 _STEPS = "A rough contact widens by steps: one more row of tips at a time."
 

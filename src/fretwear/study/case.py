@@ -244,13 +244,13 @@ def missing(given: Iterable[str], *, in_file: bool) -> Iterator[Problem]:
     given = set(given)
     unknown = [key for key in given if key not in parameter_names()]
     if {"cycles", "blocks"} <= given:
-        rule = "is one too many: blocks have cycles of their own"
+        rule = "is redundant: blocks have cycles of their own"
         yield Problem("cycles", None, rule, "give one of the two")
     for member, about in members().items():
         instead = about.keys if isinstance(about, PartOf) else ()
         if member in given:
             for name in sorted(given.intersection(instead)):
-                rule = f"is one too many: {member} is given as well"
+                rule = f"is redundant: {member} is given too"
                 yield Problem(name, None, rule, "give one of the two")
             continue
         if member == "cycles" and "blocks" in given:

@@ -211,7 +211,7 @@ def greatest_contact_radius(case: Case) -> float:
 
 
 def _stick_shrinks(case: Case) -> bool:
-    """Whether the edge of stick yields and slip follows: then the contact widens without end."""
+    """Whether the edge of stick yields and slip follows: then the contact widens without bound."""
     return math.isfinite(case.plastic_limit) and case.slip_model.follows_shape
 
 

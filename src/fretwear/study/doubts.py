@@ -103,9 +103,9 @@ def _bodies_are_unlike(case: CaseTree) -> Doubt | None:
     if beta <= GREATEST_DUNDURS * friction:
         return None
     return Doubt(
-        "will couple pressure and slip, as bodies of unlike stiffness do, which the model neglects",
+        "will couple pressure and slip, as unlike bodies do, which the model neglects",
         f"Dundurs' β = {beta:.2g}, {beta / friction:.2g} times µ",
-        f"trust no local value, and integrals only where β is below {GREATEST_DUNDURS:g} µ",
+        f"do not trust local values, and integrals only where β is below {GREATEST_DUNDURS:g} µ",
     )
 
 
@@ -115,7 +115,7 @@ def _limit_is_low(case: CaseTree) -> Doubt | None:
         return None
     numbers = (format_quantity(pressure, PRESSURE, 3) for pressure in (case.plastic_limit, mean))
     return Doubt(
-        "will yield all over at the first loading, beyond what a limit of the pressure describes",
+        "will yield all over at the first loading, beyond what a pressure limit describes",
         "plastic limit {}, mean Hertz pressure {}".format(*numbers),
         "choose a lower load, a larger radius or a plastic limit of about the hardness",
     )
@@ -141,7 +141,7 @@ def _slopes_are_steep(case: CaseTree) -> Doubt | None:
     if slope <= GREATEST_SLOPE:
         return None
     return Doubt(
-        "will touch on slopes that half-space theory takes for small",
+        "will touch on slopes that are too steep for half-space theory",
         f"steepest slope {slope:.2g}",
         f"trust the results where slopes stay below {GREATEST_SLOPE:g}",
     )
@@ -152,7 +152,7 @@ def _roughness_repeats(case: CaseTree) -> Doubt | None:
     if period >= 3.0 * case.hertz_radius:
         return None
     return Doubt(
-        "will meet the same random heights again, whose period is hardly longer than it is",
+        "will meet the same random heights again, because it is nearly as long as their period",
         f"period {format_quantity(period, LENGTH, 3)}, "
         f"contact radius {format_quantity(case.hertz_radius, LENGTH, 3)}",
         "results hold for a surface that repeats; the period is 16 roll-off wavelengths",
@@ -164,7 +164,7 @@ def _surface_is_small(case: CaseTree) -> Doubt | None:
     if side >= 3.0 * case.hertz_radius:
         return None
     return Doubt(
-        "will hardly fit on the measured surface, beyond whose border its last height goes on",
+        "will barely fit on the measured surface, beyond which the heights at its border continue",
         f"side {format_quantity(side, LENGTH, 3)}, "
         f"contact radius {format_quantity(case.hertz_radius, LENGTH, 3)}",
         "measure a larger area, or choose a larger patch or a lower load",
@@ -193,7 +193,7 @@ def _coupling_is_no_number(case: CaseTree) -> Doubt | None:
     # In a circle they are 9 % off at ν = 0.3, on both sides, which is the model's own error.
     error = max(abs(other / case.coupling - 1.0) for other in others)
     return Doubt(
-        "is elongated, so that slip is not in one proportion κ to the gap of the reduced contact",
+        "is elongated, so that no single κ relates slip to the gap of the reduced contact",
         f"κ is {case.coupling:.4g} in the centre and taken everywhere, but "
         f"{' and '.join(f'{other:.4g}' for other in others)} by the curvatures",
         f"take slip and wear for uncertain by up to {100.0 * error:.0f} %",
@@ -212,12 +212,12 @@ def _slides_far(case: CaseTree) -> Doubt | None:
     if slid <= SMALL_STROKE * case.hertz_radius:
         return None
     return Doubt(
-        "will slide so far that each point meets other points of the other body, which the model "
+        "will slide so far that each point meets several points of the other body, which the model "
         "neglects",
         f"sliding amplitude {format_quantity(slid, LENGTH, 3)}, contact radius "
         f"{format_quantity(case.hertz_radius, LENGTH, 3)}",
-        "write sliding_amplitude, lower the displacement, or take the wear near the edge of the "
-        "contact for a rough guide",
+        "write sliding_amplitude, lower the displacement, or treat the wear near the edge of the "
+        "contact as a rough guide",
     )
 
 

@@ -215,7 +215,7 @@ class Inline:
         if len(touched) > 1:
             symbol = self.parameters[touched[0]].symbol.replace("$", "")
             symbol = symbol.replace("Q/µP", "Q/(µP)")
-            rule = f"is one too many: {touched[0]}, {symbol}, is given as well"
+            rule = f"is redundant: {touched[0]}, {symbol}, is given too"
             for name in touched[1:]:
                 yield Problem(name, None, rule, "give exactly one of the two")
         elif leading and not touched and not any(nearest(key, [*leading]) for key in unknown):

@@ -69,7 +69,7 @@ class Grid:
 
     def __post_init__(self) -> None:
         if any(n % 2 and not even for n, even in zip(self.shape, self.even, strict=True)):
-            raise ValueError(f"{self.shape} cells do not lie alike on both sides of the origin")
+            raise ValueError(f"{self.shape} cells are not symmetric about the origin")
 
     @classmethod
     def first(cls, problem: Problem) -> Grid:
