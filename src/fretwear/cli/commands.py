@@ -1,4 +1,4 @@
-"""The commands that plan, run, merge and draw: `fretwear.cli.show` tells of what is there."""
+"""The commands that plan, run, merge and draw: `fretwear.cli.show` prints results."""
 
 from __future__ import annotations
 
@@ -127,7 +127,7 @@ def run(
 ) -> None:
     """Simulate one case of a study and write it to one file.
 
-    A run that was interrupted resumes from its checkpoint, which lies beside the file.
+    A run that was interrupted resumes from its checkpoint, which is beside the file.
     """
     log = begin(context, log_format, quiet=quiet)
 
@@ -166,7 +166,7 @@ def batch(
 ) -> None:
     """Simulate several points of a study, one after the other, each to its file in cases/.
 
-    Cases that are done already are kept, and one that fails does not stop the others.
+    Finished cases are kept, and one that fails does not stop the others.
     """
     log = begin(context, log_format, quiet=quiet)
     study, folder = study_and_results(file, results)

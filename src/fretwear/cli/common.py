@@ -191,7 +191,7 @@ def check_output(path: Path, *endings: str) -> Path:
 
 @contextmanager
 def opened(file: Path) -> Iterator[tuple[xr.Dataset, xr.Dataset]]:
-    """Open a case file: dataset and history of the case, a `CommandError` if it is not sound."""
+    """Open a case file: dataset and history of the case, a `CommandError` if it is not valid."""
     check_results(file)
 
     from fretwear.data.files import open_case, open_history
@@ -246,7 +246,7 @@ def aligned(
 ) -> Iterator[str]:
     """Yield rows as lines in columns: the first one to the left, the others as `justify` does.
 
-    Lines are as long as they have to be, for those who search or cut them.
+    Lines are not wrapped, so that they can be searched and cut.
     """
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for first, *others in rows:

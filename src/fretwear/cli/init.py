@@ -47,7 +47,7 @@ def init(
 ) -> None:
     """Begin a folder to work in: a Snakefile, its settings, a study to change, and .gitignore.
 
-    Files that are there already are left as they are.
+    Existing files are not changed.
     """
     from fretwear.data.safe import DataFileError, atomic_path, why_not_writable
     from fretwear.running.workflow import workspace

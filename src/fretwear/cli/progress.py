@@ -63,7 +63,7 @@ class Log:
     """All that a command says: errors and progress to standard error, results to standard output.
 
     Messages are text, on a terminal with a bar if the format is ``auto``, or ``json``; a quiet log
-    tells of errors only.  Text may go to another stream, without colours.
+    reports errors only. Text may go to another stream, without colours.
     """
 
     def __init__(
@@ -118,7 +118,7 @@ class Log:
     ) -> None:
         """Say what ends the command: an error and what to do, or that it is ``stopped`` by whom.
 
-        What never should happen, a defect, is told with its traceback.
+        What never should happen, a defect, is reported with its traceback.
         """
         fields = {"message": message, "exit_status": exit_status}
         trace = "" if defect is None else "".join(traceback.format_exception(defect)).rstrip()
@@ -297,7 +297,7 @@ class TimeLeft:
         self.share = 0.0  # of the time of the case that is over, from 0 to 1; never falls
 
     def note(self, cycle: float) -> None:
-        """Take note of a step that has come to a cycle."""
+        """Record a step that has reached a cycle."""
         self._noted = self._clock()
         self._recent.append((self._noted, cycle))
         if self._first_cycle is None:
@@ -310,7 +310,7 @@ class TimeLeft:
             self.share = max(self.share, taken / (taken + self._left) if self._left else 1.0)
 
     def end(self) -> None:
-        """Take note of what the case that has come to its end has taken."""
+        """Record how long a finished case has taken."""
         self._left = 0.0
         self._planned_before += self._case_planned
         self._taken_before += self.seconds

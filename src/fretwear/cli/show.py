@@ -215,7 +215,7 @@ def study_content(summary: xr.Dataset) -> dict[str, Any]:
 
 
 def study_lines(content: dict[str, Any]) -> Iterator[str]:
-    """Yield what there is to tell of a merged study as lines for people."""
+    """Yield what is shown of a merged study as lines for people."""
     points, units = content["points"], content["units"]
     yield content["title"]
     yield f"study {content['study']}, {content['source']}"

@@ -1,8 +1,8 @@
 """What a file of results must be before anything in it is believed.
 
-A checksum tells damage from wholeness, but not who wrote the file. So a file that is whole is
+A checksum reveals damage, but not who wrote the file. So a file that is whole is
 looked at before its arrays are: that they are no larger than the file could hold, that numbers are
-numbers, coordinates increase, states are states that there are, and parameters lie in their range.
+numbers, coordinates increase, states are known ones, and parameters lie in their range.
 """
 
 from __future__ import annotations

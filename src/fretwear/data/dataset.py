@@ -24,7 +24,7 @@ _SAME = 1e-12
 def mirrored(dataset: xr.Dataset) -> xr.Dataset:
     """Mirror a contact to the whole along the axes in which it is even, by its ``symmetry``.
 
-    Lazily opened data stay lazy; a dataset of the whole contact is returned as it is.
+    Lazily opened data stay lazy; a dataset of the whole contact is returned unchanged.
     """
     even = SYMMETRIES[dataset.attrs["symmetry"]]
     if not any(even):

@@ -1,8 +1,8 @@
 """Files of datasets: written whole or not at all, checked before they are opened.
 
 Every file ends with a checksum, a line behind its content, which libraries for netCDF-4 and HDF5
-ignore. The netCDF library is no judge of whole files: one that was not finished opens without an
-error, and one whose structure is damaged can hang or crash the process that opens it. So the
+ignore. The netCDF library does not detect incomplete files: an unfinished one opens without an
+error, and one with a damaged structure can hang or crash the process that opens it. So the
 checksum is compared before the library opens the file.
 """
 
@@ -296,7 +296,7 @@ def write_case(
     history : xarray.Dataset or Labelled
         From `fretwear.data.labels.labelled_history`; becomes the group ``history``.
     path : str or path-like
-        The file; its folder is made if need be, a file of that name is replaced.
+        The file; its folder is made if necessary, a file of that name is replaced.
     loops : xarray.Dataset or Labelled, optional
         From `fretwear.data.labels.labelled_loops`; becomes the group ``loop``.
 

@@ -132,7 +132,7 @@ class Lock:
 def locked(path: Path, tell: Callable[[str], None]) -> Iterator[Lock]:
     """Hold the lock of a file, after waiting for whoever has it, as a line for people tells.
 
-    The folder is made if need be; a `DataFileError` tells where the lock's file cannot be.
+    The folder is made if necessary; it is a `DataFileError` if the lock's file cannot be written.
     """
     lock = Lock(path)
     lock.acquire(tell)

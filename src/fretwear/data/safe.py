@@ -257,8 +257,8 @@ def atomic_path(path: Path) -> Iterator[Path]:
     folder are flushed to the disk before and after the renaming. Whatever goes wrong in the
     ``with`` block, an interrupt included, the temporary file is removed and a file that was there
     before stays as it was. Only a process that is killed outright leaves its temporary file; the
-    next one that writes the same file removes it.  The folder is made if need be; a
-    `DataFileError` tells where it cannot be made or written to, or the disk is full.
+    next one that writes the same file removes it.  The folder is made if necessary; it is
+    a `DataFileError` if it cannot be made or written to, or the disk is full.
     """
     temporary = path.with_name(f".{path.name}.{_host()}.{os.getpid()}.{secrets.token_hex(4)}.tmp")
     try:

@@ -267,7 +267,7 @@ def label_curves(axes: Axes, curves: Sequence[Line2D], labels: Sequence[str]) ->
     """Label every curve beside itself, or none of them.
 
     A place is taken when the text box is clear of all curves and labels, and nearer to its own
-    curve than to any other. Successive curves that cannot be told apart have one label, in the
+    curve than to any other. Successive curves that are indistinguishable have one label, in the
     last one's colour. Call this last, when limits and labels of the axes are final. Where there is
     no room, the result is False: nothing was added, and a legend is called for.
     """

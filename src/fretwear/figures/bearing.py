@@ -1,4 +1,4 @@
-"""Bearing-area curves: how much of a rough surface stands above a height, before and after wear."""
+"""Bearing-area curves: how much of a rough surface lies above a height, before and after wear."""
 
 from __future__ import annotations
 
@@ -113,13 +113,13 @@ def bearing_area(
     Returns
     -------
     matplotlib.figure.Figure
-        Height, that of the roughness less wear and plastic depth, over the share of the contact
-        that stands above it.
+        Height, that of the roughness less wear and plastic depth, over the share of the
+        contact that lies above it.
 
     Raises
     ------
     TypeError
-        When `dataset` is no dataset.
+        When `dataset` is not a dataset.
     ValueError
         When the case is smooth, a snapshot is missing, or the surface is in a file that is not
         there.

@@ -95,7 +95,7 @@ def overview(
     Raises
     ------
     TypeError
-        When `dataset` is no dataset.
+        When `dataset` is not a dataset.
     ValueError
         When `dataset` has no fields or no such snapshot.
     """
@@ -124,7 +124,7 @@ def overview(
 
 
 def headline(dataset: xr.Dataset) -> str:
-    """Return the parameters that tell a case, in symbols."""
+    """Return the parameters that identify a case, in symbols."""
     names = [name for name in _HEADLINE if name in dataset.coords]
     return ", ".join(symbol_text(name, coordinate_value(dataset[name])) for name in names)
 
@@ -162,7 +162,7 @@ def compare_cases(
     Raises
     ------
     TypeError
-        When `cases` is no mapping of titles to datasets.
+        When `cases` is not a mapping of titles to datasets.
     ValueError
         When there are not two of them, or one has no fields.
     """

@@ -68,7 +68,7 @@ class HalfProfiles:
     def readable(self, envelope: Envelope | None = None) -> HalfProfiles:
         """Return the profiles themselves or, where waves crowd them, their envelopes.
 
-        `envelope` is `peak_envelope` or `wave_mean`; left out, the one that suits the field.
+        `envelope` is `peak_envelope` or `wave_mean`; left out, the default of the field.
         """
         if not self.is_wavy:
             return self
@@ -96,7 +96,7 @@ def half_profiles(
     Raises
     ------
     TypeError
-        When `dataset` is no dataset.
+        When `dataset` is not a dataset.
     ValueError
         When `dataset` lacks the field, varies in more than cycle, x and y, or lacks a cycle.
     """
@@ -309,7 +309,7 @@ def wave_mean(x: Array, values: Array, wavelength: float) -> Array:
 
 
 def check_dataset(dataset: Any) -> None:
-    """Raise a `TypeError` for what is no dataset, with how to come to a dataset from it."""
+    """Raise a `TypeError` for what is not a dataset, saying how to get a dataset from it."""
     if isinstance(dataset, xr.Dataset):
         return
     given = type(dataset).__name__
@@ -326,7 +326,7 @@ def check_dataset(dataset: Any) -> None:
 
 
 def check_cases(cases: Any, *fields: str) -> None:
-    """Raise a `TypeError` for what is no mapping of titles to datasets.
+    """Raise a `TypeError` for what is not a mapping of titles to datasets.
 
     It is a `ValueError` when there is no case, or one lacks a field.
     """

@@ -201,7 +201,7 @@ class CaseAnimation:
         Parameters
         ----------
         path : str or path-like
-            File to write, which appears only when it is whole; its ending tells the format.
+            File to write, which appears only when it is whole; its suffix determines the format.
         dots_per_inch : float
             The figure is 190 mm wide: 120 make it 897 pixels.
         progress : callable
@@ -260,7 +260,7 @@ def animation(
     Raises
     ------
     TypeError
-        When `dataset` is no dataset.
+        When `dataset` is not a dataset.
     ValueError
         When `dataset` has no fields or no such snapshot.
     """

@@ -71,6 +71,6 @@ def figure_category(folder: Path, name: str) -> str:
 
 
 def figure_labels(folder: Path, name: str) -> dict[str, str]:
-    """Return what tells a figure in a list: its name and the first sentence of its caption."""
+    """Return the labels of a figure in a list: its name and the first sentence of its caption."""
     caption = next(entry.caption for entry in read_figure_index(folder) if entry.name == name)
     return {"figure": name, "shows": caption.partition(". ")[0].removesuffix(".")}

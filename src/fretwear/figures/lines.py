@@ -184,7 +184,7 @@ def _levels(lines: Sequence[Line]) -> dict[str, tuple[Value, ...]]:
 
 
 def _telling(levels: Levels, lines: Sequence[Line]) -> str | None:
-    """Return the name that tells most of points drawn at random: by rank correlation."""
+    """Return the name that explains most of points drawn at random: by rank correlation."""
     drawn = [
         name
         for name, values in levels.items()

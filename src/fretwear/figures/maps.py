@@ -101,7 +101,7 @@ def wear_map(
     Raises
     ------
     TypeError
-        When `dataset` is no dataset.
+        When `dataset` is not a dataset.
     ValueError
         When `dataset` has no fields, or there is no snapshot at `cycle`.
     """

@@ -88,7 +88,7 @@ def field_profiles(
     Raises
     ------
     TypeError
-        When `dataset` is no dataset.
+        When `dataset` is not a dataset.
     ValueError
         When `dataset` has no such field or snapshot, or varies in a case parameter.
     """
@@ -174,7 +174,7 @@ def compare_profiles(
     Raises
     ------
     TypeError
-        When `cases` is no mapping of titles to datasets.
+        When `cases` is not a mapping of titles to datasets.
     ValueError
         When there is no case, no such quantity, or none of the cases has one of the snapshots.
     """

@@ -80,7 +80,7 @@ def study_figures(
     First comes what the parameters do, then the quantities of all cases over the cycles, with its
     `history` through every step, then profiles, bearing areas and wear maps of a few representative
     cases; `known` are the cases of the study by id, for the heights of their surfaces. A
-    study of which no point is done has no figures.
+    study without finished points has no figures.
     """
     if not study_lines(summary, "wear_volume"):
         return

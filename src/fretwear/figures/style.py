@@ -148,7 +148,7 @@ def save_figure(
 
 
 def save_as(figure: Figure, path: str | PathLike[str]) -> Path:
-    """Write a figure to one file whose ending tells the format; see `save_figure`.
+    """Write a figure to one file whose suffix determines the format; see `save_figure`.
 
     Raises
     ------

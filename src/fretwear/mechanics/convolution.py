@@ -245,8 +245,7 @@ class Convolution(Generic[Real]):
         Returns
         -------
         A function of a field: symmetric, positive definite, a quarter of the cost of a
-        convolution, as the window is not padded. It may put the result in the place of its
-        argument.
+        convolution, as the window is not padded. It may put the result into its argument.
         """
         cells = self._half * (self._shape[1] // (1 if self._even[1] else 2))
         # The even frequencies are those of the window without padding.
@@ -311,7 +310,7 @@ def dct(
 
     Returns
     -------
-    The result, which lies in the field's place or in the room given.
+    The result, which lies in the memory of the field or in the buffer given.
     """
     target = field if into is None else into
     if ducc0 is not None:
@@ -322,7 +321,7 @@ def dct(
     result = scipy.fft.dctn(
         field, type=kind, axes=axes, overwrite_x=target is field, workers=workers
     )
-    # It may have been made in the place of the field.
+    # It may have been computed in the memory of the field.
     if not np.may_share_memory(result, target):
         target[...] = result
     return target
@@ -331,7 +330,7 @@ def dct(
 def hartley(field: Real, axis: int, into: Real | None = None) -> Real:
     """Hartley transform of a field along an axis, ∑ fⱼ cas(2πjk/n) with cas θ = cos θ − sin θ.
 
-    It lies in the field's place, or in the room given.
+    It lies in the memory of the field, or in the buffer given.
     """
     target = field if into is None else into
     if ducc0 is not None:

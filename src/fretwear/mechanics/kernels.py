@@ -2,7 +2,7 @@
 
 Each function is here in NumPy. The same functions, compiled from ``kernels.cpp`` when the package
 is installed where there is a C++ compiler, go over their fields once, where NumPy goes over them
-once for each operation; they take the place of these. `COMPILED` tells whether they do.
+once for each operation; they take the place of these. `COMPILED` says whether they do.
 
 Fields are contiguous and of one shape unless said otherwise. A field that a function changes is
 its last argument or named in its first line; no function keeps a field. A call names first the

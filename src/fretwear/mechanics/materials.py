@@ -94,7 +94,7 @@ class ElasticBodies(Bodies):
 
     @property
     def slug(self) -> str:
-        """Materials are not told in the id."""
+        """Materials are left out of the id."""
         return ""
 
 

@@ -182,7 +182,7 @@ class HeightMapIndenter(_Map, Indenter):
 
     They are upwards out of its body, which is turned over about the y axis. The paraboloid that
     fits the map best gives the scales of the contact, the origin, which is its apex, and the shape
-    beyond the map, where what the border differs by goes on.
+    beyond the map, where the difference at the border is continued.
     """
 
     file: Annotated[
@@ -212,7 +212,7 @@ class HeightMapIndenter(_Map, Indenter):
         x, y = fit.apex[0] - np.asarray(x), fit.apex[1] + np.asarray(y)
         data = self._data
         assert data is not None
-        # Within the map the fit cancels; beyond, it goes on.
+        # Within the map the fit cancels; beyond, it continues the surface.
         inside = np.clip(x, data.x[0], data.x[-1]), np.clip(y, data.y[0], data.y[-1])
         heights = _interpolated(self.file, False, self.patch, *inside)
         result: Array = fit.height(*fit.apex) - heights + fit.height(*inside) - fit.height(x, y)

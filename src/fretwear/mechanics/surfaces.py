@@ -142,7 +142,7 @@ class Sphere(Indenter):
 
     @property
     def slug(self) -> str:
-        """The usual indenter is not told in the id."""
+        """The usual indenter is left out of the id."""
         return ""
 
 

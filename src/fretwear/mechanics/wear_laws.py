@@ -123,7 +123,7 @@ class WearLaw(Part):
 
     @property
     def slug(self) -> str:
-        """The coefficient is not told in the id."""
+        """The coefficient is left out of the id."""
         return ""
 
 

@@ -166,7 +166,7 @@ def _answer(
 
 
 def _mark(error: float) -> str:
-    """Return how uncertain a value is, where that is to be seen."""
+    """Return how uncertain a value is, where that is worth showing."""
     return f"± {100.0 * error:.2g} %" if error > SMALL_ERROR else ""
 
 
@@ -239,7 +239,7 @@ class ParameterRow:
 
     @property
     def derived(self) -> bool:
-        """Whether it is no parameter of its own."""
+        """Whether it follows from other parameters."""
         return self.name in _DERIVED
 
 

@@ -142,7 +142,7 @@ class BatchRun:
     threads: int = 1  # that each case takes
 
     def run(self, first: int, last: int) -> BatchOutcome:
-        """Run the cases of neighbouring points, counted from 1, but those that are done and sound.
+        """Run the cases of neighbouring points, counted from 1, except finished ones.
 
         A case that fails keeps no other from running; why it failed is recorded beside its log.
         """
@@ -204,7 +204,7 @@ class BatchRun:
                 traceback.print_exc(file=stream)
                 reason = f"this is a defect of fretwear: {type(error).__name__}: {error}"
             except BaseException:
-                # Stopped from outside is no failure: the next run resumes from the checkpoint.
+                # Being stopped is not a failure: the next run resumes from the checkpoint.
                 forget(self.results, case.case_id)
                 raise
             else:

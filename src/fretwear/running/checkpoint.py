@@ -42,7 +42,7 @@ class Checkpoint:
     """The checkpoint of a run: an observer that keeps the run record on disk.
 
     Used as a context: what interrupts the run leaves a checkpoint of the last accepted step, and
-    a run that comes to its end removes it once the caller has stored the result.  The file is
+    a run that finishes removes it once the caller has stored the result.  The file is
     read at once if it is there; a line for people tells why it was not used, or where the run
     resumes.  It is written after the interval, s, or a single step that takes longer, and sooner
     at snapshots.

@@ -73,8 +73,8 @@ def _read(file: Path) -> Failure | None:
         failure = Failure(**json.loads(read_data(file, _MOST_BYTES)))
     except (OSError, ValueError, TypeError, RecursionError):
         return None
-    sound = all(isinstance(text, str) for text in asdict(failure).values())
-    return failure if sound and failure.case_id == file.name.removesuffix(_SUFFIX) else None
+    valid = all(isinstance(text, str) for text in asdict(failure).values())
+    return failure if valid and failure.case_id == file.name.removesuffix(_SUFFIX) else None
 
 
 def log_file(results: str | PathLike[str], case_id: str) -> Path:

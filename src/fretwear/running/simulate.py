@@ -91,7 +91,7 @@ class RunRecord:
 
 
 class DoubtfulResultWarning(UserWarning):
-    """The results of a case are not to be trusted as they stand."""
+    """The results of a case are doubtful."""
 
 
 @dataclass(frozen=True)
@@ -160,7 +160,7 @@ def simulate(
     Warns
     -----
     DoubtfulResultWarning
-        For each reason not to trust the results as they stand, known before or found by the run.
+        For each reason to doubt the results, known before or found by the run.
     """
     require_memory(case)
     before = doubts(case)

@@ -106,7 +106,7 @@ def study_file(name: str) -> Path:
 
 @dataclass(frozen=True)
 class StudyJobs:
-    """The jobs of a sound study: their files, what they depend on, and what they take."""
+    """The jobs of a valid study: their files, what they depend on, and what they take."""
 
     study: Study
     keep_older: bool = False  # whether cases are kept that other code has computed
@@ -199,7 +199,7 @@ class StudyJobs:
         return {case_id: found[case_id] for case_id in found if case_id in self._snapshots}
 
     def verdict(self) -> str:
-        """Say which cases failed and why, for the end of a run that went on nevertheless."""
+        """Say which cases failed and why, for the end of a run that continued."""
         failed = list(self.failures.values())
         lines = [f"fretwear: {len(failed)} of {len(self._snapshots)} cases failed"]
         for each in failed[:_FAILURES_LISTED]:
@@ -236,7 +236,7 @@ class StudyJobs:
         return figure_category(Path(self.folder) / "figures", figure)
 
     def figure_labels(self, figure: str) -> dict[str, str]:
-        """Return what tells a finished figure in Snakemake's report."""
+        """Return the labels of a finished figure in Snakemake's report."""
         from fretwear.figures.index import figure_labels
 
         return figure_labels(Path(self.folder) / "figures", figure)

@@ -76,7 +76,7 @@ SNAPSHOTS = Snapshots(
 
 
 class CaseError(ValueError):
-    """Parameters that make no case; its `problems` tell everything that is wrong with them."""
+    """Parameters that make no case; its `problems` list everything that is wrong with them."""
 
     def __init__(self, problems: Iterable[Problem]) -> None:
         self.problems = tuple(problems)
@@ -186,7 +186,7 @@ def _suited(members: Mapping[str, Any]) -> Mapping[str, Any]:
 def read_values(
     raw: Mapping[str, Any], prefix: str, problems: Problems, *, units_required: bool
 ) -> dict[str, Any]:
-    """Read keys as `base` has them; return the sound values, add what is wrong with the others."""
+    """Read keys as `base` has them; return the valid values, add what is wrong with the others."""
     values: dict[str, Any] = {}
     known = base_names()
     for key, value in raw.items():
@@ -238,7 +238,7 @@ def assemble(values: Mapping[str, Any]) -> dict[str, Any]:
 def missing(given: Iterable[str], *, in_file: bool) -> Iterator[Problem]:
     """Yield what has to be given and is not, and which of alternative keys are too many.
 
-    All that is given counts, sound or not, and a misspelt key stands for the one that is meant.
+    All that is given counts, valid or not, and a misspelt key stands for the one that is meant.
     In a file some of what has a default in Python must be written.
     """
     given = set(given)

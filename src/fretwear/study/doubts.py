@@ -45,7 +45,7 @@ LEAST_REFINEMENT = 0.125
 
 @dataclass(frozen=True)
 class Doubt:
-    """Why the results of a case that can be run are not to be trusted as they stand."""
+    """Why the results of a case that can be run are doubtful."""
 
     # What will happen, as a sentence without its subject; the same for every case of a kind.
     what: str
@@ -236,7 +236,7 @@ _DOUBTS = (
 
 
 def doubts(case: CaseTree, errors: Mapping[str, float] | None = None) -> tuple[Doubt, ...]:
-    """Return why the results of a sound case are not to be trusted; usually nothing.
+    """Return why the results of a valid case are not to be trusted; usually nothing.
 
     What a run has found is told as well: the largest estimated error of each result, relative to
     it, by its words.

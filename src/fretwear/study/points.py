@@ -163,18 +163,18 @@ class Parameters:
     @cached_property
     def _sound_members(self) -> tuple[str, ...]:
         """Varied members that can be made: others that their values need may be wrong."""
-        sound = []
+        valid = []
         for member, axes in self._varied_members.items():
             with suppress(KeyError):
                 self._member(member, (0,) * len(axes))
-                sound.append(member)
-        return tuple(sound)
+                valid.append(member)
+        return tuple(valid)
 
     def find(self) -> Iterator[BrokenRule]:
         """Iterate over the broken rules.
 
         A rule is tried once for each combination of the values it needs, and only where all
-        of these are among the sound values.
+        of these are among the valid values.
         """
         defaulted = {*members(), "output_cycles"} - required(CaseTree) - {*self._varied_members}
         known = {*self._fixed_members, *self._sound_members, *defaulted}

@@ -43,7 +43,7 @@ class Problem:
 
     @property
     def value(self) -> str:
-        """What stands there, in the words of the file."""
+        """The value, as written in the file."""
         text = in_words(self.given)
         return text if len(text) <= _LONGEST_VALUE else f"{text[: _LONGEST_VALUE - 3]}..."
 
@@ -138,7 +138,7 @@ def read_fields(
 
 
 class StudyError(ValueError):
-    """A study file that cannot be run; its `problems` tell everything that is wrong with it.
+    """A study file that cannot be run; its `problems` list everything that is wrong with it.
 
     They stand in the order of the file where lines are known.
     """

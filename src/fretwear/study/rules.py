@@ -1,6 +1,6 @@
 """Rules that tie several parameters of a case together.
 
-Each rule names the parameters it needs, so that the rules whose parameters are sound can be
+Each rule names the parameters it needs, so that the rules whose parameters are valid can be
 tried while others are still wrong: a study file gets all of its problems in one go.
 """
 
@@ -402,5 +402,5 @@ RULES = (*RULES, Rule(frozenset({*members()} - {"cell", "tolerance"}), _blocks_a
 
 
 def findings(case: CaseTree) -> list[Problem]:
-    """Return every rule that a case with sound single values breaks."""
+    """Return every rule that a case with valid single values breaks."""
     return [broken for rule in RULES if (broken := rule.find(case)) is not None]

@@ -237,7 +237,7 @@ def _try_rules(
 
 
 def _point_problem(found: BrokenRule, design: Design) -> Problem:
-    """Say where in the file a broken rule is to be mended, and at which values it breaks."""
+    """Say where in the file to mend a broken rule, and at which values it breaks."""
     subject = found.problem.key
     key = "output.cycles" if subject == "output_cycles" else f"base.{subject}"
     others = []
@@ -360,7 +360,7 @@ def select_case(
     Raises
     ------
     StudyError
-        The study or the changed case is not sound, or there is no such case.
+        The study or the changed case is not valid, or there is no such case.
     """
     study = load_study(path, () if case_id else assignments)
     cases = {point.id: point for point in study.points() if point.case is not None}

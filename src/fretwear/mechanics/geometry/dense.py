@@ -271,7 +271,7 @@ def edges_about_stick(problem: Problem, outer: float, finer: float = 1.0) -> tup
     Parameters
     ----------
     problem
-        What is to be solved.
+        The problem to be solved.
     outer
         Where the cells end, m.
     finer
