@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from fretwear.data.files import open_case, write_case
+from fretwear.data.safe import CaseFileError
 from fretwear.figures.bearing import bearing_heights
-from fretwear.report.above import MAPS
-from fretwear.report.cases import CaseRecord, read_case
+from fretwear.report.above import MAPS, Above, read_above
 from fretwear.running.simulate import run
 from fretwear.study.case import Case
 from fretwear.units import MEGAPASCAL, MICROMETRE
@@ -36,13 +36,13 @@ def file(case: Case, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def record(case: Case, file: Path) -> CaseRecord:
-    return read_case(file, case, examine=False)
+def above(case: Case, file: Path) -> Above:
+    return read_above(file, case, np.array([0.0, 30.0]))
 
 
-def test_maps_keep_loads_and_volumes(file: Path, record: CaseRecord) -> None:
-    assert record.view is not None
-    view = record.view
+def test_maps_keep_loads_and_volumes(file: Path, above: Above) -> None:
+    assert above.view is not None
+    view = above.view
     area = (view.x[1] - view.x[0]) * (view.y[1] - view.y[0])
     assert max(view.x.size, view.y.size) <= 64
     with open_case(file) as stored:
@@ -53,30 +53,31 @@ def test_maps_keep_loads_and_volumes(file: Path, record: CaseRecord) -> None:
         assert volume == pytest.approx(float(stored["wear_volume"][-1]), rel=1e-3)
 
 
-def test_what_is_packed_is_within_a_255th(record: CaseRecord) -> None:
-    assert record.view is not None
+def test_what_is_packed_is_within_a_255th(above: Above) -> None:
+    assert above.view is not None
     units = {"pressure": MEGAPASCAL, "wear_depth": MICROMETRE}
-    packed = record.view.packed(units)
+    packed = above.view.packed(units)
     counts = packed["y"][2], packed["x"][2]
     assert packed["x"][0] + (counts[1] - 1) * packed["x"][1] == pytest.approx(
-        1e6 * record.view.x[-1]
+        1e6 * above.view.x[-1]
     )
     for name in MAPS:
-        for each, field in zip(packed["fields"][name], record.view.fields[name], strict=True):
+        for each, field in zip(packed["fields"][name], above.view.fields[name], strict=True):
             levels = np.frombuffer(base64.b64decode(each["levels"]), np.uint8).reshape(counts)
             found, wanted = each["scale"] * levels.T, units[name].of(field)
             assert np.abs(found - wanted).max() <= 0.501 / 255 * wanted.max()
 
 
-def test_bearing_areas_are_those_of_the_figure(file: Path, record: CaseRecord) -> None:
+def test_bearing_areas_are_those_of_the_figure(file: Path, above: Above) -> None:
     with open_case(file) as stored:
         before, after = bearing_heights(stored, [0, 30]).values()
-    assert record.heights is not None
-    for found, heights in zip(record.heights, (before, after), strict=True):
+    assert above.heights is not None
+    for found, heights in zip(above.heights, (before, after), strict=True):
         share = (np.arange(heights.size) + 0.5) / heights.size
         expected = np.interp(np.linspace(0.0, 1.0, found.size), share, heights)
         assert found == pytest.approx(expected, abs=1e-3 * np.ptp(heights))
-    assert read_case(file, examine=False).heights is None
+    with pytest.raises(CaseFileError, match="no such file"):
+        read_above(file.with_name("elsewhere.nc"), steel(roughness=RANDOM), np.array([0.0]))
 
 
 def test_a_contact_that_is_even_has_no_maps(finished) -> None:
@@ -85,6 +86,7 @@ def test_a_contact_that_is_even_has_no_maps(finished) -> None:
         for one in (True, False)
     )
     for each in (smooth, rough):
-        found = read_case(finished.cases / f"{each.case_id}.nc", each, examine=False)
+        cycles = np.array(each.output_cycles)
+        found = read_above(finished.cases / f"{each.case_id}.nc", each, cycles)
         assert found.view is None
         assert (found.heights is None) == (each.rough is None)

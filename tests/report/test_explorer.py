@@ -3,6 +3,7 @@
 import base64
 import gzip
 import json
+from collections import defaultdict
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,13 +12,16 @@ import numpy as np
 import pytest
 
 from fretwear.data.files import open_case, open_history
-from fretwear.data.safe import CaseFileError
-from fretwear.report.cases import PROFILES, CaseRecord, read_case
+from fretwear.data.safe import DataFileError
+from fretwear.report.above import Above
 from fretwear.report.explorer import (
+    PROFILES,
+    Curves,
     build_explorer,
     differences,
     evenly,
     held_points,
+    read_curves,
     run_lengths,
     thinned_levels,
 )
@@ -31,14 +35,18 @@ def results(finished) -> list[PointResult]:
 
 
 @pytest.fixture(scope="module")
-def records(finished, results: list[PointResult]) -> dict[str, CaseRecord]:
-    ids = [result.id for result in results if result.done]
-    return {case_id: read_case(finished.cases / f"{case_id}.nc") for case_id in ids}
+def curves(finished, results: list[PointResult]) -> dict[str, Curves]:
+    done = [place for place, result in enumerate(results) if result.done]
+    return read_curves(finished.folder / "summary.nc", finished.plan, done)
+
+
+EVEN = defaultdict(Above)
+"""What is shown of surfaces beside their profiles: nothing."""
 
 
 @pytest.fixture(scope="module")
-def data(finished, results: list[PointResult], records: dict[str, CaseRecord]) -> dict[str, Any]:
-    explorer = build_explorer(finished.plan, results, range(16), records)
+def data(finished, results: list[PointResult], curves: dict[str, Curves]) -> dict[str, Any]:
+    explorer = build_explorer(finished.plan, results, range(16), curves, EVEN)
     assert explorer is not None
     assert explorer.note == ""
     return unpacked(explorer.data)
@@ -102,14 +110,12 @@ def test_the_case_that_has_worn_most_comes_first(data: dict[str, Any]) -> None:
 
 
 def test_of_many_points_a_grid_of_fewer_levels_is_held(
-    finished, results: list[PointResult], records: dict[str, CaseRecord]
+    finished, results: list[PointResult], curves: dict[str, Curves]
 ) -> None:
     places = held_points(finished.plan, results, most=9)
     assert places == list(range(8))
-    held = {
-        results[place].id: records[results[place].id] for place in places if results[place].done
-    }
-    explorer = build_explorer(finished.plan, results, places, held)
+    held = {results[place].id: curves[results[place].id] for place in places if results[place].done}
+    explorer = build_explorer(finished.plan, results, places, held, EVEN)
     assert explorer is not None
     assert explorer.note.startswith("This page holds 8 of the 16 points of the study,")
     axes = unpacked(explorer.data)["axes"]
@@ -147,13 +153,15 @@ def test_missing_values_and_rows_of_zeros_are_packed() -> None:
 
 
 def test_the_same_numbers_give_the_same_text_without_markup(
-    finished, results: list[PointResult], records: dict[str, CaseRecord]
+    finished, results: list[PointResult], curves: dict[str, Curves]
 ) -> None:
-    first, second = (build_explorer(finished.plan, results, range(16), records) for _ in range(2))
+    first, second = (
+        build_explorer(finished.plan, results, range(16), curves, EVEN) for _ in range(2)
+    )
     assert first == second
     assert not set(first.data) & set("<>&\"'")
 
 
-def test_a_case_without_a_file_is_named(tmp_path: Path) -> None:
-    with pytest.raises(CaseFileError, match="a1b2c3"):
-        read_case(tmp_path / "a1b2c3.nc")
+def test_a_study_without_a_merged_file_is_told_so(finished, tmp_path: Path) -> None:
+    with pytest.raises(DataFileError, match="there is no such file"):
+        read_curves(tmp_path / "summary.nc", finished.plan, [0])

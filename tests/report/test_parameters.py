@@ -9,7 +9,8 @@ import yaml
 
 from fretwear.data.files import open_case, open_history
 from fretwear.report.build import build_report, parameter_rows, study_text
-from fretwear.report.cases import PROFILES, computation_facts, read_case, residuals
+from fretwear.report.cases import computation_facts, examine, residuals
+from fretwear.report.explorer import PROFILES
 from fretwear.report.results import point_results
 from fretwear.study.plan import Plan
 from fretwear.study.study import load_study
@@ -59,8 +60,8 @@ def test_values_drawn_at_random_are_shown_as_a_range(finished, tmp_path: Path) -
 def test_numerics_are_read_from_the_files(finished) -> None:
     results = point_results(finished.plan, finished.summary, {})
     ids = [result.id for result in results if result.done]
-    records = [read_case(finished.cases / f"{case_id}.nc") for case_id in ids]
-    facts = computation_facts(records, len(ids) + 1)
+    numerics = [examine(finished.cases / f"{case_id}.nc") for case_id in ids]
+    facts = computation_facts(numerics, len(ids) + 1)
     steps, sources = [], set()
     for case_id in ids:
         with open_history(finished.cases / f"{case_id}.nc") as history:
@@ -76,16 +77,16 @@ def test_numerics_are_read_from_the_files(finished) -> None:
 
 def test_residuals_are_those_of_the_stored_fields(finished) -> None:
     case_id = next(iter(finished.plan.study.cases()))
-    record = read_case(finished.cases / f"{case_id}.nc")
-    assert 0.0 < record.residuals.load < 1e-6
-    assert 0.0 < record.residuals.tangential_load < 1e-6
-    assert record.residuals.complementarity < 1e-4
+    numerics = examine(finished.cases / f"{case_id}.nc")
+    assert 0.0 < numerics.residuals.load < 1e-6
+    assert 0.0 < numerics.residuals.tangential_load < 1e-6
+    assert numerics.residuals.complementarity < 1e-4
     with open_case(finished.cases / f"{case_id}.nc", full=True) as whole:
         fields = {name: whole[name].values[-1] for name in PROFILES}
-    found = residuals(fields, record.parameters, copies=1)
+    found = residuals(fields, numerics.parameters, copies=1)
     assert found.load < 1e-6
     fields["pressure"] = 1.25 * fields["pressure"]
-    assert residuals(fields, record.parameters, copies=1).load == pytest.approx(0.25, rel=1e-5)
+    assert residuals(fields, numerics.parameters, copies=1).load == pytest.approx(0.25, rel=1e-5)
 
 
 def test_the_study_file_is_shown_as_written_unless_it_was_changed(finished) -> None:

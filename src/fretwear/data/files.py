@@ -66,6 +66,7 @@ _CHECK_NAME = "Check the name, or run the case"
 _CHECK_FOLDER = "Check the name: case files lie in the folder cases/ of a study's results"
 _CHECK_KIND = "Check the name; if it is the rest of a case file, run the case again"
 _RUN_AGAIN = "Remove the file and run the case again"
+_MERGE_AGAIN = "Merge the study again"
 
 
 def add_checksum(path: Path) -> None:
@@ -134,7 +135,8 @@ def open_lazily(path: str | PathLike[str], group: str | None = None) -> xr.Datas
         raise DataFileError(Path(path), f"it cannot be read ({cause})", _CHECK_KIND) from cause
     for name, coordinate in dataset.coords.items():
         if coordinate.dtype.kind == "O":
-            dataset[name] = coordinate.astype(str)
+            # xarray's own `astype` would import dask.
+            dataset[name] = coordinate.copy(data=coordinate.to_numpy().astype(str))
     return dataset
 
 
@@ -440,6 +442,17 @@ def open_loops(path: str | PathLike[str]) -> xr.Dataset:
     return open_lazily(path, group=LOOP_GROUP)
 
 
+@contextmanager
+def opened_summary(path: Path) -> Iterator[netCDF4.Dataset]:
+    """Open a merged study with the netCDF library after checking it, as `open_summary` does."""
+    if problem := damage(path, "merged study"):
+        raise DataFileError(path, problem, _MERGE_AGAIN)
+    with _opened(path) as file:
+        if problem := summary_problem(file, path.stat().st_size):
+            raise DataFileError(path, problem, _MERGE_AGAIN)
+        yield file
+
+
 def open_summary(path: str | PathLike[str]) -> xr.Dataset:
     """Open a merged study lazily.
 
@@ -451,11 +464,6 @@ def open_summary(path: str | PathLike[str]) -> xr.Dataset:
     DataFileError
         When the file is missing, unfinished, cut short or damaged.
     """
-    path = Path(path)
-    problem = damage(path, "merged study")
-    if not problem:
-        with _opened(path) as file:
-            problem = summary_problem(file, path.stat().st_size)
-    if problem:
-        raise DataFileError(path, problem, "Merge the study again")
+    with opened_summary(Path(path)):
+        pass
     return open_lazily(path)

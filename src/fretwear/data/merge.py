@@ -75,6 +75,7 @@ PROFILES: dict[str, Field] = {
     "gap_profile": _FIELDS["gap"],
     "wear_profile": _FIELDS["wear_depth"],
     "wear_rate_profile": _FIELDS["wear_rate"],
+    "contact_state_profile": _FIELDS["contact_state"],
 }
 """Fields along x on the line nearest y = 0, by their names in a merged study."""
 
@@ -377,11 +378,10 @@ def _read_cases(
                 if not file.is_line:
                     row = np.s_[:, :, int(np.abs(file.read(Y.name)).argmin())]
                 profiles = [file.read(field.name, row)[snapshots] for field in PROFILES.values()]
-                np.save(spool, file.read(X.name), allow_pickle=False)
-                np.save(spool, np.stack(profiles), allow_pickle=False)
-                history = [file.read(f"{HISTORY_GROUP}/{name}") for name in _HISTORIES]
-                np.save(spool, np.stack(history), allow_pickle=False)
-                most_steps = max(most_steps, history[0].size)
+                history = np.stack([file.read(f"{HISTORY_GROUP}/{name}") for name in _HISTORIES])
+                for each in (file.read(X.name), history, *profiles):
+                    np.save(spool, each, allow_pickle=False)
+                most_steps = max(most_steps, history.shape[1])
         except CaseFileError as error:
             errors.append(error)
     if errors:
@@ -443,7 +443,7 @@ def _write_profiles(
         for name, field in PROFILES.items():
             chunk = (*(1 for _ in points), cycles.size, positions.size)
             variable = file.createVariable(
-                name, "f4", dims, chunksizes=chunk, fill_value=np.nan, **COMPRESSION
+                name, field.dtype, dims, chunksizes=chunk, fill_value=_missing(field), **COMPRESSION
             )
             variable.setncatts({**_profile_attributes(field), "coordinates": beside})
         group = file.createGroup(HISTORY_GROUP)
@@ -458,26 +458,32 @@ def _write_profiles(
             variable.setncatts(each.attributes)
         for point in done:
             columns = np.searchsorted(cycles, point.case.output_cycles)
-            cells, profiles, history = np.load(spool), np.load(spool), np.load(spool)
+            cells, history = np.load(spool), np.load(spool)
             for name, values in zip(_HISTORIES, history, strict=True):
                 group[name][(*point.position, slice(0, values.size))] = values
             inside = positions_inside(cells, positions)
-            for (name, field), own in zip(PROFILES.items(), profiles, strict=True):
-                values = np.full((cycles.size, positions.size), np.nan, dtype=np.float32)
+            for name, field in PROFILES.items():
+                shape = cycles.size, positions.size
+                values = np.full(shape, _missing(field), dtype=field.dtype)
                 values[columns] = field.outside
-                values[np.ix_(columns, inside)] = resampled(own, cells, positions[inside], axis=1)
+                own = resampled(np.load(spool), cells, positions[inside], axis=1)
+                values[np.ix_(columns, inside)] = own
                 file[name][point.position] = values
 
 
-def _profile_attributes(field: Field) -> dict[str, str]:
+def _missing(field: Field) -> float:
+    return NOT_DONE if field.flags else math.nan
+
+
+def _profile_attributes(field: Field) -> dict[str, Any]:
     outside = "zero outside the window of the case, where the surfaces do not touch"
     comments = (
         field.comment,
-        "on the line of cells nearest y = 0; between the cells of the case interpolated linearly",
+        "on the line of cells nearest y = 0",
+        "of the nearest cell" if field.flags else "interpolated linearly between the cells",
         "NaN outside the window of the case" if math.isnan(field.outside) else outside,
     )
-    comment = "; ".join(comment for comment in comments if comment)
-    return {"long_name": field.words, "units": field.si_unit, "comment": comment}
+    return {**field.attributes, "comment": "; ".join(filter(None, comments))}
 
 
 def open_study(path: str | PathLike[str]) -> xr.Dataset:
@@ -568,8 +574,8 @@ class _StackedField:
         at, within = key[: self.files.ndim], key[self.files.ndim :]
         files = np.asarray(self.files[at], dtype=object)
         axes = [np.atleast_1d(axis[part]) for axis, part in zip(self.axes, within, strict=True)]
-        missing = NOT_DONE if self.field.flags else np.nan
-        values = np.full((*files.shape, *map(len, axes)), missing, dtype=self.dtype)
+        shape = (*files.shape, *map(len, axes))
+        values = np.full(shape, _missing(self.field), dtype=self.dtype)
         for position, file in np.ndenumerate(files):
             if file is not None:
                 self._read_case(file, axes, values[position])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 import xarray as xr
@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
+from fretwear.data.bearing import heights_in_contact
 from fretwear.figures.axes import label_or_key, label_outer, make_panels, outside_key
 from fretwear.figures.datasets import (
     Cycles,
@@ -27,11 +28,6 @@ from fretwear.study.case import Case
 from fretwear.units import Unit, cycle_text, readable_unit, span
 
 Array = NDArray[np.float64]
-
-
-def has_bearing_area(case: Case) -> bool:
-    """Whether a case has roughness, and its heights are at hand."""
-    return case.rough is not None and case.rough.is_known
 
 
 def bearing_heights(
@@ -61,36 +57,6 @@ def bearing_heights(
     lost = (states["wear_depth"] + states["plastic_depth"]).values
     heights = heights_in_contact(case, [dataset[axis].values for axis in axes], half_widths, lost)
     return {int(cycle): each for cycle, each in zip(shown, heights, strict=True)}
-
-
-def heights_in_contact(
-    case: Case, axes: Sequence[Array], half_widths: Sequence[float], lost: Array
-) -> list[Array]:
-    """Return the heights of the surfaces within the contact, highest first.
-
-    Parameters
-    ----------
-    case : Case
-        A rough one, its surfaces at hand.
-    axes : sequence of array
-        Cell centres along x and, but for a line contact, along y, m; one side tells all of a
-        contact that is even.
-    half_widths : sequence of float
-        Of the area that counts, an ellipse, along these axes, m.
-    lost : array of shape (k, nx, ny) or (k, nx)
-        Wear and plastic depth at some cycles, m.
-
-    Returns
-    -------
-    list of array
-        For each of these, m: the roughness less what is lost; 0 is the mean of the roughness.
-    """
-    assert case.rough is not None
-    x, y = axes[0][:, None], axes[1][None, :] if len(axes) > 1 else np.zeros((1, 1))
-    inside = np.hypot(x / half_widths[0], y / half_widths[-1]) <= 1.0
-    rough = -case.rough.height(x, y)[inside]
-    rough -= rough.mean()
-    return [np.sort(rough - depth.reshape(inside.shape)[inside])[::-1] for depth in lost]
 
 
 @styled

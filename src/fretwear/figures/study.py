@@ -15,11 +15,12 @@ import xarray as xr
 from matplotlib.colors import PowerNorm
 from matplotlib.figure import Figure
 
+from fretwear.data.bearing import has_bearing_area
 from fretwear.data.effects import Points
 from fretwear.data.files import open_case
 from fretwear.data.safe import write_text
 from fretwear.data.sensitivity import GOOD, is_sampled, result_indices
-from fretwear.figures.bearing import compare_bearing_areas, has_bearing_area
+from fretwear.figures.bearing import compare_bearing_areas
 from fretwear.figures.datasets import envelope_of, field_of, peak_envelope
 from fretwear.figures.effects import effect_map, effects, parallel_coordinates, sensitivity
 from fretwear.figures.history import CyclePlot

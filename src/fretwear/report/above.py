@@ -5,13 +5,14 @@ from __future__ import annotations
 import base64
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fretwear.data.files import CaseFile
-from fretwear.figures.bearing import has_bearing_area, heights_in_contact
+from fretwear.data.bearing import has_bearing_area, heights_in_contact
+from fretwear.data.files import CaseFile, opened_case
 from fretwear.study.case import Case
 from fretwear.units import MICROMETRE, Unit
 from fretwear.vocabulary import SYMMETRIES, ContactState
@@ -23,6 +24,9 @@ Array = NDArray[np.float64]
 
 _BEYOND_CONTACT = 1.05
 _MOST_CELLS = 64
+MOST_SQUARES = len(MAPS) * _MOST_CELLS**2
+"""Values of the maps of a snapshot at most."""
+
 _POINTS = 101
 _LEVELS = 255
 
@@ -55,11 +59,44 @@ class View:
         }
 
 
-def read_view(file: CaseFile, places: Sequence[int]) -> View | None:
-    """Read the maps of a contact that is not even along both axes; else None."""
+class Above(NamedTuple):
+    """What is shown of the surfaces of a case beside its profiles.
+
+    Attributes
+    ----------
+    view : View or None
+        The contact from above; None where it is even along both axes.
+    heights : pair of arrays or None
+        Heights, m, above which each per cent of a rough contact lies, before and after wear.
+    """
+
+    view: View | None = None
+    heights: tuple[Array, Array] | None = None
+
+
+def read_above(path: Path, case: Case, cycles: Array) -> Above:
+    """Read from a case file what is shown of its surfaces at some snapshots.
+
+    Nothing is read of smooth contacts that are even along both axes.
+
+    Raises
+    ------
+    CaseFileError
+        When the file is missing or damaged.
+    """
+    is_seen = not (case.indenter.is_line or all(case.even))
+    if not is_seen and not has_bearing_area(case):
+        return Above()
+    with opened_case(path) as file:
+        places = np.searchsorted(file.read("cycle"), cycles).tolist()
+        return Above(
+            _view(file, places) if is_seen else None,
+            _heights(file, case) if has_bearing_area(case) else None,
+        )
+
+
+def _view(file: CaseFile, places: Sequence[int]) -> View:
     even = SYMMETRIES[file.attribute("symmetry")]
-    if file.is_line or all(even):
-        return None
     axes: list[Array] = []
     kept: list[NDArray[np.intp]] = []
     touching = file.read("contact_state", places[-1]) > ContactState.OPEN
@@ -85,10 +122,7 @@ def read_view(file: CaseFile, places: Sequence[int]) -> View | None:
     return View(x, y, fields)
 
 
-def read_bearing(file: CaseFile, case: Case | None) -> tuple[Array, Array] | None:
-    """Read the heights, m, above which each per cent of a rough contact lies, and lies at last."""
-    if case is None or not has_bearing_area(case):
-        return None
+def _heights(file: CaseFile, case: Case) -> tuple[Array, Array]:
     axes = [file.read(axis).astype(np.float64) for axis in ("x", "y")[: 1 if file.is_line else 2]]
     half_widths = [
         float(file.read(f"contact_half_width_{axis}")[-1]) for axis in ("x", "y")[: len(axes)]

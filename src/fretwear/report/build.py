@@ -19,9 +19,10 @@ from ruamel.yaml import YAML
 import fretwear
 from fretwear.data.effects import Points, results_table
 from fretwear.figures.index import ANSWER_CATEGORY, read_figure_index
+from fretwear.report.above import read_above
 from fretwear.report.answer import answers, companions
-from fretwear.report.cases import computation_facts, read_case
-from fretwear.report.explorer import build_explorer, evenly, held_points
+from fretwear.report.cases import computation_facts, examine
+from fretwear.report.explorer import build_explorer, evenly, held_points, read_curves
 from fretwear.report.page import Image, Section, embedded, environment, page_scripts
 from fretwear.report.results import (
     PointResult,
@@ -81,16 +82,17 @@ def build_report(
     reasons = {case_id: str(failure) for case_id, failure in failures(folder).items()}
     results = point_results(plan, summary, reasons)
     places = held_points(plan, results)
-    ids = dict.fromkeys(results[place].id for place in places if results[place].done)
-    examined = {list(ids)[place] for place in evenly(len(ids), _MOST_EXAMINED)} if ids else set()
+    done = [place for place in places if results[place].done]
+    curves = read_curves(folder / "summary.nc", plan, done) if done else {}
     known = plan.study.cases()
-    records = {
-        case_id: read_case(
-            folder / "cases" / f"{case_id}.nc", known[case_id], examine=case_id in examined
-        )
-        for case_id in ids
+    above = {
+        case_id: read_above(folder / "cases" / f"{case_id}.nc", known[case_id], each.cycles)
+        for case_id, each in curves.items()
     }
-    explorer = build_explorer(plan, results, places, records)
+    explorer = build_explorer(plan, results, places, curves, above)
+    ids = list(dict.fromkeys(result.id for result in results if result.done))
+    examined = [ids[place] for place in evenly(len(ids), _MOST_EXAMINED)]
+    numerics = [examine(folder / "cases" / f"{case_id}.nc") for case_id in examined]
     scripts = page_scripts(with_explorer=explorer is not None)
     cases, parameters = known.values(), parameter_rows(plan)
     images = embedded(folder / "figures", read_figure_index(folder / "figures"))
@@ -100,7 +102,7 @@ def build_report(
     ]
     facts = {
         "Slip model": ", ".join(sorted({case.slip_model.kind for case in cases})),
-        **computation_facts(list(records.values()), len({r.id for r in results if r.done})),
+        **computation_facts(numerics, len(ids)),
         **_time_facts(folder),
     }
     body: Any = environment().get_template("sections.html.j2").module
@@ -251,26 +253,26 @@ def parameter_rows(plan: Plan) -> list[ParameterRow]:
         choices = tuple(dict.fromkeys(labels))
         text = _listed(name, axis.values, labels)
         rows.append(ParameterRow(name, parameter(name).words, text, choices))
-    values: dict[str, list[Any]] = {}
+    values: dict[str, dict[Any, None]] = {}
     words: dict[str, str] = {}
     cases = list(plan.study.cases().values())
     for case in cases:
         for name, (value, _, meaning) in case.scalar_coordinates().items():
             # The slopes of a smooth surface say nothing.
             if case.roughness or not name.startswith("roughness_slope"):
-                values.setdefault(name, []).append(value)
+                values.setdefault(name, {})[value] = None
                 words.setdefault(name, meaning)
     left_out = {row.name for row in rows} | _NUMERICS
     for name, known in values.items():
         if name not in left_out:
-            rows.append(ParameterRow(name, words[name], _listed(name, known)))
+            rows.append(ParameterRow(name, words[name], _listed(name, list(known))))
     derived = [ParameterRow("", what, text) for what, text in plan.derived()]
-    stick: dict[str, list[float]] = {}
+    stick: dict[str, dict[float, None]] = {}
     for case in cases:
         if case.indenter.is_hertzian:
             what = f"stick {case.indenter.extent_words} of the smooth elastic contact"
-            stick.setdefault(what, []).append(case.stick_radius)
-    derived += [ParameterRow("", w, _listed("hertz_radius", known)) for w, known in stick.items()]
+            stick.setdefault(what, {})[case.stick_radius] = None
+    derived += [ParameterRow("", w, _listed("hertz_radius", [*all_])) for w, all_ in stick.items()]
     return [*rows, *derived]
 
 

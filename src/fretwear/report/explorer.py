@@ -5,25 +5,41 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
-from itertools import product
+from itertools import chain, product
+from pathlib import Path
 from typing import Any, NamedTuple
 
+import netCDF4
 import numpy as np
+from numpy.typing import NDArray
 
-from fretwear.report.above import MAPS
-from fretwear.report.cases import HISTORY, PROFILES, READOUT, Array, CaseRecord
+from fretwear.data.dataset import representative_cycles
+from fretwear.data.files import HISTORY_GROUP, opened_summary
+from fretwear.data.merge import PROFILES as MERGED
+from fretwear.data.merge import StudyLayout
+from fretwear.report.above import MAPS, MOST_SQUARES, Above
 from fretwear.report.page import compressed
 from fretwear.report.results import PointResult, levels_of, variable_of
+from fretwear.study.case import Case
 from fretwear.study.parameters import parameter
 from fretwear.study.plan import Plan
 from fretwear.units import MICROMETRE, Unit, readable_unit
-from fretwear.vocabulary import CYCLE, RESULTS, ContactState, X, Y
+from fretwear.vocabulary import CYCLE, HEADLINES, RESULTS, ContactState, X, Y
 
-_MOST_CASES, _FEW_OF_MANY = 200, 100
-_MOST_VALUES = 4_000_000
+Array = NDArray[np.float64]
+
+PROFILES = ("pressure", "shear_traction", "gap", "wear_depth")
+"""Fields along x, a panel of the explorer each."""
+
+_MOST_CASES = 200
+_MOST_SNAPSHOTS = 60
 _MOST_STEPS = 400
+_MOST_VALUES = 4_000_000
+_BEYOND_CONTACT = 1.3
 _LEVELS = 10_000
 _PANELS = (("contact_half_width_x", "stick_half_width_x"), ("wear_volume",))
+_STEPPED = (CYCLE.name, *chain(*_PANELS))
+_NAMES = {field.name: name for name, field in MERGED.items()}
 
 
 class Explorer(NamedTuple):
@@ -33,7 +49,87 @@ class Explorer(NamedTuple):
     note: str
 
 
-def held_points(plan: Plan, results: Sequence[PointResult], most: int = 0) -> list[int]:
+class Curves(NamedTuple):
+    """One case along x on the line nearest y = 0, and over the cycles; SI units.
+
+    Attributes
+    ----------
+    x : array of shape (n,)
+        Positions, to a little beyond the largest contact.
+    cycles : array of shape (k,)
+        Snapshots; of more than 60, representative ones.
+    profiles : mapping of str to array of shape (k, n)
+        The fields of `PROFILES`.
+    states : array of int8 and shape (k, n)
+        State of the contact.
+    numbers : mapping of str to array of shape (k,)
+        The `HEADLINES` at every snapshot.
+    history : mapping of str to array of shape (m,)
+        ``cycle``, half-widths and wear volume at every step.
+    friction : float or None
+        Coefficient of friction, where it is the same in all cycles.
+    """
+
+    x: Array
+    cycles: Array
+    profiles: Mapping[str, Array]
+    states: NDArray[np.int8]
+    numbers: Mapping[str, Array]
+    history: Mapping[str, Array]
+    friction: float | None
+
+
+def read_curves(path: Path, plan: Plan, places: Sequence[int]) -> dict[str, Curves]:
+    """Read the curves of some points of a merged study, by the ids of their cases.
+
+    Raises
+    ------
+    DataFileError
+        When the file is missing or damaged.
+    """
+    positions = [position for position, _ in StudyLayout(plan.study).points()]
+    points = {plan.points[place].id: place for place in places}
+    with opened_summary(path) as file:
+        numbers = {name: file[name][...] for name in HEADLINES}
+        return {
+            case_id: _curves(file, positions[place], numbers, plan.points[place].case)
+            for case_id, place in points.items()
+        }
+
+
+def _curves(
+    file: netCDF4.Dataset, position: tuple[int, ...], every: Mapping[str, Array], case: Case | None
+) -> Curves:
+    assert case is not None
+    numbers = {name: values[position] for name, values in every.items()}
+    snapshots = np.flatnonzero(np.isfinite(list(numbers.values())).all(axis=0))
+    cycles, x = file[CYCLE.name][...], file[X.name][...]
+    kept = representative_cycles(cycles[snapshots].tolist(), _MOST_SNAPSHOTS)
+    snapshots = np.searchsorted(cycles, kept)
+    numbers = {name: values[snapshots] for name, values in numbers.items()}
+    reach = _BEYOND_CONTACT * float(numbers["contact_half_width_x"].max())
+    # Outside the window of the case the gap is not known.
+    is_stored = np.isfinite(file[_NAMES["gap"]][position][snapshots[-1]])
+    inside = np.flatnonzero(is_stored & (np.abs(x) <= max(reach, 2.0 * float(np.abs(x).min()))))
+
+    def profile(field: str) -> NDArray[Any]:
+        return np.asarray(file[_NAMES[field]][position][np.ix_(snapshots, inside)])
+
+    group = file[HISTORY_GROUP]
+    history = {name: group[name][position] for name in _STEPPED}
+    taken = np.isfinite(list(history.values())).all(axis=0)
+    return Curves(
+        x=x[inside],
+        cycles=cycles[snapshots],
+        profiles={name: profile(name).astype(np.float64) for name in PROFILES},
+        states=profile("contact_state"),
+        numbers=numbers,
+        history={name: values[taken] for name, values in history.items()},
+        friction=case.friction if isinstance(case.friction, float) and not case.blocks else None,
+    )
+
+
+def held_points(plan: Plan, results: Sequence[PointResult], most: int = _MOST_CASES) -> list[int]:
     """Select points that span the study evenly and whose profiles are not too long together.
 
     A grid stays one: its axes are thinned, the longest first, and keep their ends, so that every
@@ -46,7 +142,7 @@ def held_points(plan: Plan, results: Sequence[PointResult], most: int = 0) -> li
     results : sequence of PointResult
         What became of its points, in their order.
     most : int
-        How many points at most; 0: all of up to 200 points, 100 of more.
+        How many points at most.
 
     Returns
     -------
@@ -54,12 +150,12 @@ def held_points(plan: Plan, results: Sequence[PointResult], most: int = 0) -> li
         Positions in ``plan.points``, increasing; at least one that is done, if there is one.
     """
     lengths = [
-        len(PROFILES) * point.estimate.cells_x * len(point.case.output_cycles)
+        (len(PROFILES) * point.estimate.cells_x + (0 if all(point.case.even) else MOST_SQUARES))
+        * len(point.case.output_cycles)
         for point in plan.points
         if point.case is not None and point.estimate is not None
     ]
     count = len(plan.points)
-    most = most or (_MOST_CASES if count <= _MOST_CASES else _FEW_OF_MANY)
     most = min(most, max(1, int(_MOST_VALUES * len(lengths) / sum(lengths))))
     if plan.study.design.kind == "grid" and count > most:
         kept = set(product(*thinned_levels([len(axis.values) for axis in plan.study.axes], most)))
@@ -89,7 +185,8 @@ def build_explorer(
     plan: Plan,
     results: Sequence[PointResult],
     places: Sequence[int],
-    records: Mapping[str, CaseRecord],
+    curves: Mapping[str, Curves],
+    above: Mapping[str, Above],
 ) -> Explorer | None:
     """Pack what can be explored of a study.
 
@@ -101,27 +198,28 @@ def build_explorer(
         What became of its points, in their order.
     places : sequence of int
         The points it holds, from `held_points`.
-    records : mapping of str to CaseRecord
-        Their cases, by id.
+    curves : mapping of str to Curves
+        Their cases, by id, from `read_curves`.
+    above : mapping of str to Above
+        Their surfaces, by id, from `read_above`.
 
     Returns
     -------
     Explorer or None
         None when no case is done.
     """
-    if not records:
+    if not curves:
         return None
-    ids = list(records)
-    units = _units(list(records.values()), results)
-    height = readable_unit(
-        np.concatenate([np.zeros(1), *(h for r in records.values() for h in r.heights or ())]), "m"
-    )
+    ids = list(curves)
+    units = _units(list(curves.values()), results)
+    heights = [each for one in above.values() for each in one.heights or ()]
+    height = readable_unit(np.concatenate([np.zeros(1), *heights]), "m")
     held = [results[place] for place in places]
     header = {
         "words": _words(units, height, results),
         "states": {state.name.lower(): state.value for state in ContactState},
         "profiles": PROFILES,
-        "readout": READOUT,
+        "readout": HEADLINES,
         "histories": _histories(units),
         "axes": _axes(plan, places),
         "points": [
@@ -136,7 +234,10 @@ def build_explorer(
             for place, result in zip(places, held, strict=True)
         ],
         "maps": MAPS,
-        "cases": [_packed(record, units, height) for record in records.values()],
+        "cases": [
+            {"id": case_id, **_packed(each, above[case_id], units, height)}
+            for case_id, each in curves.items()
+        ],
         # There is most to see in the case with the largest wear.
         "start": int(np.argmax([r.values.get("wear_volume", -1.0) for r in held])),
     }
@@ -160,18 +261,18 @@ def _axes(plan: Plan, places: Sequence[int]) -> list[dict[str, Any]]:
     return axes
 
 
-def _units(records: Sequence[CaseRecord], results: Sequence[PointResult]) -> dict[str, Unit]:
+def _units(curves: Sequence[Curves], results: Sequence[PointResult]) -> dict[str, Unit]:
     """Return the unit of every result, one for all cases; depths and gaps have the same."""
 
     def fitting(name: str) -> Unit:
-        values = np.concatenate([record.numbers[name] for record in records])
+        values = np.concatenate([each.numbers[name] for each in curves])
         return readable_unit(values, variable_of(name, results).si_unit)
 
     depths = ("gap", "wear_depth", "maximum_wear_depth")
     depth = fitting("maximum_wear_depth")
     return {
         name: depth if name in depths else variable_of(name, results).unit or fitting(name)
-        for name in (*PROFILES, *READOUT)
+        for name in (*PROFILES, *HEADLINES)
     }
 
 
@@ -205,33 +306,32 @@ def _histories(units: Mapping[str, Unit]) -> list[dict[str, Any]]:
     return panels
 
 
-def _packed(record: CaseRecord, units: Mapping[str, Unit], height: Unit) -> dict[str, Any]:
+def _packed(
+    curves: Curves, above: Above, units: Mapping[str, Unit], height: Unit
+) -> dict[str, Any]:
     """Return a case as JSON has it, in the units shown and with the digits needed."""
-    x = MICROMETRE.of(record.x)
+    x = MICROMETRE.of(curves.x)
     spacing = float(x[1] - x[0]) if x.size > 1 else 2.0 * float(x[0])
-    steps = evenly(record.history[CYCLE.name].size, _MOST_STEPS)
+    steps = evenly(curves.history[CYCLE.name].size, _MOST_STEPS)
+
+    def short(unit: Unit | None, values: Array) -> list[float]:
+        shown = unit.of(values) if unit else values
+        return [float(f"{value:.7g}") for value in shown.tolist()]
+
     return {
-        "id": record.id,
-        "friction": None if record.friction_changes else record.parameters["friction"],
+        "friction": curves.friction,
         "x": [float(x[0]), spacing, x.size],
-        "cycles": record.cycles.tolist(),
-        "states": [run_lengths(row) for row in record.states],
-        "view": record.view and record.view.packed(units),
-        "heights": record.heights and [_short(height.of(each)) for each in record.heights],
+        "cycles": curves.cycles.tolist(),
+        "states": [run_lengths(row) for row in curves.states],
         "profiles": {
             name: [differences(units[name].of(row)) for row in rows]
-            for name, rows in record.profiles.items()
+            for name, rows in curves.profiles.items()
         },
-        "numbers": {name: _short(units[name].of(record.numbers[name])) for name in READOUT},
-        "history": {
-            CYCLE.name: _short(record.history[CYCLE.name][steps]),
-            **{name: _short(units[name].of(record.history[name][steps])) for name in HISTORY},
-        },
+        "numbers": {name: short(units[name], values) for name, values in curves.numbers.items()},
+        "history": {n: short(units.get(n), each[steps]) for n, each in curves.history.items()},
+        "view": above.view and above.view.packed(units),
+        "heights": above.heights and [short(height, each) for each in above.heights],
     }
-
-
-def _short(values: Array) -> list[float]:
-    return [float(f"{value:.7g}") for value in values]
 
 
 def run_lengths(states: Array) -> list[int]:

@@ -1,0 +1,47 @@
+"""The heights of rough surfaces within the contact, before and after wear."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fretwear.study.case import Case
+
+Array = NDArray[np.float64]
+
+
+def has_bearing_area(case: Case) -> bool:
+    """Whether a case has roughness, and its heights are at hand."""
+    return case.rough is not None and case.rough.is_known
+
+
+def heights_in_contact(
+    case: Case, axes: Sequence[Array], half_widths: Sequence[float], lost: Array
+) -> list[Array]:
+    """Return the heights of the surfaces within the contact, highest first.
+
+    Parameters
+    ----------
+    case : Case
+        A rough one, its surfaces at hand.
+    axes : sequence of array
+        Cell centres along x and, but for a line contact, along y, m; one side tells all of a
+        contact that is even.
+    half_widths : sequence of float
+        Of the area that counts, an ellipse, along these axes, m.
+    lost : array of shape (k, nx, ny) or (k, nx)
+        Wear and plastic depth at some cycles, m.
+
+    Returns
+    -------
+    list of array
+        For each of these, m: the roughness less what is lost; 0 is the mean of the roughness.
+    """
+    assert case.rough is not None
+    x, y = axes[0][:, None], axes[1][None, :] if len(axes) > 1 else np.zeros((1, 1))
+    inside = np.hypot(x / half_widths[0], y / half_widths[-1]) <= 1.0
+    rough = -case.rough.height(x, y)[inside]
+    rough -= rough.mean()
+    return [np.sort(rough - depth.reshape(inside.shape)[inside])[::-1] for depth in lost]
