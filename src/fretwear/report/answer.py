@@ -100,7 +100,8 @@ class Claim:
             return f"{_by(factors)} {all_pairs}{where}{rest}"
         grows, falls = factors[factors > 1.0], factors[factors <= 1.0]
         if not grows.size or not falls.size:
-            return f"{_by(factors)} {all_pairs}{where}{rest}"
+            # Between its levels it goes the other way somewhere.
+            return f"{_by(factors)} {all_pairs}{where}{rest}, though not in every step"
         return (
             f"{_by(grows)} in {grows.size} and {_by(falls)} in {falls.size} of {pairs}{where}{rest}"
         )
@@ -155,7 +156,7 @@ class Answer:
     values : str
         Its range after the last cycle.
     headline : str
-        Which parameter matters most, or what there is to say.
+        Which parameter matters most; empty where no two cases differ in one parameter alone.
     findings : tuple of Finding
         What every parameter does, the most important first; none for a sampled study.
     indices : Indices or None
@@ -228,10 +229,10 @@ def _divided(claim: Claim) -> Iterator[Claim]:
 
 def _headline(findings: Sequence[Finding]) -> str:
     changing = [f for f in findings if not all(claim.is_unchanged for claim in f.claims)]
-    if not findings:
-        return "There are no two cases that differ in one parameter alone."
     if not changing:
-        return "No parameter changes it."
+        return f"No parameter changes it by more than {100.0 * _UNCHANGED:g}\u00a0%." * bool(
+            findings
+        )
     first = changing[0]
     effect, whole = first.effect, Claim.whole(first.effect)
     verb = "matters most" if len(findings) > 1 else "is what varies"
@@ -263,13 +264,15 @@ def _by_ranks(summary: xr.Dataset, points: Points, results: Array) -> str:
     known = np.isfinite(results)
     if known.sum() < len(points.levels) + 2 or np.ptp(results[known]) == 0.0:
         return "There are too few points to compare, or they are all the same."
+    lacking = int((~known).sum())
+    why = f"it has vanished at {lacking}" if lacking else "no emulator is good enough with"
     correlations = rank_correlations(unit_points(summary)[0][known], results[known, None])[:, 0]
     names = [parameter(name).words for name in points.levels]
     order = np.argsort(-np.abs(correlations))
     listed = [f"{names[i]} {number_text(round(float(correlations[i]), 2))}" for i in order]
     return (
         f"The {names[order[0]]} matters most by Spearman's rank correlation: {', '.join(listed)}. "
-        f"Its {known.sum()} points are too few for Sobol indices."
+        f"There are no Sobol indices, because {why} {'of ' * bool(lacking)}its {known.size} points."
     )
 
 
@@ -288,8 +291,8 @@ def companions(points: Points) -> str:
                 told = f"{_by(factors)} with the {parameter(name).words}"
                 found.setdefault(other, []).append(told)
     return " ".join(
-        f"The {parameter(other).words} is not held: it {' and '.join(told)}. What is said of "
-        f"{'these' if len(told) > 1 else 'this'} is said of both together."
+        f"The {parameter(other).words} is not held constant: it {' and '.join(told)}. The effects "
+        f"of {'these' if len(told) > 1 else 'this'} include that of the {parameter(other).words}."
         for other, told in found.items()
     )
 

@@ -162,9 +162,11 @@ def _answer(
         }
         for doubt, cases in plan.doubts.items()
     ]
-    together = companions(Points.of(summary))
+    found, together = list(answers(summary)), companions(Points.of(summary))
+    if not any(answer.headline for answer in found):
+        together = "There are no two cases that differ in one parameter alone."
     remarks = [*summary.attrs.get("warnings", "").splitlines(), *_uncertain(plan, results)]
-    return Markup(body.answer(warnings, remarks, list(answers(summary)), together, images))
+    return Markup(body.answer(warnings, remarks, found, together, images))
 
 
 def _mark(error: float) -> str:
@@ -183,10 +185,10 @@ def _uncertain(plan: Plan, results: Sequence[PointResult]) -> list[str]:
     error, name, case_id = max(marked)
     case = plan.study.cases()[case_id]
     return [
-        f"{len(marked)} of {len(errors)} key results are uncertain by more than "
-        f"{100.0 * SMALL_ERROR:g} %, because cells are wide beside what happens in them: marked in "
-        f"the table of cases, most of all the {RESULTS[name].words} of {case_id}, by "
-        f"{100.0 * error:.0f} %, which {finer(case, error)} would mend"
+        f"{len(marked)} of {len(errors)} key results have errors above {100.0 * SMALL_ERROR:g} % "
+        f"because the grid is coarse: marked in the table of cases. The largest is "
+        f"{100.0 * error:.0f} %, of the {RESULTS[name].words} of {case_id}; "
+        f"{finer(case, error)} would reduce it"
     ]
 
 
