@@ -339,6 +339,28 @@ def test_every_kind_of_parameter_can_be_varied(studies, content, name, values):
     assert len(studies.load(content).cases()) == len(values)
 
 
+def test_blocks_of_loading_can_be_varied(studies, content):
+    del content["base"]["cycles"]
+    two, one = [{"cycles": 200, "friction": 0.6}, {"cycles": 300}], [{"cycles": 400}]
+    content["vary"] = {"blocks": [two, one]}
+    cases = studies.load(content).cases().values()
+    assert [(case.cycles, len(case.blocks)) for case in cases] == [(500, 2), (400, 0)]
+    content["output"] = {"cycles": [450]}
+    (problem,) = studies.error(content).problems
+    assert problem.rule.startswith("is beyond the last cycle, 400 (at blocks = [{cycles: 400}])")
+
+
+def test_a_mistake_in_a_block_is_told_with_its_line(studies, content):
+    del content["base"]["cycles"]
+    content["base"]["blocks"] = [{"cycles": 200, "radius": "1 mm"}, {"friction": "0.5 N"}]
+    problems = studies.error(content).problems
+    keys = ("base.blocks[0].radius", "base.blocks[1].cycles", "base.blocks[1].friction")
+    assert {problem.key for problem in problems} == {*keys}
+    text = (studies.folder / "study.yaml").read_text().splitlines()
+    for problem in (problem for problem in problems if problem.line):
+        assert problem.value in text[problem.line - 1]
+
+
 def test_parts_of_the_roughness_are_varied_with_the_rest_from_base(studies, content):
     rest = {name: value for name, value in WAVES.items() if name != "amplitude"}
     content["base"]["roughness"] = rest

@@ -285,6 +285,12 @@ def test_mistakes_in_a_new_kind_are_told_like_all_others(studies, content):
         study_case(friction_wear="5e-14 / Pa")
 
 
+def test_a_study_has_to_have_the_file_of_a_surface(studies, content):
+    content["base"]["roughness"] = MEASURED
+    (problem,) = studies.error(content).problems
+    assert (problem.key, problem.rule[:11]) == ("base.roughness.file", "is no file:")
+
+
 def test_names_that_may_be_given_are_those_of_the_declared_fields():
     names = set(base_names())
     assert {"indenter", "radius", "load", "friction", "roughness", "slip_model", *OWN} <= names

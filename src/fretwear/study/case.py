@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import MISSING, dataclass, fields
 from typing import Any, ClassVar, Self, cast
 
-from fretwear.parts import Part, Plain, WholeNumber, is_list, required
-from fretwear.study.members import Inline, PartOf
+from fretwear.parts import Part, Plain, WholeNumber, is_list
+from fretwear.study.members import Inline, PartOf, fields_are_keys
 from fretwear.study.names import base_names, leaves, member_of, parameter_names, parameter_of
 from fretwear.study.parameters import html_table, parameter, value_text
 from fretwear.study.problems import Problem, Problems, nearest
@@ -30,7 +30,7 @@ _OTHER_NAMES = {
 """What tribologists may write instead of the name of a parameter, and what to do then."""
 
 _SNAPSHOTS = 8
-_DEFAULTED = tuple(each.name for each in fields(CaseTree) if each.name not in required(CaseTree))
+_DEFAULTS = {each.name: each.default for each in fields(CaseTree) if each.default is not MISSING}
 
 
 @dataclass(frozen=True)
@@ -121,7 +121,8 @@ class Case(CaseTree):
         problems += missing(given, in_file=False)
         if problems:
             raise CaseError(problems)
-        super().__init__(**_suited(assemble({**values, "output_cycles": snapshots})))
+        own = by_member({**values, "output_cycles": snapshots})
+        super().__init__(**_suited({name: make_member(name, own[name]) for name in own}))
         if broken := findings(self):
             raise CaseError(broken)
 
@@ -129,8 +130,7 @@ class Case(CaseTree):
     def of(cls, assembled: Mapping[str, Any]) -> Self:
         """Return the case of members that have been read and checked; some may be missing."""
         case = object.__new__(cls)
-        defaults = {name: getattr(CaseTree, name) for name in _DEFAULTED}
-        case.__dict__.update({**defaults, **_suited(assembled)})
+        case.__dict__.update({**_DEFAULTS, **_suited(assembled)})
         return case
 
     def _repr_html_(self) -> str:
@@ -145,7 +145,7 @@ class Case(CaseTree):
         for member, about in members().items():
             value = getattr(self, member)
             given = {member: value}
-            if self.is_open(member):
+            if fields_are_keys(about, value):
                 given = {name: vars(value)[name] for name in value.parameters()}
             # Another kind may take the place of this one; what both have in common stays.
             leading = about.leading if isinstance(about, Inline) else {}
@@ -173,10 +173,13 @@ def snapshots_of(asked: Iterable[int] | None, cycles: int) -> tuple[int, ...]:
 
 
 def _suited(members: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return the members of a case, loads of a line contact per length, snapshots in order."""
+    """Return members that suit each other: cycles of blocks, snapshots, loads per length."""
     suited = dict(members)
-    if "cycles" in members:
-        suited["output_cycles"] = snapshots_of(members.get("output_cycles"), members["cycles"])
+    if blocks := members.get("blocks"):
+        suited["cycles"] = sum(block.cycles for block in blocks)
+        suited["blocks"] = blocks if len(blocks) > 1 or blocks[0].values else ()
+    if "cycles" in suited:
+        suited["output_cycles"] = snapshots_of(members.get("output_cycles"), suited["cycles"])
     if getattr(members.get("indenter"), "is_line", False):
         loads = {name: members[name] for name in ("normal", "loading") if name in members}
         suited |= {name: part.in_line() for name, part in loads.items()}
@@ -216,23 +219,22 @@ def read_value(name: str, raw: object, *, units_required: bool = True) -> Any:
     return parameter.read(raw, units_required)
 
 
-def assemble(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Make the members of a case of values by name; members that lack a value are left out."""
-    of_members: dict[str, dict[str, Any]] = {}
+def by_member(values: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Return values by name, those of each member of a case together."""
+    found: dict[str, dict[str, Any]] = {}
     for name, value in values.items():
-        of_members.setdefault(member_of(name), {})[name] = value
-    assembled: dict[str, Any] = {}
-    for member, own in of_members.items():
-        if member in own:
-            value = own[member]
-            assembled[member] = None if isinstance(value, Part) and value.is_trivial else value
-        elif part := cast("PartOf | Inline", members()[member]).make(own):
-            assembled[member] = part
-    if blocks := assembled.get("blocks"):
-        assembled["cycles"] = sum(block.cycles for block in blocks)
-        if len(blocks) == 1 and not blocks[0].values:
-            del assembled["blocks"]
-    return assembled
+        found.setdefault(member_of(name), {})[name] = value
+    return found
+
+
+def make_member(member: str, values: Mapping[str, Any]) -> Any:
+    """Make a member of a case of its values by name; a `KeyError` tells that they make none."""
+    if member in values:
+        value = values[member]
+        return None if isinstance(value, Part) and value.is_trivial else value
+    if part := cast("PartOf | Inline", members()[member]).make(values):
+        return part
+    raise KeyError(member)
 
 
 def missing(given: Iterable[str], *, in_file: bool) -> Iterator[Problem]:
@@ -255,7 +257,7 @@ def missing(given: Iterable[str], *, in_file: bool) -> Iterator[Problem]:
             continue
         if member == "cycles" and "blocks" in given:
             continue
-        if member in _DEFAULTED and not (in_file and about.must_be_written):
+        if member in _DEFAULTS and not (in_file and about.must_be_written):
             continue
         wanted: Iterable[str] = instead or (member,)
         if isinstance(about, Inline):

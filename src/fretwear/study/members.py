@@ -231,6 +231,12 @@ class Inline:
                 yield Problem(name, None, rule, f"it belongs to {' or '.join(needed)}")
 
 
+def fields_are_keys(about: Parameter | Inline, value: Any) -> bool:
+    """Whether the fields of a member of a case, as keys of the case, say the whole of it."""
+    short = about.short if isinstance(about, PartOf) else ""
+    return isinstance(about, Inline) or (bool(short) and value.kind == short)
+
+
 def _made(kinds: Iterable[type[Part]], values: Mapping[str, Any]) -> Part | None:
     """Make a part of the first kind that has all of the values and needs no others."""
     for kind in kinds:

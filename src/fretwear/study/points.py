@@ -10,7 +10,7 @@ from functools import cached_property
 from typing import Any
 
 from fretwear.parts import Part, required
-from fretwear.study.case import Case, assemble
+from fretwear.study.case import Case, by_member, make_member
 from fretwear.study.cost import Estimate, estimate
 from fretwear.study.names import leaves, member_of
 from fretwear.study.problems import Problem, in_words
@@ -127,48 +127,51 @@ class Parameters:
 
     def case(self, index: tuple[int, ...]) -> Case:
         """Return the case of a point from values that have been read and checked one by one."""
-        assembled = dict(self._fixed_members)
-        for member in self._sound_members:
-            axes = self._varied_members[member]
-            assembled[member] = self._member(member, tuple(index[i] for i in axes))
-        return Case.of(assembled)
+        return Case.of({**self._constant, **{n: self._member(n, index) for n in self._varied}})
 
     @cached_property
-    def _fixed_members(self) -> dict[str, Any]:
-        made = assemble(self.fixed)
-        return {name: part for name, part in made.items() if name not in self._varied_members}
-
-    @cached_property
-    def _varied_members(self) -> dict[str, list[int]]:
+    def _axes_of(self) -> dict[str, list[int]]:
         """Positions of the axes that vary a member or a part of it, by member."""
         found: dict[str, list[int]] = {}
         for position, axis in enumerate(self.axes):
             found.setdefault(axis.member, []).append(position)
         return found
 
-    def _member(self, member: str, positions: tuple[int, ...]) -> Any:
-        # Points share parts: each combination of the values of one is made once.
-        key = member, positions
-        if key not in self._made:
-            axes = [self.axes[i] for i in self._varied_members[member]]
-            drawn = {axis.name: axis.values[i] for axis, i in zip(axes, positions, strict=True)}
-            fixed = {n: each for n, each in self.fixed.items() if member_of(n) == member}
-            base = fixed.get(member)
-            if isinstance(base, Part):
-                fields = {name.rpartition(".")[2]: value for name, value in drawn.items()}
-                drawn = {member: type(base).unchecked(**{**vars(base), **fields})}
-            self._made[key] = assemble({**fixed, **drawn})[member]
-        return self._made[key]
-
     @cached_property
-    def _sound_members(self) -> tuple[str, ...]:
-        """Varied members that can be made: others that their values need may be wrong."""
+    def _valid(self) -> tuple[str, ...]:
+        """Members that can be made: others that their values need may be wrong."""
         valid = []
-        for member, axes in self._varied_members.items():
+        for member in {**self._own, **self._axes_of}:
             with suppress(KeyError):
-                self._member(member, (0,) * len(axes))
+                self._member(member, (0,) * len(self.axes))
                 valid.append(member)
         return tuple(valid)
+
+    @cached_property
+    def _own(self) -> dict[str, dict[str, Any]]:
+        return by_member(self.fixed)
+
+    @cached_property
+    def _varied(self) -> tuple[str, ...]:
+        return tuple(name for name in self._valid if name in self._axes_of)
+
+    @cached_property
+    def _constant(self) -> dict[str, Any]:
+        return {name: self._member(name, ()) for name in self._valid if name not in self._axes_of}
+
+    def _member(self, member: str, index: tuple[int, ...]) -> Any:
+        # Points share parts: each combination of the values of one is made once.
+        axes = self._axes_of.get(member, ())
+        key = member, tuple([index[i] for i in axes])
+        if key not in self._made:
+            fixed = self._own.get(member, {})
+            drawn = {self.axes[i].name: self.axes[i].values[index[i]] for i in axes}
+            base = fixed.get(member)
+            if drawn and isinstance(base, Part):
+                fields = {name.rpartition(".")[2]: value for name, value in drawn.items()}
+                drawn = {member: type(base).unchecked(**{**vars(base), **fields})}
+            self._made[key] = make_member(member, {**fixed, **drawn})
+        return self._made[key]
 
     def find(self) -> Iterator[BrokenRule]:
         """Iterate over the broken rules.
@@ -176,13 +179,15 @@ class Parameters:
         A rule is tried once for each combination of the values it needs, and only where all
         of these are among the valid values.
         """
-        defaulted = {*members(), "output_cycles"} - required(CaseTree) - {*self._varied_members}
-        known = {*self._fixed_members, *self._sound_members, *defaulted}
+        defaulted = {*members(), "output_cycles"} - required(CaseTree) - {*self._axes_of}
+        known = {*self._valid, *defaulted, *(("cycles",) if "blocks" in self._valid else ())}
         trials: list[tuple[Rule, list[int], dict[Any, Problem | None], dict[Any, list[Any]]]] = []
         for rule in RULES:
             if {member_of(name) for name in rule.needs} <= known:
+                # Blocks have cycles of their own.
+                needs = rule.needs | ({"blocks"} if "cycles" in rule.needs else set())
                 axes = enumerate(self.axes)
-                relevant = [i for i, axis in axes if {axis.member, axis.name} & rule.needs]
+                relevant = [i for i, axis in axes if {axis.member, axis.name} & needs]
                 trials.append((rule, relevant, {}, {}))
         # Point by point, so that the case of a point is made once for all rules.
         for index in self.indices:

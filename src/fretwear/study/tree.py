@@ -32,7 +32,7 @@ from fretwear.parts import (
     derived,
 )
 from fretwear.study.blocks import Block, Blocks
-from fretwear.study.members import Inline, PartOf
+from fretwear.study.members import Inline, PartOf, fields_are_keys
 from fretwear.theory import HertzContact, LineContact
 from fretwear.units import LENGTH, format_quantity
 
@@ -372,12 +372,6 @@ class CaseTree:
         dx, dy = self.grid_spacing
         return self._with(cell=(COARSER * dx, COARSER * dy), tolerance=COARSER * self.tolerance)
 
-    def is_open(self, member: str) -> bool:
-        """Whether the fields of a part, as keys of the case, say the member."""
-        about, value = members()[member], getattr(self, member)
-        short = getattr(about, "short", "")
-        return isinstance(about, Inline) or (bool(short) and value.kind == short)
-
     def canonical_parameters(self) -> dict[str, Any]:
         """Return every parameter but the snapshots, in SI units, in a form that JSON can hold.
 
@@ -391,7 +385,7 @@ class CaseTree:
         found: dict[str, Any] = {}
         for member, about in members().items():
             value = getattr(plain, member)
-            if plain.is_open(member):
+            if fields_are_keys(about, value):
                 found |= value.canonical()
             elif isinstance(about, Parameter) and member not in unsaid:
                 found[member] = about.canonical(value)
