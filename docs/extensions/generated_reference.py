@@ -19,7 +19,7 @@ from fretwear.data.merge import PROFILES
 from fretwear.parts import AlongXY, Part, PerBody, Quantity, WholeNumber, required
 from fretwear.study.case import Case
 from fretwear.study.members import Inline, PartOf
-from fretwear.study.names import member_of, parameter_names, parameter_of
+from fretwear.study.parameters import member_of, parameter_names, parameter_of
 from fretwear.study.sections import study_schema
 from fretwear.study.tree import CaseTree, members
 from fretwear.vocabulary import (

@@ -188,26 +188,13 @@ DIMENSIONS = (
 PER_LENGTH = {"N": "N m-1", "J": "J m-1", "m3": "m2", "m2": "m"}
 """SI units of a line contact in the place of those of a whole contact."""
 
+_PREFIXES = {"p": 1e-12, "n": 1e-9, "µ": 1e-6, "m": 1e-3, "": 1.0}
 _READABLE = {
     "m": (Unit("pm", 1e-12), NANOMETRE, MICROMETRE, MILLIMETRE),
     "m2": (Unit("µm²", 1e-12), Unit("10³ µm²", 1e-9), Unit("mm²", 1e-6)),
-    "m3": (
-        Unit("µm³", 1e-18),
-        Unit("10³ µm³", 1e-15),
-        Unit("10⁶ µm³", 1e-12),
-        Unit("mm³", 1e-9),
-    ),
-    "J": (
-        Unit("pJ", 1e-12),
-        Unit("nJ", 1e-9),
-        Unit("µJ", 1e-6),
-        Unit("mJ", 1e-3),
-        Unit("J"),
-    ),
-    "J m-1": tuple(
-        Unit(f"{prefix}J/m", size)
-        for prefix, size in (("p", 1e-12), ("n", 1e-9), ("µ", 1e-6), ("m", 1e-3), ("", 1.0))
-    ),
+    "m3": (Unit("µm³", 1e-18), Unit("10³ µm³", 1e-15), Unit("10⁶ µm³", 1e-12), Unit("mm³", 1e-9)),
+    "J": tuple(Unit(f"{prefix}J", size) for prefix, size in _PREFIXES.items()),
+    "J m-1": tuple(Unit(f"{prefix}J/m", size) for prefix, size in _PREFIXES.items()),
     "N": FORCE.units,
     "N m-1": FORCE_PER_LENGTH.units,
     "Pa": PRESSURE.units,
@@ -314,7 +301,10 @@ def parse_quantity(value: object, dimension: Dimension, *, units_required: bool 
         Not a number, not finite, no unit, an unknown unit or one of another dimension.
     """
     if isinstance(value, Real) and not isinstance(value, bool):
-        number = _finite(_as_float(value), dimension)
+        try:
+            number = _finite(float(value), dimension)
+        except OverflowError:
+            number = _finite(math.inf, dimension)
         if units_required and not dimension.is_plain_number:
             raise _no_unit(f"{number:.12g}", dimension)
         return number
@@ -347,13 +337,6 @@ def parse_quantity(value: object, dimension: Dimension, *, units_required: bool 
         kind = "another quantity" if found is None else found.name
         raise QuantityError(f"{dimension.expectation}, but {unit!r} is {kind}")
     return _finite(float(Decimal(match["number"]) * factor), dimension)
-
-
-def _as_float(value: Real) -> float:
-    try:
-        return float(value)
-    except OverflowError:
-        return math.inf
 
 
 def _no_unit(number: str, dimension: Dimension) -> QuantityError:
@@ -399,7 +382,7 @@ def readable_unit(values: Any, si_unit: str) -> Unit:
     Parameters
     ----------
     values : number or array of any shape
-        In SI units; NaN and infinite ones do not count.
+        In SI units; NaN and infinite ones do not count, and of none the unit is the smallest.
     si_unit : str
         Their SI unit: ``m``, ``m2``, ``m3``, ``J``, ``N`` or ``Pa``.
     """
@@ -407,11 +390,6 @@ def readable_unit(values: Any, si_unit: str) -> Unit:
     largest = max((value for value in magnitudes if math.isfinite(value)), default=0.0)
     fitting = [unit for unit in _READABLE[si_unit] if unit.size <= largest]
     return fitting[-1] if fitting else _READABLE[si_unit][0]
-
-
-def smallest_unit(si_unit: str) -> Unit:
-    """Return the smallest unit for people of an SI unit, see `readable_unit`."""
-    return _READABLE[si_unit][0]
 
 
 def _flat(values: Any) -> Iterable[float]:

@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from fretwear.cli import app
-from fretwear.study.names import parameter_names
+from fretwear.study.parameters import parameter_names
 from fretwear.study.study import load_study
 
 SHELL = """

@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from fretwear.running.resources import batches, core_seconds
-from fretwear.study.names import parameter_names
+from fretwear.study.parameters import parameter_names
 from fretwear.study.plan import Plan
 from fretwear.study.problems import StudyError
 from fretwear.study.sections import NAMES as SECTIONS

@@ -17,8 +17,14 @@ from fretwear.parts import Choice, Quantity, WholeNumber
 from fretwear.running.simulate import simulate
 from fretwear.study.blocks import Block
 from fretwear.study.case import Case, CaseError
-from fretwear.study.names import base_names, leaves, parameter_names
-from fretwear.study.parameters import parameter, symbol_text, words_text
+from fretwear.study.parameters import (
+    base_names,
+    leaves,
+    parameter,
+    parameter_names,
+    symbol_text,
+    words_text,
+)
 from fretwear.study.sections import study_schema
 from fretwear.topography import Source, SourceFile
 

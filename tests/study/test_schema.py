@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from fretwear.study.names import base_names
+from fretwear.study.parameters import base_names
 from fretwear.study.sections import study_schema
 from fretwear.study.study import load_study
 

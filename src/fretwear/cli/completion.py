@@ -53,7 +53,7 @@ def case_ids(context: typer.Context, incomplete: str) -> list[str]:
 
 def assignments(incomplete: str) -> list[str]:
     """Offer names of parameters, and for the only one that is left an example of its value."""
-    from fretwear.study.names import parameter_names, parameter_of
+    from fretwear.study.parameters import parameter_names, parameter_of
 
     names = [*parameter_names(), "output.cycles", "title"]
     found = [name for name in names if f"{name}=".startswith(incomplete)]

@@ -29,7 +29,6 @@ from fretwear.units import (
     Unit,
     in_unit,
     readable_unit,
-    smallest_unit,
     with_error,
 )
 from fretwear.vocabulary import HEADLINES, RESULTS, SYMMETRIES, PointStatus
@@ -344,8 +343,6 @@ def _texts(
 ) -> tuple[list[str], str]:
     """Write results with their errors in one unit for people, the usual one if any, and it."""
     unit = usual or readable_unit([value for value in values if value is not None], si_unit)
-    if not any(values) and usual is None:
-        unit = smallest_unit(si_unit)  # nothing is no thousands of anything
     texts = [
         "-" if value is None else with_error(unit.of(value), unit.of(error or 0.0), _DIGITS)
         for value, error in zip_longest(values, errors)

@@ -21,7 +21,7 @@ from matplotlib.transforms import Bbox
 from numpy.typing import ArrayLike, NDArray
 
 from fretwear.figures.style import MUTED, root_figure, text_colour
-from fretwear.units import Unit, cycle_text, power_of_ten, readable_unit, smallest_unit
+from fretwear.units import Unit, cycle_text, power_of_ten, readable_unit
 from fretwear.vocabulary import Variable
 
 Array = NDArray[np.float64]
@@ -180,7 +180,7 @@ class ValueAxis:
 def unit_of_axis(values: Array, si_unit: str, logarithmic: bool) -> Unit:
     """Return the unit for an axis; a logarithmic one needs no power of ten in it."""
     unit = readable_unit(values, si_unit)
-    return smallest_unit(si_unit) if logarithmic and unit.is_power else unit
+    return readable_unit((), si_unit) if logarithmic and unit.is_power else unit
 
 
 def _value_tick(value: float) -> str:

@@ -37,8 +37,7 @@ from fretwear.study.case import Case
 from fretwear.study.doubts import SMALL_ERROR, finer
 from fretwear.study.parameters import parameter, value_text
 from fretwear.study.plan import Plan
-from fretwear.study.problems import Problems, StudyError
-from fretwear.study.sections import unfolded
+from fretwear.study.problems import StudyError
 from fretwear.study.study import Study
 from fretwear.study.yamlfile import read_document
 from fretwear.units import cycle_text, duration_text, fixed_digits, size_text, span
@@ -340,7 +339,7 @@ def _time(seconds: float) -> str:
 def study_text(study: Study) -> str:
     """Return the study file as it stands, or its content where that was changed when loaded."""
     with suppress(OSError, UnicodeDecodeError, StudyError):
-        if unfolded(read_document(study.file).data, Problems()) == study.content:
+        if read_document(study.file).data == study.content:
             return study.file.read_text(encoding="utf-8")
     yaml, text = YAML(), StringIO()
     yaml.dump(dict(study.content), text)

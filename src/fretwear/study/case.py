@@ -8,8 +8,16 @@ from typing import Any, ClassVar, Self, cast
 
 from fretwear.parts import Part, Plain, WholeNumber, is_list
 from fretwear.study.members import Inline, PartOf, fields_are_keys
-from fretwear.study.names import base_names, leaves, member_of, parameter_names, parameter_of
-from fretwear.study.parameters import html_table, parameter, value_text
+from fretwear.study.parameters import (
+    base_names,
+    html_table,
+    leaves,
+    member_of,
+    parameter,
+    parameter_names,
+    parameter_of,
+    value_text,
+)
 from fretwear.study.problems import Problem, Problems, nearest
 from fretwear.study.rules import findings
 from fretwear.study.tree import MAX_CYCLES, CaseTree, members

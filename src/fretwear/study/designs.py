@@ -6,16 +6,19 @@ import itertools
 import math
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar, Literal
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from fretwear.mechanics.materials import Course
 from fretwear.parts import Part, Quantity, WholeNumber
 from fretwear.study.case import read_value
-from fretwear.study.names import parameter_names, parameter_of
+from fretwear.study.parameters import parameter_names, parameter_of
 from fretwear.study.points import Axis, Range
 from fretwear.study.problems import Problem, Problems
 from fretwear.units import QuantityError, exact_text
+
+if TYPE_CHECKING:
+    from fretwear.study.sections import Sections
 
 MAX_POINTS = 200_000
 
@@ -117,22 +120,20 @@ class Sobol(Sampled):
     engine = "Sobol"
 
 
-def read_axes(
-    vary: Mapping[str, Any], design: Design | None, problems: Problems
-) -> tuple[Axis, ...]:
-    """Read the section `vary`; return the sound axes and add what is wrong to `problems`.
+def read_axes(sections: Sections, problems: Problems) -> tuple[Axis, ...]:
+    """Read what is varied; return the sound axes and add what is wrong to `problems`.
 
     There are none where the design could not be read.
     """
     read: dict[str, Axis | Range] = {}
-    known = parameter_names()
+    vary, design, known = sections.vary, sections.design, parameter_names()
     for name, raw in vary.items():
         if name not in known:
             rule = "is not a case parameter"
             problems.append(Problem(f"vary.{name}", raw, rule, written=name, known=known))
             continue
-        with problems.at(f"vary.{name}", raw):
-            read[name] = _read_axis(name, raw, design)
+        with problems.at(place := sections.place(name), raw):
+            read[name] = _read_axis(name, raw, design, place)
     for whole in vary:
         for part in [name for name in vary if name.startswith(f"{whole}.")][:1]:
             rule = f"varies the whole of which {part} is a part"
@@ -160,7 +161,7 @@ def read_axes(
     return ()
 
 
-def _read_axis(name: str, raw: object, design: Design | None) -> Axis | Range:
+def _read_axis(name: str, raw: object, design: Design | None, place: str) -> Axis | Range:
     if isinstance(raw, Mapping):
         if parts := [each for each in parameter_names() if each.startswith(f"{name}.")]:
             hint = f"to vary a part of it write {parts[0]}: [{parameter_of(parts[0]).example}, ...]"
@@ -182,10 +183,10 @@ def _read_axis(name: str, raw: object, design: Design | None) -> Axis | Range:
             first = seen.setdefault(_identity(value), position)
             # Paired lists may repeat a value: only a whole row makes the same point.
             if first != position and not isinstance(design, Zip):
-                rule = f"is the same value as vary.{name}[{first}], {raw[first]}"
+                rule = f"is the same value as {place}[{first}], {raw[first]}"
                 raise QuantityError(rule, "leave one of them out")
     problems.raise_any()
-    return Axis(name, tuple(values), tuple(raw))
+    return Axis(name, tuple(values), tuple(raw), place)
 
 
 def _refuse_equal_rows(axes: tuple[Axis, ...], problems: Problems) -> None:
@@ -254,8 +255,8 @@ def _sampled_axes(read: Mapping[str, Axis | Range], design: Sampled) -> tuple[Ax
             quantity = parameter_of(name)
             assert isinstance(quantity, Quantity)
             written = tuple(exact_text(value, quantity.dimension) for value in drawn)
-            axes.append(Axis(name, tuple(drawn), written, source))
+            axes.append(Axis(name, tuple(drawn), written, f"vary.{name}", source))
         else:
             values, texts = zip(*drawn, strict=True)
-            axes.append(Axis(name, values, texts))
+            axes.append(replace(source, values=values, written=texts))
     return tuple(axes)

@@ -12,7 +12,7 @@ from typing import Any
 from fretwear.parts import Part, required
 from fretwear.study.case import Case, by_member, make_member
 from fretwear.study.cost import Estimate, estimate
-from fretwear.study.names import leaves, member_of
+from fretwear.study.parameters import leaves, member_of
 from fretwear.study.problems import Problem, in_words
 from fretwear.study.rules import RULES, Rule
 from fretwear.study.tree import CaseTree, members
@@ -47,6 +47,7 @@ class Axis:
     name: str  # dotted, as in the file
     values: tuple[Any, ...]  # in SI units, in the order of the file; sampled designs: one a point
     written: tuple[Any, ...]  # as a study file would have them
+    place: str  # where they stand in the file: ``vary.load``
     drawn_from: Range | None = None  # None where the values were listed
 
     @cached_property

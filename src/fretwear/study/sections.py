@@ -10,7 +10,7 @@ from fretwear.parts import Choice
 from fretwear.study.case import SNAPSHOTS, schema_required
 from fretwear.study.designs import MAX_POINTS, Design, Grid
 from fretwear.study.members import PartOf
-from fretwear.study.names import base_names, parameter_names, parameter_of
+from fretwear.study.parameters import base_names, parameter_names, parameter_of
 from fretwear.study.problems import Problem, Problems
 from fretwear.units import QuantityError
 
@@ -41,12 +41,17 @@ class Sections:
     invalid: str = "stop"
     batch: int | None = None  # cases of a job; None: as many as take a few minutes
     output: Mapping[str, Any] = field(default_factory=dict)
+    has_seeds: bool = False  # whether the section `seeds` is what varies them
+
+    def place(self, name: str) -> str:
+        """Return the key under which the values of a varied parameter stand."""
+        return "seeds" if self.has_seeds and name == SEEDS else f"vary.{name}"
 
 
 def read_sections(raw: Mapping[str, Any], problems: Problems) -> Sections:
     """Read the sections, and add what is wrong with them to the problems."""
     found: dict[str, Any] = {"design": None} if "design" in raw else {}
-    for name, given in raw.items():
+    for name, given in ((name, given) for name, given in raw.items() if name != "seeds"):
         if read := _READ.get(name):
             with problems.at(name, given):
                 found[name] = read(given)
@@ -56,22 +61,13 @@ def read_sections(raw: Mapping[str, Any], problems: Problems) -> Sections:
         rule = "is not a section of a study"
         problems.append(Problem(name, given, rule, hint, written=name, known=known))
     problems.unknown("output", found.get("output", {}), ("cycles",))
-    return Sections(**found)
-
-
-def unfolded(content: Mapping[str, Any], problems: Problems) -> Mapping[str, Any]:
-    """Return the content of a study file with its `seeds` where they belong, under `vary`."""
-    if "seeds" not in content:
-        return content
-    others = {name: section for name, section in content.items() if name != "seeds"}
-    vary = content.get("vary", {})
-    if not isinstance(vary, Mapping):
-        return others
-    if twice := [name for name in vary if name in (SEEDS, "roughness")]:
+    vary = found.get("vary", {})
+    if "seeds" in raw and (twice := [name for name in vary if name in (SEEDS, "roughness")]):
         rule = f"would vary what vary.{twice[0]} varies"
-        problems.add("seeds", content["seeds"], rule, "leave one of them out")
-        return others
-    return {**others, "vary": {**vary, SEEDS: content["seeds"]}}
+        problems.add("seeds", raw["seeds"], rule, "leave one of them out")
+    elif "seeds" in raw:
+        found |= {"vary": {**vary, SEEDS: raw["seeds"]}, "has_seeds": True}
+    return Sections(**found)
 
 
 def _title(given: object) -> str:

@@ -15,11 +15,10 @@ from fretwear.parts import is_list
 from fretwear.study.case import SNAPSHOTS, Case, missing, read_values
 from fretwear.study.designs import Design, Grid, read_axes
 from fretwear.study.members import Inline
-from fretwear.study.names import member_of, parameter_names, parameter_of
-from fretwear.study.parameters import html_table
+from fretwear.study.parameters import html_table, member_of, parameter_names, parameter_of
 from fretwear.study.points import Axis, BrokenRule, Parameters, Point
 from fretwear.study.problems import Problem, Problems, StudyError, did_you_mean, few_of
-from fretwear.study.sections import SEEDS, Sections, read_sections, unfolded
+from fretwear.study.sections import SEEDS, Sections, read_sections
 from fretwear.study.tree import members
 from fretwear.study.yamlfile import parse_value, read_document
 from fretwear.topography import Located
@@ -120,11 +119,8 @@ def load_study(path: str | Path, assignments: Sequence[str] = ()) -> Study:
     if not isinstance(document.data, Mapping):
         rule = "must hold keys such as base and vary, not a single value or a list"
         raise StudyError(file, [Problem("", document.data, rule), *problems])
-    content, wrong = override(unfolded(document.data, problems), assignments)
-    lines = dict(document.lines)
-    if "seeds" in lines:
-        lines |= {f"vary.{SEEDS}": lines["seeds"]}
-    return _checked(file, content, [*problems, *wrong], lines, assignments)
+    content, wrong = override(document.data, assignments)
+    return _checked(file, content, [*problems, *wrong], document.lines, assignments)
 
 
 def _checked(
@@ -137,7 +133,7 @@ def _checked(
     """Turn the plain content of a study file, assignments applied, into a `Study`."""
     found = Problems()
     sections = read_sections(_located(content, file.parent), found)
-    axes = read_axes(sections.vary, sections.design, found)
+    axes = read_axes(sections, found)
     # Where the design cannot be read, what is fixed is checked all the same.
     design = sections.design or Grid()
     fixed = _read_base(sections, found)
@@ -243,7 +239,7 @@ def _point_problem(found: BrokenRule, design: Design) -> Problem:
     others = []
     for axis, position in found.where:
         if axis.key == subject:
-            key = f"vary.{axis.name}" + ("" if design.is_sampled else f"[{position}]")
+            key = axis.place + ("" if design.is_sampled else f"[{position}]")
         else:
             others.append(f"{axis.name} = {axis.labels[position]}")
     at = f" (at {', '.join(others)})" if others else ""
@@ -256,11 +252,6 @@ def _in_order(
     """Give problems the line of their key, and name what was set on the command line as such."""
     placed = []
     for problem in problems:
-        if "seeds" in lines and problem.key.startswith(f"vary.{SEEDS}"):
-            key, rule = (
-                each.replace(f"vary.{SEEDS}", "seeds") for each in (problem.key, problem.rule)
-            )
-            problem = replace(problem, key=key, rule=rule, line=lines["seeds"])
         key, line = problem.key, problem.line
         for name in (assignment.partition("=")[0].strip() for assignment in assignments):
             for place in (f"base.{name}", name):
@@ -319,6 +310,8 @@ def _assign(content: dict[str, Any], name: str, value: Any) -> None:
             base.pop(other, None)
             vary.pop(other, None)
     vary.pop(name, None)
+    if SEEDS in (name, f"{name}.seed"):
+        content.pop("seeds", None)
     whole, _, part = name.partition(".")
     if part and whole in vary:
         raise QuantityError(f"cannot be set while vary.{whole} varies the whole of it")
@@ -330,9 +323,10 @@ def _assign(content: dict[str, Any], name: str, value: Any) -> None:
             del vary[varied]
         base[name] = value
     if not vary:
-        # A sampled design without anything to sample would be an error of its own.
         del content["vary"]
-        content.pop("design", None)
+        if "seeds" not in content:
+            # A sampled design without anything to sample would be an error of its own.
+            content.pop("design", None)
 
 
 def _mapping(content: dict[str, Any], section: str) -> dict[str, Any]:
