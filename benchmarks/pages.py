@@ -78,6 +78,8 @@ class Section:
         ``{figure}`` for the one that is named by an empty string.
     checks, figures
         The numbers with a bound, and figures by name.
+    on_request
+        Whether it is measured only where its name is given.
     """
 
     name: str
@@ -86,6 +88,7 @@ class Section:
     text: Callable[[Data], str]
     checks: Callable[[Data], list[Check]] = no_checks
     figures: Callable[[Data], dict[str, Figure]] = no_figures
+    on_request: bool = False
 
     def stem(self, figure: str) -> str:
         """Name of a figure's file without its ending."""
@@ -200,7 +203,8 @@ class Page:
             parser.error(f"no such section: {', '.join(unknown)}; there are {', '.join(names)}")
         if options.check:
             return self.check(options.docs)
-        wanted = [each for each in self.sections if each.name in (options.sections or names)]
+        usual = [each.name for each in self.sections if not each.on_request]
+        wanted = [each for each in self.sections if each.name in (options.sections or usual)]
         if not options.render and len(wanted) == 1:
             self.measure(options.docs, wanted[0])
         elif not options.render:

@@ -9,6 +9,8 @@ from benchmarks.pages import Data, Page
 from benchmarks.verification import (
     closed_forms,
     convergence,
+    coverage,
+    defaults,
     explicit,
     limiting_state,
     peak,
@@ -17,7 +19,18 @@ from benchmarks.verification import (
     tangential,
 )
 
-PARTS = (closed_forms, limiting_state, rings, tangential, explicit, convergence, peak, peers)
+PARTS = (
+    closed_forms,
+    limiting_state,
+    rings,
+    tangential,
+    explicit,
+    defaults,
+    convergence,
+    coverage,
+    peak,
+    peers,
+)
 
 INTRODUCTION = """\
 # Verification

@@ -78,7 +78,7 @@ def test_a_plan_warns_beside_the_table_of_what_will_go_wrong(desk, content):
     desk.write(content)
     result = desk.call("plan", "tiny.yaml")
     assert result.exit_code == 0
-    assert "fretwear: warning: 2 cases will yield all over" in result.stderr
+    assert "fretwear: warning: in 2 cases the contact yields all over" in result.stderr
     assert "warning" not in result.stdout
 
 

@@ -10,6 +10,7 @@ from fretwear.mechanics.geometry import Array, Even, HalfSpace, Mask
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.loading import NormalLoad, Sliding, TangentialRatio
 from fretwear.mechanics.materials import Coulomb
+from fretwear.mechanics.roughness import Roughness
 from fretwear.mechanics.slip import Jaeger, ReducedContact
 from fretwear.mechanics.state import WearProblem
 from fretwear.mechanics.surfaces import Sphere
@@ -42,6 +43,7 @@ class Waves:
     wavenumber_x: float
     wavenumber_y: float
     even: Even = (True, True)
+    mean_height = Roughness.mean_height
 
     def height(self, x: Array, y: Array) -> Array:
         return self.amplitude * np.cos(self.wavenumber_x * x) * np.cos(self.wavenumber_y * y)

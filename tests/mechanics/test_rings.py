@@ -50,7 +50,7 @@ def contact_on(rings: Rings, **conditions: float):
 
 @pytest.fixture(scope="module")
 def rings() -> Rings:
-    return Rings.graded(Grading(A, 1.2 * A, 2e-4 * A), 2.0 * A)
+    return Rings.graded(Grading(A, 1.2 * A, A, 2e-4 * A), 2.0 * A)
 
 
 def test_influence_is_symmetric_and_that_of_discs():

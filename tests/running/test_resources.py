@@ -251,6 +251,6 @@ def test_contacts_that_yield_all_over_are_named_with_both_pressures(plan):
     limits = ["500 MPa", "550 MPa", "600 MPa", "650 MPa", "4500 MPa"]
     planned = plan({"cycles": 1000}, plastic_limit=limits)
     (warning,) = machine_warnings(planned)
-    assert warning.startswith("4 cases will yield all over")
+    assert warning.startswith("in 4 cases the contact yields all over")
     assert f"{planned.points[0].id}: plastic limit 500 MPa" in warning
     assert "and 1 more" in warning

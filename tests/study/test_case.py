@@ -207,7 +207,9 @@ def test_a_slip_annulus_narrower_than_a_cell_is_refused():
 def test_the_default_grid_is_square_under_a_smooth_contact_and_follows_the_waves():
     dx, dy = steel().grid_spacing
     assert dx == dy == float(f"{dx:.1e}") == pytest.approx(2.3e-6)
-    assert steel(roughness=WAVES).grid_spacing == (0.5e-6, 2.3e-6)
+    dx, dy = steel(roughness=WAVES).grid_spacing
+    assert dx < 0.5e-6
+    assert dy == 2.3e-6
 
 
 @given(

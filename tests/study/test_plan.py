@@ -70,5 +70,5 @@ def test_cases_of_one_doubt_are_found_once_each(studies, content):
     content["vary"] = {"plastic_limit": ["500 MPa", "4500 MPa"]}
     plan = Plan(studies.load(content))
     ((doubt, cases),) = plan.doubts.items()
-    assert doubt.what.startswith("will yield all over")
+    assert doubt.what.startswith("yields all over")
     assert list(cases) == [plan.points[0].id]

@@ -94,6 +94,7 @@ def labelled_case(
     scalars: Mapping[str, ArrayLike],
     errors: Mapping[str, ArrayLike] | None = None,
     *,
+    trouble: str = "",
     symmetry: str = "even_xy",
     title: str = "",
     command: str = "fretwear.simulate",
@@ -116,6 +117,8 @@ def labelled_case(
         where they are known.
     errors : mapping of str to array_like, shape (ncycles,)
         Estimated error of each of these scalars, by its name; empty where there are none.
+    trouble : str
+        Why there are none although the case asks for them.
     symmetry : {"even_xy", "even_x", "even_y", "none"}
         In what the contact is even: the arrays hold one side of it only.
     title, command : str
@@ -165,7 +168,7 @@ def labelled_case(
         CODE_DIGEST.name: code_digest(),
         "symmetry": symmetry,
         "warnings": "\n".join(
-            map(str, doubts(case, _relative(known_scalars, scalars, errors or {})))
+            map(str, doubts(case, _relative(known_scalars, scalars, errors or {}), trouble))
         ),
     }
     return Labelled(variables, coordinates, attributes)

@@ -25,6 +25,19 @@ TIPS = 2.5
 STEEPEST = 3.0
 
 
+@dataclass(frozen=True)
+class Tip:
+    """A tip of a surface: curvatures along x and y, 1/m, and how far apart tips in a row are, m.
+
+    Rows lie half as far apart and are shifted by half: two tips share the area of both distances.
+    """
+
+    curvature_x: float
+    curvature_y: float
+    apart_x: float
+    apart_y: float
+
+
 class Roughness(Part):
     """What the surfaces are beside their smooth shape.
 
@@ -46,6 +59,31 @@ class Roughness(Part):
     def height(self, x: Array, y: Array) -> Array:
         """Added to the gap, m, at coordinates in m that broadcast."""
         raise NotImplementedError
+
+    def mean_height(self, x: Array, y: Array, cell: tuple[float, float]) -> Array:
+        """Mean of the height over each cell of a grid, m, by Simpson's rule.
+
+        A pressure that is uniform on cells displaces their centres by less than a wave of it does,
+        by (kΔ)²/24 of a wave number k along each axis, and so much less is the mean of a height.
+        With heights of the centres, tips that hardly yield would do so by a tenth more.
+
+        Parameters
+        ----------
+        x, y
+            Centres of the cells along either axis, m, shapes (nx,) and (ny,).
+        cell
+            Their widths, m.
+        """
+        places = []
+        for centres, width in ((x, cell[0]), (y, cell[1])):
+            fine = np.empty(2 * centres.size + 1)
+            fine[1::2], fine[2:-1:2] = centres, 0.5 * (centres[1:] + centres[:-1])
+            fine[0], fine[-1] = centres[0] - 0.5 * width, centres[-1] + 0.5 * width
+            places.append(fine)
+        heights = self.height(places[0][:, None], places[1][None, :])
+        for _ in places:
+            heights = ((heights[:-2:2] + 4.0 * heights[1::2] + heights[2::2]) / 6.0).T
+        return np.ascontiguousarray(heights)
 
     @property
     def finest(self) -> tuple[float, float]:
@@ -81,6 +119,11 @@ class Roughness(Part):
     def is_known(self) -> bool:
         """Whether heights are at hand: those of a file are not where it is missing."""
         return True
+
+    @property
+    def tip(self) -> Tip | None:
+        """A tip, where all are alike and longer than what `finest` asks cells for."""
+        return None
 
     @property
     def wavelengths(self) -> tuple[float, float]:
@@ -178,6 +221,12 @@ class WavyRoughness(Roughness):
     def highest(self) -> float:
         """A in m."""
         return self.amplitude
+
+    @property
+    def tip(self) -> Tip:
+        """Curvatures A k_x² and A k_y²."""
+        x, y = self.wavenumber_x, self.wavenumber_y
+        return Tip(self.amplitude * x * x, self.amplitude * y * y, *self.finest)
 
     @property
     def problem(self) -> tuple[str, str] | None:
@@ -442,6 +491,15 @@ class BothRough(Roughness):
     def sides(self) -> tuple[float, float]:
         """Of the smaller one along x and along y, m."""
         return self._nearer("sides")
+
+    @property
+    def tip(self) -> Tip | None:
+        """Two tips that meet."""
+        one, other = self.first.tip, self.second.tip
+        if one is None or other is None:
+            return None
+        curvatures = one.curvature_x + other.curvature_x, one.curvature_y + other.curvature_y
+        return Tip(*curvatures, *self.finest)
 
     @property
     def highest(self) -> float:

@@ -199,13 +199,20 @@ class WearProblem:
         return half_space
 
     def unworn(self, geometry: Any) -> Array:
-        """Gap at zero load and zero approach, m, on the cells of a geometry."""
+        """Gap at zero load and zero approach, m, on the cells of a geometry.
+
+        Of roughness it has the mean over each rectangle of a grid.
+        """
         x, y = geometry.x[:, None], geometry.y[None, :]
 
         def gap(first: int) -> Array:
             columns = y[:, first : first + _COLUMNS]
             smooth = self.indenter.gap(x, columns)
-            return smooth if self.roughness is None else smooth + self.roughness.height(x, columns)
+            if self.roughness is None:
+                return smooth
+            if not isinstance(geometry, Grid):
+                return smooth + self.roughness.height(x, columns)
+            return smooth + self.roughness.mean_height(x[:, 0], columns[0], geometry.spacing)
 
         return np.concatenate(self.team.each(gap, range(0, y.size, _COLUMNS)), axis=1)
 

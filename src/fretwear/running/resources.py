@@ -270,7 +270,8 @@ def machine_warnings(plan: Plan, available: int | None = None) -> Iterator[str]:
         )
     for doubt, numbers in plan.doubts.items():
         listed = [f"{case_id}: {detail}" for case_id, detail in numbers.items()]
-        yield f"{_cases(len(numbers))} {doubt.what}:{_listed(listed)}\n    {doubt.remedy}"
+        where = f"in {_cases(len(numbers))} the contact {doubt.what}"
+        yield f"{where}:{_listed(listed)}\n    {doubt.remedy}"
 
 
 def _cases(count: int) -> str:

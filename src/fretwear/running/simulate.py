@@ -250,7 +250,7 @@ class _Twin:
         self._workspace = Workspace(problem)
         self._steps = _steps(coarser, problem, None)
         self._cycles = case.output_cycles
-        # Every scalar at each snapshot, and why there are no more.
+        # Every scalar at each snapshot, and why there are no more; it joins the warnings.
         self.rows: list[dict[str, float]] = []
         self.trouble = ""
 
@@ -314,6 +314,7 @@ def _result(
         fields,
         scalars,
         errors,
+        trouble="" if twin is None else twin.trouble,
         symmetry=symmetry,
         title=title,
         command=command,

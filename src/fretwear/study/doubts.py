@@ -12,8 +12,10 @@ from dataclasses import dataclass
 
 from fretwear.mechanics.loading import SMALL_STROKE, Displacement
 from fretwear.mechanics.materials import ElasticBodies
+from fretwear.mechanics.roughness import Roughness
 from fretwear.parts import pair
-from fretwear.study.tree import CaseTree, cell_text, rounded_down
+from fretwear.study.spacing import rounded_down, zones_of_tip
+from fretwear.study.tree import CaseTree, cell_text
 from fretwear.units import LENGTH, PRESSURE, format_quantity
 
 NEARLY_GROSS = 0.9999
@@ -47,8 +49,7 @@ LEAST_REFINEMENT = 0.125
 class Doubt:
     """Why the results of a case that can be run are doubtful."""
 
-    # What will happen, as a sentence without its subject; the same for every case of a kind.
-    what: str
+    what: str  # a sentence whose subject is the contact; the same for every case of a kind
     detail: str  # the numbers of this case
     remedy: str  # what to do
 
@@ -70,17 +71,41 @@ def yielding_ring_width(case: CaseTree) -> float:
     return limiting.width_above(case.plastic_limit)
 
 
+def _lengths(**lengths: float) -> str:
+    """Lengths, m, by their names."""
+    told = (f"{name} {format_quantity(length, LENGTH, 3)}" for name, length in lengths.items())
+    return ", ".join(told).replace("_", " ")
+
+
 def _ring_is_unseen(case: CaseTree) -> Doubt | None:
     """Rings follow the edge of stick, with several of them across the band that yields."""
     ring, cell = yielding_ring_width(case), math.sqrt(math.prod(case.grid_spacing))
-    if case.is_on_rings or case.indenter.is_line or math.isinf(case.plastic_limit) or ring >= cell:
+    of_tips = case.is_on_rings or case.indenter.is_line or zones_of_tip(case)
+    if of_tips or math.isinf(case.plastic_limit) or ring >= cell:
         return None
     return Doubt(
-        "will yield in a ring around the stick zone that is narrower than a cell of the grid, "
-        "which therefore gets its wear wrong",
-        f"ring {format_quantity(ring, LENGTH, 3)}, cell {format_quantity(cell, LENGTH, 3)}",
+        "yields in a ring around the stick zone that is narrower than a cell of the grid, which "
+        "therefore gets its wear wrong",
+        _lengths(ring=ring, cell=cell),
         "choose a cell below the width of the ring where that is practical, or a larger "
         "tangential load or a lower plastic limit",
+    )
+
+
+def _tips_are_coarse(case: CaseTree) -> Doubt | None:
+    coarsest, told = 2.0, ""
+    for zone, (widths, cells) in zones_of_tip(case).items():
+        for wide, cell in zip(widths, case.grid_spacing, strict=True):
+            if cells * cell / wide > coarsest:
+                coarsest, told = cells * cell / wide, _lengths(**{zone: wide, "cell": cell})
+    if not told:
+        return None
+    return Doubt(
+        "touches on asperities whose contacts, or what yields at their edges of stick, are "
+        "narrower than the cells for them",
+        told,
+        f"write {finer(case, coarsest * SMALL_ERROR)} where that is practical, or trust results "
+        "within their errors",
     )
 
 
@@ -103,7 +128,7 @@ def _bodies_are_unlike(case: CaseTree) -> Doubt | None:
     if beta <= GREATEST_DUNDURS * friction:
         return None
     return Doubt(
-        "will couple pressure and slip, as unlike bodies do, which the model neglects",
+        "couples pressure and slip, as unlike bodies do, which the model neglects",
         f"Dundurs' β = {beta:.2g}, {beta / friction:.2g} times µ",
         f"do not trust local values, and integrals only where β is below {GREATEST_DUNDURS:g} µ",
     )
@@ -115,21 +140,19 @@ def _limit_is_low(case: CaseTree) -> Doubt | None:
         return None
     numbers = (format_quantity(pressure, PRESSURE, 3) for pressure in (case.plastic_limit, mean))
     return Doubt(
-        "will yield all over at the first loading, beyond what a pressure limit describes",
+        "yields all over at the first loading, beyond what a pressure limit describes",
         "plastic limit {}, mean Hertz pressure {}".format(*numbers),
         "choose a lower load, a larger radius or a plastic limit of about the hardness",
     )
 
 
 def _stick_is_coarse(case: CaseTree) -> Doubt | None:
-    cell = max(case.grid_spacing)
-    is_seen = case.stick_radius >= FEW_CELLS * cell or case.is_on_rings
-    if is_seen or not case.force_is_held:
+    radius, cell = case.stick_radius, max(case.grid_spacing)
+    if radius >= FEW_CELLS * cell or case.is_on_rings or not case.force_is_held:
         return None
     return Doubt(
-        "will stick in a zone of few cells, whose edge is a staircase",
-        f"radius {format_quantity(case.stick_radius, LENGTH, 3)}, "
-        f"cell {format_quantity(cell, LENGTH, 3)}",
+        "sticks in a zone of few cells, whose edge is a staircase",
+        _lengths(radius=radius, cell=cell),
         "choose a finer cell, or leave cell out",
     )
 
@@ -141,7 +164,7 @@ def _slopes_are_steep(case: CaseTree) -> Doubt | None:
     if slope <= GREATEST_SLOPE:
         return None
     return Doubt(
-        "will touch on slopes that are too steep for half-space theory",
+        "touches on slopes that are too steep for half-space theory",
         f"steepest slope {slope:.2g}",
         f"trust the results where slopes stay below {GREATEST_SLOPE:g}",
     )
@@ -152,35 +175,36 @@ def _roughness_repeats(case: CaseTree) -> Doubt | None:
     if period >= 3.0 * case.hertz_radius:
         return None
     return Doubt(
-        "will meet the same random heights again, because it is nearly as long as their period",
-        f"period {format_quantity(period, LENGTH, 3)}, "
-        f"contact radius {format_quantity(case.hertz_radius, LENGTH, 3)}",
+        "meets the same random heights again, because it is nearly as long as their period",
+        _lengths(period=period, contact_radius=case.hertz_radius),
         "results hold for a surface that repeats; the period is 16 roll-off wavelengths",
     )
 
 
+def _measured(case: CaseTree) -> list[Roughness]:
+    """The surfaces that end somewhere."""
+    surfaces = (each for each in (case.roughness, case.counterface) if each is not None)
+    return [each for each in surfaces if math.isfinite(min(each.sides))]
+
+
 def _surface_is_small(case: CaseTree) -> Doubt | None:
-    side = math.inf if case.rough is None else min(case.rough.sides)
+    side = min((min(each.sides) for each in _measured(case)), default=math.inf)
     if side >= 3.0 * case.hertz_radius:
         return None
     return Doubt(
-        "will barely fit on the measured surface, beyond which the heights at its border continue",
-        f"side {format_quantity(side, LENGTH, 3)}, "
-        f"contact radius {format_quantity(case.hertz_radius, LENGTH, 3)}",
+        "barely fits on the measured surface, beyond which the heights at its border continue",
+        _lengths(side=side, contact_radius=case.hertz_radius),
         "measure a larger area, or choose a larger patch or a lower load",
     )
 
 
 def _points_are_few(case: CaseTree) -> Doubt | None:
-    surfaces = (each for each in (case.roughness, case.counterface) if each is not None)
-    measured = [max(each.finest) / 2.0 for each in surfaces if math.isfinite(min(each.sides))]
-    distance = max(measured, default=0.0)
+    distance = max((max(each.finest) / 2.0 for each in _measured(case)), default=0.0)
     if distance <= case.hertz_radius / FEW_POINTS:
         return None
     return Doubt(
-        "will be computed on a surface measured at few points",
-        f"distance {format_quantity(distance, LENGTH, 3)}, "
-        f"contact radius {format_quantity(case.hertz_radius, LENGTH, 3)}",
+        "is computed on a surface measured at few points",
+        _lengths(distance=distance, contact_radius=case.hertz_radius),
         f"measure {FEW_POINTS} points a contact radius or more: what lies between is not known",
     )
 
@@ -212,10 +236,9 @@ def _slides_far(case: CaseTree) -> Doubt | None:
     if slid <= SMALL_STROKE * case.hertz_radius:
         return None
     return Doubt(
-        "will slide so far that each point meets several points of the other body, which the model "
+        "slides so far that each point meets several points of the other body, which the model "
         "neglects",
-        f"sliding amplitude {format_quantity(slid, LENGTH, 3)}, contact radius "
-        f"{format_quantity(case.hertz_radius, LENGTH, 3)}",
+        _lengths(sliding_amplitude=slid, contact_radius=case.hertz_radius),
         "write sliding_amplitude, lower the displacement, or treat the wear near the edge of the "
         "contact as a rough guide",
     )
@@ -223,6 +246,7 @@ def _slides_far(case: CaseTree) -> Doubt | None:
 
 _DOUBTS = (
     _ring_is_unseen,
+    _tips_are_coarse,
     _stick_is_coarse,
     _slides_far,
     _coupling_is_no_number,
@@ -235,13 +259,19 @@ _DOUBTS = (
 )
 
 
-def doubts(case: CaseTree, errors: Mapping[str, float] | None = None) -> tuple[Doubt, ...]:
+def doubts(
+    case: CaseTree, errors: Mapping[str, float] | None = None, trouble: str = ""
+) -> tuple[Doubt, ...]:
     """Return why the results of a valid case are not to be trusted; usually nothing.
 
     What a run has found is told as well: the largest estimated error of each result, relative to
-    it, by its words.
+    it, by its words, or why errors could not be estimated.
     """
     found = [doubt(case) for doubt in _DOUBTS]
+    if trouble:
+        what = "is computed without estimates of errors, since a run on wider cells failed"
+        remedy = "write a finer cell, or error_estimate: false to do without"
+        found.append(Doubt(what, trouble, remedy))
     words, error = max((errors or {}).items(), key=lambda each: each[1], default=("", 0.0))
     if error > LARGE_ERROR:
         what = f"is computed on cells so wide that errors come to more than {100 * LARGE_ERROR:g} %"

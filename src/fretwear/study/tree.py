@@ -33,17 +33,11 @@ from fretwear.parts import (
 )
 from fretwear.study.blocks import Block, Blocks
 from fretwear.study.members import Inline, PartOf, fields_are_keys
+from fretwear.study.spacing import default_spacing
 from fretwear.theory import HertzContact, LineContact
 from fretwear.units import LENGTH, format_quantity
 
 MAX_CYCLES = 10**9
-
-CELLS_PER_CONTACT_RADIUS = 64
-CELLS_PER_YIELDING_CONTACT_RADIUS = 128
-CELLS_PER_SLIDING_HALF_WIDTH = 16
-CELLS_PER_SLIDING_RADIUS = 10
-CELLS_PER_STICK_RADIUS = 8
-CELLS_PER_SLIP_ANNULUS = 12
 
 COARSER = 2.0
 """How many times wider the cells of a twin are, by which errors are estimated."""
@@ -335,36 +329,9 @@ class CaseTree:
     def grid_spacing(self) -> tuple[float, float]:
         """(dx, dy) in m: `cell`, or where it is None the default.
 
-        The default resolves the contact, its stick zone and every wave.  Contact radius, stick
-        radius and slip annulus are those of the smooth elastic sphere.  A smooth contact that
-        yields does so in a narrow ring at the edge of stick, which asks for twice the cells, and so
-        does a rough one that is pressed flat: under a p0 above the pressure E*·slope/2 that closes
-        a wave (Johnson, Greenwood and Higginson 1985).  On others the waves ask for more.  Wave
-        lengths count along their own direction, so dx and dy differ where the waves do.  The result
-        is rounded down to two digits, which makes it readable and the same on every machine.
+        See `fretwear.study.spacing`.
         """
-        if self.cell is not None:
-            return self.cell
-        closing = 0.0 if self.rough is None else 0.5 * self.composite_modulus * self.rough.steepest
-        yields_in_a_ring = closing < self.hertz_pressure and math.isfinite(self.plastic_limit)
-        radius, stick = self.hertz_radius, self.stick_radius
-        contact = min(
-            radius
-            / (CELLS_PER_YIELDING_CONTACT_RADIUS if yields_in_a_ring else CELLS_PER_CONTACT_RADIUS),
-            # A stick zone that grows needs no cells for what it was at first.
-            max(stick / CELLS_PER_STICK_RADIUS, 0.0 if self.force_is_held else radius / 128),
-            (radius - stick) / CELLS_PER_SLIP_ANNULUS,
-        )
-        if self.loading.stroke:
-            cells = (
-                CELLS_PER_SLIDING_HALF_WIDTH if self.indenter.is_line else CELLS_PER_SLIDING_RADIUS
-            )
-            contact = radius / cells
-        # An elliptical contact is resolved alike along both of its axes.
-        wide = (each / radius * contact for each in self.indenter.half_widths(self.hertz))
-        fine = [[each / part.cells for each in part.finest] for part in self.surfaces.values()]
-        dx, dy = (rounded_down(min(each)) for each in zip(wide, *fine, strict=True))
-        return dx, dy
+        return self.cell or default_spacing(self)
 
     @property
     def coarser(self) -> Self:
@@ -501,10 +468,3 @@ def _rounded(value: Any) -> Any:
 def cell_text(cell: Sequence[float]) -> str:
     """Return a grid spacing as study files have it."""
     return f"[{', '.join(format_quantity(spacing, LENGTH) for spacing in cell)}]"
-
-
-def rounded_down(length: float) -> float:
-    """Return a length of two digits."""
-    unit = 10.0 ** (math.floor(math.log10(length)) - 1)
-    # The nudge keeps 0.5 um from becoming 0.49 um by the last bit of a division.
-    return float(f"{math.floor(length / unit * (1.0 + 1e-9)) * unit:.2g}")

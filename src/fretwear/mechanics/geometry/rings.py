@@ -30,6 +30,8 @@ from fretwear.theory import LimitingState
 _NARROWEST = 1.0 / 1500.0
 _ACROSS_SLIP, _ACROSS_STICK = 40.0, 100.0
 _WIDEST_IN_SLIP, _WIDEST = 0.006, 0.016
+# Width about the edge of the unworn contact, whose place is known to a part of a ring.
+_AT_CONTACT = 0.002
 # Growth of the width with the distance from where it is least.
 _GRADING = 0.2
 # Rings across the band that yields in the limit of many cycles, and so many bands, within and
@@ -48,8 +50,8 @@ class Grading:
 
     Parameters
     ----------
-    stick, contact
-        Radii of the edges of stick and contact, m, the latter the largest expected.
+    stick, contact, unworn
+        Radii of the edges of stick and contact, m, the latter the largest expected, and unworn.
     narrowest, ahead, behind
         Width at the edge of stick, m, and how far it stays so inward and outward.
     coarseness
@@ -58,6 +60,7 @@ class Grading:
 
     stick: float
     contact: float
+    unworn: float
     narrowest: float
     ahead: float = 0.0
     behind: float = 0.0
@@ -67,13 +70,14 @@ class Grading:
     def of(cls, problem: Problem, stick: float, contact: float) -> Grading:
         """Of a contact with some radii of stick and contact, m."""
         hertz, coarseness = problem.hertz, problem.coarseness
-        ratio = 1.0 - (min(stick, (1.0 - 1e-9) * contact) / hertz.contact_radius) ** 3
+        unworn = hertz.contact_radius
+        ratio = 1.0 - (min(stick, (1.0 - 1e-9) * contact) / unworn) ** 3
         limiting = LimitingState(hertz, ratio) if 0.0 < ratio < 1.0 else None
         if limiting is not None:
             contact = max(contact, min(limiting.contact_radius, 2.0 * contact))
         if math.isinf(problem.limit) or stick == 0.0:
             narrowest = _NARROWEST * min(contact - stick, stick or contact)
-            return cls(stick, contact, narrowest, coarseness=coarseness)
+            return cls(stick, contact, unworn, narrowest, coarseness=coarseness)
         if limiting is not None:
             band = limiting.width_above(problem.limit)
         else:
@@ -82,13 +86,14 @@ class Grading:
             band = min(0.5 * punch**2 / stick, stick)
         finest = min((contact - stick) / _ACROSS_SLIP, stick / _ACROSS_STICK)
         narrowest = min(finest, band / _ACROSS_BAND)
-        return cls(stick, contact, narrowest, _AHEAD * band, _BEHIND * band, coarseness)
+        return cls(stick, contact, unworn, narrowest, _AHEAD * band, _BEHIND * band, coarseness)
 
     def width(self, r: Array) -> Array:
         """Width of the rings at radii, m."""
         beyond = np.maximum(self.stick - self.ahead - r, r - self.stick - self.behind)
         width = self.narrowest + _GRADING * np.maximum(beyond, 0.0)
         in_slip = min((self.contact - self.stick) / _ACROSS_SLIP, _WIDEST_IN_SLIP * self.contact)
+        width = np.minimum(width, _AT_CONTACT * self.unworn + _GRADING * np.abs(r - self.unworn))
         outside = np.maximum(np.maximum(self.stick - r, r - self.contact), 0.0)
         width = np.minimum(width, in_slip + _GRADING * outside)
         result: Array = self.coarseness * np.minimum(width, _WIDEST * self.contact)

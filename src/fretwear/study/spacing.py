@@ -1,0 +1,138 @@
+"""The default grid spacing: what a contact needs to be resolved, up to what it may cost."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from fretwear.theory import EllipticContact, HertzContact, LimitingState
+
+if TYPE_CHECKING:
+    from fretwear.study.tree import CaseTree
+
+Spacing = tuple[float, float]
+
+CELLS_PER_CONTACT_RADIUS = 64
+CELLS_PER_YIELDING_CONTACT_RADIUS = 128
+CELLS_PER_SLIDING_HALF_WIDTH = 16
+CELLS_PER_SLIDING_RADIUS = 10
+CELLS_PER_STICK_RADIUS = 8
+CELLS_PER_SLIP_ANNULUS = 12
+CELLS_PER_SLIP_ANNULUS_OF_TIPS = 4
+
+CELLS_ACROSS_TIP = 12.0
+CELLS_ACROSS_YIELDING_BAND = 1.5
+MOST_CELLS = 30_000
+"""Computed cells of the unworn contact up to which its tips are resolved by default."""
+
+
+def default_spacing(case: CaseTree) -> Spacing:
+    """Return the spacing (dx, dy), m, of a case that gives none.
+
+    It resolves the contact, its stick zone, every wave, and the contacts of asperity tips as far as
+    `MOST_CELLS` allow. It is rounded down to two digits, which makes it readable and the same on
+    every machine.
+    """
+    coarse, fine = _of_contact_and_waves(case), needed_spacing(case)
+    half_widths = case.indenter.half_widths(case.hertz)
+    sides = math.prod(2 - is_even for is_even in case.even)
+    dx, dy = fine
+    # The second time for what the first has widened along one axis only.
+    for _ in range(2):
+        cells = sides * half_widths[0] * half_widths[1] / (dx * dy)
+        wider = math.sqrt(max(1.0, cells / MOST_CELLS))
+        dx, dy = min(coarse[0], wider * dx), min(coarse[1], wider * dy)
+    return rounded_down(dx), rounded_down(dy)
+
+
+def needed_spacing(case: CaseTree) -> Spacing:
+    """Return the spacing (dx, dy), m, that resolves what matters in a contact, at any cost."""
+    dx, dy = _of_contact_and_waves(case)
+    for (wide_x, wide_y), cells in zones_of_tip(case).values():
+        dx, dy = min(dx, wide_x / cells), min(dy, wide_y / cells)
+    return dx, dy
+
+
+def _of_contact_and_waves(case: CaseTree) -> Spacing:
+    """Spacing that resolves the contact, its stick zone and every wave.
+
+    Contact radius, stick radius and slip annulus are those of the smooth elastic sphere. A smooth
+    contact that yields does so in a narrow ring at the edge of stick, which asks for twice the
+    cells, and so does a rough one that is pressed flat. Wave lengths count along their own
+    direction, so dx and dy differ where the waves do.
+    """
+    radius, stick, tip = case.hertz_radius, case.stick_radius, tip_contact(case)
+    in_a_ring = math.isfinite(case.plastic_limit) and _closing_pressure(case) < case.hertz_pressure
+    across = CELLS_PER_YIELDING_CONTACT_RADIUS if in_a_ring else CELLS_PER_CONTACT_RADIUS
+    contact = min(
+        radius / across,
+        # A stick zone that grows needs no cells for what it was at first.
+        max(stick / CELLS_PER_STICK_RADIUS, 0.0 if case.force_is_held else radius / 128),
+        # Slip of tips that stick in part is seen on these.
+        (radius - stick) / (CELLS_PER_SLIP_ANNULUS_OF_TIPS if tip else CELLS_PER_SLIP_ANNULUS),
+    )
+    if case.loading.stroke:
+        is_line = case.indenter.is_line
+        contact = radius / (CELLS_PER_SLIDING_HALF_WIDTH if is_line else CELLS_PER_SLIDING_RADIUS)
+    # An elliptical contact is resolved alike along both of its axes.
+    wide = (each / radius * contact for each in case.indenter.half_widths(case.hertz))
+    fine = [[each / part.cells for each in part.finest] for part in case.surfaces.values()]
+    dx, dy = (min(each) for each in zip(wide, *fine, strict=True))
+    return dx, dy
+
+
+def _closing_pressure(case: CaseTree) -> float:
+    """Mean pressure E*·slope/2, Pa, that presses waves flat; zero where smooth.
+
+    Johnson, Greenwood and Higginson (1985), Int. J. Mech. Sci. 27, 383-396.
+    """
+    return 0.0 if case.rough is None else 0.5 * case.composite_modulus * case.rough.steepest
+
+
+def tip_contact(case: CaseTree) -> EllipticContact | None:
+    """Return the elastic contact of the tip in the middle under its share of the load.
+
+    None where there are no tips of known shape, or where they are pressed flat. The share is that
+    of the area that the tip stands for under the pressure of the smooth contact.
+    """
+    tip = None if case.rough is None or case.indenter.is_line else case.rough.tip
+    if tip is None or _closing_pressure(case) <= case.hertz_pressure:
+        return None
+    of_indenter, reach = 1.0 / case.indenter.curvature_radius, math.pi * case.hertz_radius
+    area = 0.5 * min(tip.apart_x, reach) * min(tip.apart_y, reach)
+    load = min(case.hertz_pressure * area, case.hertz.load)
+    radius_x, radius_y = (
+        1.0 / (tip.curvature_x + of_indenter),
+        1.0 / (tip.curvature_y + of_indenter),
+    )
+    return EllipticContact.of(radius_x, radius_y, load, case.composite_modulus)
+
+
+def zones_of_tip(case: CaseTree) -> dict[str, tuple[Spacing, float]]:
+    """Return widths, m, of what a tip asks cells for by its name, and how many it asks for.
+
+    These are its contact and, where bodies yield, the band that does at its edge of stick. In the
+    middle the pressure under P* is (1 − X)^(1/3) of that under P, and so is the load of a tip.
+    Where the tip itself is at the plastic limit, its contact carries its load at that pressure, and
+    its stick zone its reduced load.
+    """
+    contact = tip_contact(case)
+    if contact is None:
+        return {}
+    widened = max(1.0, contact.spread_radius(case.plastic_limit) / contact.contact_radius)
+    along_x, along_y = (widened * each for each in contact.half_widths)
+    zones = {"contact of a tip": ((2.0 * along_x, 2.0 * along_y), CELLS_ACROSS_TIP)}
+    if math.isfinite(case.plastic_limit):
+        share = math.cbrt(1.0 - min(case.tangential_ratio, 1.0))
+        round_one = HertzContact(contact.radius, contact.load, contact.composite_modulus)
+        band = LimitingState(round_one, 1.0 - share).width_above(case.plastic_limit)
+        part = min(band / contact.contact_radius, 1.0 - math.sqrt(share))
+        zones["band that yields"] = ((part * along_x, part * along_y), CELLS_ACROSS_YIELDING_BAND)
+    return zones
+
+
+def rounded_down(length: float) -> float:
+    """Return a length of two digits."""
+    unit = 10.0 ** (math.floor(math.log10(length)) - 1)
+    # The nudge keeps 0.5 um from becoming 0.49 um by the last bit of a division.
+    return float(f"{math.floor(length / unit * (1.0 + 1e-9)) * unit:.2g}")
