@@ -109,6 +109,48 @@ def test_a_round_punch_is_that_of_the_method_of_dimensionality_reduction(flat):
     assert at_depth.load == near(load, rel=1e-9)
 
 
+@pytest.mark.parametrize("flat", PUNCHES)
+def test_a_round_punch_is_moved_and_pressed_by_displacements(flat):
+    """P(c) = (1 − X) P and U = µκ (g(a) − g(c)), whichever of them is given."""
+    approach, _, sticks = PUNCHES[flat]
+    indenter, load = punch(flat)
+    deep = approach * RADIUS**2 / 10e-3
+    for ratio, stick in zip((0.2, 0.5, 0.8), sticks, strict=True):
+        moved = case(indenter, load).indenter.profile.depth(stick * RADIUS)
+        way = 0.5 * case(indenter, load).coupling * (deep - moved)
+        for pressed in (load, None):
+            held = {} if pressed else {"indentation": deep}
+            given = case(indenter, pressed, None, displacement_amplitude=way, **held)
+            state = first_loading(wear_problem(given, Rings))
+            assert 1 - state.reduced.load / state.load == near(ratio, rel=1e-4)
+            assert given.tangential_ratio == near(ratio, rel=1e-4)
+    begins = 0.5 * given.coupling * deep
+    assert given.loading.transition(0.5, given.coupling, given.hertz) == near(begins, rel=1e-5)
+
+
+def test_a_flat_punch_is_moved_over_the_slope_of_its_loop():
+    """U = µ [δ(P) − δ(P*)] + µ F (P − P*), F what C_t has beyond dδ/dP of the contact."""
+    indenter = {"kind": "flat_punch", "flat_half_width": "100 um", "edge_radius": "10 mm"}
+    given = case(
+        indenter,
+        20e3,
+        None,
+        displacement_ratio=0.6,
+        tangential_compliance="0.02 um/(N/mm)",
+    )
+    problem = wear_problem(given)
+    state = first_loading(problem)
+    stick = given.hertz.with_load(state.reduced.load)
+    way = given.hertz.approach - stick.approach
+    way += (2e-11 - given.hertz.compliance) * (given.hertz.load - stick.load)
+    assert 0.5 * way == near(given.displacement_amplitude, rel=1e-4)
+    assert given.displacement_amplitude == near(
+        0.3 * (given.hertz.approach + (2e-11 - given.hertz.compliance) * 20e3), rel=1e-9
+    )
+    found = measure(problem, state)
+    assert found.stick_half_width_x == near(stick.contact_radius, rel=1e-3)
+
+
 def punch(flat: float) -> tuple[dict[str, object], float]:
     """A punch, and the load under which its contact has the radius."""
     indenter = {"kind": "round_punch", "flat_radius": flat * RADIUS, "edge_radius": 10e-3}
@@ -188,8 +230,6 @@ def test_the_error_of_one_coupling_is_told_of_an_elongated_contact():
             "cylinder",
         ),
         ({"slip_model": "cattaneo_mindlin"}, "closed form of a sphere"),
-        ({"tangential_ratio": None, "displacement_amplitude": "1 um"}, "by forces only"),
-        ({"load": None, "indentation": "1 um"}, "by forces only"),
     ],
 )
 def test_what_an_indenter_cannot_be_asked_is_refused(changes, message):

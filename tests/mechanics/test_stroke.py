@@ -1,9 +1,11 @@
 """Line contacts that slide as a whole, over strokes long and short."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.integrate import trapezoid
 
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.line import Line, influence_of_cell
@@ -11,10 +13,12 @@ from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.loading import NormalLoad, SlidingAmplitude
 from fretwear.mechanics.materials import Coulomb, Course, ElasticBodies
 from fretwear.mechanics.measures import measure
+from fretwear.mechanics.roughness import BothRough, WavyRoughness
+from fretwear.mechanics.rubbing import Rubbing, positions
 from fretwear.mechanics.slip import ReducedContact, SlipModel
-from fretwear.mechanics.stroke import positions, slide
+from fretwear.mechanics.stroke import slide
 from fretwear.mechanics.surfaces import Cylinder
-from fretwear.mechanics.wear_laws import Archard, EnergyWear
+from fretwear.mechanics.wear_laws import Archard, EnergyWear, FallingCoefficient
 
 from .problems import P0, SPHERE, fretting
 
@@ -253,3 +257,51 @@ def test_debris_keeps_the_gap():
     *_, whole = slide(sliding(), (2000.0,), 0.002)
     assert half.opening.max() == pytest.approx(whole.opening.max(), rel=1e-4)
     assert half.wear.max() == pytest.approx(2.0 * whole.wear.max(), rel=1e-4)
+
+
+def test_wear_per_energy_falls_with_the_power_over_a_stroke():
+    """Each step wears K(φ) times load and path, φ by the contact in the mean over the stroke."""
+    each = {"slow": (2e-14, 4e-14), "fast": (0.5e-14, 1e-14)}
+    fast_cycles = 4 * 0.9 * LOAD * STROKE / (2 * A) * 10.0
+    law = EnergyWear(FallingCoefficient(**each, decay=1.0 / fast_cycles, frequency=10.0))
+    run = list(slide(sliding(wear_law=law), (1500.0,), 0.002))
+    path = 4.0 * STROKE * LOAD
+    rates, cycles, volumes = [], [], []
+    for state in run:
+        width = trapezoid((state.pressures > 0).sum(axis=1)[:, 0]) * A / 12
+        width /= len(state.pressures) - 1
+        power = 4 * 0.9 * LOAD * STROKE / width * 10.0
+        alpha = 1.5e-14 + 4.5e-14 * math.exp(-power / fast_cycles)
+        rates.append(0.9 * alpha * path)
+        cycles.append(state.cycle)
+        volumes.append(state.geometry.integral(state.wear))
+        assert state.geometry.integral(state.wear_flat) == pytest.approx(2 / 3 * volumes[-1])
+    # The wider the contact, the lower its power and the faster it wears.
+    assert rates[-1] > 1.3 * rates[0]
+    assert volumes[-1] == pytest.approx(trapezoid(rates, cycles), rel=0.02)
+
+
+def test_waves_of_the_flat_are_worn_off_over_a_stroke():
+    """Waves of either body stay on it; what is left in the end is the smooth scar and they."""
+    waves = WavyRoughness(0.1e-6, math.radians(1.0), 0.0)
+    width = 4 * waves.amplitude / math.tan(waves.slope_x)
+    fine = {"spacing": (width / 16, width / 16)}
+    *_, smooth = slide(sliding(**fine), (2000.0,))
+    rough = sliding(roughness=waves, **fine)
+    first, *_, last = slide(rough, (2000.0,))
+    assert first.pressure.max() > 2 * smooth.pressure.max()
+    path = 4.0 * STROKE * LOAD * 2000.0
+    assert last.geometry.integral(last.wear) == pytest.approx((INDENTER + FLAT) * path, rel=1e-9)
+    # The flat loses its waves where it wears, and they lie about the smooth scar.
+    x = last.geometry.x
+    inside = x < 0.6 * x[smooth.wear_flat[:, 0] > 0].max()
+    height = waves.height(x, 0.0) + waves.amplitude
+    flat = np.interp(x, smooth.geometry.x, smooth.wear_flat[:, 0])
+    left = last.wear_flat[:, 0] + height - flat
+    assert np.ptp(left[inside]) < 0.25 * np.ptp(height)
+    # Both bodies rough: that of the indenter moves with it.
+    pressed = Rubbing(replace(rough, roughness=BothRough(waves, waves)), (60, 1))
+    for place, shape in zip(pressed.places, pressed.shapes, strict=True):
+        both = waves.height(pressed.x, 0.0) + waves.height(pressed.x - place, 0.0)
+        expected = CYLINDER.gap(pressed.x - place, 0.0) + both
+        np.testing.assert_allclose(shape, expected, rtol=1e-12)

@@ -181,7 +181,19 @@ SLIDING = {
         ),
         (
             {"indenter": {"kind": "sphere", "radius": "6 mm"}, "load": "50 N", "roughness": WAVES},
-            ("roughness", "over which bodies are smooth"),
+            ("roughness", "resolved all over the scar", "take a cylinder"),
+        ),
+        (
+            {
+                "wear_coefficient": None,
+                "energy_wear_coefficient": {
+                    "slow": "5e-4 mm^3/J",
+                    "fast": "1e-4 mm^3/J",
+                    "decay": "11 mm^2/W",
+                    "frequency": "10 Hz",
+                },
+            },
+            ("each wears in a place of its own", "write slow: [value of the indenter"),
         ),
         (
             {"cycles": None, "blocks": [{"cycles": 9}, {"cycles": 9, "tangential_ratio": 0.5}]},

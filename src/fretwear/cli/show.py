@@ -297,17 +297,14 @@ def _unworn(dataset: xr.Dataset) -> dict[str, float]:
     slid = energy = 0.0
     if stroke := case.loading.stroke:
         slid, energy = stroke, 4.0 * friction * hertz.load * stroke
-    elif case.tangential_ratio >= 1.0 and is_hertzian:
+    elif case.tangential_ratio >= 1.0:
         # The rig takes up µP/S of the displacement, or the bodies of a cylinder.
         slid = case.displacement_amplitude - friction * hertz.load * case.loading.flexibility(hertz)
-        energy = gross_slip_energy(hertz, friction, coupling, slid)
+        if is_hertzian:
+            energy = gross_slip_energy(hertz, friction, coupling, slid)
     if slid:
-        return found | {
-            "stick_half_width_x": 0.0,
-            "stick_area": 0.0,
-            "tangential_displacement": slid,
-            "dissipated_energy": energy,
-        }
+        found |= {"stick_half_width_x": 0.0, "stick_area": 0.0, "tangential_displacement": slid}
+        return found | ({"dissipated_energy": energy} if energy else {})
     # By Ciavarella and Jäger stick is the contact of the same bodies under P*.
     stick = hertz.with_load(case.stick_load)
     found["stick_area"] = stick.load / stick.mean_pressure

@@ -205,6 +205,7 @@ class HeightMapIndenter(_Map, Indenter):
     kind: Literal["height_map"] = "height_map"
 
     is_hertzian: ClassVar[bool] = False
+    has_closed_form: ClassVar[bool] = False
 
     def gap(self, x: Array, y: Array) -> Array:
         """Apex less height, m."""

@@ -10,16 +10,8 @@ contacts, one for each of some positions ξ of the indenter, of one shape
 ⟨⟩ the mean over the stroke from −s to s, 4s the path of a cycle. A cycle is the same to and fro and
 on either side, so half of the positions tell all; the contact at one of them is even along y only.
 
-A step is implicit, TR-BDF2 as in `fretwear.mechanics.integrator`. The pressures of a stage are a
-minimum of
-
-    Σ ω [½ (p, K p) + (h, p)] + ½ c₁ ∫⟨p⟩₁² + ½ c₂ ∫⟨p⟩₂²   under   p ≥ 0,  ∫p = P at each position:
-
-wear that positions share couples them symmetrically and adds to a sum of positive definite forms,
-so a stage is one strictly convex problem. It is solved as one: on given sets of cells in contact,
-the pressures are eliminated position by position, which leaves a positive definite system for the
-wear alone, and cells change sides until each has pressure or a gap. Cells at the plastic limit bear
-it, and what still penetrates there is flow, half of it of each body: the most over all positions.
+A step is implicit, TR-BDF2 as in `fretwear.mechanics.integrator`, and its stages are solved as one
+problem each by `fretwear.mechanics.rubbing`.
 """
 
 from __future__ import annotations
@@ -31,14 +23,12 @@ from math import ceil, inf
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.geometry import Array, Mask, Workspace
-from fretwear.mechanics.geometry.grid import Grid, influence_coefficients
-from fretwear.mechanics.geometry.line import Line, influence_of_cell
+from fretwear.mechanics.geometry.line import Line
 from fretwear.mechanics.integrator import WearError
-from fretwear.mechanics.loading import SMALL_STROKE
+from fretwear.mechanics.rubbing import MARGIN, Contacts, Rubbing, positions
 from fretwear.mechanics.slip import ReducedContact
 from fretwear.mechanics.state import State, WearProblem
 from fretwear.mechanics.tr_bdf2 import (
@@ -53,14 +43,10 @@ from fretwear.mechanics.tr_bdf2 import (
     step_after,
     step_towards,
 )
-from fretwear.theory import LineContact
 
-LEAST_POSITIONS = 8
-_POSITIONS_PER_HALF_WIDTH = 2.0
-_MARGIN = 6
 _GROWTH = 1.2
 _FIRST_STEP = 0.1
-_LARGEST_SWEEPS = 60
+_BEYOND = (1.0 - GAMMA) / GAMMA
 _OF_BODIES = (
     "wear_indenter",
     "wear_flat",
@@ -69,23 +55,6 @@ _OF_BODIES = (
     "flow_indenter",
     "flow_flat",
 )
-# Cells touch where the gap is below this part of the approach.
-_CLOSED = 1e-10
-
-
-def positions(problem: WearProblem) -> tuple[Array, Array]:
-    """Positions of the indenter from the middle of the stroke to its end, m, and their weights.
-
-    Those of the trapezoidal rule over the stroke; the weight of one and its image is twice that.
-    """
-    amplitude, half_width = problem.loading.stroke, problem.indenter.half_widths(problem.hertz)[0]
-    if amplitude <= SMALL_STROKE * half_width:
-        return np.zeros(1), np.full(1, 0.5)
-    wanted = max(LEAST_POSITIONS / 2, _POSITIONS_PER_HALF_WIDTH * amplitude / half_width)
-    count = ceil(wanted)
-    weights = np.full(count + 1, 0.5 / count)
-    weights[[0, -1]] *= 0.5
-    return np.linspace(0.0, amplitude, count + 1), weights
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -149,222 +118,6 @@ class StrokeState(State):
         )
 
 
-@dataclass(frozen=True)
-class _Contacts:
-    """The contacts of a stage at all positions.
-
-    Attributes
-    ----------
-    pressures
-        Pa, shape (positions, cells).
-    closed, capped
-        Cells in contact, and those of them at the plastic limit.
-    means
-        Over the stroke, of each value of the flat and the indenter, Pa.
-    flow
-        How far each of them sinks where the pressure is at the limit, m.
-    """
-
-    pressures: Array
-    closed: Mask
-    capped: Mask
-    means: Array
-    flow: Array
-
-
-class _Rubbing:
-    """The contacts of a stroke on equal cells.
-
-    Bodies are even along both axes, so wear has a value for each cell of the quarter, while a
-    contact off the middle of the stroke needs both sides along x. Between cells, the wear of the
-    indenter is linear; what it takes from the pressure is the transpose of that.
-
-    Parameters
-    ----------
-    problem
-        What slides.
-    shape
-        Cells of the quarter along x and y; one along y in a line contact.
-    """
-
-    def __init__(self, problem: WearProblem, shape: tuple[int, int]) -> None:
-        from scipy.sparse import csr_matrix
-
-        self.load, self.limit = problem.hertz.load, problem.limit
-        half, self.rows = shape
-        count, spacing = 2 * half, problem.spacing
-        self.places, self.weights = positions(problem)
-        modulus = problem.bodies.composite_modulus
-        # Displacement by the distance along x, and the row of either cell.
-        if problem.geometry is Line:
-            hertz = problem.hertz
-            assert isinstance(hertz, LineContact)
-            edges = tuple(float(each) for each in np.arange(half + 1) * spacing[0])
-            self.geometry: Any = Line(edges, hertz.reference)
-            column = influence_of_cell(count, spacing[0], hertz.reference, modulus)
-            self.influence = column[:, None, None]
-            self.area, self.y = spacing[0], np.zeros(1)
-        else:
-            self.geometry = Grid(shape, spacing)
-            love = influence_coefficients((count, 2 * self.rows), spacing, modulus)
-            row = np.arange(self.rows)
-            here, image = abs(row[:, None] - row), row[:, None] + row + 1
-            self.influence = love[:, here] + love[:, image]
-            self.area, self.y = 2.0 * spacing[0] * spacing[1], self.geometry.y
-        self._transform = np.fft.rfft(
-            np.concatenate([self.influence, self.influence[:1], self.influence[:0:-1]]), axis=0
-        )
-        self.x = (np.arange(count) - half + 0.5) * spacing[0]
-        self.cells, values = count * self.rows, half * self.rows
-        self.shapes = [
-            np.broadcast_to(
-                problem.indenter.gap((self.x - place)[:, None], self.y[None, :]),
-                (count, self.rows),
-            ).ravel()
-            for place in self.places
-        ]
-        # One row a cell, one column a value of the flat's wear, then of the indenter's.
-        self.worn = []
-        along, row = np.divmod(np.arange(self.cells), self.rows)
-        x = self.x[along]
-        for place in self.places:
-            at = np.abs(x - place) / spacing[0] - 0.5
-            lower = np.floor(at).astype(int)
-            part = at - lower
-            columns = [np.floor(np.abs(x) / spacing[0]).astype(int) * self.rows + row]
-            columns += [
-                values + np.clip(each, 0, half - 1) * self.rows + row for each in (lower, lower + 1)
-            ]
-            inside = np.abs(x - place) < half * spacing[0]
-            shares = np.concatenate([np.ones(x.size), (1.0 - part) * inside, part * inside])
-            where = np.tile(np.arange(x.size), 3), np.concatenate(columns)
-            self.worn.append(csr_matrix((shares, where), shape=(x.size, 2 * values)))
-        self._inverses: dict[bytes, tuple[Array, Array]] = {}
-
-    def displacement(self, pressure: Array) -> Array:
-        """Of all cells, m, under a pressure, Pa."""
-        field = pressure.reshape(-1, self.rows)
-        waves = np.fft.rfft(field, self.influence.shape[0] * 2, axis=0)
-        moved = np.fft.irfft(np.einsum("kij,kj->ki", self._transform, waves), axis=0)
-        result: Array = moved[: field.shape[0]].ravel()
-        return result
-
-    def _matrix(self, cells: NDArray[np.intp], others: NDArray[np.intp]) -> Array:
-        """Displacement of some cells under a unit pressure on others, m/Pa."""
-        along, row = np.divmod(cells, self.rows)
-        other_along, other_row = np.divmod(others, self.rows)
-        apart = np.abs(along[:, None] - other_along)
-        found: Array = self.influence[apart, row[:, None], other_row]
-        return found
-
-    def _compliance(self, cells: NDArray[np.intp]) -> tuple[Array, Array]:
-        """Pressure of no load for a unit displacement of each cell, and that of unit load."""
-        from scipy.linalg.lapack import dpotrf, dpotri
-
-        # It does not depend on where along x the cells lie.
-        key = (cells - cells[0] // self.rows * self.rows).tobytes()
-        if key in self._inverses:
-            return self._inverses[key]
-        # Cholesky's factors take half the time of a general inverse.
-        factor, _ = dpotrf(self._matrix(cells, cells), lower=True, overwrite_a=True)
-        lower, _ = dpotri(factor, lower=True, overwrite_c=True)
-        inverse = np.tril(lower) + np.tril(lower, -1).T
-        flat = inverse.sum(axis=1)
-        total = flat.sum()
-        found = inverse - np.outer(flat, flat) / total, flat / (total * self.area)
-        if len(self._inverses) > self.places.size:
-            del self._inverses[next(iter(self._inverses))]
-        self._inverses[key] = found
-        return found
-
-    def solve(
-        self, opening: Array, compliance: Array, closed: Mask, capped: Mask | None = None
-    ) -> _Contacts:
-        """The contacts of all positions.
-
-        Parameters
-        ----------
-        opening
-            What is worn off the flat and the indenter before, or has sunk, m, shape (values,).
-        compliance
-            What this stage wears off for its mean pressure, m/Pa, shape (values,); not negative.
-        closed, capped
-            First guess of the cells in contact, and at the limit, shape (positions, cells).
-
-        Raises
-        ------
-        ContactError
-            If the cells in contact do not settle.
-        """
-        from scipy.linalg import cho_factor, cho_solve
-
-        if capped is None:
-            capped = np.zeros_like(closed)
-        shapes = [
-            shape + worn @ opening for shape, worn in zip(self.shapes, self.worn, strict=True)
-        ]
-        for _ in range(_LARGEST_SWEEPS):
-            parts, touched = [], np.zeros(opening.size, np.bool_)
-            for shape, worn, inside, full in zip(shapes, self.worn, closed, capped, strict=True):
-                free, held = np.flatnonzero(inside & ~full), np.flatnonzero(full)
-                left = self.load - self.limit * self.area * held.size if held.size else self.load
-                if not free.size or left <= 0.0:
-                    raise ContactError("the contact is at the plastic limit all over")
-                inverse, carrying = self._compliance(free)
-                height = shape[free]
-                if held.size:
-                    height = height + self._matrix(free, held).sum(axis=1) * self.limit
-                pressure = np.where(full, self.limit, 0.0) if held.size else np.zeros(inside.size)
-                pressure[free] = left * carrying - inverse @ height
-                parts.append((free, inverse, worn[free], pressure))
-                touched[worn[free].indices] = True
-            values = np.flatnonzero(touched)
-            root = np.sqrt(compliance[values])
-            matrix, right = np.eye(values.size), np.zeros(values.size)
-            for weight, worn, (_, inverse, own, pressure) in zip(
-                self.weights, self.worn, parts, strict=True
-            ):
-                seen = own[:, values]
-                stiff = seen.T @ (seen.T @ inverse).T
-                matrix += weight * root[:, None] * stiff * root
-                right += weight * root * (worn.T @ pressure)[values]
-            factors = cho_factor(matrix, lower=True, overwrite_a=True, check_finite=False)
-            worn_now = compliance * sum(
-                weight * (worn.T @ part[-1])
-                for weight, worn, part in zip(self.weights, self.worn, parts, strict=True)
-            )
-            worn_now[values] = root * cho_solve(factors, right, check_finite=False)
-            pressures = np.zeros(closed.shape)
-            now_closed, now_capped = closed.copy(), capped.copy()
-            flow = np.zeros(opening.size)
-            for row, (free, inverse, own, pressure) in enumerate(parts):
-                pressure[free] -= inverse @ (own @ worn_now)
-                pressures[row] = pressure
-                gap = self.displacement(pressure) + shapes[row] + self.worn[row] @ worn_now
-                approach = gap[free].mean()
-                now_closed[row] = np.where(
-                    closed[row], pressure > 0, gap < (1.0 - _CLOSED) * approach
-                )
-                sunk = approach - gap
-                now_capped[row] = np.where(capped[row], sunk > 0.0, pressure > self.limit)
-                if capped[row].any():
-                    sinking = self.worn[row][np.flatnonzero(capped[row])].tocoo()
-                    depth = sunk[capped[row]][sinking.row]
-                    np.maximum.at(flow, sinking.col, 0.5 * depth * (sinking.data > 0.0))
-            if np.array_equal(now_closed, closed) and np.array_equal(now_capped, capped):
-                parts_of = zip(self.weights, self.worn, pressures, strict=True)
-                means = np.sum([w * (worn.T @ p) for w, worn, p in parts_of], axis=0)
-                return _Contacts(pressures, closed, capped, means, flow)
-            closed, capped = now_closed, now_capped
-        raise ContactError("the cells in contact over the stroke do not settle")
-
-    def reaches_border(self, closed: Mask) -> tuple[bool, bool]:
-        """Whether a contact comes near an end of the cells along x, and along y."""
-        field = closed.reshape(len(closed), -1, self.rows)
-        ends = field[:, :_MARGIN].any() or field[:, -_MARGIN:].any()
-        return bool(ends), self.rows > 1 and bool(field[:, :, -_MARGIN:].any())
-
-
 def slide(
     problem: WearProblem,
     stops: Sequence[float],
@@ -404,7 +157,7 @@ class _Slider:
         shape = (0, 0) if start is None else start.geometry.shape
         if anew:
             shape = self._first_shape(shape)
-        self.rubbing = _Rubbing(problem, shape)
+        self.rubbing = Rubbing(problem, shape)
         if start is not None:
             self.state = start.on(self.workspace, self.rubbing.geometry)
         if anew:
@@ -415,17 +168,28 @@ class _Slider:
         reach = problem.extent[0] + float(positions(problem)[0][-1])
         extent = [reach, problem.extent[1]]
         cells = [
-            max(was, ceil(far / size) + 2 * _MARGIN)
+            max(was, ceil(far / size) + 2 * MARGIN)
             for was, far, size in zip(least, extent, problem.spacing, strict=True)
         ]
         return cells[0], 1 if problem.geometry is Line else cells[1]
 
-    def rates(self, cycle: float) -> Array:
-        """Wear depth of indenter and flat per mean pressure and cycle, m/Pa."""
-        problem = self.problem.at(cycle)
-        shares = np.array(problem.wear_law.shares or (1.0, 0.0))
-        result: Array = 4.0 * problem.loading.stroke * problem.wear_coefficient * shares
+    def rates(self, cycle: float, energy_density: float = 0.0) -> Array:
+        """Wear depth of indenter and flat per mean pressure and cycle, m/Pa.
+
+        ``energy_density`` is the energy per cycle and area of contact, J/m².
+        """
+        shares = np.array(self.problem.wear_law.shares or (1.0, 0.0))
+        coefficient = self.problem.at(cycle, energy_density).wear_coefficient
+        result: Array = 4.0 * self.problem.loading.stroke * coefficient * shares
         return result
+
+    def energy_density(self, cycle: float, pressures: Array) -> float:
+        """Energy per cycle and area of contact, J/m², in the mean over the stroke."""
+        problem, rubbing = self.problem.at(cycle), self.rubbing
+        closed = (pressures > 0).reshape(len(pressures), -1).sum(axis=1)
+        area = 2.0 * rubbing.area * float(rubbing.weights @ closed)
+        force = problem.friction.coefficient * problem.hertz.load
+        return 4.0 * force * problem.loading.stroke / area
 
     @cached_property
     def kept(self) -> float:
@@ -433,7 +197,7 @@ class _Slider:
         return 1.0 - self.problem.debris_fraction
 
     def _opening(self, worn: Array, flow: Array) -> Array:
-        """What is worn off the flat and the indenter or has sunk, as `_Rubbing` has it, m."""
+        """What is worn off the flat and the indenter or has sunk, as `Rubbing` has it, m."""
         both: Array = (self.kept * worn + flow)[::-1].ravel()
         return both
 
@@ -483,7 +247,7 @@ class _Slider:
                 )
             try:
                 last, worn, flow, error = self._stages(step)
-            except ContactError as problem:
+            except (ContactError, np.linalg.LinAlgError) as problem:
                 wanted, trouble = 0.5 * step, str(problem)
                 continue
             if any(sides := self.rubbing.reaches_border(last.closed)):
@@ -505,26 +269,34 @@ class _Slider:
             )
             return self.state
 
-    def _stages(self, step: float) -> tuple[_Contacts, Array, Array, float]:
+    def _stages(self, step: float) -> tuple[Contacts, Array, Array, float]:
         """The contacts at the end of a step, wear and flow of both bodies, the error estimate."""
         base, rubbing = self.state, self.rubbing
+        # A run that resumes here has no inverses of earlier steps either.
+        rubbing.inverses.clear()
         worn, flow = _worn(base), _flow(base)
         started = np.stack([base.rate_indenter, base.rate_flat])
 
         def stage(
-            known: Array, flow: Array, cycle: float, closed: Mask, capped: Mask | None
-        ) -> tuple[_Contacts, Array]:
-            rates = self.rates(min(cycle, self.problem.end))
+            known: Array, flow: Array, cycle: float, energy_density: float, closed: Mask
+        ) -> tuple[Contacts, Array]:
+            rates = self.rates(cycle, energy_density)
             softness = np.repeat(self.kept * DIAGONAL * step * rates[::-1], worn[0].size)
-            found = rubbing.solve(self._opening(known, flow), softness, closed, capped)
+            found = rubbing.solve(self._opening(known, flow), softness, closed)
             return found, rates[:, None, None] * self._by_body(found.means)
 
         closed = (base.pressures > 0).reshape(len(base.pressures), -1)
-        middle, end = base.cycle + GAMMA * step, base.cycle + step
-        first, between = stage(worn + DIAGONAL * step * started, flow, middle, closed, None)
+        middle, end = base.cycle + GAMMA * step, min(base.cycle + step, self.problem.end)
+        # The wear coefficient of a stage, where it follows the power, lags behind by a stage.
+        density = self.energy_density(base.cycle, base.pressures)
+        known = worn + DIAGONAL * step * started
+        first, between = stage(known, flow, middle, density, closed)
+        reached = self.energy_density(middle, first.pressures)
+        between *= (self.rates(middle, reached) / self.rates(middle, density))[:, None, None]
         flow = flow + self._by_body(first.flow)
         known = worn + WEIGHT * step * (started + between)
-        second, ended = stage(known, flow, end, first.closed, None)
+        ahead = max(0.0, reached + _BEYOND * (reached - density))
+        second, ended = stage(known, flow, end, ahead, first.closed)
         flow = flow + self._by_body(second.flow)
         rates = (started, between, ended)
         worn = worn + step * sum(weight * rate for weight, rate in zip(MAIN, rates, strict=True))
@@ -537,7 +309,7 @@ class _Slider:
         self,
         cycle: float,
         following: float,
-        found: _Contacts,
+        found: Contacts,
         worn: Array,
         flow: Array,
         *,
@@ -559,7 +331,8 @@ class _Slider:
         slip = problem.loading.stroke / (problem.friction.coefficient * problem.coupling)
         nothing = np.zeros(geometry.shape)
         reduced = ReducedContact(nothing, np.full(geometry.shape, slip), approach - slip, load=0.0)
-        rates = self.rates(cycle)[:, None, None] * self._by_body(found.means)
+        density = self.energy_density(cycle, pressures)
+        rates = self.rates(cycle, density)[:, None, None] * self._by_body(found.means)
         return StrokeState(
             cycle=cycle,
             geometry=geometry,
@@ -592,7 +365,7 @@ class _Slider:
         shape = [
             ceil(_GROWTH * count) if side else count for count, side in zip(old, sides, strict=True)
         ]
-        self.rubbing = _Rubbing(self.problem, (shape[0], shape[1]))
+        self.rubbing = Rubbing(self.problem, (shape[0], shape[1]))
         if state is not None:
             self.state = state.on(self.workspace, self.rubbing.geometry)
 

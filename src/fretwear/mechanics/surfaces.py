@@ -51,6 +51,8 @@ class Indenter(Part):
         would just do.
     is_hertzian
         Whether its smooth contact is one of Hertz's theory.
+    has_closed_form
+        Whether its smooth contact is known before a run, not only its scales.
     is_line
         Whether the contact is a strip in plane strain: loads are per length, N/m.
     extent_words
@@ -63,6 +65,7 @@ class Indenter(Part):
     detail: ClassVar[str] = "detail"
     cells: ClassVar[int] = 16
     is_hertzian: ClassVar[bool] = True
+    has_closed_form: ClassVar[bool] = True
     is_line: ClassVar[bool] = False
     extent_words: ClassVar[str] = "radius"
     smooth: ClassVar[type[HertzContact | LineContact]] = HertzContact

@@ -33,23 +33,49 @@ class OfBodies(PerBody):
             yield name, self, value
 
 
+def _total(value: float | tuple[float, float]) -> float:
+    return sum(value) if isinstance(value, tuple) else value
+
+
+def _shares(value: float | tuple[float, float]) -> tuple[float, float] | None:
+    if not isinstance(value, tuple):
+        return None
+    return value[0] / sum(value), value[1] / sum(value)
+
+
 @dataclass(frozen=True)
 class FallingCoefficient:
     """Wear per energy that falls with the density φ of friction power: (α₀ − α₁) e^(−εφ) + α₁."""
 
     slow: Annotated[
-        float, Quantity("Pa-1", "$α_0$", "wear per energy at low power", "mm^3/J", above=0.0)
+        float | tuple[float, float],
+        OfBodies("Pa-1", "$α_0$", "wear per energy at low power", "mm^3/J", above=0.0),
     ]
     fast: Annotated[
-        float, Quantity("Pa-1", "$α_1$", "wear per energy at high power", "mm^3/J", above=0.0)
+        float | tuple[float, float],
+        OfBodies("Pa-1", "$α_1$", "wear per energy at high power", "mm^3/J", above=0.0),
     ]
     decay: Annotated[float, Quantity("m2 W-1", "$ε$", "decay with power", "mm^2/W", above=0.0)]
     frequency: Annotated[float, Quantity("s-1", "$f$", "frequency", "Hz", above=0.0)]
 
     def at(self, energy_density: float) -> float:
-        """α, 1/Pa, at so much energy per cycle and area of contact, J/m²."""
+        """α, 1/Pa, of both bodies at so much energy per cycle and area of contact, J/m²."""
         fading = math.exp(-self.decay * self.frequency * energy_density)
-        return (self.slow - self.fast) * fading + self.fast
+        slow, fast = _total(self.slow), _total(self.fast)
+        return (slow - fast) * fading + fast
+
+    @property
+    def problem(self) -> tuple[str, str] | None:
+        """The parts of the bodies are the same at any power: a rule that is broken, and a hint."""
+        low, high = _shares(self.slow), _shares(self.fast)
+        if low is None and high is None:
+            return None
+        if low is None or high is None or not math.isclose(low[0], high[0], rel_tol=1e-6):
+            rule = (
+                "must have parts of the bodies, [indenter, flat], that are alike in slow and fast"
+            )
+            return rule, "slow: [2.55e-4 mm^3/J, 2.55e-4 mm^3/J], fast: [5e-5 mm^3/J, 5e-5 mm^3/J]"
+        return None
 
 
 @dataclass(frozen=True)
@@ -76,7 +102,10 @@ class PerEnergy(OfBodies):
                 raise QuantityError(
                     f"has {name} = {value[name]} that {error.rule}", error.hint
                 ) from error
-        return FallingCoefficient(**read)
+        found = FallingCoefficient(**read)
+        if found.problem is not None:
+            raise QuantityError(*found.problem)
+        return found
 
     def schema(self) -> dict[str, Any]:
         """JSON Schema of the value in a study file."""
@@ -91,14 +120,17 @@ class PerEnergy(OfBodies):
 
     def canonical(self, value: Any) -> Any:
         """Return the value, both, or the mapping."""
-        return vars(value) if isinstance(value, FallingCoefficient) else super().canonical(value)
+        if not isinstance(value, FallingCoefficient):
+            return super().canonical(value)
+        known = declared(FallingCoefficient).items()
+        return {name: about.canonical(getattr(value, name)) for name, about in known}
 
     def coordinates(self, name: str, value: Any) -> Iterator[tuple[str, Parameter, float | str]]:
         """Yield what `OfBodies` does, or each value of the mapping."""
         if isinstance(value, FallingCoefficient):
-            yield name, self, value.slow
+            yield name, self, _total(value.slow)
             for each, about in declared(FallingCoefficient).items():
-                yield f"{name}_{each}", about, getattr(value, each)
+                yield from about.coordinates(f"{name}_{each}", getattr(value, each))
         else:
             yield from super().coordinates(name, value)
 
@@ -127,12 +159,6 @@ class WearLaw(Part):
         return ""
 
 
-def _shares(value: float | tuple[float, float]) -> tuple[float, float] | None:
-    if not isinstance(value, tuple):
-        return None
-    return value[0] / sum(value), value[1] / sum(value)
-
-
 @dataclass(frozen=True)
 class Archard(WearLaw):
     """Archard (1953), J. Appl. Phys. 24, 981-988: the coefficient is a constant."""
@@ -154,8 +180,7 @@ class Archard(WearLaw):
     def coefficient(self, friction: Friction, energy_density: float = 0.0) -> float:
         """K_w, 1/Pa."""
         del friction, energy_density
-        value = self.wear_coefficient
-        return sum(value) if isinstance(value, tuple) else value
+        return _total(self.wear_coefficient)
 
     @property
     def shares(self) -> tuple[float, float] | None:  # type: ignore[override]
@@ -196,10 +221,10 @@ class EnergyWear(WearLaw):
         value = self.energy_wear_coefficient
         if isinstance(value, FallingCoefficient):
             value = value.at(energy_density)
-        return (sum(value) if isinstance(value, tuple) else value) * friction.coefficient
+        return _total(value) * friction.coefficient
 
     @property
     def shares(self) -> tuple[float, float] | None:  # type: ignore[override]
         """Parts of indenter and flat in the wear."""
         value = self.energy_wear_coefficient
-        return None if isinstance(value, FallingCoefficient) else _shares(value)
+        return _shares(value.slow if isinstance(value, FallingCoefficient) else value)

@@ -10,7 +10,12 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from fretwear.mechanics.loading import SMALL_STROKE, Displacement, TangentialRatio
+from fretwear.mechanics.loading import (
+    SMALL_STROKE,
+    Displacement,
+    DisplacementRatio,
+    TangentialRatio,
+)
 from fretwear.study.problems import Problem
 from fretwear.study.tree import CaseTree, cell_text, members
 from fretwear.units import LENGTH, PRESSURE, Force, PerLength, force_text, format_quantity
@@ -273,16 +278,15 @@ def _bodies_wear_apart(case: CaseTree) -> Problem | None:
     """Where bodies are seen to move, what is worn off one of them moves with it."""
     law = case.wear_law
     seen = case.loading.stroke > SMALL_STROKE * case.hertz_radius
-    if case.loading.stroke and law.follows_power:
-        rule = "falls with the power of friction, which sliding_amplitude does not allow for"
-        return Problem(next(iter(law.parameters())), None, rule, "write one value for each body")
     if not seen or law.shares is not None:
         return None
     name = next(iter(law.parameters()))
     value = getattr(law, name)
     text = law.parameters()[name].text(value)
     rule = "is that of both bodies, but over a stroke each wears in a place of its own"
-    return Problem(name, text, rule, f"write {name}: [value of the indenter, value of the flat]")
+    pair = "[value of the indenter, value of the flat]"
+    hint = f"write slow: {pair}, fast: {pair}" if law.follows_power else f"write {name}: {pair}"
+    return Problem(name, text, rule, hint)
 
 
 def _scar_is_small(case: CaseTree) -> Problem | None:
@@ -306,13 +310,18 @@ def _scar_is_small(case: CaseTree) -> Problem | None:
     return Problem(case.loading.kind, stroke, rule, "lower it, the cycles or the wear coefficients")
 
 
-def _others_need_forces(case: CaseTree) -> Problem | None:
-    """Loads of a contact that is none of Hertz's do not follow the power law of his."""
-    if case.indenter.is_hertzian or (case.normal.holds_load and case.loading.is_force):
+def _map_has_no_closed_form(case: CaseTree) -> Problem | None:
+    """What counts in units of the smooth contact needs one that is known before the run."""
+    if case.indenter.has_closed_form:
         return None
-    part = case.normal if not case.normal.holds_load else case.loading
-    rule = f"cannot be given of a {case.indenter.kind}, which is pressed and moved by forces only"
-    return Problem(part.kind, None, rule, "write load, and tangential_ratio or tangential_load")
+    kind = case.indenter.kind
+    if not case.normal.holds_load:
+        rule = f"cannot be given of a {kind}, whose smooth contact is not known before the run"
+        return Problem(case.normal.kind, None, rule, "write load: 50 N")
+    if not isinstance(case.loading, DisplacementRatio):
+        return None
+    rule = f"is in units of what slides a smooth contact as a whole; of a {kind} that is not known"
+    return Problem(case.loading.kind, None, rule, "write displacement_amplitude: 1 um")
 
 
 def _sphere_slip_needs_a_sphere(case: CaseTree) -> Problem | None:
@@ -324,13 +333,20 @@ def _sphere_slip_needs_a_sphere(case: CaseTree) -> Problem | None:
 
 
 def _line_is_straight(case: CaseTree) -> Problem | None:
-    """A line contact is the same all along y, and even along x; over a stroke it is smooth."""
+    """A line contact is the same all along y, and even along x; others are smooth over a stroke."""
     for name, part in case.surfaces.items():
         if not (case.indenter.is_line or case.loading.stroke) or name == "indenter":
             continue
-        if case.loading.stroke:
-            rule = "does not go with sliding_amplitude, over which bodies are smooth"
-            return Problem(name, part.kind, rule, f"write {name}: none")
+        if not case.indenter.is_line:
+            rule = (
+                "does not go with sliding_amplitude: waves that pass each other would have to be "
+                "resolved all over the scar at every position of the stroke"
+            )
+            hint = f"write {name}: none, or take a cylinder, of which a strip tells all"
+            return Problem(name, part.kind, rule, hint)
+        if case.loading.stroke and name == "counterface" and case.roughness is None:
+            rule = "is of the indenter where the flat is rough too"
+            return Problem(name, part.kind, rule, "write it as roughness, which is of the flat")
         if not (part.even[0] and math.isinf(part.finest[1])):
             kind = case.indenter.kind
             rule = f"cannot be on a {kind}: a line contact is even along x and the same along y"
@@ -365,7 +381,7 @@ RULES: tuple[Rule, ...] = (
         _scar_is_small,
     ),
     Rule(frozenset({"indenter", "loading", "roughness", "counterface"}), _line_is_straight),
-    Rule(frozenset({"indenter", "normal", "loading"}), _others_need_forces),
+    Rule(frozenset({"indenter", "normal", "loading"}), _map_has_no_closed_form),
     Rule(frozenset({"indenter", "slip_model"}), _sphere_slip_needs_a_sphere),
     Rule(frozenset({"indenter", "roughness", "counterface"}), _surfaces_are_sound),
     Rule(frozenset({"tangential_ratio"}), _ratio_slides),
