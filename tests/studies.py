@@ -38,6 +38,21 @@ def steel(**changes: object) -> Case:
     return Case(**(given | changes))
 
 
+def two_loads(**sections: object) -> dict[str, object]:
+    """The content of a small sound study of two loads, as plain values."""
+    vary = {"load": ["25 N", "50 N"]}
+    return {"title": "Two loads", "base": base(), "vary": vary, **sections}
+
+
+class HandClock:
+    """A clock that stands still until it is set."""
+
+    now = 0.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
 def refusal(**changes: object) -> str:
     """Why a steel sphere with these changes is no case."""
     with pytest.raises(CaseError) as caught:
@@ -57,6 +72,13 @@ def write_study(file: Path, content: object) -> Path:
     text = content if isinstance(content, str) else yaml.safe_dump(content, sort_keys=False)
     file.write_text(text, encoding="utf-8")
     return file
+
+
+def flip(path: Path) -> None:
+    """Change a bit in the middle of a file."""
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes(content)
 
 
 def run_study(study: Study, folder: Path, case_ids: Iterable[str] | None = None) -> None:

@@ -96,12 +96,3 @@ def test_the_python_of_the_readme_runs(number, coarse_demo, monkeypatch, capsys)
     monkeypatch.chdir(coarse_demo)
     exec(compile(blocks("python")[number], "README.md", "exec"), {})
     assert "nan" not in capsys.readouterr().out
-
-
-def test_what_the_readme_points_to_is_there():
-    targets = re.findall(r"\]\(([^)]+)\)", README)
-    assert "docs/images/overview.png" in targets
-    for target in targets:
-        assert (REPOSITORY / target).is_file(), target
-    for target in re.findall(r"`(studies/\w+\.yaml)`", README):
-        assert target == "studies/mine.yaml" or (REPOSITORY / target).is_file(), target

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from benchmarks.peers import contacts
 from benchmarks.peers.contacts import PEERS, ContactMechanics, Pressed, pressed_by, residual
-from benchmarks.peers.wear_loop import CYCLES, estimated_step, own_loop, whole_run
+from benchmarks.peers.wear_loop import estimated_step, own_loop
 from benchmarks.speed.cases import smooth_case
 
 from fretwear.mechanics.contact import ContactProblem
@@ -122,9 +122,3 @@ def test_the_explicit_loop_wears_as_the_run_does():
         loop.step(600.0 / count)
     # Euler's steps are of first order, the run promises one per cent.
     assert loop.wear.sum() == pytest.approx(end.wear.sum(), rel=0.03)
-
-
-def test_a_loop_of_equal_steps_is_summed_exactly():
-    steps, seconds = whole_run([6.0] * len(CYCLES), [0.5] * len(CYCLES))
-    assert steps == pytest.approx(30000 / 6)
-    assert seconds == pytest.approx(0.5 * 30000 / 6)

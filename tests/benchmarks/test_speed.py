@@ -5,10 +5,7 @@ import json
 import numpy as np
 import pytest
 import scipy.fft
-from benchmarks.scale import exponent
 from benchmarks.speed.__main__ import main as speed
-from benchmarks.speed.cases import smooth_case
-from benchmarks.speed.jobs import timed_run
 from benchmarks.speed.table import Row, from_json, missing
 from benchmarks.speed.units import Transforms, Unit, bare_convolution
 
@@ -70,16 +67,3 @@ def test_transforms_are_counted_wherever_the_solver_calls_them_and_none_of_the_u
     assert counted >= 2
     bodies.displacement(np.ones((8, 8)))
     assert transforms.calls == counted
-
-
-def test_a_run_on_more_than_one_window_is_counted_in_the_unit_of_each():
-    run = timed_run(smooth_case(12))
-    assert run.state.cycle == 30000
-    assert 0 < run.share < 1
-    assert run.units.cpu > 0
-
-
-def test_an_exponent_is_that_of_the_largest_sizes():
-    sizes = [1.0, 10.0, 100.0, 1000.0]
-    assert exponent(sizes, [5.0, 5.0, 50.0, 500.0], last=3) == pytest.approx(1.0)
-    assert exponent(sizes, [s**1.5 for s in sizes]) == pytest.approx(1.5)

@@ -6,17 +6,12 @@ from typer.testing import CliRunner
 
 from fretwear.cli import app
 
-from ..studies import base, write_study
+from ..studies import HandClock, base, two_loads, write_study
 
 
 def tiny_study():
     """A study whose cases take a fraction of a second each: few cycles on a coarse grid."""
-    return {
-        "title": "Tiny",
-        "base": base(cycles=200, cell="10 um"),
-        "vary": {"load": ["25 N", "50 N"]},
-        "output": {"cycles": [0, 20]},
-    }
+    return two_loads(title="Tiny", base=base(cycles=200, cell="10 um"), output={"cycles": [0, 20]})
 
 
 class Desk:
@@ -53,16 +48,6 @@ def desk(tmp_path, monkeypatch):
 @pytest.fixture
 def content():
     return tiny_study()
-
-
-class HandClock:
-    """A clock that stands still until it is set."""
-
-    def __init__(self) -> None:
-        self.now = 0.0
-
-    def __call__(self) -> float:
-        return self.now
 
 
 @pytest.fixture

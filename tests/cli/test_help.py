@@ -1,11 +1,19 @@
+"""Help, version, and what a shell completes."""
+
+import os
+import shutil
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 import typer
+from fretwear.study.names import parameter_names
+from typer.testing import CliRunner
 
 import fretwear
 from fretwear.cli import app
+from fretwear.study.study import load_study
 
 COMMANDS = [command.name or command.callback.__name__ for command in app.registered_commands]
 
@@ -47,3 +55,101 @@ def test_the_version_is_printed(program):
         [sys.executable, *program, "--version"], capture_output=True, text=True, check=True
     )
     assert done.stdout == f"fretwear {fretwear.__version__}\n"
+
+
+SHELL = """
+eval "$(_FRETWEAR_COMPLETE=source_bash fretwear)"
+COMP_WORDS=(fretwear "$@"); COMP_CWORD=$#
+_fretwear_completion fretwear
+printf '%s\\n' "${COMPREPLY[@]}"
+"""
+
+
+def offered(*words):
+    """What bash would offer for the last one of the words after ``fretwear``."""
+    environment = {
+        "_FRETWEAR_COMPLETE": "complete_bash",
+        "COMP_WORDS": " ".join(["fretwear", *words]),
+        "COMP_CWORD": str(len(words)),
+    }
+    result = CliRunner().invoke(app, [], env=environment, prog_name="fretwear")
+    assert (result.exit_code, result.stderr) == (0, "")
+    return result.stdout.split()
+
+
+@pytest.mark.usefixtures("desk")
+def test_commands_and_their_options_are_offered():
+    assert {"run", "plan", "show", "plot"} <= set(offered(""))
+    assert offered("pl") == ["plan", "plot"]
+    assert {"--case", "--set", "--quiet", "--log-format"} <= set(offered("run", "--"))
+    assert offered("run", "tiny.yaml", "--log-format", "") == ["auto", "lines", "json"]
+
+
+def test_study_files_are_offered_also_those_in_studies(desk):
+    for name in ("studies/demo.yaml", "studies/mine.yml", "studies/notes.txt", "readme.md"):
+        desk.write("", name)
+    expected = ["tiny.yaml", "studies/demo.yaml", "studies/mine.yml"]
+    assert offered("run", "") == expected
+    assert offered("plan", "st") == expected[1:]
+    assert offered("run", "studies/d") == ["studies/demo.yaml"]
+
+
+def test_case_files_are_offered_beside_folders_that_may_hold_some(desk):
+    for name in ("results/summary.nc", "results/cases/a.nc", "results/cases/b.nc", "results/x.png"):
+        desk.write("", name)
+    assert offered("show", "results/") == ["results/cases/", "results/summary.nc"]
+    assert offered("plot", "results/cases/") == ["results/cases/a.nc", "results/cases/b.nc"]
+
+
+def test_where_only_a_folder_is_left_or_a_name_must_be_quoted_the_shell_does_it(desk):
+    desk.write("", "results/cases/my case.nc")
+    assert offered("show", "res") == []
+    assert offered("show", "results/cases/") == []
+
+
+@pytest.mark.usefixtures("desk")
+def test_the_ids_of_the_study_that_was_typed_are_offered():
+    assert offered("run", "tiny.yaml", "--case", "") == list(load_study("tiny.yaml").cases())
+    (only,) = offered("run", "tiny.yaml", "--set", "friction=0.4", "--case", "P25")
+    assert only.startswith("P25N-")
+
+
+@pytest.mark.parametrize("words", [("missing.yaml",), ("broken.yaml",), ()])
+def test_without_a_sound_study_no_ids_are_offered_and_nothing_is_printed(desk, words):
+    desk.write("base: [1", "broken.yaml")
+    assert offered("run", *words, "--case", "P") == []
+
+
+def test_a_study_of_very_many_points_offers_its_first_ones(desk, content):
+    content["vary"] = {
+        "load": [f"{load} N" for load in range(25, 75)],
+        "friction": [0.2 + 0.001 * step for step in range(50)],
+    }
+    desk.write(content)
+    ids = offered("run", "tiny.yaml", "--case", "")
+    assert len(ids) == 2000
+    assert ids[0] == load_study("tiny.yaml").points(1, 1)[0].id
+
+
+def test_names_of_parameters_are_offered_and_an_example_that_runs_for_the_last_one_left(desk):
+    names = offered("run", "tiny.yaml", "--set", "")
+    assert set(names) == {f"{name}=" for name in (*parameter_names(), "output.cycles", "title")}
+    assert offered("run", "tiny.yaml", "--set", "lo") == ["load=", "load=50N"]
+    assert desk.call("plan", "tiny.yaml", "--set", "load=50N").exit_code == 0
+
+
+@pytest.mark.skipif(shutil.which("bash") is None, reason="there is no bash on this machine")
+def test_bash_itself_gets_them(desk):
+    folder = Path(sys.executable).parent
+    if not (folder / "fretwear").exists():
+        pytest.skip("the command fretwear is not installed beside this Python")
+    done = subprocess.run(
+        ["bash", "--norc", "-c", SHELL, "bash", "run", "tiny.yaml", "--case", "P2"],
+        cwd=desk.folder,
+        env={**os.environ, "PATH": f"{folder}{os.pathsep}{os.environ['PATH']}"},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stderr == ""
+    assert done.stdout.startswith("P25N")

@@ -1,4 +1,4 @@
-"""What a command says: lines of text, JSON lines, or errors only."""
+"""What a command says: lines of text, JSON lines, errors only, and the time that is left."""
 
 import io
 import json
@@ -12,7 +12,7 @@ import pytest
 
 from fretwear.cli.common import LogFormat
 from fretwear.cli.program import format_in_call
-from fretwear.cli.progress import Log, step_text
+from fretwear.cli.progress import Log, TimeLeft, step_text
 from fretwear.running.simulate import steps
 from fretwear.study.study import load_study, select_case
 
@@ -140,13 +140,6 @@ def test_a_call_that_cannot_be_parsed_is_an_event_too(desk, monkeypatch):
     assert events(desk.call("rnu").stderr)[0]["exit_status"] == 2
 
 
-def test_the_environment_chooses_the_format_and_the_option_has_the_last_word(desk, monkeypatch):
-    monkeypatch.setenv("FRETWEAR_LOG_FORMAT", "json")
-    assert events(desk.call("run", "tiny.yaml", "--set", "load=50 N").stderr)
-    told = desk.call("run", "tiny.yaml", "--set", "load=50 N", "--log-format", "lines").stderr
-    assert told.startswith("case P50N")
-
-
 def test_the_reference_tells_of_every_event_and_every_field_of_any_command(desk, told, repository):
     page = (repository / "docs/reference/logs.md").read_text(encoding="utf-8")
     _, refused = run(desk)
@@ -235,3 +228,73 @@ def test_names_in_messages_are_no_markup_and_long_ones_are_not_broken(log, said)
     log.note(name)
     log.error(name, 1)
     assert said.getvalue() == f"{name}\nfretwear: error: {name}\n"
+
+
+def growing_steps(factor, largest, last):
+    """Cycles of a run whose steps grow by a factor until they are as large as they may be."""
+    cycle, size, cycles = 0.0, 1.0, []
+    while cycle < last:
+        cycle = min(cycle + size, last)
+        size = min(factor * size, largest)
+        cycles.append(cycle)
+    return cycles
+
+
+def begun(clock, planned, cycles):
+    """The time left of a single case, which has just begun."""
+    left = TimeLeft({"one": planned}, clock)
+    left.begin("one", cycles)
+    return left
+
+
+@pytest.mark.parametrize(("factor", "largest"), [(1.5, 100.0), (1.3, 1e9), (2.0, 50.0), (1.0, 1.0)])
+@pytest.mark.parametrize("misjudged", [0.5, 1.0, 2.0])
+def test_time_left_is_right_within_a_factor_of_four_all_along(clock, factor, largest, misjudged):
+    # Every step takes 1 s, as real ones nearly do. The speed in cycles alone is a hundredfold off.
+    cycles = growing_steps(factor, largest, 7000.0)
+    left = begun(clock, misjudged * len(cycles), 7000)
+    for number, cycle in enumerate(cycles[:-1], start=1):
+        clock.now += 1.0
+        left.note(cycle)
+        expected = len(cycles) - number
+        assert expected / 4.0 - 1.0 <= left.seconds_left <= 4.0 * expected + 1.0
+
+
+def test_time_left_runs_down_between_steps_and_never_below_zero(clock):
+    left = begun(clock, 10.0, 100)
+    left.note(0.0)
+    clock.now = 4.0
+    assert left.seconds_left == pytest.approx(6.0)
+    clock.now = 40.0
+    assert left.seconds_left == 0.0
+
+
+def test_the_share_of_time_that_is_over_never_falls_and_ends_at_one(clock):
+    left = begun(clock, 1.0, 1000)
+    shares = []
+    for cycle in (0.0, 1.0, 2.0, 500.0, 501.0, 502.0, 1000.0):
+        clock.now += 1.0
+        left.note(cycle)
+        shares.append(left.share)
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+
+
+def test_a_run_that_resumes_from_a_checkpoint_has_less_to_do(clock):
+    whole, rest = begun(clock, 60.0, 1000), begun(clock, 60.0, 1000)
+    whole.note(0.0)
+    rest.note(900.0)
+    assert rest.seconds_left == pytest.approx(0.1 * whole.seconds_left)
+
+
+def test_a_batch_learns_from_its_first_cases_how_fast_the_machine_is(clock):
+    left = TimeLeft({"first": 2.0, "second": 5.0}, clock)
+    left.begin("first", 200)
+    assert (left.number, left.batch_seconds_left) == (1, pytest.approx(2.0 + 5.0))
+    clock.now = 3.0 * 2.0
+    left.note(200)
+    left.end()
+    assert left.batch_seconds_left == pytest.approx(3.0 * 5.0)
+    left.begin("second", 200)
+    assert (left.number, left.count) == (2, 2)
+    assert left.seconds_left == left.batch_seconds_left == pytest.approx(3.0 * 5.0)

@@ -53,24 +53,6 @@ def test_the_command_line_and_python_give_the_same_numbers(desk, case_file):
             np.testing.assert_array_equal(stored[name], computed[name])
 
 
-def test_lines_of_a_log_tell_how_far_the_run_is(desk):
-    result = desk.call("run", "tiny.yaml", "--set", "load=50 N", "-o", "a.nc")
-    first, *_, last = result.stderr.splitlines()
-    assert first == f"case {select_case('tiny.yaml', None, ['load=50 N']).case_id}"
-    assert last.startswith("cycle 200 of 200, step ")
-    assert "half-width 155.1" in last
-    assert "\x1b" not in result.stderr
-
-
-def test_a_run_that_no_step_can_satisfy_fails_with_a_message_and_no_case_file(desk):
-    # Matter this soft is gone before the shortest step ends.
-    result = desk.call("run", "tiny.yaml", "--set", "load=50 N", "--set", "wear_coefficient=1 / Pa")
-    assert result.exit_code == 1
-    assert "fretwear: error: no step after cycle 0" in result.stderr
-    assert "Traceback" not in result.stderr
-    assert not any(".nc" in name for name in desk.files())
-
-
 @pytest.mark.parametrize(
     ("output", "reason"),
     [

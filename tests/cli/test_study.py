@@ -1,10 +1,8 @@
 import csv
-import json
 import subprocess
 import sys
 from pathlib import Path
 
-import jsonschema
 import numpy as np
 import pytest
 
@@ -82,13 +80,6 @@ def test_a_plan_warns_beside_the_table_of_what_will_go_wrong(desk, content):
     assert "warning" not in result.stdout
 
 
-def test_the_schema_accepts_the_studies_that_run(desk, content):
-    schema = json.loads(desk.call("schema").stdout)
-    jsonschema.validate(content, schema)
-    with pytest.raises(jsonschema.ValidationError):
-        jsonschema.validate({**content, "bse": {}}, schema)
-
-
 @pytest.mark.parametrize(
     ("arguments", "heavy"),
     # The library of units looks for numpy by itself.
@@ -150,10 +141,3 @@ def test_a_step_without_what_it_needs_fails_with_a_message(desk, command, needed
     result = desk.call(command, "tiny.yaml", "--results", "tiny.yaml/results")
     assert result.exit_code == 2
     assert "tiny.yaml is not a folder" in result.stderr
-
-
-def test_a_report_without_figures_says_what_is_missing(done):
-    assert done.call("merge", "tiny.yaml").exit_code == 0
-    result = done.call("report", "tiny.yaml")
-    assert result.exit_code == 1
-    assert "results/tiny/figures/index.json" in result.stderr

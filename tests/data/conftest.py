@@ -1,6 +1,8 @@
 """Real data with a known answer: the unworn smooth sphere in partial slip, in closed form."""
 
 import math
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
@@ -38,6 +40,12 @@ class Arrays(NamedTuple):
     cycles: np.ndarray
     fields: dict[str, np.ndarray]
     scalars: dict[str, np.ndarray]
+
+
+def python(code: str, *arguments: object) -> subprocess.Popen[str]:
+    """Start a process with pipes; what it prints comes at once."""
+    command = [sys.executable, "-u", "-c", code, *map(str, arguments)]
+    return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
 
 
 @pytest.fixture

@@ -2,7 +2,6 @@
 
 import json
 import math
-import re
 import subprocess
 from datetime import UTC, datetime
 
@@ -10,7 +9,6 @@ import numpy as np
 import pytest
 import xarray as xr
 
-import fretwear
 from fretwear.data import labels
 from fretwear.data.dataset import (
     KEY_RESULTS,
@@ -20,7 +18,7 @@ from fretwear.data.dataset import (
     positions_inside,
     resampled,
 )
-from fretwear.data.labels import history_line, labelled_case, labelled_history, source
+from fretwear.data.labels import history_line, labelled_case, labelled_history
 from fretwear.study.case import Case
 from fretwear.vocabulary import AT_SNAPSHOTS, SCALARS
 
@@ -129,15 +127,6 @@ def test_coordinates_that_make_no_sense_are_refused(case, make_arrays, change, s
         labelled_case(case, *change(make_arrays(case)), symmetry=symmetry)
 
 
-def test_arguments_are_neither_aliased_nor_changed(case, make_arrays):
-    arrays = make_arrays(case)
-    dataset = labelled_case(case, *arrays).dataset()
-    dataset.wear_volume[:] = -1.0
-    dataset.pressure[:] = -1.0
-    assert arrays.scalars["wear_volume"].min() >= 0.0
-    assert arrays.fields["pressure"].min() >= 0.0
-
-
 def test_history_of_unequal_lengths_is_refused(results):
     scalars = {name: results.history[name].values for name in results.history.data_vars}
     scalars = {name: scalars[name] for name in scalars.keys() & {v.name for v in SCALARS}}
@@ -168,18 +157,10 @@ def test_between_cells_values_are_interpolated_on_both_sides_and_states_those_of
     cells = np.r_[-CELLS[::-1], CELLS]
     between = resampled(cells[None], cells, np.array([-6.0, 6.0]), axis=1)
     np.testing.assert_allclose(between, [[-6.0, 6.0]], rtol=1e-14)
+    assert positions_inside(CELLS, np.array([0.0, 16.5, 16.6, -16.6])).tolist() == [0, 1]
     states = np.array([2, 2, 1, 1, 0, 0], dtype=np.int8)
     positions = np.array([0.1, 5.9, 6.1, 11.9, 12.1, 30.0])
     assert resampled(states, CELLS, positions, axis=0).tolist() == [2, 2, 1, 1, 0, 0]
-
-
-def test_outside_begins_after_the_last_cell_centre():
-    assert positions_inside(CELLS, np.array([0.0, 16.5, 16.6, -16.6])).tolist() == [0, 1]
-
-
-def test_source_names_the_version_and_the_commit_of_a_checkout():
-    version = re.escape(fretwear.__version__)
-    assert re.fullmatch(rf"fretwear {version}( \(commit [0-9a-f]{{7,}}(-dirty)?\))?", source())
 
 
 def test_history_line_has_the_time_in_utc_and_the_command():

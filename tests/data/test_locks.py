@@ -3,20 +3,13 @@
 import errno
 import os
 import signal
-import subprocess
-import sys
 
 import pytest
 
 from fretwear.data.locks import Lock, locked
 from fretwear.data.safe import DataFileError
 
-
-def python(code: str, *arguments: object) -> subprocess.Popen[str]:
-    """Start a process with pipes; what it prints comes at once."""
-    command = [sys.executable, "-u", "-c", code, *map(str, arguments)]
-    return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-
+from .conftest import python
 
 HOLDER = """
 import sys

@@ -18,7 +18,7 @@ from fretwear.data.merge import (
 from fretwear.data.safe import CaseFilesError, DataFileError
 from fretwear.vocabulary import SCALARS, PointStatus
 
-from ..studies import WAVES
+from ..studies import WAVES, flip
 
 LOADS = {"load": ["20 N", "50 N", "40 N"], "plastic_limit": ["none", "4500 MPa"]}
 ROUGH = {**WAVES, "amplitude": "0.1 um", "slope_x": "0.2 deg", "slope_y": "0.2 deg"}
@@ -216,9 +216,7 @@ def test_every_file_that_cannot_be_used_is_named_and_nothing_is_written(
     cases = run_study(study)
     short, flipped, another, source, fewer, _ = (cases / f"{name}.nc" for name in study.cases())
     short.write_bytes(short.read_bytes()[:-1000])
-    content = bytearray(flipped.read_bytes())
-    content[len(content) // 2] ^= 1
-    flipped.write_bytes(content)
+    flip(flipped)
     another.write_bytes(source.read_bytes())
     with open_case(fewer) as case, open_history(fewer) as history:
         write_case(case.isel(cycle=[0, 2]), history, fewer)

@@ -4,8 +4,6 @@ import copy
 import errno
 import os
 import signal
-import subprocess
-import sys
 import threading
 import time
 from pathlib import Path
@@ -30,11 +28,7 @@ from fretwear.data.safe import (
     write_text,
 )
 
-
-def python(code: str, *arguments: object) -> subprocess.Popen[str]:
-    """Start a process with pipes; what it prints comes at once."""
-    command = [sys.executable, "-u", "-c", code, *map(str, arguments)]
-    return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+from .conftest import python
 
 
 def test_an_error_names_the_file_the_problem_and_the_remedy_and_can_be_copied():

@@ -5,12 +5,7 @@ import pytest
 import xarray as xr
 from scipy.stats import qmc, spearmanr
 
-from fretwear.data.sensitivity import (
-    is_sampled,
-    rank_correlations,
-    result_indices,
-    sobol_indices,
-)
+from fretwear.data.sensitivity import is_sampled, rank_correlations, result_indices, sobol_indices
 
 FIRST, TOTAL = (0.3139, 0.4424, 0.0), (0.5576, 0.4424, 0.2437)
 """Of Ishigami's function with a = 7 and b = 0.1 (Ishigami and Homma 1990)."""

@@ -5,12 +5,7 @@ import pytest
 import xarray as xr
 
 from fretwear import figures
-from fretwear.figures.datasets import (
-    half_profiles,
-    peak_envelope,
-    representative_cycles,
-    wave_mean,
-)
+from fretwear.figures.datasets import half_profiles, peak_envelope, representative_cycles, wave_mean
 
 PROFILES = [figures.pressure_profiles, figures.wear_profiles]
 OF_A_CASE = [*PROFILES, figures.wear_map, figures.overview, figures.animation]

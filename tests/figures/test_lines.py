@@ -58,33 +58,9 @@ def test_the_demo_is_panels_of_load_and_friction():
         ),
     ],
 )
-def test_names_find_their_places(
-    levels,
-    rows,
-    across,
-    color,
-    style,
-):
+def test_names_find_their_places(levels, rows, across, color, style):
     layout = choose_layout(study_lines(_grid(levels), "wear_volume"))
     assert (layout.rows, layout.across, layout.color, layout.style) == (rows, across, color, style)
-
-
-def test_every_line_of_a_small_study_is_shown_once():
-    lines = study_lines(_grid(DEMO), "wear_volume")
-    shown = shown_lines(lines, choose_layout(lines))
-    assert len(shown) == 24
-    first = next(line for line in shown if line.values["load"] == 40.0)
-    np.testing.assert_array_equal(first.quantity, [36.0, 37.0, 38.0])
-
-
-def test_points_that_are_not_done_are_left_out():
-    study = _grid(DEMO)
-    study["wear_volume"][0, 1, 2, 0] = np.nan
-    lines = study_lines(study, "wear_volume")
-    assert len(lines) == 23
-    assert {"load": 0, "friction": 1, "roughness_amplitude": 2, "plastic_limit": 0} not in [
-        dict(line.point) for line in lines
-    ]
 
 
 def test_many_values_are_thinned_evenly_ends_included():

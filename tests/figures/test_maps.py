@@ -73,11 +73,16 @@ def test_the_outline_of_a_scar_at_an_angle_is_not_an_ellipse_along_the_axes(smoo
     assert edge[edge[:, 0] > 2e-5, 1].min() > -1e-5
 
 
-def test_a_mirrored_case_gives_the_same_map(smooth_run, tmp_path):
+def test_a_mirrored_case_gives_the_same_map_and_profiles(smooth_run, tmp_path):
     write_case(smooth_run.dataset, smooth_run.history, tmp_path / "case.nc")
     with open_case(tmp_path / "case.nc", full=True) as whole:
         map_of_whole = take_wear_map(whole, None)
+        profiles = [line.get_xydata() for line in figures.gap_profiles(whole).axes[0].get_lines()]
     quarter = take_wear_map(smooth_run.dataset, None)
+    for line, drawn in zip(
+        figures.gap_profiles(smooth_run.dataset).axes[0].get_lines(), profiles, strict=True
+    ):
+        np.testing.assert_allclose(line.get_xydata(), drawn)
     np.testing.assert_array_equal(map_of_whole.depth, quarter.depth)
     np.testing.assert_allclose(map_of_whole.contact_edge, quarter.contact_edge)
 

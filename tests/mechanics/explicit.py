@@ -35,9 +35,7 @@ def explicit_wear(problem: WearProblem, window: Grid, cycles: float, steps: int)
     pressure, reduced = None, None
     for step in range(steps + 1):
         contact = solve_contact(
-            problem.contact(bodies, unworn + wear + plastic),
-            pressure,
-            _TOLERANCE,
+            problem.contact(bodies, unworn + wear + plastic), pressure, _TOLERANCE
         )
         pressure = contact.pressure
         plastic = plastic + contact.penetration

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from fretwear.mechanics import solver
 from fretwear.mechanics.contact import ContactError, ContactProblem, Effort, Layer
+from fretwear.mechanics.free_cells import Preconditioner
 from fretwear.mechanics.geometry import Array
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.measures import half_width
@@ -18,6 +19,7 @@ from fretwear.mechanics.surfaces import Sphere
 
 from . import oracles
 from .problems import (
+    EVEN,
     HERTZ,
     LOAD,
     MODULUS,
@@ -27,9 +29,12 @@ from .problems import (
     SMOOTH,
     A,
     Waves,
+    folded,
     fretting,
+    matrix_of,
     near,
     pressed,
+    unfolded,
     window,
 )
 
@@ -122,16 +127,20 @@ def test_small_contacts_equal_a_dense_bounded_least_squares_solution(limit: floa
 
 
 @pytest.mark.parametrize("name", SURFACES)
-@pytest.mark.parametrize("limit", LIMITS)
+@pytest.mark.parametrize(
+    ("limit", "tolerance"), [(limit, 1e-7) for limit in LIMITS] + [(0.9, 1e-4), (np.inf, 1e-12)]
+)
 def test_solution_meets_the_conditions_of_contact_by_an_independent_convolution(
-    name: str, limit: float
+    name: str, limit: float, tolerance: float
 ):
     cells = window((48, 40), even=(False, False))
     problem = pressed(cells, roughness=SURFACES[name], limit=limit)
-    found = solve_contact(problem, tolerance=1e-7)
+    found = solve_contact(problem, tolerance=tolerance)
     displaced = oracles.displacement(found.pressure, cells.spacing, MODULUS)
     gap = displaced + problem.shape - found.approach
-    slack = 1.01e-7 * displaced.max()
+    # The transforms of both round at some 1e-15.
+    rounding = 4e-15 * displaced.max()
+    slack = 1.01 * tolerance * displaced.max() + rounding
     assert found.pressure.min() >= 0
     assert found.pressure.max() <= limit * P0
     assert found.pressure.sum() * cells.unit_area == near(LOAD, rel=1e-12)
@@ -142,7 +151,7 @@ def test_solution_meets_the_conditions_of_contact_by_an_independent_convolution(
     assert gap[at_limit].max(initial=-1.0) < slack
     np.testing.assert_array_equal(found.saturated, at_limit)
     np.testing.assert_allclose(found.penetration, np.maximum(-gap, 0) * at_limit, atol=slack)
-    np.testing.assert_allclose(found.gap, gap, atol=1e-3 * slack)
+    np.testing.assert_allclose(found.gap, gap, atol=1e-3 * slack + rounding)
     assert at_limit.any() == np.isfinite(limit)
 
 
@@ -239,64 +248,8 @@ def test_a_contact_that_does_not_converge_is_an_error():
         solve_contact(problem, effort=Effort(active_set=2, gradient=1))
 
 
-@pytest.mark.parametrize("limit", [np.inf, 1.5])
-def test_displacements_carried_along_are_good_to_a_tenth_of_the_tolerance(limit: float):
-    problem = pressed(window((24, 24)), roughness=ROUGH, limit=limit)
-    tolerance = 1e-9
-    carried = solve_contact(problem, tolerance=tolerance, verified=False)
-    verified = solve_contact(problem, tolerance=tolerance)
-    assert carried.convolutions < verified.convolutions
-    displacement = problem.half_space.displacement(carried.pressure)
-    gap = problem.separation(carried.pressure, displacement) - carried.approach
-    bound = 0.1 * tolerance * displacement.max()
-    np.testing.assert_allclose(carried.gap, gap, rtol=0, atol=bound)
-    assert verified.residual <= tolerance
-    assert carried.approach == near(verified.approach, rel=tolerance)
-
-
-@pytest.mark.parametrize("limit", [np.inf, 1.4])
-@pytest.mark.parametrize("tolerance", [1e-4, 1e-8, 1e-13])
-def test_steps_in_single_precision_lead_to_any_tolerance(limit: float, tolerance: float):
-    problem = pressed(window((48, 48)), roughness=ROUGH, limit=limit)
-    contact = solve_contact(problem, tolerance=tolerance)
-    displacement = problem.half_space.displacement(contact.pressure)
-    gap = problem.separation(contact.pressure, displacement) - contact.approach
-    free = (contact.pressure > 0) & ~contact.saturated
-    assert np.abs(gap[free]).max() <= tolerance * displacement.max()
-    # Of the load nothing is lost by them.
-    assert contact.pressure.sum() == near(problem.total, rel=1e-14)
-
-
-def test_a_warm_start_takes_fewer_convolutions():
-    problem = pressed(window((128, 128)), roughness=SMOOTH)
-    cold = solve_contact(problem)
-    warm = solve_contact(replace(problem, load=1.002 * LOAD), cold.pressure)
-    assert warm.convolutions <= 0.6 * cold.convolutions
-
-
 CELLS = Grid((7, 6), (1.0, 1.0)).half_space(1.0)
 AREA = CELLS.geometry.unit_area
-
-
-@given(
-    seed=st.integers(0, 2**32 - 1),
-    limit=st.floats(0.2, 5.0) | st.just(np.inf),
-    share=st.floats(0.05, 0.95),
-)
-def test_scaling_to_the_load_keeps_bounds_and_open_cells(seed, limit, share):
-    random = np.random.default_rng(seed)
-    pressure = np.maximum(random.normal(0.3, 1.0, (7, 6)), 0.0)
-    pressure[0, 0] = 0.1
-    capacity = np.count_nonzero(pressure) * min(limit, 10.0)
-    total = share * capacity
-    kept = pressure.copy()
-    problem = ContactProblem(CELLS, pressure, total * AREA, limit)
-    result = problem.clip_to_load(pressure)
-    np.testing.assert_array_equal(pressure, kept)
-    assert result.sum() == near(total, rel=1e-12)
-    assert result.min() >= 0
-    assert result.max() <= limit
-    assert not result[pressure == 0].any()
 
 
 def test_a_loose_tolerance_is_met_too_where_a_few_cells_stand_out():
@@ -342,15 +295,6 @@ def test_projected_gradient_and_active_set_agree(surface: str, limit: float, kin
     assert (np.abs(found - bare.pressure).max() > 0.02 * P0) == (kind != "bare")
 
 
-def test_projected_gradient_obeys_bounds_and_load_even_when_cut_short():
-    problem, start = pressed(window((20, 20)), roughness=ROUGH, limit=0.9), np.ones((20, 20))
-    found = projected_gradient(problem, start, 1e-8, largest_steps=3)
-    assert found.min() >= 0
-    assert found.max() <= 0.9 * P0
-    assert found.sum() == near(problem.total, rel=1e-12)
-    assert (start == 1).all()
-
-
 @given(
     seed=st.integers(0, 2**32 - 1),
     limit=st.floats(0.1, 5.0) | st.just(np.inf),
@@ -374,3 +318,73 @@ def test_projection_is_the_nearest_feasible_pressure(seed, limit, share, spread)
         np.testing.assert_allclose(shift[free], level, atol=slack)
         assert (shift[found == 0] >= level - slack).all()
         assert (shift[found == limit] <= level + slack).all()
+
+
+SPACING = (1e-6, 2e-6)
+SHAPE = (12, 8)
+UNIT = -3e-9
+
+
+def dense(cells: Grid) -> np.ndarray:
+    """K of a quarter window in units of the influence of a cell on itself."""
+    whole = Grid((2 * SHAPE[0], 2 * SHAPE[1]), SPACING, even=(False, False))
+    matrix = oracles.influence_matrix(whole, MODULUS)
+
+    def convolve(field):
+        return folded((matrix @ unfolded(field).ravel()).reshape(whole.shape))
+
+    everywhere = np.ones(SHAPE, np.bool_)
+    return matrix_of(convolve, everywhere) / cells.half_space(MODULUS).self_influence
+
+
+@pytest.mark.parametrize("softness", [None, 0.1, 30.0])
+def test_a_step_solves_the_problem_and_carries_no_load(softness):
+    cells = Grid(SHAPE, SPACING)
+    bodies, random = cells.half_space(MODULUS), np.random.default_rng(4)
+    free = random.random(SHAPE) < 0.6
+    tangent = None if softness is None else softness * random.random(SHAPE, np.float32)
+    residual = random.standard_normal(SHAPE)
+    cells_of = Preconditioner(bodies, tangent, free)
+    step = cells_of.on(free).solve(UNIT * residual, UNIT, tangent, 0.0, 1e-6)
+    matrix, inside = dense(cells), free.ravel()
+    count = np.count_nonzero(free)
+    # (K + diag c) s + α = r on the free cells, ∑ s = 0.
+    system = np.ones((count + 1, count + 1))
+    system[:-1, :-1] = matrix[np.ix_(inside, inside)]
+    if tangent is not None:
+        system[:-1, :-1] += np.diag(tangent.ravel()[inside])
+    system[-1, -1] = 0.0
+    *expected, _ = np.linalg.solve(system, np.append(residual[free], 0.0))
+    scale = np.abs(expected).max()
+    np.testing.assert_allclose(step.pressure[free], expected, atol=2e-5 * scale)
+    assert not step.pressure[~free].any()
+    assert abs(step.missed) <= 1e-5 * np.abs(expected).sum()
+    # What the step does to the surface is known on all cells, by no further convolution.
+    moved = (matrix @ step.pressure.ravel()).reshape(SHAPE)
+    np.testing.assert_allclose(step.displacement, moved, atol=1e-5 * np.abs(residual).max())
+    assert step.largest == np.abs(step.displacement).max()
+
+
+def wear_like(window, softness):
+    """A disc in contact with holes, and a layer that grows from nothing in its middle."""
+    r = np.hypot(*np.meshgrid(window.x, window.y, indexing="ij")) / window.extent[0]
+    free = (r < 0.85) & (np.random.default_rng(5).random(window.shape) > 0.05)
+    tangent = softness * np.clip(4.0 * (r - 0.45), 0.0, 1.0)
+    return free, tangent.astype(np.float32)
+
+
+def inverse_on(bodies, tangent, free):
+    """The preconditioner's pressure for a residual, on some free cells."""
+    cells = Preconditioner(bodies, tangent, free).on(free)
+    return lambda residual: cells.apply_preconditioner(residual)[0]
+
+
+@pytest.mark.parametrize("even", EVEN)
+@pytest.mark.parametrize("softness", [0.0, 0.3, 30.0])
+def test_it_is_symmetric_and_positive_on_the_free_cells(even, softness):
+    window = Grid((20, 10) if all(even) else (24, 12), SPACING, even)
+    bodies = window.half_space(MODULUS)
+    free, tangent = wear_like(window, softness)
+    inverse = matrix_of(inverse_on(bodies, tangent, free), free, np.float32)
+    np.testing.assert_allclose(inverse, inverse.T, atol=1e-6 * np.abs(inverse).max())
+    assert np.linalg.eigvalsh(inverse).min() > 0

@@ -298,19 +298,3 @@ def test_blocks_follow_each_other_on_the_same_shape():
     again = [step.state for step in steps(case, start=run[place], geometry=Rings)]
     np.testing.assert_array_equal(again[-1].wear, run[-1].wear)
     assert Case(**case.canonical_parameters()).case_id == case.case_id
-
-
-def test_bad_blocks_and_tables_are_named():
-    for given, words in (
-        ({"cycles": 500}, "blocks have cycles of their own"),
-        ({"friction": {"cycles": [10], "values": [0.5]}}, "starts at cycle 10"),
-        ({"debris_fraction": 1.2}, "at most 1"),
-        ({"rig_stiffness": "28 N/um"}, "has no meaning with tangential_ratio"),
-        ({"displacement_amplitude": "1 um"}, "is redundant"),
-        ({"blocks": [{"cycles": 5, "radius": "1 mm"}]}, "which a block cannot change"),
-        ({"blocks": [{"cycles": 5, "tangential_ratio": 1.5}]}, "block number 1"),
-    ):
-        with pytest.raises(ValueError, match=words):
-            blocks_of(**{"blocks": [{"cycles": 5}], **given}) if "blocks" not in given else Case(
-                **{**SPHERE, "load": "50 N", "tangential_ratio": 0.8, **given}
-            )

@@ -13,10 +13,9 @@ from fretwear.mechanics import convolution, kernels, state, team
 from fretwear.mechanics.geometry import grid
 from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.roughness import SelfAffineRoughness
-from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.team import Team
 
-from .problems import CONVERGED, P0, ROUGH, fretting, pressed, window
+from .problems import CONVERGED, ROUGH, fretting
 
 compiled = pytest.importorskip(
     "fretwear.mechanics.compiled_kernels", reason="the kernels were not compiled here"
@@ -246,16 +245,6 @@ def test_the_exponential_is_good_to_two_units_in_the_last_place(exponent):
 def in_numpy_alone(monkeypatch):
     for each in PASSES.values():
         monkeypatch.setattr(each, "chosen", each.in_numpy)
-
-
-def test_a_contact_is_the_same_without_the_compiled_kernels(request):
-    problem = pressed(window((40, 30)), roughness=ROUGH, limit=0.9)
-    by_compiled = solve_contact(problem, tolerance=1e-11)
-    request.getfixturevalue("in_numpy_alone")
-    by_numpy = solve_contact(problem, tolerance=1e-11)
-    np.testing.assert_allclose(by_compiled.pressure, by_numpy.pressure, atol=1e-8 * P0)
-    np.testing.assert_array_equal(by_compiled.saturated, by_numpy.saturated)
-    assert by_compiled.approach == pytest.approx(by_numpy.approach, rel=1e-10)
 
 
 @pytest.mark.parametrize("limit", [np.inf, 0.7])

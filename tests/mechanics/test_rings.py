@@ -2,7 +2,6 @@
 
 import csv
 import math
-from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -13,29 +12,15 @@ from scipy.special import ellipe
 
 import fretwear
 from fretwear.mechanics.contact import ContactProblem
-from fretwear.mechanics.geometry import Workspace
 from fretwear.mechanics.geometry.dense import interpolated
 from fretwear.mechanics.geometry.rings import Grading, Rings, mean_influence
 from fretwear.mechanics.integrator import evolve, first_loading
 from fretwear.mechanics.measures import measure
 from fretwear.mechanics.solver import solve_contact
-from fretwear.running.checkpoint import pack, unpack
 from fretwear.theory import CattaneoMindlin, LimitingState
 from fretwear.vocabulary import ContactState
 
-from .problems import (
-    COUPLING,
-    FRICTION,
-    HERTZ,
-    LOAD,
-    MODULUS,
-    P0,
-    RADIUS,
-    ROUGH,
-    A,
-    fretting,
-    near,
-)
+from .problems import COUPLING, FRICTION, HERTZ, LOAD, MODULUS, P0, RADIUS, ROUGH, A, fretting, near
 
 TABLE = Path(__file__).parent / "reference" / "smooth_wear.csv"
 DEPTH, VOLUME = A**2 / RADIUS, A**4 / RADIUS
@@ -180,25 +165,6 @@ def test_wear_is_that_of_the_independent_reference(ratio: float, limit: float):
     if limit == STUDY_LIMIT:
         assert found.plastic_volume > 0
         assert found.plastic_volume / VOLUME == near(expected["plastic_volume"], rel=0.03)
-
-
-def test_a_run_resumes_from_a_stored_state_with_the_same_bits():
-    problem = fretting(load_ratio=0.9, limit=STUDY_LIMIT, geometry=Rings)
-    states = list(evolve(problem, [100, 8000]))
-    assert states[-1].geometry.shape > states[0].geometry.shape, "it should outgrow its first rings"
-    middle = states[len(states) // 2]
-    arrays: dict[str, np.ndarray] = {}
-    stored = unpack(type(middle), pack(middle, "state", arrays), arrays)
-    assert stored.geometry == middle.geometry
-    *_, again = evolve(problem, [100, 8000], start=stored)
-    for field in fields(again):
-        if field.name != "reduced":
-            np.testing.assert_array_equal(
-                getattr(again, field.name), getattr(states[-1], field.name)
-            )
-    moved = states[0].on(Workspace(problem), states[-1].geometry)
-    assert not moved.wear.any()
-    assert moved.gap[-1, 0] > states[0].gap[-1, 0]
 
 
 def test_fields_on_a_plane_are_those_along_the_radius():

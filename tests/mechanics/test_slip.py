@@ -1,16 +1,27 @@
-"""Partial slip against Cattaneo and Mindlin, and against a second contact on the whole window."""
+"""Partial slip and the wear of a stage against closed forms, other contacts and its equation."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
 
+from fretwear.mechanics import kernels
 from fretwear.mechanics.contact import ContactProblem
+from fretwear.mechanics.geometry import Array
 from fretwear.mechanics.integrator import first_loading
 from fretwear.mechanics.measures import measure
-from fretwear.mechanics.slip import CattaneoMindlin, Jaeger, WinklerLayer
+from fretwear.mechanics.slip import CattaneoMindlin, WearLayer
 from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.state import State
+from fretwear.running.simulate import simulate
 from fretwear.theory import CattaneoMindlin as UnwornSlip
+from fretwear.theory import HertzContact
+from fretwear.vocabulary import ContactState
 
+from ..studies import WAVES, steel
 from .problems import (
     COUPLING,
     EVEN,
@@ -24,12 +35,11 @@ from .problems import (
     A,
     fretting,
     near,
+    pressed,
     reduced,
     window,
 )
-from .problems import (
-    unworn as shape_of,
-)
+from .problems import unworn as shape_of
 
 FINE = (0.2, 0.5, 0.8, 0.9)
 
@@ -80,13 +90,6 @@ def test_energy_displacement_and_stick_radius_are_those_of_cattaneo_and_mindlin(
         assert width == pytest.approx(theory.stick_radius, abs=0.3 * A / 110)
 
 
-def test_gap_is_exactly_zero_in_the_stick_zone_and_nowhere_negative(unworn):
-    state, _ = unworn
-    assert not state.reduced.gap[state.reduced.stick].any()
-    assert (state.reduced.gap >= 0).all()
-    assert (state.reduced.gap[state.pressure == 0] > 0).all()
-
-
 def on_the_whole_window(shape, cells, load):
     return solve_contact(ContactProblem(cells.half_space(MODULUS), shape, load), tolerance=1e-9)
 
@@ -129,36 +132,154 @@ def test_a_passing_reduced_contact_is_good_to_its_own_tolerance(even):
     np.testing.assert_array_equal(passing.gap == 0, passing.pressure > 0)
 
 
-@pytest.mark.parametrize("surface", [SMOOTH, ROUGH], ids=["smooth", "rough"])
-def test_wear_beside_the_stick_zone_adds_to_the_gap_and_leaves_the_stick_zone(surface):
-    cells = window((32, 32))
-    shape = shape_of(cells, surface)
-    bodies, model = cells.half_space(MODULUS), Jaeger()
-    before = reduced(0.4 * LOAD, bodies, shape)
-    wear = np.random.default_rng(5).uniform(0, 0.1, cells.shape) * HERTZ.approach
-    wear[before.stick] = 0.0
-    after = reduced(0.4 * LOAD, bodies, shape + wear)
-    np.testing.assert_array_equal(after.stick, before.stick)
-    expected = model.gap_after(before.gap, wear)
-    np.testing.assert_allclose(after.gap, expected, atol=2e-8 * HERTZ.approach)
-    np.testing.assert_allclose(expected, before.gap + wear, rtol=1e-15)
-
-
-def test_cattaneo_mindlin_model_keeps_disc_and_slip_of_the_unworn_sphere():
-    model, problem = CattaneoMindlin(), fretting(load_ratio=0.6)
-    cells = window((40, 40))
-    bodies = cells.half_space(MODULUS)
-    r = np.hypot(*np.meshgrid(cells.x, cells.y, indexing="ij"))
-    stick_radius = A * 0.4 ** (1 / 3)
-    theory = UnwornSlip(HERTZ, FRICTION, 0.6 * FRICTION * LOAD, COUPLING)
-    for shape in (shape_of(cells, SMOOTH), shape_of(cells, ROUGH)):
-        found = model.reduced(problem, bodies, shape)
-        np.testing.assert_array_equal(found.stick, r < stick_radius)
-        np.testing.assert_allclose(fretting().slip(found), theory.slip(r), atol=1e-12 * A)
-    assert not model.follows_shape
+def test_wear_under_a_slip_that_stays_is_linear_in_the_pressure():
+    problem, cells = fretting(load_ratio=0.6), window((40, 40))
+    model = CattaneoMindlin()
+    gap = model.reduced(problem, cells.half_space(MODULUS), shape_of(cells, ROUGH)).gap
     worn = np.ones(cells.shape)
-    np.testing.assert_array_equal(model.gap_after(found.gap, worn), found.gap)
-    layer = model.wear_layer(worn, found.gap, None, 0.2 * worn, 0.5)
-    assert isinstance(layer, WinklerLayer)
-    # Constant slip: wear is g* ∫βp dN, exactly linear.
-    np.testing.assert_allclose(layer.displacement(3 * worn), 1 + 1.7 * found.gap, rtol=1e-14)
+    np.testing.assert_array_equal(model.gap_after(gap, worn), gap)
+    layer = model.wear_layer(worn, gap, None, 0.2 * worn, 0.5)
+    # W + g* ∫βp dN
+    np.testing.assert_allclose(layer.displacement(3 * worn), 1 + 1.7 * gap, rtol=1e-14)
+
+
+def integrated(
+    wear: float, gap: float, shift: float, known: float, rate: float, pressure: float
+) -> tuple[float, float]:
+    """Wear and g* at the end of a stage in which x grows to known + τp and G by ``shift``."""
+    end = known + rate * pressure
+
+    def slope(_: float, state: Array) -> list[float]:
+        # dW/dx = g*, dg*/dx = g* + dG/dx
+        return [state[1], state[1] + shift / end]
+
+    solution = solve_ivp(slope, (0, end), [wear, gap], rtol=1e-11, atol=1e-14)
+    return float(solution.y[0, -1]), float(solution.y[1, -1])
+
+
+def layer(wear: float, gap: float, shift: float | None, known: float, rate: float) -> WearLayer:
+    given_shift = None if shift is None else np.array([[shift]])
+    return WearLayer(np.array([[wear]]), np.array([[gap]]), given_shift, np.array([[known]]), rate)
+
+
+def tangent(stage: WearLayer, pressure: Array) -> Array:
+    """Derivative of the wear depth in double precision, by NumPy, which has any."""
+    result, slope = np.empty_like(pressure), kernels.wear_slope.in_numpy
+    slope(pressure, stage.rate, stage.exponent, stage.reduced_gap, stage.shift, stage.rate, result)
+    return result
+
+
+stages = {
+    "wear": st.floats(0, 3),
+    "gap": st.floats(0, 2),
+    "known": st.floats(0, 2),
+    "rate": st.floats(0.01, 3),
+    "pressure": st.floats(0, 3),
+}
+
+
+@given(**stages, shift=st.floats(0, 1) | st.none())
+def test_wear_of_a_stage_solves_its_differential_equation(wear, gap, shift, known, rate, pressure):
+    pressure = max(pressure, 1e-3)
+    expected, reduced = integrated(wear, gap, shift or 0.0, known, rate, pressure)
+    found = layer(wear, gap, shift, known, rate).displacement(np.array([[pressure]]))[0, 0]
+    assert found == pytest.approx(expected, rel=1e-8, abs=1e-12)
+    if shift is None:
+        # What wears off adds to g*.
+        assert found - wear == pytest.approx(reduced - gap, rel=1e-7, abs=1e-9)
+
+
+@given(**stages, shift=st.floats(-3, 3) | st.none())
+@example(wear=1.0, gap=0.0, shift=-1.0, known=0.0, rate=1.0, pressure=1.0)
+def test_wear_never_decreases_with_pressure_nor_below_its_start(
+    wear, gap, shift, known, rate, pressure
+):
+    stage = layer(wear, gap, shift, known, rate)
+    low, high = (stage.displacement(np.array([[p]]))[0, 0] for p in (pressure, 1.1 * pressure))
+    assert wear <= low <= high * (1 + 1e-15)
+    assert tangent(stage, np.array([[pressure]]))[0, 0] >= 0
+
+
+@given(**stages, shift=st.floats(0, 1) | st.none())
+def test_tangent_is_the_derivative_of_the_displacement(wear, gap, shift, known, rate, pressure):
+    # Below x = 0.01 the difference of two close numbers says nothing about (eˣ - 1)/x.
+    pressure = max(pressure, 0.01 / rate)
+    stage = layer(0.0 * wear, gap, shift, known, rate)
+    step = 1e-5 * pressure
+    up, down = (stage.displacement(np.array([[pressure + s]]))[0, 0] for s in (step, -step))
+    slope = tangent(stage, np.array([[pressure]]))[0, 0]
+    # Truncation is (step·τ)²; rounding 1e-16 of the displacement over a step of 1e-5.
+    assert slope == pytest.approx((up - down) / (2 * step), rel=1e-6, abs=1e-9)
+    if shift is not None:
+        # Slip that falls with the approach: the wear depth is linear in it.
+        at = np.array([[pressure]])
+        follows = replace(stage, shift=stage.shift + 1.0, response=np.array([[-0.4]]), level=2.0)
+        apart = follows.at(3.0).displacement(at) - follows.displacement(at)
+        assert follows.per_approach(at) == pytest.approx(apart, rel=1e-9, abs=1e-12)
+
+
+def test_short_stages_keep_their_accuracy():
+    exponents = np.array([[1e-15, 1e-9, 9e-8, 1.1e-7, 9e-4, 1.1e-3, 0.1]])
+    one, nothing = np.ones_like(exponents), np.zeros_like(exponents)
+    stage = WearLayer(nothing, nothing, one, nothing, 1.0)
+    # φ(x) - 1 = x/2 + x²/6 + x³/24 + …; below 1e-7 the layer stops at x/2 ± x²/6, and close above
+    # a few roundings of φ ≈ 1 remain.
+    series = sum(exponents**n / np.prod(np.arange(2, n + 2)) for n in range(1, 9))
+    error = np.abs(stage.displacement(exponents) - series)
+    assert (error <= 1e-13 * series + 2e-15).all()
+    derivative = sum(n * exponents ** (n - 1) / np.prod(np.arange(2, n + 2)) for n in range(1, 9))
+    np.testing.assert_allclose(tangent(stage, exponents), derivative, rtol=1e-9)
+    endless = np.full_like(exponents, 1e9)
+    for value in (stage.displacement(endless), tangent(stage, endless)):
+        assert np.isfinite(value).all()
+
+
+def test_a_contact_with_a_wear_layer_is_the_contact_of_the_worn_shape():
+    cells = window((24, 24))
+    random = np.random.default_rng(1)
+    gap = random.uniform(0, 0.2, cells.shape) * 2e-6
+    nothing = np.zeros(cells.shape)
+    stage = WearLayer(nothing, gap, None, nothing, 1.0 / P0)
+    problem = pressed(cells, layer=stage)
+    found = solve_contact(problem, tolerance=1e-9)
+    worn = replace(problem, shape=problem.shape + stage.displacement(found.pressure), layer=None)
+    # A fixed point: the shape that this pressure wears carries just this pressure.
+    np.testing.assert_allclose(
+        solve_contact(worn, tolerance=1e-9).pressure, found.pressure, atol=1e-6 * P0
+    )
+
+
+SLOPING = {**WAVES, "slope_x": "2.9 deg"}
+SIMPLE = {
+    "slip_model": "cattaneo_mindlin",
+    "cell": ("1.9 um", "4 um"),
+    "cycles": 3000,
+    "output_cycles": (1, 100, 1000),
+}
+
+
+@pytest.mark.parametrize("surface", ["smooth elastic", "rough elastic", "rough plastic"])
+def test_disc_and_slip_of_cattaneo_and_mindlin_stay_whatever_the_surface(surface):
+    rough = {"roughness": SLOPING} if "rough" in surface else {}
+    case = steel(
+        **SIMPLE, **rough, **({"plastic_limit": "4500 MPa"} if "plastic" in surface else {})
+    )
+    dataset = simulate(case, quarter=True)
+    assert float(dataset["x"][-1]) > 1.25 * case.hertz_radius, "the window should have grown"
+    assert float(np.ptp(dataset["stick_area"].values)) == 0.0
+    radii = np.hypot(dataset["x"].values[:, None], dataset["y"].values[None, :])
+    stuck = HertzContact(case.radius, case.stick_load, case.composite_modulus)
+    expected = case.friction * case.coupling * stuck.gap(radii)
+    for cycle in dataset["cycle"].values:
+        now = dataset.sel(cycle=cycle)
+        # Stored in single precision; on rings means over cells, weighted by the pressure, and at
+        # the edge of contact over the part of a cell that carries load.
+        error = np.full_like(expected, 1e-6)
+        if not case.roughness:
+            edge = float(now["contact_half_width_x"])
+            cut = np.abs(radii - edge) < np.hypot(*case.grid_spacing)
+            error = np.where(cut, 0.03, (max(case.grid_spacing) / case.hertz_radius) ** 2)
+        slip = now["slip"].values
+        assert (np.abs(slip - expected) <= 1e-6 * expected + error * expected.max()).all()
+        stick = now["contact_state"].values == ContactState.STICK
+        assert not stick[radii >= stuck.contact_radius].any()

@@ -1,29 +1,21 @@
-"""The first loading, and a state put on a larger window."""
+"""The first loading, a state on a larger window, and one implicit stage."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from fretwear.mechanics.contact import ContactProblem
+from fretwear.mechanics import stages
+from fretwear.mechanics.contact import ContactError, ContactProblem
 from fretwear.mechanics.geometry import Even, Workspace
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.integrator import evolve, first_loading
-from fretwear.mechanics.slip import Jaeger
+from fretwear.mechanics.slip import Jaeger, WearLayer
 from fretwear.mechanics.solver import solve_contact
-from fretwear.mechanics.state import State
+from fretwear.mechanics.stages import StageSolver
+from fretwear.mechanics.state import Stage, State, WearProblem
 
-from .problems import (
-    EVEN,
-    HERTZ,
-    LOAD,
-    P0,
-    ROUGH,
-    A,
-    covered,
-    fretting,
-    uneven,
-)
+from .problems import EVEN, HERTZ, LOAD, P0, ROUGH, SMOOTH, A, covered, fretting, uneven
 
 KINDS = {
     "smooth": {},
@@ -98,7 +90,65 @@ def test_a_larger_window_keeps_every_field_and_computes_the_gaps_outside(even: E
         assert gap[~inside].min() > 0
 
 
-def test_a_window_of_the_same_shape_changes_nothing():
-    problem = fretting(12)
-    state = first_loading(problem)
-    assert state.on(Workspace(problem), Grid(state.geometry.shape, state.geometry.spacing)) is state
+SURFACES = {"smooth": SMOOTH, "rough": ROUGH}
+
+
+def stage_after(problem: WearProblem, cycles: float, exponent: float) -> tuple[Stage, Stage]:
+    """A state after some cycles and the stage after it, x = ``exponent`` (0.3 p₀ + 0.7 p₁)/p0."""
+    *_, state = evolve(problem, [cycles], 1e-3)
+    base = state
+    solver = StageSolver(Workspace(problem), state.geometry, 1e-4)
+    known = 0.3 * exponent * base.pressure / P0
+    nothing = np.zeros(state.geometry.shape)
+    return base, solver.solve(base, known, 0.7 * exponent / P0, base.pressure, nothing, 1e-6)
+
+
+def exponent_of(base: Stage, stage: Stage, exponent: float) -> np.ndarray:
+    return exponent * (0.3 * base.pressure + 0.7 * stage.pressure) / P0
+
+
+@pytest.mark.parametrize("name", SURFACES)
+def test_cells_that_lose_their_pressure_stop_wearing_when_they_touch(name: str):
+    problem = fretting(16, roughness=SURFACES[name])
+    base, stage = stage_after(problem, 200, 10.0)
+    window = replace(next(evolve(problem, [0])).geometry, shape=stage.pressure.shape)
+    shape = problem.unworn(window) + stage.wear
+    gap = problem.half_space(window).displacement(stage.pressure) + shape - stage.approach
+    # So long a stage takes all pressure from cells that it wears: wear must not open a gap there.
+    emptied = (stage.pressure == 0) & (stage.wear > base.wear)
+    assert emptied.any()
+    assert np.abs(gap[emptied]).max() <= 2e-6 * HERTZ.approach
+    # What is not worn off adds nothing to g* either.
+    np.testing.assert_allclose(stage.source_since(base), 0.0, atol=1e-12 * HERTZ.approach)
+    np.testing.assert_allclose(stage.gap, gap, atol=2e-6 * HERTZ.approach)
+    overshot = np.expm1(exponent_of(base, stage, 10.0)) * base.reduced.gap
+    assert (overshot - (stage.wear - base.wear))[emptied].max() > 1e-3 * HERTZ.approach
+
+
+@pytest.mark.parametrize("name", SURFACES)
+def test_wear_of_a_yielding_stage_is_that_of_the_flow_it_ends_with(name: str):
+    problem = fretting(16, roughness=SURFACES[name], limit=1.3)
+    base, stage = stage_after(problem, 1200, 0.3)
+    assert stage.yielded
+    grew = stage.plastic > base.plastic
+    assert (stage.pressure[grew] == problem.limit).all()
+    shift = stage.source_since(base)
+    nothing = np.zeros_like(shift)
+    whole = WearLayer(base.wear, base.reduced.gap, shift, nothing, 1.0)
+    expected = whole.displacement(exponent_of(base, stage, 0.3))
+    loaded = stage.pressure > 0
+    error = np.abs(stage.wear - expected)[loaded].sum()
+    # Sweeps stop at 0.002 of the tolerance 1e-4 of the volume, and converge by halves at least.
+    assert error <= 1e-6 * stage.wear.sum()
+    assert np.abs(shift).max() > 1e-3 * HERTZ.approach
+
+
+def test_flow_that_does_not_settle_is_an_error(monkeypatch):
+    problem = fretting(16, limit=1.3)
+    *_, state = evolve(problem, [1200])
+    base = state
+    monkeypatch.setattr(stages, "_LARGEST_SWEEPS", 1)
+    solver = StageSolver(Workspace(problem), state.geometry, 1e-4)
+    nothing = np.zeros(state.geometry.shape)
+    with pytest.raises(ContactError):
+        solver.solve(base, nothing, 0.3 / P0, base.pressure, nothing, 1e-6)

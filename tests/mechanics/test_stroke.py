@@ -175,7 +175,7 @@ def test_a_short_stroke_is_a_fixed_contact(problem):
     """Against the integrator of contacts that stay where they are, with the same slip."""
     assert positions(problem)[0] == [0.0]
     hertz = problem.hertz
-    cycles = 20.0 / (problem.growth_rate * hertz.peak_pressure)
+    cycles = 3.0 / (problem.growth_rate * hertz.peak_pressure)
     cycles *= problem.friction.coefficient * hertz.approach / problem.loading.stroke
     *_, found = slide(problem, (cycles,), 0.003)
     fixed = replace(problem, slip_model=Uniform())

@@ -1,23 +1,18 @@
-"""The unworn gap: a paraboloid and the waves of the study."""
+"""Waves and random surfaces: the spectrum asked for, the same surface on every grid."""
+
+from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.roughness import BothRough, SelfAffineRoughness, WavyRoughness
-from fretwear.mechanics.surfaces import Sphere
 
 from .problems import fretting, near
 
 RADIUS, AMPLITUDE = 10e-3, 0.2e-6
 SLOPE_X, SLOPE_Y = np.tan(np.deg2rad(5.7)), np.tan(np.deg2rad(1.0))
 WAVES = WavyRoughness(AMPLITUDE, np.arctan(SLOPE_X), np.arctan(SLOPE_Y))
-
-
-def test_smooth_sphere_is_the_paraboloid_of_hertz():
-    window = Grid((5, 7), (1e-6, 2e-6))
-    shape = Sphere(RADIUS).gap(window.x[:, None], window.y)
-    assert shape.shape == (5, 7)
-    assert shape[3, 4] == near(((3.5e-6) ** 2 + (9e-6) ** 2) / (2 * RADIUS), rel=1e-14)
 
 
 def test_waves_are_those_of_the_study():
@@ -82,3 +77,99 @@ def test_of_two_rough_surfaces_the_gap_has_both():
     # Whatever asks for cells asks for those of the finer one, along each axis.
     assert mixed.finest == (min(WAVES.finest[0], 30e-6), min(WAVES.finest[1], 30e-6))
     assert mixed.wavelengths == (min(WAVES.finest[0], 60e-6), min(WAVES.finest[1], 60e-6))
+
+
+ROLLOFF, SHORTEST, HEIGHT = 80e-6, 20e-6, 0.2e-6
+SURFACE = SelfAffineRoughness(HEIGHT, 0.8, ROLLOFF, SHORTEST, seed=7)
+PERIOD = 16 * ROLLOFF
+
+
+def moment(power: float, hurst: float) -> float:
+    """∫ qᵏ C(q) dq of the continuous spectrum, up to the factor that all moments share."""
+    rolloff, shortest = 2 * np.pi / ROLLOFF, 2 * np.pi / SHORTEST
+    falling = power - 2 - 2 * hurst + 1
+    return (
+        rolloff ** (power + 1) / (power + 1)
+        + rolloff ** (2 + 2 * hurst) * (shortest**falling - rolloff**falling) / falling
+    )
+
+
+@pytest.fixture(scope="module")
+def spectra() -> list[np.ndarray]:
+    """Power of the heights of 32 seeds over a period, by wave numbers of the period."""
+    count = 3 * round(PERIOD / SHORTEST)
+    x = (np.arange(count) + 0.5) * PERIOD / count
+    heights = (replace(SURFACE, seed=seed).height(x[:, None], x) for seed in range(32))
+    return [np.abs(np.fft.fft2(height) / height.size) ** 2 for height in heights]
+
+
+def wave_numbers(count: int) -> np.ndarray:
+    numbers = np.fft.fftfreq(count, 1 / count)
+    return np.hypot(numbers[:, None], numbers)
+
+
+def test_heights_and_slopes_are_those_of_the_spectrum(spectra):
+    number = wave_numbers(len(spectra[0]))
+    wanted = HEIGHT * np.sqrt(moment(3, 0.8) / moment(1, 0.8))
+    assert SURFACE.rms_slope == near(wanted, rel=2e-3)
+    for power in spectra:
+        assert np.sqrt(power.sum()) == near(HEIGHT, rel=1e-9)
+        slope = np.sqrt((power * (2 * np.pi * number / PERIOD) ** 2).sum())
+        assert slope == near(SURFACE.rms_slope, rel=1e-9)
+
+
+def test_the_spectrum_is_flat_falls_with_the_hurst_exponent_and_ends(spectra):
+    mean, number = np.mean(spectra, axis=0), wave_numbers(len(spectra[0]))
+    falling = (number > 16) & (number < 63.5)
+    slope = np.polyfit(np.log(number[falling]), np.log(mean[falling]), 1)[0]
+    assert slope == pytest.approx(-2 - 2 * 0.8, abs=0.005)
+    flat = (number > 0) & (number < 16)
+    np.testing.assert_allclose(mean[flat], mean[flat].mean(), rtol=1e-9)
+    assert mean[number > 64.5].max() < 1e-20 * mean.max()
+
+
+def test_heights_of_a_point_are_normally_distributed_over_the_seeds():
+    heights = [replace(SURFACE, seed=seed).height(0.0, 0.0) for seed in range(400)]
+    assert np.mean(heights) == pytest.approx(0.0, abs=4 * HEIGHT / 20)
+    # Of a normal distribution 68 % lie within the root mean square; four deviations of the share.
+    inside = np.mean(np.abs(heights) < HEIGHT)
+    assert inside == pytest.approx(0.683, abs=4 * np.sqrt(0.683 * 0.317 / 400))
+
+
+def test_the_surface_is_the_same_at_every_cell_size():
+    coarse = Grid((40, 30), (3e-6, 3e-6), (False, False))
+    # Cells a third as large have every third centre in common, larger windows the inner cells.
+    fine = Grid((180, 150), (1e-6, 1e-6), (False, False))
+    height = SURFACE.height(coarse.x[:, None], coarse.y[None, :])
+    there = SURFACE.height(fine.x[:, None], fine.y[None, :])[31:-29:3, 31:-29:3]
+    np.testing.assert_allclose(height, there, atol=1e-12 * HEIGHT)
+    x, y = np.meshgrid(coarse.x[:3], coarse.y[:2], indexing="ij")
+    np.testing.assert_allclose(SURFACE.height(x, y), height[:3, :2], atol=1e-12 * HEIGHT)
+
+
+def test_shorter_waves_are_added_to_those_of_the_same_seed():
+    x = np.linspace(-PERIOD / 2, PERIOD / 2, 320, endpoint=False)
+    more = replace(SURFACE, shortest_wavelength=SHORTEST / 2)
+    height, other = (surface.height(x[:, None], x) for surface in (SURFACE, more))
+    kept = np.fft.fft2(other)
+    kept[wave_numbers(320) > 64.001] = 0.0
+    same = np.fft.ifft2(kept).real
+    np.testing.assert_allclose(same / same.std(), height / height.std(), atol=1e-9)
+
+
+@pytest.mark.parametrize(("anisotropy", "along_x", "along_y"), [(4.0, 4.0, 1.0), (0.25, 1.0, 4.0)])
+def test_along_the_lay_all_wavelengths_are_longer(anisotropy, along_x, along_y):
+    laid = replace(SURFACE, anisotropy=anisotropy)
+    x, y = np.linspace(0, 1e-3, 50)[:, None], np.linspace(0, 3e-4, 40)
+    expected = SURFACE.height(x / along_x, y / along_y)
+    np.testing.assert_allclose(laid.height(x, y), expected, atol=1e-12 * HEIGHT)
+    assert laid.finest == near((SHORTEST * along_x, SHORTEST * along_y), rel=1e-12)
+    squares = SURFACE.rms_slope**2 / 2 * (1 / along_x**2 + 1 / along_y**2)
+    assert laid.rms_slope == near(np.sqrt(squares), rel=1e-6)
+
+
+def test_wavelengths_that_make_no_spectrum_are_refused():
+    with pytest.raises(ValueError, match="at most the roll-off wavelength"):
+        replace(SURFACE, shortest_wavelength=2 * ROLLOFF)
+    with pytest.raises(ValueError, match="200 times as long as the shortest"):
+        replace(SURFACE, shortest_wavelength=ROLLOFF / 200)

@@ -83,17 +83,6 @@ def test_contact_never_shrinks_while_nothing_yields(cells, cycles, changes):
         assert not (before & ~after).any()
 
 
-@pytest.mark.parametrize("name", RUNS)
-def test_states_land_exactly_on_the_cycles_asked_for(runs, name: str):
-    _, states = runs[name]
-    cycles = [state.cycle for state in states]
-    assert cycles[0] == 0
-    assert set(STOPS) <= set(cycles)
-    assert cycles[-1] == STOPS[-1]
-    assert all(later > earlier for earlier, later in pairwise(cycles))
-    assert [state.step for state in states] == list(range(len(states)))
-
-
 @pytest.mark.parametrize("name", ELASTIC)
 def test_stick_cells_of_an_elastic_run_are_the_same_to_the_last_bit(runs, name: str):
     problem, states = runs[name]

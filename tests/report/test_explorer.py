@@ -22,7 +22,6 @@ from fretwear.report.explorer import (
     evenly,
     held_points,
     read_curves,
-    run_lengths,
     thinned_levels,
 )
 from fretwear.report.results import PointResult, point_results
@@ -137,11 +136,6 @@ def test_at_least_one_point_that_is_done_is_held(
     status = [PointStatus.DONE if place in done else PointStatus.FAILED for place in range(16)]
     told = [replace(result, status=one) for result, one in zip(results, status, strict=True)]
     assert held <= set(held_points(finished.plan, told, most=2))
-
-
-def test_run_lengths_tell_states_and_how_long_they_last() -> None:
-    assert run_lengths(np.array([2, 2, 1, 0, 0, 0], dtype=np.int8)) == [2, 2, 1, 1, 0, 3]
-    assert run_lengths(np.array([1], dtype=np.int8)) == [1, 1]
 
 
 def test_missing_values_and_rows_of_zeros_are_packed() -> None:

@@ -14,7 +14,7 @@ import pytest
 
 from fretwear.study.study import load_study
 
-from ..studies import base, steel, write_study
+from ..studies import base, steel, two_loads, write_study
 from .apart import SAID, snakemake
 
 REPOSITORY = Path(__file__).parents[2]
@@ -30,12 +30,11 @@ def without(content, *keys):
     return {key: value for key, value in content.items() if key not in keys}
 
 
-TINY = {
-    "title": "Tiny",
-    "base": {**without(BASE, "load", "tangential_ratio"), "tangential_load": "9 N"},
-    "vary": {"load": ["25 N", "50 N"]},
-    "output": {"cycles": [0, 20]},
-}
+TINY = two_loads(
+    title="Tiny",
+    base={**without(BASE, "load", "tangential_ratio"), "tangential_load": "9 N"},
+    output={"cycles": [0, 20]},
+)
 
 # Matter this soft is gone before the shortest step ends, so its case really fails.
 HOPELESS = {
@@ -135,12 +134,6 @@ def read_until(process, words):
         assert line, said
         said += line
     return said
-
-
-def damage_file(path):
-    content = bytearray(path.read_bytes())
-    content[len(content) // 2] ^= 1
-    path.write_bytes(content)
 
 
 def contents(path):

@@ -9,10 +9,6 @@ import pytest
 import xarray as xr
 
 from fretwear.data.files import add_checksum
-from fretwear.mechanics.geometry.grid import Grid
-from fretwear.mechanics.geometry.rings import Rings
-from fretwear.mechanics.integrator import evolve
-from fretwear.mechanics.state import State
 from fretwear.running import simulate
 from fretwear.running.checkpoint import (
     Checkpoint,
@@ -25,6 +21,7 @@ from fretwear.running.checkpoint import (
 )
 from fretwear.running.simulate import RunRecord
 
+from ..studies import HandClock
 from .conftest import make_case
 
 CHANGES = {"plastic_limit": "3 GPa", "cycles": 3000, "cell": "6 um", "output_cycles": (10, 1000)}
@@ -168,19 +165,6 @@ def test_every_field_of_a_run_record_comes_back_from_the_file(case, path):
     assert_same(read_checkpoint(path, {}), record)
 
 
-@pytest.mark.parametrize("geometry", [Grid, Rings])
-def test_a_run_on_any_geometry_resumes_from_its_packed_state(geometry):
-    case = make_case(cycles=1000)
-    problem = simulate.wear_problem(case, geometry)
-    states = list(evolve(problem, [0.0, 1000.0], case.tolerance))
-    arrays = {}
-    packed = json.loads(json.dumps(pack(states[3], "last", arrays)))
-    again = unpack(State, packed, arrays)
-    assert_same(again, states[3])
-    *_, last = evolve(problem, [0.0, 1000.0], case.tolerance, again)
-    assert_same(last, states[-1])
-
-
 @dataclass(frozen=True)
 class Line:
     radii: np.ndarray
@@ -221,18 +205,8 @@ def test_a_new_field_of_a_state_is_packed_by_itself(geometry):
         unpack(Future, packed, arrays)
 
 
-class Watch:
-    """A clock that a run moves on: each step takes as long as it is told."""
-
-    def __init__(self):
-        self.now = 0.0
-
-    def __call__(self):
-        return self.now
-
-
 def test_a_kill_at_any_moment_costs_at_most_half_a_minute_and_a_step(case, path):
-    generator, clock = random.Random(3), Watch()
+    generator, clock = random.Random(3), HandClock()
     checkpoint = Checkpoint(path, case, print, clock=clock)
     written, costs = 0.0, []
 
@@ -249,7 +223,7 @@ def test_a_kill_at_any_moment_costs_at_most_half_a_minute_and_a_step(case, path)
 
 
 def test_snapshots_are_on_the_disk_soon(case, path):
-    clock = Watch()
+    clock = HandClock()
     checkpoint = Checkpoint(path, case, print, clock=clock)
 
     def pass_time(step):

@@ -19,8 +19,8 @@ from fretwear.mechanics.slip import Jaeger
 from fretwear.running import simulate
 from fretwear.running.batch import simulate_to_file
 
-from ..studies import WAVES, write_study
-from .conftest import BASE, damage_file, make_case, read_until
+from ..studies import WAVES, flip, write_study
+from .conftest import BASE, make_case, read_until
 
 KILLS = 7
 
@@ -108,7 +108,7 @@ def test_after_waiting_only_a_whole_file_of_the_same_run_is_taken(
         result = simulate.run(make_case(cycles=200, **(changes or {})))
         write_case(result.dataset, result.history, path)
         if changes is None:
-            damage_file(path)
+            flip(path)
 
     outcome = simulate_to_file(case, path, tell=holding(path, write), command="test")
     assert outcome.is_taken_over is is_taken_over
@@ -182,8 +182,7 @@ def test_a_job_that_fails_on_its_way_keeps_the_checkpoint_to_resume_from(path, m
 @pytest.fixture(scope="module")
 def start_job():
     """Start a job in a process of its own and wait until it is at work."""
-    context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["fretwear.running.batch"])
+    context = multiprocessing.get_context("fork")
 
     def begin(path):
         settings = {"tell": print, "command": "test", "interval": 0.05}

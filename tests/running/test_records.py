@@ -40,6 +40,7 @@ def test_records_that_are_cut_short_or_of_something_else_are_passed_over(tmp_pat
     file.with_name("list.failed.json").write_text("[1, 2]")
     file.with_name("odd.failed.json").write_text(json.dumps({**json.loads(text), "reason": 3}))
     file.with_name("large.failed.json").write_text(text + " " * 200_000)
+    file.with_name("deep.failed.json").write_text("[" * 50_000)
     assert list(failures(tmp_path)) == ["sound"]
 
 
@@ -68,6 +69,8 @@ def test_simulations_are_added_up_and_other_rules_are_not(tmp_path):
 
 def test_what_was_not_measured_counts_for_nothing(tmp_path):
     assert spent_on_simulations(tmp_path) is None
+    write(tmp_path / "benchmarks/batches/long.tsv", "1\t0:01\t" + "9" * 200_000)
+    assert spent_on_simulations(tmp_path) is None
     write(tmp_path / "benchmarks/simulate/a.tsv", "0.2\t0:00:00\t-\tNA")
     (tmp_path / "benchmarks/simulate/b.tsv").write_bytes(b"\xff\xfe not a table")
     spent = spent_on_simulations(tmp_path)
@@ -90,14 +93,3 @@ def test_records_that_cannot_be_written_or_lead_elsewhere_end_nothing(tmp_path):
     record(tmp_path, "a", "broken")
     assert failures(tmp_path)["a"].reason == "broken"
     assert precious.read_text() == "mine"
-
-
-def test_nested_json_and_odd_tables_are_passed_over(tmp_path):
-    folder = tmp_path / "logs/simulate"
-    folder.mkdir(parents=True)
-    (folder / "a.failed.json").write_text("[" * 50_000)
-    assert failures(tmp_path) == {}
-    table = tmp_path / "benchmarks/batches/a.tsv"
-    table.parent.mkdir(parents=True)
-    table.write_text(HEAD + "1\t0:01\t" + "9" * 200_000)
-    assert spent_on_simulations(tmp_path) is None

@@ -134,30 +134,26 @@ def test_a_number_of_cases_is_taken_by_its_word(each):
     assert all(len(job.case_ids) == each for job in jobs[:-1])
 
 
-def test_a_job_gets_a_few_minutes_of_work():
-    jobs = joined(cases([2.0] * 10_000))
-    assert len(ids(jobs)) == 10_000
-    times = [job.seconds for job in jobs]
-    assert max(times) <= SECONDS_PER_JOB + 2.0
-    assert min(times) >= SECONDS_PER_JOB - 4.0
-
-
-def test_a_small_study_keeps_the_cores_busy():
-    assert len(joined(cases([0.1] * 5))) == 5
-    assert len(joined(cases([0.1] * 1000))) == LEAST_JOBS
-    assert len(joined(cases([10.0] * 500))) == JOBS_FOR_MANY_CORES
-
-
-def test_a_long_case_is_a_job_of_its_own():
-    jobs = joined(cases([1.0] * 300 + [3600.0] + [1.0] * 300))
-    (long,) = (job for job in jobs if "case301" in job.case_ids)
-    assert long.seconds < 3600.0 + SECONDS_PER_JOB
-
-
-def test_a_huge_study_gets_longer_jobs_rather_than_more():
-    jobs = joined(cases([60.0] * 100_000))
-    assert 0.9 * MOST_JOBS < len(jobs) <= MOST_JOBS
-    assert len(set(ids(jobs))) == 100_000
+@pytest.mark.parametrize(
+    ("seconds", "least", "most"),
+    [
+        # A small study keeps the cores busy, a large one has jobs of a few minutes.
+        ([0.1] * 5, 5, 5),
+        ([0.1] * 1000, LEAST_JOBS, LEAST_JOBS),
+        ([10.0] * 500, JOBS_FOR_MANY_CORES, JOBS_FOR_MANY_CORES),
+        ([2.0] * 10_000, 20_000 / (SECONDS_PER_JOB + 2.0), 20_000 / (SECONDS_PER_JOB - 4.0)),
+        ([60.0] * 100_000, 0.9 * MOST_JOBS, MOST_JOBS),
+        # A long case is a job of its own, nearly.
+        ([1.0] * 300 + [3600.0] + [1.0] * 300, 2, 2 + 600 / SECONDS_PER_JOB + LEAST_JOBS),
+    ],
+)
+def test_jobs_are_neither_too_many_nor_too_long(seconds, least, most):
+    listed = cases(seconds)
+    jobs = joined(listed)
+    assert least <= len(jobs) <= most
+    assert ids(jobs) == ids(listed)
+    if len(jobs) < MOST_JOBS / 2:
+        assert max(job.seconds for job in jobs) < max(seconds) + SECONDS_PER_JOB
 
 
 def test_a_batch_knows_its_points_its_time_and_its_memory():

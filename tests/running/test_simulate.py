@@ -122,14 +122,6 @@ def test_scalars_are_the_integrals_and_extremes_of_the_fields(datasets, name: st
         np.testing.assert_allclose(ds[key], value, rtol=rel, err_msg=key)
 
 
-@pytest.mark.parametrize("name", ["smooth", "rough", "simple slip"])
-def test_stick_cells_of_an_elastic_case_are_the_same_in_every_snapshot(datasets, name: str):
-    stick = (datasets[name].contact_state == ContactState.STICK).to_numpy()
-    assert stick[0].any()
-    assert not stick[0].all()
-    np.testing.assert_array_equal(stick, np.broadcast_to(stick[0], stick.shape))
-
-
 @pytest.mark.parametrize("name", KINDS)
 def test_wear_grows_from_snapshot_to_snapshot_at_the_rate_given(datasets, name: str):
     ds = datasets[name]
@@ -246,13 +238,6 @@ def test_materials_matter_through_their_composite_modulus_and_coupling_alone():
     assert first.coupling != pytest.approx(make().coupling, rel=0.02)
     volumes = [float(ds.wear_volume[-1]) for ds in (results[0], simulate(make()))]
     assert volumes[0] > 1.1 * volumes[1]
-
-
-def test_simple_slip_model_differs_from_that_of_the_current_shape(datasets):
-    simple, current = datasets["simple slip"], datasets["rough"]
-    np.testing.assert_array_equal(simple.slip[0], simple.slip[-1])
-    assert float(simple.wear_volume[-1]) < 0.9 * float(current.wear_volume[-1])
-    np.testing.assert_array_equal(simple.pressure[0], current.pressure[0])
 
 
 MEMORY = """

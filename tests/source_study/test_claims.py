@@ -70,9 +70,6 @@ def test_numbers_are_short():
     assert [percent(share) for share in (0.4567, 0.0123, 0.0)] == ["45.7 %", "1.23 %", "0 %"]
 
 
-# Claim 1
-
-
 def test_what_holds_in_a_real_run(cases):
     """Pressure moves into elastic stick zones, which stay; plastic ones shrink; wear evens out."""
     elastic = ("smooth elastic", "rough elastic")
@@ -123,18 +120,12 @@ def test_a_step_back_holds_in_part_and_noise_of_a_vanished_pressure_is_none(case
     assert verdict(1, doctored(case, pressure=vanished)) is HOLDS
 
 
-# Claim 2
-
-
 def test_peak_is_at_the_edge_of_stick_at_the_end_wherever_it_was_before(cases, doctored):
     case = cases["smooth elastic"]
     first, last = (case.field("pressure", cycle) for cycle in (0, case.last))
     late = doctored(case, pressure=lambda cycle: last if cycle == case.last else first)
     never = doctored(case, pressure=lambda _cycle: first)
     assert [verdict(2, one) for one in (case, late, never)] == [HOLDS, HOLDS, FAILS]
-
-
-# Claim 3
 
 
 @pytest.mark.parametrize(
@@ -152,9 +143,6 @@ def test_rough_equals_smooth_up_to_five_percent(cases, doctored, field, factor, 
     smooth = doctored(case, **{field: lambda cycle: scale * case.field(field, cycle)})
     rough = doctored(smooth, **{field: lambda cycle: factor * smooth.field(field, cycle)})
     assert verdict(3, smooth, rough) is expected
-
-
-# Claim 4
 
 
 def test_a_single_changed_cell_fails_the_elastic_part(cases):
@@ -186,9 +174,6 @@ def test_a_stick_zone_that_grows_before_it_shrinks_holds_in_part(cases):
     finding = judged(4, {**cases, "rough plastic": case}).findings["rough plastic"]
     assert finding.answer is IN_PART
     assert "falls only from cycle 1 on" in finding.remark
-
-
-# Claims 5 and 6
 
 
 @pytest.mark.parametrize(("place", "expected"), [(0.5, HOLDS), (0.1, FAILS), (0.9, FAILS)])
@@ -233,9 +218,6 @@ def test_even_wear_holds_and_one_sided_wear_does_not(cases, doctored):
     assert verdict(6, doctored(case, wear_rate=one_sided)) is FAILS
 
 
-# Claim 7
-
-
 def levelled(case, zone_of):
     """Wear that takes away what stands out of the valleys; tips are where waves are lowest."""
     amplitude = case.parameter("roughness_amplitude")
@@ -276,9 +258,6 @@ def test_asperities_go_in_the_middle_of_the_slip_zone_first(cases):
     assert amplitude_left(case, case.last, zones.stick) > 0.5
 
 
-# Claim 8
-
-
 def with_width(case, width):
     cycles = case.history["cycle"].values
     return replace(case, history=case.history.assign(contact_half_width_x=("step", width(cycles))))
@@ -312,9 +291,6 @@ def test_width_that_still_grows_holds_in_part(cases):
     assert "second half of the cycles" in judgement.findings["elastic"].remark
 
 
-# Claim 9
-
-
 def test_shear_moves_as_pressure_does(cases, doctored):
     assert judged(9, cases).verdict is HOLDS
     case = cases["smooth elastic"]
@@ -323,9 +299,6 @@ def test_shear_moves_as_pressure_does(cases, doctored):
         return 2.0 * case.field("shear_traction", 0) - case.field("shear_traction", cycle)
 
     assert verdict(9, doctored(case, shear_traction=opposite)) is FAILS
-
-
-# Claim 10
 
 
 @pytest.mark.parametrize(

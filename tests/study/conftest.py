@@ -5,18 +5,12 @@ import pytest
 from fretwear.study.problems import StudyError
 from fretwear.study.study import Study, load_study
 
-from ..studies import base, write_study
+from ..studies import two_loads, write_study
 
 
 @pytest.fixture
 def content():
-    """The content of a small sound study, as plain values."""
-    return {
-        "title": "Two loads",
-        "base": base(),
-        "vary": {"load": ["25 N", "50 N"]},
-        "output": {"cycles": [0, 100]},
-    }
+    return two_loads(output={"cycles": [0, 100]})
 
 
 class StudyFolder:

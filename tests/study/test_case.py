@@ -5,7 +5,7 @@ from dataclasses import FrozenInstanceError
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fretwear.mechanics.roughness import WavyRoughness
@@ -126,6 +126,13 @@ def test_a_case_of_other_cycles_has_snapshots_of_its_own_or_those_asked_for():
         ({"roughness": {**WAVES, "amplitude": -1e-7}}, ["amplitude", "at least 0"]),
         ({"tangential_ratio": 1.2}, ["gross sliding", "tangential_ratio = 1.2"]),
         ({"tangential_load": 25.0}, ["gross sliding", "µP = 25 N"]),
+        ({"blocks": [{"cycles": 5}]}, ["blocks have cycles of their own"]),
+        ({"cycles": None, "blocks": [{"cycles": 5, "radius": 1.0}]}, ["a block cannot change"]),
+        ({"cycles": None, "blocks": [{"cycles": 5, "tangential_ratio": 1.5}]}, ["block number 1"]),
+        ({"friction": {"cycles": [10], "values": [0.5]}}, ["starts at cycle 10"]),
+        ({"debris_fraction": 1.2}, ["at most 1"]),
+        ({"rig_stiffness": "28 N/um"}, ["has no meaning with tangential_ratio"]),
+        ({"displacement_amplitude": "1 um"}, ["is redundant"]),
         (
             {"tangential_load": 10.0, "tangential_ratio": 0.8},
             ["tangential_load: is redundant", "exactly one"],
@@ -150,13 +157,6 @@ def test_what_is_wrong_is_refused_by_name_and_rule_all_at_once(changes, parts):
     message = refusal(**changes)
     for part in parts:
         assert part in message
-
-
-def test_every_missing_parameter_is_named():
-    with pytest.raises(CaseError) as caught:
-        Case(load=50.0)
-    for name in ("radius", "youngs_modulus", "poisson_ratio", "friction", "cycles"):
-        assert name in str(caught.value)
 
 
 def test_a_plastic_limit_must_carry_the_load_within_half_space_theory():
@@ -212,6 +212,10 @@ def test_the_default_grid_is_square_under_a_smooth_contact_and_follows_the_waves
     assert dy == 2.3e-6
 
 
+few = settings(max_examples=settings.default.max_examples // 4)
+
+
+@few
 @given(
     st.floats(0.02, 0.98),
     st.floats(1e-8, 1e-6),
@@ -232,28 +236,12 @@ def test_the_default_resolves_contact_zones_and_waves(ratio, amplitude, slope_x,
     assert case.replace(cell=(dx, dy)).cell == (dx, dy)
 
 
+@few
 @given(st.floats(1e-2, 1e2))
 def test_the_default_is_hardly_finer_than_it_must_be(load):
     case = steel(load=load)
     needed = case.hertz_radius / 64
     assert 0.9 * needed < case.grid_spacing[0] <= needed
-
-
-positive = st.floats(1e-3, 1e3)
-
-
-@given(positive, positive, st.floats(0.01, 0.99))
-def test_hertz_values_scale_as_dimensional_analysis_says(load_scale, length_scale, ratio):
-    case = steel(load=1.0, radius=1.0, tangential_ratio=ratio)
-    # Equal pressures: lengths by s, loads by s².
-    other = steel(load=length_scale**2, radius=length_scale, tangential_ratio=ratio)
-    assert other.hertz_pressure == pytest.approx(case.hertz_pressure)
-    assert other.hertz_radius == pytest.approx(length_scale * case.hertz_radius)
-    # Equal shapes: loads and moduli by the same factor.
-    stiff = {"load": load_scale, "youngs_modulus": 208e9 * load_scale, "radius": 1.0}
-    stiffer = steel(**stiff, tangential_ratio=ratio)
-    assert stiffer.hertz_radius == pytest.approx(case.hertz_radius)
-    assert stiffer.hertz_pressure == pytest.approx(load_scale * case.hertz_pressure)
 
 
 @pytest.mark.parametrize(

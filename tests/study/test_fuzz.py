@@ -53,7 +53,11 @@ plain = st.recursive(
 )
 fragments = st.one_of(st.sampled_from(ODD), st.text(max_size=20))
 magnitudes = st.one_of(st.floats(5e-324, 1.7e308), st.floats(-30, 30).map(lambda x: 10.0**x))
-of_files = settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+# What the suite can afford out of the examples of the profile.
+of_files = settings(
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
+    max_examples=settings.default.max_examples // 4,
+)
 
 
 def told(error, file):
@@ -203,7 +207,7 @@ def test_any_assignment(outcome, content, name, value):
     outcome(text, [f"{name}{value}"])
 
 
-@settings(of_files, max_examples=50)
+@of_files
 @given(
     load=st.lists(st.floats(0.1, 1000.0), min_size=1, max_size=2, unique=True),
     ratio=st.lists(st.floats(0.01, 1.2), min_size=1, max_size=2, unique=True),

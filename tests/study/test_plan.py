@@ -60,12 +60,6 @@ def test_invalid_points_are_in_the_table_with_the_reason(table, studies, content
     assert list(Plan(studies.load(content)).rows())[1][0] == "(invalid)"
 
 
-def test_a_part_of_the_rows_can_be_asked_for(studies, content):
-    content["vary"] = {"friction": [0.3, 0.4, 0.5, 0.6]}
-    plan = Plan(studies.load(content))
-    assert list(plan.rows(1, 3)) == list(plan.rows())[1:3]
-
-
 def test_cases_of_one_doubt_are_found_once_each(studies, content):
     content["vary"] = {"plastic_limit": ["500 MPa", "4500 MPa"]}
     plan = Plan(studies.load(content))
