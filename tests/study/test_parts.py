@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 import numpy as np
 import pytest
 
-from fretwear import figures
+from fretwear import figures, parts
 from fretwear.mechanics.roughness import Roughness
 from fretwear.mechanics.slip import Jaeger, ReducedContact, SlipModel
 from fretwear.mechanics.wear_laws import WearLaw
@@ -90,6 +90,7 @@ def register(*, there):
     """A kind without a name is none: other tests shall not meet those made up here."""
     for kind, name in MADE_UP.items():
         kind.kind = name if there else ""
+    parts._kinds.cache_clear()
 
 
 register(there=False)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields
+from types import MappingProxyType
 from typing import Any, ClassVar, Self, cast
 
 from fretwear.parts import Part, Plain, WholeNumber, is_list
@@ -195,15 +196,24 @@ def _suited(members: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def read_values(
-    raw: Mapping[str, Any], prefix: str, problems: Problems, *, units_required: bool
+    raw: Mapping[str, Any],
+    prefix: str,
+    problems: Problems,
+    *,
+    units_required: bool,
+    varied: Mapping[str, Sequence[str]] = MappingProxyType({}),
 ) -> dict[str, Any]:
-    """Read keys as `base` has them; return the valid values, add what is wrong with the others."""
+    """Read keys as `base` has them; return the valid values, add what is wrong with the others.
+
+    Of parts of which some fields are `varied` the others are read.
+    """
     values: dict[str, Any] = {}
     known = base_names()
     for key, value in raw.items():
         with problems.at(place := f"{prefix}{key}", value):
             if key in known:
-                values[key] = read_value(key, value, units_required=units_required)
+                fields = varied.get(key, ())
+                values[key] = read_value(key, value, fields, units_required=units_required)
                 continue
             whole, _, part = key.partition(".")
             remedy = _OTHER_NAMES.get(key.casefold().replace(" ", "_"), "")
@@ -214,7 +224,9 @@ def read_values(
     return values
 
 
-def read_value(name: str, raw: object, *, units_required: bool = True) -> Any:
+def read_value(
+    name: str, raw: object, varied: Sequence[str] = (), *, units_required: bool = True
+) -> Any:
     """Read the value of a parameter or of a whole part, as in a file or (units apart) in Python.
 
     What is wrong with it is a `QuantityError`, what is wrong inside of a part an `UnreadError`.
@@ -224,6 +236,8 @@ def read_value(name: str, raw: object, *, units_required: bool = True) -> Any:
         can_be_none = getattr(parameter, "none", "") or getattr(parameter, "infinite", "")
         remedy = f"write {name}: none if that is meant" if can_be_none else parameter.such_as(name)
         raise QuantityError("has no value", remedy)
+    if varied and isinstance(parameter, PartOf):
+        return parameter.read_partly(raw, varied)
     return parameter.read(raw, units_required)
 
 

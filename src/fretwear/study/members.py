@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from fretwear.parts import Choice, Parameter, Part, means_none, required
-from fretwear.study.problems import Problem, Problems, nearest, read_fields
+from fretwear.study.problems import Problem, UnreadError, nearest, read_fields
 from fretwear.units import NO_UNIT, QuantityError
 
 
@@ -84,18 +84,34 @@ class PartOf(Parameter):
             names = [*self.kinds] if self.bare else []
             choices = names or [*(["none"] if self.none else []), whole]
             raise QuantityError(f"must be {' or '.join(choices)}", self.such_as(self.words), names)
-        problems = Problems()
+        part = self._read(value, units_required)
+        if part.problem is not None:
+            raise UnreadError([Problem("", None, *part.problem)])
+        return part
+
+    def read_partly(self, value: object, varied: Sequence[str]) -> Part:
+        """Return a part without those of its fields that are varied."""
+        if isinstance(value, str) and value in self.kinds:
+            value = {"kind": value}
+        if not isinstance(value, Mapping):
+            whole = self.words.replace(" ", "_")
+            rule = (
+                f"must give the other parts of the {whole}, because {whole}.{varied[0]} is varied"
+            )
+            raise QuantityError(rule, self.such_as(whole))
+        return self._read(value, True, varied)
+
+    def _read(
+        self, value: Mapping[str, Any], units_required: bool, varied: Sequence[str] = ()
+    ) -> Part:
         name = value.get("kind", next(iter(self.kinds)))
         if name not in list(self.kinds):
-            problems.add(".kind", name, f"must be {' or '.join(self.kinds)}", known=[*self.kinds])
-            problems.raise_any()
+            rule = f"must be {' or '.join(self.kinds)}"
+            raise UnreadError([Problem(".kind", name, rule, known=[*self.kinds])])
         kind = self.kinds[name]
         known = {"kind": Choice("", "", (name,)), **kind.parameters()}
-        part = kind.unchecked(**read_fields(value, known, required(kind), units_required))
-        if part.problem is not None:
-            problems.append(Problem("", None, *part.problem))
-            problems.raise_any()
-        return part
+        needed = required(kind).difference(varied)
+        return kind.unchecked(**read_fields(value, known, needed, units_required))
 
     def make(self, values: Mapping[str, Any]) -> Part | None:
         """Make a part of the values of `keys`; None where they make none."""

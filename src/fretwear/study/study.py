@@ -11,11 +11,10 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from fretwear.parts import is_list
 from fretwear.study.case import SNAPSHOTS, Case, missing, read_values
 from fretwear.study.designs import Design, Grid, read_axes
 from fretwear.study.members import Inline
-from fretwear.study.parameters import html_table, member_of, parameter_names, parameter_of
+from fretwear.study.parameters import html_table, member_of, parameter_names
 from fretwear.study.points import Axis, BrokenRule, Parameters, Point
 from fretwear.study.problems import Problem, Problems, StudyError, did_you_mean, few_of
 from fretwear.study.sections import SEEDS, Sections, read_sections
@@ -136,7 +135,7 @@ def _checked(
     axes = read_axes(sections, found)
     # Where the design cannot be read, what is fixed is checked all the same.
     design = sections.design or Grid()
-    fixed = _read_base(sections, found)
+    fixed = _read_base(sections, axes, found)
     asked = sections.output.get("cycles", "auto")
     with found.at("output.cycles", asked):
         fixed["output_cycles"] = SNAPSHOTS.read(asked, True)
@@ -174,38 +173,34 @@ def _located(value: Any, folder: Path) -> Any:
     return Located.at(value, folder) if type(value) is str else value
 
 
-def _read_base(sections: Sections, problems: Problems) -> dict[str, Any]:
-    """Read the fixed values.
+def _read_base(sections: Sections, axes: tuple[Axis, ...], problems: Problems) -> dict[str, Any]:
+    """Read the fixed values; of a part of which some fields are varied, the others.
 
-    A varied parameter may have a value in base as well: that of the study it departs from.  Of a
-    part of which some parameters are varied, the others are read together with a first value of
-    these.
+    A varied parameter may have a value in base as well: that of the study it departs from.
     """
     varied = [name for name in sections.vary if name in parameter_names()]
-    base = dict(sections.base)
-    stand_ins = []
+    base, parts = dict(sections.base), dict[str, list[str]]()
     for name in varied:
-        whole, _, part = name.partition(".")
-        if not part or whole in sections.vary:
-            continue
-        others = base.setdefault(whole, {})
-        if not isinstance(others, Mapping):
-            rule = f"must give the other parts of the {whole}, because {name} is varied"
-            problems.add(f"base.{whole}", others, rule, parameter_of(whole).such_as(whole))
-            del base[whole]
-            varied.append(whole)
-            continue
-        raw = sections.vary[name]
-        values = [raw.get("from")] if isinstance(raw, Mapping) else raw
-        base[whole] = {**others, part: values[0] if is_list(values) and values else None}
-        stand_ins.append(f"base.{name}")
-    wrong = Problems()
-    read = read_values(base, "base.", wrong, units_required=True)
-    problems.extend(problem for problem in wrong if problem.key not in stand_ins)
-    for problem in missing({*base, *varied, *sections.base}, in_file=True):
+        whole, _, field = name.partition(".")
+        if field and whole not in sections.vary:
+            base.setdefault(whole, {})
+            parts.setdefault(whole, []).append(field)
+    read = read_values(base, "base.", problems, units_required=True, varied=parts)
+    for problem in missing({*base, *varied}, in_file=True):
         key = f"vary.{problem.key}" if problem.key in sections.vary else f"base.{problem.key}"
-        given = sections.base.get(problem.key)
-        problems.append(replace(problem, key=key, given=given))
+        problems.append(replace(problem, key=key, given=sections.base.get(problem.key)))
+    known = {axis.name for axis in axes}
+    for whole, fields in parts.items():
+        if (part := read.get(whole)) is None:
+            continue
+        of_kind = [*part.parameters()]
+        for field in (each for each in fields if each not in of_kind):
+            name, rule = f"{whole}.{field}", f"is nothing that {part.kind} has"
+            key, remedy = sections.place(name), f"it has {', '.join(of_kind)}"
+            found = Problem(key, sections.vary[name], rule, remedy, known=of_kind, written=field)
+            problems.append(found)
+        if not all(field in of_kind and f"{whole}.{field}" in known for field in fields):
+            del read[whole]
     return {name: value for name, value in read.items() if name not in varied}
 
 
