@@ -25,8 +25,8 @@
 #include <time.h>
 #include <unistd.h>
 
-enum { OPEN = 1, WRITE = 2, FSYNC = 4, RENAME = 8, MKDIR = 16, UNLINK = 32, TRUNCATE = 64, MEMORY = 128 };
-enum { FILES = 4096, LARGE = 4096, PLACES = 1 << 18, SECONDS = 60, STACK = 1 << 20, CALLS = 24 };
+enum { OPEN = 1, WRITE = 2, FSYNC = 4, RENAME = 8, MKDIR = 16, UNLINK = 32, TRUNCATE = 64, MEMORY = 128, LIBRARY = 256 };
+enum { FILES = 4096, LARGE = 2048, PLACES = 1 << 18, SECONDS = 60, STACK = 1 << 20, CALLS = 24 };
 
 struct fault { long kinds, error, sent, every, chosen; };
 
@@ -56,7 +56,7 @@ long faults_operations(int kind) { return operations[__builtin_ctz(kind)]; }
 int faults_is_child(void) { return is_child; }
 
 /* How many operations of a kind have come from here: the same lines of all functions of Python, and
-   the same calls in the libraries below. */
+   the same calls in the libraries below, but for memory that is told of as an exception. */
 static long count_here(int kind) {
     static void (*dump)(int, void *);
     static void *(*thread)(void);
@@ -65,7 +65,7 @@ static long count_here(int kind) {
     void *calls[CALLS];
     armed = 0;
     dump(STACK, thread());
-    write(STACK, calls, backtrace(calls, CALLS) * sizeof *calls);
+    if (kind != MEMORY) write(STACK, calls, backtrace(calls, CALLS) * sizeof *calls);
     armed = 1;
     uint64_t at = here % PLACES;
     while (places[at].key && places[at].key != here) at = (at + 1) % PLACES;
@@ -148,7 +148,7 @@ static int fails(int kind) {
     for (int fault = 0; fault < fault_count; fault++) is_wanted |= faults[fault].kinds & kind;
     long count = is_wanted ? count_here(kind) : 0;
     /* Of writes the first, second, fourth, eighth, ... from here; memory is refused once. */
-    if ((kind == WRITE && count & (count - 1)) || (kind == MEMORY && count > 1)) return 0;
+    if ((kind == WRITE && count & (count - 1)) || (kind >= MEMORY && count > 1)) return 0;
     for (int fault = 0; fault < fault_count; fault++) {
         struct fault *what = faults + fault;
         if (!(what->kinds & kind) || what->chosen++ % what->every || !branches(fault, kind, number)) continue;
@@ -323,8 +323,23 @@ time_t time(time_t *now) {
 
 extern void *__libc_malloc(size_t), *__libc_calloc(size_t, size_t), *__libc_realloc(void *, size_t);
 extern void *__libc_memalign(size_t, size_t);
-static int no_memory(size_t size) { return armed && size >= LARGE && fails(MEMORY); }
-void *malloc(size_t size) { return no_memory(size) ? NULL : __libc_malloc(size); }
-void *calloc(size_t n, size_t size) { return no_memory(n * size) ? NULL : __libc_calloc(n, size); }
-void *realloc(void *old, size_t size) { return no_memory(size) ? NULL : __libc_realloc(old, size); }
-void *aligned_alloc(size_t by, size_t size) { return no_memory(size) ? NULL : __libc_memalign(by, size); }
+
+/* Python and NumPy are told of memory that is not there by all that use them; a library may fall over it. */
+static int no_memory(size_t size, void *caller) {
+    static struct { void *address; int kind; } known[PLACES];
+    if (!armed || size < LARGE) return 0;
+    size_t at = (uintptr_t)caller % PLACES;
+    while (known[at].address && known[at].address != caller) at = (at + 1) % PLACES;
+    if (!known[at].address) {
+        Dl_info of = {0};
+        const char *name = dladdr(caller, &of) && of.dli_fname ? of.dli_fname : "";
+        int is_python = strstr(name, "/numpy/") || strstr(name, "libpython") || strstr(name, "bin/python");
+        known[at].address = caller, known[at].kind = is_python ? MEMORY : LIBRARY;
+    }
+    return fails(known[at].kind);
+}
+#define NONE(size) no_memory(size, __builtin_return_address(0))
+void *malloc(size_t size) { return NONE(size) ? NULL : __libc_malloc(size); }
+void *calloc(size_t n, size_t size) { return NONE(n * size) ? NULL : __libc_calloc(n, size); }
+void *realloc(void *old, size_t size) { return NONE(size) ? NULL : __libc_realloc(old, size); }
+void *aligned_alloc(size_t by, size_t size) { return NONE(size) ? NULL : __libc_memalign(by, size); }

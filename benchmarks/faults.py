@@ -29,6 +29,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import traceback
 import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -58,8 +59,10 @@ output:
 """
 COMMANDS = ("batch", "merge", "figures", "report")
 
-OPEN, WRITE, FSYNC, RENAME, MKDIR, UNLINK, TRUNCATE, MEMORY = (1 << bit for bit in range(8))
-KINDS = 8
+OPEN, WRITE, FSYNC, RENAME, MKDIR, UNLINK, TRUNCATE, MEMORY, LIBRARY = (
+    1 << bit for bit in range(9)
+)
+KINDS = 9
 ANY_FILE = MEMORY - 1
 FAULTS = {
     "opening a file, no permission": (OPEN, errno.EACCES, 0),
@@ -71,7 +74,8 @@ FAULTS = {
     "making a folder, the disk is full": (MKDIR, errno.ENOSPC, 0),
     "removing a file, an input/output error": (UNLINK, errno.EIO, 0),
     "emptying a file, an input/output error": (TRUNCATE, errno.EIO, 0),
-    "no memory": (MEMORY, errno.ENOMEM, 0),
+    "no memory for an array or an object": (MEMORY, errno.ENOMEM, 0),
+    "no memory inside a library": (LIBRARY, errno.ENOMEM, 0),
     "Ctrl-C at a file operation": (ANY_FILE, 0, signal.SIGINT),
     "SIGTERM at a file operation": (ANY_FILE, 0, signal.SIGTERM),
     "SIGHUP at a file operation": (ANY_FILE, 0, signal.SIGHUP),
@@ -81,7 +85,7 @@ STARTING = {
     "Ctrl-C": signal.SIGINT, "SIGTERM": signal.SIGTERM, "SIGHUP": signal.SIGHUP,
     "kill −9": signal.SIGKILL,
 }  # fmt: skip
-# The process that waits for the one at work tells of these.
+# What a shell, Snakemake, or the process that supervises a batch tells of.
 CRASHES = (-signal.SIGSEGV, -signal.SIGABRT, -signal.SIGBUS)
 _HEAD = struct.Struct("5q")
 _TEMPORARY = re.compile(r"\.[^.]+\.\d+\.[0-9a-f]{8}\.tmp$")
@@ -184,6 +188,9 @@ class Trials:
                     main()
                 except SystemExit as left:
                     status = int(left.code or 0)
+                except BaseException:
+                    traceback.print_exc()
+                    raise
                 if status or self.library.faults_is_child():
                     break
         finally:
@@ -289,7 +296,7 @@ class Trials:
     def without_power(self, record: Path, points: int, seed: int = 1) -> Tally:
         """Cut the power at random moments: what was not flushed is there or not, or in part."""
         operations = list(recorded(record, self.home))
-        tally = Tally(f"power failure at one of {len(operations)} operations", points)
+        tally = Tally("power failure at any operation", len(operations))
         generator = random.Random(seed)
         for _ in range(points):
             point = generator.randrange(len(operations))
@@ -429,11 +436,10 @@ def replay(operations, home, generator):  # type: ignore[no-untyped-def]
 
 def warm(folder: Path, commands: tuple[str, ...]) -> None:
     """Run the study once, so that no child imports anything or computes what is kept."""
-    from fretwear import cli
+    from fretwear.cli import main
     from fretwear.figures import study
 
-    # No other process waits for the one at work, and there is one figure of each kind.
-    cli.why_dead = str
+    # One figure of each kind.
     for table in (study.HISTORIES, study.PROFILES):
         for name in list(table)[1:]:
             del table[name]
@@ -442,7 +448,7 @@ def warm(folder: Path, commands: tuple[str, ...]) -> None:
         for command in commands:
             sys.argv = ["fretwear", command, "two.yaml"]
             with contextlib.suppress(SystemExit):
-                cli.main()
+                main()
         assert Path("results/two/summary.nc").exists(), said.getvalue()
     gc.collect()
     gc.freeze()
@@ -479,18 +485,19 @@ def main() -> None:
             tallies.append(trials.without_power(folder / "record", options.power))
         if not options.only:
             tallies += trials.at_start()
-    rows = [tally.row() for tally in tallies]
-    print("\n".join(rows), flush=True)
-    if options.every == 1 and not options.only and options.commands == len(COMMANDS):
+    rows = {tally.name: tally.row() for tally in tallies}
+    print("\n".join(rows.values()), flush=True)
+    if options.every == 1 and options.commands == len(COMMANDS):
         head = (
             "| fault | points tried | results lost or changed | tracebacks | ends without a word "
-            "| hangs | files touched outside | files left over | crashes of a library, told |\n"
+            "| hangs | files touched outside | files left over | crashes of a library |\n"
             "|---" + "|---:" * 8 + "|\n"
         )
         text = PAGE.read_text(encoding="utf-8")
-        table = f"{BEGIN}{head}{chr(10).join(rows)}\n{END}"
-        text = re.sub(re.escape(BEGIN) + ".*?" + re.escape(END), lambda _: table, text, flags=re.S)
-        PAGE.write_text(text, encoding="utf-8")
+        before, between, after = re.split(f"({BEGIN}.*?{END})", text, flags=re.DOTALL)
+        known = {row.split(" | ")[0][2:]: row for row in between.splitlines()[3:-1]}
+        table = "\n".join((known | rows).values())
+        PAGE.write_text(f"{before}{BEGIN}{head}{table}\n{END}{after}", encoding="utf-8")
     sys.exit(any(each for tally in tallies for each in tally.found))
 
 

@@ -24,12 +24,12 @@ def test_after_a_fault_or_a_power_failure_the_same_command_gives_the_same_bits()
     command = [sys.executable, "-m", "benchmarks.faults", *few]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     rows = ROW.findall(done.stdout)
-    assert len(rows) == 19, done.stdout + done.stderr
+    assert len(rows) == 20, done.stdout + done.stderr
     for name, points, found in rows:
         assert int(points) > 0, name
-        *harm, _ = found.strip(" |").split(" | ")
-        assert set(harm) == {"0"}, done.stdout
-    assert done.returncode == 0
+        changed, tracebacks, *harm, _ = found.strip(" |").split(" | ")
+        assert {changed, *harm} == {"0"}, done.stdout
+        assert tracebacks == "0" or name == "no memory inside a library", done.stdout
 
 
 def test_what_was_not_flushed_may_be_gone_and_what_was_flushed_is_there(tmp_path):

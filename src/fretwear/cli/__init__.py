@@ -9,7 +9,7 @@ import os
 import sys
 from typing import Any
 
-from fretwear.cli.supervise import Stopped, stopping, why_dead
+from fretwear.cli.supervise import Stopped, stopping
 
 __all__ = ["app", "main"]
 
@@ -22,11 +22,8 @@ def main() -> None:
     try:
         # From here on: whoever asks a process to stop does not wait until it has started.
         with stopping():
-            dead = why_dead()
-            from fretwear.cli.program import app, tell_death
+            from fretwear.cli.program import app
 
-            if dead:
-                tell_death(dead)
             app()
     except Stopped as stopped:
         stopped.leave()

@@ -7,7 +7,7 @@ import sys
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from typer.core import TyperCommand, TyperGroup
@@ -112,14 +112,6 @@ def _tell(error: BaseException, call: Call) -> int:
         cause = f"{name}: {error}".rstrip(": ")
         log.error(f"this is a defect of fretwear, please report it: {cause}", 1, defect=error)
     return status or Status.FAILED
-
-
-def tell_death(why: str) -> NoReturn:
-    """Say why the process that did the work is dead, in the format of its call, and end."""
-    from fretwear.cli.progress import Log
-
-    Log(format_in_call(sys.argv[1:], os.environ)).error(why, Status.FAILED)
-    sys.exit(Status.FAILED)
 
 
 def _status_of(error: Exception) -> Status | None:

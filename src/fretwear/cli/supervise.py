@@ -80,35 +80,6 @@ def _end(number: int) -> NoReturn:
     os._exit(128 + number)
 
 
-def why_dead() -> str:
-    """Return in a child process, with ""; in this one say later what has ended that one.
-
-    Where it is a signal from outside or of the kernel, nobody else can. Otherwise this process ends
-    as its child does. What would end this one ends the child as well.
-    """
-    if sys.platform != "linux":
-        return ""
-    child = os.fork()
-    if child == 0:
-        _die_with_parent(signal.SIGKILL)
-        return ""
-    status = _exit_status_of(child)
-    if status >= 0:
-        os._exit(status)
-    if status == -signal.SIGKILL:
-        return "killed, from outside or for lack of memory; run the same command again to go on"
-    return (
-        f"a library crashed ({signal.Signals(-status).name}), as where there is no memory or the "
-        "disk is full; what was there before is unchanged; run the same command again to go on"
-    )
-
-
-def _die_with_parent(sent: int) -> None:
-    import ctypes
-
-    ctypes.CDLL(None).prctl(_PARENT_DEATH_SIGNAL, sent, 0, 0, 0)
-
-
 def supervise(case_ids: Collection[str], results: Path) -> None:
     """Return in a child process; this one waits, and starts another child if that is killed.
 
@@ -133,19 +104,23 @@ def supervise(case_ids: Collection[str], results: Path) -> None:
             Unfailing(stream).flush()
         child = os.fork()
         if child == 0:
-            if sys.platform == "linux":
-                _die_with_parent(signal.SIGTERM)
+            if sys.platform == "linux":  # which stops this process when its parent is killed
+                import ctypes
+
+                ctypes.CDLL(None).prctl(_PARENT_DEATH_SIGNAL, signal.SIGTERM, 0, 0, 0)
             return
         status, before = _exit_status_of(child), vanished
         reasons = {case_id: failure.reason for case_id, failure in failures(results).items()}
         vanished = {case_id for case_id in case_ids if reasons.get(case_id) == ENDED}
-        if status != -signal.SIGKILL or vanished <= before:
-            # What there was to say the child has said.
-            os._exit(status if status >= 0 else 128 - status)
-        Unfailing(sys.stderr).write(
-            f"killed during {', '.join(sorted(vanished - before))}: out of memory?\n"
-            "the other cases run first, then this one is tried again\n"
-        )
+        if status >= 0:  # what there was to say the child has said
+            os._exit(status)
+        lost = ", ".join(sorted(vanished - before))
+        how = "killed" if status == -signal.SIGKILL else f"crashed ({signal.Signals(-status).name})"
+        out = Unfailing(sys.stderr)
+        out.write(f"{how}{f' during {lost}' if lost else ''}: out of memory?\n")
+        if not lost:
+            os._exit(128 - status)
+        out.write("the other cases run first, then this one is tried again\n")
 
 
 def _exit_status_of(child: int) -> int:

@@ -106,20 +106,6 @@ def _checksum_line(stream: BinaryIO, content: int) -> bytes:
     return _MARK + f"{checksum:08x}\n".encode()
 
 
-def plain_encoding(dataset: xr.Dataset) -> dict[str, dict[str, Any]]:
-    """Encode numbers as they are, without a fill value, and text as arrays of characters.
-
-    The netCDF library crashes when a file with strings of variable length is open twice and one
-    of the two is closed, so text has a fixed length.
-    """
-    encoding: dict[str, dict[str, Any]] = {}
-    for name, variable in dataset.variables.items():
-        encoding[str(name)] = {"_FillValue": None}
-        if variable.dtype.kind in "OU":
-            encoding[str(name)] = {"dtype": "S1", "char_dim_name": f"{name}_length"}
-    return encoding
-
-
 def open_lazily(path: str | PathLike[str], group: str | None = None) -> xr.Dataset:
     """Open a netCDF file or one group of it; fields are read when they are used, text at once."""
     import xarray as xr
@@ -180,7 +166,7 @@ def _opened(path: Path) -> Iterator[netCDF4.Dataset]:
         with file:
             file.set_auto_maskandscale(False)
             yield file
-    except (RuntimeError, AttributeError) as cause:
+    except (RuntimeError, LookupError, AttributeError) as cause:
         # As the library tells of a structure that is damaged below the checksum of the file.
         if not is_of_netcdf(cause):
             raise
@@ -314,10 +300,10 @@ def write_case(
     groups = {HISTORY_GROUP: history, **({} if loops is None else {LOOP_GROUP: loops})}
     with uninterrupted(), atomic_path(Path(path)) as temporary:
         with netCDF4.Dataset(temporary, "w") as file:
-            _write(file, dataset)
+            write_group(file, dataset)
             file.setncattr(_COMPLETE, np.int32(1))
             for name, content in groups.items():
-                _write(file.createGroup(name), content)
+                write_group(file.createGroup(name), content)
         add_checksum(temporary)
         try:
             with opened_case(temporary):
@@ -326,8 +312,12 @@ def write_case(
             raise RuntimeError("the file reads back differently from what was written") from cause
 
 
-def _write(group: Any, content: xr.Dataset | Labelled) -> None:
-    """Write variables and attributes into a group of an open file, as xarray reads them."""
+def write_group(group: Any, content: xr.Dataset | Labelled) -> None:
+    """Write variables and attributes into a group of an open file, as xarray reads them.
+
+    Text has a fixed length: strings of variable length crash the netCDF library when a file is open
+    twice and one of the two is closed.
+    """
     group.setncatts(content.attrs)
     variables: Mapping[Any, Any] = content.variables
     coords: Iterable[Any] = content.coords
@@ -337,10 +327,12 @@ def _write(group: Any, content: xr.Dataset | Labelled) -> None:
         values, dims, attributes = np.asarray(variable.values), variable.dims, {**variable.attrs}
         options: dict[str, Any] = {}
         if values.dtype.kind in "OU":
-            # Text of variable length crashes the library where a file is open twice.
-            text = str(values.item()).encode() or b"\0"
-            values, dims = np.frombuffer(text, "S1"), (f"{name}_length",)
-            attributes["_Encoding"] = "utf-8"
+            if not all(isinstance(each, str) for each in values.flat):
+                raise TypeError(f"{name} holds neither numbers nor text")
+            text = np.char.encode(values.astype(str), "utf-8")
+            length = max(1, text.dtype.itemsize)
+            values = text.astype(f"S{length}").reshape(*values.shape, 1).view("S1")
+            dims, attributes["_Encoding"] = (*dims, f"{name}_length"), "utf-8"
         elif name in _STORED_SMALL:
             options = {**COMPRESSION, "chunksizes": (1, *values.shape[1:])}
             options |= {"fill_value": np.nan} if values.dtype.kind == "f" else {}

@@ -27,7 +27,7 @@ from fretwear.data.files import (
     add_checksum,
     open_summary,
     opened_case,
-    plain_encoding,
+    write_group,
 )
 from fretwear.data.labels import CONVENTIONS, history_line
 from fretwear.data.safe import (
@@ -35,7 +35,6 @@ from fretwear.data.safe import (
     CaseFilesError,
     DataFileError,
     atomic_path,
-    uninterrupted,
 )
 from fretwear.version import code_digest
 from fretwear.vocabulary import (
@@ -326,10 +325,7 @@ def merge_study(
             "design": study.design.kind,
             "study_file": json.dumps(study.content, default=str),
         }
-        _write_profiles(temporary, dataset, done, spool, steps)
-        with uninterrupted():
-            encoding = plain_encoding(dataset)
-            dataset.to_netcdf(temporary, mode="a", engine="netcdf4", encoding=encoding)
+        _write(temporary, dataset, done, spool, steps)
         add_checksum(temporary)
     count, failed, invalid = (int((status == kind).sum()) for kind in PointStatus)
     return Tally(count, failed, invalid, dataset.attrs["warnings"])
@@ -428,10 +424,10 @@ def _older_words(digests: Sequence[str]) -> str:
     )
 
 
-def _write_profiles(
+def _write(
     path: Path, dataset: xr.Dataset, done: Sequence[_Done], spool: IO[bytes], steps: int
 ) -> None:
-    """Write profiles and histories from the spool to a new file, one case at a time."""
+    """Write a dataset to a new file, profiles and histories from the spool, one case at a time."""
     points = tuple(str(dim) for dim in dataset[STATUS.name].dims)
     dims = (*points, CYCLE.name, X.name)
     beside = " ".join(sorted(str(name) for name in dataset.coords if name not in dims))
@@ -469,6 +465,7 @@ def _write_profiles(
                 own = resampled(np.load(spool), cells, positions[inside], axis=1)
                 values[np.ix_(columns, inside)] = own
                 file[name][point.position] = values
+        write_group(file, dataset)
 
 
 def _missing(field: Field) -> float:

@@ -83,7 +83,8 @@ class CaseFilesError(CaseFileError):
 
 def is_of_netcdf(error: BaseException) -> bool:
     """Say whether an error is what the netCDF library tells of a file that it cannot use."""
-    return isinstance(error, RuntimeError | AttributeError) and str(error).startswith("NetCDF: ")
+    kinds = (RuntimeError, AttributeError, IndexError)
+    return isinstance(error, kinds) and bool(re.match(r"NetCDF: |\w+ not found in /", str(error)))
 
 
 def reason_of(error: BaseException) -> str:
