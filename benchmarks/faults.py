@@ -155,6 +155,7 @@ class Trials:
             status, said = self.undisturbed(command)
             assert status == 0, said
         self.expected = state_of(self.home)
+        self.values = {each.name: values_of(each) for each in self.home.rglob("*.nc")}
         # What was found wrong in what a state became, by the commands that had run in it.
         self.verdicts: dict[object, set[str]] = {}
 
@@ -277,7 +278,13 @@ class Trials:
         state = state_of(self.home)
         if done == len(self.commands):
             more = {name for name, _ in state} - {name for name, _ in self.expected}
-            lost = self.expected - state
+            lost = {
+                name
+                for name, _ in self.expected - state
+                if not name.endswith(".nc")
+                or not (self.home / name).exists()
+                or values_of(self.home / name) != self.values[Path(name).name]
+            }
             if more or lost:
                 print(more, lost, flush=True)
             return {*(["left"] if more else []), *(["changed"] if lost else [])}
@@ -345,6 +352,21 @@ def state_of(home: Path) -> frozenset[tuple[str, int]]:
             (_TEMPORARY.sub(".tmp", name), zlib.crc32(path.read_bytes()) if is_read else 0)
         )
     return frozenset(found)
+
+
+def values_of(path: Path) -> dict[str, object]:
+    """All values and attributes of a file, which HDF5 may lay out in more than one way."""
+    import netCDF4
+
+    found: dict[str, object] = {}
+    with netCDF4.Dataset(path) as file:
+        file.set_auto_maskandscale(False)
+        for group in (file, *file.groups.values()):
+            for name, variable in group.variables.items():
+                found[f"{group.name}/{name}"] = variable[...].tobytes()
+            for name in group.ncattrs():
+                found[f"{group.name}.{name}"] = str(group.getncattr(name))
+    return found
 
 
 def recorded(record: Path, home: Path) -> Iterator[tuple[int, int, int, str, bytes]]:
