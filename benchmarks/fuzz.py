@@ -245,7 +245,9 @@ def trials(read: Callable[[Path], str], corpus: list[bytes], count: int, *, is_t
         chance = random.Random(number)
         if chance.random() < 0.1:
             return bytes(atheris.Mutate(content, most))
-        text = changed_text(content.decode(errors="replace"), chance)
+        # Half of the files are changed again, the others from what they were.
+        again = content if chance.random() < 0.5 else chance.choice(corpus)
+        text = changed_text(again.decode(errors="replace"), chance)
         return text.encode("utf-8", "surrogatepass")[:most]
 
     # The children find everything imported.

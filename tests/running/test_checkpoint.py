@@ -1,7 +1,10 @@
 """A run that dies loses little, and its rerun gives the same bits."""
 
+import io
 import json
 import random
+import struct
+import zipfile
 from dataclasses import dataclass, fields, is_dataclass
 
 import numpy as np
@@ -94,11 +97,23 @@ def test_a_checkpoint_of_another_run_or_code_is_refused(case, path, monkeypatch)
     assert "another code" in refusal(path, case)
 
 
-@pytest.mark.parametrize("content", [b"", b"PK", b"\x93NUMPY"])
+def container(header):
+    """A container with one array that says so of itself."""
+    content = io.BytesIO()
+    with zipfile.ZipFile(content, "w") as stored:
+        stored.writestr(
+            "content.npy", b"\x93NUMPY\x01\x00" + struct.pack("<H", len(header)) + header
+        )
+    return content.getvalue()
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b"PK", b"\x93NUMPY", container(b"{'shape"), container(b"{(\n'")]
+)
 def test_a_file_with_a_checksum_that_is_no_checkpoint_is_refused(case, path, content):
     path.write_bytes(content)
     add_checksum(path)
-    assert "no checkpoint" in refusal(path, case)
+    assert "not a checkpoint" in refusal(path, case)
 
 
 def test_a_checkpoint_of_other_fields_is_refused(case, path):

@@ -34,6 +34,13 @@ def test_a_key_given_twice_is_a_problem_with_both_lines(tmp_path):
     assert "first in line 2" in problem.rule
 
 
+@pytest.mark.parametrize("text", ["a: [1, 010:, 3]\n", "a: {b: c:}\n"])
+def test_a_colon_that_ends_a_word_in_brackets_is_a_problem(tmp_path, text):
+    """YAML 1.2 makes a key of the word, the library that reads it a text."""
+    (problem,) = read(tmp_path, text).problems
+    assert "key without a value" in problem.rule
+
+
 @pytest.mark.parametrize("text", ["1: a\n", "{[1, 2]: a}\n", "? {a: b}\n: c\n", "true: a\n"])
 def test_a_key_that_is_not_text_is_a_problem(tmp_path, text):
     (problem,) = read(tmp_path, text).problems

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import math
 import time
+import tokenize
 from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
 from pathlib import Path
@@ -31,6 +32,7 @@ SECONDS_BETWEEN = 30.0
 _SNAPSHOT_SHARE = 0.2
 _CONTENT, _ARRAY = "content", "array"
 _START_ANEW = "The run starts at cycle 0"
+_NO_ARRAY = (NotImplementedError, SyntaxError, tokenize.TokenError)  # from headers
 _UNREADABLE = (LookupError, TypeError, ValueError, RecursionError)
 
 
@@ -156,7 +158,7 @@ def read_checkpoint(path: Path, identity: Mapping[str, Any]) -> RunRecord | None
         arrays = _read_arrays(path)
         content = json.loads(arrays.pop(_CONTENT).tobytes())
         found, packed = dict(content["identity"]), content["record"]
-    except (*_UNREADABLE, OSError, AttributeError, BadZipFile, NotImplementedError) as cause:
+    except (*_UNREADABLE, OSError, AttributeError, BadZipFile, *_NO_ARRAY) as cause:
         problem = "this is not a checkpoint, or one of another version"
         raise CheckpointError(path, problem, _START_ANEW) from cause
     expected = json.loads(json.dumps(identity))

@@ -145,6 +145,9 @@ class _Builder:
                 for position, item in enumerate(node.value)
             ]
         if node.tag in _TEXT or (node.tag in _CORE and _BEYOND_CORE.match(node.value)):
+            plain = isinstance(node, ScalarNode) and not node.style
+            if plain and node.value.endswith(":"):  # in brackets, to the YAML library
+                self._refuse(key, node, "is a key without a value", "put it in quotes to be text")
             return str(node.value)
         try:
             if node.tag in _CORE:
