@@ -476,6 +476,15 @@ def warm(folder: Path, commands: tuple[str, ...]) -> None:
     gc.freeze()
 
 
+def write_rows(begin: str, head: str, rows: dict[str, str], end: str) -> None:
+    """Put the rows of a table in the place of those of the same names, and others behind them."""
+    text = PAGE.read_text(encoding="utf-8")
+    before, between, after = re.split(f"({begin}.*?{end})", text, flags=re.DOTALL)
+    known = {row.split(" | ")[0][2:]: row for row in between.splitlines()[3:-1]}
+    table = "\n".join((known | rows).values())
+    PAGE.write_text(f"{before}{begin}{head}{table}\n{end}{after}", encoding="utf-8")
+
+
 def main() -> None:
     """Run all faults and write the table."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -515,11 +524,7 @@ def main() -> None:
             "| hangs | files touched outside | files left over | crashes of a library |\n"
             "|---" + "|---:" * 8 + "|\n"
         )
-        text = PAGE.read_text(encoding="utf-8")
-        before, between, after = re.split(f"({BEGIN}.*?{END})", text, flags=re.DOTALL)
-        known = {row.split(" | ")[0][2:]: row for row in between.splitlines()[3:-1]}
-        table = "\n".join((known | rows).values())
-        PAGE.write_text(f"{before}{BEGIN}{head}{table}\n{END}{after}", encoding="utf-8")
+        write_rows(BEGIN, head, rows, END)
     sys.exit(any(each for tally in tallies for each in tally.found))
 
 

@@ -45,10 +45,9 @@ with atheris.instrument_imports(include=["fretwear", "ruamel"]):
     from fretwear.study.study import load_study
     from fretwear.study.yamlfile import read_document
 
-from .faults import STUDY
+from .faults import STUDY, write_rows
 
 REPOSITORY = Path(__file__).parents[1]
-PAGE = REPOSITORY / "docs/reliability.md"
 BEGIN, END = "<!-- written by python -m benchmarks.fuzz -->\n", "<!-- end of fuzz -->"
 LONGEST_SECONDS = 20
 UNKNOWN = "a syntax of YAML 1.2 that PyYAML does not know"
@@ -330,7 +329,7 @@ def main() -> None:
     parser.add_argument("--only", default="", help="files whose name holds these words")
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
-    rows, harm = [], 0
+    rows, harm = {}, 0
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
         for name, read, corpus, most, is_text, has_checksum in kinds(folder):
@@ -344,16 +343,14 @@ def main() -> None:
             ended = [found[each] for each in ENDINGS]
             harm += found["traceback"] + found["differs"]
             minutes = (time.monotonic() - begun) / 60.0
-            rows.append(f"| {name} | {count} | {' | '.join(map(str, ended))} | {minutes:.1f} |")
-            print(rows[-1], flush=True)
-    if options.share == 1.0 and not options.only:
+            rows[name] = f"| {name} | {count} | {' | '.join(map(str, ended))} | {minutes:.1f} |"
+            print(rows[name], flush=True)
+    if options.share == 1.0:
         head = (
             "| files | tried | accepted | refused with a message | tracebacks | other values "
             "| not compared | crashes of a library | minutes |\n|---" + "|---:" * 8 + "|\n"
         )
-        text, table = PAGE.read_text(encoding="utf-8"), f"{BEGIN}{head}{chr(10).join(rows)}\n{END}"
-        pattern = re.escape(BEGIN) + ".*?" + re.escape(END)
-        PAGE.write_text(re.sub(pattern, lambda _: table, text, flags=re.S), encoding="utf-8")
+        write_rows(BEGIN, head, rows, END)
     sys.exit(harm > 0)
 
 
