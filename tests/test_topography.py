@@ -8,6 +8,7 @@ import pytest
 from fretwear import topography
 from fretwear.mechanics.measured import HeightMapIndenter, MeasuredRoughness
 from fretwear.study.case import Case, CaseError
+from fretwear.study.doubts import doubts
 from fretwear.study.study import load_study
 from fretwear.topography import SourceFile, read_profile, read_topography
 from fretwear.units import QuantityError
@@ -155,6 +156,7 @@ def test_bad_files_get_a_sentence_before_anything_runs(library, tmp_path):
         steel(cycles=100, roughness={**rough, "file": str(line)})
     for file, sentence in (
         ("gone.x3p", "there is none at"),
+        (str(tmp_path), "is a folder"),
         ("a\0b", "there is none at"),
         (3, "must be the name of a file"),
         ("a" * 300, "cannot be read: File name too long"),
@@ -162,6 +164,19 @@ def test_bad_files_get_a_sentence_before_anything_runs(library, tmp_path):
     ):
         with pytest.raises(CaseError, match=sentence):
             steel(cycles=100, roughness={**rough, "file": file})
+
+
+def test_units_that_are_hardly_right_are_told(library, tmp_path):
+    file = tmp_path / "map.nc"
+    heights = 0.1 * np.random.default_rng(1).standard_normal((80, 80))
+    told = {}
+    for unit in ("um", "mm", "nm"):
+        library.Topography(heights, (480.0, 480.0), unit=unit).to_netcdf(str(file))
+        case = steel(cycles=100, roughness={"kind": "measured", "file": str(file)})
+        told[unit] = " ".join(map(str, doubts(case)))
+    assert "units" not in told["um"]
+    assert "side 480 mm, distance of points 6 mm, height" in told["mm"]
+    assert "side 480 nm, distance of points 6 nm" in told["nm"]
 
 
 def test_a_huge_file_is_not_read(tmp_path):

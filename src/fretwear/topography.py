@@ -94,9 +94,14 @@ class SourceFile(Plain):
             status = None
         except OSError as error:
             raise QuantityError(f"cannot be read: {error.strerror}") from error
-        if status is None or not stat.S_ISREG(status.st_mode):
+        if status is None:
             raise QuantityError(
                 f"is no file: there is none at {path}", "names are relative to the study file"
+            )
+        if not stat.S_ISREG(status.st_mode):
+            raise QuantityError(
+                f"is {'a folder' if stat.S_ISDIR(status.st_mode) else 'no plain file'}",
+                "name the file with the surface",
             )
         if not status.st_size:
             raise QuantityError("is empty")

@@ -264,6 +264,7 @@ def test_a_run_is_the_same_by_however_many_threads(monkeypatch, limit):
     """On blocks so small that each pass over the cells has several."""
     for module, name, size in (
         (kernels, "_SHARED_BLOCK", 400),
+        (team, "_SMALL", 100),
         (team, "_BLOCK", 100),
         (grid, "_BLOCK", 100),
         (state, "_COLUMNS", 10),

@@ -245,7 +245,7 @@ def labelled_loops(
 
 
 def _labelled(variable: Variable, dims: tuple[str, ...], values: NDArray[Any]) -> Column:
-    return Column(dims, values.astype(variable.dtype), variable.attributes)
+    return Column(dims, values.astype(variable.dtype, copy=False), variable.attributes)
 
 
 def _variables(

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 _Part = TypeVar("_Part")
 _Result = TypeVar("_Result")
-_BLOCK = 2**15
+# Fields of so few cells are not worth sharing; others are done in blocks that a cache holds.
+_SMALL, _BLOCK = 2**17, 2**15
 
 
 class Team:
@@ -59,8 +60,7 @@ class Team:
         dtype: type[np.generic] = np.float64,
     ) -> Any:
         """The field that a function makes of others of one shape cell by cell, and of numbers."""
-        blocks = blocks_of_rows(field.shape, _BLOCK)
-        if len(blocks) == 1:
+        if field.size <= _SMALL:
             return np.asarray(function(field, *others), dtype)
         result = np.empty(field.shape, dtype)
 
@@ -68,7 +68,7 @@ class Team:
             own = (each[rows] if isinstance(each, np.ndarray) else each for each in others)
             result[rows] = function(field[rows], *own)
 
-        self.each(fill, blocks)
+        self.each(fill, blocks_of_rows(field.shape, _BLOCK))
         return result
 
     @cached_property

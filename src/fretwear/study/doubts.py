@@ -30,6 +30,10 @@ FEW_POINTS = 20
 """Points of a measured surface on a contact radius below which it hardly has a roughness."""
 
 
+GREATEST_MEASURED_SLOPE = 1.0
+"""Steepest slope that a profilometer shows of a surface; a steeper one has wrong units."""
+
+
 FEW_CELLS = 5
 """Cells on a stick radius below which its edge is hardly one."""
 
@@ -187,6 +191,27 @@ def _measured(case: CaseTree) -> list[Roughness]:
     return [each for each in surfaces if math.isfinite(min(each.sides))]
 
 
+def _units_are_unlikely(case: CaseTree) -> Doubt | None:
+    for surface in _measured(case):
+        side, distance = min(surface.sides), max(surface.finest) / 2.0
+        if (
+            distance <= case.hertz_radius <= 10.0 * side
+            and surface.steepest <= GREATEST_MEASURED_SLOPE
+        ):
+            continue
+        return Doubt(
+            "is that of a surface whose units are hardly right",
+            _lengths(
+                side=side,
+                distance_of_points=distance,
+                height=surface.highest,
+                contact_radius=case.hertz_radius,
+            ),
+            "compare with what the instrument shows, and export the file with its units",
+        )
+    return None
+
+
 def _surface_is_small(case: CaseTree) -> Doubt | None:
     side = min((min(each.sides) for each in _measured(case)), default=math.inf)
     if side >= 3.0 * case.hertz_radius:
@@ -250,6 +275,7 @@ _DOUBTS = (
     _stick_is_coarse,
     _slides_far,
     _coupling_is_no_number,
+    _units_are_unlikely,
     _surface_is_small,
     _points_are_few,
     _roughness_repeats,
