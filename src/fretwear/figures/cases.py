@@ -21,8 +21,8 @@ from fretwear.data.dataset import (
 )
 from fretwear.figures.axes import ValueAxis, label_curves, outside_key, set_cycle_axis
 from fretwear.figures.datasets import (
+    Array,
     Cycles,
-    HalfProfiles,
     check_cases,
     coordinate_value,
     half_profiles,
@@ -31,7 +31,6 @@ from fretwear.figures.datasets import (
 from fretwear.figures.history import HALF_WIDTH_LABEL, draw_zone_widths
 from fretwear.figures.maps import add_scale, depth_scale, draw_wear_map, take_wear_map
 from fretwear.figures.profiles import (
-    Frame,
     cycle_colors,
     cycle_key,
     draw_curves,
@@ -125,8 +124,12 @@ def overview(
 
 def headline(dataset: xr.Dataset) -> str:
     """Return the parameters that identify a case, in symbols."""
-    names = [name for name in _HEADLINE if name in dataset.coords]
-    return ", ".join(symbol_text(name, coordinate_value(dataset[name])) for name in names)
+    return _in_symbols(dataset, _HEADLINE)
+
+
+def _in_symbols(case: xr.Dataset, names: Sequence[str]) -> str:
+    there = (name for name in names if name in case.coords)
+    return ", ".join(symbol_text(name, coordinate_value(case[name])) for name in there)
 
 
 @dataclass(frozen=True)
@@ -135,9 +138,14 @@ class _Side:
 
     title: str
     case: xr.Dataset
-    history: xr.Dataset
     cycle: int
     style: Mapping[str, Any]
+    history: xr.Dataset
+
+    @property
+    def cycles(self) -> Array:
+        """The cycles of the history."""
+        return np.asarray(self.history["cycle"].values, dtype=np.float64)
 
 
 @styled
@@ -174,7 +182,7 @@ def compare_cases(
         )
     first, second = cases.values()
     sides = [
-        _Side(title, case, (histories or {}).get(title, case), cycle, {"color": c, "linestyle": s})
+        _Side(title, case, cycle, {"color": c, "linestyle": s}, (histories or {}).get(title, case))
         for (title, case), cycle, c, s in zip(
             cases.items(), compared_cycles(first, second), CATEGORICAL, LINE_STYLES, strict=False
         )
@@ -188,8 +196,7 @@ def compare_cases(
     _draw_ratios(grid[1, 2], compared_results(first, second), sides)
     outside_key(figure, [Line2D([], [], **side.style) for side in sides], _described(sides))
     cycles = " and ".join(dict.fromkeys(cycle_text(side.cycle) for side in sides))
-    title = f"Profiles and ratios at cycle {cycles}"
-    figure.suptitle(title, fontsize=7.5, x=0.99, ha="right")
+    figure.suptitle(f"Profiles and ratios at cycle {cycles}", fontsize=7.5, x=0.99, ha="right")
     return figure
 
 
@@ -197,61 +204,47 @@ def _described(sides: Sequence[_Side]) -> list[str]:
     """Return the titles with the parameters in which the cases differ."""
     names = different_parameters(sides[0].case, sides[1].case)
     told = [name for name in names if name not in _DERIVED][:_MOST_TOLD]
-    words = []
-    for side in sides:
-        coordinates = side.case.coords
-        described = ", ".join(
-            symbol_text(name, coordinate_value(coordinates[name]))
-            for name in told
-            if name in coordinates
-        )
-        says_more = described not in ("", side.title)
-        words.append(f"{side.title}: {described}" if says_more else side.title)
-    return words
+    texts = [_in_symbols(side.case, told) for side in sides]
+    return [
+        f"{side.title}: {text}" if text not in ("", side.title) else side.title
+        for side, text in zip(sides, texts, strict=True)
+    ]
 
 
 def _draw_profiles(axes: Axes, sides: Sequence[_Side], name: str) -> None:
-    profiles = [half_profiles(side.case, name, side.cycle) for side in sides]
-    frame = _frame(sides, profiles)
-    for side, profile in zip(sides, profiles, strict=True):
-        draw_curves(axes, profile, frame.unit, [{**side.style, "label": side.title}])
-    frame.apply(axes, profiles[0].field)
-
-
-def _frame(sides: Sequence[_Side], profiles: Sequence[HalfProfiles]) -> Frame:
-    field = profiles[0].field
-    if not is_traction(field):
-        return frame_of(profiles)
     # By the first peak it is known how much of a later, singular one is to be shown.
-    from_first = [
-        half_profiles(side.case, field, sorted({int(side.case["cycle"][0]), side.cycle}))
+    both = [
+        half_profiles(side.case, name, sorted({int(side.case["cycle"][0]), side.cycle}))
         for side in sides
     ]
-    highest = max(float(np.nanmax(profile.values)) for profile in profiles)
-    frame = frame_of(from_first)
-    return replace(frame, top=min(frame.top, _ROOM_ABOVE * highest))
+    shown = [replace(each, cycles=each.cycles[-1:], values=each.values[-1:]) for each in both]
+    frame = frame_of(both if is_traction(both[0].field) else shown)
+    highest = max(float(np.nanmax(each.values)) for each in shown)
+    frame = replace(frame, top=min(frame.top, _ROOM_ABOVE * highest) or frame.top)
+    for side, profile in zip(sides, shown, strict=True):
+        draw_curves(axes, profile, frame.unit, [{**side.style, "label": side.title}])
+    frame.apply(axes, both[0].field)
 
 
 def _draw_widths(axes: Axes, sides: Sequence[_Side]) -> None:
-    highest = 0.0
     for side in sides:
         for zone, width in (("contact", 1.1), ("stick", 0.6)):
             values = MICROMETRE.of(side.history[f"{zone}_half_width_x"].values)
             label = f"{side.title}, {zone}"
-            axes.plot(side.history["cycle"].values, values, lw=width, label=label, **side.style)
-            highest = max(highest, float(np.nanmax(values)))
-    axes.set_ylim(0.0, 1.1 * highest)
+            axes.plot(side.cycles, values, lw=width, label=label, **side.style)
+    axes.set_ylim(0.0, 1.1 * axes.dataLim.ymax)
     axes.set_ylabel(HALF_WIDTH_LABEL)
     axes.set_title("thick: contact, thin: stick")
-    set_cycle_axis(axes, np.concatenate([side.history["cycle"].values for side in sides]))
+    set_cycle_axis(axes, np.concatenate([side.cycles for side in sides]))
 
 
 def _draw_volumes(axes: Axes, sides: Sequence[_Side]) -> None:
-    evolutions = [(s.history["cycle"].values, s.history["wear_volume"].values) for s in sides]
-    cycles, volumes = (np.concatenate(values) for values in zip(*evolutions, strict=True))
+    cycles = np.concatenate([side.cycles for side in sides])
+    volumes = np.concatenate([side.history["wear_volume"].values for side in sides])
     axis = ValueAxis.of(variable_of(sides[0].case, "wear_volume"), volumes)
-    for side, (along, values) in zip(sides, evolutions, strict=True):
-        axes.plot(along, axis.unit.of(values), label=side.title, **side.style)
+    for side in sides:
+        values = axis.unit.of(side.history["wear_volume"].values)
+        axes.plot(side.cycles, values, label=side.title, **side.style)
     axis.set_cycles(axes, cycles, volumes)
     axis.set_limits(axes, cycles, volumes)
     axes.set_ylabel(axis.label)
@@ -271,16 +264,9 @@ def _draw_ratios(axes: Axes, results: Sequence[Compared], sides: Sequence[_Side]
     axes.set_xlim(low / _MARGIN, high * _MARGIN)
     axes.set_ylim(-0.6, len(shown) - 0.4)
     axes.set_yticks(rows, [result.variable.words for result in shown])
+    beside: dict[str, Any] = {"transform": axes.get_yaxis_transform(), "va": "center"}
     for row, ratio in zip(rows, ratios, strict=True):
-        axes.annotate(
-            f"×{number_text(ratio, 3)}",
-            (1.03, row),
-            xycoords=axes.get_yaxis_transform(),
-            annotation_clip=False,
-            ha="left",
-            va="center",
-            fontsize=6.5,
-        )
+        axes.text(1.03, row, f"×{number_text(ratio, 3)}", fontsize=6.5, **beside)
     axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 50.0 * low else (1.0,)))
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axes.xaxis.set_minor_formatter(NullFormatter())
