@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +34,10 @@ from fretwear.figures.style import CATEGORICAL, LINE_STYLES, JournalFigure, styl
 from fretwear.source_study.cases import PLASTIC_LIMIT, RUN_IN, TITLES, Evolution, reference_cases
 from fretwear.units import MICROMETRE, NANOMETRE, cycle_text, readable_unit
 from fretwear.vocabulary import Field
+
+Cases = Mapping[str, Evolution]
+Drawn = tuple[Figure, list[str]]
+"""A figure, and the sentences of its caption."""
 
 CATEGORY = "Figures of the source study"
 SHOWN_CYCLES = (0, 100, 1000, 7000, 30000)
@@ -68,24 +73,11 @@ _ZOOMS: dict[str, tuple[Callable[[HalfProfiles], float], str]] = {
         "in the middle of the slip zone",
     ),
 }
-"""Middle of the few waves that a figure enlarges, m, and what its caption says of the place."""
+"""Middle of the two waves that a figure enlarges, m, and what its caption says of the place."""
 
 _PRESSURE, _SHEAR, _GAP = (field_of(name) for name in ("pressure", "shear_traction", "gap"))
 _WEAR_RATE = replace(field_of("wear_rate"), unit=NANOMETRE)
 _SMOOTH, _ROUGH = ("smooth elastic", "smooth plastic"), ("rough elastic", "rough plastic")
-_PRESSURES = {
-    "fig04_pressure_smooth_elastic": (_PRESSURE, _SMOOTH[:1]),
-    "fig05_pressure_rough_elastic": (_PRESSURE, _ROUGH[:1]),
-    "fig06_pressure_rough_elastic_and_plastic": (_PRESSURE, _ROUGH),
-}
-_OTHER_PROFILES = {
-    "fig08_shear_smooth": (_SHEAR, _SMOOTH),
-    "fig09_shear_rough": (_SHEAR, _ROUGH),
-    "fig10_gap_smooth": (_GAP, _SMOOTH),
-    "fig11_gap_rough": (_GAP, _ROUGH),
-    "fig13_wear_rate_smooth": (_WEAR_RATE, _SMOOTH),
-    "fig14_wear_rate_rough": (_WEAR_RATE, _ROUGH),
-}
 
 
 def source_figures(summary: xr.Dataset, folder: Path) -> Iterator[StudyFigure]:
@@ -97,78 +89,71 @@ def source_figures(summary: xr.Dataset, folder: Path) -> Iterator[StudyFigure]:
     if not groups:
         return
     cases = groups[0].load()
-    yield from _profiles(cases, _PRESSURES)
-    run_in, last = cases[TITLES[0]].nearest(RUN_IN), cases[TITLES[0]].last
-    yield _named(
-        "fig07_pressure_plastic",
-        plastic_pressures(cases["smooth plastic"], cases["rough plastic"]),
-        f"Pressure of the contacts with a plastic limit along x {_AT_Y}, smooth and rough after "
-        f"{run_in} cycles and smooth after {last}; right: the same, enlarged.",
-        f"Of the rough one the thin line is the profile, the thick one its {MEAN_WORDS}.",
+    for name, draw in _FIGURES.items():
+        figure, caption = draw(cases)
+        yield StudyFigure(name, " ".join(caption), CATEGORY, figure)
+    if len(groups) < 2 or groups[1].radius != groups[0].radius:
+        return
+    title, run_in = TITLES[0], cases[TITLES[0]].nearest(RUN_IN)
+    both = {groups[0].slip_model: cases[title], groups[1].slip_model: groups[1].load()[title]}
+    figure = compare_cases(
+        {name: case.dataset.sel(cycle=slice(0, run_in)) for name, case in both.items()},
+        {name: case.history for name, case in both.items()},
     )
-    yield from _profiles(cases, _OTHER_PROFILES)
-    histories = {title: case.history for title, case in cases.items()}
-    yield _named(
-        "fig15_contact_half_width",
-        half_widths(histories),
-        "Half-widths along x of the contact (thick) and of the stick zone (thin) against the "
-        "number of cycles.",
-        _STEPS,
+    told = (
+        f"The {title} contact with slip of the worn shape, and with the constant slip of the "
+        f"unworn sphere: profiles along x {_AT_Y} after {run_in} cycles, widths and wear "
+        "volume over the cycles, and by which factor results differ."
     )
-    yield _named(
-        "fig16_contact_half_width_zoom",
-        edge_of_contact(histories),
-        "The edge of the contact enlarged; the axis of cycles is logarithmic to the right of the "
-        "break. With a plastic limit the contact continues to grow.",
-        _STEPS,
-    )
-    if len(groups) > 1 and groups[1].radius == groups[0].radius:
-        title = TITLES[0]
-        both = {
-            group.slip_model: loaded[title]
-            for group, loaded in ((groups[0], cases), (groups[1], groups[1].load()))
-        }
-        yield _named(
-            "slip_models",
-            compare_cases(
-                {name: case.dataset.sel(cycle=slice(0, run_in)) for name, case in both.items()},
-                {name: case.history for name, case in both.items()},
-            ),
-            f"The {title} contact with slip of the worn shape, and with the constant slip of the "
-            f"unworn sphere: profiles along x {_AT_Y} after {run_in} cycles, widths and wear "
-            "volume over the cycles, and by which factor results differ.",
-        )
+    yield StudyFigure("slip_models", told, CATEGORY, figure)
 
 
-def _profiles(
-    cases: Mapping[str, Evolution], figures: Mapping[str, tuple[Field, Sequence[str]]]
-) -> Iterator[StudyFigure]:
+@styled
+def _profiles(cases: Cases, *, field: Field, titles: Sequence[str]) -> Drawn:
+    """Draw a field of smooth cases side by side, or of rough ones in rows with a zoom."""
     # Cycles that all four cases have; where these are few of the study's, all of them.
     common = set.intersection(*(set(case.cycles) for case in cases.values()))
     cycles = [cycle for cycle in SHOWN_CYCLES if cycle in common]
     cycles = cycles if len(cycles) > 2 else sorted(common)
-    for name, (field, titles) in figures.items():
-        shown = {title: cases[title].dataset for title in titles}
-        surface, body = titles[0].split()
-        both = len(titles) > 1
-        contact = f"{surface} contact" if both else f"{surface} {body} contact"
-        bodies = ": elastic, and with a plastic limit" if both else ""
-        notes = [f"{field.label} of the {contact} along x {_AT_Y}{bodies}."]
-        if surface == "smooth":
-            figure = smooth_profiles(shown, field, cycles)
-            notes.append(_EDGE if at_edge(field) else _SHADE)
+    surface, body = titles[0].split()
+    is_rough, both = surface == "rough", len(titles) > 1
+    if is_rough and both and field is _PRESSURE:
+        # The study compares elastic and plastic pressures of rough bodies up to there.
+        cycles = [cycle for cycle in cycles if cycle <= RUN_IN]
+    shown = {title: cases[title].dataset for title in titles}
+    profiles = [half_profiles(case, field, cycles) for case in shown.values()]
+    tops = [_top(case, profile) for case, profile in zip(shown.values(), profiles, strict=True)]
+    down, across = (len(titles), 2) if is_rough else (1, len(titles))
+    figure = JournalFigure(2 if across > 1 else 1, _KEY_HEIGHT + _PROFILE_HEIGHT * down)
+    panels = figure.subplots(down, across, squeeze=False)
+    colors = cycle_colors(cycles)
+    for index, (title, profile, top) in enumerate(zip(titles, profiles, tops, strict=True)):
+        frame = frame_of([profile])
+        frame = replace(frame, right=min(frame.right, float(profile.x[-1])), top=top)
+        if is_rough:
+            whole, zoom = panels[index]
+            _draw_waves(zoom, profile, colors)
+            zoom.set_title(f"{title}, zoom")
+            highest = _ROOM_ABOVE * float(np.nanmax(profile.readable(wave_mean).values))
+            frame = replace(frame, left=0.0, top=top if at_edge(field) else min(top, highest))
         else:
-            # The study compares elastic and plastic pressures of rough bodies up to there.
-            until = RUN_IN if field is _PRESSURE and both else max(cycles)
-            figure = rough_profiles(shown, field, [cycle for cycle in cycles if cycle <= until])
-            _, place = _ZOOMS[field.name]
-            notes += [
-                _SHADE,
-                f"Left: the profile (thin) and its {MEAN_WORDS} (thick). Right: two waves {place}; "
-                f"marks are the cells, {_cells_on_a_tip(shown[titles[0]])} on a tip in contact at "
-                "cycle 0.",
-            ]
-        yield _named(name, figure, *notes, *([_CUT] if is_traction(field) else []))
+            whole = panels[0, index]
+            # What a smooth contact shows at its edge differs in size from case to case.
+            frame = replace(frame, top=top if at_edge(field) else max(tops))
+        draw_profiles(whole, profile, colors, frame, wave_mean if is_rough else None)
+        whole.set_title(title if is_rough or both else "")
+    cycle_key(figure, colors)
+    contact = f"{surface} contact" if both else f"{surface} {body} contact"
+    bodies = ": elastic, and with a plastic limit" if both else ""
+    caption = [f"{field.label} of the {contact} along x {_AT_Y}{bodies}."]
+    caption.append(_EDGE if at_edge(field) and not is_rough else _SHADE)
+    if is_rough:
+        caption.append(
+            f"Left: the profile (thin) and its {MEAN_WORDS} (thick). Right: two waves "
+            f"{_ZOOMS[field.name][1]}; marks are the cells, {_cells_on_a_tip(shown[titles[0]])} on "
+            "a tip in contact at cycle 0."
+        )
+    return figure, [*caption, *([_CUT] if is_traction(field) else [])]
 
 
 def _cells_on_a_tip(case: xr.Dataset) -> int:
@@ -176,53 +161,6 @@ def _cells_on_a_tip(case: xr.Dataset) -> int:
     touches = half_profiles(case, _PRESSURE, 0).values[0] > 0.0
     ends = np.flatnonzero(np.diff(touches, prepend=False, append=False))
     return int(np.median(np.diff(ends)[::2]))
-
-
-def _named(name: str, figure: Figure, *sentences: str) -> StudyFigure:
-    return StudyFigure(name, " ".join(sentences), CATEGORY, figure)
-
-
-@styled
-def smooth_profiles(cases: Mapping[str, xr.Dataset], field: Field, cycles: Sequence[int]) -> Figure:
-    """Draw profiles of a field of smooth cases, by their titles, one panel each."""
-    profiles = [half_profiles(case, field, cycles) for case in cases.values()]
-    figure = JournalFigure(1 if len(cases) == 1 else 2, _KEY_HEIGHT + _PROFILE_HEIGHT)
-    panels = figure.subplots(1, len(cases), squeeze=False)[0]
-    colors = cycle_colors(cycles)
-    tops = [_top(case, profile) for case, profile in zip(cases.values(), profiles, strict=True)]
-    for axes, title, profile, top in zip(panels, cases, profiles, tops, strict=True):
-        # What a smooth contact shows at its edge differs in size from case to case.
-        top = top if at_edge(field) else max(tops)
-        draw_profiles(axes, profile, colors, replace(_frame(profile), top=top))
-        axes.set_title(title if len(cases) > 1 else "")
-    cycle_key(figure, colors)
-    return figure
-
-
-@styled
-def rough_profiles(cases: Mapping[str, xr.Dataset], field: Field, cycles: Sequence[int]) -> Figure:
-    """Draw profiles of rough cases, one row each: the whole with its mean over a wave, a zoom."""
-    figure = JournalFigure(2, _KEY_HEIGHT + _PROFILE_HEIGHT * len(cases))
-    panels = figure.subplots(len(cases), 2, squeeze=False)
-    colors = cycle_colors(cycles)
-    for (whole, zoom), (title, case) in zip(panels, cases.items(), strict=True):
-        profile = half_profiles(case, field, cycles)
-        top = _top(case, profile)
-        if not at_edge(field):
-            top = min(top, _ROOM_ABOVE * float(np.nanmax(profile.readable(wave_mean).values)))
-        frame = replace(_frame(profile), left=0.0, top=top)
-        draw_profiles(whole, profile, colors, frame, wave_mean)
-        _draw_waves(zoom, profile, colors)
-        whole.set_title(title)
-        zoom.set_title(f"{title}, zoom")
-    cycle_key(figure, colors)
-    return figure
-
-
-def _frame(profile: HalfProfiles) -> Frame:
-    """The frame of one case, no wider than its window."""
-    frame = frame_of([profile])
-    return replace(frame, right=min(frame.right, float(profile.x[-1])))
 
 
 def _top(case: xr.Dataset, profile: HalfProfiles) -> float:
@@ -238,7 +176,7 @@ def _top(case: xr.Dataset, profile: HalfProfiles) -> float:
 
 
 def _draw_waves(axes: Axes, profile: HalfProfiles, colors: Mapping[int, str]) -> None:
-    """Draw a few waves of a rough profile as they are."""
+    """Draw two waves of a rough profile as they are."""
     find_middle, _ = _ZOOMS[profile.field.name]
     reach = 0.5 * _WAVES_IN_ZOOM * profile.wavelength
     middle = min(max(find_middle(profile), reach), float(profile.x[-1]) - reach)
@@ -251,17 +189,15 @@ def _draw_waves(axes: Axes, profile: HalfProfiles, colors: Mapping[int, str]) ->
     shown = distance <= reach + profile.wavelength
     for cycle, values in zip(profile.cycles, profile.values, strict=True):
         x, curve = MICROMETRE.of(profile.x[shown]), unit.of(values[shown])
-        axes.plot(x, curve, ".-", color=colors[int(cycle)], lw=0.8, markersize=1.6)
+        axes.plot(x, curve, ".-", color=colors[int(cycle)], lw=0.8, markersize=2.4)
     frame = Frame(middle - reach, middle + reach, _ROOM_ABOVE * highest or 1.0, unit)
     frame.apply(axes, profile.field)
 
 
 @styled
-def plastic_pressures(smooth: Evolution, rough: Evolution) -> Figure:
-    """Draw the pressure of both contacts with a plastic limit: the whole, and its foot in slip.
-
-    Both are shown after about 7000 cycles, the smooth one also after the last.
-    """
+def _plastic_pressures(cases: Cases) -> Drawn:
+    """Draw the pressure of both contacts with a plastic limit: the whole, and its foot in slip."""
+    smooth, rough = cases["smooth plastic"], cases["rough plastic"]
     run_in = smooth.nearest(RUN_IN)
     lines = {
         f"smooth plastic, cycle {cycle_text(run_in)}": (smooth, run_in, "smooth"),
@@ -282,42 +218,66 @@ def plastic_pressures(smooth: Evolution, rough: Evolution) -> Figure:
         axes.set_title(title)
     panels[1].set_ylabel("")
     outside_key(figure, [Line2D([], [], **style) for style in styles], list(lines))
-    return figure
+    return figure, [
+        f"Pressure of the contacts with a plastic limit along x {_AT_Y}, smooth and rough after "
+        f"{run_in} cycles and smooth after {smooth.last}; right: the same, enlarged.",
+        f"Of the rough one the thin line is the profile, the thick one its {MEAN_WORDS}.",
+    ]
 
 
 @styled
-def half_widths(histories: Mapping[str, xr.Dataset]) -> Figure:
+def _half_widths(cases: Cases) -> Drawn:
     """Draw the half-widths of contact and stick zone over the cycles, from the middle outwards."""
-    figure = JournalFigure(2, _WIDTH_HEIGHT)
-    axes = figure.subplots()
-    for variable, width in ((_CONTACT, 1.1), (_STICK, 0.7)):
-        _draw_widths(axes, histories, variable, width)
+    figure, axes = _widths(cases, {_CONTACT: 1.1, _STICK: 0.7})
     axes.set_ylim(bottom=0.0)
     axes.margins(x=0.0)
     axes.set_xlabel("Cycle")
-    _width_key(figure, axes, histories)
-    _name_zones(axes, list(histories.values()))
-    return figure
+    # Between the lines stands what is between them.
+    last = max(case.last for case in cases.values())
+    stick, contact = (
+        [float(MICROMETRE.of(case.history[name].values[-1])) for case in cases.values()]
+        for name in (_STICK, _CONTACT)
+    )
+    for height, name in ((0.5 * min(stick), "stick"), (0.5 * (max(stick) + min(contact)), "slip")):
+        axes.text(0.985 * last, height, name, ha="right", va="center", fontsize=6.5)
+    axes.text(0.02 * last, 0.98 * axes.get_ylim()[1], "open", va="top", fontsize=6.5)
+    words = "Half-widths along x of the contact (thick) and of the stick zone (thin)"
+    return figure, [f"{words} against the number of cycles.", _STEPS]
 
 
 @styled
-def edge_of_contact(histories: Mapping[str, xr.Dataset]) -> Figure:
+def _edge_of_contact(cases: Cases) -> Drawn:
     """Draw the half-width of the contact alone, early cycles spread out.
 
     The whole range of elastic cases is shown; others may leave at the top.
     """
-    figure = JournalFigure(2, _WIDTH_HEIGHT)
-    axes = figure.subplots()
-    _draw_widths(axes, histories, _CONTACT, 1.1)
-    elastic = [h[_CONTACT].values for title, h in histories.items() if title.endswith(" elastic")]
+    figure, axes = _widths(cases, {_CONTACT: 1.1})
+    elastic = [cases[title].history[_CONTACT].values for title in (_SMOOTH[0], _ROUGH[0])]
     values = MICROMETRE.of(np.concatenate(elastic))
     room = _MARGIN * float(np.ptp(values))
     axes.set_ylim(float(values.min()) - room, float(values.max()) + 4.0 * room)
-    cycles = np.concatenate([history["cycle"].values for history in histories.values()])
+    cycles = np.concatenate([case.history["cycle"].values for case in cases.values()])
     # Early steps are fractions of a cycle, in which nothing happens.
     set_cycle_axis(axes, cycles[(cycles == 0.0) | (cycles >= 1.0)])
-    _width_key(figure, axes, histories)
-    return figure
+    return figure, [
+        "The edge of the contact enlarged; the axis of cycles is logarithmic to the right of the "
+        "break. With a plastic limit the contact continues to grow.",
+        _STEPS,
+    ]
+
+
+def _widths(cases: Cases, widths: Mapping[str, float]) -> tuple[Figure, Axes]:
+    """Draw results of all cases over the cycles, each in lines of its width, with a key."""
+    figure = JournalFigure(2, _WIDTH_HEIGHT)
+    axes = figure.subplots()
+    for variable, width in widths.items():
+        for title, case in cases.items():
+            values = MICROMETRE.of(case.history[variable].values)
+            axes.plot(case.history["cycle"].values, values, lw=width, **_style(title))
+    axes.grid(axis="y")
+    axes.set_ylabel(HALF_WIDTH_LABEL)
+    outside_key(figure, [Line2D([], [], **_style(title)) for title in cases], list(cases))
+    return figure, axes
 
 
 def _style(title: str) -> dict[str, Any]:
@@ -328,27 +288,18 @@ def _style(title: str) -> dict[str, Any]:
     }
 
 
-def _draw_widths(
-    axes: Axes, histories: Mapping[str, xr.Dataset], variable: str, width: float
-) -> None:
-    for title, history in histories.items():
-        values = MICROMETRE.of(history[variable].values)
-        axes.plot(history["cycle"].values, values, lw=width, **_style(title))
-
-
-def _width_key(figure: Figure, axes: Axes, titles: Mapping[str, Any]) -> None:
-    axes.grid(axis="y")
-    axes.set_ylabel(HALF_WIDTH_LABEL)
-    outside_key(figure, [Line2D([], [], **_style(title)) for title in titles], list(titles))
-
-
-def _name_zones(axes: Axes, histories: Sequence[xr.Dataset]) -> None:
-    """Write between the lines what is between them."""
-    last = float(histories[0]["cycle"].values[-1])
-    stick, contact = (
-        [float(MICROMETRE.of(history[name].values[-1])) for history in histories]
-        for name in (_STICK, _CONTACT)
-    )
-    for height, name in ((0.5 * min(stick), "stick"), (0.5 * (max(stick) + min(contact)), "slip")):
-        axes.text(0.985 * last, height, name, ha="right", va="center", fontsize=6.5)
-    axes.text(0.02 * last, 0.98 * axes.get_ylim()[1], "open", va="top", fontsize=6.5)
+_FIGURES: dict[str, Callable[[Cases], Drawn]] = {
+    "fig04_pressure_smooth_elastic": partial(_profiles, field=_PRESSURE, titles=_SMOOTH[:1]),
+    "fig05_pressure_rough_elastic": partial(_profiles, field=_PRESSURE, titles=_ROUGH[:1]),
+    "fig06_pressure_rough_elastic_and_plastic": partial(_profiles, field=_PRESSURE, titles=_ROUGH),
+    "fig07_pressure_plastic": _plastic_pressures,
+    "fig08_shear_smooth": partial(_profiles, field=_SHEAR, titles=_SMOOTH),
+    "fig09_shear_rough": partial(_profiles, field=_SHEAR, titles=_ROUGH),
+    "fig10_gap_smooth": partial(_profiles, field=_GAP, titles=_SMOOTH),
+    "fig11_gap_rough": partial(_profiles, field=_GAP, titles=_ROUGH),
+    "fig13_wear_rate_smooth": partial(_profiles, field=_WEAR_RATE, titles=_SMOOTH),
+    "fig14_wear_rate_rough": partial(_profiles, field=_WEAR_RATE, titles=_ROUGH),
+    "fig15_contact_half_width": _half_widths,
+    "fig16_contact_half_width_zoom": _edge_of_contact,
+}
+"""The figures by name, with what draws them."""
