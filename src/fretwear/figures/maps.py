@@ -106,15 +106,12 @@ def wear_map(
         When `dataset` has no fields, or there is no snapshot at `cycle`.
     """
     scar = take_wear_map(dataset, cycle)
-    unit = readable_unit(scar.depth, "m")
     figure, panel = one_panel(columns, 80.0 if columns == 1 else 144.0, ax)
+    keys = _draw_scars(figure, [panel], {f"cycle {cycle_text(scar.cycle)}": scar})
     if ax is None:
-        outside_key(figure, _edge_lines(), list(_EDGES))
+        outside_key(figure, keys, list(_EDGES))
     else:
-        panel.legend(_edge_lines(), list(_EDGES), loc="upper right")
-    image = draw_wear_map(panel, scar, unit, depth_scale(unit.of(scar.depth.max())))
-    panel.set_title(f"cycle {cycle_text(scar.cycle)}")
-    add_scale(figure, [panel], image, f"{RESULTS['wear_depth'].label} ({unit.name})")
+        panel.legend(keys, list(_EDGES), loc="upper right")
     return figure
 
 
@@ -141,22 +138,30 @@ def compare_wear_maps(
     """
     check_cases(cases)
     scars = {title: take_wear_map(case, cycle) for title, case in cases.items()}
-    depths = np.array([scar.depth.max() for scar in scars.values()])
-    unit = readable_unit(depths, "m")
     across = min(len(scars), columns)
     panel_height = (COLUMN_WIDTH[columns] - 34.0) / across + 6.0
     figure = JournalFigure(columns, 20.0 + panel_height * -(-len(scars) // across))
     panels = make_panels(figure, len(scars), across, "all")
-    for axes, (title, scar) in zip(panels, scars.items(), strict=True):
-        image = draw_wear_map(axes, scar, unit, depth_scale(unit.of(depths)))
-        axes.set_title(title)
+    keys = _draw_scars(figure, panels, scars)
     # The panels have one frame, which shows the largest scar.
     limit = MICROMETRE.of(max(scar.reach for scar in scars.values()))
     panels[0].set(xlim=(-limit, limit), ylim=(-limit, limit))
     label_outer(panels, across)
-    add_scale(figure, panels, image, f"{RESULTS['wear_depth'].label} ({unit.name})")
-    outside_key(figure, _edge_lines(), list(_EDGES))
+    outside_key(figure, keys, list(_EDGES))
     return figure
+
+
+def _draw_scars(
+    figure: Figure, panels: Sequence[Axes], scars: Mapping[str, WearMap]
+) -> list[Line2D]:
+    """Draw scars by their titles, with one scale of depth; return lines for a key to the edges."""
+    depths = np.array([scar.depth.max() for scar in scars.values()])
+    unit = readable_unit(depths, "m")
+    for axes, (title, scar) in zip(panels, scars.items(), strict=True):
+        image = draw_wear_map(axes, scar, unit, depth_scale(unit.of(depths)))
+        axes.set_title(title)
+    add_scale(figure, panels, image, f"{RESULTS['wear_depth'].label} ({unit.name})")
+    return [Line2D([], [], lw=1.2, color=color) for color in _EDGES.values()]
 
 
 def take_wear_map(dataset: xr.Dataset, cycle: int | None) -> WearMap:
@@ -233,10 +238,6 @@ def _outline(x: Array, y: Array, inside: NDArray[np.bool_]) -> Array:
     gap = np.full((1, 2), np.nan)
     parts = [part for line in lines for part in (np.asarray(line), gap)]
     return np.concatenate(parts) if parts else np.empty((0, 2))
-
-
-def _edge_lines() -> list[Line2D]:
-    return [Line2D([], [], lw=1.2, color=color) for color in _EDGES.values()]
 
 
 def add_scale(

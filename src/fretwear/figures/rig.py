@@ -104,7 +104,7 @@ def scars(dataset: xr.Dataset, cycle: int | None = None, *, ax: Axes | None = No
         )
     depths = dataset[[field.name for field in BODY_FIELDS]]
     state = mirrored(depths.isel(cycle=-1) if cycle is None else depths.sel(cycle=cycle))
-    line = state if "y" not in state.dims else state.isel(y=int(np.abs(state.y.values).argmin()))
+    line = state.sel(y=0.0, method="nearest") if "y" in state.dims else state
     figure, axes = one_panel(1, 66.0, ax)
     x = MICROMETRE.of(line.x.values)
     for field, sign, color in zip(BODY_FIELDS, (1.0, -1.0), CATEGORICAL, strict=False):
@@ -156,16 +156,13 @@ def fretting_map(summary: xr.Dataset, *, ax: Axes | None = None) -> Figure:
     )
     figure, axes = one_panel(1, 66.0, ax)
     kinds = np.where(gross == 0.0, "partial slip", np.where(gross == 1.0, "gross slip", "mixed"))
-    dots = {}
+    places = {regime: (kinds == regime) & np.isfinite(gross) for regime in _REGIMES}
+    dots = []
     for regime, (marker, color) in _REGIMES.items():
-        here = (kinds == regime) & np.isfinite(gross)
-        if here.any():
-            dots[regime] = (
-                here,
-                axes.scatter(
-                    way[here], load[here], color=color, marker=marker, linewidths=0.0, label=regime
-                ),
-            )
+        x, y = way[places[regime]], load[places[regime]]
+        if x.size:
+            found = axes.scatter(x, y, color=color, marker=marker, linewidths=0.0, label=regime)
+            dots.append((found, places[regime]))
     axes.set(xscale="log", yscale="log")
     for axis, values in ((axes.xaxis, way[0]), (axes.yaxis, load[:, 0])):
         axis.set_ticks(values, [f"{value:g}" for value in values])
@@ -185,13 +182,10 @@ def fretting_map(summary: xr.Dataset, *, ax: Axes | None = None) -> Figure:
     axes.set_title(note, fontsize="small", loc="left")
     # How far apart neighbours are is known when the axes have their place.
     figure.draw_without_rendering()
-    places = [
-        axes.transData.transform(np.stack(line, axis=-1)) * 72.0 / figure.dpi
-        for line in ((way[0], load[0]), (way[:, 0], load[:, 0]))
-    ]
-    steps = [np.diff(places[0][:, 0]), np.diff(places[1][:, 1])]
-    widest = min([_LARGEST, *(_APART * float(np.abs(each).min()) for each in steps if each.size)])
+    corners = axes.transData.transform(np.stack([way, load], axis=-1)) * 72.0 / figure.dpi
+    steps = np.abs([*np.diff(corners[0, :, 0]), *np.diff(corners[:, 0, 1])])
+    widest = min(_LARGEST, _APART * float(steps.min(initial=np.inf)))
     widths = np.maximum(widest * np.cbrt(volume / greatest), _SMALLEST)
-    for here, collection in dots.values():
+    for collection, here in dots:
         collection.set_sizes(widths[here] ** 2)
     return figure
