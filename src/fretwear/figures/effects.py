@@ -131,7 +131,9 @@ def _draw_effect(
         if len(x) <= _DENSE:
             axes.plot(x[of], values[of], mark or ".", markersize=2.0, color=color, label="_points")
     if divider and not looks[divider, 0][1]:
-        axes.set_title(f"colour: {parameter(divider).words}", fontsize=5.0, pad=2.0)
+        low, high = (value_text(divider, points.levels[divider][end]) for end in (0, -1))
+        told = f"light: {parameter(divider).symbol} = {low}, dark: {high}"
+        axes.set_title(told, fontsize=5.0, pad=2.0)
 
 
 def _places(points: Points, varied: str) -> Array:

@@ -182,8 +182,9 @@ def fretting_map(summary: xr.Dataset, *, ax: Axes | None = None) -> Figure:
     axes.set_title(note, fontsize="small", loc="left")
     # How far apart neighbours are is known when the axes have their place.
     figure.draw_without_rendering()
-    corners = axes.transData.transform(np.stack([way, load], axis=-1)) * 72.0 / figure.dpi
-    steps = np.abs([*np.diff(corners[0, :, 0]), *np.diff(corners[:, 0, 1])])
+    pixels = axes.transData.transform(np.column_stack([way.ravel(), load.ravel()]))
+    x, y = (each.reshape(way.shape) * 72.0 / figure.dpi for each in pixels.T)
+    steps = np.abs([*np.diff(x[0]), *np.diff(y[:, 0])])
     widest = min(_LARGEST, _APART * float(steps.min(initial=np.inf)))
     widths = np.maximum(widest * np.cbrt(volume / greatest), _SMALLEST)
     for collection, here in dots:
