@@ -15,10 +15,9 @@ from fretwear.data.dataset import (
     compared_cycles,
     compared_results,
     different_parameters,
-    positions_inside,
-    resampled,
 )
 from fretwear.data.labels import history_line, labelled_case, labelled_history
+from fretwear.data.positions import positions_inside, resampled
 from fretwear.study.case import Case
 from fretwear.vocabulary import AT_SNAPSHOTS, SCALARS
 

@@ -8,7 +8,13 @@ import xarray as xr
 from matplotlib.figure import Figure
 from scipy.stats import qmc
 
-from fretwear.figures.effects import effect_map, effects, parallel_coordinates, sensitivity
+from fretwear.figures.effects import (
+    effect_map,
+    effects,
+    parallel_coordinates,
+    scatter_matrix,
+    sensitivity,
+)
 
 
 def drawn(count: int) -> xr.Dataset:
@@ -66,6 +72,25 @@ def test_indices_of_a_sample_are_drawn_with_their_convergence() -> None:
     assert curves.lines[0].get_ydata()[-1] > curves.lines[1].get_ydata()[-1]
     lines = parallel_coordinates(drawn(64)).axes[0].collections[0]
     assert len(lines.get_paths()) == 64
+
+
+def test_a_scatter_matrix_has_every_two_parameters_and_the_result() -> None:
+    summary = drawn(32)
+    figure = scatter_matrix(summary)
+    pairs, by_load, by_friction, _ = figure.axes
+    final = summary["wear_volume"].values[:, -1]
+    for axes, (x, y) in {
+        pairs: ("load", "friction"),
+        by_load: ("load", None),
+        by_friction: ("friction", None),
+    }.items():
+        (dots,) = axes.collections
+        points, values = np.asarray(dots.get_offsets()), np.asarray(dots.get_array())
+        np.testing.assert_allclose(points[:, 0], summary[x].values)
+        np.testing.assert_allclose(values / values.max(), final / final.max())
+        np.testing.assert_allclose(points[:, 1], summary[y].values if y else values)
+    with pytest.raises(ValueError, match="two varied parameters"):
+        scatter_matrix(summary.assign_coords(load=("point", np.full(32, 20.0))))
 
 
 def test_what_a_design_cannot_show_is_refused(small_study) -> None:

@@ -281,21 +281,21 @@ def report(
     log = begin(context, log_format, quiet=quiet)
     study, folder = study_and_results(file, results)
 
-    from fretwear.data.files import open_summary
+    from fretwear.data.files import read_summary
     from fretwear.data.safe import write_text
     from fretwear.figures.index import INDEX_NAME
     from fretwear.report import build_report
     from fretwear.source_study.section import source_sections
     from fretwear.study.plan import Plan
 
-    with open_summary(folder / "summary.nc") as summary:
-        index = folder / "figures" / INDEX_NAME
-        if not index.is_file():
-            rule = "there is no such file; draw the figures before the report:"
-            raise CommandError(f"{index}: {rule}\n    fretwear figures {file}", Status.FAILED)
-        sections = source_sections(summary, folder / "cases")
-        page = build_report(Plan(study), summary, folder, sections=sections)
-        write_text(folder / "report.html", page)
+    summary = read_summary(folder / "summary.nc")
+    index = folder / "figures" / INDEX_NAME
+    if not index.is_file():
+        rule = "there is no such file; draw the figures before the report:"
+        raise CommandError(f"{index}: {rule}\n    fretwear figures {file}", Status.FAILED)
+    sections = source_sections(summary, folder / "cases")
+    page = build_report(Plan(study), summary, folder, sections=sections)
+    write_text(folder / "report.html", page)
     log.result(folder / "report.html", f"{len(page) / 1e6:.1f} MB")
 
 

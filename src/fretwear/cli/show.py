@@ -192,23 +192,24 @@ def case_lines(content: dict[str, Any]) -> Iterator[str]:
 
 def study_content(summary: xr.Dataset) -> dict[str, Any]:
     """Return what there is to tell of a merged study, in SI units."""
-    from fretwear.data.effects import last_values, point_dims, varied_names
+    from fretwear.data.effects import final_results, point_values, varied_names
 
-    varied, plain = varied_names(summary), summary.reset_coords()
-    names = [*_STUDY_RESULTS, *(name for name in _STUDY_ERRORS.values() if name in plain)]
-    last = {name: last_values(plain[name]) for name in names}
-    states = [PointStatus(state).word for state in plain["status"].values.flat]
-    dims = point_dims(summary)
-    table = plain[["case_id", *varied]].assign(last).to_dataframe(dim_order=dims)
-    columns = ["case_id", "status", *varied, *names]
-    points = table.reset_index().assign(status=states)[columns].to_dict("records")
+    final = final_results(summary)
+    names = [*_STUDY_RESULTS, *(name for name in _STUDY_ERRORS.values() if name in final)]
+    columns = {
+        "case_id": point_values(summary, "case_id").tolist(),
+        "status": [PointStatus(state).word for state in point_values(summary, "status")],
+        **{name: point_values(summary, name).tolist() for name in varied_names(summary)},
+        **{name: final[name].ravel().tolist() for name in names},
+    }
+    points = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
     return {
         "study": summary.attrs["study"],
         "title": summary.attrs["title"],
         "source": summary.attrs["source"],
         "warnings": summary.attrs.get("warnings", "").splitlines(),
         "cycle": float(summary["cycle"].max()),
-        "units": {name: summary[name].attrs.get("units", "") for name in columns[2:]},
+        "units": {name: summary[name].attrs.get("units", "") for name in [*columns][2:]},
         "points": points,
     }
 

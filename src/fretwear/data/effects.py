@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import csv
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from io import StringIO
 from itertools import combinations
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from fretwear.units import in_unit
@@ -24,6 +25,13 @@ from fretwear.vocabulary import (
     PointStatus,
     Variable,
 )
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from fretwear.data.labels import Labelled
+
+    Merged: TypeAlias = xr.Dataset | Labelled
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
@@ -39,54 +47,73 @@ _MATTERS = math.log(1.05)
 _EXPLAINED = 0.3
 
 
-def point_dims(summary: xr.Dataset) -> tuple[str, ...]:
+def point_dims(summary: Merged) -> tuple[str, ...]:
     """Return the dimensions of a merged study along which its points lie."""
-    return tuple(str(dim) for dim in summary[STATUS.name].dims)
+    return tuple(map(str, summary.variables[STATUS.name].dims))
 
 
-def varied_names(summary: xr.Dataset) -> list[str]:
+def varied_names(summary: Merged) -> list[str]:
     """Return the parameters that a merged study varies, in its order."""
     dims = set(point_dims(summary))
-    names = {str(name): set(each.dims) for name, each in summary.coords.items()}
+    names = {str(name): set(summary.variables[str(name)].dims) for name in summary.coords}
     return [n for n, along in names.items() if n not in _BOOKKEEPING and along and along <= dims]
 
 
-def last_values(values: xr.DataArray) -> xr.DataArray:
-    """Return the last value over the cycles that is known; cases may end at different cycles."""
-    last = values.isel({CYCLE.name: -1}, drop=True)
-    if not np.isnan(last.values).any():
-        return last
-    known = values.notnull()
-    place = values.sizes[CYCLE.name] - 1 - known.isel(cycle=np.s_[::-1]).argmax(CYCLE.name)
-    return values.isel({CYCLE.name: place}).drop_vars(CYCLE.name)
+def point_values(summary: Merged, name: str) -> NDArray[Any]:
+    """Return a variable of the points of a merged study, one value for each point in its order."""
+    shape, dims = summary.variables[STATUS.name].values.shape, point_dims(summary)
+    # A coordinate lies along one of the dimensions only.
+    axes = [slice(None) if dim in summary.variables[name].dims else None for dim in dims]
+    return np.broadcast_to(_in_order(summary, name)[tuple(axes)], shape).ravel()
 
 
-def final_results(summary: xr.Dataset) -> xr.Dataset:
-    """Return every scalar of a merged study after the last cycle of each point, errors included."""
+def _in_order(summary: Merged, name: str) -> NDArray[Any]:
+    """Return the values of a variable along the dimensions of the points, then the cycles."""
+    known = list(summary.variables[name].dims)
+    order = [known.index(dim) for dim in (*point_dims(summary), CYCLE.name) if dim in known]
+    return np.asarray(summary.variables[name].values).transpose(order)
+
+
+def final_results(summary: Merged) -> dict[str, Array]:
+    """Return every scalar of a merged study after the last cycle of each point, errors included.
+
+    Cases may end at different cycles: a value is the last that is known.
+    """
     dims = {*point_dims(summary), CYCLE.name}
-    return xr.Dataset(
-        {
-            str(name): last_values(values)
-            for name, values in summary.data_vars.items()
-            if set(values.dims) == dims
-        }
-    )
+    names = [str(name) for name, each in summary.variables.items() if set(each.dims) == dims]
+    found = {}
+    for name in names:
+        values = _in_order(summary, name)
+        if np.isnan(last := values[..., -1]).any():
+            place = values.shape[-1] - 1 - (~np.isnan(values))[..., ::-1].argmax(axis=-1)
+            last = np.take_along_axis(values, place[..., None], axis=-1)[..., 0]
+        found[name] = last
+    return found
 
 
-def results_table(summary: xr.Dataset) -> str:
+def results_table(summary: Merged) -> str:
     """Return the points of a merged study as CSV: id, parameters and final values, SI units."""
-    dims = point_dims(summary)
-    final = final_results(summary)
-    other = [n for n, each in summary.variables.items() if set(each.dims) <= set(dims)]
-    parameters = [n for n in other if str(n) not in _BOOKKEEPING and n not in varied_names(summary)]
-    columns = [CASE_ID.name, STATUS.name, *varied_names(summary), *parameters, *final]
-    words = [PointStatus(int(status)).word for status in summary[STATUS.name].values.flat]
-    whole = summary.drop_vars([CYCLE.name, "x"], errors="ignore")[list(map(str, other))]
-    table = whole.reset_coords().merge(final.reset_coords(drop=True))
-    if not dims:
-        table = table.expand_dims(POINT.name) if POINT.name not in table else table
-    frame = table.to_dataframe().reset_index().assign(status=words)
-    return str(frame[list(map(str, columns))].to_csv(index=False, float_format="%.9g"))
+    dims, varied = set(point_dims(summary)), varied_names(summary)
+    along = [str(name) for name, each in summary.variables.items() if set(each.dims) <= dims]
+    named = [*varied, *(n for n in along if n not in _BOOKKEEPING and n not in varied)]
+    columns = {
+        CASE_ID.name: point_values(summary, CASE_ID.name).tolist(),
+        STATUS.name: [PointStatus(int(s)).word for s in point_values(summary, STATUS.name)],
+        **{name: point_values(summary, name).tolist() for name in named},
+        **{name: values.ravel().tolist() for name, values in final_results(summary).items()},
+    }
+    stream = StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(columns)
+    texts = ([_cell(value) for value in each] for each in columns.values())
+    writer.writerows(zip(*texts, strict=True))
+    return stream.getvalue()
+
+
+def _cell(value: Any) -> Any:
+    if not isinstance(value, float):
+        return value
+    return "" if math.isnan(value) else f"{value:.9g}"
 
 
 @dataclass(frozen=True)
@@ -119,47 +146,37 @@ class Points:
     ids: tuple[str, ...]
 
     @classmethod
-    def of(cls, summary: xr.Dataset) -> Points:
+    def of(cls, summary: Merged) -> Points:
         """Return the finished points of a merged study."""
-        shape, dims = summary[STATUS.name].shape, point_dims(summary)
-
-        def column(values: xr.DataArray) -> NDArray[Any]:
-            order = [dim for dim in dims if dim in values.dims]
-            values = values.transpose(*order)
-            # A coordinate lies along one of the dimensions only.
-            axes = [slice(None) if dim in values.dims else None for dim in dims]
-            return np.broadcast_to(values.values[tuple(axes)], shape).ravel()
-
-        done = column(summary[STATUS.name]) == PointStatus.DONE
+        dims = set(point_dims(summary))
+        done = point_values(summary, STATUS.name) == PointStatus.DONE
         levels, places = {}, []
         for name in varied_names(summary):
-            units = summary[name].attrs.get("units", "")
-            values = [in_unit(value, units) for value in column(summary[name])[done].tolist()]
+            units = summary.variables[name].attrs.get("units", "")
+            values = [in_unit(value, units) for value in point_values(summary, name)[done].tolist()]
             found = list(dict.fromkeys(values))
             if len(found) > 1:
                 numbers = not any(isinstance(value, str) for value in found)
                 levels[name] = tuple(sorted(found) if numbers else found)
                 places.append([levels[name].index(value) for value in values])
-        results = {
-            str(name): column(values)[done] for name, values in final_results(summary).items()
-        }
+        results = {name: last.ravel()[done] for name, last in final_results(summary).items()}
         energy = "dissipated_energy"
         if energy in results:
-            first = column(summary[energy].isel(cycle=0))[done]
+            first = _in_order(summary, energy)[..., 0].ravel()[done]
             results[energy] = np.where(results[energy] < _CEASED * first, np.nan, results[energy])
         scalars = {scalar.name for scalar in SCALARS}
         changing = {}
-        for name, each in ((str(n), summary[n]) for n in summary.variables):
-            if each.dtype.kind == "f" and name not in scalars and set(each.dims) <= set(dims):
-                values = column(each)[done]
+        for name, each in ((str(n), each) for n, each in summary.variables.items()):
+            if name not in scalars and set(each.dims) <= dims and each.values.dtype.kind == "f":
+                values = point_values(summary, name)[done]
                 if len(set(values.tolist())) > 1:
                     changing[name] = values
-        ids = tuple(map(str, column(summary[CASE_ID.name])[done]))
+        ids = tuple(map(str, point_values(summary, CASE_ID.name)[done]))
         rows = np.reshape(np.array(places, dtype=np.intp), (len(levels), len(ids))).T
         variables = {
-            name: RESULTS[name].in_units(summary[name].attrs.get("units", RESULTS[name].si_unit))
+            name: about.in_units(summary.variables[name].attrs.get("units", about.si_unit))
             for name in results
-            if name in RESULTS
+            if (about := RESULTS.get(name))
         }
         return cls(levels, rows, variables, results, changing, ids)
 

@@ -445,6 +445,37 @@ def opened_summary(path: Path) -> Iterator[netCDF4.Dataset]:
         yield file
 
 
+def read_summary(path: str | PathLike[str]) -> Labelled:
+    """Read a merged study but for its profiles and histories, without waiting for xarray.
+
+    Raises
+    ------
+    DataFileError
+        When the file is missing, unfinished, cut short or damaged.
+    """
+    from fretwear.data.labels import Column, Labelled
+
+    columns: dict[str, Column] = {}
+    with opened_summary(Path(path)) as file:
+        coordinates = set(file.dimensions)
+        for name, variable in file.variables.items():
+            attributes = {key: variable.getncattr(key) for key in variable.ncattrs()}
+            coordinates |= {*attributes.pop("coordinates", "").split()}
+            if X.name in variable.dimensions[1:]:
+                continue
+            is_text = variable.dtype.kind == "S"
+            dims = variable.dimensions[:-1] if is_text else variable.dimensions
+            values = np.asarray(variable[...])
+            if is_text:
+                values = np.char.decode(values, "utf-8") if values.dtype.kind == "S" else values
+                attributes.pop("_Encoding", None)
+            columns[name] = Column(dims, values, attributes)
+        attrs = {key: file.getncattr(key) for key in file.ncattrs()}
+    coordinates |= {*attrs.pop("coordinates", "").split()}
+    beside = {name: column for name, column in columns.items() if name in coordinates}
+    return Labelled({n: c for n, c in columns.items() if n not in beside}, beside, attrs)
+
+
 def open_summary(path: str | PathLike[str]) -> xr.Dataset:
     """Open a merged study lazily.
 

@@ -16,10 +16,8 @@ from typing import IO, TYPE_CHECKING, Any, NamedTuple
 
 import netCDF4
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
-from fretwear.data.dataset import positions_inside, resampled
 from fretwear.data.files import (
     COMPRESSION,
     HISTORY_GROUP,
@@ -29,7 +27,8 @@ from fretwear.data.files import (
     opened_case,
     write_group,
 )
-from fretwear.data.labels import CONVENTIONS, history_line
+from fretwear.data.labels import CONVENTIONS, Column, history_line
+from fretwear.data.positions import positions_inside, resampled
 from fretwear.data.safe import (
     CaseFileError,
     CaseFilesError,
@@ -59,6 +58,8 @@ from fretwear.vocabulary import (
 )
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from fretwear.study.case import Case
     from fretwear.study.points import Axis, Point
     from fretwear.study.study import Study
@@ -136,7 +137,7 @@ class StudyLayout:
         found = sorted({cycle for case in cases for cycle in case.output_cycles})
         return np.array(found, dtype=np.float64)
 
-    def coordinates(self) -> dict[str, xr.Variable]:
+    def coordinates(self) -> dict[str, Column]:
         """Coordinates: varied values, case ids, and the parameters that all cases share.
 
         Varied values that are not single numbers (a roughness, a pair of moduli) are text, in the
@@ -145,15 +146,15 @@ class StudyLayout:
         found = {axis.coordinate: self._varied(axis) for axis in self.study.axes}
         if not self.is_grid:
             numbers = np.arange(*self.shape, dtype=POINT.dtype)
-            found[POINT.name] = xr.Variable((POINT.name,), numbers, POINT.attributes)
+            found[POINT.name] = Column((POINT.name,), numbers, POINT.attributes)
         ids = np.full(self.shape, "", dtype=object)
         for position, point in self.points():
             ids[position] = point.id
-        found[CASE_ID.name] = xr.Variable(self.dims, ids.astype(str), CASE_ID.attributes)
+        found[CASE_ID.name] = Column(self.dims, ids.astype(str), CASE_ID.attributes)
         shared = {name: each for name, each in self._parameters.items() if not each.dims}
         return {**found, **shared, **found}
 
-    def dependent(self) -> dict[str, xr.Variable]:
+    def dependent(self) -> dict[str, Column]:
         """Parameters that depend on the varied ones, as the Hertz radius does on the load.
 
         They lie along the dimensions of the study, NaN or empty where a point has none.
@@ -163,7 +164,7 @@ class StudyLayout:
         return {name: each for name, each in along.items() if name not in varied}
 
     @cached_property
-    def _parameters(self) -> dict[str, xr.Variable]:
+    def _parameters(self) -> dict[str, Column]:
         """Every parameter of the cases: a scalar where they share it, else along the points."""
         labels: dict[str, Variable] = {}
         columns: dict[str, NDArray[Any]] = {}
@@ -186,10 +187,10 @@ class StudyLayout:
                 empty = "" if is_text else np.nan
                 values = [empty if value is None else value for value in column.ravel()]
             typed = np.array(values, dtype=str if is_text else np.float64).reshape(shape)
-            found[name] = xr.Variable(dims, typed, labels[name].attributes)
+            found[name] = Column(dims, typed, labels[name].attributes)
         return found
 
-    def _varied(self, axis: Axis) -> xr.Variable:
+    def _varied(self, axis: Axis) -> Column:
         known = self._parameters.get(axis.coordinate)
         attributes = {"long_name": axis.name} if known is None else dict(known.attrs)
         values = np.array(axis.labels, dtype=str)
@@ -205,7 +206,7 @@ class StudyLayout:
                 "drawn_to": axis.drawn_from.high,
                 "drawn_on": "log" if axis.drawn_from.logarithmic else "linear",
             }
-        return xr.Variable((axis.coordinate if self.is_grid else POINT.name,), values, attributes)
+        return Column((axis.coordinate if self.is_grid else POINT.name,), values, attributes)
 
 
 class _Done(NamedTuple):
@@ -382,6 +383,9 @@ def _read_cases(
             errors.append(error)
     if errors:
         raise CaseFilesError(errors)
+    # What only reads the layout of a study does not wait for xarray.
+    import xarray as xr
+
     dims = (*layout.dims, CYCLE.name)
     flags = {
         "long_name": STATUS.words,
@@ -511,6 +515,7 @@ def open_study(path: str | PathLike[str]) -> xr.Dataset:
     """
     # Only this function needs dask, which takes a while to import.
     import dask.array as da
+    import xarray as xr
 
     folder = Path(path)
     summary = open_summary(folder / "summary.nc")

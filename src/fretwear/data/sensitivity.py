@@ -5,14 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from fretwear.data.effects import Array, Points, varied_names
 from fretwear.vocabulary import RESULTS
+
+if TYPE_CHECKING:
+    from fretwear.data.effects import Merged
 
 GOOD = 0.9
 """Share of the variance that an emulator has to predict for its indices to be told."""
@@ -49,7 +51,7 @@ class Indices:
     of_logarithm: bool = False
 
 
-def unit_points(summary: xr.Dataset) -> tuple[Array, tuple[int, ...]]:
+def unit_points(summary: Merged) -> tuple[Array, tuple[int, ...]]:
     """Return where the finished points of a sampled study lie in the unit cube.
 
     Returns
@@ -61,7 +63,7 @@ def unit_points(summary: xr.Dataset) -> tuple[Array, tuple[int, ...]]:
     points = Points.of(summary)
     columns, sizes = [], []
     for name in points.levels:
-        attributes = summary[name].attrs
+        attributes = summary.variables[name].attrs
         if "drawn_from" in attributes:
             values = points.parameters[name]
             low, high = (float(attributes[key]) for key in ("drawn_from", "drawn_to"))
@@ -76,12 +78,12 @@ def unit_points(summary: xr.Dataset) -> tuple[Array, tuple[int, ...]]:
     return np.column_stack(columns), tuple(sizes)
 
 
-def is_sampled(summary: xr.Dataset) -> bool:
+def is_sampled(summary: Merged) -> bool:
     """Tell whether the points of a merged study were drawn from ranges."""
-    return any("drawn_from" in summary[name].attrs for name in varied_names(summary))
+    return any("drawn_from" in summary.variables[name].attrs for name in varied_names(summary))
 
 
-def result_indices(summary: xr.Dataset) -> dict[str, Indices]:
+def result_indices(summary: Merged) -> dict[str, Indices]:
     """Return the Sobol indices of every scalar of a sampled study.
 
     They are those of its logarithm where an emulator of that predicts more: results go by powers

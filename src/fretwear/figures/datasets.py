@@ -13,8 +13,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from fretwear.data.dataset import mirrored, representative_cycles
+from fretwear.data.dataset import mirrored
 from fretwear.data.merge import PROFILES
+from fretwear.data.positions import representative_cycles
 from fretwear.study.case import Case
 from fretwear.units import in_unit
 from fretwear.vocabulary import FIELDS, RESULTS, ContactState, Field, Variable

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from textwrap import wrap
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
 from matplotlib.colors import LogNorm, Normalize
@@ -147,22 +149,25 @@ def _places(points: Points, varied: str) -> Array:
 
 
 def _name_levels(axes: Axes, points: Points, varied: str) -> None:
-    about, levels = parameter(varied), points.levels[varied]
-    unit = getattr(about, "unit", None)
-    axes.set_xlabel(about.words)
+    levels = points.levels[varied]
+    axes.set_xlabel(parameter(varied).words)
     if not points.lines[varied] and varied in points.parameters:
-        axes.set_xlabel(f"{about.words} ({unit.name})" if unit and unit.name else about.words)
-        values = points.parameters[varied]
-        if (values > 0.0).all() and values.max() > 8.0 * values.min():
-            axes.set_xscale("log")
-            axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: number_text(value, 2)))
-            axes.xaxis.set_minor_formatter(NullFormatter())
+        axes.set_xlabel(_label(varied))
+        _scale(axes.xaxis, points.parameters[varied])
         axes.margins(x=0.06)
         return
     axes.set_xlim(-0.25, len(levels) - 0.75)
     shown = np.unique(np.linspace(0, len(levels) - 1, min(_MOST_TICKS, len(levels))).round())
     texts = [value_text(varied, levels[int(place)]) for place in shown]
     axes.set_xticks(shown, texts, fontsize=5.5, rotation=30 if sum(map(len, texts)) > 26 else 0)
+
+
+def _scale(axis: Axis, values: Array) -> None:
+    """Make an axis of values logarithmic where these span much."""
+    if (values > 0.0).all() and values.max() > 8.0 * values.min():
+        (axis.axes.set_xscale if axis is axis.axes.xaxis else axis.axes.set_yscale)("log")
+        axis.set_major_formatter(FuncFormatter(lambda value, _: number_text(value, 2)))
+        axis.set_minor_formatter(NullFormatter())
 
 
 @styled
@@ -282,18 +287,70 @@ def _draw_bars(axes: Axes, indices: Indices) -> None:
 
 
 @styled
+def scatter_matrix(summary: xr.Dataset, quantity: str = "wear_volume") -> Figure:
+    """Draw the points of a sampled study over every two parameters, coloured by a final result.
+
+    The lowest row has the result itself against each parameter. It is a `ValueError` when fewer
+    than two parameters are varied, or no point is done.
+    """
+    points = Points.of(summary)
+    names = list(points.levels)
+    if len(names) < 2:
+        raise ValueError("A scatter matrix needs two varied parameters or more.")
+    axis, shown, norm = _coloured(points, quantity)
+    columns = {name: _places(points, name) for name in names}
+    figure = JournalFigure(2, _HEAD + 36.0 * len(names))
+    grid = figure.subplots(len(names), len(names), sharex="col", sharey="row", squeeze=False)
+    rows = [*((name, columns[name]) for name in names[1:]), (quantity, shown)]
+    for row, (name, values) in zip(grid, rows, strict=True):
+        is_result = name == quantity
+        for place, (axes, across) in enumerate(zip(row, names, strict=True)):
+            if not is_result and place > names.index(name) - 1:
+                axes.remove()
+                continue
+            axes.scatter(
+                columns[across], values, s=5.0, c=shown, cmap=sequential_colormap(), norm=norm, lw=0
+            )
+            axes.margins(0.06)
+        if is_result:
+            row[0].set_yscale("log" if axis.is_logarithmic else "linear")
+            row[0].set_ylabel(axis.wrapped_label, fontsize=6.0)
+        else:
+            _scale(row[0].yaxis, values)
+            row[0].set_ylabel("\n".join(wrap(_label(name), 18)), fontsize=6.0)
+    for axes, name in zip(grid[-1], names, strict=True):
+        _scale(axes.xaxis, columns[name])
+        axes.set_xlabel(_label(name), fontsize=6.0)
+    figure.align_ylabels(grid[:, 0])
+    add_scale(figure, list(grid[-1]), ScalarMappable(norm, sequential_colormap()), axis.label)
+    return figure
+
+
+def _label(name: str) -> str:
+    about = parameter(name)
+    unit = getattr(about, "unit", None)
+    return f"{about.words} ({unit.name})" if unit and unit.name else about.words
+
+
+def _coloured(points: Points, quantity: str) -> tuple[ValueAxis, Array, Normalize]:
+    """Return the axis of a final result, its values in the unit of that, and their colours."""
+    values = points.results[quantity]
+    axis = ValueAxis.of(points.variables[quantity], values[np.isfinite(values)])
+    shown = axis.unit.of(values)
+    known = shown[np.isfinite(shown) & (shown > 0.0 if axis.is_logarithmic else True)]
+    norm = (LogNorm if axis.is_logarithmic else Normalize)(float(known.min()), float(known.max()))
+    return axis, shown, norm
+
+
+@styled
 def parallel_coordinates(summary: xr.Dataset, quantity: str = "wear_volume") -> Figure:
     """Draw every point of a study as a line over its parameters, its colour the final result.
 
     Each parameter has an axis from its lowest to its highest value, and so has the result.
     """
     points = Points.of(summary)
-    variable, values = points.variables[quantity], points.results[quantity]
-    axis = ValueAxis.of(variable, values[np.isfinite(values)])
-    shown = axis.unit.of(values)
+    axis, shown, norm = _coloured(points, quantity)
     known = np.isfinite(shown) & (shown > 0.0 if axis.is_logarithmic else True)
-    low, high = float(shown[known].min()), float(shown[known].max())
-    norm = (LogNorm if axis.is_logarithmic else Normalize)(low, high)
     columns = [
         _scaled(points.parameters.get(n, points.place(n).astype(np.float64))) for n in points.levels
     ]
@@ -307,6 +364,7 @@ def parallel_coordinates(summary: xr.Dataset, quantity: str = "wear_volume") -> 
     tints = sequential_colormap()(norm(shown[known][order]))
     axes.add_collection(LineCollection(paths, colors=tints, linewidths=0.7))
     ends = [tuple(value_text(n, v[i]) for i in (0, -1)) for n, v in points.levels.items()]
+    low, *_, high = shown[known][order]
     ends.append((fixed_digits(low, 3), fixed_digits(high, 3)))
     for place, (bottom, top) in enumerate(ends):
         axes.axvline(place, color=MUTED, lw=0.6)

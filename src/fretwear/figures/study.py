@@ -22,7 +22,13 @@ from fretwear.data.safe import write_text
 from fretwear.data.sensitivity import GOOD, is_sampled, result_indices
 from fretwear.figures.bearing import compare_bearing_areas
 from fretwear.figures.datasets import envelope_of, field_of, peak_envelope
-from fretwear.figures.effects import effect_map, effects, parallel_coordinates, sensitivity
+from fretwear.figures.effects import (
+    effect_map,
+    effects,
+    parallel_coordinates,
+    scatter_matrix,
+    sensitivity,
+)
 from fretwear.figures.history import CyclePlot
 from fretwear.figures.index import (
     ANSWER_CATEGORY,
@@ -186,6 +192,12 @@ def _answer_figures(summary: xr.Dataset) -> Iterator[StudyFigure]:
             "coefficients. Right: the latter against the number of points."
         )
         yield StudyFigure("sobol_indices", caption, ANSWER_CATEGORY, sensitivity(summary))
+    if len(points.levels) > 1:
+        caption = (
+            "Every point over every two parameters, and its result against each of them; colours "
+            f"are those of the final {points.variables['wear_volume'].words}."
+        )
+        yield StudyFigure("scatter_matrix", caption, ANSWER_CATEGORY, scatter_matrix(summary))
     caption = (
         "Every point as a line over its parameters; its colour is the final "
         f"{points.variables['wear_volume'].words}."

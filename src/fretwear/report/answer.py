@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from fretwear.data.effects import SEED, Array, Effect, Points
@@ -22,6 +22,9 @@ from fretwear.data.sensitivity import (
 from fretwear.study.parameters import parameter, value_text
 from fretwear.units import fixed_digits, number_text, readable_unit, span, with_unit
 from fretwear.vocabulary import HEADLINES, RESULTS, Variable
+
+if TYPE_CHECKING:
+    from fretwear.data.effects import Merged
 
 _UNCHANGED = 5e-3
 _ROUND_OFF = 5e-4
@@ -171,7 +174,7 @@ class Answer:
     indices: Indices | None = None
 
 
-def answers(summary: xr.Dataset) -> Iterator[Answer]:
+def answers(summary: Merged) -> Iterator[Answer]:
     """Yield what a merged study says of each of `HEADLINES`.
 
     A result that is the same in all cases, or nowhere, is left out where others are not.
@@ -260,7 +263,7 @@ def _by_indices(points: Points, indices: Indices) -> str:
     )
 
 
-def _by_ranks(summary: xr.Dataset, points: Points, results: Array) -> str:
+def _by_ranks(summary: Merged, points: Points, results: Array) -> str:
     known = np.isfinite(results)
     if known.sum() < len(points.levels) + 2 or np.ptp(results[known]) == 0.0:
         return "There are too few points to compare, or they are all the same."

@@ -10,9 +10,8 @@ from dataclasses import dataclass
 from functools import partial
 from io import StringIO
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import xarray as xr
 from markupsafe import Markup
 from ruamel.yaml import YAML
 
@@ -43,15 +42,18 @@ from fretwear.study.yamlfile import read_document
 from fretwear.units import cycle_text, duration_text, fixed_digits, size_text, span
 from fretwear.vocabulary import RESULTS, PointStatus
 
+if TYPE_CHECKING:
+    from fretwear.data.effects import Merged
+
 _MOST_ROWS = 2000
-_MOST_EXAMINED = 24
+_MOST_EXAMINED = 12
 _MOST_LISTED = 12
 _NUMERICS = {"cell_x", "cell_y", "tolerance", "slip_model", "error_estimate"}
 _DERIVED = ("hertz_radius", "hertz_pressure", "")
 
 
 def build_report(
-    plan: Plan, summary: xr.Dataset, folder: Path, *, sections: Iterable[Section] = ()
+    plan: Plan, summary: Merged, folder: Path, *, sections: Iterable[Section] = ()
 ) -> str:
     """Build the report of a study as one self-contained HTML page.
 
@@ -147,7 +149,7 @@ def build_report(
 def _answer(
     body: Any,
     plan: Plan,
-    summary: xr.Dataset,
+    summary: Merged,
     results: Sequence[PointResult],
     images: Sequence[Image],
 ) -> Markup:

@@ -13,10 +13,10 @@ import netCDF4
 import numpy as np
 from numpy.typing import NDArray
 
-from fretwear.data.dataset import representative_cycles
 from fretwear.data.files import HISTORY_GROUP, opened_summary
 from fretwear.data.merge import PROFILES as MERGED
 from fretwear.data.merge import StudyLayout
+from fretwear.data.positions import representative_cycles
 from fretwear.report.above import MAPS, MOST_SQUARES, Above
 from fretwear.report.page import compressed
 from fretwear.report.results import PointResult, levels_of, variable_of
@@ -149,14 +149,16 @@ def held_points(plan: Plan, results: Sequence[PointResult], most: int = _MOST_CA
     list of int
         Positions in ``plan.points``, increasing; at least one that is done, if there is one.
     """
+    count = len(plan.points)
     lengths = [
         (len(PROFILES) * point.estimate.cells_x + (0 if all(point.case.even) else MOST_SQUARES))
         * len(point.case.output_cycles)
-        for point in plan.points
+        for point in (plan.points[place] for place in evenly(count, _MOST_CASES))
         if point.case is not None and point.estimate is not None
     ]
-    count = len(plan.points)
-    most = min(most, max(1, int(_MOST_VALUES * len(lengths) / sum(lengths))))
+    most = (
+        min(most, max(1, _MOST_VALUES * len(lengths) // max(1, sum(lengths)))) if lengths else most
+    )
     if plan.study.design.kind == "grid" and count > most:
         kept = set(product(*thinned_levels([len(axis.values) for axis in plan.study.axes], most)))
         places = [place for place, planned in enumerate(plan.points) if planned.index in kept]

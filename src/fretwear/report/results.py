@@ -8,9 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from statistics import mean, stdev
-from typing import NamedTuple
-
-import xarray as xr
+from typing import TYPE_CHECKING, NamedTuple
 
 from fretwear.data.effects import LEAST_SEEDS, SEED, final_results
 from fretwear.data.merge import StudyLayout
@@ -20,6 +18,9 @@ from fretwear.study.plan import Plan
 from fretwear.study.points import Axis
 from fretwear.units import Unit, readable_unit
 from fretwear.vocabulary import HEADLINES, RESULTS, PointStatus, Variable
+
+if TYPE_CHECKING:
+    from fretwear.data.effects import Merged
 
 _RUN_AGAIN = "Run and merge the study again"
 _LARGEST = sys.float_info.max
@@ -87,9 +88,7 @@ class PointResult:
         return ", ".join(level.words for level in self.levels.values()) or "the case"
 
 
-def point_results(
-    plan: Plan, summary: xr.Dataset, failures: Mapping[str, str]
-) -> list[PointResult]:
+def point_results(plan: Plan, summary: Merged, failures: Mapping[str, str]) -> list[PointResult]:
     """Return the key results of every point, in the order of the study.
 
     Parameters
@@ -109,13 +108,11 @@ def point_results(
     layout = StudyLayout(plan.study)
     _check_points(plan, layout, summary)
     final = final_results(summary)
-    columns = {name: final[name].transpose(*layout.dims).values for name in HEADLINES}
+    columns = {name: final[name] for name in HEADLINES}
     apart = {
-        name: final[error].transpose(*layout.dims).values
-        for name in HEADLINES
-        if (error := RESULTS[name].error.name) in final
+        name: final[error] for name in HEADLINES if (error := RESULTS[name].error.name) in final
     }
-    status = summary["status"].values
+    status = summary.variables["status"].values
     levels = {axis.coordinate: levels_of(axis) for axis in plan.study.axes}
     results = []
     for number, (planned, (place, point)) in enumerate(
@@ -191,13 +188,13 @@ def variable_of(name: str, results: Sequence[PointResult]) -> Variable:
     return RESULTS[name].per_length if in_line else RESULTS[name]
 
 
-def _check_points(plan: Plan, layout: StudyLayout, summary: xr.Dataset) -> None:
-    file = Path(str(summary.encoding.get("source", "summary.nc")))
-    sizes = {dim: summary.sizes.get(dim, 0) for dim in layout.dims}
-    if tuple(sizes.values()) != layout.shape:
+def _check_points(plan: Plan, layout: StudyLayout, summary: Merged) -> None:
+    file, status = Path("summary.nc"), summary.variables["status"]
+    sizes = dict(zip(status.dims, status.values.shape, strict=True))
+    if tuple(sizes.items()) != tuple(zip(layout.dims, layout.shape, strict=True)):
         problem = f"its points are {sizes}, those of the study {plan.study.name!r} {layout.shape}"
         raise DataFileError(file, problem, _RUN_AGAIN)
-    ids = summary["case_id"].values
+    ids = summary.variables["case_id"].values
     for planned, (place, _) in zip(plan.points, layout.points(), strict=True):
         if str(ids[place]) != planned.id:
             now = planned.id or "an invalid point"

@@ -7,15 +7,20 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
+from fretwear.data.effects import point_values
 from fretwear.data.files import open_case, open_history
 from fretwear.mechanics.roughness import WavyRoughness
 from fretwear.vocabulary import ContactState, PointStatus
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from fretwear.data.effects import Merged
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -204,7 +209,7 @@ class ReferenceCases:
         return cases
 
 
-def reference_cases(summary: xr.Dataset, folder: Path) -> list[ReferenceCases]:
+def reference_cases(summary: Merged, folder: Path) -> list[ReferenceCases]:
     """Find the cases of a merged study that have the source study's parameters.
 
     There is one group for each sphere radius and slip model of which all four cases are done.
@@ -215,8 +220,7 @@ def reference_cases(summary: xr.Dataset, folder: Path) -> list[ReferenceCases]:
     needed = {"status", "case_id", "radius", "slip_model", "plastic_limit", *_SHARED, *_ROUGH}
     if not needed <= set(summary.variables):
         return []
-    status = summary["status"]
-    points = {name: summary[name].broadcast_like(status).values.ravel() for name in needed}
+    points = {name: point_values(summary, name) for name in needed}
     smooth = _all_near(points, {"roughness_amplitude": 0.0})
     elastic = _all_near(points, {"plastic_limit": math.inf})
     is_source = _all_near(points, _SHARED)

@@ -6,18 +6,20 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from markupsafe import Markup
 
-from fretwear.data.dataset import compared_results
 from fretwear.report import Section, environment
 from fretwear.source_study.cases import RUN_IN, TITLES, Evolution, ReferenceCases, reference_cases
 from fretwear.source_study.claims import CLAIMS, Judgement, judge, percent, short
 from fretwear.study.parameters import value_text
 from fretwear.units import cycle_text
 from fretwear.vocabulary import SYMMETRIES
+
+if TYPE_CHECKING:
+    from fretwear.data.effects import Merged
 
 _MOST = 1000.0
 _MODELS = {
@@ -39,7 +41,7 @@ class Judged:
         return _MODELS.get(self.group.slip_model, self.group.slip_model.replace("_", " "))
 
 
-def source_sections(summary: xr.Dataset, folder: Path) -> Iterator[Section]:
+def source_sections(summary: Merged, folder: Path) -> Iterator[Section]:
     """Yield the sections on the source study, of a merged study's case files.
 
     There are none where the study does not hold the four cases of the source study.
@@ -97,6 +99,8 @@ def _ratios(
     cases: Mapping[str, Evolution], simple: Mapping[str, Evolution], cycle: int
 ) -> dict[str, list[str]]:
     """Results of the simple model as multiples of the others', a column for each case."""
+    from fretwear.data.dataset import compared_results
+
     rows: dict[str, list[str]] = {}
     for title, case in cases.items():
         both = (case, simple[title])
