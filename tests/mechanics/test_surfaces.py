@@ -147,6 +147,21 @@ def test_the_surface_is_the_same_at_every_cell_size():
     np.testing.assert_allclose(SURFACE.height(x, y), height[:3, :2], atol=1e-12 * HEIGHT)
 
 
+def test_heights_of_cells_are_means_over_them():
+    cell, points = (4e-6, 3e-6), np.polynomial.legendre.leggauss(8)
+    window = Grid((20, 16), cell, (False, False))
+    laid = replace(SURFACE, anisotropy=2.0)
+    mean = np.zeros(window.shape)
+    for at_x, weight_x in zip(*points, strict=True):
+        for at_y, weight_y in zip(*points, strict=True):
+            x, y = window.x + 0.5 * at_x * cell[0], window.y + 0.5 * at_y * cell[1]
+            mean += 0.25 * weight_x * weight_y * laid.height(x[:, None], y[None, :])
+    found = laid.mean_height(window.x, window.y, cell)
+    np.testing.assert_allclose(found, mean, atol=1e-12 * HEIGHT)
+    both = BothRough(laid, SURFACE).mean_height(window.x, window.y, cell)
+    np.testing.assert_array_equal(both, found + SURFACE.mean_height(window.x, window.y, cell))
+
+
 def test_shorter_waves_are_added_to_those_of_the_same_seed():
     x = np.linspace(-PERIOD / 2, PERIOD / 2, 320, endpoint=False)
     more = replace(SURFACE, shortest_wavelength=SHORTEST / 2)

@@ -355,16 +355,26 @@ class SelfAffineRoughness(Roughness):
             points = np.broadcast(x, y)
             found = [self.height(np.array([[each]]), np.array([at]))[0, 0] for each, at in points]
             return np.reshape(found, points.shape)
-        waves, unit = self._waves, 2.0 * math.pi / (_PERIODS * self.rolloff_wavelength)
-        (across_x, across_y), count = self._stretches, len(waves) - 1
+        return self.mean_height(x[:, 0], y.ravel(), (0.0, 0.0))
+
+    def mean_height(self, x: Array, y: Array, cell: tuple[float, float]) -> Array:
+        """Mean of the height over each cell, m: that of each wave in closed form."""
+        unit, count = 2.0 * math.pi / (_PERIODS * self.rolloff_wavelength), len(self._waves) - 1
+        across_x, across_y = self._stretches
+        along_x = np.arange(count + 1) * (unit / across_x)
+        along_y = np.arange(-count, count + 1) * (unit / across_y)
+        means = (
+            np.sinc(k * width / (2.0 * math.pi))
+            for k, width in zip((along_x, along_y), cell, strict=True)
+        )
+        waves = self._waves * np.outer(*means)
         # Of the columns to both sides of x = 0 alike, those of one side tell those of the other.
         half = len(x) // 2 if np.array_equal(x, -x[::-1]) else 0
-        along_x = np.outer(x[half:], np.arange(count + 1) * (unit / across_x))
-        along_y = np.outer(y, np.arange(-count, count + 1) * (unit / across_y))
         # By einsum: with BLAS the last bits would depend on its number of threads.
-        sums = np.einsum("jq,kq->kj", np.exp(1j * along_y), waves)
-        even = np.einsum("ik,kj->ij", np.cos(along_x), sums.real)
-        odd = np.einsum("ik,kj->ij", np.sin(along_x), sums.imag)
+        sums = np.einsum("jq,kq->kj", np.exp(1j * np.outer(y, along_y)), waves)
+        phases = np.outer(x[half:], along_x)
+        even = np.einsum("ik,kj->ij", np.cos(phases), sums.real)
+        odd = np.einsum("ik,kj->ij", np.sin(phases), sums.imag)
         result: Array = np.concatenate([(even + odd)[::-1][:half], even - odd])
         return result
 
@@ -467,6 +477,10 @@ class BothRough(Roughness):
     def height(self, x: Array, y: Array) -> Array:
         """Sum of both, m."""
         return self.first.height(x, y) + self.second.height(x, y)
+
+    def mean_height(self, x: Array, y: Array, cell: tuple[float, float]) -> Array:
+        """Sum of both, m."""
+        return self.first.mean_height(x, y, cell) + self.second.mean_height(x, y, cell)
 
     def _nearer(self, name: str) -> tuple[float, float]:
         x, y = map(min, *(getattr(each, name) for each in (self.first, self.second)))
