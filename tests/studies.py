@@ -3,7 +3,9 @@
 from collections.abc import Iterable
 from pathlib import Path
 
+import numpy as np
 import pytest
+import xarray as xr
 import yaml
 
 from fretwear.data.files import write_case
@@ -87,3 +89,20 @@ def run_study(study: Study, folder: Path, case_ids: Iterable[str] | None = None)
         result = run(study.cases()[case_id])
         write_case(result.dataset, result.history, folder / "cases" / f"{case_id}.nc", result.loops)
     merge_study(study, folder / "cases", folder / "summary.nc")
+
+
+def sampled(unit: np.ndarray, volume: np.ndarray) -> xr.Dataset:
+    """Return a merged study of points of the unit cube, as the report reads it."""
+    names = ("load", "friction", "radius")[: unit.shape[1]]
+    along = {"drawn_from": 0.0, "drawn_to": 1.0, "drawn_on": "linear"}
+    return xr.Dataset(
+        {
+            "status": ("point", np.zeros(len(unit), dtype="int8")),
+            "wear_volume": (("point", "cycle"), np.stack([0 * volume, volume], axis=1)),
+        },
+        {
+            "case_id": ("point", [f"case {place}" for place in range(len(unit))]),
+            "cycle": [0.0, 100.0],
+            **{name: ("point", u, along) for name, u in zip(names, unit.T, strict=True)},
+        },
+    )

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from scipy.stats import qmc
 
 from fretwear.data.effects import Points
 from fretwear.report.answer import Answer, Claim, answers, companions
@@ -15,7 +16,7 @@ from fretwear.report.results import Level, PointResult, over_seeds
 from fretwear.study.study import load_study
 from fretwear.vocabulary import HEADLINES, PointStatus
 
-from ..studies import run_study
+from ..studies import run_study, sampled
 
 DEMO = Path(__file__).parents[2] / "studies/demo.yaml"
 NUMBER = r"([\d.]+)"
@@ -70,7 +71,8 @@ def check(claim: Claim, factors: list[float]) -> None:
         assert [len(grown), len(fallen), len(factors)] == list(map(int, counts.groups()))
         groups = [grown, fallen]
     else:
-        assert f"in all {len(factors)} pairs" in text or "in the one pair" in text
+        told_of = {1: "in the one pair", 2: "in both pairs"}
+        assert told_of.get(len(factors), f"in all {len(factors)} pairs") in text
         groups = [factors]
     for (verb, low, high), group in zip(parts, groups, strict=True):
         # Three digits of a factor, a decimal or a whole number of percent.
@@ -162,11 +164,11 @@ def test_what_rises_and_falls_again_is_told_step_by_step():
     (answer,) = answers(made_up({"plastic_limit": limits, "friction": [0.3, 0.6]}, volumes))
     hardness = next(f for f in answer.findings if f.effect.parameter == "plastic_limit")
     assert (
-        "from 3000\u00a0MPa to 4500\u00a0MPa it falls by 12 to 13\u00a0% in all 2" in hardness.text
+        "from 3000\u00a0MPa to 4500\u00a0MPa it falls by 12 to 13\u00a0% in both" in hardness.text
     )
     assert "from 4500\u00a0MPa to elastic it grows by a factor of 4.60 to 4.77" in hardness.text
     assert answer.headline.endswith(
-        "from 3000\u00a0MPa to elastic it grows by a factor of 4.00 to 4.20 in all 2 pairs, "
+        "from 3000\u00a0MPa to elastic it grows by a factor of 4.00 to 4.20 in both pairs, "
         "though not in every step."
     )
 
@@ -187,6 +189,15 @@ def test_one_case_and_a_result_that_nothing_changes_are_said_to_be_so():
     assert alone.headline == ""
     (same,) = answers(made_up({"load": [20.0, 30.0]}, np.array([1.0, 1.0])))
     assert same.headline == "No parameter changes it by more than 0.5\u00a0%."
+
+
+def test_parameters_that_the_intervals_do_not_tell_apart_are_not_ranked():
+    unit = qmc.Sobol(3, seed=8).random(64)
+    noise = 0.05 * np.random.default_rng(9).standard_normal(64)
+    (alike,) = answers(sampled(unit, 1.0 + unit[:, 0] + unit[:, 1] + 0.1 * unit[:, 2] + noise))
+    assert "matter most, and their order is uncertain. Alone they explain" in alike.headline
+    (apart,) = answers(sampled(unit, 1.0 + 2.0 * unit[:, 0] + unit[:, 1] + noise))
+    assert apart.headline.startswith("The normal load matters most: alone it explains 79")
 
 
 def test_what_a_seed_does_is_chance_and_told_by_its_deviation():

@@ -158,7 +158,8 @@ class Points:
             if len(found) > 1:
                 numbers = not any(isinstance(value, str) for value in found)
                 levels[name] = tuple(sorted(found) if numbers else found)
-                places.append([levels[name].index(value) for value in values])
+                place = {value: number for number, value in enumerate(levels[name])}
+                places.append([place[value] for value in values])
         results = {name: last.ravel()[done] for name, last in final_results(summary).items()}
         energy = "dissipated_energy"
         if energy in results:

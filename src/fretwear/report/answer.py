@@ -89,7 +89,7 @@ class Claim:
         """What is claimed: ``grows by 13 to 48 % in all 6 pairs where elastic``."""
         factors = self.factors
         count, pairs = factors.size, f"{factors.size} pair{'s' * (factors.size != 1)}"
-        all_pairs = f"in all {pairs}" if count > 1 else "in the one pair"
+        all_pairs = {1: "in the one pair", 2: "in both pairs"}.get(count, f"in all {pairs}")
         where = f" {self.where}" if self.where else ""
         without = int((self.pairs & self.effect.between(self.low, self.high)).sum()) - count
         rest = f" ({without} more have none to compare)" if without else ""
@@ -160,6 +160,8 @@ class Answer:
         Its range after the last cycle.
     headline : str
         Which parameter matters most; empty where no two cases differ in one parameter alone.
+    rest : str
+        More about it, which a narrow screen leaves out.
     findings : tuple of Finding
         What every parameter does, the most important first; none for a sampled study.
     indices : Indices or None
@@ -170,6 +172,7 @@ class Answer:
     label: str
     values: str
     headline: str
+    rest: str = ""
     findings: tuple[Finding, ...] = ()
     indices: Indices | None = None
 
@@ -191,13 +194,15 @@ def answers(summary: Merged) -> Iterator[Answer]:
             continue
         if sampled:
             good = indices[name] if name in indices and indices[name].quality >= GOOD else None
-            headline = _by_indices(points, good) if good else _by_ranks(summary, points, results)
-            yield Answer(name, variable.label, _range(variable, results), headline, indices=good)
+            ranked = (_by_ranks(summary, points, results), "")
+            headline, rest = _by_indices(points, good) if good else ranked
+            values = _range(variable, results)
+            yield Answer(name, variable.label, values, headline, rest=rest, indices=good)
         else:
             effects = points.effects(name)
             found = tuple(Finding(effect, tuple(claims(effect))) for effect in effects)
             values = _range(variable, results)
-            yield Answer(name, variable.label, values, _headline(found), found)
+            yield Answer(name, variable.label, values, _headline(found), findings=found)
 
 
 def claims(effect: Effect) -> Iterator[Claim]:
@@ -248,19 +253,23 @@ def _headline(findings: Sequence[Finding]) -> str:
     )
 
 
-def _by_indices(points: Points, indices: Indices) -> str:
+def _by_indices(points: Points, indices: Indices) -> tuple[str, str]:
     names = [parameter(name).words for name in points.levels]
     order = np.argsort(-indices.total)
-    first, low, high = (
-        100.0 * float(each[order[0]]) for each in (indices.first, *indices.first_range)
-    )
-    others = [f"{names[i]} {100.0 * indices.total[i]:.0f}\u00a0%" for i in order]
+    # What the intervals do not tell apart is not ranked.
+    low, high = indices.total_range
+    leading = [i for i in order if high[i] >= low[order[0]]]
     of = "the variance of its logarithm" if indices.of_logarithm else "its variance"
-    return (
-        f"The {names[order[0]]} matters most: alone it explains {first:.0f}\u00a0% of {of} "
-        f"({low:.0f} to {high:.0f}\u00a0% at 95\u00a0% confidence). With interactions: "
-        f"{', '.join(others)}."
-    )
+    if len(leading) > 1:
+        told = " and the ".join(names[i] for i in leading)
+        text = f"The {told} matter most, and their order is uncertain. Alone they explain "
+    else:
+        text = f"The {names[order[0]]} matters most: alone it explains "
+    first, low, high = (100.0 * each for each in (indices.first, *indices.first_range))
+    shares = [f"{first[i]:.0f} ({low[i]:.0f} to {high[i]:.0f})\u00a0%" for i in leading]
+    others = [f"{names[i]} {100.0 * indices.total[i]:.0f}\u00a0%" for i in order]
+    rest = f"With interactions: {', '.join(others)}."
+    return f"{text}{' and '.join(shares)} of {of} (95\u00a0% intervals).", rest
 
 
 def _by_ranks(summary: Merged, points: Points, results: Array) -> str:

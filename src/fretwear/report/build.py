@@ -186,8 +186,8 @@ def _uncertain(plan: Plan, results: Sequence[PointResult]) -> list[str]:
     error, name, case_id = max(marked)
     case = plan.study.cases()[case_id]
     return [
-        f"{len(marked)} of {len(errors)} key results have errors above {100.0 * SMALL_ERROR:g} % "
-        f"because the grid is coarse: marked in the table of cases. The largest is "
+        f"{len(marked)} of {len(errors)} key results have estimated errors above "
+        f"{100.0 * SMALL_ERROR:g} %: marked in the table of cases. The largest is "
         f"{100.0 * error:.0f} %, of the {RESULTS[name].words} of {case_id}; "
         f"{finer(case, error)} would reduce it"
     ]
