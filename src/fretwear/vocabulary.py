@@ -334,6 +334,9 @@ HEADLINES = (
 )
 """The scalars that answer what a study asked, in the order in which they are told."""
 
+FORCES = {"load": ("normal_force",), "tangential_load": ("tangential_force", "sliding_ratio")}
+"""Results that are told too where the parameter of the name is not given."""
+
 RESULTS: dict[str, Variable] = {
     variable.name: variable for variable in (*FIELDS, *BODY_FIELDS, *SCALARS, *BODY_SCALARS)
 }

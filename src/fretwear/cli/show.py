@@ -31,7 +31,7 @@ from fretwear.units import (
     readable_unit,
     with_error,
 )
-from fretwear.vocabulary import HEADLINES, RESULTS, SYMMETRIES, PointStatus
+from fretwear.vocabulary import FORCES, HEADLINES, RESULTS, SYMMETRIES, PointStatus
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -47,8 +47,6 @@ _CASE_RESULTS = (
     "central_pressure",
     "peak_pressure",
 )
-# Forces that come out, told where the parameter of the name is not given.
-_FORCES = {"load": ("normal_force",), "tangential_load": ("tangential_force", "sliding_ratio")}
 _STUDY_RESULTS = HEADLINES[:4]
 _STUDY_ERRORS = {name: RESULTS[name].error.name for name in _STUDY_RESULTS}
 _MARK = "† Of a single cell: at an edge of elastic bodies it diverges as the grid is refined."
@@ -109,7 +107,7 @@ def compare(
 
 def case_content(case: xr.Dataset, history: xr.Dataset) -> dict[str, Any]:
     """Return what there is to tell of a case, in SI units."""
-    forces = (found for given, found in _FORCES.items() if given not in case.coords)
+    forces = (found for given, found in FORCES.items() if given not in case.coords)
     names = (*_CASE_RESULTS, *chain.from_iterable(forces))
     results = {name: case[name] for name in names if name in case}
     errors = {name: case[e] for name in results if (e := RESULTS[name].error.name) in case}

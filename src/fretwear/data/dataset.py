@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from fretwear.vocabulary import CYCLE, HEADLINES, RESULTS, SYMMETRIES, Variable, X, Y
+from fretwear.vocabulary import CYCLE, FORCES, HEADLINES, RESULTS, SYMMETRIES, Variable, X, Y
 
 KEY_RESULTS: tuple[Variable, ...] = tuple(
     RESULTS[name] for name in (*HEADLINES, "plastic_volume", "central_pressure", "peak_pressure")
@@ -77,11 +77,13 @@ def compared_cycles(first: xr.Dataset, second: xr.Dataset) -> tuple[int, int]:
 
 
 def compared_results(first: xr.Dataset, second: xr.Dataset) -> list[Compared]:
-    """Return the `KEY_RESULTS` of two cases at `compared_cycles`."""
+    """Return the `KEY_RESULTS` of two cases at `compared_cycles`, and forces that come out."""
     cycles = compared_cycles(first, second)
     states = [case.sel(cycle=cycle) for case, cycle in zip((first, second), cycles, strict=True)]
     results = []
-    for variable in KEY_RESULTS:
+    given = first.coords.keys() & second.coords.keys()
+    forces = [RESULTS[name] for key, names in FORCES.items() if key not in given for name in names]
+    for variable in (*KEY_RESULTS, *forces):
         if all(variable.name in state for state in states):
             known = variable.in_units(states[0][variable.name].attrs.get("units", variable.si_unit))
             a, b = (float(state[known.name]) for state in states)

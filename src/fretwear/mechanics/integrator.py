@@ -9,13 +9,13 @@ closed form.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import sqrt
 from typing import Any
 
 import numpy as np
 
-from fretwear.mechanics.contact import Accuracy, Contact, ContactError
+from fretwear.mechanics.contact import Accuracy, ContactError
 from fretwear.mechanics.geometry import Array, Workspace
 from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.stages import StageSolver, all_worn, load_of
@@ -93,7 +93,7 @@ def evolve(
         if state.cycle < block.end:
             if state.cycle == begin > 0.0:
                 workspace = Workspace(block)
-                state = _reloaded(workspace, state, accuracy)
+                state = first_loading(block, accuracy, workspace, state)
             integrator = _Integrator(workspace, tolerance, accuracy, state)
             # Neither a step nor its error estimate may go over a kink.
             kinks = {kink for kink in (*block.friction.kinks, block.end) if kink < stops[-1]}
@@ -105,9 +105,12 @@ def evolve(
 
 
 def first_loading(
-    problem: WearProblem, accuracy: Accuracy | None = None, workspace: Workspace | None = None
+    problem: WearProblem,
+    accuracy: Accuracy | None = None,
+    workspace: Workspace | None = None,
+    before: State | None = None,
 ) -> State:
-    """The state at cycle 0: loaded for the first time, yielded where it had to, unworn.
+    """The state from which a loading begins: yielded where it has to.
 
     Parameters
     ----------
@@ -117,6 +120,8 @@ def first_loading(
         Of the contacts.
     workspace
         Of the problem, if there is one.
+    before
+        What an earlier loading has left; None for unworn bodies at cycle 0.
 
     Raises
     ------
@@ -124,12 +129,18 @@ def first_loading(
         If the contact does not converge.
     """
     workspace, accuracy = workspace or Workspace(problem), accuracy or Accuracy()
-    geometry: Any = problem.geometry.first(problem)
-    spent = 0
+    geometry: Any = problem.geometry.first(problem) if before is None else before.geometry
+    spent = 0 if before is None else before.convolutions
     while True:
         ground = workspace.on(geometry)
+        nothing = np.zeros(geometry.shape)
+        wear = opening = plastic = nothing
+        if before is not None:
+            before = before.on(workspace, geometry)
+            wear, opening, plastic = before.wear, before.opening, before.plastic
         contact = solve_contact(
-            problem.contact(ground.half_space, ground.unworn),
+            problem.contact(ground.half_space, ground.unworn + opening + plastic),
+            None if before is None else before.pressure,
             tolerance=accuracy.contact,
             effort=accuracy.effort,
         )
@@ -138,62 +149,14 @@ def first_loading(
         if larger.shape == geometry.shape:
             break
         geometry = larger
-    wear = np.zeros(geometry.shape)
-    return _loaded(
-        workspace, geometry, contact, 0.0, wear, wear, contact.penetration, spent, accuracy
-    )
-
-
-def _reloaded(workspace: Workspace, state: State, accuracy: Accuracy) -> State:
-    """A state under the loading of another problem, at the same cycle."""
-    problem, spent = workspace.problem, state.convolutions
-    while True:
-        ground = workspace.on(state.geometry)
-        contact = solve_contact(
-            problem.contact(ground.half_space, ground.unworn + state.opening + state.plastic),
-            state.pressure,
-            tolerance=accuracy.contact,
-            effort=accuracy.effort,
-        )
-        spent += contact.convolutions
-        larger = state.geometry.holding(workspace, contact.pressure, contact.approach)
-        if larger.shape == state.geometry.shape:
-            break
-        state = state.on(workspace, larger)
-    loaded = _loaded(
-        workspace,
-        state.geometry,
-        contact,
-        state.cycle,
-        state.wear,
-        state.opening,
-        state.plastic + contact.penetration,
-        spent,
-        accuracy,
-    )
-    return replace(loaded, step=state.step)
-
-
-def _loaded(
-    workspace: Workspace,
-    geometry: Any,
-    contact: Contact,
-    cycle: float,
-    wear: Array,
-    opening: Array,
-    plastic: Array,
-    spent: int,
-    accuracy: Accuracy,
-) -> State:
-    """The state of a contact from which a loading begins."""
-    problem, ground = workspace.problem.at(cycle), workspace.on(geometry)
-    load = load_of(problem, geometry, contact)
-    shape = ground.unworn + plastic
-    reduced = problem.slip_model.reduced(
-        problem,
+    cycle = 0.0 if before is None else before.cycle
+    now, plastic = problem.at(cycle), plastic + contact.penetration
+    load = load_of(now, geometry, contact)
+    reduced = now.slip_model.reduced(
+        now,
         ground.half_space,
-        shape + opening if cycle else shape,
-        problem.sliding(load, contact.approach),
+        ground.unworn + plastic + opening,
+        now.sliding(load, contact.approach),
         tolerance=accuracy.first_reduced,
     )
     return State(
@@ -208,9 +171,10 @@ def _loaded(
         approach=contact.approach,
         residual=contact.residual,
         reduced=reduced,
-        next_step=_FIRST_STEP / (problem.growth_rate * float(contact.pressure.max())),
-        pressure_rate=np.zeros(geometry.shape),
-        source_rate=np.zeros(geometry.shape),
+        next_step=_FIRST_STEP / (now.growth_rate * float(contact.pressure.max())),
+        pressure_rate=nothing,
+        source_rate=nothing,
+        step=0 if before is None else before.step,
         convolutions=spent + reduced.convolutions,
     )
 

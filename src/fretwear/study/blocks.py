@@ -85,8 +85,8 @@ class Blocks(Plain):
 
     def text(self, value: Any) -> str:
         """Return the blocks for people."""
-        if isinstance(value, str):
-            return value
+        if isinstance(value, str) or not value:
+            return value or "none"
         known = self.known()
         return ", then ".join(
             f"{block.cycles} cycles"
