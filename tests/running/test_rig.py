@@ -26,6 +26,7 @@ FALLS = {
     "decay": "0.1 mm^2/W",
     "frequency": "10 Hz",
 }
+WAVES = {"kind": "wavy", "amplitude": "0.1 um", "slope_x": "1 deg", "slope_y": "0 deg"}
 TABLE = {"cycles": [0, 40], "values": [0.4, 0.7]}
 # What a study is about: the base, and what varies in its two points.
 STUDIES = {
@@ -39,7 +40,7 @@ STUDIES = {
         },
     ),
     "a stroke, and wear that falls with the power": (
-        {**CYLINDER, "tangential_ratio": None, "wear_coefficient": None},
+        {**CYLINDER, "tangential_ratio": None, "wear_coefficient": None, "roughness": WAVES},
         {"sliding_amplitude": ["5 um", "10 um"], "energy_wear_coefficient": [FALLS, FALLS]},
     ),
     "blocks, and a punch": (

@@ -78,7 +78,8 @@ def _of_contact_and_waves(case: CaseTree) -> Spacing:
     wide = (each / radius * contact for each in case.indenter.half_widths(case.hertz))
     fine = [[each / part.cells for each in part.finest] for part in case.surfaces.values()]
     dx, dy = (min(each) for each in zip(wide, *fine, strict=True))
-    return dx, dy
+    # A line contact has one row of cells.
+    return dx, dx if case.indenter.is_line else dy
 
 
 def _closing_pressure(case: CaseTree) -> float:
