@@ -67,6 +67,8 @@ class Parameter(ABC):
     """What a field of a part is."""
 
     may_be_drawn: ClassVar[bool] = False  # whether values may be drawn from a range
+    # A value of every form, by which all names of coordinates are known.
+    forms: ClassVar[tuple[Any, ...]] = ((1.0, 2.0), 1.0)
 
     si_unit: str  # in UDUNITS notation, ``1`` for plain numbers
     symbol: str  # in mathtext

@@ -82,6 +82,8 @@ class FallingCoefficient:
 class PerEnergy(OfBodies):
     """Wear per energy: a value, a pair [indenter, flat], or a mapping where it falls with power."""
 
+    forms = (FallingCoefficient((1.0, 1.0), (1.0, 1.0), 1.0, 1.0), *Parameter.forms)
+
     def read(self, value: object, units_required: bool) -> Any:
         """Return a float, a pair of floats or a `FallingCoefficient`."""
         if isinstance(value, FallingCoefficient):

@@ -135,7 +135,7 @@ def _by_coordinate(_: tuple[tuple[type[Part], ...], ...]) -> Mapping[str, Parame
         name = coordinate(leaf.name)
         found.setdefault(name, leaf.parameter)
         # Of two values, each has a coordinate of its own.
-        for value in ((1.0, 2.0), 1.0):
+        for value in leaf.parameter.forms:
             with suppress(TypeError):
                 found |= {n: p for n, p, _ in leaf.parameter.coordinates(name, value)}
     for member, about in members().items():
