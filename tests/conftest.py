@@ -3,7 +3,9 @@
 With ``--hypothesis-profile=thorough`` they try other and far more examples every time.
 """
 
+import fcntl
 import os
+import shutil
 import signal
 import subprocess
 
@@ -30,6 +32,26 @@ def pytest_collection_modifyitems(items):
     """Begin with files that have slow tests: workers side by side end at about the same time."""
     slow = {item.path for item in items if item.get_closest_marker("slow")}
     items.sort(key=lambda item: item.path not in slow)
+
+
+@pytest.fixture(scope="session")
+def made_once(tmp_path_factory):
+    """Fill a folder with results that workers side by side share: the first to ask makes them."""
+    root = tmp_path_factory.getbasetemp()
+    root = root.parent if "PYTEST_XDIST_WORKER" in os.environ else root
+
+    def folder(name, make):
+        place, done = root / name, root / f"{name}.done"
+        with (root / f"{name}.lock").open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            if not done.exists():
+                shutil.rmtree(place, ignore_errors=True)
+                place.mkdir()
+                make(place)
+                done.touch()
+        return place
+
+    return folder
 
 
 @pytest.fixture

@@ -1,4 +1,3 @@
-import shutil
 from pathlib import Path
 
 import pytest
@@ -65,25 +64,17 @@ def case_file(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
-def merged_desk(tmp_path_factory):
-    """A folder with a study, and with its cases and their summary in results/."""
-    desk = Desk(tmp_path_factory.mktemp("merged"))
-    study, results = desk.write(tiny_study()), desk.folder / "results"
-    for step in ("batch", "merge"):
-        done = desk.call(step, study, "--results", results)
-        assert done.exit_code == 0, done.stderr
-    return desk
+def finished_desk(made_once):
+    """A folder with a study, and with its cases, summary, figures and report in results/."""
 
+    def make(folder):
+        desk = Desk(folder)
+        study = desk.write(tiny_study())
+        for step in ("batch", "merge", "figures", "report"):
+            done = desk.call(step, study, "--results", folder / "results")
+            assert done.exit_code == 0, done.stderr
 
-@pytest.fixture(scope="session")
-def finished_desk(merged_desk, tmp_path_factory):
-    """The same with figures and a report."""
-    desk = Desk(tmp_path_factory.mktemp("finished"))
-    shutil.copytree(merged_desk.folder, desk.folder, dirs_exist_ok=True)
-    for step in ("figures", "report"):
-        done = desk.call(step, desk.folder / "tiny.yaml", "--results", desk.folder / "results")
-        assert done.exit_code == 0, done.stderr
-    return desk
+    return Desk(made_once("desk", make))
 
 
 @pytest.fixture(scope="session")

@@ -124,8 +124,8 @@ OTHER = ("title", "case_id", "source", "parameters", "symmetry", "warnings", "co
 
 @settings(of_files, max_examples=settings.default.max_examples // 5)
 @given(data=st.data())
-def test_any_change_is_refused_by_a_sentence_or_shown(case_file, merged_desk, tmp_path, data):
-    source = data.draw(st.sampled_from([case_file, merged_desk.folder / "results/summary.nc"]))
+def test_any_change_is_refused_by_a_sentence_or_shown(case_file, finished_desk, tmp_path, data):
+    source = data.draw(st.sampled_from([case_file, finished_desk.folder / "results/summary.nc"]))
 
     def change(file):
         for _ in range(data.draw(st.integers(1, 3))):

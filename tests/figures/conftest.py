@@ -114,10 +114,12 @@ def rough() -> xr.Dataset:
 
 
 @pytest.fixture(scope="session")
-def small_study(tmp_path_factory: pytest.TempPathFactory) -> SmallStudy:
-    folder = tmp_path_factory.mktemp("study")
-    study = load_study(write_study(folder / "small.yaml", STUDY))
-    run_study(study, folder)
+def small_study(made_once) -> SmallStudy:
+    def make(folder: Path) -> None:
+        run_study(load_study(write_study(folder / "small.yaml", STUDY)), folder)
+
+    folder = made_once("small-study", make)
+    study = load_study(folder / "small.yaml")
     return SmallStudy(study, xr.load_dataset(folder / "summary.nc"), folder / "cases")
 
 

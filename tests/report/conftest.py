@@ -16,7 +16,7 @@ from fretwear.running.records import log_file, record
 from fretwear.study.plan import Plan
 from fretwear.study.study import load_study
 
-from ..studies import run_study
+from ..studies import run_study, write_study
 
 STUDY = """
 title: "Loads & <b>friction</b>"
@@ -78,18 +78,23 @@ class Finished(NamedTuple):
 
 
 @pytest.fixture(scope="session")
-def finished(tmp_path_factory: pytest.TempPathFactory) -> Finished:
-    folder = tmp_path_factory.mktemp("results")
-    file = folder / "small.yaml"
-    file.write_text(STUDY, encoding="utf-8")
-    study = load_study(file)
-    *rest, failed = study.cases()
-    run_study(study, folder, rest)
-    summary = xr.load_dataset(folder / "summary.nc")
-    write_study_figures(summary, folder / "cases", folder / "figures")
-    record(folder, failed, REASON)
-    log_file(folder, failed).write_text("cycle 6 of 1000\n</pre><b>cycle 7</b>\n", encoding="utf-8")
-    return Finished(Plan(study), summary, folder, failed)
+def finished(made_once) -> Finished:
+    def make(folder: Path) -> None:
+        study = load_study(write_study(folder / "small.yaml", STUDY))
+        *rest, failed = study.cases()
+        run_study(study, folder, rest)
+        summary = xr.load_dataset(folder / "summary.nc")
+        # Figures of one load and friction: fewer panels to draw.
+        part = summary.isel(load=[1], friction=[1])
+        write_study_figures(part, folder / "cases", folder / "figures")
+        record(folder, failed, REASON)
+        log = "cycle 6 of 1000\n</pre><b>cycle 7</b>\n"
+        log_file(folder, failed).write_text(log, encoding="utf-8")
+
+    folder = made_once("small-report", make)
+    study = load_study(folder / "small.yaml")
+    *_, failed = study.cases()
+    return Finished(Plan(study), xr.load_dataset(folder / "summary.nc"), folder, failed)
 
 
 @pytest.fixture(scope="session")

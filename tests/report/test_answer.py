@@ -130,7 +130,8 @@ def test_every_sentence_holds_for_every_pair_of_a_study_with_holes(finished):
 
 @pytest.mark.slow
 def test_every_sentence_on_the_default_study_holds_for_all_pairs(tmp_path):
-    study = load_study(DEMO, ["cycles=300", "output.cycles=[300]"])
+    coarse = ["cell=6 um", "roughness.slope_x=0.3 deg", "roughness.slope_y=0.3 deg"]
+    study = load_study(DEMO, ["cycles=300", "output.cycles=[300]", *coarse])
     run_study(study, tmp_path)
     summary = xr.load_dataset(tmp_path / "summary.nc")
     frame, varied = table(summary)

@@ -48,9 +48,11 @@ class Merged(NamedTuple):
 
 
 @pytest.fixture(scope="session")
-def merged(tmp_path_factory: pytest.TempPathFactory) -> Merged:
-    folder = tmp_path_factory.mktemp("source")
-    run_study(load_study(write_study(folder / "source.yaml", STUDY)), folder)
+def merged(made_once) -> Merged:
+    def make(folder: Path) -> None:
+        run_study(load_study(write_study(folder / "source.yaml", STUDY)), folder)
+
+    folder = made_once("source-study", make)
     summary = xr.load_dataset(folder / "summary.nc")
     first, *_ = reference_cases(summary, folder / "cases")
     return Merged(summary, folder / "cases", first.load())
