@@ -7,7 +7,7 @@ import pytest
 import scipy.fft
 from benchmarks.speed.__main__ import main as speed
 from benchmarks.speed.table import Row, from_json, missing
-from benchmarks.speed.units import Transforms, Unit, bare_convolution
+from benchmarks.speed.units import bare_convolution
 
 from fretwear.mechanics.geometry.grid import Grid, influence_coefficients
 
@@ -51,19 +51,3 @@ def test_the_unit_is_the_convolution_of_the_solver():
     pressure = np.random.default_rng(2).random(window.shape)
     expected = window.half_space(1e11).displacement(pressure)
     np.testing.assert_allclose(bare_convolution(pressure, spectrum), expected, rtol=1e-12)
-
-
-def test_transforms_are_counted_wherever_the_solver_calls_them_and_none_of_the_unit():
-    bodies, transforms, unit = (
-        Grid((8, 8), (1e-6, 1e-6)).half_space(1e11),
-        Transforms(),
-        Unit((8, 8)),
-    )
-    with transforms.counted():
-        unit.sample(3)
-        assert transforms.calls == 0
-        bodies.displacement(np.ones((8, 8)))
-    counted = transforms.calls
-    assert counted >= 2
-    bodies.displacement(np.ones((8, 8)))
-    assert transforms.calls == counted

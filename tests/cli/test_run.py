@@ -53,23 +53,6 @@ def test_the_command_line_and_python_give_the_same_numbers(desk, case_file):
             np.testing.assert_array_equal(stored[name], computed[name])
 
 
-@pytest.mark.parametrize(
-    ("output", "reason"),
-    [
-        ("tiny.yaml/deep/out.nc", "tiny.yaml is not a folder"),
-        (".", "is a folder"),
-        ("/proc/nowhere/out.nc", "cannot be written to"),
-    ],
-)
-def test_an_output_that_cannot_be_written_is_refused_before_the_run(desk, output, reason):
-    result = desk.call("run", "tiny.yaml", "--set", "load=50 N", "-o", output)
-    assert result.exit_code == 2
-    assert output.removesuffix("/out.nc").removesuffix("/") in result.stderr
-    assert reason in result.stderr
-    assert "cycle 0" not in result.stderr
-    assert desk.files() == ["tiny.yaml"]
-
-
 def test_a_case_that_does_not_fit_in_the_memory_says_so_before_it_starts(desk):
     result = desk.call("run", "tiny.yaml", "--set", "load=50 N", "--set", "cell=1 nm")
     assert result.exit_code == 1

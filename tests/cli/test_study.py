@@ -27,18 +27,6 @@ def test_a_plan_lists_every_point_and_the_total(desk):
     assert desk.files() == ["tiny.yaml"]
 
 
-def test_a_plan_names_the_points_that_are_left_out(desk, content):
-    content["base"].pop("tangential_ratio")
-    content["base"]["tangential_load"] = "20 N"
-    content["invalid"] = "skip"
-    desk.write(content)
-    result = desk.call("plan", "tiny.yaml")
-    assert result.exit_code == 0
-    assert "(invalid)" in result.stdout
-    assert "gross sliding" in result.stdout
-    assert "2 points, 1 case in 1 job: " in result.stdout
-
-
 def test_a_wide_plan_is_not_cut_where_no_terminal_shows_it(desk, content):
     content["base"]["roughness"] = {**WAVES, "slope_x": "0.2 deg", "slope_y": "0.2 deg"}
     content["vary"].update(

@@ -91,11 +91,6 @@ def test_paired_lists_are_told_by_colour_alone():
     assert layout.color in ("load", "friction")
 
 
-def test_case_ids_and_point_numbers_are_no_parameters():
-    lines = study_lines(_list({"load": [1.0, 2.0]}), "wear_volume")
-    assert all(set(line.values) == {"load"} for line in lines)
-
-
 def test_a_missing_quantity_is_named():
     with pytest.raises(ValueError, match="'stick_area'"):
         study_lines(_grid(DEMO), "stick_area")

@@ -18,7 +18,7 @@ from fretwear.mechanics.team import Team
 from fretwear.running.simulate import wear_problem
 
 from . import oracles
-from .problems import EVEN, covered, folded, fretting, matrix_of, near, unfolded
+from .problems import EVEN, covered, folded, matrix_of, near, unfolded
 
 MODULUS = 114e9
 SPACING = (1.3e-6, 2.9e-6)
@@ -136,16 +136,6 @@ def test_part_is_the_half_space_of_a_smaller_window(even: Even):
     pressure = noise(part.geometry.shape)
     np.testing.assert_array_equal(part.displacement(pressure), fresh.displacement(pressure))
     assert bodies.around(np.ones(grid.shape, np.bool_)) is bodies
-
-
-def test_the_bodies_on_the_two_latest_geometries_are_kept():
-    workspace = Workspace(fretting(16))
-    grids = [Grid((count, 8), SPACING) for count in (8, 9, 10)]
-    first, second, _ = (workspace.on(grid).half_space for grid in grids)
-    assert workspace.on(Grid((9, 8), SPACING)).half_space is second
-    assert workspace.on(grids[0]).half_space is not first
-    workspace.keep_only(grids[1])
-    assert workspace.on(grids[1]).half_space is second
 
 
 @pytest.mark.parametrize("even", EVEN)

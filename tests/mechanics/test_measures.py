@@ -77,33 +77,21 @@ def test_half_width_finds_the_edge_inside_a_cell_unworn_and_worn_in(edge, axis, 
     assert found == near(edge * spacing[axis], rel=1e-9)
 
 
-def test_half_widths_of_a_contact_that_is_not_even_are_the_mean_of_both_sides():
-    cells = Grid((20, 8), (1e-6, 1e-6), (False, True))
-    inside = np.zeros(cells.shape, dtype=bool)
+def test_half_widths_of_odd_contacts():
+    """Cells outside with equal gaps put the edge in the middle between cell centers."""
+    uneven = Grid((20, 8), (1e-6, 1e-6), (False, True))
+    inside = np.zeros(uneven.shape, dtype=bool)
     inside[4:13, 0] = True
-    # From -6 µm to 3 µm; cells outside with equal gaps put the edge between cell centers.
-    assert half_width(cells, inside, np.where(inside, 0.0, 1e-9), 0) == near(4.5e-6)
-    assert stick_half_width(cells, inside * 1e9, 0) == near(4.5e-6)
-
-
-def test_half_width_is_zero_where_the_axis_is_open_and_the_window_at_most():
-    cells = Grid((8, 8), (1e-6, 2e-6))
-    nothing = np.zeros(cells.shape, dtype=bool)
-    off_axis = nothing.copy()
-    off_axis[3, 4] = True
-    for inside in (nothing, off_axis):
-        assert half_width(cells, inside, np.ones(cells.shape), 0) == 0
-    everywhere = half_width(cells, ~nothing, np.zeros(cells.shape), 1)
-    assert everywhere == near(cells.extent[1])
-
-
-def test_half_width_reaches_to_the_outermost_spot_of_a_rough_contact():
-    cells = Grid((12, 6), (1e-6, 1e-6))
-    inside = np.zeros(cells.shape, dtype=bool)
-    inside[[0, 1, 5, 6], 0] = True
-    gap = np.where(inside, 0.0, 1e-9)
-    # Equal gaps on both cells outside say nothing of the edge: the middle between cell centers.
-    assert half_width(cells, inside, gap, 0) == near(7e-6)
+    # From -6 µm to 3 µm: the mean of both sides.
+    assert half_width(uneven, inside, np.where(inside, 0.0, 1e-9), 0) == near(4.5e-6)
+    assert stick_half_width(uneven, inside * 1e9, 0) == near(4.5e-6)
+    cells = Grid((8, 6), (1e-6, 2e-6))
+    nothing, off_axis, spots = (np.zeros(cells.shape, dtype=bool) for _ in range(3))
+    off_axis[3, 4] = spots[[0, 1, 5, 6], 0] = True
+    # Zero where the axis is open, up to the outermost spot, and the window at most.
+    for inside, expected in ((nothing, 0.0), (off_axis, 0.0), (spots, 7e-6)):
+        assert half_width(cells, inside, np.where(inside, 0.0, 1e-9), 0) == near(expected)
+    assert half_width(cells, ~nothing, np.zeros(cells.shape), 1) == near(cells.extent[1])
 
 
 def test_areas_of_rough_contacts_converge_with_few_cells_on_a_tip():

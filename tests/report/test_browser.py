@@ -121,15 +121,6 @@ def test_the_histories_mark_the_cycle_shown(opened: Browser) -> None:
     assert np.all(np.diff(opened.curve("a wear_volume", "history-plot")) >= 0.0)
 
 
-def test_another_case_has_other_curves_and_numbers(opened: Browser) -> None:
-    opened.choose("a", **CASE)
-    rough, numbers = opened.curve("a pressure"), opened.texts(".readout td")
-    opened.choose("a", roughness_amplitude="smooth")
-    smooth = opened.curve("a pressure")
-    assert rough.size != smooth.size or not np.allclose(rough, smooth)
-    assert opened.texts(".readout td") != numbers
-
-
 def test_two_cases_are_laid_over_each_other(opened: Browser) -> None:
     opened.choose("a", **CASE)
     assert not any(name.startswith("b ") for name in opened.curves())

@@ -182,12 +182,6 @@ def test_one_mistake_is_refused_once_with_file_key_value_and_rule(studies, conte
         assert part in f"{problem.rule} {problem.hint}"
 
 
-def test_paired_lists_may_repeat_a_value(studies, content):
-    content["design"] = "zip"
-    content["vary"] = {"load": ["50 N", "50 N", "25 N"], "friction": [0.5, 0.6, 0.5]}
-    assert len(studies.load(content).points()) == 3
-
-
 def test_the_same_rule_broken_all_over_is_not_said_a_hundred_times(studies, content):
     del content["base"]["tangential_ratio"]
     content["vary"] = {

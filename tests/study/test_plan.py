@@ -15,14 +15,6 @@ def table(tmp_path):
     return written
 
 
-def test_a_plan_has_a_row_for_every_point(studies, content):
-    plan = Plan(studies.load(content))
-    assert plan.header() == ("id", "load", "cells", "time", "memory")
-    rows = list(plan.rows())
-    assert [row[0] for row in rows] == [point.id for point in plan.study.points()]
-    assert [row[1] for row in rows] == ["25 N", "50 N"]
-
-
 def test_the_table_of_points_is_in_si_units_to_the_last_bit(table, studies, content):
     content["vary"]["plastic_limit"] = ["none", "4500 MPa"]
     study = studies.load(content)
