@@ -147,9 +147,9 @@ BAD_VALUES = [
     ({"vary/roughness.amplitude": ["1 um"]}, ("base.roughness", "none"), "the other parts"),
     (
         {"base/roughness": WAVES, "vary/roughness.rms_height": ["1 um"]},
-        "vary.roughness.rms_height",
-        "[1 um]",
-        ["is nothing that wavy has", "amplitude, slope_x, slope_y"],
+        ("vary.roughness.rms_height", "[1 um]"),
+        "is nothing that wavy has",
+        "amplitude, slope_x, slope_y",
     ),
     (
         {"vary": {"load": [f"{n} N" for n in range(1, 601)], "cycles": [*range(1, 601)]}},

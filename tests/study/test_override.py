@@ -25,6 +25,28 @@ def test_a_set_value_replaces_base_and_ends_the_variation(studies, content):
 
 
 @pytest.mark.parametrize(
+    ("assignment", "there", "gone"),
+    [
+        ("displacement_amplitude=2 um", ["rig_stiffness"], []),
+        ("displacement_ratio=0.5", ["rig_stiffness"], ["displacement_amplitude"]),
+        ("rig_stiffness=30 N/um", ["displacement_amplitude"], []),
+        ("tangential_ratio=0.5", [], ["displacement_amplitude", "rig_stiffness"]),
+        ("indenter={kind: cylinder, radius: 6 mm}", [], ["radius"]),
+        ("indenter.radius=6 mm", [], ["radius"]),
+        ("blocks=[{cycles: 10}, {cycles: 5, friction: 0.6}]", [], ["cycles"]),
+    ],
+)
+def test_a_set_key_drops_those_it_stands_for_and_no_others(content, assignment, there, gone):
+    del content["base"]["tangential_ratio"]
+    content["base"] |= {"displacement_amplitude": "1 um", "rig_stiffness": "28 N/um"}
+    changed, problems = override(content, [assignment])
+    assert not problems
+    assert {*there} <= changed["base"].keys()
+    assert {*gone}.isdisjoint(changed["base"])
+    assert changed["vary"] == content["vary"]
+
+
+@pytest.mark.parametrize(
     ("assignment", "key", "parts"),
     [
         ("lod=30 N", "--set lod", ["did you mean 'load'"]),

@@ -324,6 +324,11 @@ def test_a_case_can_be_changed():
     heavier = study_case().replace(load="60 N")
     assert (heavier.load, heavier.tangential_load) == (60.0, 20.0)
     assert study_case().replace(tangential_ratio=0.5).tangential_load == pytest.approx(12.5)
+    assert study_case().replace(indenter=INDENTERS[0]).indenter.kind == "ellipsoid"
+    assert study_case().replace(blocks=[{"cycles": 5}, {"cycles": 7, "friction": 0.6}]).cycles == 12
+    rig = {"displacement_ratio": 0.8, "rig_stiffness": "28 N/um", "tangential_load": None}
+    stiff = study_case(**rig).replace(displacement_amplitude="1 um")
+    assert stiff.loading.rig_stiffness == pytest.approx(28e6)
     with pytest.raises(CaseError, match="gross sliding"):
         study_case().replace(load="30 N")
 

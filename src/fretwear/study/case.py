@@ -17,6 +17,7 @@ from fretwear.study.parameters import (
     parameter,
     parameter_names,
     parameter_of,
+    replaced_by,
     value_text,
 )
 from fretwear.study.problems import Problem, Problems, nearest
@@ -156,12 +157,11 @@ class Case(CaseTree):
             given = {member: value}
             if fields_are_keys(about, value):
                 given = {name: vars(value)[name] for name in value.parameters()}
-            # Another kind may take the place of this one; what both have in common stays.
-            leading = about.leading if isinstance(about, Inline) else {}
-            of_new = [kind.parameters() for lead, kind in leading.items() if lead in changes]
-            kept |= {name: given[name] for name in given if not of_new or name in of_new[0]}
+            kept |= given
         # Blocks have cycles of their own.
-        del kept["cycles" if self.blocks and "cycles" not in changes else "blocks"]
+        del kept["cycles" if self.blocks else "blocks"]
+        for other in {other for name in changes for other in replaced_by(name)}:
+            kept.pop(other, None)
         if self.output_cycles != snapshots_of(None, self.cycles):
             # The last cycle may become another one.
             kept["output_cycles"] = self.output_cycles[:-1]

@@ -84,6 +84,19 @@ def parameter_of(name: str) -> Parameter:
     return about if isinstance(about, Parameter) else leaves()[name][0].parameter
 
 
+def replaced_by(name: str) -> set[str]:
+    """Return the names that cannot stay where one is given anew: ``radius`` by ``indenter``."""
+    member = member_of(name)
+    about = members().get(member)
+    if member in ("cycles", "blocks"):
+        return {"cycles", "blocks"} - {name}
+    if isinstance(about, PartOf):
+        return {member} if name in about.keys else {*about.keys}
+    if isinstance(about, Inline) and (kind := about.leading.get(name)):
+        return {*about.parameters} - {*kind.parameters()}
+    return set()
+
+
 def coordinate(name: str) -> str:
     """Return the name of a parameter as a dataset coordinate."""
     return name.replace(".", "_")

@@ -13,12 +13,10 @@ from typing import Any
 
 from fretwear.study.case import SNAPSHOTS, Case, missing, read_values
 from fretwear.study.designs import Design, Grid, read_axes
-from fretwear.study.members import Inline
-from fretwear.study.parameters import html_table, member_of, parameter_names
+from fretwear.study.parameters import html_table, parameter_names, replaced_by
 from fretwear.study.points import Axis, BrokenRule, Parameters, Point
 from fretwear.study.problems import Problem, Problems, StudyError, did_you_mean, few_of
 from fretwear.study.sections import SEEDS, Sections, read_sections
-from fretwear.study.tree import members
 from fretwear.study.yamlfile import parse_value, read_document
 from fretwear.topography import Located
 from fretwear.units import QuantityError
@@ -262,7 +260,8 @@ def override(raw: Mapping[str, Any], assignments: Iterable[str]) -> tuple[dict[s
     """Apply assignments ``name=value`` to the plain content of a study file.
 
     The value replaces that of `base`, and the parameter is no longer varied.  Setting one of
-    several alternative keys, as the two tangential ones, drops the others.  ``output.cycles`` and
+    several alternative keys, as the two tangential ones, drops the others; what belongs to both,
+    as `rig_stiffness`, stays.  ``output.cycles`` and
     ``title`` can be set too.
 
     Returns
@@ -299,11 +298,10 @@ def _assign(content: dict[str, Any], name: str, value: Any) -> None:
         content["output"] = {"cycles": value}
         return
     base, vary = (_mapping(content, section) for section in ("base", "vary"))
-    about = members()[member_of(name)]
-    if isinstance(about, Inline) and name in about.telling:
-        for other in about.telling:
-            base.pop(other, None)
-            vary.pop(other, None)
+    for other in replaced_by(name):
+        base.pop(other, None)
+        for varied in [key for key in vary if f"{key}.".startswith(f"{other}.")]:
+            del vary[varied]
     vary.pop(name, None)
     if SEEDS in (name, f"{name}.seed"):
         content.pop("seeds", None)
