@@ -47,6 +47,7 @@ _REACH = 7.0
 _CLEARANCE = 15.0
 _INDISTINCT = 2.0
 _STEP = 1.5
+_MOST_TRIED = 150
 
 
 def set_cycle_axis(axes: Axes, cycles: ArrayLike) -> None:
@@ -308,21 +309,23 @@ def label_curves(axes: Axes, curves: Sequence[Line2D], labels: Sequence[str]) ->
 
 def _pixels(axes: Axes, curve: Line2D) -> Array:
     """Return pixels along a curve and around its marks, as far as they are inside the axes."""
+    dots_per_inch = root_figure(axes).dpi
     width, height = root_figure(axes).bbox.size
+    step = _STEP * max(1.0, dots_per_inch / 100.0)
     lines = curve.get_path().to_polygons(curve.get_transform(), width, height, closed_only=False)
     pixels = [np.empty((0, 2))]
     for line in map(np.asarray, lines):
         along = np.cumsum(np.hypot(*np.diff(line, axis=0, prepend=line[:1]).T))
-        places = np.arange(0.0, along[-1] + _STEP, _STEP)
+        places = np.arange(0.0, along[-1] + step, step)
         pixels.append(np.column_stack([np.interp(places, along, part) for part in line.T]))
     if curve.get_marker() != "None":
         # A square for marks of any shape: a corner that juts out from another's tells no curve.
-        half = 0.5 * curve.get_markersize() * root_figure(axes).dpi / 72.0
+        half = 0.5 * curve.get_markersize() * dots_per_inch / 72.0
         square = half * np.array([(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1)])
         marks = curve.get_transform().transform(curve.get_xydata())
         pixels.append((marks[:, None] + square).reshape(-1, 2))
     found = np.concatenate(pixels)
-    return found[[bool(axes.bbox.contains(*pixel)) for pixel in found]]
+    return found[((found >= axes.bbox.min) & (found <= axes.bbox.max)).all(axis=1)]
 
 
 def _coincide(first: Array, second: Array) -> bool:
@@ -344,7 +347,8 @@ def _placed(
     sides = np.array([(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if i or j])
     for index in order:
         size, others = sizes[index], [each for i, each in enumerate(curves) if i != index]
-        centres = (curves[index][:, None] + sides * (0.5 * size + 1.0)).reshape(-1, 2)
+        places_along = curves[index][:: 1 + len(curves[index]) // _MOST_TRIED]
+        centres = (places_along[:, None] + sides * (0.5 * size + 1.0)).reshape(-1, 2)
         inside = (centres > frame.min + 0.5 * size) & (centres < frame.max - 0.5 * size)
         centres = centres[inside.all(axis=1)]
         own, foreign, label = (

@@ -226,6 +226,7 @@ class CaseAnimation:
     def _pictures(
         self, dots_per_inch: float, progress: Callable[[int, int], None]
     ) -> Iterator[Image.Image]:
+        before = self.figure.dpi
         self.figure.set_dpi(dots_per_inch)
         canvas = FigureCanvasAgg(self.figure)
         for index in range(len(self.cycles)):
@@ -234,6 +235,7 @@ class CaseAnimation:
             progress(index + 1, len(self.cycles))
             pixels = np.asarray(canvas.buffer_rgba())  # type: ignore[no-untyped-call]
             yield Image.fromarray(pixels).convert("RGB")
+        self.figure.set_dpi(before)
 
 
 def animation(

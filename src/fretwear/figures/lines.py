@@ -13,7 +13,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from fretwear.data.sensitivity import rank_correlations
-from fretwear.figures.datasets import require
+from fretwear.figures.datasets import require, with_cycles
 from fretwear.study.parameters import symbol_text, words_text
 from fretwear.units import in_unit
 from fretwear.vocabulary import CASE_ID, POINT, STATUS
@@ -61,6 +61,7 @@ def study_lines(
     gives the lines every step. It is a `ValueError` when it lacks the quantity.
     """
     require(summary, variable)
+    summary = with_cycles(summary)
     dims = [str(dim) for dim in summary[variable].dims if dim not in ("cycle", "step")]
     cycles, quantities = _over_cycles(summary, variable, dims)
     has_steps = history is not None and variable in history
@@ -273,21 +274,15 @@ def representative_cases(summary: xr.Dataset) -> RepresentativeCases:
         )
         for line in best
     }
-    agreed = [name for name in others if len({line.values[name] for line in best}) == 1]
-    common = ", ".join(words_text(name, best[0].values[name]) for name in agreed)
-    levels = _levels(lines)
+    shown, levels = _levels(best), _levels(lines)
+    common = ", ".join(words_text(n, shown[n][0]) for n in others if len(shown[n]) == 1)
     missed = [
-        words_text(name, value)
-        for name in contrasts
-        for value in levels[name]
-        if value not in {line.values[name] for line in best}
+        words_text(n, value) for n in contrasts for value in levels[n] if value not in shown[n]
     ]
-    left_out = (
-        f" Not shown: {', '.join(missed)}."
-        if len(missed) <= _MOST_NAMED
-        else (f" Of the values in between, {len(missed)} are not shown.")
-    )
-    return RepresentativeCases(contrasts, ids, common, left_out if missed else "")
+    left_out = f" Not shown: {', '.join(missed)}." if missed else ""
+    if len(missed) > _MOST_NAMED:
+        left_out = f" Of the values in between, {len(missed)} are not shown."
+    return RepresentativeCases(contrasts, ids, common, left_out)
 
 
 def _fullest_group(

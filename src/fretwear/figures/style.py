@@ -140,9 +140,11 @@ def save_figure(
                 # Else matplotlib measures all ticks again to find a place for nothing.
                 axis.set_label_coords(0.0, 0.0)
         # Once for all files: with an engine left, savefig lays out and draws twice for each.
+        dots_per_inch = figure.dpi
         with style_context():
             figure.set_dpi(matplotlib.rcParams["savefig.dpi"])
             engine.execute(figure)
+        figure.set_dpi(dots_per_inch)
         figure.set_layout_engine(None)
     return [save_as(figure, f"{fspath(stem)}.{ending}") for ending in formats]
 
