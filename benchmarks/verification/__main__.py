@@ -15,6 +15,7 @@ from benchmarks.verification import (
     limiting_state,
     peak,
     peers,
+    random_surfaces,
     rings,
     tangential,
 )
@@ -27,6 +28,7 @@ PARTS = (
     explicit,
     defaults,
     convergence,
+    random_surfaces,
     coverage,
     peak,
     peers,
