@@ -134,6 +134,7 @@ BLOCKS = {"cycles": None, "blocks": [{"cycles": 9}, {"cycles": 9, "tangential_ra
         (SLIDING, {**SPHERE, **SOFT}, ("tangential_compliance", "write rig_stiffness")),
         (SLIDING, {"load": None, "indentation": "1 um"}, ("indentation", "depends on from where")),
         (SLIDING, {**SPHERE, **CROSSED}, ("sliding_amplitude", "even along x and y")),
+        (SLIDING, {**SPHERE, "load": None, "indentation": "1 um"}, ("the load is held", "11.8 N")),
         (
             SLIDING,
             {**SPHERE, "roughness": WAVES},

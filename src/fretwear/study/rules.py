@@ -268,7 +268,14 @@ def _compliance_is_of_a_line(case: CaseTree) -> Problem | None:
 
 
 def _stroke_is_even(case: CaseTree) -> Problem | None:
-    if not case.loading.stroke or all(case.indenter.even):
+    if not case.loading.stroke:
+        return None
+    if not (case.normal.holds_load or case.indenter.is_line):
+        rule = "does not go with sliding_amplitude, over which the load is held"
+        return Problem(
+            case.normal.kind, None, rule, f"write load: {force_text(case.hertz.load, 3)}"
+        )
+    if all(case.indenter.even):
         return None
     rule = f"is for indenters even along x and y, which this {case.indenter.kind} is not"
     return Problem(case.loading.kind, None, rule, "turn its axes into x and y")
@@ -374,7 +381,7 @@ RULES: tuple[Rule, ...] = (
     Rule(frozenset({"indenter", "normal", "loading"}), _line_has_no_approach),
     Rule(frozenset({"indenter", "loading"}), _compliance_is_of_a_line),
     Rule(frozenset({"indenter", "cell"}), _line_has_one_spacing),
-    Rule(frozenset({"indenter", "loading"}), _stroke_is_even),
+    Rule(_CONTACT | {"loading"}, _stroke_is_even),
     Rule(_CONTACT | {"loading", "wear_law", "friction_law"}, _bodies_wear_apart),
     Rule(
         _CONTACT | {"loading", "wear_law", "friction_law", "cycles", "debris_fraction"},
