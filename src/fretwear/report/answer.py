@@ -92,7 +92,7 @@ class Claim:
         all_pairs = {1: "in the one pair", 2: "in both pairs"}.get(count, f"in all {pairs}")
         where = f" {self.where}" if self.where else ""
         without = int((self.pairs & self.effect.between(self.low, self.high)).sum()) - count
-        rest = f" ({without} more have none to compare)" if without else ""
+        rest = f" (in {without} more it vanishes at one end)" if without else ""
         if not count:
             return f"cannot be compared{where}: it vanishes"
         if self.is_unchanged:
