@@ -26,7 +26,7 @@
 #include <unistd.h>
 
 enum { OPEN = 1, WRITE = 2, FSYNC = 4, RENAME = 8, MKDIR = 16, UNLINK = 32, TRUNCATE = 64, MEMORY = 128, LIBRARY = 256 };
-enum { FILES = 4096, LARGE = 2048, PLACES = 1 << 18, SECONDS = 60, STACK = 1 << 20, CALLS = 24 };
+enum { FILES = 4096, LARGE = 2048, PLACES = 1 << 18, SECONDS = 60, STACK = 1 << 20, CALLS = 24, OPENED = 256 };
 
 struct fault { long kinds, error, sent, every, chosen; };
 
@@ -77,24 +77,27 @@ extern char **environ;
 
 /* Puts a copy of the folder in its place for this process alone, with all that is open there. */
 static void enter_copy(const char *copy) {
-    static char of[FILES][256];
+    static char of[OPENED][256];
+    struct stat about;
     char link[64], said[PATH_MAX + 128];
     char *command[] = {"cp", "-a", folder, (char *)copy, NULL};
     pid_t copier;
     if (posix_spawnp(&copier, "cp", NULL, NULL, command, environ)) _exit(99);
     waitpid(copier, NULL, 0);
-    for (int file = 3; file < FILES; file++) {
+    for (int file = 3; file < OPENED; file++) {
         snprintf(link, sizeof link, "/proc/self/fd/%d", file);
-        ssize_t n = serial_of[file] ? readlink(link, of[file], sizeof of[file] - 1) : -1;
+        ssize_t n = readlink(link, of[file], sizeof of[file] - 1);
         of[file][n > 0 ? n : 0] = 0;
     }
     if (unshare(CLONE_NEWNS) || mount(NULL, "/", NULL, MS_REC | MS_PRIVATE, NULL) || mount(copy, folder, NULL, MS_BIND, NULL)
         || chdir(folder))
         _exit(98);
-    for (int file = 3; file < FILES; file++) {
-        if (strncmp(of[file], folder, strlen(folder))) continue;
+    /* Files elsewhere too, such as fonts: parent and child would move one position in them. */
+    for (int file = 3; file < OPENED; file++) {
+        if (of[file][0] != '/' || fstat(file, &about) || !S_ISREG(about.st_mode)) continue;
         int flags = fcntl(file, F_GETFL) & ~(O_CREAT | O_EXCL | O_TRUNC);
         int same = syscall(SYS_openat, AT_FDCWD, of[file], flags & ~O_TMPFILE, 0);
+        if (same < 0 && strncmp(of[file], folder, strlen(folder))) continue;
         if (same < 0 && (same = memfd_create("nameless", 0)) >= 0) { /* has no name, or lost it */
             static char block[1 << 16];
             ssize_t n;

@@ -1,10 +1,16 @@
 """Files and folders that fail a command: full, read-only, damaged, or somewhere else."""
 
+import re
 import shutil
 import subprocess
+import zlib
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
+
+from fretwear.cli.program import swallowing_no_lack_of_memory
+from fretwear.data.files import _LENGTH, add_checksum
 
 from ..studies import flip
 
@@ -108,6 +114,39 @@ def test_a_damaged_summary_is_named_by_what_reads_it(copied):
         assert "results/tiny/summary.nc: " in result.stderr
         assert "its checksum does not match" in result.stderr
         assert "Merge the study again" in result.stderr
+
+
+def test_damage_that_shows_only_when_values_are_used_is_told(copied):
+    """A checksum that fits keeps nobody from reading on; HDF5 has one more in each chunk."""
+    summary = Path("results/tiny/summary.nc")
+    content = bytearray(summary.read_bytes()[:-_LENGTH])
+    for start in [found.start() for found in re.finditer(rb"x\x01", content)]:
+        chunk = zlib.decompressobj()
+        with suppress(zlib.error):  # it is none
+            if len(chunk.decompress(content[start:])) > 20 and chunk.eof:
+                content[start + 6] ^= 0xFF
+    summary.write_bytes(content)
+    add_checksum(summary)
+    result = copied.call("figures", "tiny.yaml")
+    assert result.exit_code == 1
+    assert "NetCDF: HDF error" in result.stderr
+    assert "defect" not in result.stderr
+
+
+@pytest.mark.parametrize("then", [None, RuntimeError])
+def test_memory_that_a_library_lacks_and_does_not_tell_of_ends_a_command(then):
+    class Library:
+        def __del__(self):
+            raise MemoryError
+
+    def work():
+        with swallowing_no_lack_of_memory():
+            Library()
+            if then:
+                raise then
+
+    with pytest.raises(MemoryError):
+        work()
 
 
 @pytest.mark.parametrize("damage", [empty, remove])

@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 import sys
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -80,13 +81,37 @@ class _Commands(_Help, TyperGroup):
         # A log may take the warnings of this call, and of no later one.
         with warnings.catch_warnings():
             try:
-                status = work()
+                with swallowing_no_lack_of_memory():
+                    status = work()
                 status = status if isinstance(status, int) else Status.DONE
             except BaseException as error:
                 status = _tell(error, call)
             if call.log is not None:
                 call.log.end(status)
         sys.exit(status)
+
+
+@contextmanager
+def swallowing_no_lack_of_memory() -> Iterator[None]:
+    """Raise at the end what a library could not: its work is not whole, though it went on."""
+    lost = []
+
+    def hear(told: Any) -> None:
+        if isinstance(told.exc_value, MemoryError):
+            lost.append(told.exc_value)
+        else:
+            sys.__unraisablehook__(told)
+
+    before, sys.unraisablehook = sys.unraisablehook, hear
+    try:
+        yield
+    except Exception:
+        if not lost:
+            raise
+    finally:
+        sys.unraisablehook = before
+    if lost:
+        raise MemoryError from lost[0]
 
 
 def _tell(error: BaseException, call: Call) -> int:
@@ -125,7 +150,8 @@ def _status_of(error: Exception) -> Status | None:
     from fretwear.data.safe import is_of_netcdf
     from fretwear.running.batch import JOB_ERRORS
 
-    return Status.FAILED if isinstance(error, JOB_ERRORS) or is_of_netcdf(error) else None
+    known = isinstance(error, (*JOB_ERRORS, OSError)) or is_of_netcdf(error)
+    return Status.FAILED if known else None
 
 
 def format_in_call(arguments: Sequence[str], environment: Mapping[str, str]) -> LogFormat:

@@ -119,6 +119,8 @@ def open_lazily(path: str | PathLike[str], group: str | None = None) -> xr.Datas
         )
     except (OSError, RuntimeError, ValueError, TypeError, LookupError, AttributeError) as cause:
         raise DataFileError(Path(path), f"it cannot be read ({cause})", _CHECK_KIND) from cause
+    if not dataset.variables:  # of which the netCDF library says nothing where memory is short
+        raise DataFileError(Path(path), "it cannot be read (nothing was found in it)", _CHECK_KIND)
     for name, coordinate in dataset.coords.items():
         if coordinate.dtype.kind == "O":
             # xarray's own `astype` would import dask.
@@ -160,7 +162,7 @@ class CaseFile:
 def _opened(path: Path) -> Iterator[netCDF4.Dataset]:
     try:
         file = netCDF4.Dataset(path, "r")
-    except (OSError, RuntimeError) as cause:
+    except (OSError, RuntimeError, LookupError, AttributeError) as cause:
         raise CaseFileError(path, f"it is not a netCDF file ({cause})", _RUN_AGAIN) from cause
     try:
         with file:
