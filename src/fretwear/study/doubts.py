@@ -48,6 +48,9 @@ SMALL_ERROR, LARGE_ERROR = 0.02, 0.05
 LEAST_REFINEMENT = 0.125
 """Cells narrower than this part of what they are would take a hundred times longer."""
 
+LEAST_REFINEMENT_OF_SCAR = 0.5
+"""The same of a point contact over a stroke, whose matrices are dense."""
+
 
 @dataclass(frozen=True)
 class Doubt:
@@ -311,7 +314,8 @@ def finer(case: CaseTree, error: float) -> str:
     Errors grow with the width of cells as a rule. On rings and strips, which are narrow enough,
     they come from steps.
     """
-    smaller = max(SMALL_ERROR / error, LEAST_REFINEMENT)
+    of_scar = case.loading.stroke and not case.indenter.is_line
+    smaller = max(SMALL_ERROR / error, LEAST_REFINEMENT_OF_SCAR if of_scar else LEAST_REFINEMENT)
     if case.is_on_rings or case.indenter.is_line:
         return f"tolerance: {smaller * case.tolerance:.1g}"
     return f"cell: {cell_text([rounded_down(smaller * width) for width in case.grid_spacing])}"
