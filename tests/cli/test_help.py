@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 import typer
-from fretwear.study.names import parameter_names
 from typer.testing import CliRunner
 
 import fretwear
 from fretwear.cli import app
+from fretwear.study.parameters import parameter_names
 from fretwear.study.study import load_study
 
 COMMANDS = [command.name or command.callback.__name__ for command in app.registered_commands]
