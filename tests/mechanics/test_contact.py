@@ -252,6 +252,27 @@ CELLS = Grid((7, 6), (1.0, 1.0)).half_space(1.0)
 AREA = CELLS.geometry.unit_area
 
 
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    limit=st.floats(0.2, 5.0) | st.just(np.inf),
+    share=st.floats(0.05, 0.95),
+)
+def test_scaling_to_the_load_keeps_bounds_and_open_cells(seed, limit, share):
+    random = np.random.default_rng(seed)
+    pressure = np.maximum(random.normal(0.3, 1.0, (7, 6)), 0.0)
+    pressure[0, 0] = 0.1
+    capacity = np.count_nonzero(pressure) * min(limit, 10.0)
+    total = share * capacity
+    kept = pressure.copy()
+    problem = ContactProblem(CELLS, pressure, total * AREA, limit)
+    result = problem.clip_to_load(pressure)
+    np.testing.assert_array_equal(pressure, kept)
+    assert result.sum() == near(total, rel=1e-12)
+    assert result.min() >= 0
+    assert result.max() <= limit
+    assert not result[pressure == 0].any()
+
+
 def test_a_loose_tolerance_is_met_too_where_a_few_cells_stand_out():
     # Very shallow waves on unequal cells: the mean residual was soon small, that of a few cells at
     # the edge never.

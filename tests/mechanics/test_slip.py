@@ -139,6 +139,7 @@ def test_wear_under_a_slip_that_stays_is_linear_in_the_pressure():
     worn = np.ones(cells.shape)
     np.testing.assert_array_equal(model.gap_after(gap, worn), gap)
     layer = model.wear_layer(worn, gap, None, 0.2 * worn, 0.5)
+    np.testing.assert_allclose(layer.tangent_in(0.5, worn), 2.0 * layer.compliance, rtol=1e-6)
     # W + g* ∫βp dN
     np.testing.assert_allclose(layer.displacement(3 * worn), 1 + 1.7 * gap, rtol=1e-14)
 
@@ -229,6 +230,8 @@ def test_short_stages_keep_their_accuracy():
     assert (error <= 1e-13 * series + 2e-15).all()
     derivative = sum(n * exponents ** (n - 1) / np.prod(np.arange(2, n + 2)) for n in range(1, 9))
     np.testing.assert_allclose(tangent(stage, exponents), derivative, rtol=1e-9)
+    # As the solver is told it, in single precision and in its own units.
+    np.testing.assert_allclose(stage.tangent_in(3e-4, exponents), derivative / 3e-4, rtol=1e-6)
     endless = np.full_like(exponents, 1e9)
     for value in (stage.displacement(endless), tangent(stage, endless)):
         assert np.isfinite(value).all()
