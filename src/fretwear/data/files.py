@@ -308,8 +308,8 @@ def write_case(
                 write_group(file.createGroup(name), content)
         add_checksum(temporary)
         try:
-            with opened_case(temporary):
-                pass
+            with opened_case(temporary) as file:
+                file.check_values()
         except CaseFileError as cause:
             raise RuntimeError("the file reads back differently from what was written") from cause
 
