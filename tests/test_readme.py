@@ -86,7 +86,7 @@ def test_the_commands_of_the_readme_exist():
 
 def test_the_cases_whose_times_are_told_are_those_of_the_default_study():
     told = set(re.findall(r"--case (P\S+?)`", README))
-    assert len(told) == 3
+    assert told
     assert told <= load_study(REPOSITORY / "studies/demo.yaml").cases().keys()
 
 
