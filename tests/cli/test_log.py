@@ -184,7 +184,7 @@ def log(clock, said):
 
 def test_a_line_tells_cycle_step_error_half_width_and_time_left(at):
     line = step_text(at(20, step=4, error_estimate=0.00123), 125.4)
-    assert line == "cycle 20 of 200, step 4, error 0.12 %, half-width 148.7 um, 2 min left"
+    assert line == "cycle 20 of 200, step 4, error 0.12 %, half-width 148.6 um, 2 min left"
 
 
 def test_a_log_has_the_first_and_the_last_step_and_not_too_many_between(log, clock, case, at, said):
