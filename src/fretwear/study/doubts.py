@@ -108,8 +108,8 @@ def _tips_are_coarse(case: CaseTree) -> Doubt | None:
     if not told:
         return None
     return Doubt(
-        "touches on asperities whose contacts, or what yields at their edges of stick, are "
-        "narrower than the cells for them",
+        "touches on asperities whose contacts, or the bands that yield around their stick zones, "
+        "are too narrow for the cells",
         told,
         f"write {finer(case, coarsest * SMALL_ERROR)} where that is practical, or trust results "
         "within their errors",
