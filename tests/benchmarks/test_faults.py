@@ -15,7 +15,7 @@ pytestmark = [
     pytest.mark.skipif(not shutil.which("cc"), reason="needs a compiler"),
 ]
 ROOT = Path(__file__).parents[2]
-ROW = re.compile(r"^\| (.+) \| (\d+)(?: of \d+)? \|((?: \d+ \|)+)$", re.MULTILINE)
+ROW = re.compile(r"^\| (.+?) \| (\d+)(?: of \d+)? \|((?: \d+ \|)+)$", re.MULTILINE)
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="mounting takes rights that are not given here")
@@ -46,7 +46,7 @@ def test_what_was_not_flushed_may_be_gone_and_what_was_flushed_is_there(tmp_path
 def test_every_reader_takes_changed_files_or_refuses_them_by_a_sentence():
     command = [sys.executable, "-m", "benchmarks.fuzz", "--share", "0.001"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    rows = re.findall(r"^\| (.+) \| (\d+) \|((?: [\d.]+ \|)+)$", done.stdout, re.MULTILINE)
+    rows = re.findall(r"^\| (.+?) \| (\d+) \|((?: [\d.]+ \|)+)$", done.stdout, re.MULTILINE)
     assert len(rows) == 6, done.stdout + done.stderr
     for name, tried, ends in rows:
         accepted, refused, tracebacks, differ, *_ = ends.replace("|", "").split()
