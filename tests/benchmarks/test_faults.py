@@ -20,11 +20,11 @@ ROW = re.compile(r"^\| (.+?) \| (\d+)(?: of \d+)? \|((?: \d+ \|)+)$", re.MULTILI
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="mounting takes rights that are not given here")
 def test_after_a_fault_or_a_power_failure_the_same_command_gives_the_same_bits():
-    few = ("--every", "199", "--commands", "2", "--power", "5")
+    few = ("--every", "199", "--commands", "2", "--power", "5", "--only", "^(?!start)")
     command = [sys.executable, "-m", "benchmarks.faults", *few]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     rows = ROW.findall(done.stdout)
-    assert len(rows) == 20, done.stdout + done.stderr
+    assert len(rows) == 16, done.stdout + done.stderr
     for name, points, found in rows:
         assert int(points) > 0, name
         *harm, defects, _ = found.strip(" |").split(" | ")
