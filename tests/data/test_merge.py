@@ -5,8 +5,9 @@ import math
 
 import numpy as np
 import pytest
+import xarray as xr
 
-from fretwear.data.files import open_case, open_history, open_summary, write_case
+from fretwear.data.files import add_checksum, open_case, open_history, open_summary, write_case
 from fretwear.data.merge import (
     MOST_POSITIONS,
     PROFILES,
@@ -236,11 +237,17 @@ def test_every_file_that_cannot_be_used_is_named_and_nothing_is_written(
     assert not (tmp_path / "summary.nc").exists()
 
 
-def test_a_damaged_summary_is_not_opened(make_study, merged, tmp_path):
+def test_a_damaged_or_older_summary_is_not_opened(make_study, merged, tmp_path):
     path = tmp_path / "summary.nc"
     with pytest.raises(DataFileError, match="no such file"):
         open_summary(path)
     merged(make_study({}))
+    older = tmp_path / "older.nc"
+    with xr.open_dataset(path, engine="netcdf4") as summary:
+        summary.drop_vars("contact_state_profile").to_netcdf(older)
+    add_checksum(older)
+    with pytest.raises(DataFileError, match=r"lacks contact_state_profile.*Merge the study again"):
+        open_summary(older)
     path.write_bytes(path.read_bytes()[:-100])
     with pytest.raises(DataFileError, match=r"cut short.*Merge the study again"):
         open_summary(path)

@@ -83,7 +83,8 @@ def summary_problem(file: netCDF4.Dataset, size: int) -> str:
     """Say what is wrong with a merged study before its arrays are read; empty where nothing is."""
     if problem := _size_problem((file,), size) or _text_problem(file, _STUDY_TEXTS):
         return problem
-    lacking = {CYCLE.name, X.name, STATUS.name, CASE_ID.name} - file.variables.keys()
+    required = {CYCLE.name, X.name, STATUS.name, CASE_ID.name, "contact_state_profile"}
+    lacking = required - file.variables.keys()
     if lacking:
         return f"it lacks {', '.join(sorted(lacking))}"
     points = file[STATUS.name].dimensions
