@@ -35,7 +35,7 @@ def test_what_is_there_is_left_as_it_is(desk, tmp_path):
     Path("new/Snakefile").write_text("mine")
     Path("new/.gitignore").symlink_to(precious)
     said = desk.call("init", "new", "--study", "paper").stdout
-    assert "new/Snakefile: is there already" in said
+    assert "new/Snakefile: exists already" in said
     assert "snakemake --cores 2 --config study=paper" in said
     assert Path("new/Snakefile").read_text() == "mine"
     assert not precious.exists()

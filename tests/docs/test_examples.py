@@ -104,6 +104,6 @@ def test_the_notebook_of_a_page_has_its_text_and_its_python_but_not_what_is_prin
     code = [cell.source for cell in book.cells if cell.cell_type == "code"]
     assert code == [block.text.strip() for block in blocks(page) if block.language == "python"]
     text = "\n".join(cell.source for cell in book.cells if cell.cell_type == "markdown")
-    assert "## Keep it" in text
+    assert "## Save it" in text
     assert "```" not in text
     assert "](" not in text

@@ -94,7 +94,7 @@ def test_half_widths_of_odd_contacts():
     assert half_width(cells, ~nothing, np.zeros(cells.shape), 1) == near(cells.extent[1])
 
 
-def test_areas_of_rough_contacts_converge_with_few_cells_on_a_tip():
+def test_areas_and_mean_pressures_of_rough_contacts_converge_with_few_cells_on_a_tip():
     """Counts of cells fall linearly with the spacing, to where corrected areas are at once."""
     rough = WavyRoughness(amplitude=0.2e-6, slope_x=np.radians(2), slope_y=np.radians(1))
 
@@ -104,13 +104,28 @@ def test_areas_of_rough_contacts_converge_with_few_cells_on_a_tip():
         found = measure(problem, state)
         zones = in_contact(state), state.reduced.stick
         counted = [state.geometry.unit_area * zone.sum() for zone in zones]
+        means.append((state.pressure[zones[1]].mean(), found.mean_stick_pressure))
         return np.array([counted, [found.contact_area, found.stick_area]])
+
+    means: list[tuple[float, float]] = []
 
     coarse, fine = areas(128), areas(256)
     converged = 2 * fine[0] - coarse[0]
     assert (coarse[0] > 1.03 * converged).all()
     np.testing.assert_allclose(coarse[1], converged, rtol=0.025)
     np.testing.assert_allclose(fine[1], converged, rtol=0.01)
+    # What cells cover beyond the edge carries less than they do in the mean.
+    mean = 2 * means[1][0] - means[0][0]
+    assert means[0][1] == near(mean, rel=0.025)
+    assert means[1][1] == near(mean, rel=0.01)
+
+
+def test_the_mean_pressure_of_stick_zones_on_tips_stays_below_the_plastic_limit():
+    """Where a few cells on each tip are all at the limit, their corrected area is smaller."""
+    rough = WavyRoughness(amplitude=0.2e-6, slope_x=np.radians(5.7), slope_y=np.radians(1))
+    problem = fretting(100, roughness=rough, limit=4.5e9 / P0)
+    found = measure(problem, first_loading(problem))
+    assert 0.9 * 4.5e9 < found.mean_stick_pressure <= 4.5e9
 
 
 def test_contact_is_read_off_the_gap_not_off_the_pressure(unworn: State):

@@ -66,5 +66,5 @@ def test_zoom_on_the_edge_shows_all_of_the_elastic_widths_and_no_stick_zone(figu
 
 
 def test_captions_say_what_is_cut_off(figures):
-    assert "finer grid" in found(figures, 4).caption
+    assert "as the grid is refined" in found(figures, 4).caption
     assert "mean over one wavelength" in found(figures, 9).caption

@@ -42,6 +42,10 @@ def heights_in_contact(
     assert case.rough is not None
     x, y = axes[0][:, None], axes[1][None, :] if len(axes) > 1 else np.zeros((1, 1))
     inside = np.hypot(x / half_widths[0], y / half_widths[-1]) <= 1.0
-    rough = -case.rough.height(x, y)[inside]
+    if len(axes) > 1:
+        cell = axes[0][1] - axes[0][0], axes[1][1] - axes[1][0]
+        rough = -case.rough.mean_height(axes[0], axes[1], cell)[inside]
+    else:
+        rough = -case.rough.height(x, y)[inside]
     rough -= rough.mean()
     return [np.sort(rough - depth.reshape(inside.shape)[inside])[::-1] for depth in lost]

@@ -27,7 +27,7 @@ _HOMES = {
     "history": (
         "contact_half_width",
         "dissipated_energy",
-        "draw_history",
+        "scalar_history",
         "stick_half_width",
         "wear_volume",
     ),

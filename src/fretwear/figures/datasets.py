@@ -158,9 +158,11 @@ def _with_gap_outside(
     whole = mirrored(dataset[["pressure"]]).transpose("cycle", "x", ...)
     pressure, at_x, at_y = whole["pressure"].values, whole["x"].values[:, None], np.zeros((1, 1))
     area, pressure = float(at_x[1, 0] - at_x[0, 0]), pressure.reshape(*pressure.shape[:2], -1)
+    width = 0.0
     if not case.indenter.is_line:
         at_y = whole["y"].values[None, :]
-        area *= float(at_y[0, 1] - at_y[0, 0])
+        width = float(at_y[0, 1] - at_y[0, 0])
+        area *= width
     y = np.abs(at_y).min(axis=1)
     loaded = (pressure > 0.0).any(axis=0)
     forces = area / (math.pi * case.composite_modulus) * pressure[:, loaded].astype(np.float64)
@@ -168,8 +170,11 @@ def _with_gap_outside(
 
     def changes(points: Array) -> Array:
         heights = case.indenter.gap(points[:, None], y[None, :])[:, 0]
-        if case.rough is not None:
+        if case.rough is not None and case.indenter.is_line:
             heights = heights + case.rough.height(points[:, None], y[None, :])[:, 0]
+        elif case.rough is not None:
+            cell = points[1] - points[0], width
+            heights = heights + case.rough.mean_height(points, y, cell)[:, 0]
         distances = (np.hypot(point - at_x, y - at_y) for point in points)
         kernels = (-2.0 * np.log(r) if case.indenter.is_line else 1.0 / r for r in distances)
         changed = heights + np.column_stack([forces @ kernel for kernel in kernels])

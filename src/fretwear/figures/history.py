@@ -55,7 +55,7 @@ _MOST_WITH_MINOR_TICKS = 4
 
 
 @styled
-def draw_history(
+def scalar_history(
     dataset: xr.Dataset,
     quantity: Variable | str,
     history: xr.Dataset | None = None,
@@ -75,7 +75,8 @@ def draw_history(
         logarithmic axis where the result may be; cycle 0, without wear, is not on it.
     history : xarray.Dataset, optional
         The dense history of the study or case, from `fretwear.open_history`: curves go through
-        every step, and marks are snapshots. Without it snapshots are joined by straight lines.
+        every step, and marks are snapshots. Without it, and for results that it does not hold,
+        snapshots are joined by straight lines.
     columns : {1, 2}
         Journal columns that the figure spans, 90 mm or 190 mm.
     ax : matplotlib.axes.Axes, optional
@@ -99,7 +100,7 @@ def draw_history(
 
 
 class CycleFigure(Protocol):
-    """Draws one result against the cycles, as `draw_history` does."""
+    """Draws one result against the cycles, as `scalar_history` does."""
 
     def __call__(
         self,
@@ -120,10 +121,10 @@ def _history_of(name: str, quantity: str, words: str) -> CycleFigure:
         columns: Columns = 2,
         ax: Axes | None = None,
     ) -> Figure:
-        return draw_history(dataset, quantity, history, columns=columns, ax=ax)
+        return scalar_history(dataset, quantity, history, columns=columns, ax=ax)
 
     draw.__name__ = draw.__qualname__ = name
-    draw.__doc__ = f"Draw {words} against the cycles; parameters are those of `draw_history`."
+    draw.__doc__ = f"Draw {words} against the cycles; parameters are those of `scalar_history`."
     return draw
 
 

@@ -53,10 +53,7 @@ def measure(problem: WearProblem, state: State) -> Measures:
     contact_radius = half_width(geometry, contact, state.gap, 0)
     stick_radius, stick_radius_y = (_stick_half_width(state, axis) for axis in (0, 1))
     stick_area = geometry.area(reduced.stick, stick_radius)
-    stick_load = geometry.integral(np.where(reduced.stick, state.pressure, 0.0))
-    if stick_area and geometry.weights is not None:
-        # The cell that the edge of stick cuts differs little from their mean.
-        stick_load *= stick_area / geometry.integral(reduced.stick.astype(float))
+    stick_load = _stick_load(problem, state, stick_area)
     displacement = problem.tangential_displacement(state.approach, reduced)
     force = problem.tangential_force(state.load, reduced)
     energy = problem.dissipated_energy(state, geometry)
@@ -83,6 +80,25 @@ def measure(problem: WearProblem, state: State) -> Measures:
         plastic_volume=geometry.integral(state.plastic),
         dissipated_energy=energy,
     )
+
+
+def _stick_load(problem: WearProblem, state: State, area: float) -> float:
+    """Load that the stick zone carries, N, where its cells cover more or less than its area.
+
+    What they cover beyond its edge carries the pressure of the cells next to them: as much as the
+    zone has at its edge while nothing is worn, and little once slip has worn the surface beside it.
+    """
+    stick, pressure, integral = state.reduced.stick, state.pressure, state.geometry.integral
+    beside = np.zeros_like(stick)
+    for axis in (0, 1):
+        zone, other = np.moveaxis(stick, axis, 0), np.moveaxis(beside, axis, 0)
+        other[1:] |= zone[:-1]
+        other[:-1] |= zone[1:]
+    beside &= ~stick
+    load = integral(np.where(stick, pressure, 0.0))
+    if beside.any():
+        load -= (integral(stick.astype(float)) - area) * float(pressure[beside].mean())
+    return min(load, problem.limit * area) if area > 0.0 else 0.0
 
 
 def _peak(problem: WearProblem, state: State) -> float:

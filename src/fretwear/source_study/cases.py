@@ -123,7 +123,8 @@ class Evolution:
     @cached_property
     def waves(self) -> Array:
         """The waves of a rough case without their amplitude: -1 on a tip, 1 in a valley."""
-        return self.roughness.height(*self.places) / self.roughness.amplitude
+        x, y = (place.ravel() for place in self.places)
+        return self.roughness.mean_height(x, y, self.sides) / self.roughness.amplitude
 
     def zones(self, cycle: int) -> Zones:
         """The stick and slip zones at a snapshot."""
@@ -322,14 +323,18 @@ def unevenness(case: Evolution, cycle: int, start: float = 0.0, end: float = 1.0
 def amplitude_left(case: Evolution, cycle: int, zone: Mask) -> float:
     """Amplitude of the waves on the worn and yielded surface in a zone, of the first one's.
 
-    Rings are averaged out, so that the wear scar itself does not count.
+    Means over rings are taken off both, so that the wear scar itself does not count.
     """
     amplitude = case.parameter("roughness_amplitude")
     changed = case.field("wear_depth", cycle) + case.field("plastic_depth", cycle)
-    shape, pattern = amplitude * case.waves + changed, case.waves[zone]
-    radius, mean, _ = case.rings(shape, zone)
-    local = shape[zone] - np.interp(case.radius[zone], radius, mean)
-    return float((local * pattern).sum() / (pattern**2).sum()) / amplitude
+
+    def waves_of(field: Array) -> Array:
+        radius, mean, _ = case.rings(field, zone)
+        waves: Array = field[zone] - np.interp(case.radius[zone], radius, mean)
+        return waves
+
+    left, pattern = waves_of(amplitude * case.waves + changed), waves_of(case.waves)
+    return float((left * pattern).sum() / (pattern**2).sum()) / amplitude
 
 
 def growth(case: Evolution, cycle: float) -> float:
