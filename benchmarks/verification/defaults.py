@@ -5,8 +5,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import asdict, replace
 
 from benchmarks.pages import Check, Data, Section, percent, table, worst
-from benchmarks.speed.cases import LIMIT, WAVES
-from benchmarks.verification.problems import TIME_PER_CYCLE, snapshots, study_case
+from benchmarks.speed.cases import LIMIT, WAVES, study_case
+from benchmarks.verification.problems import TIME_PER_CYCLE, snapshots
 
 from fretwear.mechanics.integrator import first_loading
 from fretwear.mechanics.measures import measure

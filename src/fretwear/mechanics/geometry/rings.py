@@ -28,7 +28,7 @@ from fretwear.theory import LimitingState
 # pressure grows without bound, widest near the edge of contact. There and elsewhere they are at
 # most such parts of the contact.
 _NARROWEST = 1.0 / 1500.0
-_ACROSS_SLIP, _ACROSS_STICK = 40.0, 100.0
+_ACROSS_SLIP, _ACROSS_STICK = 40.0, 200.0
 _WIDEST_IN_SLIP, _WIDEST = 0.006, 0.016
 # Width about the edge of the unworn contact, whose place is known to a part of a ring.
 _AT_CONTACT = 0.002
