@@ -232,10 +232,14 @@ def steps(
 
 
 def _steps(case: Case, problem: WearProblem, start: State | None) -> Iterator[Step]:
-    stops = [float(cycle) for cycle in case.output_cycles]
-    march: Any = slide if problem.loading.stroke else evolve
-    for state in march(problem, stops, case.tolerance, start):
+    for state in _states(case, problem, start):
         yield Step(state, measure(problem.of(state), state), case.cycles)
+
+
+def _states(case: Case, problem: WearProblem, start: Any) -> Iterator[Any]:
+    stops = [float(cycle) for cycle in case.output_cycles]
+    march = slide if problem.loading.stroke else evolve
+    return march(problem, stops, case.tolerance, start)
 
 
 class _Twin:
@@ -248,7 +252,7 @@ class _Twin:
         coarser = case.coarser
         problem = wear_problem(coarser, geometry, threads, COARSER)
         self._workspace = Workspace(problem)
-        self._steps = _steps(coarser, problem, None)
+        self._states = _states(coarser, problem, None)
         self._cycles = case.output_cycles
         # Every scalar at each snapshot, and why there are no more; it joins the warnings.
         self.rows: list[dict[str, float]] = []
@@ -258,7 +262,7 @@ class _Twin:
         """Run until so many snapshots are there, or until there is trouble."""
         try:
             while len(self.rows) < snapshots and not self.trouble:
-                state = next(self._steps).state
+                state = next(self._states)
                 if state.cycle in self._cycles:
                     turn = loop(self._workspace, state, contacts=1)
                     self.rows.append(_scalars(self._workspace.problem, state, turn))

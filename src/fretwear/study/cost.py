@@ -39,7 +39,7 @@ SOLUTIONS_PER_NARROWNESS = 6.5
 SECONDS_PER_SOLUTION = 2.5e-4
 
 # A solution on half as many rings or strips, relative to one on all.
-DENSE_COARSER = 0.6
+DENSE_COARSER = 0.4
 
 WINDOW_MARGIN = 1.15
 FOLDS_TO_LIMITING_STATE = 8.0

@@ -68,20 +68,24 @@ class EllipticContact(HertzContact):
         In the centre, and for the curvatures of the displacement along x and along y: for a circle
         1/2 and, at no angle, 1/4 and 3/4.
         """
-        along_x, along_y = self.half_widths
-        sums = [[0.0, 0.0] for _ in range(3)]
-        # Along a line in the direction φ through a point, the pressure integrates to a quadratic
-        # form of its place.
-        for step in range(_DIRECTIONS):
-            direction = (step + 0.5) * math.pi / _DIRECTIONS
-            cos, sin = math.cos(direction) ** 2, math.sin(direction) ** 2
-            aligned = math.cos(direction - angle) ** 2
-            reach = 1.0 / math.sqrt(cos / along_x**2 + sin / along_y**2)
-            for total, weight in zip(sums, (reach, reach**3 * sin, reach**3 * cos), strict=True):
-                total[0] += weight * aligned
-                total[1] += weight
-        centre, x, y = (weighted / plain for weighted, plain in sums)
-        return centre, x, y
+        return _shear_weights(*self.half_widths, angle)
+
+
+@lru_cache(maxsize=64)
+def _shear_weights(along_x: float, along_y: float, angle: float) -> tuple[float, float, float]:
+    sums = [[0.0, 0.0] for _ in range(3)]
+    # Along a line in the direction φ through a point, the pressure integrates to a quadratic
+    # form of its place.
+    for step in range(_DIRECTIONS):
+        direction = (step + 0.5) * math.pi / _DIRECTIONS
+        cos, sin = math.cos(direction) ** 2, math.sin(direction) ** 2
+        aligned = math.cos(direction - angle) ** 2
+        reach = 1.0 / math.sqrt(cos / along_x**2 + sin / along_y**2)
+        for total, weight in zip(sums, (reach, reach**3 * sin, reach**3 * cos), strict=True):
+            total[0] += weight * aligned
+            total[1] += weight
+    centre, x, y = (weighted / plain for weighted, plain in sums)
+    return centre, x, y
 
 
 @lru_cache(maxsize=4096)

@@ -132,13 +132,15 @@ class LimitingState:
 
     @cached_property
     def contact_radius(self) -> float:
-        """Radius a∞ at which the worn shape meets the unworn sphere, m."""
+        """Radius a∞ at which the worn shape meets the unworn sphere, m.
+
+        There f∞ = r²/2R: with a∞ = c √(1 + t²), t² + t / atan t = 1 + (4/3) X / (1 - X).
+        """
         if self.load_ratio == 0.0:
             return self.stick_radius
-        outside = 2.0 * self.stick_radius
-        while self._height(outside) > 0.0:
-            outside *= 2.0
-        return find_root(lambda r: float(self._height(r)), self._deepest, outside)
+        total = 1.0 + 4.0 / 3.0 * self.load_ratio / (1.0 - self.load_ratio)
+        root = find_root(lambda t: total - t * t - t / math.atan(t), 1e-12, math.sqrt(total))
+        return self.stick_radius * math.hypot(1.0, root)
 
     @property
     def deepest_wear(self) -> float:

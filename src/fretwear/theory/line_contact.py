@@ -278,6 +278,19 @@ class LineLimitingState(LimitingState):
         punch = scale * math.log(2.0 * self.hertz.reference / self.stick_radius)
         return self._stick_contact.approach + punch
 
+    @cached_property
+    def contact_radius(self) -> float:
+        """Half-width a∞ = c cosh t at which the worn shape meets the cylinder, m.
+
+        There the height is zero: sinh 2t / 2t = 1 / (1 - X).
+        """
+        if self.load_ratio == 0.0:
+            return self.stick_radius
+        total = 1.0 / (1.0 - self.load_ratio)
+        most = 1.0 + math.log(2.0 * total)
+        root = find_root(lambda t: total - math.sinh(2.0 * t) / (2.0 * t), 1e-12, most)
+        return self.stick_radius * math.cosh(root)
+
     @property
     def central_pressure(self) -> float:
         """Central pressure, Pa."""

@@ -51,7 +51,7 @@ class Line(DenseCells):
         if problem.wavelengths is None:
             edges = edges_about_stick(problem, problem.extent[0], _FINER / problem.coarseness)
             return cls(edges, problem.hertz.reference)
-        width = problem.spacing[0] * problem.coarseness
+        width = problem.spacing[0]
         count = math.ceil((problem.extent[0] + problem.wavelengths[0]) / width)
         return cls(
             tuple(float(each) for each in np.arange(count + 1) * width), problem.hertz.reference
