@@ -27,6 +27,15 @@ STEEL = {
 WAVES = {"kind": "wavy", "amplitude": "0.2 um", "slope_x": "5.7 deg", "slope_y": "1 deg"}
 
 
+SELF_AFFINE = {
+    "kind": "self_affine",
+    "rms_height": "0.1 um",
+    "hurst": 0.8,
+    "rolloff_wavelength": "60 um",
+    "shortest_wavelength": "16 um",
+}
+
+
 def steel(**changes: object) -> Case:
     """The steel sphere with changes; a tangential load takes the place of the ratio.
 

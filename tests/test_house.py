@@ -2,7 +2,6 @@
 
 import ast
 import re
-from collections.abc import Iterator
 from graphlib import TopologicalSorter
 from pathlib import Path
 
@@ -25,7 +24,7 @@ def parsed(file):
     return ast.parse(file.read_text(encoding="utf-8"))
 
 
-def imports(tree: ast.AST, *, when_loaded: bool = False) -> Iterator[str]:
+def imports(tree, *, when_loaded=False):
     """Modules of the package that a module imports, or only those it needs to be loaded."""
     for node in ast.iter_child_nodes(tree):
         if when_loaded and isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
@@ -55,11 +54,7 @@ def packages():
     return {name: set(re.findall(r"`(\w+)`", known)) for name, known in rows}
 
 
-def test_the_guide_knows_every_package():
-    assert set(packages()) == {package(module) for module in MODULES.keys() - DOORS}
-
-
-def test_imports_run_one_way():
+def test_imports_run_one_way_and_never_in_a_circle():
     """A package imports only packages above it in the table, and only those named in its row."""
     found = {name: set() for name in packages()}
     for module in MODULES.keys() - DOORS:
@@ -67,9 +62,7 @@ def test_imports_run_one_way():
     for index, (name, known) in enumerate(packages().items()):
         assert found[name] - {name} <= known, name
         assert known <= set(list(packages())[:index]), name
-
-
-def test_no_modules_import_each_other_in_a_circle():
+    assert set(packages()) == {package(module) for module in MODULES.keys() - DOORS}
     graph = {
         module: set(imports(parsed(file), when_loaded=True)) - {module}
         for module, file in MODULES.items()
@@ -77,7 +70,7 @@ def test_no_modules_import_each_other_in_a_circle():
     assert len(list(TopologicalSorter(graph).static_order())) == len(MODULES)
 
 
-def labels(file: Path) -> Iterator[str]:
+def labels(file):
     """Texts of a source file that stand by themselves, a unit in brackets behind them aside."""
     text = file.read_text(encoding="utf-8")
     if file.suffix == ".py":
@@ -105,20 +98,22 @@ SOURCES = [
 ]
 
 
-def test_words_of_results_are_written_in_the_vocabulary_alone():
-    """A label, a long name or the head of a column anywhere else would be a second table."""
-    words = {result.words for result in RESULTS.values()} - set(RESULTS)
-    again = {file.name: words & set(labels(file)) for file in SOURCES}
-    assert not {name: found for name, found in again.items() if found}
-
-
-def test_the_guide_lists_the_results_as_the_vocabulary_has_them():
+def test_results_are_called_by_their_words_everywhere():
     listed = re.findall(r"^\| `(\w+)` \| ([^|]*) \| ([^|]*) \| ([^|]*) \|$", GUIDE, re.MULTILINE)
     assert listed == [
         (name, result.words, result.si_unit or "–", result.symbol or "–")
         for name, result in RESULTS.items()
     ]
     assert len({result.words for result in RESULTS.values()}) == len(RESULTS)
+    pages = [*REPOSITORY.glob("*.md"), *(REPOSITORY / "docs").rglob("*.md"), *SOURCES]
+    for page in pages:
+        if "generated" not in page.parts and page.name != "CONTRIBUTING.md":
+            text = " ".join(page.read_text(encoding="utf-8").lower().split())
+            assert not [words for words in OTHER_WORDS if words in text], page
+    # A label, a long name or the head of a column anywhere else would be a second table.
+    words = {result.words for result in RESULTS.values()} - set(RESULTS)
+    again = {file.name: words & set(labels(file)) for file in SOURCES}
+    assert not {name: found for name, found in again.items() if found}
 
 
 OTHER_WORDS = (
@@ -130,11 +125,3 @@ OTHER_WORDS = (
     "maximum pressure",
     "half width",
 )
-
-
-def test_no_page_calls_a_result_otherwise():
-    pages = [*REPOSITORY.glob("*.md"), *(REPOSITORY / "docs").rglob("*.md"), *SOURCES]
-    for page in pages:
-        if "generated" not in page.parts and page.name != "CONTRIBUTING.md":
-            text = " ".join(page.read_text(encoding="utf-8").lower().split())
-            assert not [words for words in OTHER_WORDS if words in text], page

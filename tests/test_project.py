@@ -22,30 +22,23 @@ def pinned():
     return {canonicalize_name(name): Version(version) for name, version in pairs}
 
 
-def test_every_dependency_is_pinned_to_a_version_in_its_range():
+def test_every_dependency_is_pinned_to_a_version_in_its_range_and_nothing_else():
     versions = pinned()
     needed = [*PROJECT["dependencies"], *PROJECT["optional-dependencies"]["test"]]
     for requirement in map(Requirement, needed):
         assert versions[canonicalize_name(requirement.name)] in requirement.specifier
-
-
-def test_constraints_hold_names_and_versions_and_nothing_else():
     lines = (REPOSITORY / "constraints.txt").read_text(encoding="utf-8").splitlines()
     assert all(re.fullmatch(r"[A-Za-z0-9._-]+==[A-Za-z0-9.]+", line) for line in lines)
     names = [line.split("==")[0].lower() for line in lines]
     assert names == sorted(set(names))
 
 
-def test_the_version_is_the_same_everywhere():
+def test_version_and_license_are_the_same_everywhere():
     citation = yaml.safe_load((REPOSITORY / "CITATION.cff").read_text(encoding="utf-8"))
     changelog = (REPOSITORY / "CHANGELOG.md").read_text(encoding="utf-8")
     assert PROJECT["version"] == fretwear.__version__
     assert citation["version"] == fretwear.__version__
     assert re.search(r"^## (\S+)", changelog, re.MULTILINE)[1] == fretwear.__version__
-
-
-def test_the_license_is_the_same_everywhere():
-    citation = yaml.safe_load((REPOSITORY / "CITATION.cff").read_text(encoding="utf-8"))
     text = (REPOSITORY / "LICENSE").read_text(encoding="utf-8")
     assert text.startswith("BSD 3-Clause License")
     assert citation["license"] == "BSD-3-Clause"

@@ -64,7 +64,7 @@ def test_continuous_integration_runs_the_two_commands_as_they_stand_here():
         assert said.stdout.strip() == command
 
 
-def test_the_study_file_can_be_run(tmp_path, monkeypatch):
+def test_the_study_file_and_the_commands_of_the_readme_can_be_run(tmp_path, monkeypatch):
     (text,) = blocks("yaml")
     monkeypatch.chdir(tmp_path)
     file = tmp_path / "studies/mine.yaml"
@@ -72,9 +72,6 @@ def test_the_study_file_can_be_run(tmp_path, monkeypatch):
     file.write_text(text, encoding="utf-8")
     assert len(load_study(file).cases()) == 6
     assert "6 points, 6 cases" in call("plan", "studies/mine.yaml")
-
-
-def test_the_commands_of_the_readme_exist():
     lines = [line for block in blocks("bash")[2:] for line in block.splitlines()]
     assert blocks("bash")[-1].strip().endswith("sphinx-build -W --keep-going docs site")
     words = [shlex.split(line, comments=True) for line in lines]
@@ -82,9 +79,6 @@ def test_the_commands_of_the_readme_exist():
     assert commands == {"plan", "run", "show", "plot", "animate", "compare"}
     for command in commands:
         assert f"fretwear {command}" in call(command, "--help")
-
-
-def test_the_cases_whose_times_are_told_are_those_of_the_default_study():
     told = set(re.findall(r"--case (P\S+?)`", README))
     assert told
     assert told <= load_study(REPOSITORY / "studies/demo.yaml").cases().keys()

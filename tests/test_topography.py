@@ -63,13 +63,18 @@ def test_a_map_is_read_in_metres_levelled_and_filled(written):
     assert np.polyfit(X[:, 0], tilt.heights.mean(axis=1), 1)[0] == pytest.approx(2e-3, rel=1e-6)
 
 
-def test_a_patch_is_a_part_of_the_file_about_its_own_centre(written):
+def test_a_patch_is_a_part_of_the_file_about_its_own_centre(written, tmp_path):
     file = FILE.read(written(wave(X, Y)), True)
     part = read_topography(file, levelled=False, patch=(10e-6, 5e-6, 20e-6, 10e-6))
     expected = wave(X[10:30], Y[:, 5:15])
     np.testing.assert_allclose(part.heights, expected - expected.mean(), atol=1e-15)
     assert part.sides == pytest.approx((20e-6, 10e-6), rel=1e-9)
     assert part.x[0] == -part.x[-1]
+    first = Path(written(wave(X, Y)))
+    moved = tmp_path / "elsewhere" / first.name
+    moved.parent.mkdir()
+    moved.write_bytes(first.read_bytes())
+    assert FILE.read(str(first), True) == FILE.read(str(moved), True)
 
 
 def test_what_stands_out_of_either_body_closes_the_gap(written):
@@ -98,15 +103,6 @@ def test_a_height_map_is_an_indenter_about_its_apex(written):
     np.testing.assert_allclose(tip.gap(x, y), every, rtol=1e-12, atol=1e-18)
 
 
-@pytest.mark.parametrize(
-    ("heights", "rule"),
-    [((X**2 + Y**2) / 20e-3, "convex"), ((X**2 - Y**2), "convex"), (2 * X - X**2 - Y**2, "beyond")],
-)
-def test_a_height_map_needs_a_tip(written, heights, rule):
-    with pytest.raises(CaseError, match=rule):
-        steel(radius=None, indenter={"kind": "height_map", "file": written(heights)})
-
-
 @pytest.mark.usefixtures("library")
 def test_the_checksum_of_the_file_is_part_of_the_id():
     study = load_study(GROUND.parents[1] / "measured.yaml")
@@ -123,25 +119,18 @@ def test_the_checksum_of_the_file_is_part_of_the_id():
     assert not case.replace(load="20 N").roughness.problem
 
 
-def test_the_same_file_elsewhere_is_the_same_surface(written, tmp_path):
-    first = Path(written(wave(X, Y)))
-    moved = tmp_path / "elsewhere" / first.name
-    moved.parent.mkdir()
-    moved.write_bytes(first.read_bytes())
-    assert FILE.read(str(first), True) == FILE.read(str(moved), True)
-
-
-@pytest.mark.parametrize(
-    ("heights", "unit", "sentence"),
-    [
+def test_a_map_without_a_surface_or_a_tip_gets_a_sentence(written):
+    for heights, unit, sentence in (
         (np.full((40, 30), np.nan), "um", "every point is missing"),
         (np.zeros((40, 30)), None, "does not say the unit of its lengths"),
         (np.zeros((3, 30)), "um", "has 3 x 30 points"),
-    ],
-)
-def test_a_map_without_a_surface_gets_a_sentence(written, heights, unit, sentence):
-    with pytest.raises(QuantityError, match=sentence):
-        read_topography(FILE.read(written(heights, unit=unit), True))
+    ):
+        with pytest.raises(QuantityError, match=sentence):
+            read_topography(FILE.read(written(heights, unit=unit), True))
+    valley, saddle, slope = (X**2 + Y**2) / 20e-3, X**2 - Y**2, 2 * X - X**2 - Y**2
+    for heights, rule in ((valley, "convex"), (saddle, "convex"), (slope, "beyond")):
+        with pytest.raises(CaseError, match=rule):
+            steel(radius=None, indenter={"kind": "height_map", "file": written(heights)})
 
 
 def test_bad_files_get_a_sentence_before_anything_runs(library, tmp_path):
@@ -179,7 +168,9 @@ def test_units_that_are_hardly_right_are_told(library, tmp_path):
     assert "side 480 nm, distance of points 6 nm" in told["nm"]
 
 
-def test_a_huge_file_is_not_read(tmp_path):
+def test_a_huge_file_is_not_read_and_without_the_library_it_is_said_what_to_install(
+    tmp_path, monkeypatch
+):
     file = tmp_path / "huge.x3p"
     with file.open("wb") as sparse:
         sparse.truncate(4 * 2**30)
@@ -189,9 +180,6 @@ def test_a_huge_file_is_not_read(tmp_path):
         sparse.truncate(2 * 10**7)
     with pytest.raises(QuantityError, match="larger than the 10 MB of a profile"):
         read_profile(FILE.read(str(file), True))
-
-
-def test_without_the_library_it_is_said_what_to_install(monkeypatch, tmp_path):
     monkeypatch.setitem(__import__("sys").modules, "SurfaceTopography", None)
     file = tmp_path / "map.nc"
     file.write_text("x")
@@ -199,17 +187,13 @@ def test_without_the_library_it_is_said_what_to_install(monkeypatch, tmp_path):
         topography.read_topography(FILE.read(str(file), True))
 
 
-def test_a_profile_is_read_with_the_units_of_its_first_line(tmp_path):
+def test_a_profile_is_read_with_the_units_of_its_first_line_or_refused(tmp_path):
     file = tmp_path / "tip.csv"
     file.write_text("r (mm), z (um)\n0, 1\n0.1, 1.5\n0.2, 3\n0.3, 5.5\n")
     distance, height = read_profile(FILE.read(str(file), True))
     np.testing.assert_allclose(distance, [0, 1e-4, 2e-4, 3e-4])
     np.testing.assert_allclose(height, [0, 0.5e-6, 2e-6, 4.5e-6], atol=1e-18)
-
-
-@pytest.mark.parametrize(
-    ("text", "sentence"),
-    [
+    for text, sentence in (
         ("", "is empty"),
         ("r, z\n0, 0\n1, 1\n", "no units in its first line"),
         ("r (mm), z (N)\n0, 0\n", "'N' is a force"),
@@ -218,10 +202,7 @@ def test_a_profile_is_read_with_the_units_of_its_first_line(tmp_path):
         ("r (mm), z (um)\n0, 0\n1, nan\n2, 2\n3, 3\n", "all of them numbers"),
         ("r (mm), z (um)\n1, 0\n2, 1\n3, 2\n4, 3\n", "begin at the axis"),
         ("r (mm), z (um)\n0, 1\n1, 0\n2, 2\n3, 3\n", "a convex tip"),
-    ],
-)
-def test_bad_profiles_get_a_sentence(tmp_path, text, sentence):
-    file = tmp_path / "tip.csv"
-    file.write_text(text)
-    with pytest.raises(QuantityError, match=sentence):
-        read_profile(FILE.read(str(file), True))
+    ):
+        file.write_text(text)
+        with pytest.raises(QuantityError, match=sentence):
+            read_profile(FILE.read(str(file), True))

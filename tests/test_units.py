@@ -62,6 +62,7 @@ PHYSICAL = (LENGTH, FORCE, PRESSURE, COMPLIANCE, ANGLE)
         ("1e-3", NUMBER, 1e-3),
         (0.3, NUMBER, 0.3),
         (2, NUMBER, 2.0),
+        (50, FORCE, 50.0),
     ],
 )
 def test_values_as_people_write_them(text, dimension, expected):
@@ -116,6 +117,7 @@ def test_values_for_people(value, dimension, expected):
         ("0.3 N", NUMBER, ["a plain number", "without a unit"]),
         ("fifty N", FORCE, ["a force such as 50 N"]),
         ("", FORCE, ["a force"]),
+        (50, FORCE, ["needs a unit"]),  # where units are required
         (True, NUMBER, ["a plain number"]),
         (None, FORCE, ["a force"]),
         ([50], FORCE, ["a force"]),
@@ -131,17 +133,11 @@ def test_values_for_people(value, dimension, expected):
     ],
 )
 def test_what_is_no_such_quantity_is_refused_with_the_reason(value, dimension, parts):
+    required = value == 50
     with pytest.raises(QuantityError) as caught:
-        parse_quantity(value, dimension)
+        parse_quantity(value, dimension, units_required=required)
     for part in parts:
         assert part in str(caught.value)
-
-
-def test_numbers_count_as_si_unless_units_are_required():
-    assert parse_quantity(50, FORCE) == 50.0
-    with pytest.raises(QuantityError, match="needs a unit"):
-        parse_quantity(50, FORCE, units_required=True)
-    assert parse_quantity(0.3, NUMBER, units_required=True) == 0.3
 
 
 unit_like = st.from_regex(r"\A[0-9.]{1,3} ?[ mkuNPadgr/*^().0-9-]{0,20}\Z")
@@ -156,15 +152,12 @@ def test_any_text_is_a_finite_number_or_a_quantity_error(text, dimension):
     assert math.isfinite(value)
 
 
-def test_usual_units_are_what_pint_makes_of_them():
+def test_usual_units_are_what_pint_makes_of_them_and_read_without_it():
     for text, (factor, dimension) in units._plain_units().items():
         found = units._registry().parse_units(units._expression(text.replace("⁻¹", "^-1")))
         in_si = units._registry().Quantity(Decimal(1), found).to_root_units().magnitude
         assert float(in_si) == float(factor)
         assert units._dimensionalities()[found.dimensionality] == dimension
-
-
-def test_usual_units_are_read_without_the_library_of_units():
     code = (
         "import sys; from fretwear.units import LENGTH, parse_quantity; "
         "parse_quantity('0.2 um', LENGTH); assert 'pint' not in sys.modules"

@@ -37,9 +37,6 @@ def test_a_worse_measurement_falls_short_on_the_page(tmp_path):
     assert "falls short" in line
     assert "+3.0e-8" in line
     assert VERIFICATION.main(["--check", *docs]) == 0
-
-
-def test_a_row_that_falls_short_says_so_on_the_page(tmp_path):
     row = Row("help", "fretwear --help", 0.5, "s", 0.4, 0.2, note="shortest of 9")
     entry = {"cores": 2, "processor": "one", "load_average": 0.1, "versions": {}, "seconds": 1}
     keep(performance.PAGE, tmp_path, {"table": {**entry, "data": {"rows": [row.as_json()]}}})

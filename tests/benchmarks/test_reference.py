@@ -30,7 +30,7 @@ APPROACH, CENTRAL, DEEPEST, VOLUME, PLASTIC, CONTACT, STICK = range(7)
 TABLE = Path(__file__).parents[1] / "mechanics/reference/smooth_wear.csv"
 
 
-def press(rings: Rings, shape: np.ndarray, limit=math.inf, load=UNIT_HERTZ.load, start=None):
+def press(rings, shape, limit=math.inf, load=UNIT_HERTZ.load, start=None):
     r, rigid = rings.radii, np.zeros_like(shape)
     hertz = UNIT_HERTZ.pressure(r), UNIT_HERTZ.gap(r), UNIT_HERTZ.approach, r < 1.0, r < 0.0
     return solve_contact(rings, lambda _: (shape, rigid), load, limit, start or RingContact(*hertz))
@@ -41,13 +41,13 @@ def test_a_disc_moves_the_surface_as_ring_loads_do_inside_and_outside():
     assert float(disc_displacement(3.0, 3.0)) == pytest.approx(4 * 3.0 / math.pi, rel=1e-14)
     for r in (1.001, 1.3, 5.0):
 
-        def ring(t: float, r: float = r) -> float:
+        def ring(t, r=r):
             return 4 / math.pi * t * ellipk(4 * r * t / (r + t) ** 2) / (r + t)
 
         assert float(disc_displacement(r, 1.0)) == pytest.approx(quad(ring, 0, 1)[0], rel=1e-9)
 
 
-def test_hertz_converges_with_the_rings():
+def test_hertz_converges_with_the_rings_and_a_flat_punch_has_its_approach():
     errors = []
     for width in (0.04, 0.02, 0.01):
         rings = Rings(np.arange(round(1.6 / width) + 1) * width)
@@ -60,9 +60,6 @@ def test_hertz_converges_with_the_rings():
     outside = rings.radii > 1.02
     gap = UNIT_HERTZ.gap(rings.radii[outside])
     np.testing.assert_allclose(contact.gap[outside], gap, atol=5e-5)
-
-
-def test_flat_punch_has_its_approach():
     rings = graded_rings(1.0, 1.0, 1.5, narrowest=1e-5, narrow=0.02, widest=0.02)
     contact = press(rings, np.where(rings.radii < 1.0, 0.0, 10.0))
     assert contact.approach == pytest.approx(UNIT_HERTZ.load / 2.0, rel=1e-4)
@@ -71,13 +68,13 @@ def test_flat_punch_has_its_approach():
     np.testing.assert_allclose(contact.pressure[: r.size], punch, rtol=1e-3)
 
 
-def coarse(load_ratio: float, limit: float, widest: float = 0.02) -> SmoothWear:
+def coarse(load_ratio, limit, widest=0.02):
     edge = math.cbrt(1 - load_ratio)
     rings = graded_rings(edge, 0.3, 4.0, narrowest=0.0125, narrow=0.0125, widest=widest)
     return SmoothWear(rings, load_ratio, limit)
 
 
-def explicit(problem: SmoothWear, time: float, steps: int) -> np.ndarray:
+def explicit(problem, time, steps):
     """Values after forward steps: the wear of a step from the pressure that it begins with."""
     sphere, state = 0.5 * problem.rings.radii**2, problem.unworn()
     wear, plastic, full, reduced = state.wear, state.plastic, state.full, state.reduced

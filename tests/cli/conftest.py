@@ -16,10 +16,10 @@ def tiny_study():
 class Desk:
     """A folder with a study, and the command line called from there."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder):
         self.folder = folder
 
-    def write(self, content, name="tiny.yaml") -> Path:
+    def write(self, content, name="tiny.yaml"):
         return write_study(self.folder / name, content)
 
     def call(self, *arguments):

@@ -17,6 +17,9 @@ from ..studies import flip
 FULL = "not written, because the disk (or the quota on it) is full"
 
 
+SUMMARY = "its checksum does not match. Merge the study again"
+
+
 @pytest.fixture
 def copied(finished_desk, desk):
     """The same in the folder that the commands are called from, to be spoilt."""
@@ -83,39 +86,6 @@ def test_a_folder_that_may_only_be_read_is_refused_before_anything_is_computed(
         assert "cycle 0" not in result.stderr
 
 
-def empty(path):
-    path.write_bytes(b"")
-
-
-def remove(path):
-    path.unlink()
-
-
-def test_damaged_case_files_are_all_named_by_merge(copied):
-    cases = sorted(Path("results/tiny/cases").iterdir())
-    for case in cases:
-        flip(case)
-    before = everything(Path("results"))
-    result = copied.call("merge", "tiny.yaml")
-    assert result.exit_code == 1
-    assert len(cases) == 2
-    for case in cases:
-        assert f"{case}: " in result.stderr
-    assert result.stderr.count("its checksum does not match") == 2
-    assert "run the case again" in result.stderr
-    assert everything(Path("results")) == before, "the summary that was there is as it was"
-
-
-def test_a_damaged_summary_is_named_by_what_reads_it(copied):
-    flip(Path("results/tiny/summary.nc"))
-    for step in ("figures", "report"):
-        result = copied.call(step, "tiny.yaml")
-        assert result.exit_code == 1
-        assert "results/tiny/summary.nc: " in result.stderr
-        assert "its checksum does not match" in result.stderr
-        assert "Merge the study again" in result.stderr
-
-
 def test_damage_that_shows_only_when_values_are_used_is_told(copied):
     """A checksum that fits keeps nobody from reading on; HDF5 has one more in each chunk."""
     summary = Path("results/tiny/summary.nc")
@@ -149,30 +119,24 @@ def test_memory_that_a_library_lacks_and_does_not_tell_of_ends_a_command(then):
         work()
 
 
-@pytest.mark.parametrize("damage", [empty, remove])
-@pytest.mark.parametrize("name", ["index.json", "contact_half_width.svg"])
-def test_damaged_figures_are_named_by_the_report(copied, damage, name):
-    damage(Path("results/tiny/figures") / name)
-    result = copied.call("report", "tiny.yaml")
+@pytest.mark.parametrize(
+    ("file", "damage", "step", "words"),
+    [
+        *(("summary.nc", flip, step, SUMMARY) for step in ("figures", "report")),
+        *(
+            (f"figures/{name}", damage, "report", "raw the figures")
+            for name in ("index.json", "contact_half_width.svg")
+            for damage in (Path.unlink, lambda path: path.write_bytes(b""))
+        ),
+    ],
+)
+def test_a_damaged_file_is_named_by_what_reads_it(copied, file, damage, step, words):
+    damage(Path("results/tiny") / file)
+    result = copied.call(step, "tiny.yaml")
     assert result.exit_code == 1
-    assert f"results/tiny/figures/{name}: " in result.stderr
-    assert "raw the figures" in result.stderr
+    assert f"results/tiny/{file}: " in result.stderr
+    assert words in result.stderr
     assert "Traceback" not in result.stderr
-
-
-def test_a_damaged_checkpoint_is_told_and_not_used(desk):
-    call = ("run", "tiny.yaml", "--set", "load=50 N", "-o", "a.nc")
-    # A run that fails leaves its checkpoint; so does one of other parameters.
-    assert desk.call(*call, "--set", "wear_coefficient=1 / Pa").exit_code == 1
-    result = desk.call("run", "tiny.yaml", "--set", "load=49 N", "-o", "a.nc")
-    assert "a.checkpoint: this checkpoint is of another run (another parameters)" in result.stderr
-    assert result.exit_code == 0
-    assert desk.call(*call, "--set", "wear_coefficient=1 / Pa").exit_code == 1
-    flip(Path("a.checkpoint"))
-    result = desk.call(*call)
-    assert "a.checkpoint: this checkpoint is damaged" in result.stderr
-    assert "The run starts at cycle 0" in result.stderr
-    assert result.exit_code == 0
 
 
 @pytest.mark.parametrize(
@@ -199,21 +163,19 @@ def test_a_link_out_of_the_results_is_refused(copied, tmp_path, place, where):
     assert everything(elsewhere) == before
 
 
-def test_the_folder_of_all_results_may_be_a_link(copied, tmp_path):
+def test_a_link_in_the_place_of_a_file_is_replaced_and_not_written_through(copied, tmp_path):
+    precious = tmp_path / "precious"
+    precious.write_text("mine")
+    for name in ("a.nc", "a.checkpoint"):
+        Path(name).symlink_to(precious)
+    result = copied.call("run", "tiny.yaml", "--set", "load=50 N", "-o", "a.nc")
+    assert result.exit_code == 0
+    assert precious.read_text() == "mine"
+    assert not Path("a.nc").is_symlink()
+    # The folder of all results may be a link, and one among them too.
     shutil.move("results", tmp_path / "scratch")
     Path("results").symlink_to(tmp_path / "scratch")
     assert copied.call("merge", "tiny.yaml").exit_code == 0
     Path("results/tiny").rename("results/other")
     Path("results/tiny").symlink_to("other")
-    assert copied.call("merge", "tiny.yaml").exit_code == 0, "it stays among the results"
-
-
-def test_a_link_in_the_place_of_a_file_is_replaced_and_not_written_through(desk, tmp_path):
-    precious = tmp_path / "precious"
-    precious.write_text("mine")
-    for name in ("a.nc", "a.checkpoint"):
-        Path(name).symlink_to(precious)
-    result = desk.call("run", "tiny.yaml", "--set", "load=50 N", "-o", "a.nc")
-    assert result.exit_code == 0
-    assert precious.read_text() == "mine"
-    assert not Path("a.nc").is_symlink()
+    assert copied.call("merge", "tiny.yaml").exit_code == 0

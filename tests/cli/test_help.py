@@ -18,16 +18,29 @@ from fretwear.study.study import load_study
 COMMANDS = [command.name or command.callback.__name__ for command in app.registered_commands]
 
 
-def test_all_commands_are_listed(desk):
+def assert_reads_well(text):
+    """Help has no colours and fits on 80 columns."""
+    assert "\x1b" not in text
+    assert max(map(len, text.splitlines())) <= 80
+    assert "<bool>" not in text
+    assert "{" not in text.partition("Usage:")[2].partition("\n")[0]
+
+
+def test_all_commands_are_listed_and_the_program_alone_prints_its_help(desk):
     text = desk.call("--help").stdout
+    assert_reads_well(text)
     assert {"run", "batch", "plan", "show", "plot", "compare", "animate"} <= set(COMMANDS)
     for command in COMMANDS:
         assert f"│ {command} " in text
+    result = desk.call()
+    assert result.exit_code == 2
+    assert "Usage: fretwear" in result.stdout
 
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_each_command_has_an_example_which_is_a_call_of_it(desk, command):
     text = desk.call(command, "--help").stdout
+    assert_reads_well(text)
     assert desk.call(command, "-h").stdout == text
     (example,) = (line.split("Example: ")[1] for line in text.splitlines() if "Example: " in line)
     program, name, *_ = example.split()
@@ -36,15 +49,6 @@ def test_each_command_has_an_example_which_is_a_call_of_it(desk, command):
     arguments = example.partition(">")[0].replace("'", "").replace("=30 N", "=30N").split()[2:]
     # Parsing refuses what the command does not know; nothing is run.
     group.commands[command].make_context(command, arguments)
-
-
-@pytest.mark.parametrize("command", ["", *COMMANDS])
-def test_help_reads_well_without_colours_on_80_columns(desk, command):
-    text = desk.call(*filter(None, [command]), "--help").stdout
-    assert "\x1b" not in text
-    assert max(map(len, text.splitlines())) <= 80
-    assert "<bool>" not in text
-    assert "{" not in text.partition("Usage:")[2].partition("\n")[0]
 
 
 @pytest.mark.parametrize(
@@ -77,57 +81,41 @@ def offered(*words):
     return result.stdout.split()
 
 
-@pytest.mark.usefixtures("desk")
-def test_commands_and_their_options_are_offered():
+def test_commands_options_studies_and_case_files_are_offered(desk):
     assert {"run", "plan", "show", "plot"} <= set(offered(""))
     assert offered("pl") == ["plan", "plot"]
     assert {"--case", "--set", "--quiet", "--log-format"} <= set(offered("run", "--"))
     assert offered("run", "tiny.yaml", "--log-format", "") == ["auto", "lines", "json"]
-
-
-def test_study_files_are_offered_also_those_in_studies(desk):
     for name in ("studies/demo.yaml", "studies/mine.yml", "studies/notes.txt", "readme.md"):
         desk.write("", name)
     expected = ["tiny.yaml", "studies/demo.yaml", "studies/mine.yml"]
     assert offered("run", "") == expected
     assert offered("plan", "st") == expected[1:]
     assert offered("run", "studies/d") == ["studies/demo.yaml"]
-
-
-def test_case_files_are_offered_beside_folders_that_may_hold_some(desk):
     for name in ("results/summary.nc", "results/cases/a.nc", "results/cases/b.nc", "results/x.png"):
         desk.write("", name)
     assert offered("show", "results/") == ["results/cases/", "results/summary.nc"]
     assert offered("plot", "results/cases/") == ["results/cases/a.nc", "results/cases/b.nc"]
-
-
-def test_where_only_a_folder_is_left_or_a_name_must_be_quoted_the_shell_does_it(desk):
+    # Where only a folder is left or a name must be quoted, the shell does it.
     desk.write("", "results/cases/my case.nc")
     assert offered("show", "res") == []
     assert offered("show", "results/cases/") == []
 
 
-@pytest.mark.usefixtures("desk")
-def test_the_ids_of_the_study_that_was_typed_are_offered():
+def test_the_ids_of_the_study_that_was_typed_are_offered(desk, content):
     assert offered("run", "tiny.yaml", "--case", "") == list(load_study("tiny.yaml").cases())
     (only,) = offered("run", "tiny.yaml", "--set", "friction=0.4", "--case", "P25")
     assert only.startswith("P25N-")
-
-
-@pytest.mark.parametrize("words", [("missing.yaml",), ("broken.yaml",), ()])
-def test_without_a_sound_study_no_ids_are_offered_and_nothing_is_printed(desk, words):
     desk.write("base: [1", "broken.yaml")
-    assert offered("run", *words, "--case", "P") == []
-
-
-def test_a_study_of_very_many_points_offers_its_first_ones(desk, content):
+    for words in (("missing.yaml",), ("broken.yaml",), ()):
+        assert offered("run", *words, "--case", "P") == []
     content["vary"] = {
         "load": [f"{load} N" for load in range(25, 75)],
         "friction": [0.2 + 0.001 * step for step in range(50)],
     }
     desk.write(content)
     ids = offered("run", "tiny.yaml", "--case", "")
-    assert len(ids) == 2000
+    assert len(ids) == 2000, "of very many points the first ones"
     assert ids[0] == load_study("tiny.yaml").points(1, 1)[0].id
 
 

@@ -21,12 +21,10 @@ def test_a_new_folder_has_workflow_settings_study_and_gitignore(desk):
     study = Path("new/studies/demo.yaml").read_text(encoding="utf-8")
     assert study == (workspace() / "studies/demo.yaml").read_text(encoding="utf-8")
     assert desk.call("plan", "new/studies/demo.yaml").exit_code == 0
-
-
-def test_a_study_brings_the_surfaces_that_it_names(desk):
-    assert desk.call("init", "new", "--study", "measured").exit_code == 0
-    assert Path("new/studies/surfaces/ground.nc").is_file()
-    assert not Path("new/studies/demo.yaml").exists()
+    # A study brings the surfaces that it names.
+    assert desk.call("init", "other", "--study", "measured").exit_code == 0
+    assert Path("other/studies/surfaces/ground.nc").is_file()
+    assert not Path("other/studies/demo.yaml").exists()
 
 
 def test_what_is_there_is_left_as_it_is(desk, tmp_path):

@@ -137,15 +137,9 @@ def test_a_folder_that_may_not_be_written_to_is_refused(place, monkeypatch):
     assert "choose another place" in result.stderr
 
 
-def test_a_call_from_a_folder_without_studies_is_told_where_it_looked(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    result = Desk(tmp_path).call("run", "demo.yaml")
+def test_a_call_from_a_folder_without_studies_is_told_where_it_looked(desk):
+    (desk.folder / "tiny.yaml").unlink()
+    result = desk.call("run", "demo.yaml")
     assert result.exit_code == 2
-    assert f"no study lies in {tmp_path}" in result.stderr
+    assert f"no study lies in {desk.folder}" in result.stderr
     assert "change to the folder with studies/" in result.stderr
-
-
-def test_the_program_alone_prints_its_help(desk):
-    result = desk.call()
-    assert result.exit_code == 2
-    assert "Usage: fretwear" in result.stdout

@@ -34,33 +34,16 @@ def test_a_case_chosen_by_its_id_or_its_beginning_is_simulated_and_written(desk,
         assert float(case["load"]) == 25.0
 
 
-def test_a_parameter_set_on_the_command_line_is_simulated_and_the_dataset_tells_the_call(desk):
-    changes = ("--set", "load=30 N", "--set", "cycles=50")
-    assert desk.call("run", "tiny.yaml", *changes).exit_code == 0
-    (name,) = (name for name in desk.files() if name.endswith(".nc"))
-    with fretwear.open_case(name) as case:
-        assert float(case["load"]) == 30.0
-        command = "fretwear run tiny.yaml --set 'load=30 N' --set cycles=50"
-        assert case.attrs["history"].endswith(command)
-        assert name == f"{case.attrs['case_id']}.nc"
-
-
-def test_the_command_line_and_python_give_the_same_numbers(desk, case_file):
-    case = select_case(desk.folder / "tiny.yaml", None, ["load=50 N"])
+def test_a_changed_case_has_the_numbers_of_python_and_tells_its_call(desk):
+    changes = ["load=30 N", "cycles=50"]
+    assert desk.call("run", "tiny.yaml", "--set", changes[0], "--set", changes[1]).exit_code == 0
+    case = select_case(desk.folder / "tiny.yaml", None, changes)
     computed = fretwear.simulate(case, quarter=True)
-    with fretwear.open_case(case_file) as stored:
+    with fretwear.open_case(f"{case.case_id}.nc") as stored:
+        command = "fretwear run tiny.yaml --set 'load=30 N' --set cycles=50"
+        assert stored.attrs["history"].endswith(command)
         for name in computed.data_vars:
             np.testing.assert_array_equal(stored[name], computed[name])
-
-
-def test_a_case_that_does_not_fit_in_the_memory_says_so_before_it_starts(desk):
-    result = desk.call("run", "tiny.yaml", "--set", "load=50 N", "--set", "cell=1 nm")
-    assert result.exit_code == 1
-    assert re.search(
-        r"needs about \d+\.\d GB of memory for .*, but .* are available", result.stderr
-    )
-    assert "Choose a coarser grid, such as cell: [" in result.stderr
-    assert desk.files() == ["tiny.yaml"]
 
 
 @pytest.fixture
@@ -70,7 +53,7 @@ def long_run(desk):
     return "run", "tiny.yaml"
 
 
-@pytest.mark.parametrize(("name", "status"), [("SIGINT", 130), ("SIGTERM", 143), ("SIGHUP", 129)])
+@pytest.mark.parametrize(("name", "status"), [("SIGINT", 130), ("SIGTERM", 143)])
 def test_a_stopped_run_says_so_and_leaves_no_case_file(desk, long_run, name, status):
     command = (*FRETWEAR, *long_run)
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
@@ -118,7 +101,7 @@ def test_nohup_outlives_its_terminal():
         assert process.wait(60) == 0
 
 
-@pytest.mark.parametrize("how", ["2>/dev/full", "2>&-", "2> >(true)", ">&-", "| true"])
+@pytest.mark.parametrize("how", ["2>/dev/full", "2>&-", "| true"])
 @pytest.mark.usefixtures("desk")
 def test_a_run_whose_messages_find_no_reader_ends_well(how):
     call = shlex.join([*FRETWEAR, "run", "tiny.yaml", "--set", "load=50 N", "-o", "a.nc"])

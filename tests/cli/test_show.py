@@ -4,21 +4,19 @@ import json
 import re
 import shutil
 import struct
+from pathlib import Path
 
 import pytest
 
 import fretwear
 from fretwear.study.study import load_study, select_case
 
-from .conftest import Desk
-
 
 def test_show_tells_parameters_and_results_beside_the_closed_forms(desk, case_file):
-    result = desk.call("show", case_file)
-    assert result.exit_code == 0
+    *lines, mark, explanation = desk.call("show", case_file).stdout.splitlines()
     case = select_case("tiny.yaml", None, ["load=50 N"])
-    rows = {line[2:].split("  ")[0]: line.split("  ") for line in result.stdout.splitlines()}
-    assert case.case_id in result.stdout
+    rows = {line[2:].split("  ")[0]: line.split("  ") for line in lines}
+    assert case.case_id in lines[0]
     assert rows["normal load"][-1].strip() == "50 N"
     assert rows["plastic limit"][-1].strip() == "elastic"
     width = [cell.strip() for cell in rows["contact half-width along x"] if cell.strip()]
@@ -26,20 +24,16 @@ def test_show_tells_parameters_and_results_beside_the_closed_forms(desk, case_fi
     assert hertz == pytest.approx(case.hertz_radius * 1e6, rel=1e-3)
     assert first == pytest.approx(hertz, rel=0.02)
     assert last > first
+    assert " ± " in width[2]
     pressure = [cell.strip() for cell in rows["central pressure †"] if cell]
     assert [*map(str.strip, pressure[-2:])] == [f"{case.hertz_pressure * 1e-9:.4g}", "GPa"]
-    assert " ± " in width[2]
-
-
-def test_every_result_has_a_unit_for_people_on_lines_of_80(desk, case_file):
-    *lines, mark, explanation = desk.call("show", case_file).stdout.splitlines()
     assert mark.startswith("† Of a single cell")
     assert explanation.startswith("Unworn: ")
     assert max(map(len, lines)) <= 80
     results = lines[lines.index("Results") + 2 : -1]
     assert len(results) == 15
-    for line in results:
-        assert line.split()[-1] in ("µm", "nm", "µm²", "µm³", "MPa", "GPa", "µJ", "%")
+    units = {line.split()[-1] for line in results}
+    assert units <= {"µm", "nm", "µm²", "µm³", "MPa", "GPa", "µJ", "%"}
 
 
 def test_a_script_gets_the_case_as_json_in_si_units(desk, case_file):
@@ -79,17 +73,12 @@ def test_show_tells_the_forces_that_come_out_of_a_rig(desk, content):
     )
 
 
-@pytest.fixture
-def merged(desk, content):
-    """A merged study of two loads and two lengths, of which one case is missing."""
+def test_show_lists_the_points_of_a_merged_study_for_people_and_scripts(desk, content):
     content["vary"]["cycles"] = [100, 200]
     desk.write(content)
     assert desk.call("batch", "tiny.yaml", "--points", "1-3").exit_code == 0
     assert desk.call("merge", "tiny.yaml").exit_code == 0
-    return "results/tiny/summary.nc"
-
-
-def test_show_lists_the_points_of_a_merged_study(desk, merged):
+    merged = "results/tiny/summary.nc"
     lines = desk.call("show", merged).stdout.splitlines()
     assert lines[2] == "4 points: 3 done, 1 failed, 0 invalid"
     header, *rows = lines[lines.index("") + 2 :]
@@ -98,14 +87,9 @@ def test_show_lists_the_points_of_a_merged_study(desk, merged):
     assert "failed" in rows[-1]
     assert "wear volume (µm³)" in header  # one unit for all
     volumes = [float(re.findall(r" ([\d.]+) ± ", row)[0]) for row in rows[:-1]]
-    assert all(volume > 0 for volume in volumes)
-    assert volumes[0] < volumes[1]
-
-
-def test_a_script_gets_the_points_with_the_values_after_the_last_cycle_of_each(desk, merged):
-    seen = json.loads(desk.call("show", merged, "--json").stdout)
-    *done, missing = seen["points"]
-    assert [point["status"] for point in seen["points"]] == ["done", "done", "done", "failed"]
+    assert 0 < volumes[0] < volumes[1]
+    *done, missing = json.loads(desk.call("show", merged, "--json").stdout)["points"]
+    assert [point["status"] for point in (*done, missing)] == ["done", "done", "done", "failed"]
     assert missing["wear_volume"] is None
     for point in done:
         with fretwear.open_case(f"results/tiny/cases/{point['case_id']}.nc") as case:
@@ -113,25 +97,13 @@ def test_a_script_gets_the_points_with_the_values_after_the_last_cycle_of_each(d
             assert point["wear_volume"] == float(case["wear_volume"][-1])
 
 
-@pytest.fixture(scope="module")
-def other_file(tmp_path_factory, case_file):
-    """A case of a smaller load."""
-    desk, study = Desk(tmp_path_factory.mktemp("other")), case_file.with_name("tiny.yaml")
-    path = desk.folder / "other.nc"
-    assert desk.call("run", study, "--set", "load=25 N", "-o", path).exit_code == 0
-    return path
-
-
-def _rows(text):
-    return [
-        [cell for cell in re.split(r"\s{2,}", line.strip()) if cell] for line in text.splitlines()
-    ]
-
-
-def test_compare_tells_what_differs_and_by_which_factor(desk, case_file, other_file):
-    result = desk.call("compare", other_file, case_file)
+def test_compare_tells_what_differs_by_which_factor_and_draws_both(desk, case_file):
+    call = ("run", "tiny.yaml", "--set", "load=25 N", "-o", "other.nc")
+    assert desk.call(*call).exit_code == 0
+    result = desk.call("compare", "other.nc", case_file)
     assert result.exit_code == 0
-    rows = {row[0]: row[1:] for row in _rows(result.stdout) if row}
+    cells = [re.split(r"\s{2,}", line.strip()) for line in result.stdout.splitlines()]
+    rows = {row[0]: row[1:] for row in cells}
     assert rows["normal load"] == ["25 N", "50 N"]
     assert "coefficient of friction" not in " ".join(rows)
     first, second, unit, ratio = rows["wear volume"]
@@ -140,15 +112,11 @@ def test_compare_tells_what_differs_and_by_which_factor(desk, case_file, other_f
     assert float(ratio) == pytest.approx(volumes[1] / volumes[0], rel=0.01)
     # Hertz: the radius goes with the cube root of the load.
     assert float(rows["contact half-width along x"][-1]) == pytest.approx(2 ** (1 / 3), rel=0.03)
-    assert desk.files() == ["tiny.yaml"]
-
-
-def test_compare_says_when_nothing_differs_and_draws_both_where_it_is_told_to(desk, case_file):
+    assert desk.files() == ["other.nc", "tiny.yaml"]
     result = desk.call("compare", case_file, case_file, "-o", "both.svg")
-    assert result.exit_code == 0
     assert "All parameters are the same." in result.stdout
-    assert (desk.folder / "both.svg").read_text(encoding="utf-8").startswith("<?xml")
     assert result.stdout.splitlines()[-1] == "both.svg"
+    assert (desk.folder / "both.svg").read_text(encoding="utf-8").startswith("<?xml")
 
 
 def test_plot_draws_the_case_beside_it_or_where_it_is_told_to(desk, case_file):
@@ -162,21 +130,19 @@ def test_plot_draws_the_case_beside_it_or_where_it_is_told_to(desk, case_file):
     assert struct.unpack(">II", content[16:24]) > (1000, 600)
 
 
-def test_animate_writes_a_gif_beside_the_case_and_advises_more_snapshots(desk, case_file):
+def test_animate_writes_a_gif_beside_the_case_and_advises_more_snapshots(
+    desk, case_file, monkeypatch
+):
     shutil.copy(case_file, "mine.nc")
     result = desk.call("animate", "mine.nc", "--dpi", "50")
     assert result.exit_code == 0
-    content = (desk.folder / "mine.gif").read_bytes()
-    assert content.startswith(b"GIF89a")
+    assert (desk.folder / "mine.gif").read_bytes().startswith(b"GIF89a")
     assert result.stdout.startswith("mine.gif: 3 pictures, ")
     advice = result.stderr.partition("output: {cycles: [")[2].partition("]")[0]
     cycles = [int(cycle) for cycle in advice.split(", ")]
     assert (cycles[0], cycles[-1]) == (0, 200)
-
-
-def test_without_ffmpeg_a_gif_is_offered(desk, case_file, monkeypatch):
     monkeypatch.setenv("PATH", str(desk.folder))
     result = desk.call("animate", case_file, "-o", "a.mp4")
     assert result.exit_code == 2
     assert "a.gif instead" in result.stderr
-    assert desk.files() == ["tiny.yaml"]
+    assert not Path("a.mp4").exists()

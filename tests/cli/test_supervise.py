@@ -46,11 +46,18 @@ def cleaning():
         process.communicate()
 
 
-def test_a_second_ctrl_c_ends_a_process_that_cleans_up_for_too_long(cleaning):
-    process = cleaning(signal.SIGINT, patience=(0.0, 60.0))
-    process.send_signal(signal.SIGINT)
+@pytest.mark.parametrize(
+    ("asked", "patience", "again", "status"),
+    [(signal.SIGINT, (0.0, 60.0), True, 130), (signal.SIGTERM, (60.0, 1.0), False, 143)],
+)
+def test_a_second_ctrl_c_or_lost_patience_ends_a_process_that_cleans_up_for_too_long(
+    cleaning, asked, patience, again, status
+):
+    process = cleaning(asked, patience)
+    if again:
+        process.send_signal(asked)
     assert "stopped: at once" in process.communicate(timeout=30)[1]
-    assert process.returncode == 130
+    assert process.returncode == status
 
 
 def test_a_wish_that_is_told_twice_is_one_wish(cleaning):
@@ -59,9 +66,3 @@ def test_a_wish_that_is_told_twice_is_one_wish(cleaning):
     process.send_signal(signal.SIGTERM)
     time.sleep(0.3)
     assert process.poll() is None
-
-
-def test_cleaning_up_that_never_ends_is_given_up(cleaning):
-    process = cleaning(signal.SIGTERM, patience=(60.0, 1.0))
-    assert "stopped: at once" in process.communicate(timeout=30)[1]
-    assert process.returncode == 143

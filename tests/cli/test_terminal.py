@@ -12,9 +12,6 @@ import time
 
 import pyte
 import pytest
-import yaml
-
-from .conftest import tiny_study
 
 DEADLINE = 60.0
 
@@ -32,7 +29,7 @@ class Seen:
         Exit status.
     """
 
-    def __init__(self) -> None:
+    def __init__(self):
         self.raw = ""
         self.screens = []
         self.status = None
@@ -82,29 +79,20 @@ RUN = ("run", "tiny.yaml", "--set", "load=50 N", "--set", "cell=0.7 um", "-o", "
 COLOUR = re.compile(r"\x1b\[[0-9;]*[34][0-9]")
 
 
-@pytest.fixture(scope="module")
-def seen(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("terminal")
-    (folder / "tiny.yaml").write_text(yaml.safe_dump(tiny_study()), encoding="utf-8")
-    return on_a_terminal(*RUN, columns=80, folder=folder)
-
-
-def test_a_terminal_shows_where_a_run_is_and_keeps_just_the_result(seen):
+@pytest.mark.usefixtures("desk")
+def test_a_terminal_shows_where_a_run_is_and_keeps_just_the_result():
+    seen = on_a_terminal(*RUN)
     assert seen.status == 0
     assert seen.ever("cycle 200 of 200")
     assert seen.ever("half-width 15")
-    assert seen.ever("left")
     assert len(seen.last) == 2
     assert seen.last[0].startswith("case P50N")
     assert seen.last[1].startswith("a.nc: ")
     assert len(seen.raw) < 50_000, "a terminal is not flooded"
-
-
-def test_nothing_wraps_or_jumps_on_a_terminal_of_80_columns(seen):
     bars = [line for screen in seen.screens for line in screen if line.startswith("cycle ")]
     assert bars
     assert all(line.endswith("left") and len(line) == 80 for line in bars)
-    assert len({line.index("━") for line in bars}) == 1
+    assert len({line.index("━") for line in bars}) == 1, "nothing jumps"
     assert max(map(len, seen.screens)) == 3
 
 

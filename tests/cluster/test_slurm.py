@@ -63,14 +63,9 @@ def resident_megabytes(job):
     return sum(sizes) * os.sysconf("SC_PAGE_SIZE") / 2**20
 
 
-def data_of(path, group=None):
-    with xr.open_dataset(path, group=group, engine="netcdf4") as dataset:
-        return dataset.load()
-
-
 def assert_same_data(path, reference):
     for group in (None, "history"):
-        found, expected = data_of(path, group), data_of(reference, group)
+        found, expected = (xr.load_dataset(each, group=group) for each in (path, reference))
         assert found.sizes["cycle" if group is None else "step"] > 1
         xr.testing.assert_equal(found, expected)
         assert found.dtypes == expected.dtypes
@@ -94,19 +89,16 @@ def demo(checkout):
     return run
 
 
-def test_the_documented_command_takes_the_default_study_to_its_report(demo):
+def test_the_documented_command_takes_the_default_study_to_its_report(demo, tmp_path):
     results = demo.folder / "results/demo"
     cases = load_study(demo.folder / "studies/demo.yaml").cases()
     assert len(cases) == 24
     for case_id in cases:
-        assert data_of(results / "cases" / f"{case_id}.nc").attrs["complete"] == 1
+        assert xr.load_dataset(results / "cases" / f"{case_id}.nc").attrs["complete"] == 1
     with open_summary(results / "summary.nc") as summary:
         assert (summary["status"] == 0).all()
     page = (results / "report.html").read_text(encoding="utf-8")
     assert all(case_id in page for case_id in cases)
-
-
-def test_the_cluster_computes_what_this_machine_computes(demo, tmp_path):
     study = demo.folder / "studies/demo.yaml"
     quick = [case_id for case_id in load_study(study).cases() if "-smooth-elastic-" in case_id]
     assert len(quick) == 4

@@ -3,8 +3,6 @@
 import math
 import subprocess
 import sys
-from collections.abc import Callable
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -14,8 +12,7 @@ import xarray as xr
 from fretwear.data.files import write_case
 from fretwear.data.labels import labelled_case, labelled_history
 from fretwear.data.merge import merge_study
-from fretwear.study.case import Case
-from fretwear.study.study import Study, load_study
+from fretwear.study.study import load_study
 from fretwear.theory import CattaneoMindlin, HertzContact
 from fretwear.vocabulary import AT_SNAPSHOTS
 
@@ -42,23 +39,23 @@ class Arrays(NamedTuple):
     scalars: dict[str, np.ndarray]
 
 
-def python(code: str, *arguments: object) -> subprocess.Popen[str]:
+def python(code, *arguments):
     """Start a process with pipes; what it prints comes at once."""
     command = [sys.executable, "-u", "-c", code, *map(str, arguments)]
     return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
 
 
 @pytest.fixture
-def make_case() -> Callable[..., Case]:
+def make_case():
     return lambda **changes: steel(**{"cell": CELL, **changes})
 
 
 @pytest.fixture
-def case(make_case: Callable[..., Case]) -> Case:
+def case(make_case):
     return make_case(output_cycles=())
 
 
-def _arrays(case: Case, cycles: tuple[int, ...] = (0, 1000)) -> Arrays:
+def _arrays(case, cycles=(0, 1000)):
     """Closed forms at cell centres of the quarter; wear at the unworn rate, so linear in time."""
     x, y = (
         (np.arange(math.ceil(1.3 * case.hertz_radius / spacing)) + 0.5) * spacing
@@ -114,13 +111,13 @@ def _arrays(case: Case, cycles: tuple[int, ...] = (0, 1000)) -> Arrays:
 
 
 @pytest.fixture
-def make_arrays() -> Callable[..., Arrays]:
+def make_arrays():
     return _arrays
 
 
 @pytest.fixture
-def make_results() -> Callable[..., Results]:
-    def make(case: Case, **kwargs: object) -> Results:
+def make_results():
+    def make(case, **kwargs):
         arrays = _arrays(case, **kwargs)
         steps = np.linspace(0.0, case.cycles, 5)
         dense = {
@@ -137,20 +134,20 @@ def make_results() -> Callable[..., Results]:
 
 
 @pytest.fixture
-def results(case: Case, make_results: Callable[..., Results]) -> Results:
+def results(case, make_results):
     return make_results(case)
 
 
 @pytest.fixture
-def case_path(tmp_path: Path, results: Results) -> Path:
+def case_path(tmp_path, results):
     path = tmp_path / "cases" / "case.nc"
     write_case(*results, path)
     return path
 
 
 @pytest.fixture
-def make_study(tmp_path: Path) -> Callable[..., Study]:
-    def make(vary: dict[str, object], **sections: object) -> Study:
+def make_study(tmp_path):
+    def make(vary, **sections):
         base = study_base(cell=CELL)
         if any(name.startswith("roughness.") for name in vary):
             base["roughness"] = {"kind": "wavy", "slope_x": "0.2 deg", "slope_y": "0.2 deg"}
@@ -168,10 +165,10 @@ def make_study(tmp_path: Path) -> Callable[..., Study]:
 
 
 @pytest.fixture
-def run_study(tmp_path: Path, make_results: Callable[..., Results]) -> Callable[[Study], Path]:
+def run_study(tmp_path, make_results):
     """Write the closed forms of every case of a study; gives the folder of the case files."""
 
-    def run(study: Study) -> Path:
+    def run(study):
         for name, case in study.cases().items():
             results = make_results(case, cycles=case.output_cycles)
             write_case(*results, tmp_path / "cases" / f"{name}.nc")
@@ -181,10 +178,10 @@ def run_study(tmp_path: Path, make_results: Callable[..., Results]) -> Callable[
 
 
 @pytest.fixture
-def merged(run_study: Callable[[Study], Path]) -> Callable[..., Path]:
+def merged(run_study):
     """Write and merge the cases of a study; gives the folder of its results."""
 
-    def run(study: Study, remove: tuple[str, ...] = ()) -> Path:
+    def run(study, remove=()):
         cases = run_study(study)
         for name in remove:
             (cases / f"{name}.nc").unlink()

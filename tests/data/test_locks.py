@@ -51,12 +51,24 @@ def quiet(line):
     raise AssertionError(line)
 
 
-def test_a_lock_without_rivals_leaves_nothing_behind(path):
+def test_a_lock_without_rivals_leaves_nothing_behind_and_one_on_a_removed_file_does_not_count(
+    path, monkeypatch
+):
     with locked(path, quiet) as lock:
         assert not lock.waited
         assert lock.file.exists()
         lock.ensure(quiet)
     assert list(path.parent.iterdir()) == []
+    first, second, third = (Lock(path) for _ in range(3))
+    first.acquire(quiet)
+    opened = os.open(first.file, os.O_RDWR)
+    first.release()
+    second.acquire(quiet)
+    with monkeypatch.context() as patch:
+        # The third opened the file before it was removed, and nobody else holds a lock on that.
+        patch.setattr(os, "open", lambda *_: opened)
+        assert not third._try(quiet)
+    second.release()
 
 
 def test_who_waits_is_told_for_which_process_on_which_machine(path, holder):
@@ -96,19 +108,6 @@ def test_a_lock_whose_file_was_removed_is_not_held_beside_another(path, holder):
         mine.ensure(quiet)
     mine.release()
     assert not Lock(path)._try(quiet), "the other one still holds its lock"
-
-
-def test_a_lock_got_on_a_removed_file_does_not_count(path, monkeypatch):
-    first, second, third = (Lock(path) for _ in range(3))
-    first.acquire(quiet)
-    opened = os.open(first.file, os.O_RDWR)
-    first.release()
-    second.acquire(quiet)
-    with monkeypatch.context() as patch:
-        # The third opened the file before it was removed, and nobody else holds a lock on that.
-        patch.setattr(os, "open", lambda *_: opened)
-        assert not third._try(quiet)
-    second.release()
 
 
 @pytest.mark.parametrize("number", [errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP])

@@ -102,7 +102,9 @@ def test_friction_tables_that_start_alike_stay_apart(make_study, summary_of, des
         assert np.isfinite(volume).all()
 
 
-def test_every_point_has_the_values_of_its_case(make_study, summary_of, tmp_path):
+def test_every_point_has_the_values_of_its_case_and_outside_a_window_nothing_touches(
+    make_study, summary_of, tmp_path
+):
     study = make_study(LOADS)
     summary = summary_of(study)
     largest = max(case.hertz_radius for case in study.cases().values())
@@ -119,9 +121,6 @@ def test_every_point_has_the_values_of_its_case(make_study, summary_of, tmp_path
             for name, field in PROFILES.items():
                 inside = here[name][:, : case.sizes["x"]]
                 np.testing.assert_array_equal(inside, case[field.name].isel(y=0))
-
-
-def test_outside_a_window_nothing_touches_and_the_gap_is_not_known(make_study, summary_of):
     summary = summary_of(make_study(LOADS))
     small = summary.isel(load=0, plastic_limit=0)
     outside = small.x > 1.3 * small.hertz_radius + 10e-6
@@ -146,9 +145,6 @@ def test_cases_of_different_spacing_are_interpolated_on_the_finest(make_study, s
     # 0.9 a is 12 p0/a²; nearer than its first cell the coarse case has the value of that cell.
     bound = (10e-6 / case.hertz_radius) ** 2 / 8 * 12 * peak
     np.testing.assert_allclose(coarse[smooth], fine[smooth], rtol=0, atol=bound)
-
-
-def test_positions_are_as_fine_as_the_finest_case_but_not_without_end():
     fine, wide = _Window(1e-6, 30.5e-6, False), _Window(3e-6, 99e-6, False)
     np.testing.assert_allclose(_common_positions([fine, wide]), (np.arange(99) + 0.5) * 1e-6)
     extreme = _common_positions([_Window(1e-10, 1e-6, False), wide])
@@ -193,6 +189,9 @@ def test_what_is_not_done_is_nan_and_says_why(make_study, run_study, tmp_path):
             np.testing.assert_array_equal(summary[name].notnull().all(inner), done)
         assert summary.case_id.sel(load=20.0, tangential_load=16.0) == ""
         assert math.isnan(summary.hertz_radius.sel(load=20.0, tangential_load=16.0))
+    with pytest.raises(DataFileError, match="no case of the study is done"):
+        merge_study(make_study(LOADS), tmp_path / "cases", tmp_path / "summary.nc")
+    assert not (tmp_path / "summary.nc").exists()
 
 
 def test_snapshots_that_a_case_does_not_have_are_nan(make_study, summary_of):
@@ -202,12 +201,6 @@ def test_snapshots_that_a_case_does_not_have_are_nan(make_study, summary_of):
     there = summary.wear_volume.notnull().values.tolist()
     assert there == [[True, True, True, False], [True, True, False, True]]
     assert summary.pressure_profile[0, 3].isnull().all()
-
-
-def test_a_missing_study_is_told(make_study, tmp_path):
-    with pytest.raises(DataFileError, match="no case of the study is done"):
-        merge_study(make_study(LOADS), tmp_path / "cases", tmp_path / "summary.nc")
-    assert not (tmp_path / "summary.nc").exists()
 
 
 def test_every_file_that_cannot_be_used_is_named_and_nothing_is_written(

@@ -40,9 +40,6 @@ def test_an_error_names_the_file_the_problem_and_the_remedy_and_can_be_copied():
     for error in (errors[0], both):
         assert str(copy.copy(error)) == str(error)
         assert type(copy.copy(error)) is type(error)
-
-
-def test_an_error_without_words_is_given_some():
     assert reason_of(ValueError("as it says")) == "as it says"
     assert reason_of(MemoryError()) == "there is not enough memory"
     assert "memory had run out" in reason_of(SystemError("error return without exception set"))
@@ -80,7 +77,7 @@ def test_a_failure_leaves_the_old_file_and_no_temporary(tmp_path, failure):
     target = tmp_path / "a.txt"
     target.write_text("old")
 
-    def write_half() -> None:
+    def write_half():
         with atomic_path(target) as temporary:
             temporary.write_text("half")
             raise failure
@@ -99,20 +96,24 @@ def test_two_writers_of_one_file_do_not_mix(tmp_path):
         second.write_text("second")
     assert target.read_text() == "first" * 1000
     assert list(tmp_path.iterdir()) == [target]
+    log = tmp_path / "a.log"
+    with open_log(log) as first, open_log(log) as second:
+        first.write("first\n")
+        second.write("second\n")
+    assert log.read_text() == "first\nsecond\n"
 
 
-def test_a_file_in_the_place_of_the_folder_is_named(tmp_path):
+@pytest.mark.skipif(not Path("/proc").is_dir(), reason="needs /proc")
+def test_a_folder_that_takes_no_files_is_named(tmp_path):
+    with pytest.raises(DataFileError, match=r"/proc/fretwear.txt: not written"):
+        write_text(Path("/proc/fretwear.txt"), "")
     (tmp_path / "results").write_text("")
     target = tmp_path / "results" / "a.txt"
     with pytest.raises(DataFileError, match="is not a folder") as error:
         write_text(target, "")
     assert str(error.value).startswith(str(target))
-
-
-@pytest.mark.skipif(not Path("/proc").is_dir(), reason="needs /proc")
-def test_a_folder_that_takes_no_files_is_named():
-    with pytest.raises(DataFileError, match=r"/proc/fretwear.txt: not written"):
-        write_text(Path("/proc/fretwear.txt"), "")
+    assert why_not_writable(tmp_path) == ""
+    assert "no path with a backslash" in why_not_writable(tmp_path / "back\\slash" / "results")
 
 
 WRITER = """
@@ -164,7 +165,7 @@ def precious(tmp_path):
     return file
 
 
-def point_to(name: Path, precious: Path, how: str) -> None:
+def point_to(name, precious, how):
     name.parent.mkdir(parents=True, exist_ok=True)
     if how == "pipe":
         os.mkfifo(name)
@@ -196,14 +197,6 @@ def test_a_log_is_never_written_to_elsewhere(tmp_path, precious, how):
     assert not log.is_symlink()
 
 
-def test_a_log_that_another_process_still_writes_to_stays_one_file(tmp_path):
-    log = tmp_path / "a.log"
-    with open_log(log) as first, open_log(log) as second:
-        first.write("first\n")
-        second.write("second\n")
-    assert log.read_text() == "first\nsecond\n"
-
-
 @pytest.mark.parametrize("how", ["link", "pipe"])
 def test_data_are_read_from_plain_files_alone(tmp_path, precious, how):
     file = tmp_path / "index.json"
@@ -222,11 +215,6 @@ def test_results_hold_no_links(tmp_path, precious):
     point_to(deep, precious, "link")
     for root in (None, results.parent):
         assert why_leading_out(results, root).startswith(f"{deep}: is a link that leads to")
-
-
-def test_a_folder_that_the_netcdf_library_misreads_is_refused_beforehand(tmp_path):
-    assert why_not_writable(tmp_path) == ""
-    assert "no path with a backslash" in why_not_writable(tmp_path / "back\\slash" / "results")
 
 
 def test_a_process_of_another_container_of_the_same_name_is_not_taken_for_dead(
@@ -302,9 +290,6 @@ def test_without_a_signal_only_a_failure_of_the_work_is_told(ask):
     with pytest.raises(ValueError, match="work"), uninterrupted():
         raise ValueError("work")
     assert signal.getsignal(signal.SIGINT) is signal.getsignal(signal.SIGTERM) is ask
-
-
-def test_other_threads_have_nothing_to_put_off():
     entered = []
 
     def work():

@@ -38,16 +38,13 @@ def test_a_page_runs_and_shows_what_it_prints(page, outcomes):
     assert outcomes[page].returncode == 0, outcomes[page].stderr[-3000:]
 
 
-def test_every_block_that_is_not_run_says_why():
+def test_every_block_that_is_not_run_says_why_and_the_tutorial_installs_as_the_readme_does():
     for page in PAGES:
         for block in blocks(page.read_text(encoding="utf-8")):
             if block.language not in ("bash", "python", "yaml", "text"):
                 assert not block.is_run, f"{page.name}, line {block.line}"
             if not block.is_run:
                 assert len(block.note.removeprefix("not run: ")) > 10
-
-
-def test_the_tutorial_installs_as_the_readme_does():
     (readme, *_) = re.findall(r"```bash\n(.*?)```", (REPOSITORY / "README.md").read_text(), re.S)
     (tutorial, *_) = re.findall(r"```bash\n(.*?)```", (DOCS / "tutorial.md").read_text(), re.S)
     assert tutorial == readme
@@ -92,12 +89,9 @@ def test_shown_and_printed_agree_but_for_what_is_left_out_and_the_last_digits(sh
     assert agrees(shown, printed) is same
 
 
-def test_what_is_printed_can_be_written_into_a_page(tmp_path):
+def test_what_is_printed_can_be_written_into_a_page_and_its_python_into_a_notebook(tmp_path):
     page = page_of(fence("bash", "echo new"), fence("text", "old"), "End.")
     assert written(page, Session(tmp_path)) == page.replace("old", "new")
-
-
-def test_the_notebook_of_a_page_has_its_text_and_its_python_but_not_what_is_printed():
     page = (DOCS / "how-to" / "notebook.md").read_text(encoding="utf-8")
     book = nbformat.reads(notebook(page), as_version=4)
     nbformat.validate(book)

@@ -49,15 +49,12 @@ def test_links_lead_somewhere(page):
             assert anchor in anchors(file), f"{page.name}: {link}"
 
 
-def test_pages_link_to_nothing_outside():
+def test_pages_link_to_nothing_outside_and_files_that_readers_are_sent_to_exist():
     outside = {"https://semver.org"}
     for page in PAGES:
         found = set(re.findall(r"https?://[^\s)>]+", page.read_text(encoding="utf-8")))
         assert found <= outside, page.name
-
-
-def test_files_that_readers_are_sent_to_exist():
-    """Those named in any page, and those that the guide for contributors names by their room."""
+    # Those named in any page, and those that the guide for contributors names by their room.
     for page in PAGES:
         text = page.read_text(encoding="utf-8")
         for name in re.findall(

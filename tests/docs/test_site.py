@@ -42,7 +42,7 @@ LOADED = re.compile(
 
 
 @pytest.mark.slow
-def test_no_page_loads_anything_from_outside(site):
+def test_no_page_loads_anything_from_outside_and_all_is_in_the_reference(site):
     pages = sorted(site.rglob("*.html"))
     assert len(pages) > 20
     for page in pages:
@@ -51,18 +51,10 @@ def test_no_page_loads_anything_from_outside(site):
         assert not [address for address in loaded if re.match(r"(https?:)?//", address)], page.name
     for sheet in site.rglob("*.css"):
         assert not re.search(r"url\(['\"]?(https?:)?//", sheet.read_text(encoding="utf-8"))
-
-
-@pytest.mark.slow
-def test_equations_are_mathml(site):
     page = (site / "explanation" / "mechanics.html").read_text(encoding="utf-8")
     source = (DOCS / "explanation" / "mechanics.md").read_text(encoding="utf-8")
     assert page.count("<math ") == len(re.findall(r"\$\$.+?\$\$|\$.+?\$", source, re.DOTALL))
     assert "MathJax" not in page
-
-
-@pytest.mark.slow
-def test_every_parameter_and_every_command_is_in_the_reference(site):
     page = (site / "reference" / "study-file.html").read_text(encoding="utf-8")
     for name in parameter_names():
         assert f">{name}<" in page

@@ -1,6 +1,5 @@
 """Small real runs, and a way to see every text that a figure draws."""
 
-from collections.abc import Callable
 from itertools import combinations
 from pathlib import Path
 from typing import NamedTuple
@@ -9,10 +8,9 @@ import matplotlib
 import pytest
 import xarray as xr
 from matplotlib.backends.backend_agg import RendererAgg
-from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
-from fretwear.running.simulate import Result, run
+from fretwear.running.simulate import run
 from fretwear.study.study import Study, load_study
 
 from ..studies import base, run_study, steel, write_study
@@ -56,7 +54,7 @@ class DrawnText(NamedTuple):
 class _Recorder(RendererAgg):
     """A renderer that notes the texts that pass through it."""
 
-    def __init__(self, figure: Figure) -> None:
+    def __init__(self, figure):
         super().__init__(figure.bbox.width, figure.bbox.height, figure.dpi)
         self.drawn: dict[int, DrawnText] = {}
 
@@ -67,7 +65,7 @@ class _Recorder(RendererAgg):
             self.drawn[id(mtext)] = text
 
 
-def texts(figure: Figure) -> list[DrawnText]:
+def texts(figure):
     """Draw a figure and return every text that it shows."""
     figure.draw_without_rendering()
     recorder = _Recorder(figure)
@@ -76,10 +74,10 @@ def texts(figure: Figure) -> list[DrawnText]:
 
 
 @pytest.fixture
-def check_texts() -> Callable[[Figure], list[str]]:
+def check_texts():
     """Check that no two texts of a figure overlap and none is cut off; return the texts."""
 
-    def check(figure: Figure) -> list[str]:
+    def check(figure):
         found = texts(figure)
         assert found
         for text in found:
@@ -99,23 +97,23 @@ SMALL = {"load": "40 N", "friction": 0.6, "output_cycles": (1, 10, 100), "cell":
 
 
 @pytest.fixture(scope="session")
-def smooth_run() -> Result:
+def smooth_run():
     return run(steel(**SMALL))
 
 
 @pytest.fixture(scope="session")
-def smooth(smooth_run: Result) -> xr.Dataset:
+def smooth(smooth_run):
     return smooth_run.dataset
 
 
 @pytest.fixture(scope="session")
-def rough() -> xr.Dataset:
+def rough():
     return run(steel(**SMALL, roughness=WAVES, plastic_limit="4500 MPa")).dataset
 
 
 @pytest.fixture(scope="session")
-def small_study(made_once) -> SmallStudy:
-    def make(folder: Path) -> None:
+def small_study(made_once):
+    def make(folder):
         run_study(load_study(write_study(folder / "small.yaml", STUDY)), folder)
 
     folder = made_once("small-study", make)
@@ -124,7 +122,7 @@ def small_study(made_once) -> SmallStudy:
 
 
 @pytest.fixture(autouse=True)
-def _odd_settings() -> object:
+def _odd_settings():
     """Draw under settings of the user's own that would spoil a figure that followed them."""
     with matplotlib.rc_context({"font.size": 30, "axes.titlesize": 40, "lines.linewidth": 9}):
         yield

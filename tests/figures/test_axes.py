@@ -37,15 +37,12 @@ def test_a_panel_is_drawn_into_axes_that_are_there(draw, smooth):
         plt.close(figure)
 
 
-def test_a_study_of_many_panels_does_not_go_into_one_axes(small_study):
+def test_one_case_goes_into_one_axes_a_study_of_many_panels_does_not(small_study, smooth):
     figure = Figure()
     with pytest.raises(ValueError, match=r"takes 4 panels.*dataset\.isel"):
         figures.wear_volume(small_study.summary, ax=figure.subplots())
     part = small_study.summary.isel(load=0, friction=0)
     assert figures.wear_volume(part, ax=figure.subplots()).axes
-
-
-def test_one_selected_snapshot_has_its_profile(smooth):
     for select in ({"cycle": 1000}, {"cycle": [0, 1000]}):
         lines = figures.pressure_profiles(smooth.sel(select)).axes[0].get_lines()
         drawn = [line for line in lines if not str(line.get_label()).startswith("_")]
@@ -74,6 +71,9 @@ def test_decades_are_equally_long_and_zero_lies_before_them():
     assert 0.0 <= positions[0] < 0.05
     assert 0.3 * steps[1] < steps[0] < steps[1]
     assert _at(axes, 30000) <= 1.0
+    axes = _cycle_axes([10, 100, 1000])
+    assert [line.get_label() for line in axes.get_lines()].count("_break") == 0
+    assert 0.0 < _at(axes, 10) < 0.1
 
 
 def _words(axes):
@@ -86,19 +86,9 @@ def test_ticks_name_zero_every_decade_and_the_last_cycle_unless_they_would_touch
     assert _words(_cycle_axes([0, 10, 1000])) == ["0", "10", "100", "1000"]
     words = _words(_cycle_axes([0, 10, 100, 1000, 12000]))
     assert words == ["0", "10", "100", "1000", "12\u2009000"]
-
-
-@pytest.mark.parametrize("cycles", [[0, 30000], [0, 2000, 7000], [0], [5, 7]])
-def test_cycles_within_a_decade_are_on_a_linear_axis(cycles):
-    axes = _cycle_axes(cycles)
-    assert axes.get_xscale() == "linear"
-    assert axes.get_xlabel() == "Cycle"
-
-
-def test_without_cycle_zero_there_is_no_break():
-    axes = _cycle_axes([10, 100, 1000])
-    assert [line.get_label() for line in axes.get_lines()].count("_break") == 0
-    assert 0.0 < _at(axes, 10) < 0.1
+    for cycles in ([0, 30000], [0, 2000, 7000], [0], [5, 7]):
+        axes = _cycle_axes(cycles)
+        assert (axes.get_xscale(), axes.get_xlabel()) == ("linear", "Cycle"), "within a decade"
 
 
 @pytest.mark.parametrize("columns", [1, 2])
@@ -151,24 +141,17 @@ def test_labels_are_clear_of_every_curve_and_nearest_to_their_own():
         assert min(away, key=away.get) == name
 
 
-def test_curves_that_cannot_be_told_apart_share_a_label():
+def test_curves_that_cannot_be_told_apart_share_a_label_and_those_without_room_have_none():
     axes = _axes()
     with style_context():
         curves = [axes.plot(X, y)[0] for y in (X, X + 1e-4, 0.3 * X)]
         assert label_curves(axes, curves, ["7000", "30 000", "0"])
     assert {text.get_text() for text in axes.texts} == {"7000, 30 000", "0"}
-
-
-def test_marks_that_cover_each_other_give_no_place_for_a_label():
-    axes = _axes()
     curves = [
         axes.plot(X[::20], X[::20] + shift, marker=marker)[0]
         for shift, marker in ((0.0, "s"), (0.02, "^"), (0.04, "s"))
     ]
     assert not label_curves(axes, curves, ["first", "second", "third"])
-
-
-def test_without_room_nothing_is_added():
     axes = _axes(height=16.0)
     levels = np.linspace(0.05, 0.95, 12)
     curves = [axes.plot(X, np.full_like(X, level))[0] for level in levels]

@@ -27,15 +27,12 @@ def test_curves_are_the_heights_of_the_roughness_less_what_is_lost(rough, check_
     assert {"cycle 0", "cycle 1000"} <= set(check_texts(figure))
 
 
-def test_cases_are_compared_on_one_scale_of_heights(rough, check_texts):
+def test_cases_are_compared_on_one_scale_of_heights(rough, check_texts, smooth):
     figure = compare_bearing_areas({"one": rough, "other": rough})
     one, other = figure.axes
     for mine, theirs in zip(one.get_lines(), other.get_lines(), strict=True):
         np.testing.assert_array_equal(mine.get_xydata(), theirs.get_xydata())
     assert one.get_ylim() == other.get_ylim()
     assert {"one", "other", "cycle 0", "cycle 1000"} <= set(check_texts(figure))
-
-
-def test_a_smooth_case_has_none(smooth):
     with pytest.raises(ValueError, match="this case is smooth"):
         figures.bearing_area(smooth)

@@ -29,9 +29,6 @@ def test_both_cases_are_in_every_panel_and_ratios_are_told(smooth, rough, check_
     assert f"×{ratio:.3g}" in words
     points = next(n for n in figure.axes[5].get_lines() if n.get_label() == "ratio")
     assert ratio in points.get_xdata()
-
-
-def test_two_cases_are_compared_and_equal_ones_have_ratios_of_one(smooth):
     figure = figures.compare_cases({"A": smooth, "again": smooth})
     points = next(n for n in figure.axes[5].get_lines() if n.get_label() == "ratio")
     np.testing.assert_array_equal(points.get_xdata(), 1.0)

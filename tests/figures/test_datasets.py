@@ -69,7 +69,7 @@ def test_the_envelope_goes_through_the_peaks_whatever_their_phase(phase):
     np.testing.assert_allclose(envelope[inside], 2.0 * SLOW[inside], rtol=0.02)
 
 
-def test_the_envelope_is_the_profile_without_waves_and_zero_where_the_profile_is():
+def test_envelope_and_mean_are_those_of_a_profile_without_waves():
     # At most the slope of the profile times a wavelength lies between two of its knots.
     inside = X < 60.0
     envelope = peak_envelope(X, SLOW, WAVELENGTH)
@@ -77,9 +77,6 @@ def test_the_envelope_is_the_profile_without_waves_and_zero_where_the_profile_is
     values = np.where(X > 50.0, 1.0 + np.cos(2.0 * np.pi * X / WAVELENGTH), 0.0)
     envelope = peak_envelope(X, values, WAVELENGTH)
     assert (envelope[X < 50.0 - 1.5 * WAVELENGTH] == 0.0).all()
-
-
-def test_the_mean_over_a_wave_removes_it():
     values = 3.0 + np.cos(2.0 * np.pi * X / WAVELENGTH)
     mean = wave_mean(X, values, WAVELENGTH)
     assert mean.shape == X.shape

@@ -1,11 +1,8 @@
 """Figures of effects show every pair of cases, and what a design cannot show is refused."""
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 import xarray as xr
-from matplotlib.figure import Figure
 from scipy.stats import qmc
 
 from fretwear.figures.effects import (
@@ -17,7 +14,7 @@ from fretwear.figures.effects import (
 )
 
 
-def drawn(count: int) -> xr.Dataset:
+def drawn(count):
     """Return a sampled study whose wear volume is a power law."""
     unit = qmc.Sobol(2, seed=1).random(count)
     load, friction = 10.0 + 40.0 * unit[:, 0], 0.2 + 0.6 * unit[:, 1]
@@ -40,9 +37,7 @@ def drawn(count: int) -> xr.Dataset:
     )
 
 
-def test_a_line_joins_every_two_cases_that_differ_in_one_parameter(
-    small_study, check_texts: Callable[[Figure], list[str]]
-) -> None:
+def test_a_line_joins_every_two_cases_that_differ_in_one_parameter(small_study, check_texts):
     summary = small_study.summary
     figure = effects(summary, ["wear_volume"])
     check_texts(figure)
@@ -53,9 +48,16 @@ def test_a_line_joins_every_two_cases_that_differ_in_one_parameter(
         assert np.isnan(values).sum() == final.size // final.sizes[dim]
         paths, expected = np.sort(values[np.isfinite(values)]), np.sort(final.values, axis=None)
         np.testing.assert_allclose(paths / paths.max(), expected / expected.max())
+    one = small_study.summary.isel(load=0, friction=0, roughness_amplitude=0, plastic_limit=0)
+    with pytest.raises(ValueError, match="varies nothing"):
+        effects(one)
+    with pytest.raises(ValueError, match="two parameters"):
+        effect_map(drawn(32))
+    with pytest.raises(ValueError, match="sampled study"):
+        sensitivity(small_study.summary)
 
 
-def test_a_heat_map_has_the_final_values_over_both_parameters(small_study) -> None:
+def test_a_heat_map_has_the_final_values_over_both_parameters(small_study):
     part = small_study.summary.isel(friction=0, plastic_limit=0)
     (axes, _) = effect_map(part).axes
     (image,) = axes.images
@@ -64,7 +66,7 @@ def test_a_heat_map_has_the_final_values_over_both_parameters(small_study) -> No
     np.testing.assert_allclose(ratio, ratio[0, 0])
 
 
-def test_indices_of_a_sample_are_drawn_with_their_convergence() -> None:
+def test_indices_of_a_sample_are_drawn_with_their_convergence():
     figure = sensitivity(drawn(64))
     _, curves = figure.axes
     assert len(curves.lines) == 2
@@ -74,7 +76,7 @@ def test_indices_of_a_sample_are_drawn_with_their_convergence() -> None:
     assert len(lines.get_paths()) == 64
 
 
-def test_a_scatter_matrix_has_every_two_parameters_and_the_result() -> None:
+def test_a_scatter_matrix_has_every_two_parameters_and_the_result():
     summary = drawn(32)
     figure = scatter_matrix(summary)
     pairs, by_load, by_friction, _ = figure.axes
@@ -91,13 +93,3 @@ def test_a_scatter_matrix_has_every_two_parameters_and_the_result() -> None:
         np.testing.assert_allclose(points[:, 1], summary[y].values if y else values)
     with pytest.raises(ValueError, match="two varied parameters"):
         scatter_matrix(summary.assign_coords(load=("point", np.full(32, 20.0))))
-
-
-def test_what_a_design_cannot_show_is_refused(small_study) -> None:
-    one = small_study.summary.isel(load=0, friction=0, roughness_amplitude=0, plastic_limit=0)
-    with pytest.raises(ValueError, match="varies nothing"):
-        effects(one)
-    with pytest.raises(ValueError, match="two parameters"):
-        effect_map(drawn(32))
-    with pytest.raises(ValueError, match="sampled study"):
-        sensitivity(small_study.summary)

@@ -60,25 +60,29 @@ def test_a_gif_has_one_picture_a_snapshot_and_rests_at_the_end(smooth_run, tmp_p
     assert durations[-1] == max(durations)
 
 
-def test_snapshots_far_apart_are_shown_longer():
+def test_snapshots_far_apart_are_shown_longer_and_cycles_for_a_smooth_film_are_whole():
     seconds = durations([0, 10, 20, 1000])
     assert seconds[0] > seconds[1]
     assert seconds[2] > seconds[1]
     assert seconds[3] == max(seconds)
+    for last in (1, 50, 7000, 30000):
+        cycles = well_spaced_cycles(last)
+        assert cycles[0] == 0
+        assert cycles[-1] == last
+        assert all(isinstance(cycle, int) for cycle in cycles)
+        assert cycles == sorted(set(cycles))
+    assert 25 <= len(well_spaced_cycles(30000)) <= 32
 
 
-def test_only_the_snapshots_asked_for_are_shown(smooth):
+def test_other_snapshots_and_films_are_refused_and_without_ffmpeg_a_gif_is_offered(
+    smooth, tmp_path, monkeypatch
+):
     animation = figures.animation(smooth, cycles=[0, 1000])
     assert animation.cycles == (0, 1000)
     with pytest.raises(ValueError, match=r"shows \[0, 1000\]"):
         animation.show(10)
     with pytest.raises(ValueError, match=r"no snapshot at \[5\]"):
         figures.animation(smooth, cycles=[0, 5])
-
-
-def test_other_films_are_refused_and_where_ffmpeg_is_missing_a_gif_is_offered(
-    smooth, tmp_path, monkeypatch
-):
     animation = figures.animation(smooth, cycles=[0, 1])
     for name in ("wear.avi", "wear"):
         with pytest.raises(ValueError, match=r"\.gif or \.mp4"):
@@ -99,13 +103,3 @@ def test_an_mp4_lasts_as_long_as_its_pictures_and_plays_everywhere(smooth, tmp_p
     codec, pixels, seconds = told.strip().split(",")
     assert (codec, pixels) == ("h264", "yuv420p")
     assert float(seconds) == pytest.approx(sum(animation.seconds), abs=0.2)
-
-
-def test_cycles_for_a_smooth_animation_are_whole_increasing_and_go_to_the_end():
-    for last in (1, 50, 7000, 30000):
-        cycles = well_spaced_cycles(last)
-        assert cycles[0] == 0
-        assert cycles[-1] == last
-        assert all(isinstance(cycle, int) for cycle in cycles)
-        assert cycles == sorted(set(cycles))
-    assert 25 <= len(well_spaced_cycles(30000)) <= 32

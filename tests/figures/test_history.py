@@ -34,14 +34,11 @@ def test_a_study_shows_every_case_and_no_text_overlaps(name, small_study, check_
     np.testing.assert_allclose(drawn / drawn[-1], point.values / point.values[-1], rtol=1e-12)
 
 
-def test_a_case_that_is_not_done_is_left_out(small_study):
+def test_what_is_not_done_is_left_out_and_lines_go_on_over_missing_snapshots(small_study):
     summary = small_study.summary.copy(deep=True)
     summary["wear_volume"][0, 0, 1, 1] = np.nan
     figure = figures.wear_volume(summary)
     assert sum(len(_lines(axes)) for axes in figure.axes) == 23
-
-
-def test_a_line_goes_on_over_cycles_at_which_a_case_has_no_snapshot(small_study):
     summary = small_study.summary.isel(friction=0, roughness_amplitude=0, plastic_limit=0)
     summary = summary.copy(deep=True)
     summary["wear_volume"][0, 2] = np.nan
@@ -49,10 +46,6 @@ def test_a_line_goes_on_over_cycles_at_which_a_case_has_no_snapshot(small_study)
     lengths = [line.size for line in _lines(axes)]
     assert lengths == [4, 5]
     assert np.isfinite(np.concatenate(_lines(axes))).all()
-
-
-def test_a_panel_may_be_empty_and_no_results_are_no_figure(small_study):
-    summary = small_study.summary.copy(deep=True)
     summary["wear_volume"][0] = np.nan
     summary["wear_volume"][1, 0] = np.nan
     figure = figures.wear_volume(summary)
@@ -69,24 +62,7 @@ def test_one_case_and_its_dense_history_have_one_line(smooth_run, check_texts):
         check_texts(figure)
 
 
-def test_many_values_get_a_colour_bar_with_their_unit(smooth, check_texts):
-    loads = np.linspace(10.0, 100.0, 20)
-    study = xr.concat([smooth[["wear_volume"]] * load for load in loads], "load")
-    study = study.drop_vars("load").assign_coords(load=loads)
-    words = check_texts(figures.wear_volume(study))
-    assert "normal load (N)" in words
-
-
-def test_energy_over_decades_is_on_a_logarithmic_axis(smooth):
-    energy = smooth[["dissipated_energy"]].copy(deep=True)
-    energy["dissipated_energy"][:] = [1e-5, 1e-5, 8e-6, 1e-7, 1e-12]
-    (axes,) = figures.dissipated_energy(energy).axes
-    assert axes.get_yscale() == "log"
-    low, high = axes.get_ylim()
-    assert high / low < 1e7
-
-
-def test_wear_over_decades_is_on_logarithmic_axes_without_cycle_zero(smooth):
+def test_wear_and_energy_over_decades_are_on_logarithmic_axes_and_widths_from_zero(smooth):
     (axes,) = figures.wear_volume(smooth).axes
     assert axes.get_yscale() == "log"
     low, _ = axes.get_xlim()
@@ -94,20 +70,30 @@ def test_wear_over_decades_is_on_logarithmic_axes_without_cycle_zero(smooth):
     volumes = smooth["wear_volume"].values[1:] * 1e18
     bottom, top = axes.get_ylim()
     assert bottom < volumes.min() < volumes.max() < top
-
-
-def test_a_width_that_stays_is_shown_from_zero(smooth):
+    energy = smooth[["dissipated_energy"]].copy(deep=True)
+    energy["dissipated_energy"][:] = [1e-5, 1e-5, 8e-6, 1e-7, 1e-12]
+    (axes,) = figures.dissipated_energy(energy).axes
+    assert axes.get_yscale() == "log"
+    low, high = axes.get_ylim()
+    assert high / low < 1e7
     (axes,) = figures.stick_half_width(smooth).axes
     assert axes.get_ylim()[0] == 0.0
     (axes,) = figures.contact_half_width(smooth).axes
     assert axes.get_ylim()[0] > 0.0
 
 
-def test_a_few_lines_are_labelled_beside_themselves(small_study, check_texts):
+def test_a_few_lines_are_labelled_beside_themselves_and_many_get_a_colour_bar(
+    small_study, check_texts, smooth
+):
     part = small_study.summary.isel(friction=0, roughness_amplitude=0, plastic_limit=0)
     figure = figures.contact_half_width(part, columns=1)
     assert not figure.legends
     assert {"$P$ = 30 N", "$P$ = 40 N"} <= set(check_texts(figure))
+    loads = np.linspace(10.0, 100.0, 20)
+    study = xr.concat([smooth[["wear_volume"]] * load for load in loads], "load")
+    study = study.drop_vars("load").assign_coords(load=loads)
+    words = check_texts(figures.wear_volume(study))
+    assert "normal load (N)" in words
 
 
 def test_seeds_are_an_ensemble_drawn_by_its_mean_and_deviation(small_study, check_texts):

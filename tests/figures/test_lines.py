@@ -34,16 +34,10 @@ DEMO = {
 }
 
 
-def test_the_demo_is_panels_of_load_and_friction():
-    layout = choose_layout(study_lines(_grid(DEMO), "wear_volume"))
-    assert (layout.rows, layout.across) == (("load",), ("friction",))
-    assert (layout.color, layout.style) == ("roughness_amplitude", "plastic_limit")
-    assert not layout.thinned
-
-
 @pytest.mark.parametrize(
     ("levels", "rows", "across", "color", "style"),
     [
+        (DEMO, ("load",), ("friction",), "roughness_amplitude", "plastic_limit"),
         ({}, (), (), None, None),
         ({"load": [1.0, 2.0]}, (), (), "load", None),
         ({"load": [1.0, 2.0, 3.0], "friction": [0.3, 0.5]}, (), (), "load", "friction"),
@@ -61,9 +55,10 @@ def test_the_demo_is_panels_of_load_and_friction():
 def test_names_find_their_places(levels, rows, across, color, style):
     layout = choose_layout(study_lines(_grid(levels), "wear_volume"))
     assert (layout.rows, layout.across, layout.color, layout.style) == (rows, across, color, style)
+    assert not layout.thinned
 
 
-def test_many_values_are_thinned_evenly_ends_included():
+def test_many_values_are_thinned_evenly_and_a_fifth_name_is_held_at_its_last():
     study = _grid({"load": np.arange(20.0), "friction": np.arange(30.0), "radius": np.arange(70.0)})
     lines = study_lines(study, "wear_volume")
     layout = choose_layout(lines)
@@ -72,9 +67,6 @@ def test_many_values_are_thinned_evenly_ends_included():
     assert layout.thinned == {"load": 20, "friction": 30, "radius": 70}
     shown = shown_lines(lines, layout)
     assert 0 < len(shown) <= 5 * 4 * 60
-
-
-def test_a_fifth_name_is_held_at_its_last_value():
     study = _grid({**DEMO, "radius": [1.0, 2.0, 3.0]})
     lines = study_lines(study, "wear_volume")
     layout = choose_layout(lines)
@@ -82,16 +74,6 @@ def test_a_fifth_name_is_held_at_its_last_value():
     assert layout.thinned == {"radius": 3}
     assert {line.values["radius"] for line in shown} == {3.0}
     assert len(shown) == 24
-
-
-def test_paired_lists_are_told_by_colour_alone():
-    study = _list({"load": [1.0, 2.0, 3.0, 4.0, 5.0], "friction": [0.1, 0.2, 0.3, 0.4, 0.5]})
-    layout = choose_layout(study_lines(study, "wear_volume"))
-    assert (layout.rows, layout.across) == ((), ())
-    assert layout.color in ("load", "friction")
-
-
-def test_a_missing_quantity_is_named():
     with pytest.raises(ValueError, match="'stick_area'"):
         study_lines(_grid(DEMO), "stick_area")
 
@@ -112,6 +94,10 @@ def test_points_drawn_at_random_are_told_by_panels_and_one_colour_bar():
     assert (layout.across, layout.color, layout.style) == (("plastic_limit",), "load", None)
     assert layout.paired == ("tangential_ratio",)
     assert len(shown_lines(lines, layout)) == 30
+    study = _list({"load": [1.0, 2.0, 3.0, 4.0, 5.0], "friction": [0.1, 0.2, 0.3, 0.4, 0.5]})
+    layout = choose_layout(study_lines(study, "wear_volume"))
+    assert (layout.rows, layout.across) == ((), ())
+    assert layout.color in ("load", "friction")
 
 
 def test_the_demo_gives_the_four_corners_of_roughness_and_plastic_limit(small_study):
@@ -128,9 +114,6 @@ def test_the_demo_gives_the_four_corners_of_roughness_and_plastic_limit(small_st
     for title, case_id in chosen.ids.items():
         assert case_id.startswith("P40N-Q19.2N-mu0.6-")
         assert ("elastic" in case_id) is ("elastic" in title)
-
-
-def test_where_a_corner_is_missing_other_loads_are_taken(small_study):
     summary = small_study.summary.copy(deep=True)
     summary["wear_volume"].loc[{"load": 40.0, "friction": 0.6, "plastic_limit": 4.5e9}] = np.nan
     chosen = representative_cases(summary)
@@ -144,27 +127,10 @@ def test_a_study_of_other_names_takes_the_extremes_of_its_first_two(small_study)
     assert chosen.contrasts == ("load", "friction")
     assert next(iter(chosen.ids)) == "$P$ = 30 N, $µ$ = 0.3"
     assert len(chosen.ids) == 4
-
-
-@pytest.mark.parametrize("models", [["jaeger", "cattaneo_mindlin"], ["cattaneo_mindlin", "jaeger"]])
-def test_slip_that_follows_the_worn_shape_is_shown_whatever_the_order(small_study, models):
-    of_one_load = small_study.summary.isel(load=1, friction=1).drop_vars(
-        "slip_model", errors="ignore"
-    )
-    summary = xr.concat([of_one_load] * 2, xr.Variable("slip_model", models), coords=["case_id"])
-    chosen = representative_cases(summary)
-    assert len(chosen.ids) == 4
-    assert chosen.common == "slip of the worn shape"
-
-
-def test_a_study_of_one_case_has_that_case(small_study):
     summary = small_study.summary.isel(load=0, friction=0, roughness_amplitude=0, plastic_limit=0)
     chosen = representative_cases(summary)
     assert chosen.contrasts == ()
     assert list(chosen.ids.values()) == [str(summary["case_id"].item())]
-
-
-def test_of_points_drawn_at_random_those_of_least_and_most_wear_are_taken():
     loads, frictions = [20.0, 40.0, 30.0, 25.0], [0.3, 0.4, 0.5, 0.6]
     volumes = np.array([[0.0, 3.0], [0.0, 9.0], [0.0, 1.0], [0.0, 2.0]])
     sampled = xr.Dataset(
@@ -177,8 +143,16 @@ def test_of_points_drawn_at_random_those_of_least_and_most_wear_are_taken():
         },
     )
     assert list(representative_cases(sampled).ids.values()) == ["c", "b"]
-
-
-def test_without_results_there_is_nothing_to_choose(small_study):
     with pytest.raises(ValueError, match="no case to choose"):
         representative_cases(small_study.summary.where(False))
+
+
+@pytest.mark.parametrize("models", [["jaeger", "cattaneo_mindlin"], ["cattaneo_mindlin", "jaeger"]])
+def test_slip_that_follows_the_worn_shape_is_shown_whatever_the_order(small_study, models):
+    of_one_load = small_study.summary.isel(load=1, friction=1).drop_vars(
+        "slip_model", errors="ignore"
+    )
+    summary = xr.concat([of_one_load] * 2, xr.Variable("slip_model", models), coords=["case_id"])
+    chosen = representative_cases(summary)
+    assert len(chosen.ids) == 4
+    assert chosen.common == "slip of the worn shape"

@@ -10,7 +10,7 @@ from fretwear.data.files import open_case, write_case
 from fretwear.figures.maps import take_wear_map
 
 
-def test_the_map_is_the_last_scar_mirrored_in_both_directions(smooth):
+def test_the_map_is_the_last_scar_mirrored_with_circles_for_edges(smooth):
     scar = take_wear_map(smooth, None)
     quarter = smooth["wear_depth"].isel(cycle=-1).values
     half = quarter.shape[0]
@@ -18,10 +18,6 @@ def test_the_map_is_the_last_scar_mirrored_in_both_directions(smooth):
     np.testing.assert_array_equal(scar.depth, scar.depth[::-1])
     np.testing.assert_array_equal(scar.depth, scar.depth[:, ::-1])
     np.testing.assert_array_equal(scar.x, -scar.x[::-1])
-
-
-def test_the_edges_of_a_smooth_contact_are_circles_of_the_half_widths(smooth):
-    scar = take_wear_map(smooth, None)
     cell = float(smooth["cell_x"])
     last = smooth.isel(cycle=-1)
     for edge, name in ((scar.contact_edge, "contact"), (scar.stick_edge, "stick")):
@@ -45,7 +41,7 @@ def test_every_spot_of_a_rough_contact_has_its_own_edge(rough):
     assert abs(area) == pytest.approx(cells, rel=0.2)
 
 
-def test_scars_of_very_different_depths_are_all_seen(smooth):
+def test_scars_of_very_different_depths_and_widths_are_all_seen(smooth):
     shallow = smooth.assign(wear_depth=0.1 * smooth["wear_depth"])
     figure = figures.compare_wear_maps({"deep": smooth, "shallow": shallow})
     shades = [axes.get_images()[0].get_array().max() for axes in figure.axes if axes.get_images()]
@@ -54,9 +50,6 @@ def test_scars_of_very_different_depths_are_all_seen(smooth):
     alike = figures.compare_wear_maps({"one": smooth, "other": smooth})
     scale = alike.axes[0].get_images()[0].norm
     assert scale(0.5 * scale.vmax) == pytest.approx(0.5)
-
-
-def test_maps_of_one_frame_show_the_largest_scar(smooth):
     wide = smooth.assign_coords(y=2.0 * smooth.y)
     wide["contact_half_width_y"] = 2.0 * wide.contact_half_width_y
     figure = figures.compare_wear_maps({"wide": wide, "round": smooth})

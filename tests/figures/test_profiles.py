@@ -52,12 +52,14 @@ def test_every_text_stands_free_and_every_cycle_is_named(
     assert {"0", "1", "10", "100", "1000"} <= named
 
 
-def test_a_figure_is_as_wide_as_journal_columns(smooth):
+def test_a_figure_is_as_wide_as_journal_columns_and_wear_is_drawn_downwards(smooth):
     for columns, millimetres in ((1, 90.0), (2, 190.0)):
         figure = figures.pressure_profiles(smooth, columns=columns)
         assert figure.get_figwidth() * 25.4 == pytest.approx(millimetres)
     with pytest.raises(ValueError, match="columns = 3"):
         figures.pressure_profiles(smooth, columns=3)
+    low, high = figures.wear_profiles(smooth).axes[0].get_ylim()
+    assert low > high == 0.0
 
 
 def test_a_rough_profile_has_its_raw_line_and_an_envelope_above(rough):
@@ -71,11 +73,6 @@ def test_a_rough_profile_has_its_raw_line_and_an_envelope_above(rough):
         np.testing.assert_allclose(line, measured / 1e6, rtol=1e-6)
         assert np.nanmax(envelope) == pytest.approx(line.max(), rel=1e-6)
         assert (line > 0.0).sum() < (envelope > 0.0).sum()
-
-
-def test_wear_is_drawn_downwards(smooth):
-    low, high = figures.wear_profiles(smooth).axes[0].get_ylim()
-    assert low > high == 0.0
 
 
 def test_the_gap_beyond_the_cells_stored_is_that_of_a_wider_window(rough):
@@ -102,9 +99,6 @@ def test_only_the_cycles_and_the_case_asked_for_are_drawn(smooth, small_study):
         figures.pressure_profiles(smooth, [0, 50])
     with pytest.raises(ValueError, match="select one point first"):
         figures.pressure_profiles(small_study.summary)
-
-
-def test_a_point_of_a_merged_study_has_profiles(small_study):
     point = small_study.summary.isel(load=1, friction=1, roughness_amplitude=0, plastic_limit=0)
     curves = _curves(figures.pressure_profiles(point).axes[0])
     np.testing.assert_allclose(curves[0][1].max() / 1e3, 1.004, rtol=0.01)

@@ -1,7 +1,6 @@
 """A study gets its figures with captions, written together with their index."""
 
 import json
-from collections.abc import Callable
 from dataclasses import asdict
 from itertools import islice
 from pathlib import Path
@@ -9,7 +8,6 @@ from pathlib import Path
 import pytest
 from docutils.core import publish_parts
 from jinja2 import Environment
-from matplotlib.figure import Figure
 
 from fretwear.data.merge import merge_study
 from fretwear.data.safe import DataFileError
@@ -44,9 +42,7 @@ NAMES = [
 ]
 
 
-def test_a_study_has_named_and_explained_figures_that_can_be_read(
-    small_study, check_texts: Callable[[Figure], list[str]]
-) -> None:
+def test_a_study_has_named_and_explained_figures_that_can_be_read(small_study, check_texts):
     found = list(study_figures(small_study.summary, small_study.cases))
     assert [figure.name for figure in found] == NAMES
     for figure in found:
@@ -57,15 +53,16 @@ def test_a_study_has_named_and_explained_figures_that_can_be_read(
     assert "normal load 40 N, coefficient of friction 0.6" in found[-1].caption
 
 
-def test_files_and_index_agree(small_study, tmp_path: Path) -> None:
+def test_files_and_index_agree_and_captions_count_what_is_done(small_study, tmp_path):
     one = small_study.summary.isel(friction=1, roughness_amplitude=0, plastic_limit=0)
     entries = write_study_figures(one, small_study.cases, tmp_path)
     assert read_figure_index(tmp_path) == entries
     files = {f"{entry.name}.{ending}" for entry in entries for ending in ("svg", "png")}
     assert {file.name for file in tmp_path.iterdir()} == files | {INDEX_NAME}
+    assert not list(study_figures(small_study.summary.where(False), small_study.cases))
 
 
-def test_the_caption_counts_cases_that_are_not_done(small_study, tmp_path: Path) -> None:
+def test_the_caption_counts_cases_that_are_not_done(small_study, tmp_path):
     ids = list(small_study.study.cases())
     for case_id in ids[1:]:
         (tmp_path / f"{case_id}.nc").symlink_to(small_study.cases / f"{case_id}.nc")
@@ -78,16 +75,12 @@ def test_the_caption_counts_cases_that_are_not_done(small_study, tmp_path: Path)
 
 
 @pytest.mark.parametrize("kept", [["load"], []])
-def test_smaller_studies_have_the_same_kinds_of_figures(small_study, kept: list[str]) -> None:
+def test_smaller_studies_have_the_same_kinds_of_figures(small_study, kept):
     names = ("load", "friction", "roughness_amplitude", "plastic_limit")
     part = small_study.summary.isel({name: 0 for name in names if name not in kept})
     found = [figure.name for figure in study_figures(part, small_study.cases)]
     assert len(found) == len(NAMES) - (not kept)
     assert ("wear_map_by_load" in found) is bool(kept)
-
-
-def test_a_study_without_results_has_no_figures(small_study) -> None:
-    assert not list(study_figures(small_study.summary.where(False), small_study.cases))
 
 
 ODD = (
@@ -102,19 +95,19 @@ ENTRIES = [
 class _Snakemake:
     """What Snakemake hands to the template of a caption."""
 
-    def __init__(self, folder: Path, figure: str) -> None:
+    def __init__(self, folder, figure):
         self.wildcards = type("Wildcards", (), {"figure": figure})
         self.params = type("Params", (), {"captions": captions(folder)})
 
 
-def write_index(folder: Path, entries: object) -> None:
+def write_index(folder, entries):
     (folder / INDEX_NAME).write_text(json.dumps(entries), encoding="utf-8")
 
 
-def test_a_caption_is_read_as_it_was_written_and_never_run(tmp_path: Path) -> None:
+def test_a_caption_is_read_as_it_was_written_and_never_run(tmp_path):
     write_index(tmp_path, [asdict(entry) for entry in ENTRIES])
 
-    def _rendered(figure: str) -> str:
+    def _rendered(figure):
         template = Environment().from_string(Path(CAPTION).read_text(encoding="utf-8"))
         text = template.render(snakemake=_Snakemake(tmp_path, figure))
         return str(publish_parts(text, writer="html")["body"])
@@ -122,9 +115,6 @@ def test_a_caption_is_read_as_it_was_written_and_never_run(tmp_path: Path) -> No
     expected = ODD.replace("<", "&lt;").replace(">", "&gt;").replace('"', "&quot;")
     assert _rendered("wear_map").strip() == f"<p>{expected}</p>"
     assert _rendered("wear_volume").strip() == "<p>Wear volume.</p>"
-
-
-def test_category_and_labels_are_those_of_the_index(tmp_path: Path) -> None:
     caption = "Wear over the contact. Lines: edges."
     index = [{"name": "wear_map", "caption": caption, "category": "Over the contact"}]
     write_index(tmp_path, index)
@@ -146,9 +136,7 @@ def test_category_and_labels_are_those_of_the_index(tmp_path: Path) -> None:
         {"name": "a"},
     ],
 )
-def test_an_index_that_names_other_things_than_figures_is_none(
-    tmp_path: Path, entry: dict[str, object]
-) -> None:
+def test_an_index_that_names_other_things_than_figures_is_none(tmp_path, entry):
     write_index(tmp_path, [entry])
     with pytest.raises(DataFileError, match="not a list of figures"):
         read_figure_index(tmp_path)

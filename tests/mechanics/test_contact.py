@@ -8,18 +8,16 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from fretwear.mechanics import solver
-from fretwear.mechanics.contact import ContactError, ContactProblem, Effort, Layer
+from fretwear.mechanics.contact import ContactError, ContactProblem, Effort
 from fretwear.mechanics.free_cells import Preconditioner
-from fretwear.mechanics.geometry import Array
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.measures import half_width
 from fretwear.mechanics.slip import WearLayer, WinklerLayer
-from fretwear.mechanics.solver import project, projected_gradient, solve_contact
+from fretwear.mechanics.solver import projected_gradient, solve_contact
 from fretwear.mechanics.surfaces import Sphere
 
 from . import oracles
 from .problems import (
-    EVEN,
     HERTZ,
     LOAD,
     MODULUS,
@@ -72,7 +70,7 @@ def test_hertz_pressure_converges_with_the_grid():
 
 @pytest.mark.parametrize("limit", [np.inf, 0.8])
 @pytest.mark.parametrize("rough", [False, True], ids=["smooth", "rough"])
-def test_a_given_approach_carries_the_load_that_leads_to_it(limit: float, rough: bool):
+def test_a_given_approach_carries_the_load_that_leads_to_it(limit, rough):
     problem = pressed(window((48, 48)), roughness=ROUGH if rough else SMOOTH, limit=limit)
     loaded = solve_contact(problem, tolerance=1e-10)
     at_approach = replace(problem, load=None, approach=loaded.approach)
@@ -109,7 +107,7 @@ def test_soft_layer_alone_is_a_winkler_foundation():
 
 @pytest.mark.parametrize("layered", [False, True], ids=["bare", "layered"])
 @pytest.mark.parametrize("limit", LIMITS)
-def test_small_contacts_equal_a_dense_bounded_least_squares_solution(limit: float, layered: bool):
+def test_small_contacts_equal_a_dense_bounded_least_squares_solution(limit, layered):
     cells = window((10, 8), even=(False, False))
     matrix = oracles.influence_matrix(cells, MODULUS)
     random = np.random.default_rng(7)
@@ -131,7 +129,7 @@ def test_small_contacts_equal_a_dense_bounded_least_squares_solution(limit: floa
     ("limit", "tolerance"), [(limit, 1e-7) for limit in LIMITS] + [(0.9, 1e-4), (np.inf, 1e-12)]
 )
 def test_solution_meets_the_conditions_of_contact_by_an_independent_convolution(
-    name: str, limit: float, tolerance: float
+    name, limit, tolerance
 ):
     cells = window((48, 40), even=(False, False))
     problem = pressed(cells, roughness=SURFACES[name], limit=limit)
@@ -163,7 +161,7 @@ def test_more_load_closes_more_and_never_relieves_a_cell():
     assert loads[1].approach > loads[0].approach
 
 
-def scattered(seed: int, loaded: float, scale: float) -> Array:
+def scattered(seed, loaded, scale):
     """Pressure of any size on some of 12 × 11 cells."""
     random = np.random.default_rng(seed)
     start = scale * P0 * random.random((12, 11)) * (random.random((12, 11)) < loaded)
@@ -201,6 +199,13 @@ def test_a_flat_punch_as_wide_as_the_window_loads_every_cell():
     found = solve_contact(flat)
     assert found.pressure.min() > 0
     assert cells.integral(found.pressure) == near(LOAD, rel=1e-12)
+    cells = window((20, 20))
+    mean = LOAD / cells.integral(np.ones(cells.shape)) / P0
+    with pytest.raises(ContactError, match=r"cannot carry 50 N on a window"):
+        solve_contact(pressed(cells, limit=0.999 * mean))
+    found = solve_contact(pressed(cells, limit=1.01 * mean))
+    assert found.pressure.max() <= 1.01 * mean * P0
+    assert cells.integral(found.pressure) == near(LOAD, rel=1e-12)
 
 
 def test_fields_given_are_left_as_they_are_and_belong_to_the_caller():
@@ -216,17 +221,9 @@ def test_fields_given_are_left_as_they_are_and_belong_to_the_caller():
         assert not np.shares_memory(result, problem.shape)
 
 
-def test_a_limit_that_cannot_carry_the_load_on_the_window_is_an_error():
-    cells = window((20, 20))
-    mean = LOAD / cells.integral(np.ones(cells.shape)) / P0
-    with pytest.raises(ContactError, match=r"cannot carry 50 N on a window"):
-        solve_contact(pressed(cells, limit=0.999 * mean))
-    found = solve_contact(pressed(cells, limit=1.01 * mean))
-    assert found.pressure.max() <= 1.01 * mean * P0
-    assert cells.integral(found.pressure) == near(LOAD, rel=1e-12)
-
-
-def test_where_the_active_set_stalls_the_projected_gradient_brings_the_solution(monkeypatch):
+def test_a_contact_that_does_not_converge_is_brought_by_the_projected_gradient_or_an_error(
+    monkeypatch,
+):
     problem = pressed(window((16, 16)), roughness=ROUGH, limit=1.2)
     expected = solve_contact(problem, tolerance=1e-9)
     calls = []
@@ -240,37 +237,8 @@ def test_where_the_active_set_stalls_the_projected_gradient_brings_the_solution(
     found = solve_contact(problem, start, tolerance=1e-5, effort=Effort(active_set=2))
     assert len(calls) == 1
     np.testing.assert_allclose(found.pressure, expected.pressure, atol=1e-3 * P0)
-
-
-def test_a_contact_that_does_not_converge_is_an_error():
-    problem = pressed(window((16, 16)), roughness=ROUGH, limit=1.2)
     with pytest.raises(ContactError, match=r"did not converge: residual .* instead of 1e-06"):
         solve_contact(problem, effort=Effort(active_set=2, gradient=1))
-
-
-CELLS = Grid((7, 6), (1.0, 1.0)).half_space(1.0)
-AREA = CELLS.geometry.unit_area
-
-
-@given(
-    seed=st.integers(0, 2**32 - 1),
-    limit=st.floats(0.2, 5.0) | st.just(np.inf),
-    share=st.floats(0.05, 0.95),
-)
-def test_scaling_to_the_load_keeps_bounds_and_open_cells(seed, limit, share):
-    random = np.random.default_rng(seed)
-    pressure = np.maximum(random.normal(0.3, 1.0, (7, 6)), 0.0)
-    pressure[0, 0] = 0.1
-    capacity = np.count_nonzero(pressure) * min(limit, 10.0)
-    total = share * capacity
-    kept = pressure.copy()
-    problem = ContactProblem(CELLS, pressure, total * AREA, limit)
-    result = problem.clip_to_load(pressure)
-    np.testing.assert_array_equal(pressure, kept)
-    assert result.sum() == near(total, rel=1e-12)
-    assert result.min() >= 0
-    assert result.max() <= limit
-    assert not result[pressure == 0].any()
 
 
 def test_a_loose_tolerance_is_met_too_where_a_few_cells_stand_out():
@@ -287,7 +255,7 @@ def test_a_loose_tolerance_is_met_too_where_a_few_cells_stand_out():
         assert solve_contact(problem, tolerance=tolerance).residual <= tolerance
 
 
-def layers(cells: Grid) -> dict[str, Layer | None]:
+def layers(cells):
     random = np.random.default_rng(3)
     compliance = random.uniform(0, 2, cells.shape) * A / 16 / MODULUS
     gap = random.uniform(0, 0.1, cells.shape) * HERTZ.approach
@@ -305,7 +273,7 @@ def layers(cells: Grid) -> dict[str, Layer | None]:
     [(name, limit, "bare") for name in SURFACES for limit in LIMITS]
     + [("rough", 1.1, kind) for kind in ("Winkler", "wear", "wear and flow")],
 )
-def test_projected_gradient_and_active_set_agree(surface: str, limit: float, kind: str):
+def test_projected_gradient_and_active_set_agree(surface, limit, kind):
     cells = window((18, 16))
     problem = pressed(cells, roughness=SURFACES[surface], limit=limit, layer=layers(cells)[kind])
     found = projected_gradient(problem, np.ones(cells.shape), 1e-8, 2000)
@@ -316,37 +284,12 @@ def test_projected_gradient_and_active_set_agree(surface: str, limit: float, kin
     assert (np.abs(found - bare.pressure).max() > 0.02 * P0) == (kind != "bare")
 
 
-@given(
-    seed=st.integers(0, 2**32 - 1),
-    limit=st.floats(0.1, 5.0) | st.just(np.inf),
-    share=st.floats(0.02, 0.98),
-    spread=st.floats(-3, 3).map(lambda power: 10**power),
-)
-def test_projection_is_the_nearest_feasible_pressure(seed, limit, share, spread):
-    random = np.random.default_rng(seed)
-    given_pressure = spread * random.normal(0.0, 1.0, (7, 6))
-    total = share * given_pressure.size * min(limit, 5.0)
-    found = project(ContactProblem(CELLS, given_pressure, total * AREA, limit), given_pressure)
-    assert found.sum() == near(total, rel=1e-10)
-    assert found.min() >= 0
-    assert found.max() <= limit
-    # Kuhn and Tucker: the nearest point is the given one shifted, and cut where it must be.
-    shift = found - given_pressure
-    slack = 1e-9 * (spread + total)
-    free = (found > 0) & (found < limit)
-    level = shift[free].mean() if free.any() else None
-    if level is not None:
-        np.testing.assert_allclose(shift[free], level, atol=slack)
-        assert (shift[found == 0] >= level - slack).all()
-        assert (shift[found == limit] <= level + slack).all()
-
-
 SPACING = (1e-6, 2e-6)
 SHAPE = (12, 8)
 UNIT = -3e-9
 
 
-def dense(cells: Grid) -> np.ndarray:
+def dense(cells):
     """K of a quarter window in units of the influence of a cell on itself."""
     whole = Grid((2 * SHAPE[0], 2 * SHAPE[1]), SPACING, even=(False, False))
     matrix = oracles.influence_matrix(whole, MODULUS)
@@ -384,28 +327,3 @@ def test_a_step_solves_the_problem_and_carries_no_load(softness):
     moved = (matrix @ step.pressure.ravel()).reshape(SHAPE)
     np.testing.assert_allclose(step.displacement, moved, atol=1e-5 * np.abs(residual).max())
     assert step.largest == np.abs(step.displacement).max()
-
-
-def wear_like(window, softness):
-    """A disc in contact with holes, and a layer that grows from nothing in its middle."""
-    r = np.hypot(*np.meshgrid(window.x, window.y, indexing="ij")) / window.extent[0]
-    free = (r < 0.85) & (np.random.default_rng(5).random(window.shape) > 0.05)
-    tangent = softness * np.clip(4.0 * (r - 0.45), 0.0, 1.0)
-    return free, tangent.astype(np.float32)
-
-
-def inverse_on(bodies, tangent, free):
-    """The preconditioner's pressure for a residual, on some free cells."""
-    cells = Preconditioner(bodies, tangent, free).on(free)
-    return lambda residual: cells.apply_preconditioner(residual)[0]
-
-
-@pytest.mark.parametrize("even", EVEN)
-@pytest.mark.parametrize("softness", [0.0, 0.3, 30.0])
-def test_it_is_symmetric_and_positive_on_the_free_cells(even, softness):
-    window = Grid((20, 10) if all(even) else (24, 12), SPACING, even)
-    bodies = window.half_space(MODULUS)
-    free, tangent = wear_like(window, softness)
-    inverse = matrix_of(inverse_on(bodies, tangent, free), free, np.float32)
-    np.testing.assert_allclose(inverse, inverse.T, atol=1e-6 * np.abs(inverse).max())
-    assert np.linalg.eigvalsh(inverse).min() > 0

@@ -7,14 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fretwear.mechanics.contact import Accuracy
-from fretwear.mechanics.geometry import Even
 from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.loading import NormalLoad, TangentialRatio
 from fretwear.mechanics.materials import Coulomb
 from fretwear.mechanics.slip import Jaeger
 from fretwear.mechanics.solver import solve_contact
-from fretwear.mechanics.state import State, WearProblem
+from fretwear.mechanics.state import WearProblem
 from fretwear.mechanics.surfaces import Sphere
 from fretwear.mechanics.wear_laws import Archard
 from fretwear.theory import HertzContact
@@ -47,16 +45,16 @@ few = settings(max_examples=12)
 
 
 def final(
-    problem: WearProblem,
-    cycles: float = CYCLES,
-    tolerance: float = 0.01,
-    accuracy: Accuracy | None = None,
-) -> State:
+    problem,
+    cycles=CYCLES,
+    tolerance=0.01,
+    accuracy=None,
+):
     *_, state = evolve(problem, [cycles], tolerance, accuracy=accuracy)
     return state
 
 
-def scaled(factor: float):
+def scaled(factor):
     """Factors from 1/factor to factor, evenly on a logarithmic scale."""
     return st.floats(-1, 1).map(lambda power: factor**power)
 
@@ -110,17 +108,24 @@ def test_only_dimensionless_groups_matter(
     assert two.geometry.integral(two.wear) > 0
 
 
-def test_more_tangential_load_wears_more():
+def test_more_tangential_load_wears_more_and_finer_cells_change_it_ever_less():
     volumes = []
     for ratio in (0.1, 0.3, 0.5, 0.7, 0.9):
         state = final(fretting(16, load_ratio=ratio))
         volumes.append(state.geometry.integral(state.wear))
     assert all(np.diff(volumes) > 0)
+    for cells in (12, 24, 48):
+        state = final(fretting(cells, load_ratio=0.9), 1500)
+        volumes.append(state.geometry.integral(state.wear))
+    changes = np.abs(np.diff(volumes)) / volumes[-1]
+    # The stick zone, 0.46 a in radius, is made of whole cells: its rounding fades as they shrink.
+    assert changes[0] < 0.05
+    assert changes[1] < 0.02
 
 
 @pytest.mark.parametrize("limit", [np.inf, 1.4])
 @pytest.mark.parametrize("even", EVEN)
-def test_turning_roughness_and_grid_turns_the_fields(limit: float, even: Even):
+def test_turning_roughness_and_grid_turns_the_fields(limit, even):
     spacing = (A / 10, A / 14)
     surface = uneven(ROUGH, even)
     turned = Waves(ROUGH.amplitude, ROUGH.wavenumber_y, ROUGH.wavenumber_x, even[::-1])
@@ -144,20 +149,9 @@ def test_raising_both_bodies_changes_the_approach_alone():
 
 
 @pytest.mark.parametrize("limit", [np.inf, 1.4])
-def test_further_stops_change_the_wear_by_less_than_the_tolerance(limit: float):
+def test_further_stops_change_the_wear_by_less_than_the_tolerance(limit):
     problem = fretting(12, roughness=ROUGH, limit=limit)
     *_, often = evolve(problem, [17, 60, 61, 200, 1000], 0.01)
     seldom = final(problem, 1000)
     difference = np.abs(often.wear - seldom.wear).sum() / seldom.wear.sum()
     assert 0 < difference < 0.01
-
-
-def test_finer_cells_change_the_wear_of_a_smooth_contact_ever_less():
-    volumes = []
-    for cells in (12, 24, 48):
-        state = final(fretting(cells, load_ratio=0.9), 1500)
-        volumes.append(state.geometry.integral(state.wear))
-    changes = np.abs(np.diff(volumes)) / volumes[-1]
-    # The stick zone, 0.46 a in radius, is made of whole cells: its rounding fades as they shrink.
-    assert changes[0] < 0.05
-    assert changes[1] < 0.02

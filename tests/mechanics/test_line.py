@@ -47,6 +47,16 @@ def test_the_influence_is_symmetric_and_positive():
     assert np.linalg.eigvalsh(0.5 * (influence + influence.T)).min() > 0
 
 
+def test_where_it_yields_the_load_is_kept_and_the_stick_zone_shrinks():
+    limit = 1.5 * HERTZ.peak_pressure
+    problem = rubbing(0.8, limit=limit / P0)
+    first, *_, last = evolve(problem, [20.0 / (problem.growth_rate * HERTZ.peak_pressure)])
+    assert last.pressure.max() == pytest.approx(limit)
+    assert last.geometry.integral(last.pressure) == pytest.approx(LOAD)
+    assert last.plastic.max() > 0
+    assert last.reduced.stick.sum() < first.reduced.stick.sum()
+
+
 def test_first_loading():
     problem = rubbing(0.5)
     state = first_loading(problem)
@@ -187,16 +197,6 @@ def test_waves_across_the_line():
     gap = (tips + higher.unworn(last.geometry) + last.wear)[:, 0] - last.approach
     assert abs(gap[closed]).max() < 1e-4 * last.approach
     assert gap.min() > -1e-4 * last.approach
-
-
-def test_where_it_yields_the_load_is_kept_and_the_stick_zone_shrinks():
-    limit = 1.5 * HERTZ.peak_pressure
-    problem = rubbing(0.8, limit=limit / P0)
-    first, *_, last = evolve(problem, [20.0 / (problem.growth_rate * HERTZ.peak_pressure)])
-    assert last.pressure.max() == pytest.approx(limit)
-    assert last.geometry.integral(last.pressure) == pytest.approx(LOAD)
-    assert last.plastic.max() > 0
-    assert last.reduced.stick.sum() < first.reduced.stick.sum()
 
 
 def test_a_larger_line_keeps_what_is_known():

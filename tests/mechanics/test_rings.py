@@ -10,7 +10,6 @@ from scipy.integrate import quad
 from scipy.interpolate import PchipInterpolator
 from scipy.special import ellipe
 
-import fretwear
 from fretwear.mechanics.contact import ContactProblem
 from fretwear.mechanics.geometry.dense import interpolated
 from fretwear.mechanics.geometry.rings import Grading, Rings, mean_influence
@@ -18,7 +17,6 @@ from fretwear.mechanics.integrator import evolve, first_loading
 from fretwear.mechanics.measures import measure
 from fretwear.mechanics.solver import solve_contact
 from fretwear.theory import CattaneoMindlin, LimitingState
-from fretwear.vocabulary import ContactState
 
 from .problems import COUPLING, FRICTION, HERTZ, LOAD, MODULUS, P0, RADIUS, ROUGH, A, fretting, near
 
@@ -27,14 +25,14 @@ DEPTH, VOLUME = A**2 / RADIUS, A**4 / RADIUS
 STUDY_LIMIT = 4500e6 / P0
 
 
-def contact_on(rings: Rings, **conditions: float):
+def contact_on(rings, **conditions):
     bodies = rings.half_space(MODULUS)
     problem = ContactProblem(bodies, fretting().unworn(rings), **conditions)
     return solve_contact(problem, tolerance=1e-9)
 
 
 @pytest.fixture(scope="module")
-def rings() -> Rings:
+def rings():
     return Rings.graded(Grading(A, 1.2 * A, A, 2e-4 * A), 2.0 * A)
 
 
@@ -45,7 +43,7 @@ def test_influence_is_symmetric_and_that_of_discs():
     # Everything under one pressure is a disc: in the mean it sinks by 16 p a/3πE*.
     assert influence.sum() == near(16.0 / 3.0 * 1.9**3, rel=1e-13)
 
-    def sunk(r: float) -> float:
+    def sunk(r):
         """Displacement × E* at r within a disc of radius 1.4 minus that within one of 0.7."""
         outer, inner = (4 / math.pi * b * ellipe((r / b) ** 2) for b in (1.4, 0.7))
         return 2 * math.pi * r * (outer - inner)
@@ -54,18 +52,7 @@ def test_influence_is_symmetric_and_that_of_discs():
     np.testing.assert_allclose(influence[:3, 3], expected, rtol=1e-11)
 
 
-def test_fields_move_to_other_rings_by_monotone_cubics():
-    """As scipy has them, to the last bit, which takes longer to import than a short run."""
-    random = np.random.default_rng(1)
-    for signs in (0.0, 1.0):
-        places = np.concatenate([[0.0], np.cumsum(random.random(80) ** 3 + 1e-6)])
-        values = np.cumsum(random.standard_normal(81) + 2.0 * (1.0 - signs))
-        others = np.sort(random.random(99)) * places[-1]
-        expected = PchipInterpolator(places, values)(others)
-        np.testing.assert_array_equal(interpolated(places, values, others), expected)
-
-
-def test_rings_cover_the_disc_and_are_finest_at_the_edge(rings: Rings):
+def test_rings_cover_the_disc_are_finest_at_the_edge_and_move_fields_by_cubics(rings):
     widths = np.diff(rings.edges)
     assert rings.edges[0] == 0.0
     assert rings.edges[-1] == near(2.0 * A)
@@ -77,10 +64,18 @@ def test_rings_cover_the_disc_and_are_finest_at_the_edge(rings: Rings):
     assert rings.integral(np.ones(rings.shape)) == near(4 * math.pi * A**2)
     # The mean of r² over a ring is that of its radii.
     assert (rings.areas[:, 0] * rings.x**2).sum() == near(0.5 * math.pi * (2 * A) ** 4)
+    # As scipy has them, to the last bit, which takes longer to import than a short run.
+    random = np.random.default_rng(1)
+    for signs in (0.0, 1.0):
+        places = np.concatenate([[0.0], np.cumsum(random.random(80) ** 3 + 1e-6)])
+        values = np.cumsum(random.standard_normal(81) + 2.0 * (1.0 - signs))
+        others = np.sort(random.random(99)) * places[-1]
+        expected = PchipInterpolator(places, values)(others)
+        np.testing.assert_array_equal(interpolated(places, values, others), expected)
 
 
 @pytest.mark.parametrize("condition", ["load", "approach"])
-def test_hertz_under_a_load_and_at_an_approach(rings: Rings, condition: str):
+def test_hertz_under_a_load_and_at_an_approach(rings, condition):
     given = {"load": LOAD} if condition == "load" else {"load": None, "approach": HERTZ.approach}
     found = contact_on(rings, **given)
     assert found.approach == near(HERTZ.approach, rel=1e-5)
@@ -92,7 +87,7 @@ def test_hertz_under_a_load_and_at_an_approach(rings: Rings, condition: str):
     )
 
 
-def test_a_capped_contact_meets_its_conditions(rings: Rings):
+def test_a_capped_contact_meets_its_conditions(rings):
     limit = 0.7 * P0
     found = contact_on(rings, load=LOAD, limit=limit)
     moved = rings.half_space(MODULUS).displacement(found.pressure)
@@ -108,7 +103,7 @@ def test_a_capped_contact_meets_its_conditions(rings: Rings):
 
 
 @pytest.mark.parametrize("ratio", [0.2, 0.5, 0.9])
-def test_unworn_contact_is_that_of_cattaneo_and_mindlin(ratio: float):
+def test_unworn_contact_is_that_of_cattaneo_and_mindlin(ratio):
     problem = fretting(load_ratio=ratio, geometry=Rings)
     found = measure(problem, first_loading(problem))
     theory = CattaneoMindlin(HERTZ, FRICTION, ratio * FRICTION * LOAD, COUPLING)
@@ -122,7 +117,7 @@ def test_unworn_contact_is_that_of_cattaneo_and_mindlin(ratio: float):
 
 
 @pytest.mark.parametrize("ratio", [0.2, 0.5, 0.9])
-def test_endless_wear_reaches_the_limiting_state(ratio: float):
+def test_endless_wear_reaches_the_limiting_state(ratio):
     problem = fretting(load_ratio=ratio, geometry=Rings)
     *_, last = evolve(problem, [60 / (problem.growth_rate * P0)])
     found, limit = measure(problem, last), LimitingState(HERTZ, ratio)
@@ -134,7 +129,7 @@ def test_endless_wear_reaches_the_limiting_state(ratio: float):
     assert found.stick_half_width_x == near(limit.stick_radius, rel=1e-3)
 
 
-def reference(ratio: float, limit: float) -> dict[float, dict[str, float]]:
+def reference(ratio, limit):
     """What the independent solver found at each τ."""
     with TABLE.open(newline="", encoding="utf-8") as file:
         rows = [{key: float(value) for key, value in row.items()} for row in csv.DictReader(file)]
@@ -148,7 +143,7 @@ def reference(ratio: float, limit: float) -> dict[float, dict[str, float]]:
 
 @pytest.mark.parametrize("ratio", [0.2, 0.5, 0.8, 0.9])
 @pytest.mark.parametrize("limit", [math.inf, STUDY_LIMIT], ids=["elastic", "capped"])
-def test_wear_is_that_of_the_independent_reference(ratio: float, limit: float):
+def test_wear_is_that_of_the_independent_reference(ratio, limit):
     known = reference(ratio, limit)
     problem = fretting(load_ratio=ratio, limit=limit, geometry=Rings)
     times = {tau / (problem.growth_rate * P0): tau for tau in (0.5, 1.0, 3.0, 5.0, 10.0)}
@@ -195,20 +190,3 @@ def test_fields_on_a_plane_are_those_along_the_radius():
 def test_rings_refuse_what_has_no_rotational_symmetry():
     with pytest.raises(ValueError, match="rotational symmetry"):
         first_loading(fretting(roughness=ROUGH, geometry=Rings))
-
-
-def test_a_case_on_rings_is_a_dataset_on_a_plane():
-    case = fretwear.Case(
-        radius="10 mm", youngs_modulus="208 GPa", poisson_ratio=0.3, load="50 N",
-        tangential_ratio=0.5, friction=0.5, wear_coefficient="7e-13 / Pa",
-        cycles=2000, cell=("2 um", "3 um"),
-    )  # fmt: skip
-    dataset = fretwear.simulate(case, quarter=True)
-    depth = dataset["wear_depth"].isel(cycle=-1)
-    assert depth.shape == (dataset.sizes["x"], dataset.sizes["y"])
-    # The plane samples what the rings integrate.
-    volume = 4 * 2e-6 * 3e-6 * float(depth.astype(float).sum())
-    assert volume == near(float(dataset["wear_volume"][-1]), rel=2e-3)
-    sticks = dataset["contact_state"].isel(cycle=-1) == ContactState.STICK
-    area = 4 * 2e-6 * 3e-6 * float(sticks.sum())
-    assert area == near(float(dataset["stick_area"][-1]), rel=2e-2)

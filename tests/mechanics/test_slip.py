@@ -10,12 +10,10 @@ from scipy.integrate import solve_ivp
 
 from fretwear.mechanics import kernels
 from fretwear.mechanics.contact import ContactProblem
-from fretwear.mechanics.geometry import Array
 from fretwear.mechanics.integrator import first_loading
 from fretwear.mechanics.measures import measure
 from fretwear.mechanics.slip import CattaneoMindlin, WearLayer
 from fretwear.mechanics.solver import solve_contact
-from fretwear.mechanics.state import State
 from fretwear.running.simulate import simulate
 from fretwear.theory import CattaneoMindlin as UnwornSlip
 from fretwear.theory import HertzContact
@@ -45,28 +43,24 @@ FINE = (0.2, 0.5, 0.8, 0.9)
 
 
 @pytest.fixture(scope="module", params=FINE)
-def unworn(request) -> tuple[State, UnwornSlip]:
+def unworn(request):
     """The unworn smooth contact at 110 cells per radius, and its closed form."""
     state = first_loading(fretting(110, load_ratio=request.param))
     tangential = request.param * FRICTION * LOAD
     return state, UnwornSlip(HERTZ, FRICTION, tangential, COUPLING)
 
 
-def distance(state: State) -> np.ndarray:
+def distance(state):
     return np.hypot(*np.meshgrid(state.geometry.x, state.geometry.y, indexing="ij"))
 
 
-def test_slip_of_the_unworn_sphere_is_the_closed_form(unworn):
+def test_the_unworn_sphere_slips_and_dissipates_as_cattaneo_and_mindlin_say(unworn):
     state, theory = unworn
     slip = fretting().slip(state.reduced)
     r = distance(state)
     annulus = (r > theory.stick_radius) & (r < A)
     expected = theory.slip(r)
     assert np.abs(slip - expected)[annulus].max() <= 0.01 * expected[annulus].max()
-
-
-def test_shear_traction_carries_the_tangential_load_and_obeys_coulomb(unworn):
-    state, theory = unworn
     shear = fretting().shear_traction(state.pressure, state.reduced)
     assert state.geometry.integral(shear) == near(theory.tangential_load, rel=1e-12)
     slipping = (state.pressure > 0) & ~state.reduced.stick
@@ -76,10 +70,6 @@ def test_shear_traction_carries_the_tangential_load_and_obeys_coulomb(unworn):
     error = np.abs(shear - theory.shear_traction(distance(state)))
     assert error.max() < 0.03 * FRICTION * P0
     assert state.geometry.integral(error) < 2e-3 * FRICTION * LOAD
-
-
-def test_energy_displacement_and_stick_radius_are_those_of_cattaneo_and_mindlin(unworn):
-    state, theory = unworn
     found = measure(fretting(), state)
     assert found.dissipated_energy == near(theory.dissipated_energy, rel=5e-3)
     # The difference of two approaches, each good to 1e-5.
@@ -88,10 +78,6 @@ def test_energy_displacement_and_stick_radius_are_those_of_cattaneo_and_mindlin(
     # A part of a cell: 0.3 cells of a/110 are 0.6 % of the smallest stick radius here.
     for width in (found.stick_half_width_x, found.stick_half_width_y):
         assert width == pytest.approx(theory.stick_radius, abs=0.3 * A / 110)
-
-
-def on_the_whole_window(shape, cells, load):
-    return solve_contact(ContactProblem(cells.half_space(MODULUS), shape, load), tolerance=1e-9)
 
 
 @pytest.mark.parametrize("surface", [SMOOTH, ROUGH], ids=["smooth", "rough"])
@@ -111,7 +97,8 @@ def test_reduced_contact_does_not_depend_on_the_window_it_was_solved_on(surface,
         guess[center] = 1.0
     load = 0.5 * LOAD
     found = reduced(load, cells.half_space(MODULUS), shape, guess)
-    expected = on_the_whole_window(shape, cells, load)
+    whole = ContactProblem(cells.half_space(MODULUS), shape, load)
+    expected = solve_contact(whole, tolerance=1e-9)
     np.testing.assert_allclose(found.pressure, expected.pressure, atol=1e-5 * P0)
     np.testing.assert_array_equal(found.stick, expected.pressure > 0)
     gap = np.where(found.stick, 0.0, np.maximum(expected.gap, 0.0))
@@ -144,13 +131,11 @@ def test_wear_under_a_slip_that_stays_is_linear_in_the_pressure():
     np.testing.assert_allclose(layer.displacement(3 * worn), 1 + 1.7 * gap, rtol=1e-14)
 
 
-def integrated(
-    wear: float, gap: float, shift: float, known: float, rate: float, pressure: float
-) -> tuple[float, float]:
+def integrated(wear, gap, shift, known, rate, pressure):
     """Wear and g* at the end of a stage in which x grows to known + τp and G by ``shift``."""
     end = known + rate * pressure
 
-    def slope(_: float, state: Array) -> list[float]:
+    def slope(_, state):
         # dW/dx = g*, dg*/dx = g* + dG/dx
         return [state[1], state[1] + shift / end]
 
@@ -158,12 +143,12 @@ def integrated(
     return float(solution.y[0, -1]), float(solution.y[1, -1])
 
 
-def layer(wear: float, gap: float, shift: float | None, known: float, rate: float) -> WearLayer:
+def layer(wear, gap, shift, known, rate):
     given_shift = None if shift is None else np.array([[shift]])
     return WearLayer(np.array([[wear]]), np.array([[gap]]), given_shift, np.array([[known]]), rate)
 
 
-def tangent(stage: WearLayer, pressure: Array) -> Array:
+def tangent(stage, pressure):
     """Derivative of the wear depth in double precision, by NumPy, which has any."""
     result, slope = np.empty_like(pressure), kernels.wear_slope.in_numpy
     slope(pressure, stage.rate, stage.exponent, stage.reduced_gap, stage.shift, stage.rate, result)

@@ -7,13 +7,12 @@ import pytest
 
 from fretwear.mechanics import stages
 from fretwear.mechanics.contact import ContactError, ContactProblem
-from fretwear.mechanics.geometry import Even, Workspace
+from fretwear.mechanics.geometry import Workspace
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.integrator import evolve, first_loading
 from fretwear.mechanics.slip import Jaeger, WearLayer
 from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.stages import StageSolver
-from fretwear.mechanics.state import Stage, State, WearProblem
 
 from .problems import EVEN, HERTZ, LOAD, P0, ROUGH, SMOOTH, A, covered, fretting, uneven
 
@@ -26,7 +25,7 @@ KINDS = {
 
 
 @pytest.mark.parametrize("kind", ["smooth capped", "rough capped"])
-def test_first_loading_yields_where_the_pressure_is_at_its_limit_and_sinks_for_good(kind: str):
+def test_first_loading_yields_where_the_pressure_is_at_its_limit_and_sinks_for_good(kind):
     problem = fretting(20, **KINDS[kind])
     state = first_loading(problem)
     assert (state.plastic > 0).any()
@@ -46,7 +45,7 @@ def test_first_loading_yields_where_the_pressure_is_at_its_limit_and_sinks_for_g
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_first_window_grows_until_it_holds_the_contact(kind: str):
+def test_first_window_grows_until_it_holds_the_contact(kind):
     problem = fretting(20, **KINDS[kind])
     # Large enough to carry the load at the limit, too small for the contact.
     reach = 0.5 if problem.limit == np.inf else 0.95
@@ -61,16 +60,12 @@ def test_first_window_grows_until_it_holds_the_contact(kind: str):
     np.testing.assert_allclose(moved.reduced.gap, large.reduced.gap, atol=3e-6 * HERTZ.approach)
 
 
-def grown(state: State, cells: int) -> Grid:
-    nx, ny = state.geometry.shape
-    return Grid((nx + 2 * cells, ny + 4 * cells), state.geometry.spacing, state.geometry.even)
-
-
 @pytest.mark.parametrize("even", EVEN)
-def test_a_larger_window_keeps_every_field_and_computes_the_gaps_outside(even: Even):
+def test_a_larger_window_keeps_every_field_and_computes_the_gaps_outside(even):
     problem = fretting(12, roughness=uneven(ROUGH, even), limit=1.2)
     *_, state = evolve(problem, [200])
-    window = grown(state, 7)
+    nx, ny = state.geometry.shape
+    window = Grid((nx + 14, ny + 28), state.geometry.spacing, even)
     moved = state.on(Workspace(problem), window)
     inside = covered(window, state.geometry)
     for name in ("pressure", "gap", "wear", "plastic", "pressure_rate", "source_rate"):
@@ -90,10 +85,7 @@ def test_a_larger_window_keeps_every_field_and_computes_the_gaps_outside(even: E
         assert gap[~inside].min() > 0
 
 
-SURFACES = {"smooth": SMOOTH, "rough": ROUGH}
-
-
-def stage_after(problem: WearProblem, cycles: float, exponent: float) -> tuple[Stage, Stage]:
+def stage_after(problem, cycles, exponent):
     """A state after some cycles and the stage after it, x = ``exponent`` (0.3 p₀ + 0.7 p₁)/p0."""
     *_, state = evolve(problem, [cycles], 1e-3)
     base = state
@@ -103,13 +95,13 @@ def stage_after(problem: WearProblem, cycles: float, exponent: float) -> tuple[S
     return base, solver.solve(base, known, 0.7 * exponent / P0, base.pressure, nothing, 1e-6)
 
 
-def exponent_of(base: Stage, stage: Stage, exponent: float) -> np.ndarray:
+def exponent_of(base, stage, exponent):
     return exponent * (0.3 * base.pressure + 0.7 * stage.pressure) / P0
 
 
-@pytest.mark.parametrize("name", SURFACES)
-def test_cells_that_lose_their_pressure_stop_wearing_when_they_touch(name: str):
-    problem = fretting(16, roughness=SURFACES[name])
+@pytest.mark.parametrize("surface", [SMOOTH, ROUGH], ids=["smooth", "rough"])
+def test_cells_that_lose_their_pressure_stop_wearing_when_they_touch(surface):
+    problem = fretting(16, roughness=surface)
     base, stage = stage_after(problem, 200, 10.0)
     window = replace(next(evolve(problem, [0])).geometry, shape=stage.pressure.shape)
     shape = problem.unworn(window) + stage.wear
@@ -125,9 +117,9 @@ def test_cells_that_lose_their_pressure_stop_wearing_when_they_touch(name: str):
     assert (overshot - (stage.wear - base.wear))[emptied].max() > 1e-3 * HERTZ.approach
 
 
-@pytest.mark.parametrize("name", SURFACES)
-def test_wear_of_a_yielding_stage_is_that_of_the_flow_it_ends_with(name: str):
-    problem = fretting(16, roughness=SURFACES[name], limit=1.3)
+@pytest.mark.parametrize("surface", [SMOOTH, ROUGH], ids=["smooth", "rough"])
+def test_wear_of_a_yielding_stage_is_that_of_the_flow_it_ends_with(surface):
+    problem = fretting(16, roughness=surface, limit=1.3)
     base, stage = stage_after(problem, 1200, 0.3)
     assert stage.yielded
     grew = stage.plastic > base.plastic

@@ -54,13 +54,18 @@ def worn():
     return {each.cycle: each for each in slide(sliding(), stops) if each.cycle in stops}
 
 
-def test_depths_lie_by_two_finite_element_solutions(worn):
+def test_a_scar_lies_by_two_finite_element_solutions_and_resumes_whatever_the_cells(worn):
     """Adaptive meshes and level sets, from LevelSetWear, differ by 0.3 to 0.6 %."""
     for cycle, found in ((5000, (1.1311, 1.1249)), (18000, (2.7130, 2.7055))):
         assert 1e6 * worn[cycle].wear_flat.max() == pytest.approx(np.mean(found), rel=4e-3)
     flat, x = worn[18000].wear_flat[:, 0], worn[18000].geometry.x
     width = 2.0 * np.interp(0.01 * flat.max(), flat[::-1], x[::-1])
     assert width == pytest.approx(0.52e-3, abs=0.02e-3)
+    *_, finer = slide(sliding(cells=17), (5000.0,), 0.002)
+    assert finer.wear_flat.max() == pytest.approx(worn[5000].wear_flat.max(), rel=2e-3)
+    assert finer.wear_indenter.max() == pytest.approx(worn[5000].wear_indenter.max(), rel=2e-3)
+    *_, resumed = slide(sliding(), (18000.0,), start=worn[5000])
+    assert np.array_equal(resumed.wear_flat, worn[18000].wear_flat)
 
 
 def test_each_body_loses_what_archard_says(worn):
@@ -94,17 +99,6 @@ def test_every_position_carries_the_load_without_penetration(worn):
         assert gap.min() > -2e-9
 
 
-def test_cells_and_tolerance_do_not_matter(worn):
-    *_, finer = slide(sliding(cells=17), (5000.0,), 0.002)
-    assert finer.wear_flat.max() == pytest.approx(worn[5000].wear_flat.max(), rel=2e-3)
-    assert finer.wear_indenter.max() == pytest.approx(worn[5000].wear_indenter.max(), rel=2e-3)
-
-
-def test_a_run_resumes_with_the_same_bits(worn):
-    *_, resumed = slide(sliding(), (18000.0,), start=worn[5000])
-    assert np.array_equal(resumed.wear_flat, worn[18000].wear_flat)
-
-
 def test_blocks_follow_each_other():
     """Equal blocks are one run, and each body loses what all of them wear off."""
     plain = sliding(cells=8)
@@ -125,13 +119,23 @@ def test_blocks_follow_each_other():
         assert np.array_equal(resumed.wear_flat, last.wear_flat)
 
 
-def test_friction_that_changes_takes_wear_by_energy_along():
+def test_friction_that_changes_takes_wear_by_energy_along_and_debris_keeps_the_gap():
     """K = αµ, and µ rises linearly from 0.5 to 1 over the first half of the run."""
     friction = Coulomb(Course((0.0, 1000.0), (0.5, 1.0)))
     problem = sliding(wear_law=EnergyWear((INDENTER, FLAT)), friction=friction)
     *_, last = slide(problem, (2000.0,))
     expected = FLAT * LOAD * 4 * STROKE * (0.75 * 1000 + 1000)
     assert last.geometry.integral(last.wear_flat) == pytest.approx(expected, rel=1e-4)
+    # With all debris nothing changes; with a half, half as many cycles make the same pressure.
+    *_, none = slide(sliding(debris_fraction=1.0), (2000.0,))
+    first = next(iter(slide(sliding(), (1.0,))))
+    assert np.array_equal(none.pressures, first.pressures)
+    volume = none.geometry.integral(none.wear)
+    assert volume == pytest.approx((INDENTER + FLAT) * LOAD * 4.0 * STROKE * 2000.0, rel=1e-9)
+    *_, half = slide(sliding(debris_fraction=0.5), (4000.0,), 0.002)
+    *_, whole = slide(sliding(), (2000.0,), 0.002)
+    assert half.opening.max() == pytest.approx(whole.opening.max(), rel=1e-4)
+    assert half.wear.max() == pytest.approx(2.0 * whole.wear.max(), rel=1e-4)
 
 
 def test_what_is_pressed_beyond_the_limit_yields_at_once():
@@ -244,19 +248,6 @@ def test_debris_makes_the_scar_of_a_titanium_alloy(fraction, depth, half_width):
     assert wear.max() == pytest.approx(depth * 155e-6, rel=0.02)
     wide = np.interp(10e-6, wear[::-1], last.geometry.x[::-1])
     assert wide == pytest.approx(half_width * 1.73e-3, rel=0.02)
-
-
-def test_debris_keeps_the_gap():
-    """With all debris nothing changes; with a half, half as many cycles make the same pressure."""
-    *_, none = slide(sliding(debris_fraction=1.0), (2000.0,))
-    first = next(iter(slide(sliding(), (1.0,))))
-    assert np.array_equal(none.pressures, first.pressures)
-    volume = none.geometry.integral(none.wear)
-    assert volume == pytest.approx((INDENTER + FLAT) * LOAD * 4.0 * STROKE * 2000.0, rel=1e-9)
-    *_, half = slide(sliding(debris_fraction=0.5), (4000.0,), 0.002)
-    *_, whole = slide(sliding(), (2000.0,), 0.002)
-    assert half.opening.max() == pytest.approx(whole.opening.max(), rel=1e-4)
-    assert half.wear.max() == pytest.approx(2.0 * whole.wear.max(), rel=1e-4)
 
 
 def test_wear_per_energy_falls_with_the_power_over_a_stroke():

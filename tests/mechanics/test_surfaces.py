@@ -15,7 +15,7 @@ SLOPE_X, SLOPE_Y = np.tan(np.deg2rad(5.7)), np.tan(np.deg2rad(1.0))
 WAVES = WavyRoughness(AMPLITUDE, np.arctan(SLOPE_X), np.arctan(SLOPE_Y))
 
 
-def test_waves_are_those_of_the_study():
+def test_waves_are_those_of_the_study_and_rise_with_the_mean_slope():
     x, y = np.linspace(-3e-5, 3e-5, 41), np.linspace(-8e-5, 8e-5, 37)
     expected = AMPLITUDE * np.outer(
         np.sin(np.pi / 2 + 0.5 * np.pi * SLOPE_X / AMPLITUDE * x),
@@ -23,9 +23,6 @@ def test_waves_are_those_of_the_study():
     )
     # One rounding of the sine's argument, which reaches a few tens.
     np.testing.assert_allclose(WAVES.height(x[:, None], y), expected, atol=1e-14 * AMPLITUDE)
-
-
-def test_waves_rise_with_the_mean_slope_along_each_direction():
     length_x, length_y = 4 * AMPLITUDE / SLOPE_X, 4 * AMPLITUDE / SLOPE_Y
     crest = np.array([0.0])
     along_x = WAVES.height(np.linspace(0, length_x, 20001), crest)
@@ -34,9 +31,14 @@ def test_waves_rise_with_the_mean_slope_along_each_direction():
     assert np.abs(np.diff(along_x)).sum() / length_x == near(SLOPE_X, rel=1e-7)
     assert np.abs(np.diff(along_y)).sum() / length_y == near(SLOPE_Y, rel=1e-7)
     assert along_x[-1] == near(AMPLITUDE, rel=1e-12)
+    ridges = WavyRoughness(AMPLITUDE, 0.0, np.arctan(SLOPE_Y)).height(
+        np.array([0.0, 1.0, 2.0])[:, None] * 1e-5, np.linspace(0.0, 5e-5, 9)
+    )
+    np.testing.assert_array_equal(ridges[1:], ridges[:-1])
+    assert np.ptp(ridges[0]) > AMPLITUDE
 
 
-def test_rough_sphere_is_even_and_the_sum_of_both():
+def test_a_rough_sphere_is_even_the_sum_of_both_and_reaches_as_far_as_it_rises():
     """Of the waves it has the means over cells, which are less by sin(kΔ/2)/(kΔ/2) each way."""
     window = Grid((12, 10), (2e-6, 5e-6), even=(False, False))
     rough, smooth = (fretting(roughness=each).unworn(window) for each in (WAVES, None))
@@ -48,17 +50,6 @@ def test_rough_sphere_is_even_and_the_sum_of_both():
     np.testing.assert_allclose(rough - smooth, mean, rtol=3e-3)
     np.testing.assert_allclose(rough, rough[::-1], rtol=1e-12)
     np.testing.assert_allclose(rough, rough[:, ::-1], rtol=1e-12)
-
-
-def test_a_slope_of_zero_makes_ridges():
-    ridges = WavyRoughness(AMPLITUDE, 0.0, np.arctan(SLOPE_Y)).height(
-        np.array([0.0, 1.0, 2.0])[:, None] * 1e-5, np.linspace(0.0, 5e-5, 9)
-    )
-    np.testing.assert_array_equal(ridges[1:], ridges[:-1])
-    assert np.ptp(ridges[0]) > AMPLITUDE
-
-
-def test_the_reach_of_the_surface_is_where_it_rises_above_an_approach():
     approach = 1.7e-6
     for roughness, height in ((None, approach), (WAVES, approach + AMPLITUDE)):
         for reach in fretting(roughness=roughness).reach(approach):
@@ -84,7 +75,7 @@ SURFACE = SelfAffineRoughness(HEIGHT, 0.8, ROLLOFF, SHORTEST, seed=7)
 PERIOD = 16 * ROLLOFF
 
 
-def moment(power: float, hurst: float) -> float:
+def moment(power, hurst):
     """∫ qᵏ C(q) dq of the continuous spectrum, up to the factor that all moments share."""
     rolloff, shortest = 2 * np.pi / ROLLOFF, 2 * np.pi / SHORTEST
     falling = power - 2 - 2 * hurst + 1
@@ -95,7 +86,7 @@ def moment(power: float, hurst: float) -> float:
 
 
 @pytest.fixture(scope="module")
-def spectra() -> list[np.ndarray]:
+def spectra():
     """Power of the heights of 32 seeds over a period, by wave numbers of the period."""
     count = 3 * round(PERIOD / SHORTEST)
     x = (np.arange(count) + 0.5) * PERIOD / count
@@ -103,12 +94,12 @@ def spectra() -> list[np.ndarray]:
     return [np.abs(np.fft.fft2(height) / height.size) ** 2 for height in heights]
 
 
-def wave_numbers(count: int) -> np.ndarray:
+def wave_numbers(count):
     numbers = np.fft.fftfreq(count, 1 / count)
     return np.hypot(numbers[:, None], numbers)
 
 
-def test_heights_and_slopes_are_those_of_the_spectrum(spectra):
+def test_the_spectrum_is_flat_falls_with_the_hurst_exponent_and_ends(spectra):
     number = wave_numbers(len(spectra[0]))
     wanted = HEIGHT * np.sqrt(moment(3, 0.8) / moment(1, 0.8))
     assert SURFACE.rms_slope == near(wanted, rel=2e-3)
@@ -116,9 +107,6 @@ def test_heights_and_slopes_are_those_of_the_spectrum(spectra):
         assert np.sqrt(power.sum()) == near(HEIGHT, rel=1e-9)
         slope = np.sqrt((power * (2 * np.pi * number / PERIOD) ** 2).sum())
         assert slope == near(SURFACE.rms_slope, rel=1e-9)
-
-
-def test_the_spectrum_is_flat_falls_with_the_hurst_exponent_and_ends(spectra):
     mean, number = np.mean(spectra, axis=0), wave_numbers(len(spectra[0]))
     falling = (number > 16) & (number < 63.5)
     slope = np.polyfit(np.log(number[falling]), np.log(mean[falling]), 1)[0]
@@ -134,9 +122,13 @@ def test_heights_of_a_point_are_normally_distributed_over_the_seeds():
     # Of a normal distribution 68 % lie within the root mean square; four deviations of the share.
     inside = np.mean(np.abs(heights) < HEIGHT)
     assert inside == pytest.approx(0.683, abs=4 * np.sqrt(0.683 * 0.317 / 400))
+    with pytest.raises(ValueError, match="at most the roll-off wavelength"):
+        replace(SURFACE, shortest_wavelength=2 * ROLLOFF)
+    with pytest.raises(ValueError, match="200 times as long as the shortest"):
+        replace(SURFACE, shortest_wavelength=ROLLOFF / 200)
 
 
-def test_the_surface_is_the_same_at_every_cell_size():
+def test_the_surface_is_the_same_at_every_cell_size_and_with_shorter_waves():
     coarse = Grid((40, 30), (3e-6, 3e-6), (False, False))
     # Cells a third as large have every third centre in common, larger windows the inner cells.
     fine = Grid((180, 150), (1e-6, 1e-6), (False, False))
@@ -145,6 +137,13 @@ def test_the_surface_is_the_same_at_every_cell_size():
     np.testing.assert_allclose(height, there, atol=1e-12 * HEIGHT)
     x, y = np.meshgrid(coarse.x[:3], coarse.y[:2], indexing="ij")
     np.testing.assert_allclose(SURFACE.height(x, y), height[:3, :2], atol=1e-12 * HEIGHT)
+    x = np.linspace(-PERIOD / 2, PERIOD / 2, 320, endpoint=False)
+    more = replace(SURFACE, shortest_wavelength=SHORTEST / 2)
+    height, other = (surface.height(x[:, None], x) for surface in (SURFACE, more))
+    kept = np.fft.fft2(other)
+    kept[wave_numbers(320) > 64.001] = 0.0
+    same = np.fft.ifft2(kept).real
+    np.testing.assert_allclose(same / same.std(), height / height.std(), atol=1e-9)
 
 
 def test_heights_of_cells_are_means_over_them():
@@ -162,16 +161,6 @@ def test_heights_of_cells_are_means_over_them():
     np.testing.assert_array_equal(both, found + SURFACE.mean_height(window.x, window.y, cell))
 
 
-def test_shorter_waves_are_added_to_those_of_the_same_seed():
-    x = np.linspace(-PERIOD / 2, PERIOD / 2, 320, endpoint=False)
-    more = replace(SURFACE, shortest_wavelength=SHORTEST / 2)
-    height, other = (surface.height(x[:, None], x) for surface in (SURFACE, more))
-    kept = np.fft.fft2(other)
-    kept[wave_numbers(320) > 64.001] = 0.0
-    same = np.fft.ifft2(kept).real
-    np.testing.assert_allclose(same / same.std(), height / height.std(), atol=1e-9)
-
-
 @pytest.mark.parametrize(("anisotropy", "along_x", "along_y"), [(4.0, 4.0, 1.0), (0.25, 1.0, 4.0)])
 def test_along_the_lay_all_wavelengths_are_longer(anisotropy, along_x, along_y):
     laid = replace(SURFACE, anisotropy=anisotropy)
@@ -181,10 +170,3 @@ def test_along_the_lay_all_wavelengths_are_longer(anisotropy, along_x, along_y):
     assert laid.finest == near((SHORTEST * along_x, SHORTEST * along_y), rel=1e-12)
     squares = SURFACE.rms_slope**2 / 2 * (1 / along_x**2 + 1 / along_y**2)
     assert laid.rms_slope == near(np.sqrt(squares), rel=1e-6)
-
-
-def test_wavelengths_that_make_no_spectrum_are_refused():
-    with pytest.raises(ValueError, match="at most the roll-off wavelength"):
-        replace(SURFACE, shortest_wavelength=2 * ROLLOFF)
-    with pytest.raises(ValueError, match="200 times as long as the shortest"):
-        replace(SURFACE, shortest_wavelength=ROLLOFF / 200)

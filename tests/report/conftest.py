@@ -53,14 +53,14 @@ class Finished(NamedTuple):
     failed: str
 
     @property
-    def cases(self) -> Path:
+    def cases(self):
         return self.folder / "cases"
 
-    def report(self, **more: object) -> str:
+    def report(self, **more):
         """Build its report."""
         return build_report(self.plan, self.summary, self.folder, **more)
 
-    def derived(self, folder: Path, vary: str, **base: object) -> "Finished":
+    def derived(self, folder, vary, **base):
         """Make another study of cases that this one has: no simulation is needed."""
         content = yaml.safe_load(STUDY)
         content["base"].update(base)
@@ -78,8 +78,8 @@ class Finished(NamedTuple):
 
 
 @pytest.fixture(scope="session")
-def finished(made_once) -> Finished:
-    def make(folder: Path) -> None:
+def finished(made_once):
+    def make(folder):
         study = load_study(write_study(folder / "small.yaml", STUDY))
         *rest, failed = study.cases()
         run_study(study, folder, rest)
@@ -98,5 +98,5 @@ def finished(made_once) -> Finished:
 
 
 @pytest.fixture(scope="session")
-def page(finished: Finished) -> str:
+def page(finished):
     return finished.report()

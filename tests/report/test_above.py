@@ -1,7 +1,6 @@
 """What the explorer shows from above is what the case files say."""
 
 import base64
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,9 +8,8 @@ import pytest
 from fretwear.data.files import open_case, write_case
 from fretwear.data.safe import CaseFileError
 from fretwear.figures.bearing import bearing_heights
-from fretwear.report.above import MAPS, Above, read_above
+from fretwear.report.above import MAPS, read_above
 from fretwear.running.simulate import run
-from fretwear.study.case import Case
 from fretwear.units import MEGAPASCAL, MICROMETRE
 
 from ..studies import steel
@@ -23,12 +21,12 @@ RANDOM = {
 
 
 @pytest.fixture(scope="module")
-def case() -> Case:
+def case():
     return steel(roughness=RANDOM, error_estimate=False, cycles=30)
 
 
 @pytest.fixture(scope="module")
-def file(case: Case, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def file(case, tmp_path_factory):
     path = tmp_path_factory.mktemp("above") / f"{case.case_id}.nc"
     result = run(case)
     write_case(result.dataset, result.history, path, result.loops)
@@ -36,11 +34,11 @@ def file(case: Case, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def above(case: Case, file: Path) -> Above:
+def above(case, file):
     return read_above(file, case, np.array([0.0, 30.0]))
 
 
-def test_maps_keep_loads_and_volumes(file: Path, above: Above) -> None:
+def test_maps_keep_loads_and_volumes_within_a_255th(file, above):
     assert above.view is not None
     view = above.view
     area = (view.x[1] - view.x[0]) * (view.y[1] - view.y[0])
@@ -51,9 +49,6 @@ def test_maps_keep_loads_and_volumes(file: Path, above: Above) -> None:
         assert loads == pytest.approx(stored["normal_force"].values, rel=1e-3)
         volume = view.fields["wear_depth"][-1].sum() * area
         assert volume == pytest.approx(float(stored["wear_volume"][-1]), rel=1e-3)
-
-
-def test_what_is_packed_is_within_a_255th(above: Above) -> None:
     assert above.view is not None
     units = {"pressure": MEGAPASCAL, "wear_depth": MICROMETRE}
     packed = above.view.packed(units)
@@ -68,7 +63,7 @@ def test_what_is_packed_is_within_a_255th(above: Above) -> None:
             assert np.abs(found - wanted).max() <= 0.501 / 255 * wanted.max()
 
 
-def test_bearing_areas_are_those_of_the_figure(file: Path, above: Above) -> None:
+def test_bearing_areas_are_those_of_the_figure(file, above):
     with open_case(file) as stored:
         before, after = bearing_heights(stored, [0, 30]).values()
     assert above.heights is not None
@@ -80,7 +75,7 @@ def test_bearing_areas_are_those_of_the_figure(file: Path, above: Above) -> None
         read_above(file.with_name("elsewhere.nc"), steel(roughness=RANDOM), np.array([0.0]))
 
 
-def test_a_contact_that_is_even_has_no_maps(finished) -> None:
+def test_a_contact_that_is_even_has_no_maps(finished):
     smooth, rough = (
         next(each for each in finished.plan.study.cases().values() if (each.rough is None) == one)
         for one in (True, False)

@@ -1,8 +1,5 @@
 """A real browser opens the report from disk: it works by mouse and keyboard, on any screen."""
 
-from collections.abc import Iterator
-from pathlib import Path
-
 import numpy as np
 import pytest
 from selenium.webdriver.common.keys import Keys
@@ -23,31 +20,31 @@ LAST = 4
 
 
 @pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+def browser(tmp_path_factory):
     opened = Browser(tmp_path_factory.mktemp("browser"))
     yield opened
     opened.close()
 
 
 @pytest.fixture(scope="module")
-def file(page: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def file(page, tmp_path_factory):
     file = tmp_path_factory.mktemp("page") / "report.html"
     file.write_text(page, encoding="utf-8")
     return file
 
 
 @pytest.fixture
-def opened(browser: Browser, file: Path) -> Browser:
+def opened(browser, file):
     browser.open(file)
     return browser
 
 
-def stored(finished, case_id: str, field: str, cycle: int, size: float) -> np.ndarray:
+def stored(finished, case_id, field, cycle, size):
     with open_case(finished.cases / f"{case_id}.nc") as case:
         return case[field].isel(y=0).sel(cycle=cycle).values.astype(float) / size
 
 
-def elastic_id(finished) -> str:
+def elastic_id(finished):
     (found,) = (
         planned.id
         for planned in finished.plan.points
@@ -56,14 +53,11 @@ def elastic_id(finished) -> str:
     return found
 
 
-def test_it_opens_without_errors_and_asks_for_nothing(opened: Browser, file: Path) -> None:
+def test_it_opens_without_errors_asks_for_nothing_and_runs_no_other_script(opened, file):
     assert opened.requests() == [file.as_uri()]
     assert opened.errors() == []
     assert opened.find("#explorer-body").is_displayed()
     assert not opened.find("#explorer-status").is_displayed()
-
-
-def test_no_other_script_runs_and_nothing_is_sent(opened: Browser) -> None:
     opened.ask(
         "const script = document.createElement('script'); script.textContent = 'window.evil = 1';"
         "document.body.append(script);"
@@ -76,7 +70,7 @@ def test_no_other_script_runs_and_nothing_is_sent(opened: Browser) -> None:
     assert sent == "refused"
 
 
-def test_the_slider_shows_the_profiles_of_its_cycle(opened: Browser, finished) -> None:
+def test_the_slider_shows_profiles_and_zones_of_its_cycle(opened, finished):
     opened.choose("a", **CASE)
     case_id = elastic_id(finished)
     title = opened.ask("return document.getElementById('profile-plot').layout.yaxis4.title.text")
@@ -89,9 +83,6 @@ def test_the_slider_shows_the_profiles_of_its_cycle(opened: Browser, finished) -
             shown = opened.curve(f"a {name}")
             expected = stored(finished, case_id, name, cycle, size)[: shown.size]
             assert shown == pytest.approx(expected, abs=1e-4 * float(np.ptp(expected)))
-
-
-def test_zones_are_marked_where_the_cells_stick_and_slip(opened: Browser, finished) -> None:
     opened.choose("a", **CASE)
     case_id = elastic_id(finished)
     with open_case(finished.cases / f"{case_id}.nc") as case:
@@ -108,7 +99,7 @@ def test_zones_are_marked_where_the_cells_stick_and_slip(opened: Browser, finish
             assert sum(lengths) == pytest.approx(cell * (states == state).sum())
 
 
-def test_the_histories_mark_the_cycle_shown(opened: Browser) -> None:
+def test_the_histories_mark_the_cycle_shown(opened):
     line = "return document.getElementById('history-plot').layout.shapes[0].x0"
     places = []
     for place in range(LAST + 1):
@@ -121,7 +112,7 @@ def test_the_histories_mark_the_cycle_shown(opened: Browser) -> None:
     assert np.all(np.diff(opened.curve("a wear_volume", "history-plot")) >= 0.0)
 
 
-def test_two_cases_are_laid_over_each_other(opened: Browser) -> None:
+def test_two_cases_are_laid_over_each_other(opened):
     opened.choose("a", **CASE)
     assert not any(name.startswith("b ") for name in opened.curves())
     opened.find("#compare").click()
@@ -141,7 +132,7 @@ def test_two_cases_are_laid_over_each_other(opened: Browser) -> None:
     assert "b pressure" not in opened.curves()
 
 
-def test_a_case_without_results_says_why(opened: Browser) -> None:
+def test_a_case_without_results_says_why(opened):
     opened.choose("a", **CASE)
     opened.choose("a", plastic_limit="3000 MPa")
     status = opened.find("#explorer-status").text
@@ -154,17 +145,7 @@ def test_a_case_without_results_says_why(opened: Browser) -> None:
     assert "a pressure" in opened.curves()
 
 
-def test_scales_stay_over_the_cycles_unless_they_are_to_fit(opened: Browser) -> None:
-    opened.choose("a", **CASE)
-    scale = "return document.getElementById('profile-plot').layout.yaxis4.range[0]"
-    deepest = opened.ask(scale)
-    opened.move(2)
-    assert opened.ask(scale) == deepest
-    opened.find("#own-scale").click()
-    assert opened.ask(scale) < deepest
-
-
-def test_play_walks_through_the_cycles_to_the_last(opened: Browser) -> None:
+def test_play_walks_through_the_cycles_and_scales_stay_unless_they_are_to_fit(opened):
     opened.find("#play").click()
     assert opened.find("#play").text.endswith("Pause")
     assert opened.find("#cycle-shown").text == "0"
@@ -174,9 +155,16 @@ def test_play_walks_through_the_cycles_to_the_last(opened: Browser) -> None:
     opened.find("#play").click()
     opened.wait("return document.getElementById('cycle').value === '4'")
     opened.wait("return document.querySelector('#play .words').textContent === 'Play'")
+    opened.choose("a", **CASE)
+    scale = "return document.getElementById('profile-plot').layout.yaxis4.range[0]"
+    deepest = opened.ask(scale)
+    opened.move(2)
+    assert opened.ask(scale) == deepest
+    opened.find("#own-scale").click()
+    assert opened.ask(scale) < deepest
 
 
-def test_the_table_sorts_by_any_column(opened: Browser) -> None:
+def test_the_table_sorts_by_any_column(opened):
     numbers = "#case-table tbody th"
     assert opened.texts(numbers) == [str(n) for n in range(1, 17)]
     script = (
@@ -195,7 +183,7 @@ def test_the_table_sorts_by_any_column(opened: Browser) -> None:
     assert opened.texts(numbers) != [str(n) for n in range(1, 17)]
 
 
-def test_the_table_filters_by_value_and_by_text(opened: Browser) -> None:
+def test_the_table_filters_by_value_and_text_and_its_rows_lead_to_the_explorer(opened):
     rows = "#case-table tbody th"
     opened.ask(
         "const s = document.querySelector('.filters select'); s.value = '40 N';"
@@ -207,9 +195,6 @@ def test_the_table_filters_by_value_and_by_text(opened: Browser) -> None:
     assert opened.texts(".filters output") == ["1 of 16 shown"]
     opened.find(".filters button").click()
     opened.wait("return document.querySelector('.filters output').textContent.startsWith('16')")
-
-
-def test_a_row_of_the_table_leads_to_the_explorer(opened: Browser) -> None:
     links = opened.driver.find_elements("css selector", "#case-table tbody th a")
     assert len(links) == 11
     opened.ask("arguments[0].click()", links[0])
@@ -219,7 +204,7 @@ def test_a_row_of_the_table_leads_to_the_explorer(opened: Browser) -> None:
     )
 
 
-def test_everything_can_be_done_by_keyboard(opened: Browser) -> None:
+def test_everything_can_be_done_by_keyboard(opened):
     opened.press(Keys.TAB)
     assert opened.ask("return document.activeElement.className") == "skip"
     opened.ask("document.querySelector('#case-a select').focus()")
@@ -246,7 +231,7 @@ def test_everything_can_be_done_by_keyboard(opened: Browser) -> None:
     assert opened.texts("#case-table tbody th")[0] == "16"
 
 
-def test_what_has_the_focus_is_outlined(opened: Browser) -> None:
+def test_what_has_the_focus_is_outlined(opened):
     opened.press(Keys.TAB)
     for _ in range(40):
         style = opened.ask(
@@ -278,9 +263,7 @@ def test_no_screen_scrolls_sideways_and_each_begins_with_the_answer(browser, fil
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_every_text_can_be_read_on_what_is_behind_it(
-    browser: Browser, file: Path, scheme: str
-) -> None:
+def test_every_text_can_be_read_on_what_is_behind_it(browser, file, scheme):
     browser.open(file, prefers_color_scheme=scheme)
     browser.find("#compare").click()
     browser.ask("document.querySelectorAll('details').forEach((one) => { one.open = true; })")
@@ -289,7 +272,7 @@ def test_every_text_can_be_read_on_what_is_behind_it(
     assert browser.ask(CONTRASTS) == []
 
 
-def test_the_plots_follow_the_scheme(opened: Browser) -> None:
+def test_the_plots_follow_the_scheme(opened):
     color = "return document.getElementById('profile-plot').data.at(-1).line.color"
     light = opened.ask(color)
     dark = {"features": [{"name": "prefers-color-scheme", "value": "dark"}]}
@@ -297,16 +280,11 @@ def test_the_plots_follow_the_scheme(opened: Browser) -> None:
     opened.wait(f"{color} !== '{light}'")
 
 
-def test_who_wants_less_motion_gets_none(browser: Browser, file: Path) -> None:
+def test_who_wants_less_motion_gets_none_and_paper_no_controls(browser, file):
     browser.open(file, prefers_reduced_motion="reduce")
     assert not browser.find("#play").is_displayed()
     browser.move(1)
     assert browser.find("#cycle-shown").text == "1"
-
-
-def test_on_paper_controls_are_left_out_and_the_ground_is_white(
-    browser: Browser, file: Path
-) -> None:
     browser.open(file, media="print", prefers_color_scheme="dark")
     for selector in ("nav", ".filters", ".controls", ".cycle-bar"):
         assert not browser.find(selector).is_displayed()
@@ -315,9 +293,7 @@ def test_on_paper_controls_are_left_out_and_the_ground_is_white(
     assert browser.find("#profile-plot").is_displayed()
 
 
-def test_points_of_a_zip_are_chosen_from_one_list(
-    browser: Browser, finished, tmp_path: Path
-) -> None:
+def test_points_of_a_zip_are_chosen_from_one_list(browser, finished, tmp_path):
     zipped = finished.derived(
         tmp_path,
         "{design: zip, load: [20 N, 40 N, 40 N], roughness.amplitude: [0 um, 0 um, 0.3 um]}",
@@ -336,7 +312,7 @@ def test_points_of_a_zip_are_chosen_from_one_list(
     assert browser.errors() == []
 
 
-def test_one_case_needs_no_choice(browser: Browser, finished, tmp_path: Path) -> None:
+def test_one_case_needs_no_choice(browser, finished, tmp_path):
     one = finished.derived(
         tmp_path,
         "{load: [40 N]}",

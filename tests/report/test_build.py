@@ -8,7 +8,6 @@ import sys
 from collections import Counter
 from html.parser import HTMLParser
 from importlib.resources import files
-from pathlib import Path
 
 import pytest
 from markupsafe import Markup
@@ -24,7 +23,7 @@ VOID = {"meta", "link", "br", "img", "input", "hr", "mspace"}
 class Page(HTMLParser):
     """Elements of a page; fails where one is closed that is not open."""
 
-    def __init__(self, text: str) -> None:
+    def __init__(self, text):
         super().__init__(convert_charrefs=True)
         self.open: list[str] = []
         self.elements: list[tuple[str, dict[str, str | None]]] = []
@@ -33,36 +32,36 @@ class Page(HTMLParser):
         self.close()
         assert not self.open
 
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+    def handle_starttag(self, tag, attrs):
         self.elements.append((tag, dict(attrs)))
         if tag not in VOID:
             self.open.append(tag)
 
-    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+    def handle_startendtag(self, tag, attrs):
         self.elements.append((tag, dict(attrs)))
 
-    def handle_endtag(self, tag: str) -> None:
+    def handle_endtag(self, tag):
         assert self.open, f"</{tag}> closes nothing"
         assert self.open.pop() == tag
 
-    def handle_data(self, data: str) -> None:
+    def handle_data(self, data):
         if "script" not in self.open and "style" not in self.open:
             self.words.append(data)
 
     @property
-    def text(self) -> str:
+    def text(self):
         return re.sub(r"\s+", " ", " ".join(self.words))
 
-    def count(self, tag: str) -> int:
+    def count(self, tag):
         return sum(name == tag for name, _ in self.elements)
 
 
 @pytest.fixture(scope="module")
-def parsed(page: str) -> Page:
+def parsed(page):
     return Page(page)
 
 
-def test_every_element_is_closed_and_ids_are_unique(parsed: Page) -> None:
+def test_every_element_is_closed_ids_are_unique_and_nothing_is_loaded_from_anywhere(parsed, page):
     ids = Counter(attrs["id"] for _, attrs in parsed.elements if "id" in attrs)
     assert ids
     assert max(ids.values()) == 1
@@ -77,9 +76,6 @@ def test_every_element_is_closed_and_ids_are_unique(parsed: Page) -> None:
         for name in (attrs.get("aria-labelledby") or "").split()
     }
     assert anchors | named <= set(ids)
-
-
-def test_nothing_is_loaded_from_anywhere(page: str, parsed: Page) -> None:
     for tag, attrs in parsed.elements:
         for name in ("src", "href", "action", "data", "srcset", "poster"):
             value = attrs.get(name)
@@ -97,7 +93,7 @@ def test_nothing_is_loaded_from_anywhere(page: str, parsed: Page) -> None:
     assert policy.startswith("default-src 'none'")
 
 
-def test_what_users_wrote_is_escaped(page: str, parsed: Page) -> None:
+def test_what_users_wrote_is_escaped(page, parsed):
     assert parsed.count("b") == page.count("<b>")
     assert "<b>friction</b>" not in page
     assert "<script>alert" not in page
@@ -108,16 +104,13 @@ def test_what_users_wrote_is_escaped(page: str, parsed: Page) -> None:
     assert page.count("<script") == parsed.count("script")
 
 
-def test_every_point_is_in_the_table_of_cases(page: str, finished) -> None:
+def test_every_point_is_in_the_table_of_cases_with_its_numbers(page, finished):
     table = Page(page.split('id="case-table"')[1].split("<tbody>")[1].split("</tbody>")[0])
     assert table.count("tr") == len(finished.plan.points) == 16
     for case_id in finished.plan.study.cases():
         assert case_id in table.text
     assert table.text.count("invalid") == 4
     assert table.text.count("failed") == 1
-
-
-def test_numbers_of_the_table_are_those_of_the_cases(page: str, finished) -> None:
     case_id = next(iter(finished.plan.study.cases()))
     row = next(line for line in page.split("<tr") if case_id in line and "data-value" in line)
     number = r'class="number" data-label="[^"]*" data-unit="[^"]*" data-value="([^"]+)"'
@@ -125,26 +118,23 @@ def test_numbers_of_the_table_are_those_of_the_cases(page: str, finished) -> Non
     with open_case(finished.cases / f"{case_id}.nc") as case:
         expected = [float(case[name][-1]) for name in HEADLINES]
     assert values == pytest.approx(expected, rel=1e-5)
-
-
-def test_sort_keys_are_numbers_that_a_script_reads(page: str) -> None:
     keys = re.findall(r'data-value="([^"]+)"', page)
     assert not {"inf", "nan", "None"} & set(keys)
     assert max(map(float, keys)) == sys.float_info.max
 
 
-def test_all_figures_are_there_with_captions_and_words_for_the_blind(parsed: Page) -> None:
+def test_figures_reasons_and_how_it_was_computed_are_on_the_page(parsed, finished):
     images = [attrs for tag, attrs in parsed.elements if tag == "img"]
     assert len(images) == parsed.count("figcaption") == 11
     assert all(attrs["alt"] and attrs["src"].startswith("data:image/") for attrs in images)
-
-
-def test_points_without_results_have_reasons(finished, parsed: Page) -> None:
     assert "Points without results" in parsed.text
     assert "Q must be less than µP = 4 N" in parsed.text
     assert parsed.text.count("it did not converge in cycle 7") == 1
     done = [p for p in finished.plan.points if p.case is not None and p.id != finished.failed]
     assert f"Of 16 points, {len(done)} have results." in parsed.text
+    for words in ("Tolerance of the wear integration", "0.01", "Convolutions", "fretwear 0.1"):
+        assert words in parsed.text
+    assert parsed.count("math") > 10
 
 
 def test_what_makes_results_doubtful_is_one_line_before_the_results(finished, tmp_path):
@@ -165,13 +155,11 @@ def test_what_makes_results_doubtful_is_one_line_before_the_results(finished, tm
     assert older in page.text
 
 
-def test_the_page_says_how_it_was_computed(parsed: Page) -> None:
-    for words in ("Tolerance of the wear integration", "0.01", "Convolutions", "fretwear 0.1"):
-        assert words in parsed.text
-    assert parsed.count("math") > 10
-
-
-def test_more_sections_find_their_place_and_their_link(finished) -> None:
+def test_the_same_results_give_the_same_page_small_enough_to_send_and_sections_find_their_place(
+    finished, page
+):
+    assert finished.report() == page
+    assert len(page.encode()) < 10_000_000
     section = Section("claims", "Claims & verdicts", Markup("<p>one <em>claim</em></p>"))
     page = finished.report(sections=[section])
     assert '<a href="#claims">Claims &amp; verdicts</a>' in page
@@ -181,12 +169,7 @@ def test_more_sections_find_their_place_and_their_link(finished) -> None:
     Page(page)
 
 
-def test_the_same_results_give_the_same_page_small_enough_to_send(finished, page: str) -> None:
-    assert finished.report() == page
-    assert len(page.encode()) < 10_000_000
-
-
-def test_words_labels_and_units_of_results_stand_in_the_vocabulary_alone() -> None:
+def test_words_labels_and_units_of_results_stand_in_the_vocabulary_alone():
     templates = files("fretwear.report") / "templates"
     scripts = "".join((templates / name).read_text() for name in ("explorer.js", "table.js"))
     written = re.sub(r"/\*.*?\*/", "", scripts, flags=re.DOTALL)
@@ -196,7 +179,7 @@ def test_words_labels_and_units_of_results_stand_in_the_vocabulary_alone() -> No
     assert not re.search("µm|nm|MPa|µJ", written)
 
 
-def test_a_summary_of_another_study_or_of_cases_that_it_no_longer_has_is_refused(finished) -> None:
+def test_a_summary_of_another_study_or_of_cases_that_it_no_longer_has_is_refused(finished):
     with pytest.raises(DataFileError, match=r"'load': 1.*merge the study again"):
         build_report(finished.plan, finished.summary.isel(load=[0]), finished.folder)
     other = finished.summary.copy(deep=True)
@@ -205,7 +188,7 @@ def test_a_summary_of_another_study_or_of_cases_that_it_no_longer_has_is_refused
         build_report(finished.plan, other, finished.folder)
 
 
-def test_a_heavy_vector_figure_gives_way_to_its_bitmap(finished, tmp_path: Path) -> None:
+def test_a_heavy_vector_figure_gives_way_to_its_bitmap(finished, tmp_path):
     folder = shutil.copytree(finished.folder, tmp_path / "copy")
     heavy = folder / "figures" / "wear_volume.svg"
     heavy.write_text(heavy.read_text(encoding="utf-8") + "<!--" + "x" * 1_500_000 + "-->")
@@ -214,7 +197,7 @@ def test_a_heavy_vector_figure_gives_way_to_its_bitmap(finished, tmp_path: Path)
     assert page.count("data:image/svg+xml") == 10
 
 
-def test_one_case_alone_has_a_report(finished, tmp_path: Path) -> None:
+def test_one_case_alone_and_a_study_without_results_have_a_report(finished, tmp_path):
     one = finished.derived(
         tmp_path,
         "{load: [40 N], friction: [0.4], roughness.amplitude: [0.3 um], plastic_limit: [none]}",
@@ -223,9 +206,6 @@ def test_one_case_alone_has_a_report(finished, tmp_path: Path) -> None:
     assert "Points without results" not in parsed.text
     assert "1 case" in parsed.text
     assert "There are no two cases that differ in one parameter alone." in parsed.text
-
-
-def test_a_study_without_results_has_a_report_without_explorer(finished, tmp_path: Path) -> None:
     plan, summary = finished.plan, finished.summary.copy(deep=True)
     summary["status"] = summary["status"].where(summary["status"] == 2, 1)
     (tmp_path / "figures").mkdir()
@@ -236,7 +216,7 @@ def test_a_study_without_results_has_a_report_without_explorer(finished, tmp_pat
     assert len(page) < 200_000
 
 
-def test_the_download_is_the_table_of_all_points_with_final_values(finished, parsed: Page) -> None:
+def test_the_download_is_the_table_of_all_points_with_final_values(finished, parsed):
     (link,) = (attrs for tag, attrs in parsed.elements if tag == "a" and attrs.get("download"))
     text = base64.b64decode(str(link["href"]).partition("base64,")[2]).decode()
     rows = list(csv.DictReader(text.splitlines()))

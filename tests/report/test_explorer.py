@@ -5,7 +5,6 @@ import gzip
 import json
 from collections import defaultdict
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,6 @@ from fretwear.data.safe import DataFileError
 from fretwear.report.above import Above
 from fretwear.report.explorer import (
     PROFILES,
-    Curves,
     build_explorer,
     differences,
     evenly,
@@ -24,17 +22,17 @@ from fretwear.report.explorer import (
     read_curves,
     thinned_levels,
 )
-from fretwear.report.results import PointResult, point_results
+from fretwear.report.results import point_results
 from fretwear.vocabulary import PointStatus
 
 
 @pytest.fixture(scope="module")
-def results(finished) -> list[PointResult]:
+def results(finished):
     return point_results(finished.plan, finished.summary, {})
 
 
 @pytest.fixture(scope="module")
-def curves(finished, results: list[PointResult]) -> dict[str, Curves]:
+def curves(finished, results):
     done = [place for place, result in enumerate(results) if result.done]
     return read_curves(finished.folder / "summary.nc", finished.plan, done)
 
@@ -44,26 +42,26 @@ EVEN = defaultdict(Above)
 
 
 @pytest.fixture(scope="module")
-def data(finished, results: list[PointResult], curves: dict[str, Curves]) -> dict[str, Any]:
+def data(finished, results, curves):
     explorer = build_explorer(finished.plan, results, range(16), curves, EVEN)
     assert explorer is not None
     assert explorer.note == ""
     return unpacked(explorer.data)
 
 
-def unpacked(text: str) -> dict[str, Any]:
+def unpacked(text):
     """Read what the page's script reads."""
     content: dict[str, Any] = json.loads(gzip.decompress(base64.b64decode(text)))
     return content
 
 
-def profile(packed: dict[str, Any]) -> np.ndarray:
+def profile(packed):
     known = [0 if step is None else step for step in packed["steps"]]
     values = packed["scale"] * np.cumsum(known)
     return np.where([step is None for step in packed["steps"]], np.nan, values)
 
 
-def test_profiles_are_those_of_the_files_to_a_10000th(finished, data: dict[str, Any]) -> None:
+def test_profiles_zones_and_histories_are_those_of_the_files_to_a_10000th(finished, data):
     assert len(data["cases"]) == 11
     for case in data["cases"]:
         with open_case(finished.cases / f"{case['id']}.nc") as stored:
@@ -77,18 +75,12 @@ def test_profiles_are_those_of_the_files_to_a_10000th(finished, data: dict[str, 
                 found = np.array([profile(packed) for packed in case["profiles"][name]])
                 largest = np.abs(expected).max(axis=1, keepdims=True)
                 assert (np.abs(found - expected) <= 0.51e-4 * largest).all()
-
-
-def test_zones_are_the_states_of_the_cells(finished, data: dict[str, Any]) -> None:
     for case in data["cases"]:
         with open_case(finished.cases / f"{case['id']}.nc") as stored:
             for cycle, pairs in enumerate(case["states"]):
                 states = np.repeat(pairs[::2], pairs[1::2])
                 expected = stored["contact_state"].values[cycle, : case["x"][2], 0]
                 assert states.tolist() == expected.tolist()
-
-
-def test_histories_hold_every_step(finished, data: dict[str, Any]) -> None:
     case = data["cases"][0]
     with open_history(finished.cases / f"{case['id']}.nc") as history:
         assert case["history"]["cycle"] == pytest.approx(history["cycle"].values, rel=1e-6)
@@ -96,21 +88,21 @@ def test_histories_hold_every_step(finished, data: dict[str, Any]) -> None:
         assert case["history"]["contact_half_width_x"] == pytest.approx(width, rel=1e-6)
 
 
-def test_points_without_results_keep_their_reasons(data: dict[str, Any]) -> None:
+def test_points_without_results_keep_their_reasons_and_the_case_most_worn_comes_first(data):
     assert len(data["points"]) == 16
     invalid = [point for point in data["points"] if point["status"] == "invalid"]
     assert len(invalid) == 4
     assert all(point["case"] == -1 and "Q must be less" in point["reason"] for point in invalid)
-
-
-def test_the_case_that_has_worn_most_comes_first(data: dict[str, Any]) -> None:
     volumes = [case["numbers"]["wear_volume"][-1] for case in data["cases"]]
     assert data["points"][data["start"]]["case"] == int(np.argmax(volumes))
+    packed = differences(np.array([np.nan, 2.0, np.nan, -1.0]))
+    assert packed["steps"] == [None, 10_000, None, -15_000]
+    assert profile(packed) == pytest.approx([np.nan, 2.0, np.nan, -1.0], nan_ok=True)
+    assert differences(np.zeros(3)) == {"scale": 0.0, "steps": [0, 0, 0]}
+    assert differences(np.full(2, np.nan)) == {"scale": 0.0, "steps": [None, None]}
 
 
-def test_of_many_points_a_grid_of_fewer_levels_is_held(
-    finished, results: list[PointResult], curves: dict[str, Curves]
-) -> None:
+def test_of_many_points_a_grid_of_fewer_levels_is_held(finished, results, curves):
     places = held_points(finished.plan, results, most=9)
     assert places == list(range(8))
     held = {results[place].id: curves[results[place].id] for place in places if results[place].done}
@@ -119,9 +111,6 @@ def test_of_many_points_a_grid_of_fewer_levels_is_held(
     assert explorer.note.startswith("This page holds 8 of the 16 points of the study,")
     axes = unpacked(explorer.data)["axes"]
     assert [len(axis["levels"]) for axis in axes] == [1, 2, 2, 2]
-
-
-def test_levels_are_thinned_where_there_are_most_and_keep_their_ends() -> None:
     assert thinned_levels([10, 10, 10], 300) == [evenly(10, 6), evenly(10, 7), evenly(10, 7)]
     assert thinned_levels([1000], 3) == [[0, 500, 999]]
     assert thinned_levels([2, 3], 6) == [[0, 1], [0, 1, 2]]
@@ -130,32 +119,17 @@ def test_levels_are_thinned_where_there_are_most_and_keep_their_ends() -> None:
 
 
 @pytest.mark.parametrize(("done", "held"), [({5, 6, 9}, {5, 9}), ({0}, {0})])
-def test_at_least_one_point_that_is_done_is_held(
-    finished, results: list[PointResult], done: set[int], held: set[int]
-) -> None:
+def test_at_least_one_point_that_is_done_is_held(finished, results, done, held):
     status = [PointStatus.DONE if place in done else PointStatus.FAILED for place in range(16)]
     told = [replace(result, status=one) for result, one in zip(results, status, strict=True)]
     assert held <= set(held_points(finished.plan, told, most=2))
 
 
-def test_missing_values_and_rows_of_zeros_are_packed() -> None:
-    packed = differences(np.array([np.nan, 2.0, np.nan, -1.0]))
-    assert packed["steps"] == [None, 10_000, None, -15_000]
-    assert profile(packed) == pytest.approx([np.nan, 2.0, np.nan, -1.0], nan_ok=True)
-    assert differences(np.zeros(3)) == {"scale": 0.0, "steps": [0, 0, 0]}
-    assert differences(np.full(2, np.nan)) == {"scale": 0.0, "steps": [None, None]}
-
-
-def test_the_same_numbers_give_the_same_text_without_markup(
-    finished, results: list[PointResult], curves: dict[str, Curves]
-) -> None:
+def test_the_same_numbers_give_the_same_text_without_markup(finished, results, curves, tmp_path):
     first, second = (
         build_explorer(finished.plan, results, range(16), curves, EVEN) for _ in range(2)
     )
     assert first == second
     assert not set(first.data) & set("<>&\"'")
-
-
-def test_a_study_without_a_merged_file_is_told_so(finished, tmp_path: Path) -> None:
     with pytest.raises(DataFileError, match="there is no such file"):
         read_curves(tmp_path / "summary.nc", finished.plan, [0])

@@ -1,7 +1,6 @@
 """The tables of parameters and of the computation say what was set and what it took."""
 
 import json
-from pathlib import Path
 
 import pytest
 import xarray as xr
@@ -18,7 +17,7 @@ from fretwear.study.study import load_study
 from ..studies import base, run_study, write_study
 
 
-def test_varied_parameters_come_first_in_units_for_people(finished) -> None:
+def test_varied_parameters_come_first_in_units_for_people(finished):
     rows = parameter_rows(finished.plan)
     varied = [(row.name, row.values) for row in rows if row.choices]
     assert varied == [
@@ -32,16 +31,13 @@ def test_varied_parameters_come_first_in_units_for_people(finished) -> None:
     assert values["wear_coefficient"] == "7·10⁻¹³ Pa⁻¹"
     assert values["roughness_slope_x"] == "1.8°"
     assert values["tangential_load"] == "5 N"
-
-
-def test_every_parameter_of_a_case_is_in_a_table_or_among_the_numerics(finished) -> None:
     names = {row.name for row in parameter_rows(finished.plan)}
     case = next(iter(finished.plan.study.cases().values()))
     numerics = {"cell_x", "cell_y", "tolerance", "slip_model", "error_estimate"}
     assert set(case.scalar_coordinates()) - names == numerics
 
 
-def test_values_drawn_at_random_are_shown_as_a_range(finished, tmp_path: Path) -> None:
+def test_values_drawn_at_random_are_shown_as_a_range(finished, tmp_path):
     text = finished.plan.study.file.read_text(encoding="utf-8")
     text = text.replace("[20 N, 40 N]", "{from: 26 N, to: 40 N}")
     text = text.replace("[0.2, 0.4]", "{from: 0.3, to: 0.4}")
@@ -57,7 +53,7 @@ def test_values_drawn_at_random_are_shown_as_a_range(finished, tmp_path: Path) -
     assert 39.0 < float(high.removesuffix(" N")) <= 40.0
 
 
-def test_numerics_are_read_from_the_files(finished) -> None:
+def test_numerics_and_residuals_are_those_of_the_files(finished):
     results = point_results(finished.plan, finished.summary, {})
     ids = [result.id for result in results if result.done]
     numerics = [examine(finished.cases / f"{case_id}.nc") for case_id in ids]
@@ -73,9 +69,6 @@ def test_numerics_are_read_from_the_files(finished) -> None:
     assert facts["Grid spacing along x"] == "3.9 µm"
     assert facts["Cases examined"] == f"{len(ids)} of {len(ids) + 1}, evenly spread"
     assert xr.__version__ in facts["Report made with"]
-
-
-def test_residuals_are_those_of_the_stored_fields(finished) -> None:
     case_id = next(iter(finished.plan.study.cases()))
     numerics = examine(finished.cases / f"{case_id}.nc")
     assert 0.0 < numerics.residuals.load < 1e-6
@@ -89,7 +82,7 @@ def test_residuals_are_those_of_the_stored_fields(finished) -> None:
     assert residuals(fields, numerics.parameters, copies=1).load == pytest.approx(0.25, rel=1e-5)
 
 
-def test_the_study_file_is_shown_as_written_unless_it_was_changed(finished) -> None:
+def test_the_study_file_is_shown_as_written_unless_it_was_changed(finished):
     study = finished.plan.study
     assert study_text(study) == study.file.read_text(encoding="utf-8")
     changed = load_study(study.file, ["tolerance=0.02"])
@@ -98,7 +91,7 @@ def test_the_study_file_is_shown_as_written_unless_it_was_changed(finished) -> N
     assert json.dumps(yaml.safe_load(text)) == json.dumps(changed.content)
 
 
-def test_the_texts_on_a_line_contact_with_debris_are_about_it(tmp_path: Path) -> None:
+def test_the_texts_on_a_line_contact_with_debris_are_about_it(tmp_path):
     given = base(debris_fraction=0.5, load="20 N/mm", radius=None, cycles=20)
     given["indenter"] = {"kind": "cylinder", "radius": "6 mm"}
     study = load_study(write_study(tmp_path / "line.yaml", {"title": "Line", "base": given}))

@@ -38,7 +38,7 @@ def with_a_long_case(place):
 class Bench:
     """A folder with one study, and the command that runs batches of it."""
 
-    def __init__(self, folder) -> None:
+    def __init__(self, folder):
         self.folder = folder
         self.results = folder / "results/tiny"
         self.write(STUDY)
@@ -121,14 +121,10 @@ def test_a_failed_case_keeps_no_other_from_running(bench):
     record(bench.results, path.stem, "broken before")
     bench.batch()
     assert path.stem not in failures(bench.results)
-
-
-def test_a_case_that_needs_more_memory_than_there_is_fails_with_the_reason(bench):
     large = {**STUDY["base"], "cell": "0.002 um"}
     bench.write({**STUDY, "base": large, "vary": {"load": ["50 N"]}})
     bench.batch(status=1)
-    (failed,) = failures(bench.results).values()
-    assert "of memory for" in failed.reason
+    assert any("of memory for" in each.reason for each in failures(bench.results).values())
 
 
 def test_a_batch_that_is_killed_goes_on_after_the_cases_that_are_done(bench, start):
@@ -179,7 +175,7 @@ def test_a_supervised_batch_can_be_stopped(bench, start, number, status):
     assert not bench.cases()
 
 
-def test_what_a_killed_process_left_beside_finished_cases_is_removed(bench, whole):
+def test_what_a_killed_process_left_is_removed_and_its_case_comes_last(bench, whole):
     shutil.copytree(whole.results, bench.results)
     first, second, _ = bench.cases()
     left = [first.with_suffix(".checkpoint"), Lock(first).file]
@@ -189,9 +185,8 @@ def test_what_a_killed_process_left_beside_finished_cases_is_removed(bench, whol
         bench.batch()
         assert held.file.exists()
     assert not any(file.exists() for file in left)
-
-
-def test_a_case_whose_process_vanished_comes_last(bench, whole):
+    for case in bench.cases():
+        case.unlink()
     first, *others = (path.stem for path in whole.cases())
     record(bench.results, first)
     assert BEGAN.findall(bench.batch()) == [*others, first]
@@ -216,25 +211,22 @@ def test_a_batch_is_finished_as_long_as_its_files_are_as_it_left_them(whole, tmp
     assert case_files(tmp_path / "missing") == {}
 
 
-def full(_):
-    return Unfailing(Path("/dev/full").open("a", buffering=1))
-
-
 @pytest.mark.parametrize("how", ["on a full disk", "without a folder"])
-def test_cases_whose_logs_cannot_be_written_are_computed_all_the_same(
-    bench, whole, monkeypatch, how
-):
+def test_cases_whose_logs_cannot_be_written_are_computed_all_the_same(bench, monkeypatch, how):
+    def full(_):
+        return Unfailing(Path("/dev/full").open("a", buffering=1))
+
     if how == "on a full disk":
         for module in ("batch", "records"):
             monkeypatch.setattr(f"fretwear.running.{module}.open_log", full)
     else:
         bench.results.mkdir(parents=True)
         (bench.results / "logs").write_text("")
-    bench.batch()
-    assert [path.name for path in bench.cases()] == [path.name for path in whole.cases()]
+    bench.batch("--points", "1-2")
+    assert len(bench.cases()) == 2
 
 
-@pytest.mark.parametrize("points", ["0-2", "2-1", "1-4", "1", "a-b", "-1-2"])
-def test_points_that_are_not_there_are_refused(bench, points):
-    assert f"--points {points}: " in bench.batch(f"--points={points}", status=2)
+def test_points_that_are_not_there_are_refused(bench):
+    for points in ("0-2", "2-1", "1-4", "1", "a-b", "-1-2"):
+        assert f"--points {points}: " in bench.batch(f"--points={points}", status=2)
     assert not bench.results.exists()

@@ -53,34 +53,22 @@ def names(path):
 
 
 @pytest.mark.slow
-def test_of_two_processes_at_once_one_computes_and_the_other_takes_its_file(run, tmp_path):
+@pytest.mark.parametrize("then", [signal.SIGCONT, signal.SIGKILL])
+def test_of_two_processes_one_computes_and_the_other_waits_for_its_file(run, tmp_path, then):
     first = run()
     read_until(first, "cycle 0 of")
     first.send_signal(signal.SIGSTOP)
     second = run()
     read_until(second, f"out/a.nc: process {first.pid} on ")
-    first.send_signal(signal.SIGCONT)
+    first.send_signal(then)
     written = first.communicate()[0]
     taken, told = second.communicate()
-    assert (first.returncode, second.returncode) == (0, 0)
-    assert "by another process" not in written
-    assert "by another process" in taken
-    assert "cycle 0 of" not in told
-    assert names(tmp_path / "out/a.nc") == ["a.nc"]
-
-
-@pytest.mark.slow
-def test_who_waits_resumes_where_a_killed_process_was(run, tmp_path):
-    first = run()
-    read_until(first, "cycle 0 of")
-    first.send_signal(signal.SIGSTOP)
-    second = run()
-    read_until(second, "waiting for it")
-    first.send_signal(signal.SIGKILL)
-    taken, told = second.communicate()
     assert second.returncode == 0, told
-    assert "by another process" not in taken
-    assert "cycle 7000 of 7000" in told
+    assert "by another process" not in written
+    is_taken = then == signal.SIGCONT
+    assert first.returncode == (0 if is_taken else -signal.SIGKILL)
+    assert ("by another process" in taken) == is_taken
+    assert ("cycle 7000 of 7000" in told) == (not is_taken), "it resumes where the other was"
     assert names(tmp_path / "out/a.nc") == ["a.nc"]
 
 
@@ -148,7 +136,7 @@ def test_a_job_whose_lock_another_has_taken_leaves_without_writing(case, path):
     assert names(path) == ["a.nc"]
 
 
-def failing_below(deepest: float):
+def failing_below(deepest):
     """The wear layer of the slip model, which fails in every step from a depth of wear on."""
     wear_layer = Jaeger.wear_layer
 

@@ -35,12 +35,15 @@ def test_records_that_are_cut_short_or_of_something_else_are_passed_over(tmp_pat
     record(tmp_path, "sound", "broken")
     (file,) = (tmp_path / "logs/simulate").iterdir()
     text = file.read_text()
-    file.with_name("cut.failed.json").write_text(text[:-20])
-    file.with_name("other.failed.json").write_text(text)
-    file.with_name("list.failed.json").write_text("[1, 2]")
-    file.with_name("odd.failed.json").write_text(json.dumps({**json.loads(text), "reason": 3}))
-    file.with_name("large.failed.json").write_text(text + " " * 200_000)
-    file.with_name("deep.failed.json").write_text("[" * 50_000)
+    for name, content in {
+        "cut": text[:-20],
+        "other": text,
+        "list": "[1, 2]",
+        "odd": json.dumps({**json.loads(text), "reason": 3}),
+        "large": text + " " * 200_000,
+        "deep": "[" * 50_000,
+    }.items():
+        file.with_name(f"{name}.failed.json").write_text(content)
     assert list(failures(tmp_path)) == ["sound"]
 
 
@@ -53,29 +56,26 @@ def test_the_end_of_a_log_is_whole_lines(tmp_path):
     assert log_end(tmp_path, "P50N-1", most=12) == "\ufffdcycle 3\n"
 
 
-def write(file, *rows):
-    file.parent.mkdir(parents=True, exist_ok=True)
-    file.write_text(HEAD + "\n".join(rows) + "\n", encoding="utf-8")
+def test_simulations_are_added_up_and_what_was_not_measured_counts_for_nothing(tmp_path):
+    def write(name, row):
+        file = tmp_path / "benchmarks" / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(f"{HEAD}{row}\n", encoding="utf-8")
 
-
-def test_simulations_are_added_up_and_other_rules_are_not(tmp_path):
-    write(tmp_path / "benchmarks/simulate/a.tsv", "2.0\t0:00:02\t100\t1.5")
-    write(tmp_path / "benchmarks/simulate/b.tsv", "3.0\t0:00:03\t200\t2.5")
-    write(tmp_path / "benchmarks/merge.tsv", "9.0\t0:00:09\t900\t9.0")
-    spent = spent_on_simulations(tmp_path)
-    assert (spent.jobs, spent.seconds, spent.processor_seconds) == (2, 5.0, 4.0)
-    assert spent.memory_bytes == pytest.approx(200 * 2**20)
-
-
-def test_what_was_not_measured_counts_for_nothing(tmp_path):
     assert spent_on_simulations(tmp_path) is None
-    write(tmp_path / "benchmarks/batches/long.tsv", "1\t0:01\t" + "9" * 200_000)
+    write("batches/long.tsv", "1\t0:01\t" + "9" * 200_000)
     assert spent_on_simulations(tmp_path) is None
-    write(tmp_path / "benchmarks/simulate/a.tsv", "0.2\t0:00:00\t-\tNA")
+    write("simulate/a.tsv", "0.2\t0:00:00\t-\tNA")
     (tmp_path / "benchmarks/simulate/b.tsv").write_bytes(b"\xff\xfe not a table")
     spent = spent_on_simulations(tmp_path)
     assert (spent.jobs, spent.seconds, spent.processor_seconds) == (1, 0.2, 0.0)
     assert spent.memory_bytes != spent.memory_bytes
+    write("simulate/a.tsv", "2.0\t0:00:02\t100\t1.5")
+    write("simulate/b.tsv", "3.0\t0:00:03\t200\t2.5")
+    write("merge.tsv", "9.0\t0:00:09\t900\t9.0")
+    spent = spent_on_simulations(tmp_path)
+    assert (spent.jobs, spent.seconds, spent.processor_seconds) == (2, 5.0, 4.0)
+    assert spent.memory_bytes == pytest.approx(200 * 2**20)
 
 
 def test_records_that_cannot_be_written_or_lead_elsewhere_end_nothing(tmp_path):

@@ -91,19 +91,10 @@ def test_without_control_groups_the_machine_says_what_is_available(available, mo
     assert available() == 16_500
 
 
-def test_a_case_is_too_large_only_where_that_is_certain():
+def test_a_case_that_does_not_fit_is_told_a_cell_that_does(monkeypatch):
     expected = estimate(make_case())
     assert why_too_large(expected, expected.memory_bytes) == ""
     assert "MB of memory for" in why_too_large(expected, expected.memory_bytes // 2)
-
-
-def test_where_nothing_is_left_no_case_fits(monkeypatch):
-    monkeypatch.setattr("fretwear.running.resources.available_memory", lambda: 0)
-    with pytest.raises(MemoryError, match="but 0 kB are available"):
-        require_memory(make_case())
-
-
-def test_a_case_that_does_not_fit_is_told_a_cell_that_does(monkeypatch):
     require_memory(make_case())
     with pytest.raises(MemoryError, match=r"needs about .* GB of memory") as error:
         require_memory(make_case(cell="1 nm"))
@@ -113,9 +104,13 @@ def test_a_case_that_does_not_fit_is_told_a_cell_that_does(monkeypatch):
     def no_answer():
         raise FileNotFoundError("/proc/meminfo")
 
-    monkeypatch.setattr("psutil.virtual_memory", no_answer)
-    monkeypatch.setattr("fretwear.running.resources._left_to_control_groups", lambda *_: ())
-    require_memory(make_case(cell="1 nm"))
+    with monkeypatch.context() as patch:
+        patch.setattr("psutil.virtual_memory", no_answer)
+        patch.setattr("fretwear.running.resources._left_to_control_groups", lambda *_: ())
+        require_memory(make_case(cell="1 nm"))
+    monkeypatch.setattr("fretwear.running.resources.available_memory", lambda: 0)
+    with pytest.raises(MemoryError, match="but 0 kB are available"):
+        require_memory(make_case())
 
 
 def cases(seconds):
@@ -124,14 +119,6 @@ def cases(seconds):
 
 def ids(jobs):
     return [case_id for job in jobs for case_id in job.case_ids]
-
-
-@pytest.mark.parametrize("each", [1, 2, 7, 100])
-def test_a_number_of_cases_is_taken_by_its_word(each):
-    listed = cases([1.0] * 20)
-    jobs = joined(listed, each)
-    assert ids(jobs) == ids(listed)
-    assert all(len(job.case_ids) == each for job in jobs[:-1])
 
 
 @pytest.mark.parametrize(
@@ -161,6 +148,11 @@ def test_a_batch_knows_its_points_its_time_and_its_memory():
     assert (job.first, job.last, job.case_ids) == (3, 5, ("a", "b"))
     assert (job.seconds, job.memory_bytes) == (3.0, 900)
     assert core_seconds([job, job], speed=2.0) == 3.0 + SECONDS_TO_START
+    listed = cases([1.0] * 20)
+    for each in (1, 2, 7, 100):
+        jobs = joined(listed, each)
+        assert ids(jobs) == ids(listed)
+        assert all(len(job.case_ids) == each for job in jobs[:-1])
 
 
 def test_a_study_says_how_it_is_joined(load):
@@ -169,15 +161,10 @@ def test_a_study_says_how_it_is_joined(load):
         jobs = batches(Plan(load({**content, **said})))
         assert [len(job.case_ids) for job in jobs] == sizes
     assert load({**content, "batch": "auto"}).batch is None
-
-
-@pytest.mark.parametrize("wrong", [0, -3, 1.5, True, None, "many", [2], 10**9])
-def test_other_batches_are_refused(load, wrong):
-    with pytest.raises(StudyError) as error:
-        load({**STUDY, "batch": wrong})
-    (problem,) = error.value.problems
-    assert problem.key == "batch"
-    assert "must be auto, or a whole number of cases" in problem.rule
+    for wrong in (0, -3, 1.5, True, None, "many", [2], 10**9):
+        with pytest.raises(StudyError, match="must be auto, or a whole number of cases") as error:
+            load({**STUDY, "batch": wrong})
+        assert [problem.key for problem in error.value.problems] == ["batch"]
 
 
 def test_points_that_come_to_one_case_are_run_and_counted_once(load):
@@ -190,20 +177,11 @@ def test_points_that_come_to_one_case_are_run_and_counted_once(load):
     assert study.size == 4
     assert ids(double) == ids(single) == list(study.cases())
     assert core_seconds(double) == pytest.approx(core_seconds(single))
-
-
-def test_cases_of_one_job_start_python_once(load):
-    apart, together = (batches(Plan(load({**STUDY, "batch": n}))) for n in (1, 2))
-    assert core_seconds(apart) - core_seconds(together) == pytest.approx(SECONDS_TO_START)
-
-
-def test_a_machine_twice_as_fast_has_the_same_batches(load):
-    plan = Plan(load(STUDY))
-    assert batches(replace(plan, speed=2.0)) == batches(plan)
-
-
-def test_a_larger_window_takes_longer_to_transform():
-    assert 0.0 < transform_seconds(32, 32) < transform_seconds(512, 512)
+    # Those of one job start Python once; a faster machine has the same batches.
+    plans = [Plan(load({**STUDY, "batch": n})) for n in (1, 2)]
+    apart, together = (core_seconds(batches(plan)) for plan in plans)
+    assert apart - together == pytest.approx(SECONDS_TO_START)
+    assert batches(replace(plans[0], speed=2.0)) == batches(plans[0])
 
 
 def test_a_speed_is_measured_for_small_and_for_huge_windows():
@@ -211,6 +189,7 @@ def test_a_speed_is_measured_for_small_and_for_huge_windows():
     for cell in ("10 um", "0.01 um"):
         assert 1e-3 < machine_speed([estimate(make_case(cell=cell))]) < 1e3
     assert machine_speed([]) == 1.0, "nothing to run takes no measurement"
+    assert 0.0 < transform_seconds(32, 32) < transform_seconds(512, 512)
 
 
 @pytest.fixture
@@ -222,28 +201,20 @@ def plan(load):
     return make
 
 
-def test_a_study_that_fits_and_sees_what_it_computes_has_no_warning(plan):
+def test_what_will_not_fit_and_what_yields_all_over_is_told(plan):
     assert not list(machine_warnings(plan()))
-
-
-def test_cases_larger_than_the_memory_are_named_with_what_they_need(plan):
     planned = plan(cell=["5 um", "0.002 um", "0.001 um"])
     (warning,) = machine_warnings(planned)
     assert warning.startswith("2 cases will not fit in the memory of this machine:\n")
     for large in planned.points[1:]:
         assert f"{large.id} needs about " in warning
     assert planned.points[0].id not in warning
-
-
-def test_jobs_that_fit_alone_but_not_together_are_told_how_to_share(plan):
+    # Jobs that fit alone but not together share.
     planned = plan(load=["50 N", "60 N", "70 N"])
     at_once = min(cores(), 3)
     (warning,) = machine_warnings(planned, int(0.9 * at_once * planned.memory_bytes))
     assert "--resources mem_mb=" in warning
     assert not list(machine_warnings(planned, at_once * planned.memory_bytes))
-
-
-def test_contacts_that_yield_all_over_are_named_with_both_pressures(plan):
     limits = ["500 MPa", "550 MPa", "600 MPa", "650 MPa", "4500 MPa"]
     planned = plan({"cycles": 1000}, plastic_limit=limits)
     (warning,) = machine_warnings(planned)

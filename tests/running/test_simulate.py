@@ -17,7 +17,6 @@ from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.roughness import WavyRoughness
 from fretwear.mechanics.slip import Jaeger
 from fretwear.running.simulate import DoubtfulResultWarning, Step, run, simulate
-from fretwear.study.case import Case
 from fretwear.theory import CattaneoMindlin, HertzContact
 from fretwear.vocabulary import ContactState
 
@@ -32,7 +31,7 @@ SINGLE = 2e-7
 CASE = {"cycles": 1000, "cell": ("7 um", "9 um"), "output_cycles": (0, 1, 10, 300, 1000)}
 
 
-def make(**changes: object) -> Case:
+def make(**changes):
     return make_case(**(CASE | changes))
 
 
@@ -46,27 +45,33 @@ KINDS = {
 
 
 @pytest.fixture(scope="module")
-def datasets() -> dict[str, xr.Dataset]:
+def datasets():
     return {name: simulate(make(**changes), quarter=True) for name, changes in KINDS.items()}
 
 
-def integral(ds: xr.Dataset, field: str) -> np.ndarray:
+def integral(ds, field):
     """Integral of a field over the whole contact, one value a snapshot."""
     cell = float(ds.cell_x) * float(ds.cell_y)
     return 4 * cell * ds[field].astype(float).sum(("x", "y")).to_numpy()
 
 
 @pytest.mark.parametrize("name", KINDS)
-def test_pressure_carries_the_load_and_traction_the_tangential_load(datasets, name: str):
+def test_tractions_carry_the_loads_and_wear_grows_at_its_rate(datasets, name):
     ds = datasets[name]
     np.testing.assert_allclose(integral(ds, "pressure"), float(ds["load"]), rtol=1e-6)
     # The Hertz pressure of the simple model is sampled at cell centers: 1 % on this grid.
     rel = 0.02 if name == "simple slip" else 1e-6
     np.testing.assert_allclose(integral(ds, "shear_traction"), float(ds.tangential_load), rtol=rel)
+    depth = ds.wear_depth.to_numpy()
+    assert not depth[0].any()
+    assert (np.diff(depth, axis=0) >= 0).all()
+    # One cycle, the first, wears what the rate at cycle 0 says, as long as little changes in it.
+    first = ds.wear_rate.to_numpy()[0]
+    assert np.abs(depth[1] - first).max() <= 0.02 * first.max()
 
 
 @pytest.mark.parametrize("name", KINDS)
-def test_fields_obey_the_laws_of_coulomb_and_archard(datasets, name: str):
+def test_fields_obey_the_laws_of_coulomb_and_archard(datasets, name):
     ds = datasets[name]
     worn = 4 * float(ds.wear_coefficient) * ds.pressure.astype(float) * ds.slip
     assert np.abs(ds.wear_rate - worn).max() <= SINGLE * worn.max()
@@ -85,7 +90,7 @@ def test_fields_obey_the_laws_of_coulomb_and_archard(datasets, name: str):
     assert (ds.pressure.max() <= float(ds.plastic_limit) * (1 + 1e-6)).all()
 
 
-def area(ds: xr.Dataset, zone: xr.DataArray) -> np.ndarray:
+def area(ds, zone):
     """Cells of the whole zone less, on a grid, a part of a cell for each open neighbour."""
     whole = mirrored(ds.assign(zone=zone)).zone.to_numpy().astype(int)
     cells = whole.sum((1, 2)).astype(float)
@@ -97,7 +102,7 @@ def area(ds: xr.Dataset, zone: xr.DataArray) -> np.ndarray:
     return cells * float(ds.cell_x * ds.cell_y)
 
 
-def pressure_beside(ds: xr.Dataset, zone: xr.DataArray) -> np.ndarray:
+def pressure_beside(ds, zone):
     """Mean pressure of the cells that have a side in common with a zone, but lie outside."""
     whole = mirrored(ds[["pressure"]].assign(zone=zone)).transpose("cycle", "x", "y")
     inside = np.pad(whole.zone.to_numpy(), ((0, 0), (1, 1), (1, 1)))
@@ -107,7 +112,7 @@ def pressure_beside(ds: xr.Dataset, zone: xr.DataArray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("name", KINDS)
-def test_scalars_are_the_integrals_and_extremes_of_the_fields(datasets, name: str):
+def test_scalars_are_the_integrals_and_extremes_of_the_fields(datasets, name):
     ds = datasets[name]
     sticks = ds.contact_state == ContactState.STICK
     closed, stick = area(ds, ds.contact_state != ContactState.OPEN), area(ds, sticks)
@@ -138,17 +143,6 @@ def test_scalars_are_the_integrals_and_extremes_of_the_fields(datasets, name: st
         on_cells = any(word in key for word in ("area", "maximum", "pressure", "share"))
         rel = 0.08 if "smooth" in name and on_cells else 1e-6
         np.testing.assert_allclose(ds[key], value, rtol=rel, err_msg=key)
-
-
-@pytest.mark.parametrize("name", KINDS)
-def test_wear_grows_from_snapshot_to_snapshot_at_the_rate_given(datasets, name: str):
-    ds = datasets[name]
-    depth = ds.wear_depth.to_numpy()
-    assert not depth[0].any()
-    assert (np.diff(depth, axis=0) >= 0).all()
-    # One cycle, the first, wears what the rate at cycle 0 says, as long as little changes in it.
-    first = ds.wear_rate.to_numpy()[0]
-    assert np.abs(depth[1] - first).max() <= 0.02 * first.max()
 
 
 def test_unworn_smooth_case_is_that_of_hertz_cattaneo_and_mindlin():
@@ -192,7 +186,7 @@ class Uneven(WavyRoughness):
     even = (False, True)
 
 
-def test_half_domain_and_quarter_give_the_same_dataset(datasets):
+def test_half_domain_quarter_and_threads_give_the_same_dataset(datasets):
     quarter = datasets["rough capped"]
     case = make(**KINDS["rough capped"])
     half = simulate(case.replace(roughness=Uneven(**vars(case.roughness))), quarter=True)
@@ -205,11 +199,7 @@ def test_half_domain_and_quarter_give_the_same_dataset(datasets):
         if key.endswith("_error"):
             scale = float(np.abs(quarter[key.removesuffix("_error")]).max())
         np.testing.assert_allclose(corner[key], values, atol=SINGLE * scale, err_msg=key)
-
-
-def test_threads_leave_every_bit_as_it_is(datasets):
-    together = simulate(make(**KINDS["rough capped"]), quarter=True, threads=2)
-    xr.testing.assert_equal(together, datasets["rough capped"])
+    xr.testing.assert_equal(simulate(case, quarter=True, threads=2), quarter)
 
 
 def test_history_holds_every_step_and_observers_see_each():
@@ -227,21 +217,14 @@ def test_history_holds_every_step_and_observers_see_each():
     assert {step.last_cycle for step in seen} == {1000}
 
 
-def with_same_composite(case: Case) -> dict[str, object]:
-    """Equal bodies with the composite modulus E* and the coupling κ of a case."""
-    kappa = case.coupling
-    poisson = (2 * kappa - 2) / (2 * kappa - 1)
-    return {
-        "poisson_ratio": poisson,
-        "youngs_modulus": 2 * case.composite_modulus * (1 - poisson**2),
-    }
-
-
 def test_materials_matter_through_their_composite_modulus_and_coupling_alone():
     pair = {"youngs_modulus": (208e9, 110e9), "poisson_ratio": (0.3, 0.2)}
     swapped = {key: value[::-1] for key, value in pair.items()}
     first = make(**pair)
-    equal = with_same_composite(first)
+    # Equal bodies with the composite modulus E* and the coupling κ of the pair.
+    poisson = (2 * first.coupling - 2) / (2 * first.coupling - 1)
+    modulus = 2 * first.composite_modulus * (1 - poisson**2)
+    equal = {"poisson_ratio": poisson, "youngs_modulus": modulus}
     results = [simulate(make(**changes)) for changes in (pair, swapped, equal)]
     assert make(**equal).composite_modulus == pytest.approx(first.composite_modulus, rel=1e-14)
     for other in results[1:]:
@@ -303,39 +286,26 @@ def test_a_run_on_the_finest_grid_of_the_demo_needs_less_than_a_gigabyte():
     assert fretwear.__version__
 
 
-def test_simulate_gives_the_whole_contact_and_one_side_on_request(datasets):
-    case = make(**KINDS["rough"])
-    whole = simulate(case)
+def test_the_whole_contact_saved_by_xarray_opens_and_compares(datasets, tmp_path, capsys):
+    case, saved, whole = make(**KINDS["rough"]), tmp_path / "saved.nc", datasets["rough"]
+    whole = simulate(case, progress=True)
+    assert "100%" in capsys.readouterr().out
     assert whole.symmetry == "none"
-    cell = float(whole["cell_x"] * whole["cell_y"])
-    load = whole.pressure.sum(("x", "y")) * cell
+    load = whole.pressure.sum(("x", "y")) * float(whole["cell_x"] * whole["cell_y"])
     np.testing.assert_allclose(load, case.load, rtol=SINGLE * 10)
     xr.testing.assert_identical(whole.drop_attrs(), datasets["rough"].fretwear.full().drop_attrs())
-
-
-def test_a_dataset_saved_by_xarray_opens_plots_and_compares(datasets, tmp_path):
-    saved = tmp_path / "saved.nc"
-    datasets["rough"].fretwear.full().to_netcdf(saved)
+    whole.to_netcdf(saved)
     with open_case(saved) as again, open_history(saved) as history:
-        np.testing.assert_array_equal(again.pressure, datasets["rough"].fretwear.full().pressure)
+        np.testing.assert_array_equal(again.pressure, whole.pressure)
         assert again.slip_model == "jaeger"
         np.testing.assert_array_equal(history.wear_volume, datasets["rough"].wear_volume)
         compared = compared_results(again, datasets["rough"])
         assert all(each.first == each.second for each in compared)
-    whole = saved.read_bytes()
-    for end in (len(whole) - 1, len(whole) // 2):
-        saved.write_bytes(whole[:end])
+    content = saved.read_bytes()
+    for end in (len(content) - 1, len(content) // 2):
+        saved.write_bytes(content[:end])
         with pytest.raises(CaseFileError, match="unfinished, cut short"):
             open_case(saved)
-
-
-def test_a_bar_shows_the_progress_of_a_run_on_request(capsys):
-    simulate(make(cycles=10, output_cycles=()), progress=True)
-    assert "100%" in capsys.readouterr().out
-
-
-def test_a_case_shows_its_parameters_in_a_notebook():
-    text = make()._repr_html_()
-    assert "<code>load</code>" in text
-    assert "normal load" in text
-    assert "N</td>" in text
+    text = case._repr_html_()
+    for words in ("<code>load</code>", "normal load", "N</td>"):
+        assert words in text

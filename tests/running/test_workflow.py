@@ -64,21 +64,27 @@ def test_a_study_ends_in_datasets_figures_and_a_report(finished):
 
 
 BOTH = {"P25N-Q9N", "P50N-Q9N"}
-CHANGES = {
-    "nothing": ({}, set(), set()),
-    "snapshots, but no id": ({"output": {"cycles": [0, 30]}}, BOTH, AFTERWARDS),
-    "the title": ({"title": "Two loads"}, set(), AFTERWARDS),
-}
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("what", CHANGES)
-def test_a_change_reruns_what_it_touches(copy, what):
-    change, cases, others = CHANGES[what]
-    copy.write({**TINY, **change})
-    file = copy.folder / "studies/demo.yaml"
-    file.write_text(f"# measured in spring\n{file.read_text()}")
-    assert copy.jobs() == (cases, others)
+def test_a_change_reruns_what_it_touches(copy):
+    def jobs_after(**changes):
+        copy.write({**TINY, **changes})
+        file = copy.folder / "studies/demo.yaml"
+        file.write_text(f"# measured in spring\n{file.read_text()}")
+        return copy.jobs()
+
+    assert jobs_after() == (set(), set())
+    assert jobs_after(title="Two loads") == (set(), AFTERWARDS)
+    # Snapshots are no part of an id.
+    assert jobs_after(output={"cycles": [0, 30]}) == (BOTH, AFTERWARDS)
+    # Another solver computes everything again, and another report reports again.
+    file, module = copy.folder / "Snakefile", "import fretwear.running.workflow as w\n"
+    text = file.read_text()
+    file.write_text(text.replace("try:", f"{module}w.code_digest = lambda: '0'\ntry:", 1))
+    assert jobs_after() == (BOTH, AFTERWARDS)
+    file.write_text(text.replace("try:", f"{module}w.__version__ = '0'\ntry:", 1))
+    assert jobs_after() == (set(), AFTERWARDS)
 
 
 @pytest.mark.slow
@@ -95,16 +101,6 @@ def test_an_extended_study_computes_what_is_new_or_was_removed_and_no_other(copy
         assert list(summary["load"].values) == [25.0, 30.0, 50.0]
         assert (summary["status"] == 0).all()
     assert copy.jobs("results/demo/summary.nc") == (set(), set())
-
-
-@pytest.mark.slow
-def test_another_solver_computes_everything_again_and_another_report_reports_again(copy):
-    file = copy.folder / "Snakefile"
-    text, module = file.read_text(), "import fretwear.running.workflow as w\n"
-    file.write_text(text.replace("try:", f"{module}w.code_digest = lambda: '0'\ntry:", 1))
-    assert copy.jobs() == (BOTH, AFTERWARDS)
-    file.write_text(text.replace("try:", f"{module}w.__version__ = '0'\ntry:", 1))
-    assert copy.jobs() == (set(), AFTERWARDS)
 
 
 @pytest.mark.slow
@@ -134,7 +130,7 @@ def test_cases_of_an_older_solver_are_kept_on_request_and_told_everywhere(copy, 
 
 
 @pytest.mark.slow
-def test_an_invalid_point_stops_the_study_before_any_job(checkout):
+def test_what_is_wrong_stops_the_study_before_any_job(checkout):
     checkout.write({**TINY, "vary": {"load": ["50 N", "15 N"]}})
     message = checkout.snakemake(status=2)
     assert "studies/demo.yaml: base.tangential_load = 9 N" in message
@@ -142,10 +138,7 @@ def test_an_invalid_point_stops_the_study_before_any_job(checkout):
     assert "load = 15 N" in message
     assert "Traceback" not in message
     assert not checkout.results.exists()
-
-
-@pytest.mark.slow
-def test_a_results_folder_that_cannot_be_written_stops_the_study_before_any_job(checkout):
+    checkout.write(TINY)
     checkout.results.parent.write_text("not a folder")
     message = checkout.snakemake(status=2)
     assert "results/demo: cannot be written to, because" in message
@@ -153,21 +146,16 @@ def test_a_results_folder_that_cannot_be_written_stops_the_study_before_any_job(
 
 
 @pytest.mark.slow
-def test_a_lock_that_a_killed_snakemake_has_left_is_told_with_what_to_type(checkout):
+def test_another_study_is_chosen_by_its_name_and_an_old_lock_is_told(checkout):
+    checkout.write({**TINY, "vary": {"load": ["40 N"]}}, "other")
     locks = checkout.folder / ".snakemake/locks"
     locks.mkdir(parents=True)
     (locks / "0.output.lock").touch()
-    words = "if none is running: snakemake --unlock, then the same command again"
-    assert words in checkout.snakemake("--dry-run", status=0)
-
-
-@pytest.mark.slow
-def test_another_study_is_chosen_by_its_name(checkout):
-    checkout.write({**TINY, "vary": {"load": ["40 N"]}}, "other")
     config = ("--config", "study=other", "threads=2")
     planned = checkout.snakemake("--dry-run", "-p", *config, status=0)
     assert "Simulating P40N-Q9N" in planned
     assert "--threads 2" in planned
+    assert "if none is running: snakemake --unlock, then the same command again" in planned
 
 
 @pytest.mark.slow
@@ -207,14 +195,18 @@ def test_the_report_of_the_workflow_itself_holds_the_figures_with_their_captions
         assert f"<p>{figure['caption']}" in page
 
 
-def test_a_study_is_given_by_name_or_by_path(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_study_is_given_by_name_or_by_path(checkout, monkeypatch):
+    monkeypatch.chdir(checkout.folder)
     assert study_file("paper") == Path("studies/paper.yaml")
     assert study_file("loads-1.5") == Path("studies/loads-1.5.yaml")
     assert study_file("mine/own.yaml") == Path("mine/own.yaml")
     assert study_file("own.yaml") == Path("studies/own.yaml")
     Path("own.yaml").touch()
     assert study_file("own.yaml") == Path("own.yaml")
+    # That of another folder has its results among the others.
+    above = write_study(checkout.folder / "above.yaml", TINY)
+    for name in ("../above", "studies/../above.yaml", str(above)):
+        assert StudyJobs.of(name).folder == "results/above"
 
 
 @pytest.fixture
@@ -232,36 +224,30 @@ def jobs(checkout, monkeypatch):
 def test_a_job_depends_on_all_that_its_files_hold(jobs, monkeypatch):
     changes = ({}, {"base": {**TINY["base"], "friction": 0.6}}, {"output": {"cycles": [0, 30]}})
     names = [set(jobs({**TINY, **change}).batches) for change in changes]
+    # What follows depends on the study but not on its batches.
+    assert json.loads(jobs(TINY).content) == TINY
+    assert jobs({**TINY, "batch": 2}).content == jobs(TINY).content
+    assert jobs({**TINY, "title": "Other"}).content != jobs(TINY).content
     monkeypatch.setattr("fretwear.running.workflow.code_digest", lambda: "other")
     names.append(set(jobs(TINY).batches))
     assert sum(map(len, names)) == len(set.union(*names)) == 8
 
 
-def test_what_follows_depends_on_the_study_but_not_on_its_batches(jobs):
-    assert json.loads(jobs(TINY).content) == TINY
-    assert jobs({**TINY, "batch": 2}).content == jobs(TINY).content
-    assert jobs({**TINY, "title": "Other"}).content != jobs(TINY).content
-
-
 def test_a_job_asks_for_more_than_the_plan_expects(jobs):
     small = jobs(TINY)
     waves = {"amplitude": "0.2 um", "slope_x": "2 deg", "slope_y": "1 deg"}
-    large = jobs(
-        {**TINY, "base": {**TINY["base"], "cell": "0.5 um", "cycles": 30000, "roughness": waves}},
-        "large",
-    )
+    large = {**TINY["base"], "cell": "0.5 um", "cycles": 30000, "roughness": waves}
+    large = jobs({**TINY, "base": large}, "large")
     for first, second in zip(small.targets, large.targets, strict=True):
         assert 100 < small.memory_mb(first) < large.memory_mb(second)
         assert 5 < small.minutes(first) <= large.minutes(second)
         assert small.priority(first) < large.priority(second)
-
-
-def test_a_job_of_several_cases_asks_for_the_memory_of_the_largest_and_the_time_of_all(jobs):
-    single, both = jobs(TINY), jobs({**TINY, "batch": 2})
+    # That of several cases asks for the memory of the largest and the time of all.
+    both = jobs({**TINY, "batch": 2})
     (target,) = both.targets
     assert both.points(target) == "1-2"
-    assert both.memory_mb(target) == max(single.memory_mb(each) for each in single.targets)
-    assert both.batch(target).seconds == sum(single.batch(t).seconds for t in single.targets)
+    assert both.memory_mb(target) == max(small.memory_mb(each) for each in small.targets)
+    assert both.batch(target).seconds == sum(small.batch(t).seconds for t in small.targets)
 
 
 def test_what_a_batch_has_left_holds_until_a_case_file_is_removed_or_changed(jobs):
@@ -362,10 +348,3 @@ def test_names_of_folders_and_titles_are_never_commands(checkout):
     checkout.snakemake("results/study/points.csv", "--config", config, status=0)
     assert (checkout.folder / "results/study/summary.nc").exists()
     assert not list(checkout.folder.rglob("harm"))
-
-
-def test_a_study_of_another_folder_has_its_results_among_the_others(checkout, monkeypatch):
-    monkeypatch.chdir(checkout.folder)
-    above = write_study(checkout.folder / "above.yaml", TINY)
-    for name in ("../above", "studies/../above.yaml", str(above)):
-        assert StudyJobs.of(name).folder == "results/above"

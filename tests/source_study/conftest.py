@@ -48,8 +48,8 @@ class Merged(NamedTuple):
 
 
 @pytest.fixture(scope="session")
-def merged(made_once) -> Merged:
-    def make(folder: Path) -> None:
+def merged(made_once):
+    def make(folder):
         run_study(load_study(write_study(folder / "source.yaml", STUDY)), folder)
 
     folder = made_once("source-study", make)
@@ -59,15 +59,15 @@ def merged(made_once) -> Merged:
 
 
 @pytest.fixture(scope="session")
-def cases(merged: Merged) -> Cases:
+def cases(merged):
     return merged.cases
 
 
 @pytest.fixture
-def doctored() -> Doctor:
+def doctored():
     """Replace fields of a case, each by a function of the cycle."""
 
-    def change(case: Evolution, **fields: Callable[..., np.ndarray]) -> Evolution:
+    def change(case, **fields):
         dataset = case.dataset.copy()
         for name, function in fields.items():
             values = np.stack([function(cycle) for cycle in case.cycles])

@@ -39,6 +39,9 @@ def test_claims_are_numbered_and_each_judges_some_case(cases):
         for finding in findings.values():
             assert finding.numbers
             assert bool(finding.remark) is (finding.answer is not HOLDS)
+    texts = [short(value) for value in (0.0, 1e-9, 0.12345, -12.345, 1234.5, np.nan)]
+    assert texts == ["0", "0", "0.123", "−12.3", "1230", "–"]
+    assert [percent(share) for share in (0.4567, 0.0123, 0.0)] == ["45.7 %", "1.23 %", "0 %"]
 
 
 @pytest.mark.parametrize(
@@ -64,12 +67,6 @@ def test_verdict_is_what_all_cases_say_or_in_part(cases, answers, expected):
     assert judgement.told == told
 
 
-def test_numbers_are_short():
-    texts = [short(value) for value in (0.0, 1e-9, 0.12345, -12.345, 1234.5, np.nan)]
-    assert texts == ["0", "0", "0.123", "−12.3", "1230", "–"]
-    assert [percent(share) for share in (0.4567, 0.0123, 0.0)] == ["45.7 %", "1.23 %", "0 %"]
-
-
 def test_what_holds_in_a_real_run(cases):
     """Pressure moves into elastic stick zones, which stay; plastic ones shrink; wear evens out."""
     elastic = ("smooth elastic", "rough elastic")
@@ -80,9 +77,6 @@ def test_what_holds_in_a_real_run(cases):
         assert growth(cases["rough elastic"], cycle) > growth(cases["smooth elastic"], cycle)
     for case in cases.values():
         assert unevenness(case, 2000) < unevenness(case, 0)
-
-
-def test_load_that_leaves_the_slip_zone_is_carried_by_the_first_stick_disc(cases):
     case = cases["smooth elastic"]
     disc = case.zones(0).stick
     loads = [
@@ -104,10 +98,6 @@ def test_pressure_that_moves_outward_fails_the_first_claim(cases, doctored):
     judgement = judged(1, dict.fromkeys(TITLES, constant))
     assert judgement.verdict is FAILS
     assert "falls in the stick zone" in judgement.findings["smooth elastic"].remark
-
-
-def test_a_step_back_holds_in_part_and_noise_of_a_vanished_pressure_is_none(cases, doctored):
-    case = cases["smooth elastic"]
     swapped = {1000: 2000, 2000: 1000}
 
     def vanished(cycle):
@@ -164,9 +154,6 @@ def test_a_stick_zone_that_does_not_yield_or_shrink_fails_the_plastic_part(cases
         finding = judged(4, {**cases, "smooth plastic": case}).findings["smooth plastic"]
         assert finding.answer is FAILS
         assert reason in finding.remark
-
-
-def test_a_stick_zone_that_grows_before_it_shrinks_holds_in_part(cases):
     plastic = cases["rough plastic"]
     count = len(plastic.cycles)
     area = np.array([1.0, *np.linspace(1.2, 0.5, count - 1)])
@@ -236,7 +223,11 @@ def test_wear_that_levels_the_slip_zone_holds_whatever_the_stick_zone_keeps(case
     assert verdict(7, all_over) is HOLDS
 
 
-def test_surfaces_without_wear_keep_their_asperities(cases, doctored):
+def test_asperities_go_in_the_middle_of_the_slip_zone_first_and_stay_without_wear(cases, doctored):
+    case = cases["rough elastic"]
+    zones = case.zones(case.last)
+    assert abs(amplitude_left(case, case.last, zones.between(0.25, 0.75))) < 0.1
+    assert amplitude_left(case, case.last, zones.stick) > 0.5
     rough = cases["rough elastic"]
     nothing = np.zeros_like(rough.radius)
     unworn = doctored(
@@ -249,13 +240,6 @@ def test_surfaces_without_wear_keep_their_asperities(cases, doctored):
     assert finding.remark == "asperities remain"
     even = doctored(unworn, wear_rate=lambda _cycle: nothing + 1e-9)
     assert verdict(7, even) is FAILS
-
-
-def test_asperities_go_in_the_middle_of_the_slip_zone_first(cases):
-    case = cases["rough elastic"]
-    zones = case.zones(case.last)
-    assert abs(amplitude_left(case, case.last, zones.between(0.25, 0.75))) < 0.1
-    assert amplitude_left(case, case.last, zones.stick) > 0.5
 
 
 def with_width(case, width):

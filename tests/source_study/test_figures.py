@@ -17,13 +17,12 @@ def found(figures, number):
     return next(figure for name, figure in figures.items() if name.startswith(f"fig{number:02d}_"))
 
 
-def test_every_figure_of_the_source_study_is_there_under_its_number(figures):
+def test_every_figure_of_the_source_study_is_there_under_its_number(figures, merged):
     numbers = [int(name[3:5]) for name in figures if name.startswith("fig")]
     assert tuple(numbers) == NUMBERS
     assert list(figures)[-1] == "slip_models"
-
-
-def test_without_the_simpler_model_it_is_not_compared(merged):
+    assert "as the grid is refined" in found(figures, 4).caption
+    assert "mean over one wavelength" in found(figures, 9).caption
     summary = merged.summary.isel(slip_model=[0])
     names = [figure.name for figure in source_figures(summary, merged.folder)]
     assert len(names) == len(NUMBERS)
@@ -53,9 +52,6 @@ def test_pressure_of_the_smooth_elastic_contact_is_drawn_as_computed(merged, fig
     profile = picked["pressure_profile"].sel(cycle=0)
     drawn = np.interp(1e6 * profile["x"], *line.get_data())
     np.testing.assert_allclose(drawn, 1e-6 * profile, rtol=1e-6, atol=1e-3)
-
-
-def test_zoom_on_the_edge_shows_all_of_the_elastic_widths_and_no_stick_zone(figures):
     whole, zoom = (found(figures, number).figure.axes[0] for number in (15, 16))
     low, high = zoom.get_ylim()
     assert whole.get_ylim()[0] == 0.0
@@ -63,8 +59,3 @@ def test_zoom_on_the_edge_shows_all_of_the_elastic_widths_and_no_stick_zone(figu
         values = np.asarray(line.get_ydata())
         assert low < values.min()
         assert values.max() < high
-
-
-def test_captions_say_what_is_cut_off(figures):
-    assert "as the grid is refined" in found(figures, 4).caption
-    assert "mean over one wavelength" in found(figures, 9).caption

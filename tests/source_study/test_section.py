@@ -48,11 +48,8 @@ def test_every_claim_is_told_with_criterion_numbers_and_a_word_for_each_model(
                 assert f"{what}: {number}" in text
 
 
-def test_radius_that_the_study_does_not_give_is_named(sections):
+def test_sections_are_whole_html_and_name_the_radius_that_the_study_does_not_give(sections):
     assert "gives no radius of the sphere: these cases have 10 mm." in words(sections["claims"])
-
-
-def test_sections_are_whole_html(sections):
     for section in sections.values():
         for tag in ("table", "tbody", "tr", "td", "div", "p"):
             opened = len(re.findall(rf"<{tag}[ >]", section.body))
@@ -80,9 +77,6 @@ def test_models_agree_on_the_unworn_smooth_sphere_and_constant_slip_wears_less(
     for name in ("dissipated_energy", "stick_half_width_x", "contact_half_width_x"):
         first, other = (one[TITLES[0]].scalar(name, 0) for one in (cases, simple))
         assert other == pytest.approx(first, rel=0.02)
-
-
-def test_nothing_is_compared_with_nothing(sections):
     for title, ratio in zip(TITLES, row(sections["slip-models"], "Plastic volume"), strict=True):
         assert (ratio == "–") == ("elastic" in title), title
 

@@ -1,9 +1,7 @@
-from pathlib import Path
-
 import pytest
 
 from fretwear.study.problems import StudyError
-from fretwear.study.study import Study, load_study
+from fretwear.study.study import load_study
 
 from ..studies import two_loads, write_study
 
@@ -16,16 +14,16 @@ def content():
 class StudyFolder:
     """Writes study files and loads them."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder):
         self.folder = folder
 
-    def write(self, content, name="study.yaml") -> Path:
+    def write(self, content, name="study.yaml"):
         return write_study(self.folder / name, content)
 
-    def load(self, content, assignments=()) -> Study:
+    def load(self, content, assignments=()):
         return load_study(self.write(content), assignments)
 
-    def error(self, content, assignments=()) -> StudyError:
+    def error(self, content, assignments=()):
         with pytest.raises(StudyError) as caught:
             self.load(content, assignments)
         return caught.value

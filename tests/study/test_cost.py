@@ -11,11 +11,6 @@ from ..studies import steel
 WAVES = {"amplitude": 2e-7, "slope_x": 0.035, "slope_y": 0.017}
 
 
-def limiting_radius(ratio):
-    """a∞/a."""
-    return LimitingState(HertzContact(1.0, 4 / 3, 1.0), ratio).contact_radius
-
-
 def test_contact_reaches_out_with_wear_plastic_flow_and_roughness():
     smooth = steel()
     assert greatest_contact_radius(smooth) > smooth.hertz_radius
@@ -23,40 +18,32 @@ def test_contact_reaches_out_with_wear_plastic_flow_and_roughness():
     assert greatest_contact_radius(soft) == pytest.approx(math.sqrt(50 / (math.pi * 50e6)))
     rough = steel(roughness={"amplitude": 2e-7, "slope_x": 0.1, "slope_y": 0.02})
     assert greatest_contact_radius(rough) > greatest_contact_radius(smooth)
+    short = greatest_contact_radius(steel(cycles=10))
+    long = greatest_contact_radius(steel(cycles=10**6))
+    hertz = steel().hertz_radius
+    assert short == pytest.approx(hertz, rel=0.01)
+    limiting = LimitingState(HertzContact(1.0, 4 / 3, 1.0), 0.8)
+    assert long == pytest.approx(limiting.contact_radius * hertz, rel=1e-6)
 
 
-def test_half_the_spacing_takes_four_times_the_cells():
+def test_cells_and_snapshots_cost_what_they_take():
     coarse = estimate(steel(cell=2e-6, roughness=WAVES))
     fine = estimate(steel(cell=1e-6, roughness=WAVES))
     assert fine.cells == pytest.approx(4 * coarse.cells, rel=0.02)
     assert fine.seconds > coarse.seconds
     assert fine.memory_bytes > coarse.memory_bytes
     assert fine.file_bytes > coarse.file_bytes
-
-
-def test_more_snapshots_make_a_larger_file_and_no_longer_run():
     few, many = steel(output_cycles=()), steel(output_cycles=range(0, 1000, 100))
     assert estimate(many).file_bytes > 4 * estimate(few).file_bytes
     assert estimate(many).seconds == estimate(few).seconds
 
 
-YEARS = {"cycles": 30000, "plastic_limit": 4.5e9}
-
-
 def test_a_contact_that_yields_widens_without_end_where_slip_follows_the_worn_shape():
-    worn = steel(cycles=30000)
-    assert greatest_contact_radius(steel(**YEARS)) > 1.5 * greatest_contact_radius(worn)
-    held = steel(**YEARS, slip_model="cattaneo_mindlin")
+    worn, yielding = steel(cycles=30000), steel(cycles=30000, plastic_limit=4.5e9)
+    assert greatest_contact_radius(yielding) > 1.5 * greatest_contact_radius(worn)
+    held = yielding.replace(slip_model="cattaneo_mindlin")
     assert greatest_contact_radius(held) == greatest_contact_radius(worn)
-    assert estimate(held).convolutions < 0.2 * estimate(steel(**YEARS)).convolutions
-
-
-def test_a_short_run_does_not_come_to_the_limiting_state():
-    short = greatest_contact_radius(steel(cycles=10))
-    long = greatest_contact_radius(steel(cycles=10**6))
-    hertz = steel().hertz_radius
-    assert short == pytest.approx(hertz, rel=0.01)
-    assert long == pytest.approx(limiting_radius(0.8) * hertz, rel=1e-6)
+    assert estimate(held).convolutions < 0.2 * estimate(yielding).convolutions
 
 
 def test_more_cycles_and_a_tighter_tolerance_take_more_steps():

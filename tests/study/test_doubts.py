@@ -28,12 +28,9 @@ def test_the_ring_is_as_wide_as_the_limiting_state_says(ratio, limit):
     assert yielding_ring_width(case) == expected
 
 
-def test_a_contact_above_the_limit_everywhere_yields_as_a_whole():
+def test_a_contact_above_the_limit_everywhere_yields_as_a_whole_and_an_elastic_one_nowhere():
     case = steel(tangential_ratio=0.8, plastic_limit=0.5e9)
     assert yielding_ring_width(case) == case.stick_radius
-
-
-def test_an_elastic_contact_has_no_ring():
     case = steel(tangential_ratio=0.8)
     assert math.isinf(case.plastic_limit)
     assert yielding_ring_width(case) == 0.0

@@ -28,7 +28,7 @@ from fretwear.study.parameters import (
 from fretwear.study.sections import study_schema
 from fretwear.topography import Source, SourceFile
 
-from ..studies import WAVES, steel
+from ..studies import SELF_AFFINE, WAVES, steel
 
 jsonschema = pytest.importorskip("jsonschema")
 
@@ -103,16 +103,7 @@ def made_up_kinds():
     register(there=False)
 
 
-ROUGH = {name: value for name, value in WAVES.items() if name != "kind"}
-SELF_AFFINE = {
-    "kind": "self_affine",
-    "rms_height": "0.1 um",
-    "hurst": 0.8,
-    "rolloff_wavelength": "60 um",
-    "shortest_wavelength": "8 um",
-    "seed": 11,
-    "anisotropy": 2,
-}
+RANDOM = {**SELF_AFFINE, "shortest_wavelength": "8 um", "seed": 11, "anisotropy": 2}
 MEASURED = {
     "kind": "measured",
     # As a dataset has it: the file itself is not needed to know the case again.
@@ -143,54 +134,41 @@ OWN = ("wear_coefficient", "friction_wear")
 
 
 def study_case(**changes):
-    given = {"plastic_limit": "4500 MPa", "roughness": ROUGH, "cell": ["0.5 um", "2 um"]}
+    given = {"plastic_limit": "4500 MPa", "roughness": WAVES, "cell": ["0.5 um", "2 um"]}
     given |= {"tangential_load": "20 N", "tolerance": 0.01, "slip_model": "jaeger"}
     return steel(**{**given, **changes})
 
 
 def examples():
     """One case for each kind of part, so that every parameter occurs."""
-    return [
-        study_case(),
-        study_case(tangential_load=None, tangential_ratio=0.8),
-        study_case(tangential_load=None, displacement_ratio=0.8, rig_stiffness="28 N/um"),
-        study_case(
-            tangential_load=None,
-            displacement_amplitude="1 um",
-            rig_stiffness="28 N/um",
-            load=None,
-            indentation="2 um",
-        ),
-        study_case(debris_fraction=0.85),
-        study_case(cycles=None, blocks=[{"cycles": 20, "friction": 0.6}, {"cycles": 30}]),
-        study_case(wear_coefficient=None, energy_wear_coefficient="5e-5 mm^3/J"),
-        study_case(wear_coefficient=None, friction_wear="5e-14 / Pa"),
-        study_case(roughness=DIMPLE, cell=None),
-        *(study_case(radius=None, indenter=each) for each in INDENTERS),
-        study_case(roughness=SELF_AFFINE),
-        study_case(roughness=MEASURED),
-        *(
-            study_case(counterface=each, cell=None)
-            for each in (WAVES, DIMPLE, SELF_AFFINE, MEASURED)
-        ),
-        study_case(slip_model={"kind": "uniform", "slip_gap": "1 um"}),
-        *(
-            study_case(**{**LINE, "tangential_load": None, **given})
-            for given in (
-                {"tangential_load": "5 N/mm"},
-                {"displacement_amplitude": "1 um", "tangential_compliance": "0.1 um/(N/mm)"},
-                {"displacement_ratio": 0.5, "tangential_compliance": "0.1 um/(N/mm)"},
-                {"tangential_ratio": 0.5, "indenter": PUNCH},
-            )
-        ),
-        study_case(
-            **LINE,
-            tangential_load=None,
-            sliding_amplitude="25 um",
-            wear_coefficient=["1.9e-14 / Pa", "2.9e-14 / Pa"],
-            plastic_limit=None,
-        ),
+    no_load = {"tangential_load": None}
+    rig = {**no_load, "rig_stiffness": "28 N/um"}
+    punched = {**LINE, **no_load, "tangential_ratio": 0.5, "indenter": PUNCH}
+    yielding = {**LINE, **no_load, "tangential_compliance": "0.1 um/(N/mm)"}
+    sliding = {**LINE, **no_load, "plastic_limit": None, "sliding_amplitude": "25 um"}
+    worn_apart = ["1.9e-14 / Pa", "2.9e-14 / Pa"]
+    held = {"displacement_amplitude": "1 um", "load": None, "indentation": "2 um"}
+    changes = [
+        {},
+        {**no_load, "tangential_ratio": 0.8},
+        {**rig, "displacement_ratio": 0.8},
+        {**rig, **held},
+        {"debris_fraction": 0.85},
+        {"cycles": None, "blocks": [{"cycles": 20, "friction": 0.6}, {"cycles": 30}]},
+        {"wear_coefficient": None, "energy_wear_coefficient": "5e-5 mm^3/J"},
+        {"wear_coefficient": None, "friction_wear": "5e-14 / Pa"},
+        {"roughness": DIMPLE, "cell": None},
+        *({"radius": None, "indenter": each} for each in INDENTERS),
+        *({"roughness": each} for each in (RANDOM, MEASURED)),
+        *({"counterface": each, "cell": None} for each in (WAVES, DIMPLE, RANDOM, MEASURED)),
+        {"slip_model": {"kind": "uniform", "slip_gap": "1 um"}},
+        {**LINE, "tangential_load": "5 N/mm"},
+        {**yielding, "displacement_amplitude": "1 um"},
+        {**yielding, "displacement_ratio": 0.5},
+        punched,
+        {**sliding, "wear_coefficient": worn_apart},
     ]
+    return [study_case(**each) for each in changes]
 
 
 UNSAID = {"debris_fraction", "blocks", "plastic_limit", "rig_stiffness", "tangential_compliance"}
@@ -281,7 +259,7 @@ def test_a_new_kind_is_read_varied_and_described(studies, content):
     assert [case.roughness.depth for case in changed.values()] == [1e-6]
 
 
-def test_mistakes_in_a_new_kind_are_told_like_all_others(studies, content):
+def test_mistakes_in_a_new_kind_and_a_missing_file_are_told_like_all_others(studies, content):
     content["base"]["roughness"] = {**DIMPLE, "depth": "5 N", "widht": "20 um"}
     keys = {problem.key for problem in studies.error(content).problems}
     assert {"base.roughness.depth", "base.roughness.widht"} <= keys
@@ -290,21 +268,16 @@ def test_mistakes_in_a_new_kind_are_told_like_all_others(studies, content):
     assert "did you mean 'dimple'" in problem.hint
     with pytest.raises(CaseError, match="exactly one of the two"):
         study_case(friction_wear="5e-14 / Pa")
-
-
-def test_a_study_has_to_have_the_file_of_a_surface(studies, content):
     content["base"]["roughness"] = MEASURED
     (problem,) = studies.error(content).problems
     assert (problem.key, problem.rule[:11]) == ("base.roughness.file", "is no file:")
 
 
-def test_names_that_may_be_given_are_those_of_the_declared_fields():
+def test_names_and_kinds_that_may_be_given_are_those_declared():
     names = set(base_names())
     assert {"indenter", "radius", "load", "friction", "roughness", "slip_model", *OWN} <= names
     assert {"roughness.amplitude", "roughness.depth", "indenter.radius"} <= set(parameter_names())
 
-
-def test_a_class_derived_from_a_kind_is_no_kind_of_its_own():
     class Counted(Jaeger):
         """The same model, watched."""
 
@@ -312,15 +285,7 @@ def test_a_class_derived_from_a_kind_is_no_kind_of_its_own():
     assert study_case(slip_model=Counted()).slip_model == Counted()
 
 
-def test_the_long_form_of_an_indenter_is_the_short_one():
-    long = study_case(radius=None, indenter={"kind": "sphere", "radius": "10 mm"})
-    assert long == study_case()
-    assert long.radius == 0.01
-    with pytest.raises(CaseError, match="radius: is redundant: indenter is given too"):
-        study_case(indenter={"kind": "sphere", "radius": "10 mm"})
-
-
-def test_a_case_can_be_changed():
+def test_a_case_can_be_changed_and_have_the_long_form_of_an_indenter():
     heavier = study_case().replace(load="60 N")
     assert (heavier.load, heavier.tangential_load) == (60.0, 20.0)
     assert study_case().replace(tangential_ratio=0.5).tangential_load == pytest.approx(12.5)
@@ -331,6 +296,11 @@ def test_a_case_can_be_changed():
     assert stiff.loading.rig_stiffness == pytest.approx(28e6)
     with pytest.raises(CaseError, match="gross sliding"):
         study_case().replace(load="30 N")
+    long = study_case(radius=None, indenter={"kind": "sphere", "radius": "10 mm"})
+    assert long == study_case()
+    assert long.radius == 0.01
+    with pytest.raises(CaseError, match="radius: is redundant: indenter is given too"):
+        study_case(indenter={"kind": "sphere", "radius": "10 mm"})
 
 
 @pytest.mark.filterwarnings("ignore::fretwear.DoubtfulResultWarning")

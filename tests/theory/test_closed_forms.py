@@ -15,34 +15,34 @@ RATIOS = (0.001, 0.2, 0.5, 0.8, 0.9, 0.99)
 
 
 @pytest.fixture
-def hertz() -> theory.HertzContact:
+def hertz():
     return theory.HertzContact(RADIUS, LOAD, theory.composite_modulus(*STEEL, *STEEL))
 
 
-def partial_slip(hertz: theory.HertzContact, ratio: float) -> theory.CattaneoMindlin:
+def partial_slip(hertz, ratio):
     coupling = theory.coupling_ratio(*STEEL, *STEEL)
     return theory.CattaneoMindlin(hertz, FRICTION, ratio * FRICTION * hertz.load, coupling)
 
 
 @pytest.fixture(params=RATIOS)
-def slip(hertz, request) -> theory.CattaneoMindlin:
+def slip(hertz, request):
     return partial_slip(hertz, request.param)
 
 
 @pytest.fixture(params=RATIOS)
-def limit(hertz, request) -> theory.LimitingState:
+def limit(hertz, request):
     return theory.LimitingState(hertz, request.param)
 
 
-def integral(function, start: float, end: float) -> float:
+def integral(function, start, end):
     return quad(function, start, end, epsabs=0.0, epsrel=1e-11, limit=200)[0]
 
 
-def area_integral(function, start: float, end: float) -> float:
+def area_integral(function, start, end):
     """∫ f 2πr dr; the substitution r = m - h·cos t removes square roots at both ends."""
     middle, half = (start + end) / 2, (end - start) / 2
 
-    def integrand(t: float) -> float:
+    def integrand(t):
         r = middle - half * math.cos(t)
         return 2 * math.pi * r * float(function(r)) * half * math.sin(t)
 
@@ -59,28 +59,11 @@ def test_composites_of_two_materials_are_symmetric_and_reach_the_rigid_limit():
     )
 
 
-@pytest.mark.parametrize(
-    ("materials", "named"),
-    [
-        ((0.0, 0.3, 1.0, 0.3), "youngs_modulus_1"),
-        ((1.0, 0.3, math.inf, 0.3), "youngs_modulus_2"),
-        ((1.0, 0.51, 1.0, 0.3), "poisson_ratio_1"),
-        ((1.0, 0.3, 1.0, -1.0), "poisson_ratio_2"),
-    ],
-)
-def test_impossible_materials_are_named(materials, named):
-    with pytest.raises(ValueError, match=named):
-        theory.composite_modulus(*materials)
-
-
-def test_hertz_pressure_carries_the_load_and_peaks_as_the_modulus_says(hertz):
+def test_hertz_pressure_carries_the_load_and_the_approach_follows_from_the_radius(hertz):
     carried = area_integral(hertz.pressure, 0.0, hertz.contact_radius)
     assert carried == pytest.approx(LOAD, rel=1e-9, abs=0)
     expected = 2 * hertz.composite_modulus * hertz.contact_radius / (math.pi * RADIUS)
     assert hertz.peak_pressure == pytest.approx(expected, rel=1e-14, abs=0)
-
-
-def test_approach_is_the_integral_of_contact_radius_over_load(hertz):
     # the stiffness of a circular contact is dP/dδ = 2 E* a, whatever the profile
     approach = integral(
         lambda load: 1 / (2 * hertz.composite_modulus * hertz.with_load(load).contact_radius),
@@ -90,10 +73,10 @@ def test_approach_is_the_integral_of_contact_radius_over_load(hertz):
     assert hertz.approach == pytest.approx(approach, rel=1e-8, abs=0)
 
 
-def displacement(pressure, outer: float, modulus: float, r: float) -> float:
+def displacement(pressure, outer, modulus, r):
     """Surface displacement at r ≥ outer by quadrature of ring loads (Johnson 1985, section 3.8)."""
 
-    def integrand(angle: float) -> float:
+    def integrand(angle):
         t = outer * math.sin(angle)
         load = float(pressure(t)) * t * outer * math.cos(angle)
         return load * ellipk(4 * r * t / (r + t) ** 2) / (r + t)
@@ -102,14 +85,11 @@ def displacement(pressure, outer: float, modulus: float, r: float) -> float:
     return 4 / (math.pi * modulus) * integral(integrand, 0.0, math.pi / 2 - 1e-9)
 
 
-def test_hertz_gap_is_the_superposition_of_flat_punches(hertz):
+def test_hertz_gap_is_the_superposition_of_flat_punches_and_its_series_joins_it(hertz):
     for r in hertz.contact_radius * np.array([1.0, 1.001, 1.1, 3.0]):
         lifted = integral(lambda b, r=r: 2 * b * math.acos(b / r), 0.0, hertz.contact_radius)
         gap = r**2 / (2 * RADIUS) - 2 / (math.pi * RADIUS) * lifted
         assert float(hertz.gap(r)) == pytest.approx(gap, rel=1e-9, abs=1e-13 * hertz.approach)
-
-
-def test_hertz_gap_series_joins_the_closed_form(hertz):
     # the switch lies at √(r²/a² - 1) = 0.01; the slope of log g must not jump there
     edge = hertz.contact_radius * math.sqrt(1 + 0.01**2)
     r = edge * (1 + np.array([-2e-9, -1e-9, 1e-9, 2e-9]))
@@ -117,22 +97,13 @@ def test_hertz_gap_series_joins_the_closed_form(hertz):
     assert across == pytest.approx((below + above) / 2, rel=1e-3, abs=0)
 
 
-@pytest.mark.parametrize("named", ["radius", "load", "composite_modulus"])
-def test_hertz_refuses_what_is_not_positive(named):
-    valid = {"radius": 1.0, "load": 1.0, "composite_modulus": 1.0}
-    for value in (0.0, -1.0, math.nan, math.inf):
-        with pytest.raises(ValueError, match=named):
-            theory.HertzContact(**(valid | {named: value}))
-
-
-def test_shear_traction_carries_the_tangential_load(hertz, slip):
+def test_shear_traction_carries_the_load_obeys_coulomb_and_dissipates_the_work_of_friction(
+    hertz, slip
+):
     c = slip.stick_radius
     carried = area_integral(slip.shear_traction, 0.0, c)
     carried += area_integral(slip.shear_traction, c, hertz.contact_radius)
     assert carried == pytest.approx(slip.tangential_load, rel=1e-7, abs=0)
-
-
-def test_shear_traction_reaches_friction_in_the_slip_zone_only(hertz, slip):
     c, a = slip.stick_radius, hertz.contact_radius
     annulus, disc = np.linspace(c, a, 20), np.linspace(0.0, 0.999 * c, 20)
     np.testing.assert_allclose(
@@ -141,9 +112,6 @@ def test_shear_traction_reaches_friction_in_the_slip_zone_only(hertz, slip):
     assert np.all(slip.shear_traction(disc) < FRICTION * hertz.pressure(disc))
     assert np.all(slip.slip(disc) == 0.0)
     assert np.all(slip.slip(annulus[1:]) > 0.0)
-
-
-def test_dissipated_energy_is_the_work_of_friction_over_the_cycle(hertz, slip):
     work = area_integral(
         lambda r: 4 * FRICTION * hertz.pressure(r) * slip.slip(r),
         slip.stick_radius,
@@ -152,20 +120,17 @@ def test_dissipated_energy_is_the_work_of_friction_over_the_cycle(hertz, slip):
     assert slip.dissipated_energy == pytest.approx(work, rel=1e-6, abs=0)
 
 
-def test_dissipated_energy_series_joins_the_closed_form(hertz):
+def test_dissipated_energy_is_the_loop_of_force_and_displacement_and_its_series_joins_it(hertz):
     below, above = (partial_slip(hertz, 0.01 + step).dissipated_energy for step in (-1e-9, 1e-9))
     assert above / below == pytest.approx(1 + 3 * 2e-9 / 0.01, abs=3e-8)
-
-
-def test_dissipated_energy_is_the_loop_of_force_and_displacement(hertz):
     # unloading from +Q follows the virgin curve doubled: δ = δ(Q) - 2 δ((Q - q)/2), and the loop
     # is symmetric about the origin
     slip = partial_slip(hertz, 0.8)
 
-    def virgin(force: float) -> float:
+    def virgin(force):
         return theory.CattaneoMindlin(hertz, FRICTION, force, slip.coupling).tangential_displacement
 
-    def unloading(force: float) -> float:
+    def unloading(force):
         return virgin(slip.tangential_load) - 2 * virgin((slip.tangential_load - force) / 2)
 
     area = 2 * integral(unloading, -slip.tangential_load, slip.tangential_load)
@@ -180,14 +145,28 @@ def test_no_tangential_load_sticks_everywhere(hertz):
     limit = theory.LimitingState(hertz, 0.0)
     assert limit.contact_radius == pytest.approx(hertz.contact_radius, rel=1e-14, abs=0)
     assert limit.central_pressure == pytest.approx(hertz.peak_pressure, rel=1e-12, abs=0)
+    assert theory.LimitingState(hertz, 0.0).width_above(4 * hertz.peak_pressure) < 1e-16
 
 
-@pytest.mark.parametrize("force", [-1.0, FRICTION * LOAD, 26.0, math.nan])
-def test_gross_sliding_is_refused(hertz, force):
-    with pytest.raises(ValueError, match="tangential_load"):
-        theory.CattaneoMindlin(hertz, FRICTION, force, 1.2)
-    with pytest.raises(ValueError, match="load_ratio"):
-        theory.LimitingState(hertz, force / (FRICTION * LOAD))
+def test_what_is_not_positive_and_gross_sliding_are_refused(hertz):
+    for named in ("radius", "load", "composite_modulus"):
+        valid = {"radius": 1.0, "load": 1.0, "composite_modulus": 1.0}
+        for value in (0.0, -1.0, math.nan, math.inf):
+            with pytest.raises(ValueError, match=named):
+                theory.HertzContact(**(valid | {named: value}))
+    for materials, named in (
+        ((0.0, 0.3, 1.0, 0.3), "youngs_modulus_1"),
+        ((1.0, 0.3, math.inf, 0.3), "youngs_modulus_2"),
+        ((1.0, 0.51, 1.0, 0.3), "poisson_ratio_1"),
+        ((1.0, 0.3, 1.0, -1.0), "poisson_ratio_2"),
+    ):
+        with pytest.raises(ValueError, match=named):
+            theory.composite_modulus(*materials)
+    for force in (-1.0, FRICTION * LOAD, 26.0, math.nan):
+        with pytest.raises(ValueError, match="tangential_load"):
+            theory.CattaneoMindlin(hertz, FRICTION, force, 1.2)
+        with pytest.raises(ValueError, match="load_ratio"):
+            theory.LimitingState(hertz, force / (FRICTION * LOAD))
 
 
 @pytest.mark.parametrize(
@@ -215,7 +194,7 @@ def test_limiting_state_to_four_digits(
     np.testing.assert_allclose(found, expected, atol=0.51e-4)
 
 
-def test_limiting_pressure_carries_the_load_on_the_stick_zone(limit):
+def test_limiting_pressure_carries_the_load_and_exceeds_a_limit_in_a_band(limit):
     c = limit.stick_radius
     # √(1 - r²/c²) as the variable takes the infinite pressure at the rim out of the integrand
     carried = integral(
@@ -224,29 +203,6 @@ def test_limiting_pressure_carries_the_load_on_the_stick_zone(limit):
     assert carried == pytest.approx(LOAD, rel=1e-8, abs=0)
     assert np.all(limit.pressure(np.linspace(1.0001 * c, 2 * c, 9)) == 0.0)
     assert float(limit.pressure(0.0)) == pytest.approx(limit.central_pressure, rel=1e-12, abs=0)
-
-
-def test_limiting_worn_shape_is_the_deformed_half_space(hertz, limit):
-    c, edge = limit.stick_radius, limit.contact_radius
-    for r in c + (edge - c) * np.array([0.05, 0.5, 0.95]):
-        moved = displacement(limit.pressure, c, hertz.composite_modulus, r)
-        shape = float(limit.worn_shape(r))
-        assert shape == pytest.approx(limit.approach - moved, abs=3e-7 * hertz.approach)
-
-
-def test_limiting_wear_volume_and_deepest_wear_are_those_of_the_depth(limit):
-    c, edge = limit.stick_radius, limit.contact_radius
-    volume = area_integral(limit.wear_depth, c, edge)
-    assert limit.wear_volume == pytest.approx(volume, rel=1e-6, abs=0)
-    depth = limit.wear_depth(np.linspace(c, edge, 20001))
-    assert depth.max() <= limit.deepest_wear * (1 + 1e-12)
-    assert depth.max() == pytest.approx(limit.deepest_wear, rel=1e-4, abs=0)
-    assert depth[0] == 0.0
-    assert depth[-1] == pytest.approx(0.0, abs=1e-10 * limit.deepest_wear)
-    assert np.all(limit.wear_depth(np.array([0.0, 0.5 * c, 1.001 * edge, 3 * edge])) == 0.0)
-
-
-def test_limiting_pressure_exceeds_a_limit_in_a_band_of_the_given_width(limit):
     allowed = 1.05 * limit.central_pressure
     width = limit.width_above(allowed)
     assert 0.0 < width < limit.stick_radius
@@ -256,5 +212,17 @@ def test_limiting_pressure_exceeds_a_limit_in_a_band_of_the_given_width(limit):
     assert limit.width_above(1e-3 * limit.central_pressure) == limit.stick_radius
 
 
-def test_no_band_exceeds_a_limit_without_slip(hertz):
-    assert theory.LimitingState(hertz, 0.0).width_above(4 * hertz.peak_pressure) < 1e-16
+def test_limiting_worn_shape_is_the_deformed_half_space_and_its_depth_the_wear(hertz, limit):
+    c, edge = limit.stick_radius, limit.contact_radius
+    for r in c + (edge - c) * np.array([0.05, 0.5, 0.95]):
+        moved = displacement(limit.pressure, c, hertz.composite_modulus, r)
+        shape = float(limit.worn_shape(r))
+        assert shape == pytest.approx(limit.approach - moved, abs=3e-7 * hertz.approach)
+    volume = area_integral(limit.wear_depth, c, edge)
+    assert limit.wear_volume == pytest.approx(volume, rel=1e-6, abs=0)
+    depth = limit.wear_depth(np.linspace(c, edge, 20001))
+    assert depth.max() <= limit.deepest_wear * (1 + 1e-12)
+    assert depth.max() == pytest.approx(limit.deepest_wear, rel=1e-4, abs=0)
+    assert depth[0] == 0.0
+    assert depth[-1] == pytest.approx(0.0, abs=1e-10 * limit.deepest_wear)
+    assert np.all(limit.wear_depth(np.array([0.0, 0.5 * c, 1.001 * edge, 3 * edge])) == 0.0)
