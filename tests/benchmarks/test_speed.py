@@ -1,15 +1,25 @@
-"""The table of speeds: its unit, its verdicts, its rows on grids too coarse to say anything."""
+"""The table of speeds, the counts of its jobs, and the pages that their data make."""
 
 import json
+from collections import deque
+from pathlib import Path
 
 import numpy as np
 import pytest
 import scipy.fft
 from benchmarks.speed.__main__ import main as speed
+from benchmarks.speed.cases import WAVES, first_contact, rough_case, smooth_case, study_case
 from benchmarks.speed.table import Row, from_json, missing
 from benchmarks.speed.units import bare_convolution
+from benchmarks.verification.__main__ import PAGE as VERIFICATION
 
+from benchmarks import performance
+from fretwear.mechanics.active_set import ActiveSet
 from fretwear.mechanics.geometry.grid import Grid, influence_coefficients
+from fretwear.mechanics.integrator import evolve, first_loading
+from fretwear.mechanics.kernels import inner
+from fretwear.mechanics.solver import solve_contact
+from fretwear.running import simulate
 
 ROWS = [
     "cold_smooth", "cold_rough", "smooth_run", "smooth_steps", "smooth_volume", "smooth_share",
@@ -51,3 +61,106 @@ def test_the_unit_is_the_convolution_of_the_solver():
     pressure = np.random.default_rng(2).random(window.shape)
     expected = window.half_space(1e11).displacement(pressure)
     np.testing.assert_allclose(bare_convolution(pressure, spectrum), expected, rtol=1e-12)
+
+
+TOLERATED = 1.15
+
+
+def last_state(case):
+    problem = simulate.wear_problem(case, Grid)
+    return deque(evolve(problem, [float(case.cycles)], case.tolerance), maxlen=1)[0]
+
+
+@pytest.mark.parametrize(("rough", "expected"), [(False, 28), (True, 51)], ids=["smooth", "rough"])
+def test_a_cold_contact_takes_few_convolutions(rough, expected):
+    contact = solve_contact(first_contact(256, rough=rough), tolerance=1e-6)
+    assert contact.residual <= 1e-6
+    assert contact.convolutions <= TOLERATED * expected
+
+
+def test_the_first_loading_of_the_rough_capped_run_takes_few_convolutions():
+    state = first_loading(simulate.wear_problem(rough_case()))
+    assert state.convolutions <= TOLERATED * 126
+
+
+RUNS = {
+    "smooth": (smooth_case(128), 15, 315),
+    "smooth, capped": (smooth_case(24, plastic_limit="2160 MPa", cycles=7000), 28, 1880),
+    # On twice the spacing and for 438 cycles; the row itself took 61 steps, 4712 convolutions.
+    "rough, capped": (rough_case(2.0, cycles=438), 9, 836),
+}
+
+
+@pytest.mark.parametrize("run", RUNS)
+def test_a_run_takes_few_steps_and_convolutions(run):
+    case, steps, convolutions = RUNS[run]
+    last = last_state(case)
+    assert last.step <= TOLERATED * steps
+    assert last.convolutions <= TOLERATED * convolutions
+
+
+def test_no_step_of_the_solver_is_downhill_by_rounding_only(monkeypatch):
+    # Along such a step, left by clipping, the energy hardly falls, and the next is the same again.
+    search, descents = ActiveSet._search, []
+
+    def watched(method, segment):
+        along = inner(method._team, np.abs(method.gap), np.abs(segment.step))
+        descent = inner(method._team, method.gap, segment.step)
+        assert segment.slope == pytest.approx(descent, abs=1e-12 * along)
+        descents.append(-segment.slope / along)
+        search(method, segment)
+
+    monkeypatch.setattr(ActiveSet, "_search", watched)
+    cell = (0.75e-6, 3e-6)
+    last_state(study_case(roughness=WAVES, plastic_limit="5500 MPa", cycles=438, cell=cell))
+    assert len(descents) > 100
+    assert min(descents) > 0.05
+
+
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+
+
+def stored(page, docs=DOCS):
+    return json.loads((docs / f"{page.name}.json").read_text(encoding="utf-8"))
+
+
+def keep(page, docs, entries):
+    (docs / f"{page.name}.json").write_text(json.dumps(entries), encoding="utf-8")
+
+
+@pytest.mark.parametrize("page", [VERIFICATION, performance.PAGE], ids=lambda page: page.name)
+def test_the_page_is_what_its_data_say(page):
+    assert page.main(["--check"]) == 0
+
+
+def test_a_worse_measurement_falls_short_on_the_page(tmp_path):
+    entry = stored(VERIFICATION)["tangential"]
+    entry["data"]["surfaces"][0]["ratios"][0]["slip"] = 3e-8
+    keep(VERIFICATION, tmp_path, {"tangential": entry})
+    docs = ["--docs", str(tmp_path)]
+    assert VERIFICATION.main(["--check", *docs]) == 1
+    assert VERIFICATION.main(["--render", *docs]) == 0
+    page = (tmp_path / "verification.md").read_text(encoding="utf-8")
+    (line,) = (line for line in page.splitlines() if "s = µκg*" in line and line.startswith("| ["))
+    assert "falls short" in line
+    assert "+3.0e-8" in line
+    assert VERIFICATION.main(["--check", *docs]) == 0
+    row = Row("help", "fretwear --help", 0.5, "s", 0.4, 0.2, note="shortest of 9")
+    entry = {"cores": 2, "processor": "one", "load_average": 0.1, "versions": {}, "seconds": 1}
+    keep(performance.PAGE, tmp_path, {"table": {**entry, "data": {"rows": [row.as_json()]}}})
+    assert performance.PAGE.main(["--render", "--docs", str(tmp_path)]) == 0
+    text = (tmp_path / "performance.md").read_text("utf-8")
+    assert "| fretwear --help | ≤ 0.4 | ≤ 0.2 | 0.5 | s | falls short |" in text
+
+
+@pytest.mark.slow
+def test_a_section_is_measured_drawn_and_kept(tmp_path):
+    assert VERIFICATION.main(["closed_forms", "--docs", str(tmp_path)]) == 0
+    peak, kept = (
+        [row["peak_pressure"] for row in data["closed_forms"]["data"]["spacings"]]
+        for data in (stored(VERIFICATION, tmp_path), stored(VERIFICATION))
+    )
+    # deviations of 1e-6 on other processors differ in the digits of the contact's tolerance
+    assert peak == pytest.approx(kept, abs=1e-6)
+    assert (tmp_path / "images" / "verification" / "closed_forms_orders.svg").exists()
+    assert "## Closed forms" in (tmp_path / "verification.md").read_text(encoding="utf-8")

@@ -1,5 +1,7 @@
-"""Files and folders that fail a command: full, read-only, damaged, or somewhere else."""
+"""Files that fail a command, and files that somebody has made up."""
 
+import json
+import os
 import re
 import shutil
 import subprocess
@@ -7,10 +9,21 @@ import zlib
 from contextlib import suppress
 from pathlib import Path
 
+import netCDF4
+import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from typer.testing import CliRunner
 
+from fretwear.cli import app
 from fretwear.cli.program import swallowing_no_lack_of_memory
 from fretwear.data.files import _LENGTH, add_checksum
+from fretwear.data.safe import DataFileError
+from fretwear.figures.index import read_figure_index
+from fretwear.running.records import failures, spent_on_simulations
+from fretwear.running.workflow import is_finished
+from fretwear.study.problems import printable
 
 from ..studies import flip
 
@@ -179,3 +192,160 @@ def test_a_link_in_the_place_of_a_file_is_replaced_and_not_written_through(copie
     Path("results/tiny").rename("results/other")
     Path("results/tiny").symlink_to("other")
     assert copied.call("merge", "tiny.yaml").exit_code == 0
+
+
+TEXT = "\x1b[2J\x9b31m\u202eevil\r\n"
+
+
+def forged(source, folder, change):
+    """A copy of a file of results that somebody has changed, with a checksum that fits."""
+    path = shutil.copy(source, folder / "forged.nc")
+    os.truncate(path, path.stat().st_size - _LENGTH)
+    with netCDF4.Dataset(path, "a") as file:
+        change(file)
+    add_checksum(path)
+    return path
+
+
+def call(*arguments):
+    """What a command says; it must end with a status of its own and no traceback."""
+    done = CliRunner().invoke(app, [str(argument) for argument in arguments])
+    said = done.stdout + done.stderr
+    assert done.exit_code in (0, 1, 2), said
+    assert "defect" not in said
+    assert printable(said) == said
+    return done.exit_code, said
+
+
+def number(name, value):
+    def change(file):
+        file[name][...] = value
+
+    return change
+
+
+def attribute(name, value):
+    return lambda file: file.setncattr(name, value)
+
+
+def of_variable(variable, name, value):
+    return lambda file: file[variable].setncattr(name, value)
+
+
+def large(file):
+    for name, length in (("huge_x", 100_000), ("huge_y", 100_000)):
+        file.createDimension(name, length)
+    file.createVariable("huge", "f4", ("huge_x", "huge_y"))
+
+
+def strings(file):
+    file.createVariable("words", str, ())[...] = "word"
+
+
+REFUSED = {
+    "falling cycles": (number("cycle", [5, 3, 1]), "cycle does not increase"),
+    "cycles that are none": (number("cycle", [0, 1, np.nan]), "cycle does not increase"),
+    "cycles before the first": (number("cycle", [-1, 3, 5]), "cycle begins before 0"),
+    "a negative limit": (number("plastic_limit", -3e9), "plastic_limit is -3e+09"),
+    "a limit that is none": (number("plastic_limit", np.nan), "plastic_limit is nan"),
+    "a result that is none": (number("wear_volume", np.nan), "wear_volume holds values"),
+    "a history that is none": (number("history/approach", np.inf), "approach holds values"),
+    "another unit": (of_variable("approach", "units", "mm"), "approach is in mm, not in m"),
+    "a scale": (of_variable("pressure", "scale_factor", 2.0), "scale_factor, which changes"),
+    "no symmetry": (attribute("symmetry", "odd"), "its symmetry is none"),
+    "numbers as title": (attribute("title", np.arange(3)), "its attribute title is not text"),
+    "no parameters": (attribute("parameters", "[1"), "its attribute parameters is not a JSON"),
+    "nested parameters": (attribute("parameters", "[" * 90_000), "parameters is not a JSON"),
+    "40 GB in a small file": (large, "announces 400"),
+    "text of any length": (strings, "words holds neither numbers nor plain text"),
+    "a result less": (lambda file: file.renameVariable("approach", "appro"), "it lacks approach"),
+}
+
+
+@pytest.mark.parametrize("what", REFUSED)
+def test_a_forged_case_is_refused_by_a_sentence(case_file, tmp_path, what):
+    change, words = REFUSED[what]
+    path = forged(case_file, tmp_path, change)
+    for command in ("show", "plot"):
+        status, said = call(command, path)
+        assert status == 2
+        assert words in said
+
+
+@pytest.mark.parametrize("name", ["title", "case_id", "source", "warnings"])
+def test_what_a_file_says_sends_no_commands_to_the_terminal(case_file, tmp_path, name):
+    path = forged(case_file, tmp_path, attribute(name, TEXT))
+    status, said = call("show", path)
+    assert status == 0
+    assert r"\u001b[2J\u009b31m\u202eevil" in said
+    status, said = call("show", path, "--json")
+    assert TEXT in json.loads(said).get(name, [TEXT]) or name == "warnings"
+
+
+def test_what_a_study_says_sends_no_commands_to_the_terminal(desk, content):
+    content["base"]["lo\x1b[2Jad"] = "\x1b[31m"
+    desk.write(content)
+    assert r"lo\u001b[2Jad" in call("plan", "tiny.yaml")[1]
+
+
+of_files = settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+VALUES = (
+    st.floats(width=64) | st.integers(-(2**31), 2**31 - 1) | st.text(max_size=5) | st.just(TEXT)
+)
+OTHER = ("title", "case_id", "source", "parameters", "symmetry", "warnings", "complete", "history")
+
+
+@settings(of_files, max_examples=settings.default.max_examples // 5)
+@given(data=st.data())
+def test_any_change_is_refused_by_a_sentence_or_shown(case_file, finished_desk, tmp_path, data):
+    source = data.draw(st.sampled_from([case_file, finished_desk.folder / "results/summary.nc"]))
+
+    def change(file):
+        for _ in range(data.draw(st.integers(1, 3))):
+            group = data.draw(st.sampled_from([file, *file.groups.values()]))
+            name = data.draw(st.sampled_from([*group.variables]))
+            kind = data.draw(st.sampled_from(["value", "units", "attribute", "remove", "rename"]))
+            value = data.draw(VALUES)
+            variable = group.variables[name]
+            if kind == "value" and variable.dtype.kind in "if" and not isinstance(value, str):
+                with np.errstate(all="ignore"):
+                    variable[...] = np.asarray(value).astype(variable.dtype)
+            elif kind == "units":
+                which = data.draw(st.sampled_from(["units", "coordinates", "flag_values", "axis"]))
+                variable.setncattr(which, value)
+            elif kind == "attribute":
+                file.setncattr(data.draw(st.sampled_from(OTHER)), value)
+            elif kind == "remove" and (names := file.ncattrs()):
+                file.delncattr(data.draw(st.sampled_from(names)))
+            elif kind == "rename" and not name.endswith("_renamed"):
+                group.renameVariable(name, f"{name}_renamed")
+
+    path = forged(source, tmp_path, change)
+    call("show", path)
+    call("show", path, "--json")
+
+
+JSON = st.recursive(
+    st.none() | st.booleans() | st.floats() | st.integers() | st.text(max_size=10),
+    lambda item: (
+        st.lists(item, max_size=3)
+        | st.dictionaries(st.sampled_from(["name", "cases", "caption", "a", "case_id"]), item)
+    ),
+    max_leaves=8,
+)
+CONTENT = st.binary(max_size=60) | JSON.map(lambda value: json.dumps(value).encode())
+
+
+@of_files
+@given(content=CONTENT)
+def test_small_files_of_any_content_are_passed_over_or_refused(tmp_path, content):
+    names = ("logs/simulate/a.failed.json", "benchmarks/batches/a.tsv", "batches/b.json")
+    for name in (*names, "figures/index.json"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_bytes(content)
+    assert set(failures(tmp_path)) <= {"a"}
+    spent_on_simulations(tmp_path)
+    is_finished(tmp_path / names[2], ["a"], {"a": (1, 1.0)})
+    with suppress(DataFileError):
+        entries = read_figure_index(tmp_path / "figures")
+        assert all(Path(entry.name).name == entry.name for entry in entries)

@@ -1,13 +1,24 @@
-"""What a command says: lines of text, JSON lines, errors only, and the time that is left."""
+"""What a command says on a terminal, in lines and in JSON, the time left, and how it is stopped."""
 
+import fcntl
 import io
 import json
 import math
+import os
+import pty
+import re
+import signal
+import struct
+import subprocess
+import sys
+import termios
+import time
 import warnings
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
+import pyte
 import pytest
 
 from fretwear.cli.common import LogFormat
@@ -168,16 +179,16 @@ def log(clock, said):
 
 
 @pytest.mark.parametrize(
-    ("seconds", "step", "least", "most"),
+    ("seconds", "apart", "least", "most"),
     [(20, 0.1, 10, 13), (86400, 10, 1000, 2000)],
     ids=["seconds", "a day"],
 )
 def test_a_log_has_the_first_and_the_last_step_and_not_too_many_between(
-    log, clock, case, at, said, seconds, step, least, most
+    log, clock, case, at, said, seconds, apart, least, most
 ):
     with log.case(case, Path("a.nc")) as observe:
-        for number in range(round(seconds / step) + 1):
-            clock.now = number * step
+        for number in range(round(seconds / apart) + 1):
+            clock.now = number * apart
             observe(at(200 * clock.now / seconds))
     lines = said.getvalue().splitlines()
     assert lines[0] == f"case {case.case_id}"
@@ -271,3 +282,174 @@ def test_a_batch_learns_from_its_first_cases_how_fast_the_machine_is(clock):
     left.begin("second", 200)
     assert (left.number, left.count) == (2, 2)
     assert left.seconds_left == left.batch_seconds_left == pytest.approx(3.0 * 5.0)
+
+
+DEADLINE = 60.0
+
+
+class Seen:
+    """What a command has shown.
+
+    Attributes
+    ----------
+    raw : str
+        Everything with its control sequences.
+    screens : list of list of str
+        The lines of the screen after each piece of output; the last one is what remains.
+    status : int
+        Exit status.
+    """
+
+    def __init__(self):
+        self.raw = ""
+        self.screens = []
+        self.status = None
+
+    @property
+    def last(self):
+        return self.screens[-1]
+
+    def ever(self, text):
+        return any(text in line for screen in self.screens for line in screen)
+
+
+def on_a_terminal(*command, columns=80, folder=".", **settings):
+    """Run a command of fretwear on a terminal of its own; settings are environment variables."""
+    master, slave = pty.openpty()
+    fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
+    unwanted = ("NO_COLOR", "FORCE_COLOR", "FRETWEAR_LOG_FORMAT", "COLUMNS", "LINES")
+    environment = {name: value for name, value in os.environ.items() if name not in unwanted}
+    process = subprocess.Popen(
+        [sys.executable, "-m", "fretwear", *map(str, command)],
+        cwd=folder,
+        stdin=slave,
+        stdout=slave,
+        stderr=slave,
+        env={**environment, "TERM": "xterm-256color", **settings},
+    )
+    os.close(slave)
+    seen, screen = Seen(), pyte.Screen(columns, 24)
+    stream = pyte.ByteStream(screen)
+    give_up = time.monotonic() + DEADLINE
+    while time.monotonic() < give_up:
+        try:
+            piece = os.read(master, 65536)
+        except OSError:  # Linux says so that the other side is closed
+            break
+        if not piece:
+            break
+        stream.feed(piece)
+        seen.raw += piece.decode(errors="replace")
+        seen.screens.append([line.rstrip() for line in screen.display if line.strip()])
+    os.close(master)
+    seen.status = process.wait(DEADLINE)
+    return seen
+
+
+RUN = ("run", "tiny.yaml", "--set", "load=50 N", "--set", "cell=0.7 um", "-o", "a.nc")
+COLOUR = re.compile(r"\x1b\[[0-9;]*[34][0-9]")
+
+
+@pytest.mark.usefixtures("desk")
+def test_a_terminal_shows_where_a_run_is_and_keeps_just_the_result():
+    seen = on_a_terminal(*RUN)
+    assert seen.status == 0
+    assert seen.ever("cycle 200 of 200")
+    assert seen.ever("half-width 15")
+    assert len(seen.last) == 2
+    assert seen.last[0].startswith("case P50N")
+    assert seen.last[1].startswith("a.nc: ")
+    assert len(seen.raw) < 50_000, "a terminal is not flooded"
+    bars = [line for screen in seen.screens for line in screen if line.startswith("cycle ")]
+    assert bars
+    assert all(line.endswith("left") and len(line) == 80 for line in bars)
+    assert len({line.index("━") for line in bars}) == 1, "nothing jumps"
+    assert max(map(len, seen.screens)) == 3
+
+
+@pytest.mark.usefixtures("desk")
+def test_a_narrow_terminal_keeps_the_time_left():
+    seen = on_a_terminal(*RUN, columns=40)
+    bars = [line for screen in seen.screens for line in screen if line.startswith("cycle ")]
+    assert all(line.endswith("left") and len(line) <= 40 for line in bars)
+
+
+def test_colours_are_off_with_no_color_and_only_when_it_is_not_empty():
+    assert COLOUR.search(on_a_terminal("plan", "missing.yaml", NO_COLOR="").raw)
+    for call in (("plan", "missing.yaml"), ("--help",)):
+        assert not COLOUR.search(on_a_terminal(*call, NO_COLOR="1").raw)
+
+
+@pytest.mark.usefixtures("desk")
+def test_a_terminal_that_cannot_redraw_gets_lines():
+    seen = on_a_terminal(*RUN, columns=120, TERM="dumb")
+    assert "\x1b" not in seen.raw
+    assert any(line.startswith("cycle 0 of 200, step 0") for line in seen.last)
+
+
+def test_a_log_file_gets_lines_though_colours_are_forced(desk, monkeypatch):
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    result = desk.call(*RUN)
+    assert result.stderr.splitlines()[1].startswith("cycle 0 of 200")
+    assert "\x1b[?25l" not in result.stderr
+
+
+SCRIPT = """
+import time
+from fretwear.cli import supervise as signals
+signals._SAME_WISH_SECONDS, signals._LONGEST_CLEANING_SECONDS = {patience}
+with signals.stopping():
+    try:
+        print("at work", flush=True)
+        time.sleep(60)
+    finally:
+        print("cleaning", flush=True)
+        for _ in range(600):
+            time.sleep(0.1)
+"""
+
+
+@pytest.fixture
+def cleaning():
+    """Start a process, ask it to stop, and leave it while it cleans up, which takes for ever."""
+    processes = []
+
+    def start(asked, patience):
+        process = subprocess.Popen(
+            [sys.executable, "-c", SCRIPT.format(patience=patience)],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        processes.append(process)
+        assert process.stdout.readline() == "at work\n"
+        process.send_signal(asked)
+        assert process.stdout.readline() == "cleaning\n"
+        return process
+
+    yield start
+    for process in processes:
+        process.kill()
+        process.communicate()
+
+
+@pytest.mark.parametrize(
+    ("asked", "patience", "again", "status"),
+    [(signal.SIGINT, (0.0, 60.0), True, 130), (signal.SIGTERM, (60.0, 1.0), False, 143)],
+)
+def test_a_second_ctrl_c_or_lost_patience_ends_a_process_that_cleans_up_for_too_long(
+    cleaning, asked, patience, again, status
+):
+    process = cleaning(asked, patience)
+    if again:
+        process.send_signal(asked)
+    assert "stopped: at once" in process.communicate(timeout=30)[1]
+    assert process.returncode == status
+
+
+def test_a_wish_that_is_told_twice_is_one_wish(cleaning):
+    process = cleaning(signal.SIGINT, patience=(60.0, 60.0))
+    process.send_signal(signal.SIGINT)
+    process.send_signal(signal.SIGTERM)
+    time.sleep(0.3)
+    assert process.poll() is None

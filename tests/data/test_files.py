@@ -75,7 +75,7 @@ def test_a_case_comes_back_as_it_was_written_also_from_a_copy(results, tmp_path)
     unwritable = results.history.assign(notes=("step", np.array([1j] * 5, dtype=object)))
     with pytest.raises((TypeError, ValueError)):
         write_case(results.dataset, unwritable, tmp_path / "case.nc")
-    assert list(tmp_path.iterdir()) == []
+    assert {*tmp_path.iterdir()} == {path, copy}, "what cannot be a case file leaves nothing"
 
 
 def test_one_compressed_chunk_per_cycle_with_a_checksum_and_no_fill_values(case_path):

@@ -1,5 +1,6 @@
-"""The pages run: every block of commands, Python and YAML, and they show its output."""
+"""The pages run and show their output, their links lead somewhere, their names are in files."""
 
+import importlib
 import re
 import subprocess
 import sys
@@ -7,8 +8,16 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import nbformat
+import netCDF4
+import numpy as np
 import pytest
 from examples import ExampleError, Session, agrees, blocks, check, notebook, written
+
+import fretwear
+from fretwear.data.files import write_case
+from fretwear.running.simulate import run
+
+from ..studies import steel
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 DOCS = REPOSITORY / "docs"
@@ -101,3 +110,122 @@ def test_what_is_printed_can_be_written_into_a_page_and_its_python_into_a_notebo
     assert "## Save it" in text
     assert "```" not in text
     assert "](" not in text
+
+
+GUIDE = (REPOSITORY / "CONTRIBUTING.md").read_text(encoding="utf-8")
+LINKED = sorted(
+    [
+        *(REPOSITORY / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")),
+        *(
+            page
+            for page in (REPOSITORY / "docs").rglob("*.md")
+            if "generated" not in page.relative_to(REPOSITORY).parts
+        ),
+    ]
+)
+
+
+def without_code(text):
+    return re.sub(r"^```.*?^```$|`[^`\n]*`", "", text, flags=re.MULTILINE | re.DOTALL)
+
+
+def links(page):
+    return re.findall(r"\]\(([^)\s]+)\)", without_code(page.read_text(encoding="utf-8")))
+
+
+def anchors(page):
+    """Anchors of the headings, as they are made from their words."""
+    text = re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.M | re.S)
+    words = (title.strip().lower() for title in re.findall(r"^#+ (.*)$", text, re.MULTILINE))
+    return {re.sub(r"[^\w\- ]", "", title).replace(" ", "-") for title in words}
+
+
+@pytest.mark.parametrize("page", LINKED, ids=lambda page: str(page.relative_to(REPOSITORY)))
+def test_links_lead_somewhere(page):
+    for link in links(page):
+        target, _, anchor = link.partition("#")
+        file = (page.parent / target).resolve() if target else page
+        if target.startswith("https:"):
+            continue
+        if "/generated/" in target or target.startswith("generated/"):
+            continue  # a picture that the page makes when the site is built
+        assert file.exists(), f"{page.name}: {link}"
+        if anchor:
+            assert anchor in anchors(file), f"{page.name}: {link}"
+
+
+def test_pages_link_to_nothing_outside_and_files_that_readers_are_sent_to_exist():
+    outside = {"https://semver.org"}
+    for page in LINKED:
+        found = set(re.findall(r"https?://[^\s)>]+", page.read_text(encoding="utf-8")))
+        assert found <= outside, page.name
+    # Those named in any page, and those that the guide for contributors names by their room.
+    for page in LINKED:
+        text = page.read_text(encoding="utf-8")
+        for name in re.findall(
+            r"\b(?:tests|benchmarks|docs|src)/[\w./-]+\.(?:py|md|csv|cpp)\b", text
+        ):
+            assert (REPOSITORY / name).exists(), f"{page.name}: {name}"
+    named = set(re.findall(r"`([\w./-]+(?:\.py|\.md|/))`", GUIDE))
+    assert len(named) > 20
+    for name in named:
+        places = (REPOSITORY / name, REPOSITORY / "src/fretwear" / name)
+        assert any(place.exists() for place in places), name
+
+
+def test_families_that_contributors_derive_from_have_the_methods_named():
+    rows = re.findall(
+        r"^\| [^|]*\| ((?:`\w+`(?:, )?)+) in `(.*?)\.py`[^|]*\| ([^|]*) \|$", GUIDE, re.M
+    )
+    assert len(rows) == 7
+    for classes, file, methods in rows:
+        module = importlib.import_module(f"fretwear.{file.replace('/', '.')}")
+        families = [getattr(module, name) for name in re.findall(r"`(\w+)`", classes)]
+        for method in re.findall(r"`(\w+)`", methods):
+            assert any(hasattr(family, method) for family in families), (file, method)
+
+
+PAGE = (Path(__file__).resolve().parents[2] / "docs/how-to/reading.md").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def case_file(tmp_path_factory):
+    path = tmp_path_factory.mktemp("reading") / "case.nc"
+    result = run(steel(cycles=300, cell="6 um"))
+    write_case(result.dataset, result.history, path)
+    return path
+
+
+def test_names_that_matlab_reads_are_in_the_file(case_file):
+    names = re.findall(r"ncread\(file, '([^']+)'\)", PAGE)
+    assert len(names) >= 7
+    with netCDF4.Dataset(case_file) as file:
+        for name in names:
+            assert file[name].shape is not None
+        assert file["wear_depth"].dimensions == ("cycle", "x", "y")
+        for attribute in re.findall(r"ncreadatt\(file, '/', '([^']+)'\)", PAGE):
+            assert file.getncattr(attribute)
+
+
+def test_paraview_takes_the_cycles_of_its_copy_for_time(case_file, tmp_path, monkeypatch):
+    vtk = pytest.importorskip("vtk", reason="VTK is not installed")
+    monkeypatch.chdir(tmp_path)
+    (recipe,) = re.findall(r"```python\n(case = .*?to_netcdf\(\"paraview.nc\"\)\n)```", PAGE, re.S)
+    target = tmp_path / "results/small/cases/case.nc"
+    target.parent.mkdir(parents=True)
+    target.write_bytes(case_file.read_bytes())
+    exec(recipe, {"fretwear": fretwear, "name": "case"})
+    reader = vtk.vtkNetCDFCFReader()
+    reader.SetFileName("paraview.nc")
+    reader.UpdateMetaData()
+    reader.SphericalCoordinatesOff()
+    reader.SetDimensions("(y, x)")
+    reader.UpdateInformation()
+    steps = reader.GetOutputInformation(0).Get(vtk.vtkStreamingDemandDrivenPipeline.TIME_STEPS())
+    assert steps == (0.0, 300.0)
+    reader.UpdateTimeStep(300.0)
+    depth = reader.GetOutput().GetPointData().GetArray("wear_depth")
+    with fretwear.open_case(case_file) as case:
+        expected = float(case["wear_depth"].isel(cycle=-1).max())
+    assert depth.GetRange()[1] == pytest.approx(expected, rel=1e-6)
+    assert np.isfinite(depth.GetRange()).all()

@@ -1,14 +1,33 @@
-"""Axes of cycles, keys and labels beside curves can be read, also in the user's own axes."""
+"""Axes, keys and labels can be read, any number of names becomes panels, one style for all."""
 
+import hashlib
+import os
+import subprocess
+import sys
+import xml.etree.ElementTree as ET
+from itertools import pairwise
+
+import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+import xarray as xr
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from fretwear import figures
+from fretwear.data.safe import DataFileError
 from fretwear.figures.axes import label_curves, outside_key, set_cycle_axis
-from fretwear.figures.style import JournalFigure, style_context
+from fretwear.figures.film import ZONE_COLORS
+from fretwear.figures.lines import choose_layout, representative_cases, shown_lines, study_lines
+from fretwear.figures.style import (
+    CATEGORICAL,
+    JournalFigure,
+    sequential_colours,
+    style_context,
+    text_colour,
+)
 
 
 @pytest.mark.parametrize(
@@ -157,3 +176,253 @@ def test_curves_that_cannot_be_told_apart_share_a_label_and_those_without_room_h
     curves = [axes.plot(X, np.full_like(X, level))[0] for level in levels]
     assert not label_curves(axes, curves, [f"curve {level:.2f}" for level in levels])
     assert not axes.texts
+
+
+def _grid(levels):
+    shape = tuple(len(values) for values in levels.values())
+    cycles = [0.0, 10.0, 100.0]
+    table = np.arange(np.prod(shape, dtype=int) * 3, dtype=float).reshape(*shape, 3)
+    coords = {name: list(values) for name, values in levels.items()}
+    return xr.Dataset({"wear_volume": ((*levels, "cycle"), table)}, {**coords, "cycle": cycles})
+
+
+def _list(values):
+    count = len(next(iter(values.values())))
+    coords = {name: ("point", list(column)) for name, column in values.items()}
+    coords["case_id"] = ("point", [f"case-{i}" for i in range(count)])
+    table = np.ones((count, 2))
+    return xr.Dataset(
+        {"wear_volume": (("point", "cycle"), table)},
+        {**coords, "point": np.arange(count), "cycle": [0.0, 10.0]},
+    )
+
+
+DEMO = {
+    "load": [20.0, 40.0],
+    "friction": [0.3, 0.6],
+    "roughness_amplitude": [0.0, 1e-7, 2e-7],
+    "plastic_limit": [np.inf, 4.5e9],
+}
+
+
+@pytest.mark.parametrize(
+    ("levels", "rows", "across", "color", "style"),
+    [
+        (DEMO, ("load",), ("friction",), "roughness_amplitude", "plastic_limit"),
+        ({}, (), (), None, None),
+        ({"load": [1.0, 2.0]}, (), (), "load", None),
+        ({"load": [1.0, 2.0, 3.0], "friction": [0.3, 0.5]}, (), (), "load", "friction"),
+        ({"radius": range(1, 9), "load": range(1, 10)}, (), ("radius",), "load", None),
+        ({"load": [1.0, 2.0], "slip_model": ["a", "b"]}, (), (), "load", "slip_model"),
+        (
+            {"load": [1.0, 2.0], "friction": [0.1, 0.2, 0.3], "radius": [1.0, 2.0, 3.0, 4.0]},
+            (),
+            ("friction",),
+            "radius",
+            "load",
+        ),
+    ],
+)
+def test_names_find_their_places(levels, rows, across, color, style):
+    layout = choose_layout(study_lines(_grid(levels), "wear_volume"))
+    assert (layout.rows, layout.across, layout.color, layout.style) == (rows, across, color, style)
+    assert not layout.thinned
+
+
+def test_many_values_are_thinned_evenly_and_a_fifth_name_is_held_at_its_last():
+    study = _grid({"load": np.arange(20.0), "friction": np.arange(30.0), "radius": np.arange(70.0)})
+    lines = study_lines(study, "wear_volume")
+    layout = choose_layout(lines)
+    assert layout.levels["load"][0] == 0.0
+    assert layout.levels["load"][-1] == 19.0
+    assert layout.thinned == {"load": 20, "friction": 30, "radius": 70}
+    shown = shown_lines(lines, layout)
+    assert 0 < len(shown) <= 5 * 4 * 60
+    study = _grid({**DEMO, "radius": [1.0, 2.0, 3.0]})
+    lines = study_lines(study, "wear_volume")
+    layout = choose_layout(lines)
+    shown = shown_lines(lines, layout)
+    assert layout.thinned == {"radius": 3}
+    assert {line.values["radius"] for line in shown} == {3.0}
+    assert len(shown) == 24
+    with pytest.raises(ValueError, match="'stick_area'"):
+        study_lines(_grid(DEMO), "stick_area")
+
+
+def test_points_drawn_at_random_are_told_by_panels_and_one_colour_bar():
+    loads, ratios = np.linspace(20.0, 60.0, 30), np.linspace(0.9, 0.5, 30)
+    sampled = xr.Dataset(
+        {"wear_volume": (("point", "cycle"), np.ones((30, 3)))},
+        {
+            "load": ("point", loads),
+            "tangential_ratio": ("point", ratios),
+            "plastic_limit": ("point", [np.inf, 4.5e9] * 15),
+            "cycle": [0.0, 10.0, 100.0],
+        },
+    )
+    lines = study_lines(sampled, "wear_volume")
+    layout = choose_layout(lines)
+    assert (layout.across, layout.color, layout.style) == (("plastic_limit",), "load", None)
+    assert layout.paired == ("tangential_ratio",)
+    assert len(shown_lines(lines, layout)) == 30
+    study = _list({"load": [1.0, 2.0, 3.0, 4.0, 5.0], "friction": [0.1, 0.2, 0.3, 0.4, 0.5]})
+    layout = choose_layout(study_lines(study, "wear_volume"))
+    assert (layout.rows, layout.across) == ((), ())
+    assert layout.color in ("load", "friction")
+
+
+def test_the_demo_gives_the_four_corners_of_roughness_and_plastic_limit(small_study):
+    chosen = representative_cases(small_study.summary)
+    assert chosen.contrasts == ("roughness_amplitude", "plastic_limit")
+    assert list(chosen.ids) == [
+        "smooth, elastic",
+        r"smooth, $p_\mathrm{lim}$ = 4500 MPa",
+        "$A$ = 0.3 µm, elastic",
+        r"$A$ = 0.3 µm, $p_\mathrm{lim}$ = 4500 MPa",
+    ]
+    assert chosen.common == "normal load 40 N, coefficient of friction 0.6"
+    assert representative_cases(small_study.summary) == chosen
+    for title, case_id in chosen.ids.items():
+        assert case_id.startswith("P40N-Q19.2N-mu0.6-")
+        assert ("elastic" in case_id) is ("elastic" in title)
+    summary = small_study.summary.copy(deep=True)
+    summary["wear_volume"].loc[{"load": 40.0, "friction": 0.6, "plastic_limit": 4.5e9}] = np.nan
+    chosen = representative_cases(summary)
+    assert len(chosen.ids) == 4
+    assert chosen.common == "normal load 40 N, coefficient of friction 0.3"
+
+
+def test_a_study_of_other_names_takes_the_extremes_of_its_first_two(small_study):
+    summary = small_study.summary.isel(roughness_amplitude=0, plastic_limit=0)
+    chosen = representative_cases(summary)
+    assert chosen.contrasts == ("load", "friction")
+    assert next(iter(chosen.ids)) == "$P$ = 30 N, $µ$ = 0.3"
+    assert len(chosen.ids) == 4
+    summary = small_study.summary.isel(load=0, friction=0, roughness_amplitude=0, plastic_limit=0)
+    chosen = representative_cases(summary)
+    assert chosen.contrasts == ()
+    assert list(chosen.ids.values()) == [str(summary["case_id"].item())]
+    loads, frictions = [20.0, 40.0, 30.0, 25.0], [0.3, 0.4, 0.5, 0.6]
+    volumes = np.array([[0.0, 3.0], [0.0, 9.0], [0.0, 1.0], [0.0, 2.0]])
+    sampled = xr.Dataset(
+        {"wear_volume": (("point", "cycle"), volumes)},
+        {
+            "load": ("point", loads),
+            "friction": ("point", frictions),
+            "case_id": ("point", ["a", "b", "c", "d"]),
+            "cycle": [0.0, 10.0],
+        },
+    )
+    assert list(representative_cases(sampled).ids.values()) == ["c", "b"]
+    with pytest.raises(ValueError, match="no case to choose"):
+        representative_cases(small_study.summary.where(False))
+
+
+@pytest.mark.parametrize("models", [["jaeger", "cattaneo_mindlin"], ["cattaneo_mindlin", "jaeger"]])
+def test_slip_that_follows_the_worn_shape_is_shown_whatever_the_order(small_study, models):
+    of_one_load = small_study.summary.isel(load=1, friction=1).drop_vars(
+        "slip_model", errors="ignore"
+    )
+    summary = xr.concat([of_one_load] * 2, xr.Variable("slip_model", models), coords=["case_id"])
+    chosen = representative_cases(summary)
+    assert len(chosen.ids) == 4
+    assert chosen.common == "slip of the worn shape"
+
+
+def _luminance(color):
+    red, green, blue = to_rgb(color)
+    channels = [
+        n / 12.92 if n <= 0.04045 else ((n + 0.055) / 1.055) ** 2.4 for n in (red, green, blue)
+    ]
+    return 0.2126 * channels[0] + 0.7152 * channels[1] + 0.0722 * channels[2]
+
+
+@pytest.mark.parametrize("color", [*CATEGORICAL, *sequential_colours(6), "white"])
+def test_text_in_any_colour_stands_out_from_white(color):
+    assert 1.05 / (_luminance(text_colour(color)) + 0.05) >= 4.5
+    # Colours that are dark enough stay as they are.
+    assert text_colour("#000000") == "#000000"
+    assert text_colour(CATEGORICAL[0].lower()) == CATEGORICAL[0].lower()
+
+
+def test_both_widths_have_text_of_one_size_and_later_cycles_and_zones_differ_in_grey():
+    shades = [_luminance(color) for color in sequential_colours(6)]
+    assert shades == sorted(shades, reverse=True)
+    assert np.diff(np.cbrt(shades)).max() < -0.02
+    shades = [_luminance(color) for color in ZONE_COLORS.values()]
+    assert all(first > 1.5 * second for first, second in pairwise(shades))
+    heights = []
+    for columns in (1, 2):
+        figure = JournalFigure(columns, 40.0)
+        text = figure.text(0.5, 0.5, "Pressure", fontsize=7.5)
+        figure.set_dpi(300)
+        figure.draw_without_rendering()
+        heights.append(text.get_window_extent().height)
+    assert heights[0] == heights[1]
+
+
+SCRIPT = """
+import sys, xarray as xr
+from pathlib import Path
+from fretwear import figures
+case = xr.load_dataset(sys.argv[1])
+figures.save_figure(figures.wear_map(case), Path(sys.argv[2]))
+"""
+
+
+def _digests(folder):
+    return {file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in folder.iterdir()}
+
+
+def test_another_process_and_other_settings_of_the_user_give_the_same_bytes(rough, tmp_path):
+    rough.to_netcdf(tmp_path / "case.nc")
+    subprocess.run(
+        [sys.executable, "-c", SCRIPT, tmp_path / "case.nc", tmp_path / "there" / "map"],
+        check=True,
+        env={**os.environ, "PYTHONHASHSEED": "1"},
+    )
+    with matplotlib.rc_context({"svg.fonttype": "none", "savefig.dpi": 50, "font.size": 5}):
+        figures.save_figure(figures.wear_map(rough), tmp_path / "here" / "map")
+    found = _digests(tmp_path / "here")
+    assert set(found) == {"map.svg", "map.png"}
+    assert found == _digests(tmp_path / "there")
+
+
+def test_a_vector_file_is_well_formed_undated_and_loads_nothing(smooth, tmp_path):
+    (path,) = figures.save_figure(figures.wear_map(smooth), tmp_path / "map", ("svg",))
+    root = ET.fromstring(path.read_text(encoding="utf-8"))
+    assert root.tag.endswith("svg")
+    links = [
+        value
+        for element in root.iter()
+        for name, value in element.attrib.items()
+        if name.endswith("href")
+    ]
+    assert links
+    assert all(link.startswith(("#", "data:")) for link in links)
+    assert not [element for element in root.iter() if element.tag.endswith("date")]
+
+
+def test_a_file_that_cannot_be_written_leaves_nothing(smooth, tmp_path):
+    for name in ("figure.docx", "figure"):
+        with pytest.raises(ValueError, match=r"\.png, \.svg or \.pdf"):
+            figures.save_as(figures.pressure_profiles(smooth), tmp_path / name)
+    (tmp_path / "folder").write_text("a file where a folder should be", encoding="utf-8")
+    with pytest.raises(DataFileError):
+        figures.save_as(figures.pressure_profiles(smooth), tmp_path / "folder" / "figure.svg")
+    assert [file.name for file in tmp_path.iterdir()] == ["folder"]
+
+
+def test_matplotlibs_own_way_to_save_and_to_show_gives_journal_quality(smooth, tmp_path):
+    with matplotlib.rc_context({"savefig.dpi": 50, "savefig.bbox": "tight"}):
+        figures.pressure_profiles(smooth, columns=2).savefig(tmp_path / "p.png")
+    (path,) = figures.save_figure(figures.pressure_profiles(smooth), tmp_path / "q", ("png",))
+    for file, millimetres in ((tmp_path / "p.png", 190.0), (path, 90.0)):
+        width = int.from_bytes(file.read_bytes()[16:20], "big")
+        assert width == pytest.approx(millimetres / 25.4 * 300.0, abs=1.0)
+    assert figures.pressure_profiles(smooth)._repr_png_().startswith(b"\x89PNG")
+    with matplotlib.rc_context({"pdf.fonttype": 3}):
+        figures.pressure_profiles(smooth).savefig(tmp_path / "p.pdf")
+    content = (tmp_path / "p.pdf").read_bytes()
+    assert b"/FontFile2" in content
+    assert b"/Type3" not in content

@@ -1,11 +1,21 @@
-"""Profiles show the data, name their units and cycles, and can be read."""
+"""Profiles, maps, bearing areas and films of a case: the data, their units, no overlaps."""
+
+import shutil
+import subprocess
 
 import numpy as np
 import pytest
+import xarray as xr
+from PIL import Image
+from scipy import ndimage
 
 from fretwear import figures
 from fretwear.data.dataset import mirrored
-from fretwear.figures.datasets import half_profiles
+from fretwear.data.files import open_case, write_case
+from fretwear.figures.bearing import compare_bearing_areas
+from fretwear.figures.datasets import half_profiles, peak_envelope, representative_cycles, wave_mean
+from fretwear.figures.film import FfmpegMissingError, durations, well_spaced_cycles
+from fretwear.figures.maps import take_wear_map
 
 KINDS = {
     "pressure_profiles": ("pressure", "Pressure (MPa)"),
@@ -128,3 +138,325 @@ def test_the_endless_peak_of_elastic_bodies_is_cut_and_marked(smooth):
         assert (axes.get_ylim()[1] < highest) == bool(marked)
     alone = figures.pressure_profiles(steep, cycles=[1000]).axes[0]
     assert _marks_above(alone) == 0
+
+
+def test_the_map_is_the_last_scar_mirrored_with_circles_for_edges(smooth):
+    scar = take_wear_map(smooth, None)
+    quarter = smooth["wear_depth"].isel(cycle=-1).values
+    half = quarter.shape[0]
+    np.testing.assert_array_equal(scar.depth[half:, half:], quarter)
+    np.testing.assert_array_equal(scar.depth, scar.depth[::-1])
+    np.testing.assert_array_equal(scar.depth, scar.depth[:, ::-1])
+    np.testing.assert_array_equal(scar.x, -scar.x[::-1])
+    cell = float(smooth["cell_x"])
+    last = smooth.isel(cycle=-1)
+    for edge, name in ((scar.contact_edge, "contact"), (scar.stick_edge, "stick")):
+        radii = np.hypot(*edge.T)
+        expected = float(last[f"{name}_half_width_x"])
+        # The half-widths along x and y are interpolated inside the cells, each on its own.
+        assert np.abs(radii - expected).max() < 0.1 * cell
+
+
+def test_every_spot_of_a_rough_contact_has_its_own_edge(rough):
+    scar = take_wear_map(rough, 0)
+    state = rough["contact_state"].isel(cycle=0).values
+    _, spots = ndimage.label(mirrored(rough)["contact_state"].isel(cycle=0).values > 0)
+    assert spots > 4
+    rings = np.split(scar.contact_edge, np.flatnonzero(np.isnan(scar.contact_edge[:, 0])))
+    closed = [ring[~np.isnan(ring[:, 0])] for ring in rings]
+    assert sum(len(ring) > 0 for ring in closed) >= spots
+    # What all contours enclose is the cells in contact, but for their corners.
+    area = sum(0.5 * (r[:-1, 0] @ r[1:, 1] - r[1:, 0] @ r[:-1, 1]) for r in closed if len(r))
+    cells = 4.0 * (state > 0).sum() * float(rough["cell_x"]) * float(rough["cell_y"])
+    assert abs(area) == pytest.approx(cells, rel=0.2)
+
+
+def test_scars_of_very_different_depths_and_widths_are_all_seen(smooth):
+    shallow = smooth.assign(wear_depth=0.1 * smooth["wear_depth"])
+    figure = figures.compare_wear_maps({"deep": smooth, "shallow": shallow})
+    shades = [axes.get_images()[0].get_array().max() for axes in figure.axes if axes.get_images()]
+    norm = figure.axes[0].get_images()[0].norm
+    assert norm(shades[1]) == pytest.approx(np.sqrt(0.1), rel=1e-3)
+    alike = figures.compare_wear_maps({"one": smooth, "other": smooth})
+    scale = alike.axes[0].get_images()[0].norm
+    assert scale(0.5 * scale.vmax) == pytest.approx(0.5)
+    wide = smooth.assign_coords(y=2.0 * smooth.y)
+    wide["contact_half_width_y"] = 2.0 * wide.contact_half_width_y
+    figure = figures.compare_wear_maps({"wide": wide, "round": smooth})
+    for axes in figure.axes[:2]:
+        assert axes.get_ylim()[1] > 1e6 * float(wide.contact_half_width_y[-1])
+
+
+def test_the_outline_of_a_scar_at_an_angle_is_not_an_ellipse_along_the_axes(smooth):
+    whole = mirrored(smooth)
+    zone = whole.contact_state.values
+    zone[:, whole.x.values > 0.0] *= whole.y.values > 0.0
+    turned = whole.assign(contact_state=(whole.contact_state.dims, zone, whole.contact_state.attrs))
+    edge = take_wear_map(turned, None).contact_edge
+    assert edge[edge[:, 0] > 2e-5, 1].min() > -1e-5
+
+
+def test_a_mirrored_case_gives_the_same_map_and_profiles(smooth_run, tmp_path):
+    write_case(smooth_run.dataset, smooth_run.history, tmp_path / "case.nc")
+    with open_case(tmp_path / "case.nc", full=True) as whole:
+        map_of_whole = take_wear_map(whole, None)
+        profiles = [line.get_xydata() for line in figures.gap_profiles(whole).axes[0].get_lines()]
+    quarter = take_wear_map(smooth_run.dataset, None)
+    for line, drawn in zip(
+        figures.gap_profiles(smooth_run.dataset).axes[0].get_lines(), profiles, strict=True
+    ):
+        np.testing.assert_allclose(line.get_xydata(), drawn)
+    np.testing.assert_array_equal(map_of_whole.depth, quarter.depth)
+    np.testing.assert_allclose(map_of_whole.contact_edge, quarter.contact_edge)
+
+
+def test_the_image_is_to_scale_and_says_its_units(rough, check_texts):
+    figure = figures.wear_map(rough)
+    axes = figure.axes[0]
+    figure.draw_without_rendering()
+    (image,) = axes.get_images()
+    left, right, bottom, top = image.get_extent()
+    assert right == -left == pytest.approx(rough.sizes["x"] * 4.0)
+    assert top == -bottom == pytest.approx(rough.sizes["y"] * 4.0)
+    assert axes.get_aspect() == 1.0
+    words = check_texts(figure)
+    assert {"x (µm), direction of slip", "y (µm)", "edge of contact"} <= set(words)
+    assert any(text.startswith("Wear depth (") for text in words)
+
+
+def test_panels_share_one_scale_of_depth_also_with_an_unworn_surface(smooth, rough, check_texts):
+    cases = {"smooth": smooth, "rough": rough, "more": rough}
+    figure = figures.compare_wear_maps(cases)
+    limits = {axes.get_images()[0].get_clim() for axes in figure.axes if axes.get_images()}
+    assert len(limits) == 1
+    check_texts(figure)
+    check_texts(figures.wear_map(smooth, cycle=0))
+    with pytest.raises(ValueError, match=r"no snapshot at \[7\].*\[0, 1, 10, 100, 1000\]"):
+        figures.wear_map(smooth, cycle=7)
+
+
+def test_curves_are_the_heights_of_the_roughness_less_what_is_lost(rough, check_texts):
+    figure = figures.bearing_area(rough)
+    (axes,) = figure.axes
+    first, last = (line.get_xydata().T for line in axes.get_lines())
+    for share, height in (first, last):
+        assert (np.diff(share) > 0.0).all()
+        assert (np.diff(height) <= 0.0).all()
+    assert first[1].mean() == pytest.approx(0.0, abs=1e-6 * first[1].max())
+    size = {"nm": 1e9, "µm": 1e6}[axes.get_ylabel().split("(")[1].rstrip(")")]
+    # The waves are symmetric about their mean: 0.3 µm up and down.
+    assert first[1].max() == pytest.approx(0.3e-6 * size, rel=0.05)
+    x, y = rough.x.values[:, None], rough.y.values[None, :]
+    at_last = rough.isel(cycle=-1)
+    half_widths = at_last.contact_half_width_x.item(), at_last.contact_half_width_y.item()
+    inside = np.hypot(x / half_widths[0], y / half_widths[1]) <= 1.0
+    lost = (at_last.wear_depth + at_last.plastic_depth).values[inside]
+    assert first[1].mean() - last[1].mean() == pytest.approx(size * lost.mean(), rel=1e-4)
+    assert {"cycle 0", "cycle 1000"} <= set(check_texts(figure))
+
+
+def test_cases_are_compared_on_one_scale_of_heights(rough, check_texts, smooth):
+    figure = compare_bearing_areas({"one": rough, "other": rough})
+    one, other = figure.axes
+    for mine, theirs in zip(one.get_lines(), other.get_lines(), strict=True):
+        np.testing.assert_array_equal(mine.get_xydata(), theirs.get_xydata())
+    assert one.get_ylim() == other.get_ylim()
+    assert {"one", "other", "cycle 0", "cycle 1000"} <= set(check_texts(figure))
+    with pytest.raises(ValueError, match="this case is smooth"):
+        figures.bearing_area(smooth)
+
+
+CYCLES = (0, 1, 10, 100, 1000)
+
+
+def _curve(figure, label):
+    lines = [line for axes in figure.axes for line in axes.get_lines()]
+    line = next(line for line in lines if line.get_label() == label)
+    return line.get_xdata(), line.get_ydata()
+
+
+def test_every_picture_is_a_snapshot_on_the_whole_contact(rough, check_texts):
+    animation = figures.animation(rough)
+    assert animation.cycles == CYCLES
+    limits = []
+    for cycle in CYCLES:
+        figure = animation.show(cycle)
+        words = check_texts(figure)
+        assert any(text.startswith(f"Cycle {cycle} ") for text in words)
+        assert {"stick", "slip", "open", "Pressure (MPa)", "Wear depth (µm)"} <= set(words)
+        x, pressure = _curve(figure, "Pressure")
+        half = rough["pressure"].sel(cycle=cycle).isel(y=0).values / 1e6
+        np.testing.assert_allclose(pressure, np.concatenate([half[::-1], half]), rtol=1e-6)
+        np.testing.assert_allclose(x, -x[::-1])
+        zones = figure.axes[1].get_images()[0].get_array()
+        np.testing.assert_array_equal(
+            zones[zones.shape[0] // 2 :, zones.shape[1] // 2 :],
+            rough["contact_state"].sel(cycle=cycle).values.T,
+        )
+        limits.append([(axes.get_xlim(), axes.get_ylim()) for axes in figure.axes])
+    assert all(other == limits[0] for other in limits)
+
+
+def test_a_gif_has_one_picture_a_snapshot_and_rests_at_the_end(smooth_run, tmp_path):
+    seen: list[tuple[int, int]] = []
+    animation = figures.animation(smooth_run.dataset, smooth_run.history)
+    path = animation.save(
+        tmp_path / "wear.gif", dots_per_inch=60, progress=lambda *at: seen.append(at)
+    )
+    assert seen == [(number, 5) for number in range(1, 6)]
+    with Image.open(path) as film:
+        assert film.n_frames == 5
+        assert film.info["loop"] == 0
+        assert film.width == pytest.approx(190 / 25.4 * 60, abs=1)
+        durations = []
+        for number in range(film.n_frames):
+            film.seek(number)
+            durations.append(film.info["duration"])
+    assert durations == pytest.approx([1000 * n for n in animation.seconds], abs=10)
+    assert durations[-1] == max(durations)
+
+
+def test_snapshots_far_apart_are_shown_longer_and_cycles_for_a_smooth_film_are_whole():
+    seconds = durations([0, 10, 20, 1000])
+    assert seconds[0] > seconds[1]
+    assert seconds[2] > seconds[1]
+    assert seconds[3] == max(seconds)
+    for last in (1, 50, 7000, 30000):
+        cycles = well_spaced_cycles(last)
+        assert cycles[0] == 0
+        assert cycles[-1] == last
+        assert all(isinstance(cycle, int) for cycle in cycles)
+        assert cycles == sorted(set(cycles))
+    assert 25 <= len(well_spaced_cycles(30000)) <= 32
+
+
+def test_other_snapshots_and_films_are_refused_and_without_ffmpeg_a_gif_is_offered(
+    smooth, tmp_path, monkeypatch
+):
+    animation = figures.animation(smooth, cycles=[0, 1000])
+    assert animation.cycles == (0, 1000)
+    with pytest.raises(ValueError, match=r"shows \[0, 1000\]"):
+        animation.show(10)
+    with pytest.raises(ValueError, match=r"no snapshot at \[5\]"):
+        figures.animation(smooth, cycles=[0, 5])
+    animation = figures.animation(smooth, cycles=[0, 1])
+    for name in ("wear.avi", "wear"):
+        with pytest.raises(ValueError, match=r"\.gif or \.mp4"):
+            animation.save(tmp_path / name)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(FfmpegMissingError, match=r"wear\.gif instead"):
+        animation.save(tmp_path / "wear.mp4")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.skipif(shutil.which("ffprobe") is None, reason="needs Debian's ffmpeg")
+def test_an_mp4_lasts_as_long_as_its_pictures_and_plays_everywhere(smooth, tmp_path):
+    animation = figures.animation(smooth, cycles=[0, 10, 1000])
+    path = animation.save(tmp_path / "wear.mp4", dots_per_inch=51)
+    entries = "stream=codec_name,pix_fmt,duration"
+    command = ["ffprobe", "-v", "error", "-show_entries", entries, "-of", "csv=p=0", path]
+    told = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    codec, pixels, seconds = told.strip().split(",")
+    assert (codec, pixels) == ("h264", "yuv420p")
+    assert float(seconds) == pytest.approx(sum(animation.seconds), abs=0.2)
+
+
+PROFILES = [figures.pressure_profiles, figures.wear_profiles]
+OF_A_CASE = [*PROFILES, figures.wear_map, figures.overview, figures.animation]
+
+
+@pytest.mark.parametrize("draw", [*OF_A_CASE, figures.wear_volume])
+@pytest.mark.parametrize(
+    ("given", "remedy"),
+    [
+        ("case.nc", r"fretwear\.open_case\('case\.nc'\)"),
+        (xr.DataArray([1.0]), "whole dataset"),
+        ({"a": xr.Dataset()}, "compare_"),
+        (None, "simulate"),
+    ],
+)
+def test_what_is_no_dataset_is_refused(draw, given, remedy):
+    with pytest.raises(TypeError, match=remedy):
+        draw(given)
+
+
+@pytest.mark.parametrize("draw", OF_A_CASE)
+def test_histories_and_merged_studies_have_no_fields(draw, smooth_run, small_study):
+    with pytest.raises(ValueError, match=r"history of a case.*open_case opens the case"):
+        draw(smooth_run.history)
+    if draw in (figures.wear_map, figures.animation):
+        with pytest.raises(ValueError, match=r"merged study.*open the case with open_case"):
+            draw(small_study.summary)
+
+
+@pytest.mark.parametrize(
+    "compare",
+    [
+        lambda cases: figures.compare_profiles(cases, "pressure"),
+        figures.compare_wear_maps,
+        figures.compare_cases,
+    ],
+)
+def test_cases_to_compare_have_titles(compare, smooth):
+    for wrong in ([smooth, smooth], smooth):
+        with pytest.raises(TypeError, match="given by their titles"):
+            compare(wrong)
+    with pytest.raises(ValueError, match="no case"):
+        compare({})
+    with pytest.raises(TypeError, match="open the file first"):
+        compare({"a": "a.nc", "b": "b.nc"})
+    with pytest.raises(ValueError, match="'pressure', 'shear_traction'"):
+        figures.compare_profiles({"a": smooth}, "pressure_profiles")
+
+
+WAVELENGTH = 8.37
+X = (np.arange(400) + 0.5) * 0.25
+SLOW = np.sqrt(np.maximum(0.0, 1.0 - (X / 80.0) ** 2))
+
+
+@pytest.mark.parametrize("phase", [0.0, np.pi])
+def test_the_envelope_goes_through_the_peaks_whatever_their_phase(phase):
+    values = SLOW * (1.0 + np.cos(2.0 * np.pi * X / WAVELENGTH + phase))
+    inside = (X > WAVELENGTH) & (X < 70.0)
+    envelope = peak_envelope(X, values, WAVELENGTH)
+    # Between crests the cubics leave the slow factor by about its curvature over a wave.
+    np.testing.assert_allclose(envelope[inside], 2.0 * SLOW[inside], rtol=0.02)
+
+
+def test_envelope_and_mean_are_those_of_a_profile_without_waves():
+    # At most the slope of the profile times a wavelength lies between two of its knots.
+    inside = X < 60.0
+    envelope = peak_envelope(X, SLOW, WAVELENGTH)
+    np.testing.assert_allclose(envelope[inside], SLOW[inside], atol=0.02)
+    values = np.where(X > 50.0, 1.0 + np.cos(2.0 * np.pi * X / WAVELENGTH), 0.0)
+    envelope = peak_envelope(X, values, WAVELENGTH)
+    assert (envelope[X < 50.0 - 1.5 * WAVELENGTH] == 0.0).all()
+    values = 3.0 + np.cos(2.0 * np.pi * X / WAVELENGTH)
+    mean = wave_mean(X, values, WAVELENGTH)
+    assert mean.shape == X.shape
+    # A window of whole cells misses the wavelength by up to half a cell in 33: twice averaged,
+    # less than 0.1 % of the wave is left.
+    known = np.isfinite(mean)
+    assert known[: -round(1.1 * WAVELENGTH / 0.25)].all()
+    np.testing.assert_allclose(mean[known], 3.0, atol=1e-3)
+    narrow = np.array([1.0, 2.0, 3.0])
+    np.testing.assert_array_equal(wave_mean(X[:3], narrow, WAVELENGTH), narrow)
+
+
+def test_few_snapshots_are_all_shown_and_many_thinned_evenly_in_the_fourth_root():
+    assert representative_cycles([1000, 0, 1]) == (0, 1, 1000)
+    chosen = representative_cycles(range(10001), most=5)
+    assert chosen[0] == 0
+    assert chosen[-1] == 10000
+    steps = np.diff(np.power(chosen, 0.25))
+    assert steps.max() / steps.min() < 1.1
+
+
+def test_profiles_lie_at_positive_x_and_know_their_waves(smooth, rough):
+    plain, wavy = half_profiles(smooth, "pressure"), half_profiles(rough, "pressure")
+    assert (plain.x > 0.0).all()
+    assert not plain.is_wavy
+    assert wavy.is_wavy
+    assert wavy.wavelength == pytest.approx(4.0 * 0.3e-6 / np.tan(np.deg2rad(1.8)))
+    coarse = rough.isel(x=slice(None, None, 4))
+    assert not half_profiles(coarse, "pressure").is_wavy, "the cells do not resolve the waves"

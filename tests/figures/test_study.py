@@ -1,16 +1,27 @@
-"""A study gets its figures with captions, written together with their index."""
+"""Figures of studies, of rigs and of two cases, with captions, written with their index."""
 
 import json
 from dataclasses import asdict
 from itertools import islice
 from pathlib import Path
 
+import numpy as np
 import pytest
+import xarray as xr
 from docutils.core import publish_parts
 from jinja2 import Environment
+from scipy.stats import qmc
 
+from fretwear import figures
 from fretwear.data.merge import merge_study
 from fretwear.data.safe import DataFileError
+from fretwear.figures.effects import (
+    effect_map,
+    effects,
+    parallel_coordinates,
+    scatter_matrix,
+    sensitivity,
+)
 from fretwear.figures.index import (
     INDEX_NAME,
     FigureEntry,
@@ -140,3 +151,258 @@ def test_an_index_that_names_other_things_than_figures_is_none(tmp_path, entry):
     write_index(tmp_path, [entry])
     with pytest.raises(DataFileError, match="not a list of figures"):
         read_figure_index(tmp_path)
+
+
+LABELS = {
+    "contact_half_width": ("contact_half_width_x", "Contact half-width along x (µm)"),
+    "stick_half_width": ("stick_half_width_x", "Stick half-width along x (µm)"),
+    "wear_volume": ("wear_volume", "Wear volume (µm³)"),
+    "dissipated_energy": ("dissipated_energy", "Dissipated energy per cycle (µJ)"),
+}
+
+
+def _lines(axes):
+    lines = [line for line in axes.get_lines() if line.get_label() != "_break"]
+    return [line.get_ydata() for line in lines]
+
+
+@pytest.mark.parametrize("name", LABELS)
+def test_a_study_shows_every_case_and_no_text_overlaps(name, small_study, check_texts):
+    variable, label = LABELS[name]
+    figure = getattr(figures, name)(small_study.summary)
+    assert sum(len(_lines(axes)) for axes in figure.axes) == 24
+    words = check_texts(figure)
+    assert label in words
+    assert {"smooth", "elastic", "$P$ = 30 N, $µ$ = 0.3", "Cycle"} <= set(words)
+    drawn = _lines(figure.axes[3])[0]
+    point = small_study.summary[variable].isel(
+        load=1, friction=1, roughness_amplitude=0, plastic_limit=0
+    )
+    np.testing.assert_allclose(drawn / drawn[-1], point.values / point.values[-1], rtol=1e-12)
+
+
+def test_what_is_not_done_is_left_out_and_lines_go_on_over_missing_snapshots(small_study):
+    summary = small_study.summary.copy(deep=True)
+    summary["wear_volume"][0, 0, 1, 1] = np.nan
+    figure = figures.wear_volume(summary)
+    assert sum(len(_lines(axes)) for axes in figure.axes) == 23
+    summary = small_study.summary.isel(friction=0, roughness_amplitude=0, plastic_limit=0)
+    summary = summary.copy(deep=True)
+    summary["wear_volume"][0, 2] = np.nan
+    (axes,) = figures.wear_volume(summary).axes
+    lengths = [line.size for line in _lines(axes)]
+    assert lengths == [4, 5]
+    assert np.isfinite(np.concatenate(_lines(axes))).all()
+    summary = small_study.summary.copy(deep=True)
+    summary["wear_volume"][0] = np.nan
+    summary["wear_volume"][1, 0] = np.nan
+    figure = figures.wear_volume(summary)
+    assert sum(len(_lines(axes)) for axes in figure.axes) == 6
+    with pytest.raises(ValueError, match="nothing to draw"):
+        figures.wear_volume(summary.where(False))
+
+
+def test_one_case_and_its_dense_history_have_one_line(smooth_run, check_texts):
+    for dataset in (smooth_run.dataset, smooth_run.history):
+        figure = figures.contact_half_width(dataset, columns=1)
+        (line,) = _lines(figure.axes[0])
+        np.testing.assert_allclose(line, dataset["contact_half_width_x"].values * 1e6)
+        check_texts(figure)
+
+
+def test_wear_and_energy_over_decades_are_on_logarithmic_axes_and_widths_from_zero(smooth):
+    (axes,) = figures.wear_volume(smooth).axes
+    assert axes.get_yscale() == "log"
+    low, _ = axes.get_xlim()
+    assert 0.5 < low <= 1.0
+    volumes = smooth["wear_volume"].values[1:] * 1e18
+    bottom, top = axes.get_ylim()
+    assert bottom < volumes.min() < volumes.max() < top
+    energy = smooth[["dissipated_energy"]].copy(deep=True)
+    energy["dissipated_energy"][:] = [1e-5, 1e-5, 8e-6, 1e-7, 1e-12]
+    (axes,) = figures.dissipated_energy(energy).axes
+    assert axes.get_yscale() == "log"
+    low, high = axes.get_ylim()
+    assert high / low < 1e7
+    (axes,) = figures.stick_half_width(smooth).axes
+    assert axes.get_ylim()[0] == 0.0
+    (axes,) = figures.contact_half_width(smooth).axes
+    assert axes.get_ylim()[0] > 0.0
+
+
+def test_a_few_lines_are_labelled_beside_themselves_and_many_get_a_colour_bar(
+    small_study, check_texts, smooth
+):
+    part = small_study.summary.isel(friction=0, roughness_amplitude=0, plastic_limit=0)
+    figure = figures.contact_half_width(part, columns=1)
+    assert not figure.legends
+    assert {"$P$ = 30 N", "$P$ = 40 N"} <= set(check_texts(figure))
+    loads = np.linspace(10.0, 100.0, 20)
+    study = xr.concat([smooth[["wear_volume"]] * load for load in loads], "load")
+    study = study.drop_vars("load").assign_coords(load=loads)
+    words = check_texts(figures.wear_volume(study))
+    assert "normal load (N)" in words
+
+
+def test_seeds_are_an_ensemble_drawn_by_its_mean_and_deviation(small_study, check_texts):
+    # Three surfaces as if they differed by chance alone.
+    summary = small_study.summary.rename(roughness_amplitude="roughness_seed")
+    summary = summary.isel(friction=0, plastic_limit=0, drop=True)
+    figure = figures.wear_volume(summary)
+    among = summary["wear_volume"].sel(load=40.0)
+    mean, deviation = among.mean("roughness_seed"), among.std("roughness_seed", ddof=1)
+    (axes,) = (each for each in figure.axes if each.get_lines())
+    drawn = _lines(axes)[-1]
+    np.testing.assert_allclose(drawn / drawn[-1], mean.values / mean.values[-1], rtol=1e-9)
+    size = drawn[-1] / float(mean[-1])
+    band = axes.collections[-1].get_paths()[0].vertices
+    highest = band[np.isclose(band[:, 0], 1000.0), 1].max()
+    assert highest == pytest.approx(size * float(mean[-1] + deviation[-1]), rel=1e-9)
+    assert any("means of 3 seeds" in text for text in check_texts(figure))
+
+
+def drawn(count):
+    """Return a sampled study whose wear volume is a power law."""
+    unit = qmc.Sobol(2, seed=1).random(count)
+    load, friction = 10.0 + 40.0 * unit[:, 0], 0.2 + 0.6 * unit[:, 1]
+    volume = 1e-16 * load**2 * friction
+    return xr.Dataset(
+        {
+            "status": ("point", np.zeros(count, dtype="int8")),
+            "wear_volume": (("point", "cycle"), np.stack([0 * load, volume], axis=1)),
+        },
+        {
+            "case_id": ("point", [str(place) for place in range(count)]),
+            "cycle": [0.0, 100.0],
+            "load": ("point", load, {"drawn_from": 10.0, "drawn_to": 50.0, "drawn_on": "linear"}),
+            "friction": (
+                "point",
+                friction,
+                {"drawn_from": 0.2, "drawn_to": 0.8, "drawn_on": "linear"},
+            ),
+        },
+    )
+
+
+def test_a_line_joins_every_two_cases_that_differ_in_one_parameter(small_study, check_texts):
+    summary = small_study.summary
+    figure = effects(summary, ["wear_volume"])
+    check_texts(figure)
+    final = summary["wear_volume"].isel(cycle=-1)
+    for axes, dim in zip(figure.axes, final.dims, strict=True):
+        found = [each.get_ydata() for each in axes.get_lines() if each.get_label() == "_lines"]
+        values = np.concatenate(found)
+        assert np.isnan(values).sum() == final.size // final.sizes[dim]
+        paths, expected = np.sort(values[np.isfinite(values)]), np.sort(final.values, axis=None)
+        np.testing.assert_allclose(paths / paths.max(), expected / expected.max())
+    one = small_study.summary.isel(load=0, friction=0, roughness_amplitude=0, plastic_limit=0)
+    with pytest.raises(ValueError, match="varies nothing"):
+        effects(one)
+    with pytest.raises(ValueError, match="two parameters"):
+        effect_map(drawn(32))
+    with pytest.raises(ValueError, match="sampled study"):
+        sensitivity(small_study.summary)
+
+
+def test_a_heat_map_has_the_final_values_over_both_parameters(small_study):
+    part = small_study.summary.isel(friction=0, plastic_limit=0)
+    (axes, _) = effect_map(part).axes
+    (image,) = axes.images
+    shown, expected = np.asarray(image.get_array()), part["wear_volume"].isel(cycle=-1).values
+    ratio = shown / (expected if shown.shape == expected.shape else expected.T)
+    np.testing.assert_allclose(ratio, ratio[0, 0])
+
+
+def test_indices_of_a_sample_are_drawn_with_their_convergence():
+    figure = sensitivity(drawn(64))
+    _, curves = figure.axes
+    assert len(curves.lines) == 2
+    assert [line.get_xdata().tolist() for line in curves.lines] == [[16, 32, 64]] * 2
+    assert curves.lines[0].get_ydata()[-1] > curves.lines[1].get_ydata()[-1]
+    lines = parallel_coordinates(drawn(64)).axes[0].collections[0]
+    assert len(lines.get_paths()) == 64
+
+
+def test_a_scatter_matrix_has_every_two_parameters_and_the_result():
+    summary = drawn(32)
+    figure = scatter_matrix(summary)
+    pairs, by_load, by_friction, _ = figure.axes
+    final = summary["wear_volume"].values[:, -1]
+    for axes, (x, y) in {
+        pairs: ("load", "friction"),
+        by_load: ("load", None),
+        by_friction: ("friction", None),
+    }.items():
+        (dots,) = axes.collections
+        points, values = np.asarray(dots.get_offsets()), np.asarray(dots.get_array())
+        np.testing.assert_allclose(points[:, 0], summary[x].values)
+        np.testing.assert_allclose(values / values.max(), final / final.max())
+        np.testing.assert_allclose(points[:, 1], summary[y].values if y else values)
+    with pytest.raises(ValueError, match="two varied parameters"):
+        scatter_matrix(summary.assign_coords(load=("point", np.full(32, 20.0))))
+
+
+LOADS = [10.0, 20.0, 35.0, 50.0, 75.0, 100.0, 150.0, 200.0]
+WAYS = [2e-7, 4e-7, 6e-7, 8e-7, 1.2e-6, 1.6e-6, 2.4e-6, 3.2e-6]
+
+
+def test_dots_of_a_crowded_fretting_map_do_not_overlap():
+    load, way = np.meshgrid(LOADS, WAYS, indexing="ij")
+    dims = ("load", "displacement_amplitude")
+    summary = xr.Dataset(
+        {
+            "status": (dims, np.zeros(load.shape, dtype="int8")),
+            "regime": ((*dims, "cycle"), np.where(way < 1e-6, 0.0, 1.0)[..., None]),
+            "wear_volume": ((*dims, "cycle"), np.full((*load.shape, 1), 1e-13)),
+        },
+        {"load": LOADS, "displacement_amplitude": WAYS, "cycle": [1000.0]},
+    )
+    figure = figures.fretting_map(summary)
+    (axes,) = figure.axes
+    assert axes.get_ylabel() == "Normal load (N)"
+    of_lines = summary.assign_coords(load=("load", 1e3 * np.array(LOADS), {"units": "N m-1"}))
+    of_lines["wear_volume"] = of_lines.wear_volume.assign_attrs(units="m2")
+    (line,) = figures.fretting_map(of_lines).axes
+    assert line.get_ylabel() == "Normal load per length (N/mm)"
+    assert "wear volume per length" in line.get_title("left")
+    assert "100" in [tick.get_text() for tick in line.get_yticklabels()]
+    assert [each.get_label() for each in axes.collections] == ["partial slip", "gross slip"]
+    figure.draw_without_rendering()
+    for at, values in ((0, WAYS), (1, LOADS)):
+        ticks = (axes.xaxis, axes.yaxis)[at].get_ticklocs()
+        assert len(ticks) == len(values)
+        points = np.full((len(ticks), 2), 10.0)
+        points[:, at] = ticks
+        apart = np.diff(axes.transData.transform(points)[:, at]).min() * 72.0 / figure.dpi
+        for dots in axes.collections:
+            assert 2.0 < np.sqrt(dots.get_sizes().max()) < apart
+
+
+def test_all_of_a_case_on_one_page(smooth_run, rough, check_texts):
+    words = check_texts(figures.overview(smooth_run.dataset, smooth_run.history))
+    axes = {"Pressure (MPa)", "Shear traction (MPa)", "Gap (µm)", "Wear depth (µm)"}
+    assert axes | {"Half-width along x (µm)", "contact", "stick"} <= set(words)
+    assert any("$P$ = 40 N" in text and "smooth" in text for text in words)
+    words = check_texts(figures.overview(rough))
+    assert axes <= set(words)
+    assert any("4500 MPa" in text for text in words)
+
+
+def test_both_cases_are_in_every_panel_and_ratios_are_told(smooth, rough, check_texts):
+    figure = figures.compare_cases({"A": smooth, "B": rough})
+    words = check_texts(figure)
+    assert "A: elastic, smooth" in words
+    assert "B: $p_\\mathrm{lim}$ = 4500 MPa, $A$ = 0.3 µm" in words
+    assert "Profiles and ratios at cycle 1000" in words
+    for axes in figure.axes[:5]:
+        labels = {str(line.get_label()).split(",")[0] for line in axes.get_lines()}
+        assert {"A", "B"} <= labels
+    ratio = float(rough["wear_volume"][-1] / smooth["wear_volume"][-1])
+    assert f"×{ratio:.3g}" in words
+    points = next(n for n in figure.axes[5].get_lines() if n.get_label() == "ratio")
+    assert ratio in points.get_xdata()
+    figure = figures.compare_cases({"A": smooth, "again": smooth})
+    points = next(n for n in figure.axes[5].get_lines() if n.get_label() == "ratio")
+    np.testing.assert_array_equal(points.get_xdata(), 1.0)
+    with pytest.raises(ValueError, match="Two cases are compared, not 3; compare_profiles"):
+        figures.compare_cases(dict.fromkeys("abc", smooth))

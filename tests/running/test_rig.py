@@ -1,19 +1,26 @@
-"""What a rig can be asked, each as a small study through everything that handles studies."""
+"""Rigs and line contacts from their studies to figures and reports."""
 
 import json
+import math
 
 import numpy as np
 import pytest
 import xarray as xr
-from tests.studies import base, run_study, write_study
+from tests.studies import WAVES, base, refusal, run_study, steel, write_study
 
 from fretwear.cli.show import case_content, case_lines, comparison_lines
-from fretwear.data.files import open_case, open_history
+from fretwear.data.dataset import mirrored
+from fretwear.data.files import open_case, open_history, open_summary, write_case
+from fretwear.data.merge import open_study
+from fretwear.figures import overview
 from fretwear.figures.index import INDEX_NAME
+from fretwear.figures.study import study_figures
 from fretwear.report import build_report
 from fretwear.running.checkpoint import read_checkpoint, write_checkpoint
 from fretwear.running.simulate import RunRecord, run, steps
+from fretwear.study.cost import estimate
 from fretwear.study.plan import Plan
+from fretwear.study.problems import StudyError
 from fretwear.study.study import load_study
 
 BOTH = ["3e-13 / Pa", "4e-13 / Pa"]
@@ -26,7 +33,7 @@ FALLS = {
     "decay": "0.1 mm^2/W",
     "frequency": "10 Hz",
 }
-WAVES = {"kind": "wavy", "amplitude": "0.1 um", "slope_x": "1 deg", "slope_y": "0 deg"}
+ACROSS = {"kind": "wavy", "amplitude": "0.1 um", "slope_x": "1 deg", "slope_y": "0 deg"}
 TABLE = {"cycles": [0, 40], "values": [0.4, 0.7]}
 # What a study is about: the base, and what varies in its two points.
 STUDIES = {
@@ -40,7 +47,7 @@ STUDIES = {
         },
     ),
     "a stroke, and wear that falls with the power": (
-        {**CYLINDER, "tangential_ratio": None, "wear_coefficient": None, "roughness": WAVES},
+        {**CYLINDER, "tangential_ratio": None, "wear_coefficient": None, "roughness": ACROSS},
         {"sliding_amplitude": ["5 um", "10 um"], "energy_wear_coefficient": [FALLS, FALLS]},
     ),
     "blocks, and a punch": (
@@ -102,3 +109,184 @@ def test_every_door_is_open_to(about, tmp_path):
     page = build_report(Plan(study), summary, tmp_path)
     assert about in page
     assert all(path.stem in page for path in paths)
+
+
+ROD = {"radius": None, "indenter": {"kind": "cylinder", "radius": "6 mm"}}
+LOADS = ["10 N/mm", "18.5 N/mm"]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Results of a study of two loads."""
+    content = {"base": base(**ROD, load=None), "vary": {"load": LOADS}}
+    made = tmp_path_factory.mktemp("line")
+    study = load_study(write_study(made / "line.yaml", content))
+    run_study(study, made)
+    return made
+
+
+@pytest.fixture
+def paths(folder):
+    return sorted((folder / "cases").glob("*.nc"))
+
+
+def test_a_dataset_has_no_y_and_its_integrals_are_per_length(paths):
+    with open_case(paths[1]) as case:
+        assert case.pressure.dims == ("cycle", "x")
+        assert case.symmetry == "even_x"
+        assert not [name for name in case.variables if str(name).endswith("half_width_y")]
+        units = {name: case[name].units for name in ("wear_volume", "contact_area", "load")}
+        assert units == {"wear_volume": "m2", "contact_area": "m", "load": "N m-1"}
+        assert case.dissipated_energy.units == "J m-1"
+        assert case["load"].long_name == "normal load per length"
+        whole = mirrored(case)
+        assert whole.sizes["x"] == 2 * case.sizes["x"]
+        carried = whole.pressure.sum("x") * float(case["cell_x"])
+        assert carried.values == pytest.approx(float(case["load"]), rel=1e-6)
+    with open_history(paths[1]) as history:
+        assert history.wear_volume.units == "m2"
+
+
+def test_a_case_is_told_and_compared_in_loads_per_length(paths):
+    with open_case(paths[0]) as a, open_case(paths[1]) as b, open_history(paths[0]) as steps:
+        told = "\n".join(case_lines(case_content(a, steps)))
+        compared = "\n".join(comparison_lines(a, b))
+    assert "(half of the contact)" in told
+    assert "10 N/mm" in told
+    assert "wear volume per length" in told
+    assert "18.5 N/mm" in compared
+
+
+def test_a_study_is_merged_and_drawn_without_maps(folder, paths):
+    with open_summary(folder / "summary.nc") as summary:
+        assert summary.wear_volume.units == "m2"
+        drawn = {each.name: each.figure for each in study_figures(summary, folder / "cases")}
+    assert drawn
+    assert not [name for name in drawn if "map" in name]
+    assert "per length" in drawn["wear_volume"].axes[0].get_ylabel()
+    with open_study(folder) as study:
+        assert study.wear_depth.dims == ("load", "cycle", "x")
+        deepest = study.wear_depth.max("x").values[:, -1]
+    with open_case(paths[1]) as case:
+        assert deepest[1] == pytest.approx(float(case.wear_depth.max()), rel=1e-3)
+        titles = [axes.get_title() for axes in overview(case).axes]
+    assert not any("Wear depth" in title for title in titles)
+
+
+def test_bare_numbers_are_forces_per_length():
+    typed = steel(**ROD, load="18.5 N/mm")
+    assert steel(**ROD, load=18.5e3).case_id == typed.case_id
+    assert typed.case_id.startswith("cylinder-P18.5N_mm-Q7.4N_mm-")
+    assert typed.coupling == 1.0
+    assert typed.tangential_load == pytest.approx(0.8 * 0.5 * 18.5e3)
+
+
+SPHERE = {"indenter": {"kind": "sphere", "radius": "6 mm"}, "load": "50 N"}
+LINE = {**ROD, "load": "18.5 N/mm"}
+FLAT = {
+    **LINE,
+    "indenter": {"kind": "flat_punch", "flat_half_width": "100 um", "edge_radius": "6 mm"},
+}
+CROSSED = {"indenter": {"kind": "crossed_cylinders", "radii": "6 mm", "angle": "60 deg"}}
+SLIDING = {
+    **LINE,
+    "tangential_ratio": None,
+    "sliding_amplitude": "24.24 um",
+    "wear_coefficient": ["1.9e-14 / Pa", "2.9e-14 / Pa"],
+}
+HELD = {"sliding_amplitude": None, "displacement_amplitude": "5 um"}
+SOFT = {**HELD, "tangential_compliance": "0.1 um/(N/mm)"}
+RIDGES = {"amplitude": "1 um", "slope_x": "1 deg", "slope_y": "1 deg"}
+ENERGY = {"slow": "5e-4 mm^3/J", "fast": "1e-4 mm^3/J", "decay": "11 mm^2/W", "frequency": "10 Hz"}
+FALLING = {"wear_coefficient": None, "energy_wear_coefficient": ENERGY}
+BLOCKS = {"cycles": None, "blocks": [{"cycles": 9}, {"cycles": 9, "tangential_ratio": 0.5}]}
+
+
+@pytest.mark.parametrize(
+    ("case", "changes", "parts"),
+    [
+        (LINE, {"load": "50 N"}, ("load", "per length", "load: 18.5 N/mm")),
+        ({}, {"load": "18.5 N/mm"}, ("load", "a sphere is loaded by a force", "load: 50 N")),
+        (LINE, {"tangential_load": "20 N"}, ("tangential_load", "per length")),
+        (LINE, {"tangential_load": "20 N/mm"}, ("µP = 9.25 N/mm",)),
+        (LINE, {"load": "18.5 MPa"}, ("load", "must be a force")),
+        (LINE, {"load": "1000 kN/mm"}, ("too much for this cylinder", "N/mm would do")),
+        (LINE, {"roughness": RIDGES}, ("the same along y", "slope_y: 0 deg")),
+        (LINE, {"cell": ["1 um", "2 um"]}, ("cell", "along y", "write cell: 1 um")),
+        (FLAT, {"load": "50 N"}, ("load of a flat_punch is per length", "18.5 N/mm")),
+        (FLAT, {"load": None, "indentation": "1 um"}, ("indentation", "write load")),
+        (FLAT, {"load": "1000 kN/mm"}, ("too much for this flat_punch", "N/mm would do")),
+        (FLAT, {"slip_model": "cattaneo_mindlin"}, ("slip_model", "sphere or cylinder")),
+        (SLIDING, {"tangential_ratio": 0.5}, ("sliding_amplitude", "redundant")),
+        (SLIDING, {"load": "18.5 N"}, ("load: 18.5 N/mm",)),
+        (SLIDING, {"wear_coefficient": "4.8e-14 / Pa"}, ("in a place of its own", "[value of")),
+        (SLIDING, {"sliding_amplitude": "2 mm"}, ("= 2 mm", "up to 703 um would do")),
+        (SLIDING, {"cycles": 10**9}, ("sliding_amplitude", "larger than the half-space allows")),
+        (SLIDING, HELD, ("displacement_amplitude", "needs tangential_compliance", "0.1 um/(N/mm)")),
+        (SLIDING, {**SOFT, "rig_stiffness": "20 N/um"}, ("leave rig_stiffness out",)),
+        (SLIDING, {**SPHERE, **SOFT}, ("tangential_compliance", "write rig_stiffness")),
+        (SLIDING, {"load": None, "indentation": "1 um"}, ("indentation", "depends on from where")),
+        (SLIDING, {**SPHERE, **CROSSED}, ("sliding_amplitude", "even along x and y")),
+        (SLIDING, {**SPHERE, "load": None, "indentation": "1 um"}, ("the load is held", "11.8 N")),
+        (
+            SLIDING,
+            {**SPHERE, "roughness": WAVES},
+            ("resolved all over the scar", "take a cylinder"),
+        ),
+        (SLIDING, FALLING, ("each wears in a place of its own", "slow: [value of the indenter")),
+        (SLIDING, BLOCKS, ("blocks", "two studies")),
+    ],
+)
+def test_mistakes_are_named_in_few_words(case, changes, parts):
+    message = refusal(**{**case, **changes})
+    assert len(message.splitlines()) <= 2 or case is FLAT
+    for part in parts:
+        assert part in message
+
+
+def test_a_stroke_leaves_the_wear_of_each_body_and_a_rectangular_loop(tmp_path):
+    case = steel(**SLIDING)
+    result = run(case)
+    last = result.dataset.isel(cycle=-1)
+    total = float(last.wear_volume)
+    assert total == pytest.approx(4.8e-14 * 18.5e3 * 4 * 24.24e-6 * 1000)
+    assert float(last.wear_volume_flat) == pytest.approx(2.9 / 4.8 * total)
+    for body in ("indenter", "flat"):
+        area = 2.0 * float(last[f"wear_depth_{body}"].sum() * last.cell_x)
+        assert area == pytest.approx(float(last[f"wear_volume_{body}"]), rel=1e-6)
+    both = last.wear_depth_indenter + last.wear_depth_flat
+    assert both.values == pytest.approx(last.wear_depth.values, rel=1e-5)
+    assert result.dataset.wear_volume_flat.units == "m2"
+    loop = result.loops.isel(cycle=-1)
+    assert loop.force.units == "N m-1"
+    energy = np.trapezoid(loop.force, loop.displacement)
+    assert energy == pytest.approx(float(last.dissipated_energy), rel=1e-9)
+    assert float(last.regime) == 1.0
+    write_case(result.dataset, result.history, tmp_path / "stroke.nc", result.loops)
+    write_checkpoint(tmp_path / "half", _record(case), {})
+    assert read_checkpoint(tmp_path / "half", {}).last.wear_flat.any()
+
+
+def _record(case):
+    record = RunRecord()
+    for step in steps(case):
+        record.add(step, keep_fields=False)
+    return record
+
+
+def test_cylinders_and_spheres_make_two_studies(tmp_path):
+    both = [{"kind": "sphere", "radius": "10 mm"}, ROD["indenter"]]
+    content = {
+        "base": base(radius=None, load=None),
+        "vary": {"indenter": both, "load": ["50 N", "10 N/mm"]},
+        "design": "zip",
+    }
+    with pytest.raises(StudyError, match=r"vary\.indenter .*has cylinders.*\n.*two studies"):
+        load_study(write_study(tmp_path / "both.yaml", content))
+
+
+def test_the_plan_counts_strips():
+    found = estimate(steel(**ROD, load="18.5 N/mm"))
+    assert found.cells_y == 1
+    assert math.isfinite(found.seconds)
+    assert np.isfinite(found.memory_bytes)

@@ -1,14 +1,22 @@
+"""What a case costs, the cells that it gets by default, and what makes its results doubtful."""
+
 import math
 
+import numpy as np
 import pytest
 
-from fretwear.running.simulate import steps
+from fretwear.mechanics.integrator import first_loading
+from fretwear.mechanics.measures import measure
+from fretwear.mechanics.surfaces import Sphere
+from fretwear.running.simulate import DoubtfulResultWarning, simulate, steps, wear_problem
 from fretwear.study.cost import estimate, greatest_contact_radius
+from fretwear.study.doubts import doubts, yielding_ring_width
+from fretwear.study.spacing import MOST_CELLS, needed_spacing, zones_of_tip
 from fretwear.theory import HertzContact, LimitingState
 
-from ..studies import steel
+from ..studies import WAVES, steel
 
-WAVES = {"amplitude": 2e-7, "slope_x": 0.035, "slope_y": 0.017}
+SHALLOW = {"amplitude": 2e-7, "slope_x": 0.035, "slope_y": 0.017}
 
 
 def test_contact_reaches_out_with_wear_plastic_flow_and_roughness():
@@ -27,8 +35,8 @@ def test_contact_reaches_out_with_wear_plastic_flow_and_roughness():
 
 
 def test_cells_and_snapshots_cost_what_they_take():
-    coarse = estimate(steel(cell=2e-6, roughness=WAVES))
-    fine = estimate(steel(cell=1e-6, roughness=WAVES))
+    coarse = estimate(steel(cell=2e-6, roughness=SHALLOW))
+    fine = estimate(steel(cell=1e-6, roughness=SHALLOW))
     assert fine.cells == pytest.approx(4 * coarse.cells, rel=0.02)
     assert fine.seconds > coarse.seconds
     assert fine.memory_bytes > coarse.memory_bytes
@@ -47,9 +55,9 @@ def test_a_contact_that_yields_widens_without_end_where_slip_follows_the_worn_sh
 
 
 def test_more_cycles_and_a_tighter_tolerance_take_more_steps():
-    few, many = (estimate(steel(cycles=n, roughness=WAVES)) for n in (100, 100_000))
+    few, many = (estimate(steel(cycles=n, roughness=SHALLOW)) for n in (100, 100_000))
     assert few.steps < many.steps < 10 * few.steps
-    for changes in ({}, {"roughness": WAVES}):
+    for changes in ({}, {"roughness": SHALLOW}):
         assert (
             estimate(steel(**changes, tolerance=1e-3)).steps
             > 1.5 * estimate(steel(**changes)).steps
@@ -64,8 +72,8 @@ def test_more_cycles_and_a_tighter_tolerance_take_more_steps():
     [
         {"cycles": 7000},
         {"cycles": 7000, "plastic_limit": 4.5e9},
-        {"cycles": 7000, "roughness": WAVES, "cell": 2e-6},
-        {"cycles": 1000, "roughness": WAVES, "plastic_limit": 4.5e9, "cell": 2e-6},
+        {"cycles": 7000, "roughness": SHALLOW, "cell": 2e-6},
+        {"cycles": 1000, "roughness": SHALLOW, "plastic_limit": 4.5e9, "cell": 2e-6},
         {"cycles": 7000, "plastic_limit": 4.5e9, "slip_model": "cattaneo_mindlin", "cell": 3e-6},
     ],
 )
@@ -76,3 +84,140 @@ def test_the_convolutions_of_a_run_are_those_expected_within_a_factor_of_two(cha
     assert 0.5 < expected.convolutions / last.state.convolutions < 2.0
     cells = last.state.geometry.plane(case.grid_spacing).shape
     assert 0.5 < expected.cells / math.prod(cells) < 2.0
+
+
+GENTLE = {"amplitude": 2e-7, "slope_x": 0.05, "slope_y": 0.02}
+CAPPED = {"plastic_limit": "4500 MPa", "roughness": {**WAVES, "slope_x": "3 deg"}}
+
+
+def loaded(case):
+    problem = wear_problem(case)
+    state = first_loading(problem)
+    return state, measure(problem, state)
+
+
+@pytest.mark.parametrize("limit", [math.inf, 4.5e9])
+@pytest.mark.parametrize("slopes", [(0.1, 0.02), (0.05, 0.05)])
+def test_the_tip_in_the_middle_touches_as_wide_as_hertz_says_of_its_share(slopes, limit):
+    """The middle is a valley; the tip nearest to it carries nearly as much."""
+    waves = {"amplitude": 2e-7, "slope_x": slopes[0], "slope_y": slopes[1]}
+    case = steel(roughness=waves, plastic_limit=limit)
+    state, _ = loaded(case)
+    window, rough = state.geometry, case.roughness
+    row = int(np.argmin(abs(window.y)))
+    on_tip = abs(window.x - rough.wavelength_x / 2) < rough.wavelength_x / 4
+    width = np.count_nonzero(state.pressure[on_tip, row]) * window.spacing[0]
+    expected = zones_of_tip(case)["contact of a tip"][0][0]
+    assert width == pytest.approx(expected, rel=0.15)
+
+
+def test_tips_get_their_cells_as_long_as_these_can_be_afforded():
+    cheap, dear = steel(load=10, roughness=GENTLE), steel(load=200, roughness=GENTLE)
+    for given, needed in zip(cheap.grid_spacing, needed_spacing(cheap), strict=True):
+        assert 0.9 * needed < given <= needed
+    assert dear.grid_spacing > needed_spacing(dear)
+    cells = dear.hertz_radius**2 / math.prod(dear.grid_spacing)
+    assert MOST_CELLS <= cells < 1.25 * MOST_CELLS
+
+
+def test_waves_without_tips_of_known_shape_are_resolved_as_they_were():
+    random = {"kind": "self_affine", "rms_height": 1e-7, "hurst": 0.8, "seed": 1}
+    random |= {"rolloff_wavelength": 8e-5, "shortest_wavelength": 8e-6}
+    assert steel(roughness=random).grid_spacing == (1e-6, 1e-6)
+
+
+def test_plastic_volume_of_tips_that_hardly_yield_is_that_of_narrow_cells():
+    """With heights of the centres for means over cells it would differ by 12 %."""
+    coarse = steel(**CAPPED, load="40 N", cell=["0.4 um", "1.4 um"])
+    fine = coarse.replace(cell=["0.2 um", "0.7 um"])
+    volumes = [loaded(case)[1].plastic_volume for case in (coarse, fine)]
+    assert volumes[0] == pytest.approx(volumes[1], rel=0.02)
+
+
+RIDGES = {"amplitude": 1e-7, "slope_x": 0.25, "slope_y": 0.0}
+LONG = {"amplitude": 1e-7, "slope_x": 1e-3, "slope_y": 1e-3}
+
+
+def kinds(**changes):
+    """The first words of each doubt."""
+    told = [doubt.what for doubt in doubts(steel(**changes))]
+    return [" ".join(what.split()[:4]) for what in told]
+
+
+@pytest.mark.parametrize("ratio", [0.1, 0.5, 0.8, 0.95])
+@pytest.mark.parametrize("limit", [1.1e9, 2e9, 4.5e9, 9e9])
+def test_the_ring_is_as_wide_as_the_limiting_state_says(ratio, limit):
+    case = steel(tangential_ratio=ratio, plastic_limit=limit)
+    hertz = HertzContact(case.radius, case.load, case.composite_modulus)
+    expected = LimitingState(hertz, ratio).width_above(limit)
+    assert yielding_ring_width(case) == expected
+
+
+def test_a_contact_above_the_limit_everywhere_yields_as_a_whole_and_an_elastic_one_nowhere():
+    case = steel(tangential_ratio=0.8, plastic_limit=0.5e9)
+    assert yielding_ring_width(case) == case.stick_radius
+    case = steel(tangential_ratio=0.8)
+    assert math.isinf(case.plastic_limit)
+    assert yielding_ring_width(case) == 0.0
+    assert not doubts(case)
+
+
+@pytest.mark.parametrize(("ratio", "unseen"), [(0.8, False), (0.2, True)])
+def test_the_default_grid_sees_the_ring_of_large_ratios_only(ratio, unseen, monkeypatch):
+    assert not kinds(tangential_ratio=ratio, plastic_limit=4.5e9), "on rings"
+    monkeypatch.setattr(Sphere, "is_axisymmetric", False)
+    told = kinds(tangential_ratio=ratio, plastic_limit=4.5e9)
+    assert told == (["yields in a ring"] if unseen else [])
+
+
+@pytest.mark.parametrize(("ratio", "unseen"), [(0.9, False), (0.2, True)])
+def test_cells_that_tips_need_and_do_not_get_are_told(ratio, unseen):
+    waves = {"amplitude": 2e-7, "slope_x": 0.05, "slope_y": 0.02}
+    capped = {"tangential_ratio": ratio, "plastic_limit": 4.5e9, "roughness": waves}
+    assert kinds(**capped) == (["touches on asperities whose"] if unseen else [])
+    (doubt,) = doubts(steel(**{**capped, "plastic_limit": math.inf}, cell=[1e-6, 2e-6]))
+    assert "contact of a tip" in doubt.detail
+
+
+def test_waves_that_are_pressed_flat_are_computed_on_the_cells_of_a_smooth_contact():
+    flat = {"amplitude": 1e-8, "slope_x": 4e-5, "slope_y": 4e-5}
+    capped = steel(tangential_ratio=0.5, plastic_limit=4.5e9, roughness=flat)
+    smooth = steel(tangential_ratio=0.5, plastic_limit=4.5e9)
+    assert capped.grid_spacing == smooth.grid_spacing
+    assert [doubt.what.split()[3] for doubt in doubts(capped)] == ["ring"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"youngs_modulus": (208e9, 3e9), "poisson_ratio": (0.3, 0.4), "friction": 0.1}, "unlike"),
+        ({"plastic_limit": 0.7e9}, "yields all over"),
+        ({"cell": 18e-6, "roughness": LONG}, "zone of few cells"),
+        ({"roughness": RIDGES, "cell": [5e-8, 2e-6]}, "slopes"),
+    ],
+)
+def test_what_makes_results_doubtful_is_told_with_its_numbers(changes, told):
+    (doubt,) = doubts(steel(**changes))
+    assert told in doubt.what
+    assert any(digit.isdigit() for digit in doubt.detail)
+    assert doubt.remedy
+
+
+def test_dundurs_constant_is_that_of_the_closed_form():
+    """Steel on a rigid body: β = (1 − 2ν)/(2 (1 − ν)); alike or incompressible bodies have none."""
+    rigid = {"youngs_modulus": (208e9, 208e18)}
+    (doubt,) = doubts(steel(**rigid))
+    assert f"β = {(1 - 2 * 0.3) / (2 * (1 - 0.3)):.2g}," in doubt.detail
+    assert not doubts(steel(**rigid, poisson_ratio=(0.5, 0.3)))
+
+
+def test_a_simulation_warns_and_its_dataset_remembers():
+    case = steel(cycles=1, cell=18e-6, roughness=LONG)
+    with pytest.warns(DoubtfulResultWarning, match="zone of few cells"):
+        dataset = simulate(case)
+    first, *after = dataset.attrs["warnings"].splitlines()
+    assert [first] == [str(doubt) for doubt in doubts(case)]
+    assert "errors come to more than 5 %" in after[0]
+    assert "write cell: [" in after[0]
+    fine = simulate(steel(cycles=1))
+    assert fine.attrs["warnings"] == ""

@@ -1,0 +1,362 @@
+"""What the commands do: run, plan, merge, show, compare, plot, animate; how they are stopped."""
+
+import csv
+import fcntl
+import json
+import os
+import pty
+import re
+import shlex
+import shutil
+import signal
+import struct
+import subprocess
+import sys
+import termios
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import fretwear
+from fretwear.data.files import open_summary
+from fretwear.study.study import load_study, select_case
+
+from ..studies import WAVES, base
+
+FRETWEAR = (sys.executable, "-m", "fretwear")
+
+
+@pytest.mark.parametrize("whole", [True, False])
+def test_a_case_chosen_by_its_id_or_its_beginning_is_simulated_and_written(desk, whole):
+    case_id = select_case("tiny.yaml", None, ["load=25 N"]).case_id
+    chosen = case_id if whole else "P25N"
+    result = desk.call("run", "tiny.yaml", "--case", chosen, "-o", "out/one.nc")
+    assert result.exit_code == 0
+    assert result.stdout.startswith("out/one.nc: ")
+    with fretwear.open_case("out/one.nc") as case:
+        assert case.attrs["case_id"] == case_id
+        assert list(case["cycle"].values) == [0, 20, 200]
+        assert float(case["load"]) == 25.0
+
+
+def test_a_changed_case_has_the_numbers_of_python_and_tells_its_call(desk):
+    changes = ["load=30 N", "cycles=50"]
+    assert desk.call("run", "tiny.yaml", "--set", changes[0], "--set", changes[1]).exit_code == 0
+    case = select_case(desk.folder / "tiny.yaml", None, changes)
+    computed = fretwear.simulate(case, quarter=True)
+    with fretwear.open_case(f"{case.case_id}.nc") as stored:
+        command = "fretwear run tiny.yaml --set 'load=30 N' --set cycles=50"
+        assert stored.attrs["history"].endswith(command)
+        for name in computed.data_vars:
+            np.testing.assert_array_equal(stored[name], computed[name])
+
+
+@pytest.fixture
+def long_run(desk):
+    """The arguments of a run that takes a minute where nobody stops it."""
+    desk.write({"base": base(cycles=7000, cell="0.5 um", roughness=WAVES)})
+    return "run", "tiny.yaml"
+
+
+@pytest.mark.parametrize(("name", "status"), [("SIGINT", 130), ("SIGTERM", 143)])
+def test_a_stopped_run_says_so_and_leaves_no_case_file(desk, long_run, name, status):
+    command = (*FRETWEAR, *long_run)
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+        seen = ""
+        while "cycle 0 of" not in seen:
+            line = process.stderr.readline()
+            assert line, seen
+            seen += line
+        process.send_signal(getattr(signal, name))
+        message = process.stderr.read()
+        assert process.wait(30) == status
+    assert re.search(r"fretwear: stopped: (by|because its) ", message)
+    assert "Traceback" not in message
+    # The lock goes with its process, and so does every temporary file; a checkpoint may stay.
+    assert {Path(file).suffix for file in desk.files()} <= {".yaml", ".checkpoint"}
+
+
+def test_a_run_whose_terminal_is_gone_leaves_its_checkpoint(desk, long_run):
+    """The kernel sends SIGHUP when the other end is closed, and fails whatever is written then."""
+    near, far = pty.openpty()
+
+    def as_session():
+        os.setsid()
+        fcntl.ioctl(2, termios.TIOCSCTTY, 0)
+
+    process = subprocess.Popen(
+        (*FRETWEAR, *long_run), stderr=far, stdout=far, preexec_fn=as_session
+    )
+    os.close(far)
+    while b"half-width" not in os.read(near, 4096):
+        assert process.poll() is None
+    os.close(near)
+    assert process.wait(60) == 129
+    assert {Path(file).suffix for file in desk.files()} == {".yaml", ".checkpoint"}
+
+
+@pytest.mark.usefixtures("desk")
+def test_nohup_outlives_its_terminal():
+    command = (*FRETWEAR, "run", "tiny.yaml", "--set", "load=50 N")
+    ignore = partial(signal.signal, signal.SIGHUP, signal.SIG_IGN)
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, preexec_fn=ignore) as process:
+        assert "case" in process.stderr.readline()
+        process.send_signal(signal.SIGHUP)
+        process.stderr.read()
+        assert process.wait(60) == 0
+
+
+@pytest.mark.parametrize("how", ["2>/dev/full", "2>&-", "| true"])
+@pytest.mark.usefixtures("desk")
+def test_a_run_whose_messages_find_no_reader_ends_well(how):
+    call = shlex.join([*FRETWEAR, "run", "tiny.yaml", "--set", "load=50 N", "-o", "a.nc"])
+    done = subprocess.run(["bash", "-o", "pipefail", "-c", f"{call} {how}"], check=False)
+    assert done.returncode == 0
+    with fretwear.open_case("a.nc") as case:
+        assert case.attrs["complete"] == 1
+
+
+@pytest.mark.parametrize("how", ["| true", ">/dev/full"])
+@pytest.mark.usefixtures("desk")
+def test_a_table_that_finds_no_reader_ends_without_a_traceback(how):
+    call = shlex.join([*FRETWEAR, "schema"])
+    command = ["bash", "-o", "pipefail", "-c", f"{call} {how}"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    words = "standard output: cannot be written: No space left on device"
+    assert done.stderr == (f"fretwear: error: {words}\n" if "full" in how else "")
+
+
+HEAVY = ("scipy.fft", "xarray", "netCDF4", "matplotlib")
+
+
+def test_a_plan_lists_every_point_the_total_and_what_will_go_wrong(desk, content):
+    result = desk.call("plan", "tiny.yaml")
+    assert result.exit_code == 0
+    header, *points, empty, wear, total = result.stdout.splitlines()
+    assert header.split() == ["id", "load", "cells", "time", "memory"]
+    assert [line.split()[0][:4] for line in points] == ["P25N", "P50N"]
+    assert points[0].split()[1:3] == ["25", "N"]
+    assert empty == ""
+    assert wear == "Wear coefficient per load and path: 0.0007 mm³/(N m)."
+    assert total.startswith("2 points, 2 cases in 2 jobs: about ")
+    assert desk.files() == ["tiny.yaml"]
+    del content["base"]["cell"]
+    content["base"]["plastic_limit"] = "500 MPa"
+    desk.write(content)
+    result = desk.call("plan", "tiny.yaml")
+    assert "fretwear: warning: in 2 cases the contact yields all over" in result.stderr
+    assert "warning" not in result.stdout
+
+
+def test_a_wide_plan_is_not_cut_and_a_huge_one_shows_both_ends_unless_all_is_asked_for(
+    desk, content
+):
+    content["base"]["roughness"] = {**WAVES, "slope_x": "0.2 deg", "slope_y": "0.2 deg"}
+    content["vary"] |= {"roughness.amplitude": ["0.1 um"], "plastic_limit": ["4500 MPa"]}
+    content["vary"] |= {"friction": [0.3], "tolerance": [0.01]}
+    content["vary"]["load"] = [f"{load} N" for load in range(20, 321)]
+    content["base"]["cell"] = "2 um"
+    desk.write(content)
+    header, *lines, empty, _, total = desk.call("plan", "tiny.yaml").stdout.splitlines()
+    ids = [point.id for point in load_study(desk.folder / "tiny.yaml").points()]
+    shown = [line.split()[0] for line in lines]
+    assert shown == [*ids[:20], "...", *ids[-20:]]
+    assert lines[20] == "... 261 more points, which --all prints ..."
+    assert all(line.endswith("MB") for line in lines[:20])
+    assert (header.split()[0], empty) == ("id", "")
+    assert total.startswith("301 points, 301 cases in ")
+    every = desk.call("plan", "tiny.yaml", "--all").stdout.splitlines()
+    assert [line.split()[0] for line in every[1:-3]] == ids
+
+
+@pytest.mark.parametrize(
+    ("arguments", "heavy"),
+    # The library of units looks for numpy by itself.
+    [
+        (["--help"], ("numpy", "pint", "pydantic", *HEAVY)),
+        (["plan", "tiny.yaml"], HEAVY),
+        (
+            ["run", "tiny.yaml", "--case", "P25N", "-o", "a.nc"],
+            ("scipy", "xarray", "pandas", "dask", "matplotlib"),
+        ),
+    ],
+)
+def test_what_should_begin_at_once_imports_nothing_heavy(desk, arguments, heavy):
+    program = (
+        "import sys\n"
+        "from fretwear.cli import app\n"
+        f"app({arguments!r}, standalone_mode=False)\n"
+        f"print([name for name in {heavy!r} if name in sys.modules])\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], cwd=desk.folder, capture_output=True, text=True, check=True
+    )
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
+def test_merge_keeps_what_is_done_and_marks_what_failed(desk):
+    assert desk.call("batch", "tiny.yaml", "--points", "1-1").exit_code == 0
+    result = desk.call("merge", "tiny.yaml")
+    assert result.exit_code == 0
+    assert "1 points done, 1 failed, 0 invalid" in result.stdout
+    with open_summary("results/tiny/summary.nc") as summary:
+        assert list(summary["status"].values) == [0, 1]
+        volume = summary["wear_volume"].isel(cycle=-1).values
+    assert volume[0] > 0
+    assert np.isnan(volume[1])
+    with Path("results/tiny/points.csv").open(newline="", encoding="utf-8") as stream:
+        assert [float(row["load"]) for row in csv.DictReader(stream)] == [25.0, 50.0]
+
+
+@pytest.mark.parametrize(
+    ("command", "needed"), [("merge", "cases"), ("figures", "summary.nc"), ("report", "summary.nc")]
+)
+def test_a_step_without_what_it_needs_fails_with_a_message(desk, command, needed):
+    result = desk.call(command, "tiny.yaml")
+    assert result.exit_code == 1
+    assert "fretwear: error: results/tiny/summary.nc: " in result.stderr
+    assert needed in result.stderr
+    assert "Traceback" not in result.stderr
+    assert not (desk.folder / "results/tiny/report.html").exists()
+    result = desk.call(command, "tiny.yaml", "--results", "tiny.yaml/results")
+    assert result.exit_code == 2
+    assert "tiny.yaml is not a folder" in result.stderr
+
+
+def test_show_tells_parameters_and_results_beside_the_closed_forms(desk, case_file):
+    *lines, mark, explanation = desk.call("show", case_file).stdout.splitlines()
+    case = select_case("tiny.yaml", None, ["load=50 N"])
+    rows = {line[2:].split("  ")[0]: line.split("  ") for line in lines}
+    assert case.case_id in lines[0]
+    assert rows["normal load"][-1].strip() == "50 N"
+    assert rows["plastic limit"][-1].strip() == "elastic"
+    width = [cell.strip() for cell in rows["contact half-width along x"] if cell.strip()]
+    first, last, hertz = (float(cell.split()[0]) for cell in width[1:-1])
+    assert hertz == pytest.approx(case.hertz_radius * 1e6, rel=1e-3)
+    assert first == pytest.approx(hertz, rel=0.02)
+    assert last > first
+    assert " ± " in width[2]
+    pressure = [cell.strip() for cell in rows["central pressure †"] if cell]
+    assert [*map(str.strip, pressure[-2:])] == [f"{case.hertz_pressure * 1e-9:.4g}", "GPa"]
+    assert mark.startswith("† Of a single cell")
+    assert explanation.startswith("Unworn: ")
+    assert max(map(len, lines)) <= 80
+    results = lines[lines.index("Results") + 2 : -1]
+    assert len(results) == 15
+    units = {line.split()[-1] for line in results}
+    assert units <= {"µm", "nm", "µm²", "µm³", "MPa", "GPa", "µJ", "%"}
+
+
+def test_a_script_gets_the_case_as_json_in_si_units(desk, case_file):
+    seen = json.loads(desk.call("show", case_file, "--json").stdout)
+    told = {"value": 50.0, "units": "N", "long_name": "normal load"}
+    assert seen["parameters"]["load"] == told
+    assert seen["parameters"]["plastic_limit"]["value"] is None
+    with fretwear.open_case(case_file) as case:
+        assert seen["case_id"] == case.attrs["case_id"]
+        assert seen["cycle"] == case["cycle"].values.tolist()
+        for name in ("contact_half_width_x", "peak_pressure", "wear_volume"):
+            assert seen["results"][name]["values"] == case[name].values.tolist()
+            assert seen["results"][name]["units"] == case[name].attrs["units"]
+        deepest = float(case["maximum_wear_depth"][-1])
+        assert seen["results"]["maximum_wear_depth"]["values"][-1] == pytest.approx(deepest)
+        assert seen["unworn"]["contact_half_width_x"] == float(case["hertz_radius"])
+
+
+def test_show_tells_the_forces_that_come_out_of_a_rig(desk, content):
+    content["base"] |= {
+        "displacement_ratio": 0.7,
+        "rig_stiffness": "28 N/um",
+        "friction": {"cycles": [0, 50], "values": [0.4, 0.6]},
+    }
+    del content["base"]["tangential_ratio"]
+    desk.write(content)
+    assert desk.call("run", "tiny.yaml", "--set", "load=50 N", "-o", "rig.nc").exit_code == 0
+    seen = json.loads(desk.call("show", "rig.nc", "--json").stdout)
+    first, last = (seen["results"]["tangential_force"]["values"][row] for row in (0, -1))
+    assert 0.0 < first < 0.4 * 50.0
+    assert first < last < 0.6 * 50.0
+    assert 0.0 < seen["results"]["sliding_ratio"]["values"][0] < 0.2
+    # The closed forms are those of the friction of cycle 0.
+    closed = seen["unworn"]["tangential_displacement"]
+    assert seen["results"]["tangential_displacement"]["values"][0] == pytest.approx(
+        closed, rel=0.01
+    )
+
+
+def test_show_lists_the_points_of_a_merged_study_for_people_and_scripts(desk, content):
+    content["vary"]["cycles"] = [100, 200]
+    desk.write(content)
+    assert desk.call("batch", "tiny.yaml", "--points", "1-3").exit_code == 0
+    assert desk.call("merge", "tiny.yaml").exit_code == 0
+    merged = "results/tiny/summary.nc"
+    lines = desk.call("show", merged).stdout.splitlines()
+    assert lines[2] == "4 points: 3 done, 1 failed, 0 invalid"
+    header, *rows = lines[lines.index("") + 2 :]
+    assert header.split()[:3] == ["id", "load", "cycles"]
+    assert [row.split()[0] for row in rows] == list(load_study("tiny.yaml").cases())
+    assert "failed" in rows[-1]
+    assert "wear volume (µm³)" in header  # one unit for all
+    volumes = [float(re.findall(r" ([\d.]+) ± ", row)[0]) for row in rows[:-1]]
+    assert 0 < volumes[0] < volumes[1]
+    *done, missing = json.loads(desk.call("show", merged, "--json").stdout)["points"]
+    assert [point["status"] for point in (*done, missing)] == ["done", "done", "done", "failed"]
+    assert missing["wear_volume"] is None
+    for point in done:
+        with fretwear.open_case(f"results/tiny/cases/{point['case_id']}.nc") as case:
+            assert point["load"] == float(case["load"])
+            assert point["wear_volume"] == float(case["wear_volume"][-1])
+
+
+def test_compare_tells_what_differs_by_which_factor_and_draws_both(desk, case_file):
+    call = ("run", "tiny.yaml", "--set", "load=25 N", "-o", "other.nc")
+    assert desk.call(*call).exit_code == 0
+    result = desk.call("compare", "other.nc", case_file)
+    assert result.exit_code == 0
+    cells = [re.split(r"\s{2,}", line.strip()) for line in result.stdout.splitlines()]
+    rows = {row[0]: row[1:] for row in cells}
+    assert rows["normal load"] == ["25 N", "50 N"]
+    assert "coefficient of friction" not in " ".join(rows)
+    first, second, unit, ratio = rows["wear volume"]
+    assert unit == "10³ µm³"
+    volumes = [float(text.split()[0]) for text in (first, second)]
+    assert float(ratio) == pytest.approx(volumes[1] / volumes[0], rel=0.01)
+    # Hertz: the radius goes with the cube root of the load.
+    assert float(rows["contact half-width along x"][-1]) == pytest.approx(2 ** (1 / 3), rel=0.03)
+    assert desk.files() == ["other.nc", "tiny.yaml"]
+    result = desk.call("compare", case_file, case_file, "-o", "both.svg")
+    assert "All parameters are the same." in result.stdout
+    assert result.stdout.splitlines()[-1] == "both.svg"
+    assert (desk.folder / "both.svg").read_text(encoding="utf-8").startswith("<?xml")
+
+
+def test_plot_draws_the_case_beside_it_or_where_it_is_told_to(desk, case_file):
+    shutil.copy(case_file, "mine.nc")
+    assert desk.call("plot", "mine.nc").exit_code == 0
+    assert desk.call("plot", case_file, "-o", "a.svg").exit_code == 0
+    assert desk.files() == ["a.svg", "mine.nc", "mine.png", "tiny.yaml"]
+    assert (desk.folder / "a.svg").read_text(encoding="utf-8").startswith("<?xml")
+    content = (desk.folder / "mine.png").read_bytes()
+    assert content.startswith(b"\x89PNG")
+    assert struct.unpack(">II", content[16:24]) > (1000, 600)
+
+
+def test_animate_writes_a_gif_beside_the_case_and_advises_more_snapshots(
+    desk, case_file, monkeypatch
+):
+    shutil.copy(case_file, "mine.nc")
+    result = desk.call("animate", "mine.nc", "--dpi", "50")
+    assert result.exit_code == 0
+    assert (desk.folder / "mine.gif").read_bytes().startswith(b"GIF89a")
+    assert result.stdout.startswith("mine.gif: 3 pictures, ")
+    advice = result.stderr.partition("output: {cycles: [")[2].partition("]")[0]
+    cycles = [int(cycle) for cycle in advice.split(", ")]
+    assert (cycles[0], cycles[-1]) == (0, 200)
+    monkeypatch.setenv("PATH", str(desk.folder))
+    result = desk.call("animate", case_file, "-o", "a.mp4")
+    assert result.exit_code == 2
+    assert "a.gif instead" in result.stderr
+    assert not Path("a.mp4").exists()
