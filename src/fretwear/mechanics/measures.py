@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fretwear.mechanics.geometry import Array, Geometry, Mask
+from fretwear.mechanics.geometry import Array, Geometry, Mask, Zone
 from fretwear.mechanics.geometry.line import Line
 from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.state import State, WearProblem, in_contact
@@ -52,8 +52,8 @@ def measure(problem: WearProblem, state: State) -> Measures:
     contact = in_contact(state)
     contact_radius = half_width(geometry, contact, state.gap, 0)
     stick_radius, stick_radius_y = (_stick_half_width(state, axis) for axis in (0, 1))
-    stick_area = geometry.area(reduced.stick, stick_radius)
-    stick_load = _stick_load(problem, state, stick_area)
+    zone = geometry.zone(reduced.stick, stick_radius)
+    stick_load = _stick_load(problem, state, zone)
     displacement = problem.tangential_displacement(state.approach, reduced)
     force = problem.tangential_force(state.load, reduced)
     energy = problem.dissipated_energy(state, geometry)
@@ -69,9 +69,9 @@ def measure(problem: WearProblem, state: State) -> Measures:
         contact_half_width_y=half_width(geometry, contact, state.gap, 1),
         stick_half_width_x=stick_radius,
         stick_half_width_y=stick_radius_y,
-        contact_area=geometry.area(contact, contact_radius),
-        stick_area=stick_area,
-        mean_stick_pressure=stick_load / stick_area if stick_area else 0.0,
+        contact_area=geometry.zone(contact, contact_radius).area,
+        stick_area=zone.area,
+        mean_stick_pressure=stick_load / zone.area if zone.area else 0.0,
         stick_load_share=stick_load / (geometry.integral(state.pressure) or 1.0),
         peak_pressure=_peak(problem, state),
         central_pressure=float(state.pressure[geometry.along(0)[0][0]][0]),
@@ -82,23 +82,19 @@ def measure(problem: WearProblem, state: State) -> Measures:
     )
 
 
-def _stick_load(problem: WearProblem, state: State, area: float) -> float:
+def _stick_load(problem: WearProblem, state: State, zone: Zone) -> float:
     """Load that the stick zone carries, N, where its cells cover more or less than its area.
 
-    What they cover beyond its edge carries the pressure of the cells next to them: as much as the
-    zone has at its edge while nothing is worn, and little once slip has worn the surface beside it.
+    What they cover beyond its edge has the harmonic mean of the pressures on both sides: as much
+    as the zone has there while nothing is worn, and nothing once slip has worn the surface beside.
     """
     stick, pressure, integral = state.reduced.stick, state.pressure, state.geometry.integral
-    beside = np.zeros_like(stick)
-    for axis in (0, 1):
-        zone, other = np.moveaxis(stick, axis, 0), np.moveaxis(beside, axis, 0)
-        other[1:] |= zone[:-1]
-        other[:-1] |= zone[1:]
-    beside &= ~stick
     load = integral(np.where(stick, pressure, 0.0))
-    if beside.any():
-        load -= (integral(stick.astype(float)) - area) * float(pressure[beside].mean())
-    return min(load, problem.limit * area) if area > 0.0 else 0.0
+    beyond = integral(stick.astype(float)) - zone.area
+    within, beside = (pressure.ravel()[each].sum() for each in (zone.inside, zone.outside))
+    if beside > 0.0:
+        load -= beyond * 2.0 / zone.inside.size * float(within * beside / (within + beside))
+    return min(load, problem.limit * zone.area) if zone.area > 0.0 else 0.0
 
 
 def _peak(problem: WearProblem, state: State) -> float:

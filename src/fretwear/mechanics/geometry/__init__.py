@@ -131,6 +131,24 @@ class Loaded(Protocol):
         ...
 
 
+@dataclass(frozen=True)
+class Zone:
+    """A part of the whole contact, and the cells at its edge.
+
+    Attributes
+    ----------
+    area
+        m².
+    inside, outside
+        Cells of the zone and beside it, once for each side that they share, as places in the
+        flattened field; shape (sides,).
+    """
+
+    area: float
+    inside: NDArray[np.intp]
+    outside: NDArray[np.intp]
+
+
 class Geometry(Protocol):
     """Cells around the origin: a value that can be compared, hashed and stored."""
 
@@ -178,8 +196,8 @@ class Geometry(Protocol):
         """Integral of a field over the whole contact (field unit times m²)."""
         ...
 
-    def area(self, zone: Mask, radius: float) -> float:
-        """Area of a zone of the whole contact, m², that reaches as far as a radius along x, m."""
+    def zone(self, cells: Mask, radius: float) -> Zone:
+        """The zone that some cells stand for, and that reaches as far as a radius along x, m."""
         ...
 
     def half_space(

@@ -25,6 +25,7 @@ from fretwear.mechanics.geometry import (
     Problem,
     Single,
     Workspace,
+    Zone,
 )
 from fretwear.mechanics.team import ALONE, Team
 
@@ -81,7 +82,7 @@ class DenseCells:
         """Half-widths of what is written, m."""
         return self.edges[-1], self.edges[-1]
 
-    @property
+    @cached_property
     def unit_area(self) -> float:
         """Mean of `areas`."""
         return float(self.areas.mean())
@@ -105,17 +106,20 @@ class DenseCells:
         """The elastic bodies on the cells."""
         return DenseHalfSpace(self, modulus)
 
-    def area(self, zone: Mask, radius: float) -> float:
-        """Area of a zone that reaches as far as a distance, m."""
-        zone = zone & (np.asarray(self.edges)[:-1, None] < radius)
-        place = self._last(zone)
-        whole = self.integral(zone.astype(np.float64))
-        if place < 0:
-            return whole
-        within, beyond = self.edges[place], self.edges[place + 1]
-        part = self._measure(beyond) - self._measure(max(radius, within))
-        share: float = part / (self._measure(beyond) - self._measure(within))
-        return whole - float(self.areas[place, 0]) * share
+    def zone(self, cells: Mask, radius: float) -> Zone:
+        """The zone of some cells that reaches as far as a distance, m."""
+        edges = np.asarray(self.edges)
+        cells = cells & (edges[:-1, None] < radius)
+        last = self._last(cells)
+        area = self.integral(cells.astype(np.float64))
+        if last >= 0:
+            within, beyond = edges[last : last + 2]
+            part = self._measure(beyond) - self._measure(max(radius, within))
+            share = part / (self._measure(beyond) - self._measure(within))
+            area -= float(self.areas[last, 0] * share)
+        steps = np.flatnonzero(cells[1:, 0] != cells[:-1, 0])
+        inner = np.where(cells[steps, 0], steps, steps + 1)
+        return Zone(area, inner, 2 * steps + 1 - inner)
 
     def _measure(self, distance: Any) -> Any:
         """What grows with the distance from the origin as the areas do."""

@@ -29,6 +29,7 @@ from fretwear.mechanics.geometry import (
     Problem,
     Single,
     Workspace,
+    Zone,
 )
 from fretwear.mechanics.team import ALONE, Team, blocks_of_rows
 
@@ -117,19 +118,26 @@ class Grid:
         """Integral of a field over the whole contact (field unit times m²)."""
         return float(field.sum()) * self.unit_area
 
-    def area(self, zone: Mask, radius: float) -> float:  # noqa: ARG002
-        """Area of a zone of the whole contact, m², corrected for what cells at its edge have open.
+    def zone(self, cells: Mask, radius: float) -> Zone:  # noqa: ARG002
+        """The zone of some cells, its area corrected for what those at its edge have open.
 
         A cell counts as a whole as soon as a part of it belongs to the zone, so a count of cells
         is too large by a part of a cell for each side of a cell on the edge (Yastrebov, Anciaux and
         Molinari 2017, "On the accurate computation of the true contact-area in mechanical contact
         of random rough surfaces", Tribol. Int. 114). Axes in which the zone is even are no edges.
         """
-        sides = 0
+        columns = cells.shape[1]
+        along_x = np.flatnonzero(cells[1:] != cells[:-1])
+        row, column = np.divmod(np.flatnonzero(cells[:, 1:] != cells[:, :-1]), max(columns - 1, 1))
+        along_y = row * columns + column
+        first = np.concatenate([along_x, along_y])
+        second = np.concatenate([along_x + columns, along_y + 1])
+        inner = np.where(cells.ravel()[first], first, second)
+        sides = first.size
         for axis, is_even in enumerate(self.even):
-            sides += int(np.count_nonzero(np.diff(zone, axis=axis)))
-            sides += int(zone.take(-1, axis).sum() + (0 if is_even else zone.take(0, axis).sum()))
-        return self.unit_area * (float(zone.sum()) - _OPEN_PER_SIDE * sides)
+            sides += int(cells.take(-1, axis).sum() + (0 if is_even else cells.take(0, axis).sum()))
+        area = self.unit_area * (float(cells.sum()) - _OPEN_PER_SIDE * sides)
+        return Zone(area, inner, first + second - inner)
 
     def half_space(
         self,
