@@ -13,6 +13,7 @@ from jinja2 import Environment
 from scipy.stats import qmc
 
 from fretwear import figures
+from fretwear.data.files import open_history
 from fretwear.data.merge import merge_study
 from fretwear.data.safe import DataFileError
 from fretwear.figures.effects import (
@@ -406,3 +407,41 @@ def test_both_cases_are_in_every_panel_and_ratios_are_told(smooth, rough, check_
     np.testing.assert_array_equal(points.get_xdata(), 1.0)
     with pytest.raises(ValueError, match="Two cases are compared, not 3; compare_profiles"):
         figures.compare_cases(dict.fromkeys("abc", smooth))
+
+
+def test_curves_go_through_every_step_and_marks_are_snapshots(small_study):
+    with open_history(small_study.cases.parent / "summary.nc") as history:
+        figure = figures.wear_volume(small_study.summary, history)
+        found = [line for axes in figure.axes for line in axes.get_lines()]
+        drawn = {np.size(line.get_xdata()) for line in found}
+        point = {"load": 1, "friction": 1, "roughness_amplitude": 0, "plastic_limit": 0}
+        steps = history["wear_volume"].isel(point).values
+        steps = steps[np.isfinite(steps) & (history["cycle"].isel(point).values >= 1.0)]
+        snapshots = small_study.summary.sizes["cycle"] - 1
+        assert steps.size > snapshots
+        curves = [line.get_ydata() for line in found if np.size(line.get_ydata()) >= steps.size]
+        ratios = [curve[-steps.size :] / curve[-1] for curve in curves]
+        assert any(np.allclose(each, steps / steps[-1], rtol=1e-12) for each in ratios)
+        assert min(drawn - {2}) <= snapshots + 1 < max(drawn)
+
+
+def test_a_sample_with_two_snapshots_shows_every_point():
+    volumes = np.geomspace(1e-16, 1e-14, 32)
+    sample = xr.Dataset(
+        {
+            "status": ("point", np.zeros(32, dtype="int8")),
+            "wear_volume": (("point", "cycle"), np.stack([0 * volumes, volumes], axis=1)),
+        },
+        {"cycle": [0.0, 1000.0], "load": ("point", np.linspace(10.0, 50.0, 32))},
+    )
+    (axes, *_) = figures.wear_volume(sample).axes
+    low, high = axes.get_ylim()
+    left, right = axes.get_xlim()
+    size = volumes[-1] / max(line.get_ydata()[-1] for line in axes.get_lines() if line.get_marker())
+    shown = {
+        round(float(y) * size * 1e18, 3)
+        for line in axes.get_lines()
+        for x, y in zip(*line.get_data(), strict=True)
+        if left <= x <= right and low <= y <= high and line.get_marker() not in ("", "None")
+    }
+    assert shown >= {round(float(volume) * 1e18, 3) for volume in volumes}

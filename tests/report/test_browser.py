@@ -257,6 +257,16 @@ def test_no_screen_scrolls_sideways_and_each_begins_with_the_answer(browser, fil
     )
     assert inside <= size[0]
     assert width <= inside
+    # Of the case table and of the figures nothing is beyond the screen from a laptop on, and on a
+    # phone, where each case is a list.
+    if size[0] >= 1400 or size[0] < 700:
+        beyond = (
+            "return [...document.querySelectorAll('#case-table td, #case-table th, figure img')]"
+            ".filter((one) => one.checkVisibility())"
+            ".filter((one) => one.getBoundingClientRect().right > innerWidth + 1)"
+            ".map((one) => one.outerHTML.slice(0, 80))"
+        )
+        assert browser.ask(beyond) == []
     for plot in ("profile-plot", "history-plot"):
         drawn = "return document.querySelector(arguments[0]).getBoundingClientRect().right"
         assert browser.ask(drawn, f"#{plot} .main-svg") <= inside + 1

@@ -134,6 +134,16 @@ def test_every_point_is_in_the_table_of_cases_with_its_numbers(page, finished):
     assert max(map(float, keys)) == sys.float_info.max
 
 
+def test_results_of_a_single_cell_are_no_key_results(page: str) -> None:
+    heads = page.split('id="case-table"')[1].split("</thead>")[0]
+    for name in ("peak_pressure", "central_pressure"):
+        assert not RESULTS[name].is_headline
+        assert RESULTS[name].marked.endswith("†")
+        assert name not in HEADLINES
+        assert RESULTS[name].label not in heads
+    assert all(RESULTS[name].is_headline and RESULTS[name].label in heads for name in HEADLINES)
+
+
 def test_figures_reasons_and_how_it_was_computed_are_on_the_page(parsed, finished):
     images = [attrs for tag, attrs in parsed.elements if tag == "img"]
     assert len(images) == parsed.count("figcaption") == 11

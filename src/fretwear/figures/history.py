@@ -252,6 +252,7 @@ class CyclePlot:
 
     def _drawn(self) -> Iterator[str]:
         is_marked = self.layout.is_keyed and any(map(_has_marks, self.lines))
+        is_marked = is_marked or any(map(_is_point, self.lines))
         if self.is_dense:
             yield f"Lines go through every step{'; marks are snapshots' if is_marked else ''}."
         elif is_marked:
@@ -312,6 +313,10 @@ def _has_marks(line: Line) -> bool:
     return bool(0 < line.marks.shape[1] <= _MOST_MARKS)
 
 
+def _is_point(line: Line) -> bool:
+    return int(np.count_nonzero(line.quantity > 0.0)) < 2
+
+
 def _frames(
     count: int, across: int, columns: Columns, ax: Axes | None
 ) -> tuple[Figure, list[Axes]]:
@@ -362,7 +367,10 @@ def _draw_line(axes: Axes, line: Line, layout: Layout, palette: _Palette, unit: 
         "markerfacecolor": "white" if style else palette.colors[color],
         "markeredgewidth": 0.8,
     }
-    is_marked = _has_marks(line) and palette.norm is None
+    if palette.norm is not None:
+        marks["marker"] = MARKERS[0]
+    # A logarithmic axis leaves a single snapshot of a run without steps, which is no line.
+    is_marked = _has_marks(line) and (palette.norm is None or _is_point(line))
     at_steps = is_marked and np.array_equal(line.marks[0], line.cycles)
     dashes = LINE_STYLES[style % len(LINE_STYLES)]
     (curve,) = axes.plot(

@@ -22,13 +22,13 @@ _SMALL, _BLOCK = 2**17, 2**15
 
 
 class Team:
-    """So many threads, the caller's one of them; the others start when they are needed."""
+    """A number of threads, including the caller's; the others start when needed."""
 
     def __init__(self, workers: int = 1) -> None:
         self.workers = workers
 
     def each(self, function: Callable[[_Part], _Result], parts: Sequence[_Part]) -> list[_Result]:
-        """What a function returns for each of some parts, in their order.
+        """Apply a function to each of some parts; return the results in order.
 
         Each thread takes the next part as soon as it has done the last one.
         """
