@@ -5,7 +5,11 @@ carries a `Parameter` as annotation, the only place that names it::
 
     @dataclass(frozen=True)
     class Sphere(Indenter):
-        radius: Annotated[float, Quantity("m", "$R$", "sphere radius", "mm", above=0.0)]
+        radius: Annotated[
+            float,
+            Quantity("m", "$R$", "sphere radius", "mm", above=0.0),
+            "Radius R of the sphere.",
+        ]
         kind: Literal["sphere"] = "sphere"
 
 Study files, ``--set``, the JSON Schema, messages, the case id, dataset coordinates and labels
@@ -587,7 +591,11 @@ def derived(cls: Any) -> Mapping[str, Parameter]:
 
 
 def _annotations(hint: Any, what: Any = Parameter) -> list[Any]:
-    return [each for each in getattr(hint, "__metadata__", ()) if isinstance(each, what)]
+    """Return what annotates a type, described by the text beside it if there is one."""
+    metadata = getattr(hint, "__metadata__", ())
+    found = [each for each in metadata if isinstance(each, what)]
+    said = "".join(each for each in metadata if isinstance(each, str))
+    return [dataclasses.replace(each, description=said) for each in found] if said else found
 
 
 def required(cls: type) -> frozenset[str]:

@@ -15,8 +15,6 @@ from fretwear.units import PerLength
 SMALL_STROKE = 0.05
 """Sliding amplitude over the Hertz half-width up to which bodies need not be seen to move."""
 
-Smooth = HertzContact | LineContact
-
 
 @dataclass(frozen=True)
 class Sliding:
@@ -37,7 +35,7 @@ class Sliding:
     level: float = 0.0
     flexibility: float = 0.0
 
-    def of_smooth(self, hertz: Smooth) -> tuple[float, float]:
+    def of_smooth(self, hertz: HertzContact) -> tuple[float, float]:
         """P*, N, and d*, m, of the unworn smooth contact; no load where it slides as a whole."""
         if self.load is not None:
             return self.load, hertz.with_load(self.load).approach if self.load > 0 else 0.0
@@ -68,7 +66,7 @@ class Pressed(Part):
 def load_slug(load: float) -> str:
     """Return a force, or a force per length, for the id of a case: ``50N``, ``18.5N_mm``."""
     number, unit = (load * 1e-3, "N_mm") if isinstance(load, PerLength) else (load, "N")
-    return f"{number:.4g}{unit}".replace("+", "")
+    return f"{number:.4g}{unit}"
 
 
 class Normal(Pressed):
@@ -82,7 +80,7 @@ class Normal(Pressed):
 
     holds_load: ClassVar[bool] = False
 
-    def hertz(self, smooth: type[Smooth], radius: float, modulus: float) -> Smooth:
+    def hertz(self, smooth: type[HertzContact], radius: float, modulus: float) -> HertzContact:
         """Unworn smooth contact of some form, of a radius, m, and composite modulus, Pa."""
         raise NotImplementedError
 
@@ -98,22 +96,14 @@ class NormalLoad(Normal):
 
     load: Annotated[
         float,
-        Quantity(
-            "N",
-            "$P$",
-            "normal load",
-            "N",
-            above=0.0,
-            in_line=True,
-            description="Constant normal load P, of a cylinder per length, such as 18.5 N/mm. Or "
-            "give indentation.",
-        ),
+        Quantity("N", "$P$", "normal load", "N", above=0.0, in_line=True),
+        "Constant normal load P, of a cylinder per length, such as 18.5 N/mm. Or give indentation.",
     ]
     kind: Literal["load"] = "load"
 
     holds_load: ClassVar[bool] = True
 
-    def hertz(self, smooth: type[Smooth], radius: float, modulus: float) -> Smooth:
+    def hertz(self, smooth: type[HertzContact], radius: float, modulus: float) -> HertzContact:
         """Contact under P."""
         return smooth(radius, self.load, modulus)
 
@@ -134,19 +124,12 @@ class Indentation(Normal):
 
     indentation: Annotated[
         float,
-        Quantity(
-            "m",
-            "$d$",
-            "indentation",
-            "um",
-            like="2.2 um",
-            above=0.0,
-            description="Constant approach d of the bodies, instead of load.",
-        ),
+        Quantity("m", "$d$", "indentation", "um", like="2.2 um", above=0.0),
+        "Constant approach d of the bodies, instead of load.",
     ]
     kind: Literal["indentation"] = "indentation"
 
-    def hertz(self, smooth: type[Smooth], radius: float, modulus: float) -> Smooth:
+    def hertz(self, smooth: type[HertzContact], radius: float, modulus: float) -> HertzContact:
         """Contact at the approach d."""
         return smooth.at_approach(radius, self.indentation, modulus)
 
@@ -158,7 +141,7 @@ class Indentation(Normal):
     @property
     def slug(self) -> str:
         """``d2.2um``."""
-        return f"d{self.indentation * 1e6:.4g}um".replace("+", "")
+        return f"d{self.indentation * 1e6:.4g}um"
 
 
 class Loading(Pressed):
@@ -191,27 +174,27 @@ class Loading(Pressed):
         """
         raise NotImplementedError
 
-    def ratio(self, friction: float, coupling: float, hertz: Smooth) -> float:
+    def ratio(self, friction: float, coupling: float, hertz: HertzContact) -> float:
         """X = Q/(µP) of the unworn smooth sphere; 1 where it slides as a whole."""
         raise NotImplementedError
 
-    def amplitude(self, friction: float, coupling: float, hertz: Smooth) -> float:
+    def amplitude(self, friction: float, coupling: float, hertz: HertzContact) -> float:
         """Tangential load amplitude Q, N, of the unworn smooth sphere."""
         return type(hertz.load)(self.ratio(friction, coupling, hertz) * friction * hertz.load)
 
-    def displacement(self, friction: float, coupling: float, hertz: Smooth) -> float:
+    def displacement(self, friction: float, coupling: float, hertz: HertzContact) -> float:
         """Amplitude U, m, of the displacement that is imposed, if it is one."""
         raise NotImplementedError
 
-    def plain(self, friction: float, coupling: float, hertz: Smooth) -> Loading:
+    def plain(self, friction: float, coupling: float, hertz: HertzContact) -> Loading:
         """The same loading in SI units: one loading, however it was written, is one case."""
         return TangentialLoad(self.amplitude(friction, coupling, hertz))
 
-    def flexibility(self, hertz: Smooth) -> float:  # noqa: ARG002 - nothing
+    def flexibility(self, hertz: HertzContact) -> float:  # noqa: ARG002 - nothing
         """Of what is in series with the contact, m/N."""
         return 0.0
 
-    def transition(self, friction: float, coupling: float, hertz: Smooth) -> float:
+    def transition(self, friction: float, coupling: float, hertz: HertzContact) -> float:
         """U_t, m, at which the unworn smooth contact, without a rig, slides as a whole."""
         return friction * coupling * hertz.approach
 
@@ -227,29 +210,19 @@ class TangentialRatio(Loading):
 
     tangential_ratio: Annotated[
         float,
-        Quantity(
-            "1",
-            "$Q/µP$",
-            "tangential load ratio",
-            like="0.8",
-            above=0.0,
-            description="Tangential load as Q/(µP), less than 1. Or give tangential_load.",
-        ),
+        Quantity("1", "$Q/µP$", "tangential load ratio", like="0.8", above=0.0),
+        "Tangential load as Q/(µP), less than 1. Or give tangential_load.",
     ]
     kind: Literal["tangential_ratio"] = "tangential_ratio"
 
     is_ratio: ClassVar[bool] = True
 
-    def sliding(
-        self, friction: float, coupling: float, load: float, approach: float, flexibility: float
-    ) -> Sliding:
+    def sliding(self, friction: float, coupling: float, load: float, *_: Any) -> Sliding:  # noqa: ARG002
         """P* = (1 − X) P."""
-        del friction, coupling, approach, flexibility
         return Sliding(load * (1.0 - self.tangential_ratio))
 
-    def ratio(self, friction: float, coupling: float, hertz: Smooth) -> float:
+    def ratio(self, *_: Any) -> float:
         """X = Q/(µP), as given."""
-        del friction, coupling, hertz
         return self.tangential_ratio
 
     @property
@@ -265,33 +238,22 @@ class TangentialLoad(Loading):
     tangential_load: Annotated[
         float,
         Quantity(
-            "N",
-            "$Q$",
-            "tangential load amplitude",
-            "N",
-            like="20 N",
-            above=0.0,
-            in_line=True,
-            description="Tangential load Q, less than µP. Or give tangential_ratio.",
+            "N", "$Q$", "tangential load amplitude", "N", like="20 N", above=0.0, in_line=True
         ),
+        "Tangential load Q, less than µP. Or give tangential_ratio.",
     ]
     kind: Literal["tangential_load"] = "tangential_load"
 
-    def sliding(
-        self, friction: float, coupling: float, load: float, approach: float, flexibility: float
-    ) -> Sliding:
+    def sliding(self, friction: float, coupling: float, load: float, *_: Any) -> Sliding:  # noqa: ARG002
         """P* = P − Q/µ."""
-        del coupling, approach, flexibility
         return Sliding(load * (1.0 - self.tangential_load / (friction * load)))
 
-    def ratio(self, friction: float, coupling: float, hertz: Smooth) -> float:
+    def ratio(self, friction: float, coupling: float, hertz: HertzContact) -> float:  # noqa: ARG002
         """X = Q/(µP)."""
-        del coupling
         return self.tangential_load / (friction * hertz.load)
 
-    def amplitude(self, friction: float, coupling: float, hertz: Smooth) -> float:
+    def amplitude(self, *_: Any) -> float:
         """Q, N, as given."""
-        del friction, coupling, hertz
         return self.tangential_load
 
     @property
@@ -306,16 +268,9 @@ class SlidingAmplitude(Loading):
 
     sliding_amplitude: Annotated[
         float,
-        Quantity(
-            "m",
-            "$s$",
-            "sliding amplitude",
-            "um",
-            like="25 um",
-            above=0.0,
-            description="Amplitude of sliding of a contact that slides as a whole, of which "
-            "nothing goes into the elasticity of bodies and rig: half the stroke.",
-        ),
+        Quantity("m", "$s$", "sliding amplitude", "um", like="25 um", above=0.0),
+        "Amplitude of sliding of a contact that slides as a whole, of which "
+        "nothing goes into the elasticity of bodies and rig: half the stroke.",
     ]
     kind: Literal["sliding_amplitude"] = "sliding_amplitude"
 
@@ -327,31 +282,28 @@ class SlidingAmplitude(Loading):
         return self.sliding_amplitude
 
     def sliding(
-        self, friction: float, coupling: float, load: float, approach: float, flexibility: float
+        self, friction: float, coupling: float, load: float, approach: float, *_: Any
     ) -> Sliding:
         """No load: nothing sticks."""
-        del load, flexibility
+        del load
         return Sliding(None, approach - self.sliding_amplitude / (friction * coupling))
 
-    def ratio(self, friction: float, coupling: float, hertz: Smooth) -> float:
+    def ratio(self, *_: Any) -> float:
         """X = 1: the contact slides as a whole."""
-        del friction, coupling, hertz
         return 1.0
 
-    def displacement(self, friction: float, coupling: float, hertz: Smooth) -> float:
+    def displacement(self, *_: Any) -> float:
         """The amplitude of sliding, m."""
-        del friction, coupling, hertz
         return self.sliding_amplitude
 
-    def plain(self, friction: float, coupling: float, hertz: Smooth) -> Loading:
+    def plain(self, *_: Any) -> Loading:
         """The same."""
-        del friction, coupling, hertz
         return self
 
     @property
     def slug(self) -> str:
         """``s24.24um``."""
-        return f"s{self.sliding_amplitude * 1e6:.4g}um".replace("+", "")
+        return f"s{self.sliding_amplitude * 1e6:.4g}um"
 
 
 @dataclass(frozen=True)
@@ -371,16 +323,10 @@ class Displacement(Loading):
     rig_stiffness: Annotated[
         float,
         Quantity(
-            "N m-1",
-            "$S$",
-            "rig stiffness",
-            "N/um",
-            like="28 N/um",
-            above=0.0,
-            infinite="rigid rig",
-            description="Stiffness S of the rig in series with the contact; the displacement is "
-            "then that of the rig. Default: none, a rigid rig.",
+            "N m-1", "$S$", "rig stiffness", "N/um", like="28 N/um", above=0.0, infinite="rigid rig"
         ),
+        "Stiffness S of the rig in series with the contact; the displacement is "
+        "then that of the rig. Default: none, a rigid rig.",
     ] = math.inf
     tangential_compliance: Annotated[
         float,
@@ -391,9 +337,9 @@ class Displacement(Loading):
             "um/(N/mm)",
             like="0.1 um/(N/mm)",
             at_least=0.0,
-            description="Displacement per tangential load per length while nothing slips, of a "
-            "line contact with its bodies and rig: the slope of the loop after a reversal.",
         ),
+        "Displacement per tangential load per length while nothing slips, of a "
+        "line contact with its bodies and rig: the slope of the loop after a reversal.",
     ] = 0.0
 
     is_force: ClassVar[bool] = False
@@ -405,14 +351,14 @@ class Displacement(Loading):
             del content["tangential_compliance"]
         return content
 
-    def ratio(self, friction: float, coupling: float, hertz: Smooth) -> float:
+    def ratio(self, friction: float, coupling: float, hertz: HertzContact) -> float:
         """X = Q/(µP) of the unworn smooth contact; 1 where it slides as a whole."""
         plain = self.plain(friction, coupling, hertz)
         flexibility = self.flexibility(hertz)
         sliding = plain.sliding(friction, coupling, hertz.load, hertz.approach, flexibility)
         return 1.0 - sliding.of_smooth(hertz)[0] / hertz.load
 
-    def plain(self, friction: float, coupling: float, hertz: Smooth) -> DisplacementAmplitude:
+    def plain(self, friction: float, coupling: float, hertz: HertzContact) -> DisplacementAmplitude:
         """The amplitude in m."""
         return DisplacementAmplitude(
             displacement_amplitude=self.displacement(friction, coupling, hertz),
@@ -420,7 +366,7 @@ class Displacement(Loading):
             tangential_compliance=self.tangential_compliance,
         )
 
-    def flexibility(self, hertz: Smooth) -> float:
+    def flexibility(self, hertz: HertzContact) -> float:
         """1/S, m/N; of a line contact what is left of C_t without that of the unworn contact.
 
         The approach, and µκ (d − d*) with it, counts from a surface at some distance in the bodies,
@@ -430,7 +376,7 @@ class Displacement(Loading):
             return self.tangential_compliance - hertz.compliance
         return 1.0 / self.rig_stiffness
 
-    def transition(self, friction: float, coupling: float, hertz: Smooth) -> float:
+    def transition(self, friction: float, coupling: float, hertz: HertzContact) -> float:
         """U_t = µκ d, m, without the rig; of a line contact µ (d + F P), all in series F."""
         beyond = self.flexibility(hertz) if isinstance(hertz, LineContact) else 0.0
         return friction * (coupling * hertz.approach + beyond * hertz.load)
@@ -442,21 +388,13 @@ class DisplacementAmplitude(Displacement):
 
     displacement_amplitude: Annotated[
         float,
-        Quantity(
-            "m",
-            "$U$",
-            "displacement amplitude",
-            "um",
-            like="1 um",
-            above=0.0,
-            description="Amplitude U of the tangential displacement of distant points.",
-        ),
+        Quantity("m", "$U$", "displacement amplitude", "um", like="1 um", above=0.0),
+        "Amplitude U of the tangential displacement of distant points.",
     ]
     kind: Literal["displacement_amplitude"] = "displacement_amplitude"
 
-    def displacement(self, friction: float, coupling: float, hertz: Smooth) -> float:
+    def displacement(self, *_: Any) -> float:
         """U, m, as given."""
-        del friction, coupling, hertz
         return self.displacement_amplitude
 
     def sliding(
@@ -471,7 +409,7 @@ class DisplacementAmplitude(Displacement):
     def slug(self) -> str:
         """``U1um``, and ``U1um-S28Npum`` over a rig."""
         rig = "" if math.isinf(self.rig_stiffness) else f"-S{self.rig_stiffness * 1e-6:.4g}Npum"
-        return f"U{self.displacement_amplitude * 1e6:.4g}um{rig}".replace("+", "")
+        return f"U{self.displacement_amplitude * 1e6:.4g}um{rig}"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -480,18 +418,12 @@ class DisplacementRatio(Displacement):
 
     displacement_ratio: Annotated[
         float,
-        Quantity(
-            "1",
-            "$U/U_t$",
-            "displacement ratio",
-            like="0.8",
-            above=0.0,
-            description="Displacement U over that at which the unworn smooth contact, without "
-            "the rig, begins to slide as a whole.",
-        ),
+        Quantity("1", "$U/U_t$", "displacement ratio", like="0.8", above=0.0),
+        "Displacement U over that at which the unworn smooth contact, without "
+        "the rig, begins to slide as a whole.",
     ]
     kind: Literal["displacement_ratio"] = "displacement_ratio"
 
-    def displacement(self, friction: float, coupling: float, hertz: Smooth) -> float:
+    def displacement(self, friction: float, coupling: float, hertz: HertzContact) -> float:
         """U = u U_t, m."""
         return self.displacement_ratio * self.transition(friction, coupling, hertz)

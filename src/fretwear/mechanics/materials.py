@@ -51,25 +51,13 @@ class ElasticBodies(Bodies):
 
     youngs_modulus: Annotated[
         float | tuple[float, float],
-        PerBody(
-            "Pa",
-            "$E$",
-            "Young's modulus",
-            "GPa",
-            above=0.0,
-            description="Young's modulus E, or a pair [body I, body II].",
-        ),
+        PerBody("Pa", "$E$", "Young's modulus", "GPa", above=0.0),
+        "Young's modulus E, or a pair [body I, body II].",
     ]
     poisson_ratio: Annotated[
         float | tuple[float, float],
-        PerBody(
-            "1",
-            "$ν$",
-            "Poisson's ratio",
-            above=-1.0,
-            at_most=0.5,
-            description="Poisson's ratio, or a pair [body I, body II].",
-        ),
+        PerBody("1", "$ν$", "Poisson's ratio", above=-1.0, at_most=0.5),
+        "Poisson's ratio, or a pair [body I, body II].",
     ]
     kind: Literal["elastic"] = "elastic"
 
@@ -215,15 +203,9 @@ class Coulomb(Friction):
 
     friction: Annotated[
         float | Course,
-        OverCycles(
-            "1",
-            "$µ$",
-            "coefficient of friction",
-            like="0.5",
-            above=0.0,
-            description="Coefficient of friction µ; or {cycles: [0, 500], values: [0.2, 0.6]}, "
-            "linear between these cycles.",
-        ),
+        OverCycles("1", "$µ$", "coefficient of friction", like="0.5", above=0.0),
+        "Coefficient of friction µ; or {cycles: [0, 500], values: [0.2, 0.6]}, "
+        "linear between these cycles.",
     ]
     kind: Literal["coulomb"] = "coulomb"
 
@@ -253,5 +235,5 @@ class Coulomb(Friction):
         """``mu0.5``, ``mu0.2to0.6``."""
         if isinstance(self.friction, Course):
             first, *_, last = self.friction.values
-            return f"mu{first:.4g}to{last:.4g}".replace("+", "")
-        return f"mu{self.friction:.4g}".replace("+", "")
+            return f"mu{first:.4g}to{last:.4g}"
+        return f"mu{self.friction:.4g}"

@@ -167,15 +167,9 @@ class Archard(WearLaw):
 
     wear_coefficient: Annotated[
         float | tuple[float, float],
-        OfBodies(
-            "Pa-1",
-            "$K_w$",
-            "wear coefficient",
-            "/ Pa",
-            above=0.0,
-            description="Archard's wear coefficient K_w: depth per pressure and path of slip, of "
-            "both bodies together or [indenter, flat]. Or give energy_wear_coefficient.",
-        ),
+        OfBodies("Pa-1", "$K_w$", "wear coefficient", "/ Pa", above=0.0),
+        "Archard's wear coefficient K_w: depth per pressure and path of slip, of "
+        "both bodies together or [indenter, flat]. Or give energy_wear_coefficient.",
     ]
     kind: Literal["archard"] = "archard"
 
@@ -200,16 +194,11 @@ class EnergyWear(WearLaw):
     energy_wear_coefficient: Annotated[
         float | tuple[float, float] | FallingCoefficient,
         PerEnergy(
-            "Pa-1",
-            "$α$",
-            "energy wear coefficient",
-            "mm^3/J",
-            like="5e-5 mm^3/J",
-            above=0.0,
-            description="Wear volume per dissipated energy α, of both bodies together or "
-            "[indenter, flat]; or a mapping of slow, fast, decay and frequency where it falls "
-            "with the mean density of friction power. Or give wear_coefficient.",
+            "Pa-1", "$α$", "energy wear coefficient", "mm^3/J", like="5e-5 mm^3/J", above=0.0
         ),
+        "Wear volume per dissipated energy α, of both bodies together or "
+        "[indenter, flat]; or a mapping of slow, fast, decay and frequency where it falls "
+        "with the mean density of friction power. Or give wear_coefficient.",
     ]
     kind: Literal["energy"] = "energy"
 

@@ -399,10 +399,10 @@ class CaseTree:
             self.friction_law.slug,
             "smooth" if self.roughness is None else self.roughness.slug,
             "" if self.counterface is None else self.counterface.slug,
-            f"Y{_short(self.plastic_limit * 1e-6)}MPa" if capped else "elastic",
+            f"Y{self.plastic_limit * 1e-6:.4g}MPa" if capped else "elastic",
             f"N{self.cycles}",
         )
-        return "-".join(part for part in parts if part)
+        return "-".join(part for part in parts if part).replace("+", "")
 
     def scalar_coordinates(self) -> dict[str, tuple[float | str, str, str]]:
         """Return every parameter as a scalar coordinate of a dataset.
@@ -449,10 +449,6 @@ class CaseTree:
 def members() -> Mapping[str, Parameter | Inline]:
     """Return the fields of a case with what they are, the snapshots excepted."""
     return declared(CaseTree, Parameter | Inline)
-
-
-def _short(number: float) -> str:
-    return f"{number:.4g}".replace("+", "")
 
 
 def _rounded(value: Any) -> Any:

@@ -8,7 +8,7 @@ special case for a circle.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 from fretwear.theory.hertz import HertzContact
@@ -53,10 +53,6 @@ class EllipticContact(HertzContact):
         along_x, along_y = self.half_widths
         integral = _complete(min(along_x, along_y) / max(along_x, along_y))[0]
         return integral * min(along_x, along_y) * self.peak_pressure / self.composite_modulus
-
-    def with_load(self, load: float) -> EllipticContact:
-        """Contact of the same bodies under another load (N)."""
-        return replace(self, load=load)
 
     def shear_weights(self, angle: float = 0.0) -> tuple[float, float, float]:
         """How the displacement by a traction weighs Poisson's ratio; see `coupling_ratio`.

@@ -6,8 +6,11 @@ H. Hertz (1882), Über die Berührung fester elastischer Körper, J. reine angew
 K. L. Johnson (1985), Contact Mechanics, Cambridge University Press, chapters 3 and 4.
 """
 
+from __future__ import annotations
+
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -70,14 +73,14 @@ class HertzContact:
         return 1.5 * self.load / (math.pi * self.contact_radius**2)
 
     @classmethod
-    def at_approach(cls, radius: float, approach: float, modulus: float) -> "HertzContact":
+    def at_approach(cls, radius: float, approach: float, modulus: float) -> Self:
         """Contact at an approach (m): P = (4/3) E* √R δ^1.5."""
         require_positive(radius=radius, approach=approach, composite_modulus=modulus)
         return cls(radius, 4.0 / 3.0 * modulus * math.sqrt(radius) * approach**1.5, modulus)
 
-    def with_load(self, load: float) -> "HertzContact":
+    def with_load(self, load: float) -> Self:
         """Contact of the same bodies under another load (N)."""
-        return HertzContact(self.radius, load, self.composite_modulus)
+        return replace(self, load=load)
 
     def load_at(self, contact_radius: float) -> float:
         """Load, N, of a contact of some radius, m."""

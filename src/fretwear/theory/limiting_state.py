@@ -1,4 +1,4 @@
-"""Closed forms of a smooth sphere after infinitely many cycles of partial slip.
+"""Closed forms of a smooth contact after infinitely many cycles of partial slip.
 
 References
 ----------
@@ -7,20 +7,17 @@ V. L. Popov, M. Heß (2015), Method of Dimensionality Reduction in Contact Mecha
 Springer.
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fretwear.theory.hertz import FloatArray
-
-if TYPE_CHECKING:
-    from fretwear.theory.hertz import HertzContact
-    from fretwear.theory.line_contact import LineContact
+from fretwear.theory.hertz import FloatArray, HertzContact
 
 
 @dataclass(frozen=True)
@@ -50,7 +47,7 @@ class LimitingState:
     method of dimensionality reduction: Popov and Heß (2015).
     """
 
-    hertz: "HertzContact | LineContact"
+    hertz: HertzContact
     load_ratio: float
 
     def __post_init__(self) -> None:
@@ -60,13 +57,13 @@ class LimitingState:
             )
 
     @property
-    def _stick_contact(self) -> "HertzContact | LineContact":
+    def _stick_contact(self) -> HertzContact:
         """Contact under the reduced load."""
         return self.hertz.with_load(self.hertz.load * (1.0 - self.load_ratio))
 
     @property
     def stick_radius(self) -> float:
-        """Radius of the stick zone c = a (1 - X)^(1/3), m."""
+        """Radius of the stick zone c = a (1 - X)^(1/3), of a cylinder a (1 - X)^(1/2), m."""
         return self.hertz.contact_radius * math.cbrt(1.0 - self.load_ratio)
 
     @property
@@ -82,25 +79,28 @@ class LimitingState:
         return self.approach - self.stick_radius**2 / self.hertz.radius
 
     @property
+    def _rise(self) -> float:
+        """2S/E*, m, of the pressure S/√(c² - r²) of the flat punch."""
+        return (2.0 / math.pi) * self._punch_approach
+
+    @property
     def central_pressure(self) -> float:
-        """Pressure on the axis, (E*/π) (c/R + d∞/c), Pa."""
-        c = self.stick_radius
-        modulus = self.hertz.composite_modulus
-        return modulus / math.pi * (c / self.hertz.radius + self.approach / c)
+        """Central pressure, of a sphere (E*/π) (c/R + d∞/c), Pa."""
+        return float(self.pressure(0.0))
 
     def pressure(self, r: ArrayLike) -> FloatArray:
         """Pressure in Pa at distances ``r`` in m: infinite at r = c, zero outside the stick zone.
 
-        p∞ = (E*/π) [ (2/R) √(c² - r²) + (d∞ - c²/R) / √(c² - r²) ].
+        That of a Hertzian contact of radius c and of a flat punch, of a sphere
+        p∞ = (E*/π) [ (2/R) √(c² - r²) + (d∞ - c²/R) / √(c² - r²) ], of a cylinder
+        p∞ = (E*/2R) √(c² - r²) + X P / (π √(c² - r²)).
         """
-        c = self.stick_radius
-        distance = np.abs(np.asarray(r, dtype=float))
+        c, distance = self.stick_radius, np.abs(np.asarray(r, dtype=float))
         root = np.sqrt(np.maximum((c - distance) * (c + distance), 0.0))
+        strength = 0.5 * self.hertz.composite_modulus * self._rise
         with np.errstate(divide="ignore", invalid="ignore"):
-            punch = np.where(self._punch_approach > 0.0, self._punch_approach / root, 0.0)
-        total = 2.0 * root / self.hertz.radius + punch
-        factor = self.hertz.composite_modulus / math.pi
-        return np.asarray(np.where(distance <= c, factor * total, 0.0))
+            punch = np.where(strength > 0.0, strength / root, 0.0)
+        return np.asarray(np.where(distance <= c, self._stick_contact.pressure(r) + punch, 0.0))
 
     def wear_depth(self, r: ArrayLike) -> FloatArray:
         """Wear of both bodies together in m, at distances ``r`` in m."""
@@ -112,23 +112,23 @@ class LimitingState:
         Where the pressure is a plastic limit, this is the size of what yields: a grid much coarser
         than it sees no yielding, or too little.
         """
-        c, punch = self.stick_radius, self._punch_approach
-        half = math.pi * pressure * self.hertz.radius / (4.0 * self.hertz.composite_modulus)
-        discriminant = half * half - 0.5 * punch * self.hertz.radius
+        c, strength = self.stick_radius, 0.5 * self.hertz.composite_modulus * self._rise
+        slope = self._stick_contact.peak_pressure / c
+        discriminant = pressure * pressure - 4.0 * slope * strength
         if discriminant <= 0.0:
             return c
-        # the smaller root of (2/R) w² - (π p/E*) w + (d∞ - c²/R) = 0 in w = √(c² - r²)
-        root = 0.5 * punch * self.hertz.radius / (half + math.sqrt(discriminant))
+        # The smaller root of slope w² - p w + S = 0 in w = √(c² - r²).
+        root = 2.0 * strength / (pressure + math.sqrt(discriminant))
         return c if root >= c else root * root / (c + math.sqrt((c - root) * (c + root)))
 
     def worn_shape(self, r: ArrayLike) -> FloatArray:
-        """Height of the worn sphere above its lowest point in m, at distances ``r`` in m.
+        """Height of the worn body above its lowest point in m, at distances ``r`` in m.
 
-        r²/2R inside the stick zone and beyond a∞; between them
+        r²/2R inside the stick zone and beyond a∞; between them, of a sphere,
         f∞ = [ r² asin(c/r) - c √(r² - c²) ] / (π R) + d∞ [ 1 - (2/π) asin(c/r) ].
         """
-        sphere = np.asarray(r, dtype=float) ** 2 / (2.0 * self.hertz.radius)
-        return np.asarray(sphere + self.wear_depth(r))
+        unworn = np.asarray(r, dtype=float) ** 2 / (2.0 * self.hertz.radius)
+        return np.asarray(unworn + self.wear_depth(r))
 
     @cached_property
     def contact_radius(self) -> float:
@@ -149,7 +149,7 @@ class LimitingState:
 
     @property
     def wear_volume(self) -> float:
-        """Volume of worn material of both bodies together, m³."""
+        """Volume of worn material of both bodies together, m³, of a cylinder per length, m²."""
         c, edge = self.stick_radius, self.contact_radius
         root = math.sqrt((edge - c) * (edge + c))
         angle = math.atan2(root, c)
@@ -164,10 +164,13 @@ class LimitingState:
         that nothing cancels there.
         """
         c = self.stick_radius
-        distance = np.maximum(np.asarray(r, dtype=float), c)
-        angle = np.arctan2(np.sqrt((distance - c) * (distance + c)), c)
-        gap = self._stick_contact.gap(distance)
-        return np.asarray((2.0 / math.pi) * self._punch_approach * angle - gap)
+        distance = np.maximum(np.abs(np.asarray(r, dtype=float)), c)
+        beside = self._beside(np.sqrt((distance - c) * (distance + c)), c)
+        return np.asarray(self._rise * beside - self._stick_contact.gap(distance))
+
+    def _beside(self, root: FloatArray, c: float) -> FloatArray:
+        """Shape of the surface beside a flat punch, at distances given as √(r² - c²)."""
+        return np.asarray(np.arctan2(root, c))
 
     @cached_property
     def _deepest(self) -> float:

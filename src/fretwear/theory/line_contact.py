@@ -11,14 +11,17 @@ M. Ciavarella, D. A. Hills (1999), A note on some oscillating contact problems s
 J. Mech. Eng. Sci. 213, 851–857 (the limit of many cycles).
 """
 
+from __future__ import annotations
+
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fretwear.theory.hertz import FloatArray
+from fretwear.theory.hertz import FloatArray, HertzContact
 from fretwear.theory.limiting_state import LimitingState, find_root
 from fretwear.theory.materials import require_positive
 
@@ -26,44 +29,23 @@ _PUNCHES = 200
 
 
 @dataclass(frozen=True)
-class LineContact:
+class LineContact(HertzContact):
     """A smooth elastic cylinder pressed on an elastic half-space without friction.
 
-    Parameters
-    ----------
-    radius : float
-        Radius R of the cylinder, m.
-    load : float
-        Normal load per length P, N/m.
-    composite_modulus : float
-        Composite modulus E*, Pa.
-
-    Raises
-    ------
-    ValueError
-        If a parameter is not a positive, finite number.
+    ``radius`` is that of the cylinder, m, ``load`` the normal load per length, N/m, and
+    ``contact_radius`` the half-width of the contact; positions ``r`` are distances from its middle.
     """
 
-    radius: float
-    load: float
-    composite_modulus: float
-
-    def __post_init__(self) -> None:
-        require_positive(
-            radius=self.radius, load=self.load, composite_modulus=self.composite_modulus
-        )
-
     @classmethod
-    def at_approach(cls, radius: float, approach: float, modulus: float) -> "LineContact":
+    def at_approach(cls, radius: float, approach: float, modulus: float) -> Self:
         """Contact at an approach (m) as `approach` counts it."""
-        require_positive(radius=radius, approach=approach, composite_modulus=modulus)
+        require_positive(approach=approach)
+        unit = cls(radius, 1.0, modulus)
 
         def missing(half_width: float) -> float:
-            found = cls(radius, cls(radius, 1.0, modulus).load_at(half_width), modulus)
-            return approach - found.approach
+            return approach - unit.with_load(unit.load_at(half_width)).approach
 
-        half_width = find_root(missing, 1e-12 * radius, radius)
-        return cls(radius, cls(radius, 1.0, modulus).load_at(half_width), modulus)
+        return unit.with_load(unit.load_at(find_root(missing, 1e-12 * radius, radius)))
 
     @property
     def contact_radius(self) -> float:
@@ -100,15 +82,6 @@ class LineContact:
         """Peak pressure p0 = E* a / 2R, Pa."""
         return 0.5 * self.composite_modulus * self.contact_radius / self.radius
 
-    @property
-    def mean_pressure(self) -> float:
-        """P / 2a, Pa."""
-        return self.spread_pressure(self.contact_radius)
-
-    def with_load(self, load: float) -> "LineContact":
-        """Contact of the same bodies under another load per length (N/m)."""
-        return replace(self, load=load)
-
     def load_at(self, contact_radius: float) -> float:
         """Load per length, N/m, of a contact of some half-width, m."""
         return 0.25 * math.pi * self.composite_modulus * contact_radius**2 / self.radius
@@ -127,20 +100,14 @@ class LineContact:
         """Half-width, m, of the contact that carries the load at a uniform pressure, Pa."""
         return self.load / (2.0 * pressure)
 
-    def pressure(self, x: ArrayLike) -> FloatArray:
-        """Pressure p0 √(1 - x²/a²) in Pa, zero outside the contact, at positions ``x`` in m."""
-        position = np.asarray(x, dtype=float)
-        inside = np.maximum(1.0 - (position / self.contact_radius) ** 2, 0.0)
-        return np.asarray(self.peak_pressure * np.sqrt(inside))
+    def gap(self, r: ArrayLike) -> FloatArray:
+        """Gap between the deformed surfaces in m, zero inside the contact, at ``r`` in m.
 
-    def gap(self, x: ArrayLike) -> FloatArray:
-        """Gap between the deformed surfaces in m, zero inside the contact, at ``x`` in m.
-
-        Outside, g = (a²/2R) [ t √(t² - 1) - arcosh t ], t = abs(x)/a. The terms cancel to order
+        Outside, g = (a²/2R) [ t √(t² - 1) - arcosh t ], t = r/a. The terms cancel to order
         (t - 1)^(3/2) at the edge, so a series replaces them there.
         """
         a = self.contact_radius
-        ratio = np.maximum(np.abs(np.asarray(x, dtype=float)) / a, 1.0)
+        ratio = np.maximum(np.abs(np.asarray(r, dtype=float)) / a, 1.0)
         root = np.sqrt((ratio - 1.0) * (ratio + 1.0))
         exact = ratio * root - np.arcsinh(root)
         series = root**3 * (2.0 / 3.0 - root**2 * (1.0 / 5.0 - root**2 * 3.0 / 28.0))
@@ -197,11 +164,11 @@ class FlatPunchContact(LineContact):
         edges, loads = self._punches
         return float(loads @ np.arcsin(np.minimum(radius / edges, 1.0))) * 2.0 / math.pi
 
-    def pressure(self, x: ArrayLike) -> FloatArray:
-        """Pressure in Pa, zero outside the contact, at positions ``x`` in m."""
+    def pressure(self, r: ArrayLike) -> FloatArray:
+        """Pressure in Pa, zero outside the contact, at positions ``r`` in m."""
         edge = self.contact_radius
         flat = math.asin(self.flat_half_width / edge)
-        sine = np.abs(np.asarray(x, dtype=float)) / edge
+        sine = np.abs(np.asarray(r, dtype=float)) / edge
         angle = np.arcsin(np.minimum(sine, 1.0))
         # Its logarithms cancel at the end of the flat.
         angle = np.where(np.abs(angle - flat) < 1e-9, flat + 1e-9, angle)
@@ -214,9 +181,9 @@ class FlatPunchContact(LineContact):
         found = scale * (open_angle * np.cos(angle) + rise)
         return np.asarray(np.where(sine < 1.0, found, 0.0))
 
-    def gap(self, x: ArrayLike) -> FloatArray:
-        """Gap between the deformed surfaces in m, zero inside the contact, at ``x`` in m."""
-        distance = np.maximum(np.abs(np.asarray(x, dtype=float)), self.contact_radius)
+    def gap(self, r: ArrayLike) -> FloatArray:
+        """Gap between the deformed surfaces in m, zero inside the contact, at ``r`` in m."""
+        distance = np.maximum(np.abs(np.asarray(r, dtype=float)), self.contact_radius)
         edges, loads = self._punches
         risen = np.arccosh(np.maximum(distance[..., None] / edges, 1.0)) @ loads
         scale = 2.0 / (math.pi * self.composite_modulus)
@@ -243,20 +210,7 @@ class FlatPunchContact(LineContact):
 class LineLimitingState(LimitingState):
     """A smooth cylinder after infinitely many cycles under constant load amplitudes.
 
-    All pressure has moved into the stick zone, which wear cannot change and which ends like the
-    edge of a flat punch: Ciavarella and Hills (1999).
-
-    Parameters
-    ----------
-    hertz : LineContact
-        The unworn normal contact.
-    load_ratio : float
-        Tangential load over the load of gross sliding, X = Q / µP, in [0, 1).
-
-    Raises
-    ------
-    ValueError
-        If the load ratio lies outside [0, 1).
+    As a `LimitingState`, with loads per length: Ciavarella and Hills (1999).
     """
 
     hertz: LineContact
@@ -267,15 +221,15 @@ class LineLimitingState(LimitingState):
         return self._stick_contact.contact_radius
 
     @property
-    def _punch_load(self) -> float:
-        """Load per length that the flat punch carries, X P, N/m."""
-        return self.load_ratio * self.hertz.load
+    def _rise(self) -> float:
+        """2S/E*, m, of the pressure S/√(c² - x²) of the flat punch, which carries X P = πS."""
+        load = self.load_ratio * self.hertz.load
+        return 2.0 * load / (math.pi * self.hertz.composite_modulus)
 
     @property
     def approach(self) -> float:
         """Approach, m, from the surface at the distance R as in `LineContact.approach`."""
-        scale = 2.0 * self._punch_load / (math.pi * self.hertz.composite_modulus)
-        punch = scale * math.log(2.0 * self.hertz.reference / self.stick_radius)
+        punch = self._rise * math.log(2.0 * self.hertz.reference / self.stick_radius)
         return self._stick_contact.approach + punch
 
     @cached_property
@@ -292,48 +246,17 @@ class LineLimitingState(LimitingState):
         return self.stick_radius * math.cosh(root)
 
     @property
-    def central_pressure(self) -> float:
-        """Central pressure, Pa."""
-        return float(self.pressure(0.0))
-
-    def pressure(self, r: ArrayLike) -> FloatArray:
-        """Pressure in Pa at positions ``r`` in m: infinite at x = ±c, zero outside the stick zone.
-
-        p∞ = p* + X P / (π √(c² - x²)), p* = (E*/2R) √(c² - x²) of a cylinder under P*.
-        """
-        c, position = self.stick_radius, np.abs(np.asarray(r, dtype=float))
-        root = np.sqrt(np.maximum((c - position) * (c + position), 0.0))
-        with np.errstate(divide="ignore", invalid="ignore"):
-            punch = np.where(self._punch_load > 0.0, self._punch_load / (math.pi * root), 0.0)
-        return np.asarray(np.where(position <= c, self._stick_contact.pressure(r) + punch, 0.0))
-
-    def width_above(self, pressure: float) -> float:
-        """Width of the band at the stick edge where p∞ exceeds a pressure (Pa), m."""
-        c, slope = self.stick_radius, 0.5 * self.hertz.composite_modulus / self.hertz.radius
-        discriminant = pressure * pressure - 4.0 * slope * self._punch_load / math.pi
-        if discriminant <= 0.0:
-            return c
-        # The smaller root of slope w² - p w + XP/π = 0 in w = √(c² - x²).
-        root = 2.0 * self._punch_load / (math.pi * (pressure + math.sqrt(discriminant)))
-        return c if root >= c else root * root / (c + math.sqrt((c - root) * (c + root)))
-
-    @property
     def wear_volume(self) -> float:
         """Volume per length of worn material of both bodies together, m²."""
         c = self.stick_radius
         ratio = self.contact_radius / c
         root = math.sqrt((ratio - 1.0) * (ratio + 1.0))
         below = ratio * math.asinh(root) - root
-        punch = 2.0 * self._punch_load / (math.pi * self.hertz.composite_modulus) * c * below
-        return 2.0 * (punch - 0.5 * c**3 / self.hertz.radius * (root**3 / 3.0 - below))
+        cylinder = 0.5 * c**3 / self.hertz.radius * (root**3 / 3.0 - below)
+        return 2.0 * (self._rise * c * below - cylinder)
 
-    def _height(self, r: ArrayLike) -> FloatArray:
-        """Surface beside a flat punch minus the Hertzian gap, both zero at |x| = c, m."""
-        c = self.stick_radius
-        ratio = np.maximum(np.abs(np.asarray(r, dtype=float)) / c, 1.0)
-        rise = np.arcsinh(np.sqrt((ratio - 1.0) * (ratio + 1.0)))
-        scale = 2.0 * self._punch_load / (math.pi * self.hertz.composite_modulus)
-        return np.asarray(scale * rise - self._stick_contact.gap(ratio * c))
+    def _beside(self, root: FloatArray, c: float) -> FloatArray:
+        return np.asarray(np.arcsinh(root / c))
 
     @property
     def _deepest(self) -> float:

@@ -40,9 +40,8 @@ def composite_modulus(
     """Modulus of normal contact, 1/E* = (1 - ν1²)/E1 + (1 - ν2²)/E2, in Pa: Johnson, eq. 4.31."""
     _require_elastic("_1", youngs_modulus_1, poisson_ratio_1)
     _require_elastic("_2", youngs_modulus_2, poisson_ratio_2)
-    compliance_1 = (1.0 - poisson_ratio_1**2) / youngs_modulus_1
-    compliance_2 = (1.0 - poisson_ratio_2**2) / youngs_modulus_2
-    return 1.0 / (compliance_1 + compliance_2)
+    bodies = (youngs_modulus_1, poisson_ratio_1), (youngs_modulus_2, poisson_ratio_2)
+    return 1.0 / sum((1.0 - ratio**2) / modulus for modulus, ratio in bodies)
 
 
 def composite_shear_modulus(
@@ -64,11 +63,10 @@ def composite_shear_modulus(
     _require_elastic("_2", youngs_modulus_2, poisson_ratio_2)
     # (2 − ν)/4G with G = E/(2 (1 + ν)).
     beside = 2.0 * (1.0 - weight)
-    compliance_1 = (2.0 - beside * poisson_ratio_1) * (1.0 + poisson_ratio_1)
-    compliance_2 = (2.0 - beside * poisson_ratio_2) * (1.0 + poisson_ratio_2)
-    compliance_1 /= 2.0 * youngs_modulus_1
-    compliance_2 /= 2.0 * youngs_modulus_2
-    return 1.0 / (compliance_1 + compliance_2)
+    bodies = (youngs_modulus_1, poisson_ratio_1), (youngs_modulus_2, poisson_ratio_2)
+    return 1.0 / sum(
+        (2.0 - beside * ratio) * (1.0 + ratio) / (2.0 * modulus) for modulus, ratio in bodies
+    )
 
 
 def coupling_ratio(

@@ -21,7 +21,7 @@ from fretwear.theory.materials import require_positive
 
 
 def gross_slip_energy(
-    hertz: HertzContact | LineContact, friction: float, coupling: float, displacement: float
+    hertz: HertzContact, friction: float, coupling: float, displacement: float
 ) -> float:
     """Energy dissipated in one cycle of a contact that slides as a whole, J, or J/m of a cylinder.
 
@@ -30,7 +30,7 @@ def gross_slip_energy(
 
     Parameters
     ----------
-    hertz : HertzContact or LineContact
+    hertz : HertzContact
         The normal contact.
     friction, coupling : float
         µ and κ.
@@ -70,7 +70,7 @@ class CattaneoMindlin:
     is the stick zone and whose gap g* gives the slip.
     """
 
-    hertz: HertzContact | LineContact
+    hertz: HertzContact
     friction: float
     tangential_load: float
     coupling: float
@@ -90,7 +90,7 @@ class CattaneoMindlin:
         return self.tangential_load / (self.friction * self.hertz.load)
 
     @property
-    def stick_contact(self) -> HertzContact | LineContact:
+    def stick_contact(self) -> HertzContact:
         """Normal contact under the reduced load P* = P - Q/µ."""
         return self.hertz.with_load(self.hertz.load - self.tangential_load / self.friction)
 
@@ -141,24 +141,7 @@ class CattaneoMindlin:
 
 @dataclass(frozen=True)
 class LinePartialSlip(CattaneoMindlin):
-    """An unworn cylinder in partial slip: the load held, the tangential load between ±Q.
-
-    Parameters
-    ----------
-    hertz : LineContact
-        The normal contact, under the load per length P.
-    friction : float
-        Coefficient of friction µ.
-    tangential_load : float
-        Amplitude Q of the tangential load per length, N/m; zero to below µP.
-    coupling : float
-        Ratio κ of tangential to normal compliance: 1 in plane strain.
-
-    Raises
-    ------
-    ValueError
-        If friction or coupling is not positive, or Q lies outside [0, µP).
-    """
+    """An unworn cylinder in partial slip: loads are per length, and κ = 1 in plane strain."""
 
     coupling: float = 1.0
 

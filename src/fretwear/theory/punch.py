@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Protocol
+from typing import Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,24 +25,20 @@ _POINTS = 400
 class Reduced(Protocol):
     """The profile of a body of revolution as the method of dimensionality reduction has it."""
 
+    def __hash__(self) -> int: ...
+
     @property
     def reach(self) -> float:
         """Radius, m, that no contact is to exceed."""
-        ...
-
-    def __hash__(self) -> int: ...
 
     def depth(self, radius: float) -> float:
         """g, m, at a radius in m."""
-        ...
 
     def slope(self, radii: NDArray[np.float64]) -> NDArray[np.float64]:
         """g′ at radii in m."""
-        ...
 
     def integral(self, radius: float) -> float:
         """∫₀^a g dt, m², up to a radius in m."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -92,12 +88,21 @@ class RoundContact(HertzContact):
     profile: Reduced = field(kw_only=True)
 
     @classmethod
-    def under(cls, profile: Reduced, load: float, composite_modulus: float) -> RoundContact:
+    @lru_cache(maxsize=4096)
+    def under(cls, profile: Reduced, load: float, composite_modulus: float) -> Self:
         """Contact under a load, N."""
-        return _under(profile, load, composite_modulus)
+
+        def missing(radius: float) -> float:
+            return load - _load_at(profile, radius, composite_modulus)
+
+        edge = profile.reach
+        if missing(edge) < 0.0:
+            edge = find_root(missing, 1e-9 * edge, edge)
+        radius = 4.0 * composite_modulus * edge**3 / (3.0 * load)
+        return cls(radius, load, composite_modulus, profile=profile)
 
     @classmethod
-    def of_depth(cls, profile: Reduced, approach: float, composite_modulus: float) -> RoundContact:
+    def of_depth(cls, profile: Reduced, approach: float, composite_modulus: float) -> Self:
         """Contact at an approach, m."""
         edge = find_root(lambda radius: approach - profile.depth(radius), 0.0, profile.reach)
         return cls.under(profile, _load_at(profile, edge, composite_modulus), composite_modulus)
@@ -122,9 +127,9 @@ class RoundContact(HertzContact):
         found = _pressure(self.profile, self.contact_radius, radius)
         return found * self.composite_modulus
 
-    def with_load(self, load: float) -> RoundContact:
+    def with_load(self, load: float) -> Self:
         """Contact of the same bodies under another load (N)."""
-        return RoundContact.under(self.profile, load, self.composite_modulus)
+        return self.under(self.profile, load, self.composite_modulus)
 
     def load_at(self, contact_radius: float) -> float:
         """Load, N, of a contact of some radius, m."""
@@ -140,17 +145,6 @@ class RoundContact(HertzContact):
 
 def _load_at(profile: Reduced, radius: float, modulus: float) -> float:
     return 2.0 * modulus * (radius * profile.depth(radius) - profile.integral(radius))
-
-
-@lru_cache(maxsize=4096)
-def _under(profile: Reduced, load: float, modulus: float) -> RoundContact:
-    def missing(radius: float) -> float:
-        return load - _load_at(profile, radius, modulus)
-
-    edge = profile.reach
-    if missing(edge) < 0.0:
-        edge = find_root(missing, 1e-9 * edge, edge)
-    return RoundContact(4.0 * modulus * edge**3 / (3.0 * load), load, modulus, profile=profile)
 
 
 @lru_cache(maxsize=4096)
