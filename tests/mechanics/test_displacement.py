@@ -282,6 +282,8 @@ def test_blocks_follow_each_other_on_the_same_shape():
     assert volumes == sorted(volumes)
     run = [step.state for step in steps(case, geometry=Rings)]
     place = next(n for n, state in enumerate(run) if state.cycle == 300)
-    again = [step.state for step in steps(case, start=run[place], geometry=Rings)]
-    np.testing.assert_array_equal(again[-1].wear, run[-1].wear)
+    # From the end of a block, and from the midst of the next one.
+    for start in run[place : place + 2]:
+        *_, last = steps(case, start=start, geometry=Rings)
+        np.testing.assert_array_equal(last.state.wear, run[-1].wear)
     assert Case(**case.canonical_parameters()).case_id == case.case_id

@@ -113,7 +113,9 @@ class Layer(Protocol):
 
     def displacement(self, pressure: Array, team: Team = ALONE) -> Array:
         """Displacement, m, under a pressure, Pa; both of the geometry's shape."""
-        ...
+        result = np.zeros_like(pressure)
+        self.add_displacement(pressure, result, team)
+        return result
 
     def add_displacement(self, pressure: Array, result: Array, team: Team = ALONE) -> None:
         """Add the displacement under a pressure to a field."""

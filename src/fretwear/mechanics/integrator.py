@@ -9,50 +9,45 @@ closed form.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from math import sqrt
 from typing import Any
 
 import numpy as np
 
-from fretwear.mechanics.contact import Accuracy, ContactError
+from fretwear.mechanics.contact import Accuracy
 from fretwear.mechanics.geometry import Array, Workspace
 from fretwear.mechanics.solver import solve_contact
-from fretwear.mechanics.stages import StageSolver, all_worn, load_of
+from fretwear.mechanics.stages import StageSolver, all_worn
 from fretwear.mechanics.state import Stage, State, WearProblem
 from fretwear.mechanics.tr_bdf2 import (
     ACCEPTED,
+    BEYOND,
     DIAGONAL,
-    EMBEDDED,
-    FACTORS,
+    DIFFERENCE,
     GAMMA,
+    LARGEST_FACTOR,
     MAIN,
     OVERESTIMATE,
-    SMALLEST_STEP,
+    TOLERANCE,
     WEIGHT,
+    Integrator,
+    WearError,
     assessed,
-    step_after,
-    step_towards,
+    march,
 )
 
-_BEYOND = (1.0 - GAMMA) / GAMMA
+__all__ = ["WearError", "evolve", "first_loading"]
 
 _FIRST_STEP = 0.09
-_FLOW_EXPONENT = 1.0
-_DEFAULT_TOLERANCE = 0.01
 # Part of the tolerance for a contact that slides as a whole: nothing holds its pressure, which errs
 # by twenty times what the wear does.
 _GLIDING = 0.25
 
 
-class WearError(RuntimeError):
-    """The integration cannot go on; the last accepted state is valid."""
-
-
 def evolve(
     problem: WearProblem,
     stops: Sequence[float],
-    tolerance: float = _DEFAULT_TOLERANCE,
+    tolerance: float = TOLERANCE,
     start: State | None = None,
     accuracy: Accuracy | None = None,
 ) -> Iterator[State]:
@@ -82,26 +77,11 @@ def evolve(
     fretwear.mechanics.contact.ContactError
         If the first loading does not converge.
     """
-    workspace, accuracy = Workspace(problem), accuracy or Accuracy()
-    if start is None:
-        start = first_loading(problem, accuracy, workspace)
-        yield start
-    state, begin = start, 0.0
-    tolerance *= state.geometry.of_tolerance
-    del start
-    for block in problem.blocks:
-        if state.cycle < block.end:
-            if state.cycle == begin > 0.0:
-                workspace = Workspace(block)
-                state = first_loading(block, accuracy, workspace, state)
-            integrator = _Integrator(workspace, tolerance, accuracy, state)
-            # Neither a step nor its error estimate may go over a kink.
-            kinks = {kink for kink in (*block.friction.kinks, block.end) if kink < stops[-1]}
-            for stop in sorted({*stops, *kinks}):
-                while begin <= integrator.state.cycle < min(stop, block.end):
-                    yield integrator.advance(stop)
-            state = integrator.state
-        begin = block.end
+
+    def begin(block: WearProblem, state: State | None, anew: bool) -> Integrator:
+        return _Evolution(block, tolerance, accuracy or Accuracy(), state, anew=anew)
+
+    return march(problem, stops, start, begin)
 
 
 def first_loading(
@@ -130,17 +110,20 @@ def first_loading(
     """
     workspace, accuracy = workspace or Workspace(problem), accuracy or Accuracy()
     geometry: Any = problem.geometry.first(problem) if before is None else before.geometry
-    spent = 0 if before is None else before.convolutions
+    cycle, step, spent = 0.0, 0, 0
+    if before is not None:
+        cycle, step, spent = before.cycle, before.step, before.convolutions
     while True:
         ground = workspace.on(geometry)
         nothing = np.zeros(geometry.shape)
-        wear = opening = plastic = nothing
+        wear, opening, plastic, pressure = nothing, nothing, nothing, None
         if before is not None:
             before = before.on(workspace, geometry)
             wear, opening, plastic = before.wear, before.opening, before.plastic
+            pressure = before.pressure
         contact = solve_contact(
             problem.contact(ground.half_space, ground.unworn + opening + plastic),
-            None if before is None else before.pressure,
+            pressure,
             tolerance=accuracy.contact,
             effort=accuracy.effort,
         )
@@ -149,9 +132,8 @@ def first_loading(
         if larger.shape == geometry.shape:
             break
         geometry = larger
-    cycle = 0.0 if before is None else before.cycle
     now, plastic = problem.at(cycle), plastic + contact.penetration
-    load = load_of(now, geometry, contact)
+    load = now.load_of(geometry, contact)
     reduced = now.slip_model.reduced(
         now,
         ground.half_space,
@@ -174,91 +156,72 @@ def first_loading(
         next_step=_FIRST_STEP / (now.growth_rate * float(contact.pressure.max())),
         pressure_rate=nothing,
         source_rate=nothing,
-        step=0 if before is None else before.step,
+        step=step,
         convolutions=spent + reduced.convolutions,
     )
 
 
-@dataclass(frozen=True)
-class _Assessment:
-    """Relative error of the wear of a step, what to multiply it by, whether to keep it."""
+class _Evolution(Integrator):
+    """Of a contact whose bodies are not seen to move."""
 
-    error: float
-    factor: float
-    accepted: bool
-
-
-class _Integrator:
-    """Makes accepted states one after the other."""
+    state: State
 
     def __init__(
-        self, workspace: Workspace, tolerance: float, accuracy: Accuracy, state: State
+        self,
+        problem: WearProblem,
+        tolerance: float,
+        accuracy: Accuracy,
+        start: State | None,
+        *,
+        anew: bool,
     ) -> None:
-        self.problem = workspace.problem
-        self.workspace = workspace
-        self.tolerance = tolerance
-        self.accuracy = accuracy
-        self.state = state
-        self._team, self._cellwise = self.problem.team, self.problem.team.cellwise
+        self.problem, self.accuracy, self.workspace = problem, accuracy, Workspace(problem)
+        if anew or start is None:
+            start = first_loading(problem, accuracy, self.workspace, start)
+        self.state, self.tolerance = start, tolerance * start.geometry.of_tolerance
+        self._team, self._cellwise = problem.team, problem.team.cellwise
         self._rates = (0.0, 0.0, 0.0)
-        self._solver = StageSolver(workspace, state.geometry, tolerance, accuracy)
+        self._solver = StageSolver(self.workspace, start.geometry, self.tolerance, accuracy)
 
     def advance(self, stop: float) -> State:
-        """The next accepted state, at ``stop`` or before."""
+        """The next accepted state, on cells that suit it."""
         self._move_to(self.state.geometry.ahead_of(self.problem, self.state))
-        wanted, trouble = self.state.next_step, "wear asks for shorter ones"
-        while True:
-            left = stop - self.state.cycle
-            step = step_towards(left, wanted)
-            if step < SMALLEST_STEP:
-                raise WearError(
-                    f"no step after cycle {self.state.cycle:.6g} is accurate, down to "
-                    f"{step:.1e} cycles: {trouble}; the contact at cycle "
-                    f"{self.state.cycle:.6g} has a residual of {self.state.residual:.1e}"
-                )
-            try:
-                first, second = self._stages(step, output_step=step == left)
-            except ContactError as error:
-                wanted, trouble = 0.5 * step, str(error)
-                continue
-            fitting = self.state.geometry.holding(self.workspace, second.pressure, second.approach)
-            if fitting is not self.state.geometry:
-                self._move_to(fitting)
-                continue
-            found = self._assess(step, first, second)
-            if not found.accepted:
-                wanted = step * found.factor
-                trouble = (
-                    f"the error is estimated as {found.error:.1e} instead of {self.tolerance:.1e}"
-                )
-                continue
-            between = (1.0 - GAMMA) * step
-            self.state = State(
-                **vars(second),
-                cycle=stop if step == left else self.state.cycle + step,
-                geometry=self.state.geometry,
-                next_step=step_after(step, found.factor, wanted),
-                pressure_rate=self._cellwise(
-                    lambda last, middle, cycles: (last - middle) / cycles,
-                    second.pressure,
-                    first.pressure,
-                    between,
-                ),
-                source_rate=self._cellwise(
-                    np.divide, second.source_since(first, self._team), between
-                ),
-                step=self.state.step + 1,
-                error_estimate=found.error,
-                convolutions=self.state.convolutions + self._solver.convolutions,
-            )
-            self._solver.convolutions = 0
-            return self.state
+        found: State = super().advance(stop)
+        return found
 
-    def _stages(self, step: float, *, output_step: bool) -> tuple[Stage, Stage]:
-        """Both stages of TR-BDF2 over a step of so many cycles; whether its end is requested."""
+    def attempt(
+        self, step: float, end: float, *, output_step: bool
+    ) -> tuple[dict[str, Any], float, bool] | None:
+        """Both stages, and what they differ by from embedded formulas."""
+        base, geometry = self.state, self.state.geometry
+        first, second = self._stages(step, end, output_step=output_step)
+        fitting: Any = geometry.holding(self.workspace, second.pressure, second.approach)
+        if fitting is not geometry:
+            self._move_to(fitting)
+            return None
+        error, factor, accepted = self._assess(step, first, second)
+        between = (1.0 - GAMMA) * step
+        change, moved = second.source_since(first, self._team), self._cellwise
+        fields = {
+            **vars(second),
+            "geometry": geometry,
+            "pressure_rate": moved(
+                lambda last, middle, cycles: (last - middle) / cycles,
+                *(second.pressure, first.pressure, between),
+            ),
+            "source_rate": moved(np.divide, change, between),
+            "error_estimate": error,
+            "convolutions": base.convolutions + self._solver.convolutions,
+        }
+        if accepted:
+            self._solver.convolutions = 0
+        return fields, factor, accepted
+
+    def _stages(self, step: float, last: float, *, output_step: bool) -> tuple[Stage, Stage]:
+        """Both stages of TR-BDF2 over a step of so many cycles to one that may be requested."""
         base, problem = self.state, self.problem
         now, density = self._wearing(base, base.cycle)
-        middle, last = base.cycle + GAMMA * step, min(base.cycle + step, problem.end)
+        middle = base.cycle + GAMMA * step
         # The wear coefficient of a stage, where it follows the power, lags behind by a stage.
         then = problem.at(middle, density)
         p0, rate = base.pressure, now.growth_rate * step
@@ -278,7 +241,7 @@ class _Integrator:
         found, end = then, problem.at(last)
         if problem.changes:
             found, reached = self._wearing(first, middle)
-            end = problem.at(last, max(0.0, reached + _BEYOND * (reached - density)))
+            end = problem.at(last, max(0.0, reached + BEYOND * (reached - density)))
             r0, lagged, r1 = (each.growth_rate * step for each in (now, then, found))
             known = WEIGHT * (r0 * p0 + r1 * p1) - DIAGONAL * (r0 * p0 + lagged * p1)
         self._rates = (now.growth_rate, found.growth_rate, end.growth_rate)
@@ -286,8 +249,8 @@ class _Integrator:
             first,
             known,
             end.growth_rate * step * DIAGONAL,
-            cellwise(lambda p, q: q + _BEYOND * (q - p), p0, p1),
-            cellwise(np.multiply, first.source_since(base, self._team), _BEYOND),
+            cellwise(lambda p, q: q + BEYOND * (q - p), p0, p1),
+            cellwise(np.multiply, first.source_since(base, self._team), BEYOND),
             self.accuracy.contact,
             output_step=output_step,
             problem=end,
@@ -301,41 +264,34 @@ class _Integrator:
         density = self.problem.at(cycle).energy_per_area(stage, self.state.geometry)
         return self.problem.at(cycle, density), density
 
-    def _assess(self, step: float, first: Stage, second: Stage) -> _Assessment:
-        """Compare a step with embedded formulas of another order."""
-        volume = self.state.geometry.integral(second.wear)
+    def _assess(self, step: float, first: Stage, second: Stage) -> tuple[float, float, bool]:
+        """Relative error of the wear of a step, what to multiply it by, whether to keep it."""
+        geometry, opens = self.state.geometry, 1.0 - self.problem.debris_fraction
+        volume = geometry.integral(second.wear)
         if volume == 0:
-            return _Assessment(0.0, FACTORS[1], True)
-        error = self._exponent_error(step, first, second)
-        if second.yielded or self.problem.slip_moves:
-            error = max(error, self._source_error(step, first, second))
-        error /= OVERESTIMATE * volume
-        factor, accepted = assessed(error / self._allowed(second))
-        if first.yielded or second.yielded:
-            longest = self._longest_while_yielding()
-            factor = min(factor, longest / step)
-            accepted &= step <= ACCEPTED * longest
-        return _Assessment(error, factor, accepted)
-
-    def _allowed(self, stage: Stage) -> float:
-        """Error of the wear of a step relative to the wear volume."""
-        if stage.reduced.load > 0.0:
-            return self.tolerance
-        return min(1.0, _GLIDING / self.state.geometry.of_tolerance) * self.tolerance
-
-    def _exponent_error(self, step: float, first: Stage, second: Stage) -> float:
-        """Wear volume, m³, between the step and its embedded third-order formula."""
-        weights = [e - m for e, m in zip(EMBEDDED, MAIN, strict=True)]
-        difference = self._exponent(step, first, second, weights)
-        opens = 1.0 - self.problem.debris_fraction
+            return 0.0, LARGEST_FACTOR, True
 
         def lost(gap: Array, difference: Array) -> Array:
             growth = np.expm1(opens * difference) / opens if opens else difference
             result: Array = np.abs(gap * growth)
             return result
 
-        worn = self._cellwise(lost, second.reduced.gap, difference)
-        return self.state.geometry.integral(worn)
+        difference = self._exponent(step, first, second, DIFFERENCE)
+        error = geometry.integral(self._cellwise(lost, second.reduced.gap, difference))
+        if second.yielded or self.problem.slip_moves:
+            error = max(error, self._source_error(step, first, second))
+        error, allowed = error / (OVERESTIMATE * volume), self.tolerance
+        if not second.reduced.load > 0.0:
+            allowed *= min(1.0, _GLIDING / geometry.of_tolerance)
+        factor, accepted = assessed(error / allowed)
+        if first.yielded or second.yielded:
+            # A cell at the limit sinks until wear, at the rate β p_lim, has freed it. A step of
+            # many such times sees it before and after, not the flow in between.
+            exponent = sqrt(self.tolerance / TOLERANCE)
+            longest = exponent / (max(self._rates) * self.problem.limit)
+            factor = min(factor, longest / step)
+            accepted &= step <= ACCEPTED * longest
+        return error, factor, accepted
 
     def _source_error(self, step: float, first: Stage, second: Stage) -> float:
         """Wear volume, m³, between slip that changes evenly over each stage or the whole step."""
@@ -361,28 +317,15 @@ class _Integrator:
         )
         exponent: Array = self._cellwise(
             lambda p0, p1, p2: start * p0 + middle * p1 + end * p2,
-            self.state.pressure,
-            first.pressure,
-            second.pressure,
+            *(self.state.pressure, first.pressure, second.pressure),
         )
         return exponent
 
-    def _longest_while_yielding(self) -> float:
-        """Longest step, cycles, in which plastic flow is resolved.
-
-        A cell at the limit sinks until wear, at the rate β p_lim, has freed it. A step of many
-        such times sees it before and after, not the flow in between.
-        """
-        exponent = _FLOW_EXPONENT * sqrt(self.tolerance / _DEFAULT_TOLERANCE)
-        longest: float = exponent / (max(self._rates) * self.problem.limit)
-        return longest
-
     def _move_to(self, geometry: Any) -> None:
         """Put the state on a larger geometry."""
-        if geometry is self.state.geometry:
-            return
-        self.state = self.state.on(self.workspace, geometry)
-        spent = self._solver.convolutions
-        self._solver = StageSolver(self.workspace, geometry, self.tolerance, self.accuracy)
-        self._solver.convolutions = spent
-        self.workspace.keep_only(geometry)
+        if geometry is not self.state.geometry:
+            self.state = self.state.on(self.workspace, geometry)
+            spent = self._solver.convolutions
+            self._solver = StageSolver(self.workspace, geometry, self.tolerance, self.accuracy)
+            self._solver.convolutions = spent
+            self.workspace.keep_only(geometry)

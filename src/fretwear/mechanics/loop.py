@@ -102,17 +102,19 @@ def _curve(
         low = replace(low, approach=high.approach * (low.load / high.load) ** _SPHERE)
         whole = 2.0 * high.approach / high.load**_SPHERE * _arc(low.load, high.load)[1]
     family, areas, rise = [low, high], [whole], high.approach - low.approach
+    halfway = _approach_between(low, high, whole)
     if whole <= _STRAIGHT * rise * (high.load - low.load):
         contacts = 0
-    for _ in range(contacts):
-        # Halfway where the curve bends most.
+    for found_before in range(contacts):
+        # Halfway where the curve bends most, which is between its ends at first.
         at = int(np.argmax(areas))
         lower, upper = family[at : at + 2]
         load = 0.5 * (lower.load + upper.load)
         guess = _pressure_between(lower, upper, load)
         guess *= load / geometry.integral(guess)
-        found = contact_under(ground.half_space, shape, load, guess, _TOLERANCE)
+        found = contact_under(ground.half_space, shape, load, None, guess, _TOLERANCE)
         expected = _approach_between(lower, upper, areas[at])
+        halfway = halfway if found_before else found.approach
         family.insert(at + 1, found)
         areas[at : at + 1] = [
             geometry.integral(lower.gap * found.pressure),
@@ -120,9 +122,6 @@ def _curve(
         ]
         if abs(found.approach - expected) <= _CLOSE * rise:
             break
-    half = 0.5 * (low.load + high.load)
-    known = [each.approach for each in family if each.load == half]
-    halfway = known[0] if known else _approach_between(low, high, whole)
     return (*_sampled(family, areas, whole), halfway)
 
 
@@ -132,10 +131,9 @@ def _sampled(family: list[ReducedContact], areas: list[float], whole: float) -> 
     Between two contacts, their chord and as much of the arc of a sphere's curve as leaves twice
     the area between them, and in sum twice that of the whole curve.
     """
-    corners = np.array([each.load for each in family])
-    approaches = np.array([each.approach for each in family])
-    ends = corners[[0, -1]], approaches[[0, -1]]
-    chords = 2.0 * (np.trapezoid(approaches, corners) - np.trapezoid(ends[1], ends[0]))
+    corners, approaches = np.array([(each.load, each.approach) for each in family]).T
+    ends = np.trapezoid(approaches[[0, -1]], corners[[0, -1]])
+    chords = 2.0 * (np.trapezoid(approaches, corners) - ends)
     fit = (whole - chords) / sum(areas) if whole > 0.0 else 0.0
     steps = np.diff(np.linspace(0, POINTS, len(areas) + 1).round().astype(int))
     loads, curve = [corners[:1]], [approaches[:1]]

@@ -13,9 +13,8 @@ it, and what still penetrates there is flow, half of it of each body: the most o
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import ceil
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,25 +71,20 @@ def _unworn(problem: WearProblem, x: Any, y: Array, place: float) -> Array:
     return gap if rough is None else gap + rough.height(at, across)
 
 
-@dataclass(frozen=True)
-class Contacts:
+class Contacts(NamedTuple):
     """The contacts of a stage at all positions.
 
     Attributes
     ----------
     pressures
-        Pa, shape (positions, cells).
-    closed, capped
-        Cells in contact, and those of them at the plastic limit.
+        Pa, shape (positions, cells); not zero just where the bodies touch.
     means
-        Over the stroke, of each value of the flat and the indenter, Pa.
+        Over the stroke, of each value of the flat and the indenter, Pa, shape (values,).
     flow
         How far each of them sinks where the pressure is at the limit, m.
     """
 
     pressures: Array
-    closed: Mask
-    capped: Mask
     means: Array
     flow: Array
 
@@ -98,9 +92,10 @@ class Contacts:
 class Rubbing:
     """The contacts of a stroke on equal cells.
 
-    Bodies are even along both axes, so wear has a value for each cell of the quarter, while a
-    contact off the middle of the stroke needs both sides along x. Between cells, the wear of the
-    indenter is linear; what it takes from the pressure is the transpose of that.
+    Bodies are even along both axes, so wear has a value for each cell of the quarter, of the flat
+    and then of the indenter, while a contact off the middle of the stroke needs both sides along x.
+    Between cells, the wear of the indenter is linear; what it takes from the pressure is the
+    transpose of that.
 
     Parameters
     ----------
@@ -115,46 +110,43 @@ class Rubbing:
 
         self.load, self.limit = problem.hertz.load, problem.limit
         half, self.rows = shape
-        count, spacing = 2 * half, problem.spacing
+        count, (size, _) = 2 * half, problem.spacing
         self.places, self.weights = positions(problem)
         modulus = problem.bodies.composite_modulus
         # Displacement by the distance along x, and the row of either cell.
         if problem.geometry is Line:
-            hertz = problem.hertz
-            assert isinstance(hertz, LineContact)
-            edges = tuple(float(each) for each in np.arange(half + 1) * spacing[0])
-            self.geometry: Any = Line(edges, hertz.reference)
-            column = influence_of_cell(count, spacing[0], hertz.reference, modulus)
-            self.influence = column[:, None, None]
-            self.area, self.y = spacing[0], np.zeros(1)
+            assert isinstance(problem.hertz, LineContact)
+            edges, reference = np.arange(half + 1) * size, problem.hertz.reference
+            self.geometry: Any = Line(tuple(edges.tolist()), reference)
+            self.influence = influence_of_cell(count, size, reference, modulus)[:, None, None]
+            self.area, self.y = size, np.zeros(1)
         else:
-            self.geometry = Grid(shape, spacing)
-            love = influence_coefficients((count, 2 * self.rows), spacing, modulus)
+            self.geometry = Grid(shape, problem.spacing)
+            love = influence_coefficients((count, 2 * self.rows), problem.spacing, modulus)
             row = np.arange(self.rows)
-            here, image = abs(row[:, None] - row), row[:, None] + row + 1
-            self.influence = love[:, here] + love[:, image]
-            self.area, self.y = 2.0 * spacing[0] * spacing[1], self.geometry.y
+            self.influence = love[:, abs(row[:, None] - row)] + love[:, row[:, None] + row + 1]
+            self.area, self.y = 2.0 * size * problem.spacing[1], self.geometry.y
         self._transform = np.fft.rfft(
             np.concatenate([self.influence, self.influence[:1], self.influence[:0:-1]]), axis=0
         )
-        self.x = (np.arange(count) - half + 0.5) * spacing[0]
+        self.x = (np.arange(count) - half + 0.5) * size
         self.cells, values = count * self.rows, half * self.rows
         self.shapes = [_unworn(problem, self.x, self.y, place).ravel() for place in self.places]
         # One row a cell, one column a value of the flat's wear, then of the indenter's.
         self.worn = []
         along, row = np.divmod(np.arange(self.cells), self.rows)
         x = self.x[along]
+        of_flat = np.floor(np.abs(x) / size).astype(int) * self.rows + row
         for place in self.places:
-            at = np.abs(x - place) / spacing[0] - 0.5
-            lower = np.floor(at).astype(int)
-            part = at - lower
-            columns = [np.floor(np.abs(x) / spacing[0]).astype(int) * self.rows + row]
-            columns += [
-                values + np.clip(each, 0, half - 1) * self.rows + row for each in (lower, lower + 1)
-            ]
-            inside = np.abs(x - place) < half * spacing[0]
+            distance = np.abs(x - place)
+            lower, part = np.divmod(distance / size - 0.5, 1.0)
+            near, far = (
+                values + np.clip(lower.astype(int) + step, 0, half - 1) * self.rows + row
+                for step in (0, 1)
+            )
+            inside = distance < half * size
             shares = np.concatenate([np.ones(x.size), (1.0 - part) * inside, part * inside])
-            where = np.tile(np.arange(x.size), 3), np.concatenate(columns)
+            where = np.tile(np.arange(x.size), 3), np.concatenate([of_flat, near, far])
             self.worn.append(csr_matrix((shares, where), shape=(x.size, 2 * values)))
         self.inverses: dict[int, tuple[NDArray[np.intp], Array]] = {}
 
@@ -168,55 +160,40 @@ class Rubbing:
 
     def _matrix(self, cells: NDArray[np.intp], others: NDArray[np.intp]) -> Array:
         """Displacement of some cells under a unit pressure on others, m/Pa."""
-        along, row = np.divmod(cells, self.rows)
-        other_along, other_row = np.divmod(others, self.rows)
-        apart = np.abs(along[:, None] - other_along)
-        found: Array = self.influence[apart, row[:, None], other_row]
+        (along, row), (other_along, other_row) = (
+            np.divmod(each, self.rows) for each in (cells[:, None], others)
+        )
+        found: Array = self.influence[np.abs(along - other_along), row, other_row]
         return found
 
-    def _compliance(self, row: int, cells: NDArray[np.intp]) -> tuple[Array, Array]:
-        """Pressure of no load for a unit displacement of each cell, and that of unit load."""
-        inverse = self._inverse(row, cells)
-        flat = inverse.sum(axis=1)
-        total = flat.sum()
-        return inverse - np.outer(flat, flat) / total, flat / (total * self.area)
-
-    def _inverse(self, row: int, cells: NDArray[np.intp]) -> Array:
+    def _inverse(self, place: int, cells: NDArray[np.intp]) -> Array:
         """The inverse of the influence of some cells on each other at a position.
 
         Few cells change sides from one solution to the next: those that leave, and those that come,
         are a correction of low rank to the last one, until too little is left of its digits.
         """
-        known, inverse = self.inverses.get(row, (cells[:0], np.zeros((0, 0))))
+        known, inverse = self.inverses.get(place, (cells[:0], np.zeros((0, 0))))
         stays = np.isin(known, cells)
-        new = np.setdiff1d(cells, known[stays], assume_unique=True)
-        if np.count_nonzero(~stays) + new.size <= _FEW * cells.size:
-            inverse = self._corrected(inverse, known, stays, new)
+        kept, gone = np.flatnonzero(stays), np.flatnonzero(~stays)
+        new = np.setdiff1d(cells, known[kept], assume_unique=True)
+        missed = np.inf
+        if gone.size + new.size <= _FEW * cells.size:
+            lost, within = inverse[np.ix_(kept, gone)], inverse[np.ix_(gone, gone)]
+            inverse = inverse[np.ix_(kept, kept)] - lost @ np.linalg.solve(within, lost.T)
+            across = self._matrix(known[kept], new)
+            moved = inverse @ across
+            own = np.linalg.inv(self._matrix(new, new) - across.T @ moved)
+            corner = moved @ own
+            whole = np.block([[inverse + corner @ moved.T, -corner], [-corner.T, own]])
+            order = np.argsort(np.concatenate([known[kept], new]))
+            inverse = whole[np.ix_(order, order)]
             sinking = np.zeros(self.cells)
             sinking[cells] = inverse.sum(axis=1)
             missed = np.abs(self.displacement(sinking)[cells] - 1.0).max()
-        else:
-            missed = np.inf
         if missed > _DIGITS:
             inverse = np.asarray(np.linalg.inv(self._matrix(cells, cells)), dtype=np.float64)
-        self.inverses[row] = cells, inverse
+        self.inverses[place] = cells, inverse
         return inverse
-
-    def _corrected(
-        self, inverse: Array, known: NDArray[np.intp], stays: Mask, new: NDArray[np.intp]
-    ) -> Array:
-        """The inverse for known cells that stay and new ones."""
-        kept, gone = np.flatnonzero(stays), np.flatnonzero(~stays)
-        lost, within = inverse[np.ix_(kept, gone)], inverse[np.ix_(gone, gone)]
-        inverse = inverse[np.ix_(kept, kept)] - lost @ np.linalg.solve(within, lost.T)
-        across = self._matrix(known[kept], new)
-        moved = inverse @ across
-        own = np.linalg.inv(self._matrix(new, new) - across.T @ moved)
-        corner = moved @ own
-        whole = np.block([[inverse + corner @ moved.T, -corner], [-corner.T, own]])
-        order = np.argsort(np.concatenate([known[kept], new]))
-        result: Array = whole[np.ix_(order, order)]
-        return result
 
     def solve(self, opening: Array, compliance: Array, closed: Mask) -> Contacts:
         """The contacts of all positions.
@@ -243,62 +220,59 @@ class Rubbing:
         ]
         for _ in range(_LARGEST_SWEEPS):
             parts, touched = [], np.zeros(opening.size, np.bool_)
-            places = zip(shapes, self.worn, closed, capped, strict=True)
-            for place, (shape, worn, inside, full) in enumerate(places):
+            places = zip(self.weights, shapes, self.worn, closed, capped, strict=True)
+            for place, (weight, shape, worn, inside, full) in enumerate(places):
                 free, held = np.flatnonzero(inside & ~full), np.flatnonzero(full)
                 left = self.load - self.limit * self.area * held.size if held.size else self.load
                 if not free.size or left <= 0.0:
                     raise ContactError("the contact is at the plastic limit all over")
-                inverse, carrying = self._compliance(place, free)
+                # Pressure of no load for a unit displacement of each cell, and that of the load.
+                inverse = self._inverse(place, free)
+                uniform = inverse.sum(axis=1)
+                total = uniform.sum()
+                inverse = inverse - np.outer(uniform, uniform) / total
                 height = shape[free]
                 if held.size:
                     height = height + self._matrix(free, held).sum(axis=1) * self.limit
-                pressure = np.where(full, self.limit, 0.0) if held.size else np.zeros(inside.size)
-                pressure[free] = left * carrying - inverse @ height
-                parts.append((free, inverse, worn[free], pressure))
+                pressure = np.where(full, self.limit, 0.0)
+                pressure[free] = left * (uniform / (total * self.area)) - inverse @ height
+                parts.append((weight, worn, free, inverse, worn[free], pressure))
                 touched[worn[free].indices] = True
             values = np.flatnonzero(touched)
             root = np.sqrt(compliance[values])
             matrix, right = np.eye(values.size), np.zeros(values.size)
-            for weight, worn, (_, inverse, own, pressure) in zip(
-                self.weights, self.worn, parts, strict=True
-            ):
+            for weight, worn, _, inverse, own, pressure in parts:
                 seen = own[:, values]
-                stiff = seen.T @ (seen.T @ inverse).T
-                matrix += weight * root[:, None] * stiff * root
+                matrix += weight * root[:, None] * (seen.T @ (seen.T @ inverse).T) * root
                 right += weight * root * (worn.T @ pressure)[values]
             factors = cho_factor(matrix, lower=True, overwrite_a=True, check_finite=False)
             worn_now = compliance * sum(
-                weight * (worn.T @ part[-1])
-                for weight, worn, part in zip(self.weights, self.worn, parts, strict=True)
+                weight * (worn.T @ pressure) for weight, worn, *_, pressure in parts
             )
             worn_now[values] = root * cho_solve(factors, right, check_finite=False)
-            pressures = np.zeros(closed.shape)
+            pressures, flow = np.zeros(closed.shape), np.zeros(opening.size)
             now_closed, now_capped = closed.copy(), capped.copy()
-            flow = np.zeros(opening.size)
-            for row, (free, inverse, own, pressure) in enumerate(parts):
+            for place, (_, worn, free, inverse, own, pressure) in enumerate(parts):
                 pressure[free] -= inverse @ (own @ worn_now)
-                pressures[row] = pressure
-                gap = self.displacement(pressure) + shapes[row] + self.worn[row] @ worn_now
+                pressures[place] = pressure
+                gap = self.displacement(pressure) + shapes[place] + worn @ worn_now
                 approach = gap[free].mean()
-                now_closed[row] = np.where(
-                    closed[row], pressure > 0, gap < (1.0 - _CLOSED) * approach
-                )
-                sunk = approach - gap
-                now_capped[row] = np.where(capped[row], sunk > 0.0, pressure > self.limit)
-                if capped[row].any():
-                    sinking = self.worn[row][np.flatnonzero(capped[row])].tocoo()
-                    depth = sunk[capped[row]][sinking.row]
+                touches = gap < (1.0 - _CLOSED) * approach
+                now_closed[place] = np.where(closed[place], pressure > 0, touches)
+                full, sunk = capped[place], approach - gap
+                now_capped[place] = np.where(full, sunk > 0.0, pressure > self.limit)
+                if full.any():
+                    sinking = worn[np.flatnonzero(full)].tocoo()
+                    depth = sunk[full][sinking.row]
                     np.maximum.at(flow, sinking.col, 0.5 * depth * (sinking.data > 0.0))
             if np.array_equal(now_closed, closed) and np.array_equal(now_capped, capped):
-                parts_of = zip(self.weights, self.worn, pressures, strict=True)
-                means = np.sum([w * (worn.T @ p) for w, worn, p in parts_of], axis=0)
-                return Contacts(pressures, closed, capped, means, flow)
+                means = np.sum([weight * (worn.T @ p) for weight, worn, *_, p in parts], axis=0)
+                return Contacts(pressures, means, flow)
             closed, capped = now_closed, now_capped
         raise ContactError("the cells in contact over the stroke do not settle")
 
-    def reaches_border(self, closed: Mask) -> tuple[bool, bool]:
+    def reaches_border(self, pressures: Array) -> tuple[bool, bool]:
         """Whether a contact comes near an end of the cells along x, and along y."""
-        field = closed.reshape(len(closed), -1, self.rows)
+        field = (pressures > 0).reshape(len(pressures), -1, self.rows)
         ends = field[:, :MARGIN].any() or field[:, -MARGIN:].any()
         return bool(ends), self.rows > 1 and bool(field[:, :, -MARGIN:].any())

@@ -14,7 +14,7 @@ a deeper cell.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
@@ -137,14 +137,11 @@ class Jaeger(SlipModel):
         At or above the lowest point of the shape nothing sticks, and the bodies pass each other
         by their gap.
         """
-        if sliding is None:
-            sliding = problem.unworn_sliding
-        if start is not None and not start.pressure.any():
-            start = None
+        sliding = sliding or problem.unworn_sliding
+        guess = start.pressure if start is not None and start.pressure.any() else None
         if sliding.load is not None:
-            guess = None if start is None else start.pressure
-            return _part_of_contact(half_space, shape, sliding.load, None, guess, tolerance)
-        lowest, scale = float(shape.min()), problem.hertz.approach
+            return contact_under(half_space, shape, sliding.load, None, guess, tolerance)
+        lowest, scale, flexibility = float(shape.min()), problem.hertz.approach, sliding.flexibility
         depth = sliding.level - lowest
         if depth <= _NO_DEPTH * scale:
             nothing = np.zeros_like(shape)
@@ -154,31 +151,27 @@ class Jaeger(SlipModel):
         # The solver's tolerance is relative to a displacement that vanishes with the stick zone.
         tolerance = min(tolerance * max(scale / depth, 1.0), _COARSE)
         # P* is at most P.
-        most = depth + max(-sliding.flexibility, 0.0) * problem.hertz.load
-        low, high, convolutions = 0.0, most, 0
-        if start is not None and low < start.approach - lowest < high:
+        low, high, convolutions = 0.0, depth + max(-flexibility, 0.0) * problem.hertz.load, 0
+        tried, power = depth, 1.0 if isinstance(problem.hertz, LineContact) else 1.5
+        if flexibility and guess is not None and start is not None:
             tried = start.approach - lowest
-        else:
-            tried = min(replace(sliding, level=depth).of_smooth(problem.hertz)[1], most)
-        if not sliding.flexibility:
-            tried = depth
+        if flexibility and (guess is None or not low < tried < high):
+            tried = min(replace(sliding, level=depth).of_smooth(problem.hertz)[1], high)
         before: tuple[float, float] | None = None
         while True:
-            guess = None if start is None else start.pressure
-            found = _part_of_contact(
-                half_space, shape, None, lowest + tried, guess, tolerance, sliding.flexibility
+            found = contact_under(
+                half_space, shape, None, lowest + tried, guess, tolerance, flexibility
             )
             convolutions += found.convolutions
-            excess = tried + sliding.flexibility * found.load - depth
+            excess = tried + flexibility * found.load - depth
             if abs(excess) <= tolerance * depth or high - low <= tolerance * depth:
                 return replace(found, convolutions=convolutions)
             low, high = (low, tried) if excess > 0 else (tried, high)
-            power = 1.0 if isinstance(problem.hertz, LineContact) else 1.5
             stiffness = power * found.load / tried
             if before is not None:
                 stiffness = (found.load - before[1]) / (tried - before[0])
-            before, start = (tried, found.load), found if found.load > 0.0 else start
-            tried -= excess / (1.0 + sliding.flexibility * stiffness)
+            before, guess = (tried, found.load), found.pressure if found.load > 0.0 else guess
+            tried -= excess / (1.0 + flexibility * stiffness)
             if not low < tried < high:
                 tried = 0.5 * (low + high)
 
@@ -205,13 +198,7 @@ class CattaneoMindlin(SlipModel):
     told_as: ClassVar[str] = "slip of the unworn sphere"
 
     def reduced(
-        self,
-        problem: Problem,
-        half_space: HalfSpace,
-        shape: Array,  # noqa: ARG002 - the model does not depend on it
-        sliding: Sliding | None = None,  # noqa: ARG002 - nor on the contact
-        start: ReducedContact | None = None,  # noqa: ARG002
-        tolerance: float = 1e-8,  # noqa: ARG002
+        self, problem: Problem, half_space: HalfSpace, *_: Any, **__: Any
     ) -> ReducedContact:
         """Hertz pressure and gap of the disc of radius c."""
         geometry = half_space.geometry
@@ -225,13 +212,6 @@ class CattaneoMindlin(SlipModel):
 
 
 def contact_under(
-    half_space: HalfSpace, shape: Array, load: float, start: Array, tolerance: float
-) -> ReducedContact:
-    """The normal contact of a shape, m, under a part of the load, N."""
-    return _part_of_contact(half_space, shape, load, None, start, tolerance)
-
-
-def _part_of_contact(
     half_space: HalfSpace,
     shape: Array,
     load: float | None,
@@ -264,12 +244,19 @@ def _part_of_contact(
         # The gap on all cells comes from a convolution of its own; one in single precision is
         # good enough beyond the part if the contact itself need not be better.
         inside = geometry.where(part)
+        moved: Array | Single
         if tolerance >= _SINGLE_IS_ENOUGH:
             moved, unit = half_space.relative_displacement(pressure)
-            gap = cellwise(_gap, moved, unit, shape, found.approach)
-            gap[inside] = found.gap
         else:
-            gap = cellwise(_gap, half_space.displacement(pressure), 1.0, shape, found.approach)
+            moved, unit = half_space.displacement(pressure), 1.0
+        gap = cellwise(
+            lambda moved, unit, shape, approach: (
+                np.multiply(moved, unit, dtype=np.float64) + shape - approach
+            ),
+            *(moved, unit, shape, found.approach),
+        )
+        if tolerance >= _SINGLE_IS_ENOUGH:
+            gap[inside] = found.gap
         convolutions += found.convolutions + 1
         missed = cellwise(lambda gap: gap < 0, gap, dtype=np.bool_)
         missed[inside] = False
@@ -289,11 +276,6 @@ def _part_of_contact(
     return ReducedContact(pressure, gap, found.approach, carried, convolutions, response)
 
 
-def _gap(moved: Array | Single, unit: float, shape: Array, approach: float) -> Array:
-    result: Array = np.multiply(moved, unit, dtype=np.float64) + shape - approach
-    return result
-
-
 @dataclass(frozen=True)
 class WinklerLayer(Layer):
     """A linear layer: displacement ``offset + compliance · p``.
@@ -309,13 +291,9 @@ class WinklerLayer(Layer):
     compliance: Array
     offset: Array
 
-    def displacement(self, pressure: Array, team: Team = ALONE) -> Array:  # noqa: ARG002
-        """Displacement, m, under a pressure, Pa."""
-        return self.offset + self.compliance * pressure
-
-    def add_displacement(self, pressure: Array, result: Array, team: Team = ALONE) -> None:
+    def add_displacement(self, pressure: Array, result: Array, team: Team = ALONE) -> None:  # noqa: ARG002
         """Add the displacement, m, under a pressure, Pa, to a field."""
-        result += self.displacement(pressure, team)
+        result += self.offset + self.compliance * pressure
 
     def tangent_in(self, unit: float, pressure: Array, team: Team = ALONE) -> Single:  # noqa: ARG002
         """Derivative of the displacement in some unit, m/Pa."""
@@ -372,24 +350,10 @@ class WearLayer(Layer):
         falls = nothing if self.response is None else -self.response
         return -replace(self, wear=nothing, reduced_gap=nothing, shift=falls).displacement(pressure)
 
-    def displacement(self, pressure: Array, team: Team = ALONE) -> Array:
-        """Wear depth, m, under a pressure, Pa; never less than at the start of the stage."""
-        result = np.zeros_like(pressure)
-        self.add_displacement(pressure, result, team)
-        return result
-
     def add_displacement(self, pressure: Array, result: Array, team: Team = ALONE) -> None:
-        """Add the wear depth, m, under a pressure, Pa, to a field."""
-        kernels.wear(
-            team,
-            pressure,
-            self.rate,
-            self.exponent,
-            self.wear,
-            self.reduced_gap,
-            self.shift,
-            result,
-        )
+        """Add the wear depth, m, to a field; never less than at the start of the stage."""
+        x, gap = self.exponent, self.reduced_gap
+        kernels.wear(team, pressure, self.rate, x, self.wear, gap, self.shift, result)
 
     def tangent_in(self, unit: float, pressure: Array, team: Team = ALONE) -> Single:
         """Derivative of the wear depth in some unit, m/Pa; not negative."""

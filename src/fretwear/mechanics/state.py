@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from fretwear.mechanics.contact import ContactProblem, Layer, is_finite
+from fretwear.mechanics.contact import Contact, ContactProblem, Layer, is_finite
 from fretwear.mechanics.geometry import Array, Even, Geometry, HalfSpace, Mask, Workspace
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.line import Line
@@ -21,7 +21,7 @@ from fretwear.mechanics.slip import ReducedContact, SlipModel
 from fretwear.mechanics.surfaces import Indenter
 from fretwear.mechanics.team import ALONE, Team
 from fretwear.mechanics.wear_laws import Archard, WearLaw
-from fretwear.theory import HertzContact, LimitingState, LineContact
+from fretwear.theory import HertzContact, LimitingState
 
 CONTACT_GAP = 1e-5
 """Largest gap of a cell in contact, relative to the approach.
@@ -140,9 +140,8 @@ class WearProblem:
         Wear outside of the stick zone leaves the contact under a reduced load as it is. That at a
         reduced approach follows the approach of the bodies, and a load that is not held falls.
         """
-        fixed = self.loading.is_force and self.normal.holds_load
-        if self.friction.kinks and not self.loading.is_ratio:
-            fixed = False
+        steady = self.loading.is_ratio or not self.friction.kinks
+        fixed = self.loading.is_force and self.normal.holds_load and steady
         return self.slip_model.follows_shape and not fixed
 
     def contact(
@@ -151,6 +150,11 @@ class WearProblem:
         """The normal contact of a shape, m."""
         load, approach = self.normal.given
         return ContactProblem(half_space, shape, load, self.limit, layer, approach)
+
+    def load_of(self, geometry: Any, contact: Contact) -> float:
+        """P, N, of a contact: that is held, or what it carries."""
+        held, _ = self.normal.given
+        return float(geometry.integral(contact.pressure) if held is None else held)
 
     @property
     def wear_coefficient(self) -> float:
@@ -168,16 +172,15 @@ class WearProblem:
         return self.indenter.coupling(self.bodies)
 
     @property
-    def hertz(self) -> HertzContact | LineContact:
+    def hertz(self) -> HertzContact:
         """The unworn smooth contact."""
         return self.indenter.hertz(self.normal, self.bodies.composite_modulus)
 
     @property
     def limiting(self) -> LimitingState:
         """The smooth elastic contact after infinitely many cycles, or nearly gross slip."""
-        hertz = self.hertz
-        ratio = min(1.0 - self.stick_load / hertz.load, 0.9999)
-        return self.indenter.limiting(hertz, ratio)
+        ratio = min(1.0 - self.stick_load / self.hertz.load, 0.9999)
+        return self.indenter.limiting(self.hertz, ratio)
 
     @property
     def is_axisymmetric(self) -> bool:
@@ -187,16 +190,14 @@ class WearProblem:
     @property
     def even(self) -> Even:
         """Along which axes both parts of the unworn gap are even: one side is computed there."""
-        parts: list[Any] = (
-            [self.indenter] if self.roughness is None else [self.indenter, self.roughness]
-        )
-        return all(each.even[0] for each in parts), all(each.even[1] for each in parts)
+        x, y = self.indenter.even
+        rough = (True, True) if self.roughness is None else self.roughness.even
+        return x and rough[0], y and rough[1]
 
     def half_space(self, geometry: Any, parts: dict[Any, Any] | None = None) -> HalfSpace:
         """The elastic bodies on the cells of a geometry."""
-        modulus = self.bodies.composite_modulus
-        half_space: HalfSpace = geometry.half_space(modulus, self.team, parts)
-        return half_space
+        found: HalfSpace = geometry.half_space(self.bodies.composite_modulus, self.team, parts)
+        return found
 
     def unworn(self, geometry: Any) -> Array:
         """Gap at zero load and zero approach, m, on the cells of a geometry.
@@ -227,15 +228,13 @@ class WearProblem:
     def reach(self, approach: float) -> tuple[float, float]:
         """Distance along x and y beyond which the unworn surface lies above an approach, m."""
         height = approach + (0.0 if self.roughness is None else self.roughness.highest)
-        found, nothing = [], np.float64(0.0)
-        for axis in (0, 1):
+        found = []
+        for axis in np.eye(2):
 
-            def rises(distance: float, axis: int = axis) -> bool:
-                place = np.float64(distance)
-                at = (place, nothing) if axis == 0 else (nothing, place)
-                return bool(self.indenter.gap(*at) >= height)  # type: ignore[arg-type]
+            def rises(distance: float, axis: Array = axis) -> bool:
+                return bool(self.indenter.gap(*(distance * axis)) >= height)
 
-            low, high = 0.0, self.extent[axis]
+            low, high = 0.0, float(axis @ self.extent)
             while not rises(high):
                 low, high = high, 2.0 * high
             while high - low > 1e-12 * high:
@@ -366,10 +365,15 @@ class State(Stage):
         if geometry == old:
             return self
         ground, problem = workspace.on(geometry), workspace.problem
-        wear, plastic = old.resized(self.wear, geometry), old.resized(self.plastic, geometry)
-        opening = wear if self.opening is self.wear else old.resized(self.opening, geometry)
-        pressure = np.clip(old.resized(self.pressure, geometry), 0.0, problem.limit)
-        shape = ground.unworn + opening + plastic
+        names = ("pressure", "wear", "plastic", "pressure_rate", "source_rate")
+        fields: dict[str, Any] = {
+            name: old.resized(getattr(self, name), geometry) for name in names
+        }
+        opening = fields["wear"]
+        if self.opening is not self.wear:
+            opening = old.resized(self.opening, geometry)
+        fields["pressure"] = np.clip(fields["pressure"], 0.0, problem.limit)
+        shape = ground.unworn + opening + fields["plastic"]
         here, there = geometry.where(old), old.where(geometry)
 
         def gap(pressure: Array, approach: float, known: Array) -> Array:
@@ -397,13 +401,9 @@ class State(Stage):
         return replace(
             self,
             geometry=geometry,
-            pressure=pressure,
-            gap=gap(pressure, self.approach, self.gap),
-            wear=wear,
+            gap=gap(fields["pressure"], self.approach, self.gap),
             opening=opening,
-            plastic=plastic,
             reduced=reduced,
-            pressure_rate=old.resized(self.pressure_rate, geometry),
-            source_rate=old.resized(self.source_rate, geometry),
             convolutions=self.convolutions + spent,
+            **fields,
         )

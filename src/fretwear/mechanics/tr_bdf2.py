@@ -7,7 +7,15 @@ implementation of TR-BDF2", Appl. Numer. Math. 20 (1996).
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Sequence
 from math import isfinite, sqrt
+from typing import Any, TypeVar
+
+import numpy as np
+
+from fretwear.mechanics.contact import ContactError
+from fretwear.mechanics.state import WearProblem
 
 # First stage at γ = 2 − √2; both stages are implicit with the same weight, which makes them alike.
 GAMMA = 2.0 - sqrt(2.0)
@@ -15,32 +23,121 @@ DIAGONAL = 0.5 * GAMMA
 WEIGHT = 0.25 * sqrt(2.0)
 MAIN = (WEIGHT, WEIGHT, DIAGONAL)
 EMBEDDED = ((1.0 - WEIGHT) / 3.0, (3.0 * WEIGHT + 1.0) / 3.0, DIAGONAL / 3.0)
+# What the embedded formula has more of the rates at the start, in between and at the end.
+DIFFERENCE = tuple(e - m for e, m in zip(EMBEDDED, MAIN, strict=True))
+# The second stage over the first, to foretell what goes on as it did.
+BEYOND = (1.0 - GAMMA) / GAMMA
 
-SMALLEST_STEP = 1e-6
+TOLERANCE = 0.01
 ACCEPTED = 1.2
-FACTORS = (0.2, 5.0)
+LARGEST_FACTOR = 5.0
 # The embedded formulas differ from the step by about ten times its error in wear volume, as runs
 # with far smaller steps show; a third of the difference is still on the safe side.
 OVERESTIMATE = 3.0
-_SAFETY = 0.85
+_SMALLEST_STEP, _SMALLEST_FACTOR, _SAFETY = 1e-6, 0.2, 0.85
+
+_State = TypeVar("_State")
+
+
+class WearError(RuntimeError):
+    """The integration cannot go on; the last accepted state is valid."""
 
 
 def assessed(error: float) -> tuple[float, bool]:
     """What to multiply a step by for its error in units of the tolerance; whether to keep it."""
     if not isfinite(error):
-        return FACTORS[0], False
+        return _SMALLEST_FACTOR, False
     factor = _SAFETY * max(error, 1e-6) ** (-1.0 / 3.0)
-    return min(max(factor, FACTORS[0]), FACTORS[1]), error <= ACCEPTED
+    return min(max(factor, _SMALLEST_FACTOR), LARGEST_FACTOR), error <= ACCEPTED
 
 
-def step_towards(left: float, wanted: float) -> float:
-    """The step of the length wanted, or one that divides what is left to a stop evenly."""
-    return left if wanted >= left else min(wanted, max(0.5 * left, 0.5 * wanted))
+class Integrator(ABC):
+    """Makes accepted states one after the other.
+
+    Attributes
+    ----------
+    tolerance
+        Error of the wear of a step relative to the wear volume.
+    state
+        The last accepted one.
+    """
+
+    tolerance: float
+    state: Any
+
+    @abstractmethod
+    def attempt(
+        self, step: float, end: float, *, output_step: bool
+    ) -> tuple[dict[str, Any], float, bool] | None:
+        """A step of so many cycles to one that may be requested; None to try again on more cells.
+
+        Returns
+        -------
+        Fields of the state at the end, what to multiply the step by, and whether to keep it.
+
+        Raises
+        ------
+        ContactError, numpy.linalg.LinAlgError
+            If the step is too long for a contact to converge.
+        """
+
+    def advance(self, stop: float) -> Any:
+        """The next accepted state, at ``stop`` or before; a `WearError` if no step is accurate."""
+        wanted, trouble = self.state.next_step, "wear asks for shorter ones"
+        while True:
+            now, left = self.state.cycle, stop - self.state.cycle
+            # Steps of one length up to a stop, rather than a short one at the end.
+            step = left if wanted >= left else min(wanted, max(0.5 * left, 0.5 * wanted))
+            if step < _SMALLEST_STEP:
+                raise WearError(
+                    f"no step after cycle {now:.6g} is accurate, down to {step:.1e} cycles: "
+                    f"{trouble}; the contact at cycle {now:.6g} has a residual of "
+                    f"{self.state.residual:.1e}"
+                )
+            end = stop if step == left else now + step
+            try:
+                found = self.attempt(step, end, output_step=step == left)
+            except (ContactError, np.linalg.LinAlgError) as error:
+                wanted, trouble = 0.5 * step, str(error)
+                continue
+            if found is None:
+                continue
+            fields, factor, accepted = found
+            if accepted:
+                break
+            wanted, error_found = step * factor, fields["error_estimate"]
+            trouble = f"the error is estimated as {error_found:.1e} instead of {self.tolerance:.1e}"
+        following = step * factor
+        if step < wanted and factor >= 1.0:
+            # A stop cut the step short; that says nothing about the one that follows.
+            following = max(following, wanted)
+        before = self.state.step
+        self.state = type(self.state)(cycle=end, next_step=following, step=before + 1, **fields)
+        return self.state
 
 
-def step_after(step: float, factor: float, wanted: float) -> float:
-    """The length wanted after an accepted step, by the factor of its error."""
-    if step < wanted and factor >= 1.0:
-        # A stop cut the step short; that says nothing about the one that follows.
-        return max(step * factor, wanted)
-    return step * factor
+def march(
+    problem: WearProblem,
+    stops: Sequence[float],
+    start: _State | None,
+    begin: Callable[[WearProblem, _State | None, bool], Integrator],
+) -> Iterator[_State]:
+    """Yield each accepted state of all blocks of a problem, up to the last of some stops.
+
+    ``begin`` makes the integrator of a block from the state before, if there is one, and whether
+    the bodies are to be loaded anew.
+    """
+    state: Any = start
+    first = 0.0
+    for block in problem.blocks:
+        if state is None or state.cycle < block.end:
+            integrator = begin(block, state, state is None or state.cycle == first > 0.0)
+            if state is None:
+                yield integrator.state
+            # Neither a step nor its error estimate may go over a kink.
+            kinks = {kink for kink in (*block.friction.kinks, block.end) if kink < stops[-1]}
+            for stop in sorted({*stops, *kinks}):
+                while first <= integrator.state.cycle < min(stop, block.end):
+                    yield integrator.advance(stop)
+            state = integrator.state
+        first = block.end

@@ -38,9 +38,7 @@ def _total(value: float | tuple[float, float]) -> float:
 
 
 def _shares(value: float | tuple[float, float]) -> tuple[float, float] | None:
-    if not isinstance(value, tuple):
-        return None
-    return value[0] / sum(value), value[1] / sum(value)
+    return (value[0] / sum(value), value[1] / sum(value)) if isinstance(value, tuple) else None
 
 
 @dataclass(frozen=True)
@@ -67,15 +65,12 @@ class FallingCoefficient:
     @property
     def problem(self) -> tuple[str, str] | None:
         """The parts of the bodies are the same at any power: a rule that is broken, and a hint."""
-        low, high = _shares(self.slow), _shares(self.fast)
-        if low is None and high is None:
+        # Of both together the indenter has a part that no body has.
+        low, high = (_shares(each) or (-1.0,) for each in (self.slow, self.fast))
+        if math.isclose(low[0], high[0], rel_tol=1e-6):
             return None
-        if low is None or high is None or not math.isclose(low[0], high[0], rel_tol=1e-6):
-            rule = (
-                "must have parts of the bodies, [indenter, flat], that are alike in slow and fast"
-            )
-            return rule, "slow: [2.55e-4 mm^3/J, 2.55e-4 mm^3/J], fast: [5e-5 mm^3/J, 5e-5 mm^3/J]"
-        return None
+        rule = "must have parts of the bodies, [indenter, flat], that are alike in slow and fast"
+        return rule, "slow: [2.55e-4 mm^3/J, 2.55e-4 mm^3/J], fast: [5e-5 mm^3/J, 5e-5 mm^3/J]"
 
 
 @dataclass(frozen=True)
@@ -173,9 +168,8 @@ class Archard(WearLaw):
     ]
     kind: Literal["archard"] = "archard"
 
-    def coefficient(self, friction: Friction, energy_density: float = 0.0) -> float:
+    def coefficient(self, *_: Any, **__: Any) -> float:
         """K_w, 1/Pa."""
-        del friction, energy_density
         return _total(self.wear_coefficient)
 
     @property

@@ -13,6 +13,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -50,6 +51,9 @@ class LimitingState:
     hertz: HertzContact
     load_ratio: float
 
+    # 2E*/R over the slope of the Hertzian pressure against √(c² - r²).
+    _flatness: ClassVar[float] = math.pi
+
     def __post_init__(self) -> None:
         if not 0.0 <= self.load_ratio < 1.0:
             raise ValueError(
@@ -75,13 +79,8 @@ class LimitingState:
 
     @property
     def _punch_approach(self) -> float:
-        """Approach beyond that of the Hertzian contact of radius c, d∞ - c²/R, m."""
+        """πS/E*, m, of the punch's pressure S/√(c² - r²): approach beyond a sphere's, d∞ - c²/R."""
         return self.approach - self.stick_radius**2 / self.hertz.radius
-
-    @property
-    def _rise(self) -> float:
-        """2S/E*, m, of the pressure S/√(c² - r²) of the flat punch."""
-        return (2.0 / math.pi) * self._punch_approach
 
     @property
     def central_pressure(self) -> float:
@@ -97,7 +96,7 @@ class LimitingState:
         """
         c, distance = self.stick_radius, np.abs(np.asarray(r, dtype=float))
         root = np.sqrt(np.maximum((c - distance) * (c + distance), 0.0))
-        strength = 0.5 * self.hertz.composite_modulus * self._rise
+        strength = self.hertz.composite_modulus / math.pi * self._punch_approach
         with np.errstate(divide="ignore", invalid="ignore"):
             punch = np.where(strength > 0.0, strength / root, 0.0)
         return np.asarray(np.where(distance <= c, self._stick_contact.pressure(r) + punch, 0.0))
@@ -112,13 +111,14 @@ class LimitingState:
         Where the pressure is a plastic limit, this is the size of what yields: a grid much coarser
         than it sees no yielding, or too little.
         """
-        c, strength = self.stick_radius, 0.5 * self.hertz.composite_modulus * self._rise
-        slope = self._stick_contact.peak_pressure / c
-        discriminant = pressure * pressure - 4.0 * slope * strength
+        c, radius = self.stick_radius, self.hertz.radius
+        half = self._flatness * pressure * radius / (4.0 * self.hertz.composite_modulus)
+        product = self._flatness / (2.0 * math.pi) * self._punch_approach * radius
+        discriminant = half * half - product
         if discriminant <= 0.0:
             return c
-        # The smaller root of slope w² - p w + S = 0 in w = √(c² - r²).
-        root = 2.0 * strength / (pressure + math.sqrt(discriminant))
+        # The smaller root of w² - 2 half w + product = 0 in w = √(c² - r²).
+        root = product / (half + math.sqrt(discriminant))
         return c if root >= c else root * root / (c + math.sqrt((c - root) * (c + root)))
 
     def worn_shape(self, r: ArrayLike) -> FloatArray:
@@ -166,7 +166,9 @@ class LimitingState:
         c = self.stick_radius
         distance = np.maximum(np.abs(np.asarray(r, dtype=float)), c)
         beside = self._beside(np.sqrt((distance - c) * (distance + c)), c)
-        return np.asarray(self._rise * beside - self._stick_contact.gap(distance))
+        return np.asarray(
+            (2.0 / math.pi) * self._punch_approach * beside - self._stick_contact.gap(distance)
+        )
 
     def _beside(self, root: FloatArray, c: float) -> FloatArray:
         """Shape of the surface beside a flat punch, at distances given as √(r² - c²)."""

@@ -16,7 +16,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Self
+from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -215,22 +215,23 @@ class LineLimitingState(LimitingState):
 
     hertz: LineContact
 
+    _flatness: ClassVar[float] = 4.0
+
     @property
     def stick_radius(self) -> float:
         """Half-width of the stick zone c = a (1 - X)^(1/2), m."""
         return self._stick_contact.contact_radius
 
     @property
-    def _rise(self) -> float:
-        """2S/E*, m, of the pressure S/√(c² - x²) of the flat punch, which carries X P = πS."""
-        load = self.load_ratio * self.hertz.load
-        return 2.0 * load / (math.pi * self.hertz.composite_modulus)
+    def _punch_approach(self) -> float:
+        """πS/E*, m, of the pressure S/√(c² - x²) of the flat punch, which carries X P = πS."""
+        return self.load_ratio * self.hertz.load / self.hertz.composite_modulus
 
     @property
     def approach(self) -> float:
         """Approach, m, from the surface at the distance R as in `LineContact.approach`."""
-        punch = self._rise * math.log(2.0 * self.hertz.reference / self.stick_radius)
-        return self._stick_contact.approach + punch
+        rise = math.log(2.0 * self.hertz.reference / self.stick_radius)
+        return self._stick_contact.approach + 2.0 / math.pi * self._punch_approach * rise
 
     @cached_property
     def contact_radius(self) -> float:
@@ -253,7 +254,7 @@ class LineLimitingState(LimitingState):
         root = math.sqrt((ratio - 1.0) * (ratio + 1.0))
         below = ratio * math.asinh(root) - root
         cylinder = 0.5 * c**3 / self.hertz.radius * (root**3 / 3.0 - below)
-        return 2.0 * (self._rise * c * below - cylinder)
+        return 2.0 * (2.0 / math.pi * self._punch_approach * c * below - cylinder)
 
     def _beside(self, root: FloatArray, c: float) -> FloatArray:
         return np.asarray(np.arcsinh(root / c))

@@ -29,15 +29,6 @@ from fretwear.mechanics.geometry import (
 )
 from fretwear.mechanics.team import ALONE, Team
 
-# Widths in units of the Hertzian contact radius: at the stick edge, where the elastic pressure
-# grows without bound, and of the widest cells; and how the width grows with the distance from it.
-_NARROWEST = 2e-4
-_WIDEST = 0.008
-_GRADING = 0.1
-# Where bodies yield, the stick edge moves inward, and the band that yields moves with it: there
-# cells stay narrow longer, and a band in the limit of many cycles has so many of them at first.
-_INWARD_GRADING = 0.03
-_ACROSS_BAND = 6.0
 # The contact lies within this part of the cells; by what factor they grow.
 _ROOM = 0.88
 _GROWTH = 1.12
@@ -267,74 +258,6 @@ class DenseCells:
     def _within(self, sides: tuple[Array, Array, Array, Array], radius: Array) -> Array:
         """Share of rectangles between two x and two y, m, that lies within a distance, m."""
         raise NotImplementedError
-
-
-def edges_about_stick(problem: Problem, outer: float, finer: float = 1.0) -> tuple[float, ...]:
-    """Edges of cells for the first loading of a problem, graded to the edge of its stick zone.
-
-    Parameters
-    ----------
-    problem
-        The problem to be solved.
-    outer
-        Where the cells end, m.
-    finer
-        How many times more cells than there are of rings.
-    """
-    hertz, load = problem.hertz, problem.stick_load
-    scale = hertz.contact_radius
-    edge = hertz.with_load(load).contact_radius if load > 0.0 else 0.0
-    narrowest, widest = _NARROWEST / finer * scale, _WIDEST / finer * scale
-    inward = outward = _GRADING / finer
-    if not math.isinf(problem.limit):
-        band = problem.limiting.width_above(problem.limit)
-        narrowest, inward = min(narrowest, band / _ACROSS_BAND), min(inward, _INWARD_GRADING)
-    return graded_edges(edge, outer, narrowest, widest, inward, outward)
-
-
-def graded_edges(
-    edge: float,
-    outer: float,
-    narrowest: float,
-    widest: float,
-    inward: float = _GRADING,
-    outward: float = _GRADING,
-) -> tuple[float, ...]:
-    """Edges of cells from 0 outward that are narrow about one of them.
-
-    Parameters
-    ----------
-    edge, outer
-        Where the cells are narrowest, and where they end, m.
-    narrowest, widest
-        Their widths, m.
-    inward, outward
-        Growth of the width with the distance from the edge, on either side.
-    """
-    inner = edge - _distances(edge, narrowest, widest, inward)[::-1]
-    outside = edge + _distances(outer - edge, narrowest, widest, outward)[1:]
-    inner[0] = 0.0
-    return tuple(float(each) for each in (*inner, *outside))
-
-
-def _distances(length: float, narrowest: float, widest: float, grading: float) -> Array:
-    """Distances from 0 to a length whose spacing grows with the distance between two bounds."""
-    first, last = narrowest / grading, widest / grading
-    middle = math.log(last / first) / grading
-    # The count of cells up to a distance: linear, logarithmic, linear.
-    start = first / narrowest
-    total = (
-        length / narrowest
-        if length < first
-        else start + math.log(min(length, last) / first) / grading
-    )
-    total += max(length - last, 0.0) / widest
-    count = np.linspace(0.0, total, math.ceil(total) + 1)
-    growing = first * np.exp(grading * np.clip(count - start, 0.0, middle))
-    result: Array = np.where(count < start, count * narrowest, growing)
-    result += np.maximum(count - start - middle, 0.0) * widest
-    result[-1] = length
-    return result
 
 
 def interpolated(places: Array, values: Array, others: Array) -> Array:

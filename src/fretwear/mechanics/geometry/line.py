@@ -19,12 +19,19 @@ from functools import cached_property
 import numpy as np
 
 from fretwear.mechanics.geometry import Array, Problem
-from fretwear.mechanics.geometry.dense import DenseCells, edges_about_stick
+from fretwear.mechanics.geometry.dense import DenseCells
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.theory import LineContact
 
-# Strips are more than rings: the worn area of a line contact depends more on where it ends.
-_FINER = 2.0
+# Widths in units of the Hertzian half-width: at the stick edge, where the elastic pressure grows
+# without bound, and of the widest strips; and how the width grows with the distance from it.
+_NARROWEST = 1e-4
+_WIDEST = 0.004
+_GRADING = 0.05
+# Where bodies yield, the stick edge moves inward, and the band that yields moves with it: there
+# strips stay narrow longer, and a band in the limit of many cycles has so many of them at first.
+_INWARD_GRADING = 0.03
+_ACROSS_BAND = 6.0
 
 
 @dataclass(frozen=True)
@@ -47,15 +54,23 @@ class Line(DenseCells):
 
         Those of a rough contact, which sticks and slips in many places, are all alike.
         """
-        assert isinstance(problem.hertz, LineContact)
-        if problem.wavelengths is None:
-            edges = edges_about_stick(problem, problem.extent[0], _FINER / problem.coarseness)
-            return cls(edges, problem.hertz.reference)
-        width = problem.spacing[0]
-        count = math.ceil((problem.extent[0] + problem.wavelengths[0]) / width)
-        return cls(
-            tuple(float(each) for each in np.arange(count + 1) * width), problem.hertz.reference
-        )
+        hertz, outer, wider = problem.hertz, problem.extent[0], problem.coarseness
+        assert isinstance(hertz, LineContact)
+        if problem.wavelengths is not None:
+            width = problem.spacing[0]
+            edges = np.arange(math.ceil((outer + problem.wavelengths[0]) / width) + 1) * width
+            return cls(tuple(edges.tolist()), hertz.reference)
+        load, scale = problem.stick_load, wider * hertz.contact_radius
+        stick = hertz.with_load(load).contact_radius if load > 0.0 else 0.0
+        narrowest, inward = _NARROWEST * scale, _GRADING * wider
+        if not math.isinf(problem.limit):
+            band = problem.limiting.width_above(problem.limit)
+            narrowest, inward = min(narrowest, band / _ACROSS_BAND), min(inward, _INWARD_GRADING)
+        widths = narrowest, _WIDEST * scale
+        inner = stick - _distances(stick, *widths, inward)[::-1]
+        inner[0] = 0.0
+        outside = stick + _distances(outer - stick, *widths, _GRADING * wider)[1:]
+        return cls((*inner.tolist(), *outside.tolist()), hertz.reference)
 
     @cached_property
     def areas(self) -> Array:
@@ -109,3 +124,21 @@ def _logarithm(x: Array) -> Array:
     """A function whose second derivative is ln|x|."""
     square = x * x
     return 0.25 * square * np.log(np.maximum(square, np.finfo(np.float64).tiny)) - 0.75 * square
+
+
+def _distances(length: float, narrowest: float, widest: float, grading: float) -> Array:
+    """Distances from 0 to a length whose spacing grows with the distance between two bounds."""
+    first, last = narrowest / grading, widest / grading
+    middle = math.log(last / first) / grading
+    # The count of strips up to a distance: linear, logarithmic, linear.
+    start = first / narrowest
+    total = length / narrowest
+    if length >= first:
+        total = start + math.log(min(length, last) / first) / grading
+    total += max(length - last, 0.0) / widest
+    count = np.linspace(0.0, total, math.ceil(total) + 1)
+    growing = first * np.exp(grading * np.clip(count - start, 0.0, middle))
+    result: Array = np.where(count < start, count * narrowest, growing)
+    result += np.maximum(count - start - middle, 0.0) * widest
+    result[-1] = length
+    return result
