@@ -193,30 +193,26 @@ class Quantity(Parameter):
             if not units_required:
                 return math.inf
             raise QuantityError(f"{self.dimension.expectation}, or none", "write none for no limit")
+        number: float
         try:
-            number = self._number(value, units_required)
+            if self.in_line and isinstance(value, PerLength | Force):
+                number = value
+            else:
+                number = parse_quantity(value, self.dimension, units_required=units_required)
+                number = Force(number) if self.in_line and isinstance(value, str) else number
         except QuantityError as error:
-            if not self.infinite:
-                raise
-            raise QuantityError(f"{error.rule}, or none", error.hint) from error
+            try:
+                if not self.in_line:
+                    raise
+                number = PerLength(parse_quantity(value, FORCE_PER_LENGTH, units_required=True))
+            except QuantityError:
+                rule = f"{error.rule}, or none" if self.infinite else error.rule
+                raise QuantityError(rule, error.hint) from error
         if not self._contains(number):
             raise QuantityError(f"must be {self.range_text()}")
         if number > _LARGEST or (0.0 in (self.above, self.at_least) and 0.0 < number < _SMALLEST):
             raise QuantityError(f"must lie between {_SMALLEST:g} and {_LARGEST:g} in SI units")
         return number
-
-    def _number(self, value: object, units_required: bool) -> float:
-        if not self.in_line:
-            return parse_quantity(value, self.dimension, units_required=units_required)
-        if isinstance(value, PerLength | Force):
-            return value
-        try:
-            number = parse_quantity(value, self.dimension, units_required=units_required)
-            return Force(number) if isinstance(value, str) else number
-        except QuantityError:
-            with suppress(QuantityError):
-                return PerLength(parse_quantity(value, FORCE_PER_LENGTH, units_required=True))
-            raise
 
     def suiting(self, value: Any) -> Quantity:
         """Return what a value is that may be per length."""
@@ -269,11 +265,9 @@ class Quantity(Parameter):
 
     def word_for(self, value: Any) -> str:
         """Return the word for an infinite or a vanishing value, or nothing."""
-        if isinstance(value, str):
-            return value
-        if self.infinite and math.isinf(value):
+        if not isinstance(value, str) and self.infinite and math.isinf(value):
             return self.infinite
-        return self.zero if value == 0.0 else ""
+        return self.zero if value == 0.0 else super().word_for(value)
 
 
 @dataclass(frozen=True)
@@ -300,17 +294,20 @@ class _Pair(Quantity):
             about = dataclasses.replace(self, symbol=symbol, words=f"{self.words} {words}")
             yield f"{name}_{suffix}", about, each
 
-    def _read_pair(self, values: Any, units_required: bool) -> tuple[float, float]:
-        if len(values) != 2:
-            raise QuantityError(f"must be {self.meaning}, but is a list of {len(values)}")
+    def read(self, value: object, units_required: bool) -> Any:
+        """Return a float, or a pair of floats where two are given."""
+        if not is_list(value):
+            return super().read(value, units_required)
+        if len(value) != 2:
+            raise QuantityError(f"must be {self.meaning}, but is a list of {len(value)}")
         read = []
-        for position, value in enumerate(values, start=1):
+        for position, each in enumerate(value, start=1):
             try:
-                read.append(super().read(value, units_required))
+                read.append(super().read(each, units_required))
             except QuantityError as error:
-                rule = f"has a value number {position}, {value!r}, that {error.rule}"
+                rule = f"has a value number {position}, {each!r}, that {error.rule}"
                 raise QuantityError(rule, error.hint) from error
-        return read[0], read[1]
+        return tuple(read)
 
 
 @dataclass(frozen=True)
@@ -320,19 +317,10 @@ class PerBody(_Pair):
     meaning = "one value, or two for two bodies"
     suffixes = (("1", "of body I"), ("2", "of body II"))
 
-    def read(self, value: object, units_required: bool) -> Any:
-        """Return a float, or a pair of floats where the bodies are given apart."""
-        if is_list(value):
-            return self._read_pair(value, units_required)
-        return super().read(value, units_required)
-
     def coordinates(self, name: str, value: Any) -> Iterator[tuple[str, Parameter, float | str]]:
         """Yield one coordinate where both bodies are alike, else two."""
-        both = pair(value)
-        if both[0] == both[1]:
-            yield name, self, both[0]
-        else:
-            yield from super().coordinates(name, both)
+        first, second = both = pair(value)
+        yield from [(name, self, first)] if first == second else super().coordinates(name, both)
 
 
 @dataclass(frozen=True)
@@ -346,8 +334,6 @@ class AlongXY(_Pair):
         """Return both, or None for the default."""
         if value is None and not units_required:
             return None
-        if is_list(value):
-            return self._read_pair(value, units_required)
         return pair(super().read(value, units_required))
 
 
@@ -366,11 +352,9 @@ class WholeNumber(Plain):
 
     def read(self, value: object, units_required: bool) -> int:
         """Return an int; ``1e4``, which YAML may read as text, is accepted."""
-        del units_required
-        try:
-            number = parse_quantity(value, NUMBER)
-        except QuantityError:
-            number = math.nan
+        number = math.nan
+        with suppress(QuantityError):
+            number = parse_quantity(value, NUMBER, units_required=units_required)
         if not number.is_integer():
             raise QuantityError(f"must be a whole number such as {self.example}")
         if not self.at_least <= number <= self.at_most:
@@ -392,10 +376,7 @@ class WholeNumber(Plain):
 class Flag(Plain):
     """Yes or no: ``true`` or ``false``."""
 
-    @property
-    def example(self) -> str:
-        """What turns off what is on as a rule."""
-        return "false"
+    example = "false"  # what turns off what is on as a rule
 
     def read(self, value: object, units_required: bool) -> bool:
         """Return a truth value, or that of the number of a coordinate."""
@@ -428,12 +409,11 @@ class Choice(Plain):
         """The first of them."""
         return self.options[0]
 
-    def read(self, value: object, units_required: bool) -> str:
+    def read(self, value: object, units_required: bool) -> str:  # noqa: ARG002 - a word has none
         """Return the word."""
-        del units_required
-        if value not in self.options:
-            raise QuantityError(f"must be {' or '.join(self.options)}")
-        return str(value)
+        if value in self.options:
+            return str(value)
+        raise QuantityError(f"must be {' or '.join(self.options)}")
 
     def schema(self) -> dict[str, Any]:
         """JSON Schema of the value in a study file."""
@@ -449,11 +429,7 @@ class Patch(Plain):
     """A rectangle: its corner x, y, its width and its height; None for all there is."""
 
     _side: ClassVar[Quantity] = Quantity("m", "", "", "mm", like="0.5 mm", at_least=0.0)
-
-    @property
-    def example(self) -> str:
-        """Half a millimetre."""
-        return "[0 mm, 0 mm, 0.5 mm, 0.5 mm]"
+    example = "[0 mm, 0 mm, 0.5 mm, 0.5 mm]"
 
     def read(self, value: object, units_required: bool) -> Any:
         """Return four lengths, or None."""
@@ -562,11 +538,10 @@ class Part:
 
 @cache
 def _kinds(family: type[Any]) -> Mapping[str, type[Any]]:
-    found = {}
+    found: dict[str, type[Any]] = {}
     for heir in family.__subclasses__():
         # One derived from a kind is that kind unless it has a name of its own.
-        if heir.__dict__.get("kind"):
-            found[heir.kind] = heir
+        found |= {heir.kind: heir} if heir.__dict__.get("kind") else {}
         found |= _kinds(cast("Any", heir))
     return found
 
@@ -581,12 +556,12 @@ def declared(cls: Any, what: Any = Parameter) -> Mapping[str, Any]:
 @cache
 def derived(cls: Any) -> Mapping[str, Parameter]:
     """Return the properties of a class that say by a `Parameter` what they return."""
-    found = (item for base in reversed(cls.__mro__) for item in vars(base).items())
-    getters = {name: one.fget for name, one in found if isinstance(one, property)}
+    members = {name: each for base in reversed(cls.__mro__) for name, each in vars(base).items()}
     return {
         name: found
-        for name, getter in getters.items()
-        for found in _annotations(get_type_hints(getter, include_extras=True).get("return"))
+        for name, each in members.items()
+        if isinstance(each, property)
+        for found in _annotations(get_type_hints(each.fget, include_extras=True).get("return"))
     }
 
 

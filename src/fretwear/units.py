@@ -12,6 +12,7 @@ from __future__ import annotations
 import difflib
 import math
 import re
+import sys
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from decimal import Decimal
@@ -141,11 +142,7 @@ class Dimension:
 LENGTH = Dimension("a length", "m", "m", "0.2 um", (NANOMETRE, MICROMETRE, MILLIMETRE, Unit("m")))
 FORCE = Dimension("a force", "N", "N", "50 N", (Unit("mN", 1e-3), NEWTON, Unit("kN", 1e3)))
 PRESSURE = Dimension(
-    "a pressure",
-    "Pa",
-    "Pa",
-    "208 GPa",
-    (Unit("Pa"), Unit("kPa", 1e3), MEGAPASCAL, GIGAPASCAL),
+    "a pressure", "Pa", "Pa", "208 GPa", (Unit("Pa"), Unit("kPa", 1e3), MEGAPASCAL, GIGAPASCAL)
 )
 COMPLIANCE = Dimension(
     "an inverse pressure",
@@ -254,11 +251,19 @@ def _unit(text: str) -> tuple[Decimal, Dimension | None]:
     return Decimal(in_si.magnitude), _dimensionalities().get(units.dimensionality)
 
 
-def _spelling(unit: str, dimension: Dimension) -> str:
-    known = [dimension.typed, *(each.typed or each.name for each in dimension.units)]
-    by_fold = {name.casefold(): name for name in known}
-    near = difflib.get_close_matches(unit.casefold(), by_fold, n=1, cutoff=0.5)
-    return f"did you mean {by_fold[near[0]]!r}?" if near else ""
+def nearest(name: object, known: Iterable[str], cutoff: float = 0.6) -> str:
+    """Return the known name nearest to a misspelt one, or nothing."""
+    if not isinstance(name, str):
+        return ""
+    by_fold = {each.casefold(): each for each in known}
+    near = difflib.get_close_matches(name.casefold(), by_fold, n=1, cutoff=cutoff)
+    return by_fold[near[0]] if near else ""
+
+
+def did_you_mean(name: object, known: Iterable[str], cutoff: float = 0.6) -> str:
+    """Ask whether the nearest known name is meant; nothing where none is near."""
+    near = nearest(name, known, cutoff)
+    return f"did you mean {near!r}?" if near else ""
 
 
 def in_unit(value: Any, si_unit: str) -> Any:
@@ -301,10 +306,9 @@ def parse_quantity(value: object, dimension: Dimension, *, units_required: bool 
         Not a number, not finite, no unit, an unknown unit or one of another dimension.
     """
     if isinstance(value, Real) and not isinstance(value, bool):
-        try:
-            number = _finite(float(value), dimension)
-        except OverflowError:
-            number = _finite(math.inf, dimension)
+        # A whole number may be larger than any float.
+        is_beyond = isinstance(value, int) and abs(value) > sys.float_info.max
+        number = _finite(math.inf if is_beyond else float(value), dimension)
         if units_required and not dimension.is_plain_number:
             raise _no_unit(f"{number:.12g}", dimension)
         return number
@@ -332,7 +336,8 @@ def parse_quantity(value: object, dimension: Dimension, *, units_required: bool 
         factor, found = _unit(unit)
     except QuantityError as error:
         rule = f"{dimension.expectation}, but {error.rule}"
-        raise QuantityError(rule, _spelling(unit, dimension)) from error
+        known = [dimension.typed, *(each.typed or each.name for each in dimension.units)]
+        raise QuantityError(rule, did_you_mean(unit, known, cutoff=0.5)) from error
     if found is None or found.si_unit != dimension.si_unit:
         kind = "another quantity" if found is None else found.name
         raise QuantityError(f"{dimension.expectation}, but {unit!r} is {kind}")
@@ -386,21 +391,12 @@ def readable_unit(values: Any, si_unit: str) -> Unit:
     si_unit : str
         Their SI unit: ``m``, ``m2``, ``m3``, ``J``, ``N`` or ``Pa``.
     """
-    magnitudes = (abs(value) for value in _flat(values))
-    largest = max((value for value in magnitudes if math.isfinite(value)), default=0.0)
+    import numpy as np
+
+    known = np.asarray(values, dtype=np.float64)
+    largest = np.abs(known).max(initial=0.0, where=np.isfinite(known))
     fitting = [unit for unit in _READABLE[si_unit] if unit.size <= largest]
     return fitting[-1] if fitting else _READABLE[si_unit][0]
-
-
-def _flat(values: Any) -> Iterable[float]:
-    if hasattr(values, "ravel"):
-        # Of a large array the extremes are enough, and NaN hides nothing in a comparison.
-        import numpy as np
-
-        finite = np.asarray(values, dtype=np.float64)
-        finite = finite[np.isfinite(finite)]
-        return (float(finite.min()), float(finite.max())) if finite.size else ()
-    return (float(values),) if isinstance(values, int | float) else (float(v) for v in values)
 
 
 def number_text(value: float, digits: int = 5) -> str:

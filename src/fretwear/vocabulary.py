@@ -54,10 +54,11 @@ class Variable:
 
     name: str  # name in the dataset
     si_unit: str  # as UDUNITS reads it, ``"1"`` for a pure number, empty for flags and text
-    words: str  # what the values are: the long name, and the label of an axis
     symbol: str = ""  # in mathtext, empty where the field has none
     comment: str = ""  # what a reader has to know beyond the words
     unit: Unit | None = None  # unit for people; None: the one that suits the size of the values
+    # What the values are: the long name, and the label of an axis; left out: the name.
+    words: str = ""
     dtype: str = "float64"  # type in memory and in the file
     cf_axis: str = ""  # CF axis (``"X"`` or ``"Y"``), empty where there is none
     from_zero: bool = True  # whether a linear axis begins at zero
@@ -67,10 +68,23 @@ class Variable:
     # singularity, as the peak pressure of an elastic contact is.
     is_headline: bool = True
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "words", self.words or self.name.replace("_", " "))
+
     @property
     def marked(self) -> str:
         """The words, with a dagger where the value means little by itself."""
         return self.words + ("" if self.is_headline else " †")
+
+    @property
+    def error(self) -> Variable:
+        """What its values are off by, in the same unit: because cells and steps are not smaller."""
+        words, comment = f"estimated error of the {self.words}", "by a run on cells twice as wide"
+        return Variable(f"{self.name}_error", self.si_unit, "", comment, self.unit, words)
+
+    def in_units(self, si_unit: str) -> Variable:
+        """Return the one whose values have a unit: this, or that of a line contact."""
+        return self if si_unit == self.si_unit else self.per_length
 
     @property
     def per_length(self) -> Variable:
@@ -81,16 +95,6 @@ class Variable:
         return replace(self, si_unit=PER_LENGTH[self.si_unit], words=words, unit=None)
 
     @property
-    def error(self) -> Variable:
-        """What its values are off by, in the same unit: because cells and steps are not smaller."""
-        words, comment = f"estimated error of the {self.words}", "by a run on cells twice as wide"
-        return Variable(f"{self.name}_error", self.si_unit, words, comment=comment, unit=self.unit)
-
-    def in_units(self, si_unit: str) -> Variable:
-        """Return the one whose values have a unit: this, or that of a line contact."""
-        return self if si_unit == self.si_unit else self.per_length
-
-    @property
     def label(self) -> str:
         """The words as the label of an axis, without the unit."""
         return self.words[:1].upper() + self.words[1:]
@@ -98,13 +102,9 @@ class Variable:
     @property
     def attributes(self) -> dict[str, Any]:
         """CF attributes of the variable; empty entries are left out."""
-        named = {
-            "long_name": self.words,
-            "units": self.si_unit,
-            "axis": self.cf_axis,
-            "comment": self.comment,
-        }
-        return {key: value for key, value in named.items() if value}
+        values = self.words, self.si_unit, self.cf_axis, self.comment
+        named = zip(("long_name", "units", "axis", "comment"), values, strict=True)
+        return {key: value for key, value in named if value}
 
 
 @dataclass(frozen=True)
@@ -133,21 +133,26 @@ class Field(Variable):
         }
 
 
-X = Variable("x", "m", "position along the slip direction", "$x$", "cell centres", cf_axis="X")
-Y = Variable("y", "m", "position across the slip direction", "$y$", "cell centres", cf_axis="Y")
-CYCLE = Variable("cycle", "1", "number of load cycles", "$N$")
-STEP = Variable("step", "1", "accepted step of the wear integration", dtype="int32")
-POINT = Variable("point", "1", "point of the study", dtype="int32")
-CASE_ID = Variable("case_id", "", "id of the case and name of its file")
-CODE_DIGEST = Variable("code_digest", "", "digest of the code and libraries that computed the case")
-STATUS = Variable("status", "", "what became of the point", dtype="int8")
+X = Variable(
+    "x", "m", "$x$", "cell centres", words="position along the slip direction", cf_axis="X"
+)
+Y = Variable(
+    "y", "m", "$y$", "cell centres", words="position across the slip direction", cf_axis="Y"
+)
+CYCLE = Variable("cycle", "1", "$N$", words="number of load cycles")
+STEP = Variable("step", "1", words="accepted step of the wear integration", dtype="int32")
+POINT = Variable("point", "1", words="point of the study", dtype="int32")
+CASE_ID = Variable("case_id", "", words="id of the case and name of its file")
+CODE_DIGEST = Variable(
+    "code_digest", "", words="digest of the code and libraries that computed the case"
+)
+STATUS = Variable("status", "", words="what became of the point", dtype="int8")
 
 FIELDS: tuple[Field, ...] = (
-    Field("pressure", "Pa", "pressure", "$p$", "normal pressure at the load P", MEGAPASCAL),
+    Field("pressure", "Pa", "$p$", "normal pressure at the load P", MEGAPASCAL),
     Field(
         "shear_traction",
         "Pa",
-        "shear traction",
         "$q$",
         "along x at the tangential load +Q; at -Q it has the opposite sign",
         MEGAPASCAL,
@@ -155,69 +160,59 @@ FIELDS: tuple[Field, ...] = (
     Field(
         "slip",
         "m",
-        "slip amplitude",
         "$s$",
         "from zero tangential load to +Q; the path of a whole cycle is four times this",
+        words="slip amplitude",
     ),
+    Field("wear_depth", "m", "$w$", "of both bodies together since cycle 0", MICROMETRE),
+    Field("wear_rate", "m", "", "in the cycle that begins here", words="wear depth per cycle"),
+    Field("plastic_depth", "m", "", "permanent sinking since cycle 0"),
+    Field("gap", "m", "$g$", "between the surfaces at the load P", MICROMETRE, outside=math.nan),
     Field(
-        "wear_depth", "m", "wear depth", "$w$", "of both bodies together since cycle 0", MICROMETRE
+        "contact_state", "", words="state of the contact", dtype="int8", flags=tuple(ContactState)
     ),
-    Field("wear_rate", "m", "wear depth per cycle", comment="in the cycle that begins here"),
-    Field("plastic_depth", "m", "plastic depth", comment="permanent sinking since cycle 0"),
-    Field(
-        "gap", "m", "gap", "$g$", "between the surfaces at the load P", MICROMETRE, outside=math.nan
-    ),
-    Field("contact_state", "", "state of the contact", dtype="int8", flags=tuple(ContactState)),
 )
 
 SCALARS: tuple[Variable, ...] = (
-    Variable("approach", "m", "approach", "$δ$", "of the bodies", MICROMETRE),
-    Variable(
-        "tangential_displacement",
-        "m",
-        "tangential displacement",
-        "$δ_x$",
-        "of distant points at +Q",
-    ),
-    Variable("normal_force", "N", "normal force", "$P$", "of the whole contact"),
-    Variable("tangential_force", "N", "tangential force amplitude", "$Q$", "as it comes out"),
-    Variable("regime", "1", "sliding regime", comment="0 partial slip, 1 gross slip", unit=NO_UNIT),
+    Variable("approach", "m", "$δ$", "of the bodies", MICROMETRE),
+    Variable("tangential_displacement", "m", "$δ_x$", "of distant points at +Q"),
+    Variable("normal_force", "N", "$P$", "of the whole contact"),
+    Variable("tangential_force", "N", "$Q$", "as it comes out", words="tangential force amplitude"),
+    Variable("regime", "1", "", "0 partial slip, 1 gross slip", NO_UNIT, "sliding regime"),
     Variable(
         "sliding_ratio",
         "1",
-        "sliding ratio",
         "$A$",
         "dissipated energy over 4 U Q, U the displacement amplitude, of the rig if there is one",
-        unit=NO_UNIT,
+        NO_UNIT,
     ),
     Variable(
         "sliding_criterion",
         "1",
-        "energy sliding criterion",
         "$B$",
         "dissipated energy over 4 U0 Q, U0 the displacement at which the force of the loop "
         "vanishes; at the snapshots only",
-        unit=NO_UNIT,
+        NO_UNIT,
+        "energy sliding criterion",
     ),
     *(
         Variable(
             f"{zone}_half_width_{axis}",
             "m",
-            f"{zone} half-width along {axis}",
             f"${letter}_{axis}$",
             f"outermost edge on the line of cells nearest {other} = 0",
             MICROMETRE,
+            f"{zone} half-width along {axis}",
             from_zero=False,
         )
         for zone, letter in (("contact", "a"), ("stick", "c"))
         for axis, other in ("xy", "yx")
     ),
-    Variable("contact_area", "m2", "contact area"),
-    Variable("stick_area", "m2", "stick area"),
+    Variable("contact_area", "m2"),
+    Variable("stick_area", "m2"),
     Variable(
         "mean_stick_pressure",
         "Pa",
-        "mean stick pressure",
         r"$\bar{p}_\mathrm{stick}$",
         "load in the stick zone over its area; zero where nothing sticks",
         MEGAPASCAL,
@@ -225,49 +220,27 @@ SCALARS: tuple[Variable, ...] = (
     Variable(
         "stick_load_share",
         "1",
-        "stick share of the load",
         r"$P_\mathrm{stick}/P$",
         unit=PERCENT,
+        words="stick share of the load",
     ),
+    *(
+        Variable(f"{name}_pressure", "Pa", symbol, comment, MEGAPASCAL, is_headline=False)
+        for name, symbol, comment in (
+            ("peak", r"$p_\mathrm{max}$", "of a single cell"),
+            ("central", "$p(0)$", "of the cell nearest the origin"),
+        )
+    ),
+    Variable("wear_volume", "m3", "$V$", "of both bodies since cycle 0", may_be_logarithmic=True),
     Variable(
-        "peak_pressure",
-        "Pa",
-        "peak pressure",
-        r"$p_\mathrm{max}$",
-        "of a single cell",
-        MEGAPASCAL,
-        is_headline=False,
+        "maximum_wear_depth", "m", r"$w_\mathrm{max}$", "of both bodies together since cycle 0"
     ),
-    Variable(
-        "central_pressure",
-        "Pa",
-        "central pressure",
-        "$p(0)$",
-        "of the cell nearest the origin",
-        MEGAPASCAL,
-        is_headline=False,
-    ),
-    Variable(
-        "wear_volume",
-        "m3",
-        "wear volume",
-        "$V$",
-        "of both bodies since cycle 0",
-        may_be_logarithmic=True,
-    ),
-    Variable(
-        "maximum_wear_depth",
-        "m",
-        "maximum wear depth",
-        r"$w_\mathrm{max}$",
-        "of both bodies together since cycle 0",
-    ),
-    Variable("plastic_volume", "m3", "plastic volume", comment="displaced since cycle 0"),
+    Variable("plastic_volume", "m3", "", "displaced since cycle 0"),
     Variable(
         "dissipated_energy",
         "J",
-        "dissipated energy per cycle",
         r"$E_\mathrm{d}$",
+        words="dissipated energy per cycle",
         may_be_logarithmic=True,
     ),
 )
@@ -281,16 +254,18 @@ def of_steps(scalars: Iterable[Variable]) -> tuple[Variable, ...]:
     return tuple(scalar for scalar in scalars if scalar.name not in AT_SNAPSHOTS)
 
 
+_SUBSCRIPTS = {body: rf"_\mathrm{{{body}}}$" for body in ("indenter", "flat")}
+
 BODY_FIELDS: tuple[Field, ...] = tuple(
     Field(
         f"wear_depth_{body}",
         "m",
-        f"wear depth of the {body}",
-        rf"$w_\mathrm{{{body}}}$",
+        f"$w{at}",
         "since cycle 0",
         MICROMETRE,
+        f"wear depth of the {body}",
     )
-    for body in ("indenter", "flat")
+    for body, at in _SUBSCRIPTS.items()
 )
 """Fields where the wear coefficients of both bodies are known."""
 
@@ -298,30 +273,30 @@ BODY_SCALARS: tuple[Variable, ...] = tuple(
     Variable(
         f"wear_volume_{body}",
         "m3",
-        f"wear volume of the {body}",
-        rf"$V_\mathrm{{{body}}}$",
+        f"$V{at}",
         "since cycle 0",
+        words=f"wear volume of the {body}",
         may_be_logarithmic=True,
     )
-    for body in ("indenter", "flat")
+    for body, at in _SUBSCRIPTS.items()
 )
 
-PHASE = Variable("phase", "1", "part of a cycle, from +Q over -Q back to +Q")
+PHASE = Variable("phase", "1", words="part of a cycle, from +Q over -Q back to +Q")
 LOOP: tuple[Variable, ...] = (
-    Variable("force", "N", "tangential force", "$Q$", "round a cycle"),
+    Variable("force", "N", "$Q$", "round a cycle", words="tangential force"),
     Variable(
         "displacement",
         "m",
-        "tangential displacement",
         "$δ$",
         "of distant points round a cycle, of the rig if there is one",
         MICROMETRE,
+        "tangential displacement",
     ),
 )
 """The loop of a cycle, dimensions ``(cycle, phase)``."""
 
-ERROR_ESTIMATE = Variable("error_estimate", "1", "estimated relative error of the step")
-CONVOLUTIONS = Variable("convolutions", "1", "convolutions spent on the step", dtype="int32")
+ERROR_ESTIMATE = Variable("error_estimate", "1", words="estimated relative error of the step")
+CONVOLUTIONS = Variable("convolutions", "1", words="convolutions spent on the step", dtype="int32")
 
 HEADLINES = (
     "wear_volume",

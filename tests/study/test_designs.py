@@ -6,8 +6,8 @@ import math
 import numpy as np
 import pytest
 
-from fretwear.study.designs import Grid, LatinHypercube, Range, Sobol
 from fretwear.study.plan import Plan, write_points
+from fretwear.study.points import Grid, LatinHypercube, Range, Sobol
 from fretwear.study.problems import StudyError
 from fretwear.study.study import override, select_case
 

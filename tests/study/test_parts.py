@@ -15,8 +15,8 @@ from fretwear.mechanics.slip import Jaeger, ReducedContact, SlipModel
 from fretwear.mechanics.wear_laws import WearLaw
 from fretwear.parts import Choice, Quantity, WholeNumber
 from fretwear.running.simulate import simulate
-from fretwear.study.blocks import Block
 from fretwear.study.case import Case, CaseError
+from fretwear.study.members import Block
 from fretwear.study.parameters import (
     base_names,
     leaves,

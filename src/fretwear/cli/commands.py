@@ -5,7 +5,6 @@ from __future__ import annotations
 import gc
 import json
 import re
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -17,27 +16,23 @@ from fretwear.cli.common import (
     Assignments,
     CaseFile,
     CommandError,
-    Format,
     KeepOlder,
-    LogFormat,
-    Quiet,
     Results,
     Status,
     StudyFile,
     Threads,
     aligned,
-    begin,
+    case_ids,
     check_output,
+    logged,
     opened,
     option,
     say,
     study_and_results,
 )
-from fretwear.cli.completion import case_ids
 
 if TYPE_CHECKING:
-    from fretwear.study.plan import Plan
-    from fretwear.study.study import Study
+    from fretwear.cli.progress import Log
 
 _MOST_ROWS = 200
 _ROWS_AT_AN_END = 20
@@ -63,49 +58,36 @@ def plan(
 
     Times are those of this machine, whose speed is measured in a moment.
     """
-    from fretwear.running.resources import machine_speed, machine_warnings
+    from fretwear.running import resources
     from fretwear.study.plan import Plan
     from fretwear.study.study import load_study
-
-    planned = Plan(load_study(file, set_ or ()))
-    planned = replace(planned, speed=machine_speed(planned.estimates.values()))
-    for line in _table(planned, every):
-        say(line)
-    say("")
-    for words, text in planned.derived():
-        say(f"{words[0].upper()}{words[1:]}: {text}.")
-    say(_total(planned))
-    for warning in machine_warnings(planned):
-        typer.echo(f"\nfretwear: warning: {warning}", err=True)
-
-
-def _table(planned: Plan, every: bool) -> Iterator[str]:
-    """Yield the lines of all points, or of the first and the last ones of very many."""
-    count = len(planned.points)
-    if every or count <= _MOST_ROWS:
-        yield from aligned([planned.header(), *planned.rows()], str.ljust, indent="")
-        return
-    first, last = planned.rows(0, _ROWS_AT_AN_END), planned.rows(count - _ROWS_AT_AN_END)
-    lines = list(aligned([planned.header(), *first, *last], str.ljust, indent=""))
-    yield from lines[: 1 + _ROWS_AT_AN_END]
-    yield f"... {count - 2 * _ROWS_AT_AN_END} more points, which --all prints ..."
-    yield from lines[1 + _ROWS_AT_AN_END :]
-
-
-def _total(planned: Plan) -> str:
-    from fretwear.running.resources import batches, core_seconds, cores
     from fretwear.units import duration_text, size_text
 
-    jobs, points, cases = batches(planned), len(planned.points), len(planned.estimates)
-    seconds, at_once = core_seconds(jobs, planned.speed), min(cores(), len(jobs))
-    shared = f", {duration_text(seconds / at_once)} on {at_once} cores"
-    return (
+    planned = Plan(load_study(file, set_ or ()))
+    planned = replace(planned, speed=resources.machine_speed(planned.estimates.values()))
+    points, cases, few = len(planned.points), len(planned.estimates), _ROWS_AT_AN_END
+    if every or points <= _MOST_ROWS:
+        rows = [*planned.rows()]
+    else:
+        rows = [*planned.rows(0, few), *planned.rows(points - few)]
+    lines = [*aligned([planned.header(), *rows], str.ljust, indent="")]
+    if left := points - len(rows):
+        lines.insert(1 + few, f"... {left} more points, which --all prints ...")
+    told = [f"{words[0].upper()}{words[1:]}: {text}." for words, text in planned.derived()]
+    for line in (*lines, "", *told):
+        say(line)
+    jobs = resources.batches(planned)
+    seconds = resources.core_seconds(jobs, planned.speed)
+    at_once = min(resources.cores(), len(jobs))
+    shared = f", {duration_text(seconds / at_once)} on {at_once} cores" if at_once > 1 else ""
+    say(
         f"{points} point{'s' * (points != 1)}, {cases} case{'s' * (cases != 1)} in {len(jobs)} "
-        f"job{'s' * (len(jobs) != 1)}: "
-        f"about {duration_text(seconds)} on one core{shared if at_once > 1 else ''}, "
+        f"job{'s' * (len(jobs) != 1)}: about {duration_text(seconds)} on one core{shared}, "
         f"up to {size_text(planned.memory_bytes)} of memory per job, "
         f"about {size_text(planned.file_bytes)} of files."
     )
+    for warning in resources.machine_warnings(planned):
+        typer.echo(f"\nfretwear: warning: {warning}", err=True)
 
 
 def schema() -> None:
@@ -115,22 +97,19 @@ def schema() -> None:
     say(json.dumps(study_schema(), indent=2, ensure_ascii=False))
 
 
+@logged
 def run(
-    context: typer.Context,
+    log: Log,
     file: StudyFile,
     case_id: Annotated[str | None, option("--case", "ID", _CASE, complete=case_ids)] = None,
     set_: Assignments = None,
     output: Annotated[Path | None, option("-o/--output", "OUT.nc", _OUTPUT, "ID.nc")] = None,
     threads: Threads = 1,
-    quiet: Quiet = False,
-    log_format: Format = LogFormat.AUTO,
 ) -> None:
     """Simulate one case of a study and write it to one file.
 
     A run that was interrupted resumes from its checkpoint, which is beside the file.
     """
-    log = begin(context, log_format, quiet=quiet)
-
     from fretwear.study.study import select_case
 
     case = select_case(file, case_id, set_ or ())
@@ -140,20 +119,16 @@ def run(
 
     with log.case(case, path) as observe:
         outcome = simulate_to_file(
-            case,
-            path,
-            observers=[observe],
-            tell=log.note,
-            command=context.obj.line,
-            threads=threads,
+            case, path, observers=[observe], tell=log.note, command=log.typed, threads=threads
         )
     ending = ", by another process" if outcome.is_taken_over else ""
     message = f"{outcome.steps} steps in {outcome.seconds:.1f} s{ending}"
     log.result(path, message, steps=outcome.steps)
 
 
+@logged
 def batch(
-    context: typer.Context,
+    log: Log,
     file: StudyFile,
     points: Annotated[str | None, option("--points", "FIRST-LAST", _POINTS, "all")] = None,
     results: Results = None,
@@ -161,16 +136,22 @@ def batch(
     keep_older: KeepOlder = False,
     threads: Threads = 1,
     supervised: Annotated[bool, typer.Option("--supervise", help=_SUPERVISE)] = False,
-    quiet: Quiet = False,
-    log_format: Format = LogFormat.AUTO,
 ) -> None:
     """Simulate several points of a study, one after the other, each to its file in cases/.
 
     Finished cases are kept, and one that fails does not stop the others.
     """
-    log = begin(context, log_format, quiet=quiet)
     study, folder = study_and_results(file, results)
-    first, last = _range(points, study)
+    first, last = 1, study.size
+    if points is not None:
+        match = re.fullmatch(r"(\d{1,9})-(\d{1,9})", points.strip())
+        if match is None:
+            rule = "must be the first and the last number, such as 1-12"
+            raise CommandError(f"--points {points}: {rule}")
+        first, last = int(match[1]), int(match[2])
+        if not 1 <= first <= last <= study.size:
+            rule = f"the points of {study.file} are 1 to {study.size}"
+            raise CommandError(f"--points {points}: {rule}")
     if supervised:
         from fretwear.cli.supervise import supervise
 
@@ -191,31 +172,11 @@ def batch(
     log.result(folder / "cases", f"{count} cases done", cases_done=count, cases_found=found)
 
 
-def _range(points: str | None, study: Study) -> tuple[int, int]:
-    """Return the numbers of the first and the last point."""
-    count = study.size
-    if points is None:
-        return 1, count
-    match = re.fullmatch(r"(\d{1,9})-(\d{1,9})", points.strip())
-    if match is None:
-        rule = "must be the first and the last number, such as 1-12"
-        raise CommandError(f"--points {points}: {rule}")
-    first, last = int(match[1]), int(match[2])
-    if not 1 <= first <= last <= count:
-        raise CommandError(f"--points {points}: the points of {study.file} are 1 to {count}")
-    return first, last
-
-
+@logged
 def merge(
-    context: typer.Context,
-    file: StudyFile,
-    results: Results = None,
-    keep_older: KeepOlder = False,
-    quiet: Quiet = False,
-    log_format: Format = LogFormat.AUTO,
+    log: Log, file: StudyFile, results: Results = None, keep_older: KeepOlder = False
 ) -> None:
     """Merge the cases that are done into summary.nc, their results.csv, and list points.csv."""
-    log = begin(context, log_format, quiet=quiet)
     study, folder = study_and_results(file, results)
 
     from fretwear.data.effects import results_table
@@ -225,9 +186,7 @@ def merge(
     from fretwear.study.plan import write_points
 
     summary = folder / "summary.nc"
-    tally = merge_study(
-        study, folder / "cases", summary, command=context.obj.line, keep_older=keep_older
-    )
+    tally = merge_study(study, folder / "cases", summary, command=log.typed, keep_older=keep_older)
     if tally.older:
         log.note(tally.older)
     with atomic_path(folder / "points.csv") as temporary:
@@ -243,15 +202,9 @@ def merge(
     )
 
 
-def figures(
-    context: typer.Context,
-    file: StudyFile,
-    results: Results = None,
-    quiet: Quiet = False,
-    log_format: Format = LogFormat.AUTO,
-) -> None:
+@logged
+def figures(log: Log, file: StudyFile, results: Results = None) -> None:
     """Draw the figures of a merged study, as SVG and PNG, into figures/."""
-    log = begin(context, log_format, quiet=quiet)
     study, folder = study_and_results(file, results)
 
     from fretwear.data.files import open_history, open_summary
@@ -270,15 +223,9 @@ def figures(
     log.result(drawn, f"{len(entries)} figures", figures=len(entries))
 
 
-def report(
-    context: typer.Context,
-    file: StudyFile,
-    results: Results = None,
-    quiet: Quiet = False,
-    log_format: Format = LogFormat.AUTO,
-) -> None:
+@logged
+def report(log: Log, file: StudyFile, results: Results = None) -> None:
     """Write the report of a merged study and its figures to report.html."""
-    log = begin(context, log_format, quiet=quiet)
     study, folder = study_and_results(file, results)
 
     from fretwear.data.files import read_summary
@@ -313,15 +260,14 @@ def plot(
     say(str(path))
 
 
+@logged
 def animate(
-    context: typer.Context,
+    log: Log,
     file: CaseFile,
     output: Annotated[Path | None, option("-o/--output", "WEAR.gif", _FILM, "OUT.gif")] = None,
     dots: Annotated[
         float, typer.Option("--dpi", metavar="NUMBER", min=30.0, max=600.0, help=_DOTS)
     ] = 120.0,
-    quiet: Quiet = False,
-    log_format: Format = LogFormat.AUTO,
 ) -> None:
     """Animate pressure, wear depth and contact zones of a case over its cycles.
 
@@ -329,7 +275,6 @@ def animate(
     the next one is on a logarithmic axis. Some thirty move smoothly:
     'output: {cycles: [0, 1, 2, 3, 5, 8, 10, ...]}' in the study file.
     """
-    log = begin(context, log_format, quiet=quiet)
     with opened(file) as (case, history):
         path = check_output(output or file.with_suffix(".gif"), ".gif", ".mp4")
 

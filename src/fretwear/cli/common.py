@@ -1,8 +1,9 @@
-"""What commands share: exit statuses, errors, options, and checks of the files they are given."""
+"""What commands share: exit statuses, options, what shells complete, checks of given files."""
 
 from __future__ import annotations
 
 import errno
+import inspect
 import math
 import os
 import shlex
@@ -11,13 +12,14 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
+from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
-from fretwear.cli import completion
-from fretwear.study.problems import few_of, nearest, printable
+from fretwear.study.problems import ENDINGS, StudyError, few_of, printable
+from fretwear.units import nearest
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,10 +27,13 @@ if TYPE_CHECKING:
     from fretwear.cli.progress import Log
     from fretwear.study.study import Study
 
-Completion = Callable[..., list[str]]
-
 FIGURE_FORMATS = (".png", ".svg", ".pdf")
 """Endings of the files into which figures are drawn."""
+
+_STUDIES = "studies/"
+_ODD_CHARACTERS = frozenset(" \t\n\"'\\$&;<>|*?[](){}!#`~")
+# All ids of a large study take seconds, too long for a key that seems to do nothing.
+_MOST_POINTS = 2000
 
 LOG_FORMAT_OPTION, LOG_FORMAT_VARIABLE = "--log-format", "FRETWEAR_LOG_FORMAT"
 
@@ -70,17 +75,78 @@ class Call:
         return shlex.join(["fretwear", *self.arguments])
 
 
-def begin(context: typer.Context, log_format: LogFormat, *, quiet: bool) -> Log:
-    """Open the log of the command with this context."""
-    from fretwear.cli.progress import Log
-
-    call: Call = context.obj
-    call.log = Log(log_format, quiet=quiet)
-    call.log.begin(str(context.info_name))
-    return call.log
+# What the shell offers when a user presses the tab key, where typer does not know it by itself.
+# Where nothing is returned the shell completes names of files by itself. Shells put a space after
+# a word that is the only one left; where the user would have to go on without one, there are
+# either two candidates or none.
 
 
-def argument(metavar: str, help_: str, complete: Completion) -> Any:
+def study_files(incomplete: str) -> list[str]:
+    """Offer study files: those of the folder, and of ``studies/`` where no folder was typed."""
+    found = _entries(incomplete, ENDINGS)
+    if _STUDIES in found:
+        inside = [name for name in _entries(_STUDIES, ENDINGS) if not name.endswith("/")]
+        found = [name for name in found if name != _STUDIES or not inside] + inside
+    return _unless_shells_do_better(found)
+
+
+def case_files(incomplete: str) -> list[str]:
+    """Offer case files and the folders that may hold some."""
+    return _unless_shells_do_better(_entries(incomplete, (".nc",)))
+
+
+def case_ids(context: typer.Context, incomplete: str) -> list[str]:
+    """Offer the ids of the cases of the study that was typed before."""
+    from fretwear.study.study import load_study
+
+    # The file is not parsed yet where the option waits for its value.
+    file = context.params.get("file") or next(iter(context.args), None)
+    if file is None:
+        return []
+    with suppress(StudyError):
+        study = load_study(file)
+        points = study.points(1, min(study.size, _MOST_POINTS))
+        ids = dict.fromkeys(point.id for point in points if point.case is not None)
+        return [case_id for case_id in ids if case_id.startswith(incomplete)]
+    return []
+
+
+def assignments(incomplete: str) -> list[str]:
+    """Offer names of parameters, and for the only one that is left an example of its value."""
+    from fretwear.study.parameters import parameter_names, parameter_of
+
+    names = [*parameter_names(), "output.cycles", "title"]
+    found = [name for name in names if f"{name}=".startswith(incomplete)]
+    if len(found) != 1:
+        return [f"{name}=" for name in found]
+    # A space would have to be quoted; "30N" means the same as "30 N".
+    example = (parameter_of(found[0]).example or "...").replace(" ", "")
+    return [f"{found[0]}=", f"{found[0]}={example}"]
+
+
+def _entries(incomplete: str, endings: Sequence[str]) -> list[str]:
+    """Return the files with these endings and the folders, ending in a slash, that may be meant."""
+    folder, slash, name = incomplete.rpartition("/")
+    try:
+        entries = sorted(Path(folder + slash or ".").iterdir())
+    except OSError:
+        return []
+    return [
+        f"{folder}{slash}{entry.name}{'/' if entry.is_dir() else ''}"
+        for entry in entries
+        if entry.name.startswith(name)
+        and entry.name.startswith(".") <= name.startswith(".")
+        and (entry.is_dir() or entry.suffix in endings)
+    ]
+
+
+def _unless_shells_do_better(found: list[str]) -> list[str]:
+    """Leave to the shell what it completes without a space or has to quote."""
+    odd = any(_ODD_CHARACTERS.intersection(name) for name in found)
+    return [] if odd or all(name.endswith("/") for name in found) else found
+
+
+def argument(metavar: str, help_: str, complete: Callable[..., list[str]]) -> Any:
     """Return an argument that is an existing file."""
     return typer.Argument(metavar=metavar, help=help_, show_default=False, autocompletion=complete)
 
@@ -90,7 +156,7 @@ def option(
     metavar: str,
     help_: str,
     default: str = "",
-    complete: Callable[..., Any] | None = None,
+    complete: Callable[..., list[str]] | None = None,
 ) -> Any:
     """Return an option that takes a value; `default` says what happens without it."""
     return typer.Option(
@@ -102,12 +168,11 @@ def option(
     )
 
 
-StudyFile = Annotated[Path, argument("FILE", "Study file (YAML).", completion.study_files)]
-CaseFile = Annotated[Path, argument("OUT.nc", "Case file (netCDF).", completion.case_files)]
+StudyFile = Annotated[Path, argument("FILE", "Study file (YAML).", study_files)]
+CaseFile = Annotated[Path, argument("OUT.nc", "Case file (netCDF).", case_files)]
 _ASSIGNMENTS = "Change a parameter for this call, such as 'load=30 N'; may be repeated."
 Assignments = Annotated[
-    list[str] | None,
-    option("--set", "NAME=VALUE", _ASSIGNMENTS, complete=completion.assignments),
+    list[str] | None, option("--set", "NAME=VALUE", _ASSIGNMENTS, complete=assignments)
 ]
 _RESULTS = "Folder of the study's results, with its case files in cases/."
 Results = Annotated[
@@ -134,6 +199,29 @@ Format = Annotated[
         rich_help_panel="Messages",
     ),
 ]
+
+
+def logged(command: Callable[..., None]) -> Callable[..., None]:
+    """Make a command of a function that takes a log first: its user says how that is written."""
+
+    def logging(
+        context: typer.Context,
+        quiet: Quiet = False,
+        log_format: Format = LogFormat.AUTO,
+        **given: Any,
+    ) -> None:
+        from fretwear.cli.progress import Log
+
+        call: Call = context.obj
+        call.log = Log(log_format, quiet=quiet)
+        call.log.begin(str(context.info_name), call.line)
+        command(call.log, **given)
+
+    first, *last, _ = inspect.signature(logging, eval_str=True).parameters.values()
+    _, *own = inspect.signature(command, eval_str=True, locals={"Log": Any}).parameters.values()
+    begun: Any = wraps(command)(logging)
+    begun.__signature__, begun.__annotations__ = inspect.Signature([first, *own, *last]), {}
+    return cast("Callable[..., None]", begun)
 
 
 def say(text: str) -> None:
@@ -225,7 +313,7 @@ def check_results(file: Path) -> None:
         if near := nearest(file.name, present, cutoff=0.7):
             hint = f"did you mean {str(file.with_name(near))!r}?"
         raise CommandError(f"{file}: there is no such file\n    {hint}")
-    if file.suffix in completion.STUDY_FILES:
+    if file.suffix in ENDINGS:
         raise CommandError(
             f"{file}: is a study file, not a file of results\n"
             f"    fretwear plan {file} lists its cases, fretwear run computes them"

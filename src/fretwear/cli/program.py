@@ -27,6 +27,7 @@ from fretwear.cli.common import (
 from fretwear.cli.init import init
 from fretwear.cli.show import compare, show
 from fretwear.cli.supervise import Stopped
+from fretwear.study.problems import StudyError
 
 if TYPE_CHECKING:
     _Base = TyperCommand
@@ -121,37 +122,26 @@ def _tell(error: BaseException, call: Call) -> int:
     if not isinstance(error, Exception | Stopped):
         raise error
     from fretwear.cli.progress import Log
-    from fretwear.data.safe import reason_of
+    from fretwear.data.safe import is_of_netcdf, reason_of
 
     log = call.log or Log(format_in_call(call.arguments, os.environ))
     if isinstance(error, Stopped):
         message = f"{error}; run the same command again to resume"
         log.error(message, error.exit_status, event="stopped")
         return error.exit_status
-    name, status = type(error).__name__, _status_of(error)
+    status, message, defect = int(Status.FAILED), reason_of(error), None
     if isinstance(error, typer.TyperException):
-        log.error(what_is_wrong(error, call.arguments), Status.WRONG_INPUT)
-    elif status is not None:
-        log.error(reason_of(error), status)
+        status, message = Status.WRONG_INPUT, what_is_wrong(error, call.arguments)
+    elif isinstance(error, CommandError | StudyError):
+        status = getattr(error, "status", Status.WRONG_INPUT)
     else:
-        cause = f"{name}: {error}".rstrip(": ")
-        log.error(f"this is a defect of fretwear, please report it: {cause}", 1, defect=error)
-    return status or Status.FAILED
+        from fretwear.running.batch import JOB_ERRORS
 
-
-def _status_of(error: Exception) -> Status | None:
-    """Return the exit status of an error; None for one that never should happen."""
-    from fretwear.study.problems import StudyError
-
-    if isinstance(error, CommandError):
-        return error.status
-    if isinstance(error, typer.TyperException | StudyError):
-        return Status.WRONG_INPUT
-    from fretwear.data.safe import is_of_netcdf
-    from fretwear.running.batch import JOB_ERRORS
-
-    known = isinstance(error, (*JOB_ERRORS, OSError)) or is_of_netcdf(error)
-    return Status.FAILED if known else None
+        if not (isinstance(error, (*JOB_ERRORS, OSError)) or is_of_netcdf(error)):
+            cause = f"{type(error).__name__}: {error}".rstrip(": ")
+            message, defect = f"this is a defect of fretwear, please report it: {cause}", error
+    log.error(message, status, defect=defect)
+    return status
 
 
 def format_in_call(arguments: Sequence[str], environment: Mapping[str, str]) -> LogFormat:
@@ -223,13 +213,11 @@ def _print_version(wanted: bool) -> None:
         raise typer.Exit
 
 
+_VERSION = typer.Option(
+    "--version", callback=_print_version, is_eager=True, help="Print the version and exit."
+)
+
+
 @app.callback()
-def _fretwear(
-    version: Annotated[
-        bool,
-        typer.Option(
-            "--version", callback=_print_version, is_eager=True, help="Print the version and exit."
-        ),
-    ] = False,
-) -> None:
+def _fretwear(version: Annotated[bool, _VERSION] = False) -> None:
     """Simulate fretting wear of rough, yielding bodies in partial slip."""

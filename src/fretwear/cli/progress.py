@@ -1,8 +1,8 @@
 """What a command says while it works: a bar on a terminal, lines of text, or JSON lines.
 
-A message is a text for people and fields for programs. Every
-JSON line has ``event`` and ``time`` (UTC, ISO 8601). Lengths are in m and times in s; numbers that
-are not finite are null. Fields may be added, none changes its meaning.
+A message is a text for people and fields for programs. Every JSON line has ``event`` and ``time``
+(UTC, ISO 8601). Lengths are in m and times in s; numbers that are not finite are null. Fields may
+be added, none changes its meaning.
 """
 
 from __future__ import annotations
@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     from fretwear.study.case import Case
 
 Observer = Callable[["Step"], None]
-Clock = Callable[[], float]
 
 _END_STATUS = {0: "done", 1: "failed", 2: "wrong_input"}
 _MEASURES = (
@@ -72,32 +71,38 @@ class Log:
         *,
         quiet: bool = False,
         stream: TextIO | Unfailing | None = None,
-        clock: Clock = time.monotonic,
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._is_json = log_format == "json"
-        output: Any = Unfailing(stream or sys.stderr)
-        redraws = log_format == "auto" and not quiet and stream is None
-        self._has_bar = redraws and _can_redraw(output)
-        self._clock = clock
+        self._is_quiet, self._clock = quiet, clock
+        self._output: Any = Unfailing(stream or sys.stderr)
+        # The colours that FORCE_COLOR wants in a log file do not make a terminal of it.
+        redraws = os.environ.get("TERM", "").lower() not in ("dumb", "unknown")
+        may_have_bar = log_format == "auto" and not quiet and stream is None
+        self._has_bar = may_have_bar and redraws and self._output.isatty()
         self._batch: TimeLeft | None = None
         self._command: tuple[str, float] | None = None
         self._file: str | None = None
-        self._is_quiet = quiet
-        self._output = output
         self._console: Console | None = None
         if not self._is_json:
             from rich.console import Console
 
             colours: Any = "auto" if stream is None else None
-            self._console = Console(
-                stderr=stream is None, file=output, color_system=colours, highlight=False
-            )
+            known: Any = {"stderr": stream is None, "file": self._output, "highlight": False}
+            self._console = Console(color_system=colours, **known)
 
-    def begin(self, command: str) -> None:
+    def begin(self, command: str, typed: str = "") -> None:
         """Tell programs that a command begins; from here on warnings are events for them too."""
-        self._command = command, self._clock()
+        self._command, self.typed = (command, self._clock()), typed
         if self._is_json:
-            warnings.showwarning = self._warn
+
+            def warn(
+                message: Any, category: Any, filename: Any, lineno: Any, *_: Any, **__: Any
+            ) -> None:
+                fields = {"message": str(message), "category": category.__name__}
+                self._say("warning", {**fields, "where": f"{filename}:{lineno}"})
+
+            warnings.showwarning = warn
         self._say("start", {"command": command, "version": fretwear.__version__})
 
     def end(self, exit_status: int) -> None:
@@ -171,7 +176,17 @@ class Log:
                 told = now
                 # A bar shows every step; lines would only repeat it.
                 text = "" if self._has_bar else step_text(step, timing.seconds_left)
-                self._say("step", {**which, **_numbers(step, timing)}, text)
+                numbers = {
+                    "cycle": step.state.cycle,
+                    "cycles": step.last_cycle,
+                    "step": step.state.step,
+                    "error_estimate": step.state.error_estimate,
+                    **{name: getattr(step.measures, name) for name in _MEASURES},
+                    "seconds": now,
+                    "seconds_left": timing.seconds_left,
+                    "batch_seconds_left": timing.batch_seconds_left,
+                }
+                self._say("step", {**which, **numbers}, text)
 
         status, text = "done", ""
         try:
@@ -242,9 +257,11 @@ class Log:
 
     def _say(self, event: str, fields: Mapping[str, Any], text: str = "") -> None:
         """Give people the text of a message and programs its fields, except in a quiet log."""
-        if self._is_json and not self._is_quiet:
+        if self._is_quiet:
+            return
+        if self._is_json:
             self._write(event, fields)
-        elif text and not self._is_quiet:
+        elif text:
             self._print(text)
 
     def _write(self, event: str, fields: Mapping[str, Any]) -> None:
@@ -261,12 +278,6 @@ class Log:
         told = Text.assemble((label, "bold red"), printable(text))
         self._console.print(told, soft_wrap=True)
 
-    def _warn(self, *warning: Any, **_: Any) -> None:
-        message, category, filename, line, *_rest = warning
-        where = f"{filename}:{line}"
-        fields = {"message": str(message), "category": category.__name__, "where": where}
-        self._say("warning", fields)
-
 
 class TimeLeft:
     """The time that a case still takes, and the cases of its batch, one after the other.
@@ -280,7 +291,7 @@ class TimeLeft:
     It is made of what each case should take, s, by its id.
     """
 
-    def __init__(self, planned: Mapping[str, float], clock: Clock = time.monotonic) -> None:
+    def __init__(self, planned: Mapping[str, float], clock: Callable[[], float]) -> None:
         self._clock = clock
         self._ahead = dict(planned)
         self._planned_before = self._taken_before = 0.0
@@ -304,10 +315,26 @@ class TimeLeft:
             # A run that resumes from a checkpoint has less to do than its plan says.
             self._first_cycle = cycle
             self._expected *= (self._cycles - cycle) / self._cycles
-        taken = self._noted - self._started
-        self._left = self._foretold(self._cycles - cycle, taken)
+        taken, to_do = self._noted - self._started, self._cycles - cycle
+        self._left = self._foretold(to_do, taken) if to_do > 0.0 else 0.0
         if taken or not self._left:
             self.share = max(self.share, taken / (taken + self._left) if self._left else 1.0)
+
+    def _foretold(self, to_do: float, taken: float) -> float:
+        """Return the time that so many cycles take after so many seconds."""
+        by_plan = max(self._expected - taken, _SMALLEST_SHARE * max(self._expected, taken))
+        times, cycles = zip(*self._recent, strict=True)
+        sizes = [after - before for before, after in pairwise(cycles)]
+        recent = times[-1] - times[0]
+        if not sizes or recent <= 0.0:
+            return by_plan
+        growth = min((sizes[-1] / sizes[0]) ** (1.0 / max(1, len(sizes) - 1)), _FASTEST_GROWTH)
+        steps = relative = to_do / max(sizes[-2:])
+        if growth >= 1.001:  # the number of terms of a geometric series
+            steps = math.log1p(relative * (growth - 1.0) / growth) / math.log(growth)
+        by_steps = recent * math.sqrt(to_do / sum(sizes) * steps / len(sizes))
+        trust: float = (1.0 - to_do / self._cycles) ** _TRUST_IN_STEPS
+        return math.exp(trust * math.log(by_steps) + (1.0 - trust) * math.log(by_plan))
 
     def end(self) -> None:
         """Record how long a finished case has taken."""
@@ -339,27 +366,6 @@ class TimeLeft:
     def _slowness(self) -> float:
         return self._taken_before / self._planned_before if self._planned_before else 1.0
 
-    def _foretold(self, to_do: float, taken: float) -> float:
-        """Return the time that so many cycles take after so many seconds."""
-        if to_do <= 0.0:
-            return 0.0
-        by_plan = max(self._expected - taken, _SMALLEST_SHARE * max(self._expected, taken))
-        times, cycles = zip(*self._recent, strict=True)
-        sizes = [after - before for before, after in pairwise(cycles)]
-        recent = times[-1] - times[0]
-        if not sizes or recent <= 0.0:
-            return by_plan
-        at_this_speed = recent * to_do / sum(sizes)
-        growth = min((sizes[-1] / sizes[0]) ** (1.0 / max(1, len(sizes) - 1)), _FASTEST_GROWTH)
-        size = max(sizes[-2:])
-        if growth < 1.001:
-            steps = to_do / size
-        else:  # the number of terms of a geometric series
-            steps = math.log1p(to_do * (growth - 1.0) / (size * growth)) / math.log(growth)
-        by_steps = math.sqrt(at_this_speed * steps * recent / len(sizes))
-        trust: float = (1.0 - to_do / self._cycles) ** _TRUST_IN_STEPS
-        return math.exp(trust * math.log(by_steps) + (1.0 - trust) * math.log(by_plan))
-
 
 def step_text(step: Step, seconds_left: float) -> str:
     """Say where a run is: cycle, step, error, contact half-width, time left."""
@@ -378,28 +384,9 @@ def _numbers_text(step: Step) -> str:
     return f"step {step.state.step}, error {error}, half-width {half_width}"
 
 
-def _numbers(step: Step, timing: TimeLeft) -> dict[str, float]:
-    """The numbers of a step under the names that they have in the datasets, and its times."""
-    return {
-        "cycle": step.state.cycle,
-        "cycles": step.last_cycle,
-        "step": step.state.step,
-        "error_estimate": step.state.error_estimate,
-        **{name: getattr(step.measures, name) for name in _MEASURES},
-        "seconds": timing.seconds,
-        "seconds_left": timing.seconds_left,
-        "batch_seconds_left": timing.batch_seconds_left,
-    }
-
-
-def _time_left(cases: Mapping[str, Case], clock: Clock) -> TimeLeft:
+def _time_left(cases: Mapping[str, Case], clock: Callable[[], float]) -> TimeLeft:
     from fretwear.study.cost import SECONDS_TO_START, estimate
 
     # Python has started already.
     planned = {name: estimate(case).seconds - SECONDS_TO_START for name, case in cases.items()}
     return TimeLeft(planned, clock)
-
-
-def _can_redraw(stream: TextIO) -> bool:
-    # The colours that FORCE_COLOR wants in a log file do not make a terminal of it.
-    return stream.isatty() and os.environ.get("TERM", "").lower() not in ("dumb", "unknown")

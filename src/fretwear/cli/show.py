@@ -17,6 +17,7 @@ from fretwear.cli.common import (
     FIGURE_FORMATS,
     aligned,
     argument,
+    case_files,
     check_output,
     check_results,
     finite,
@@ -24,13 +25,7 @@ from fretwear.cli.common import (
     option,
     say,
 )
-from fretwear.cli.completion import case_files
-from fretwear.units import (
-    Unit,
-    in_unit,
-    readable_unit,
-    with_error,
-)
+from fretwear.units import Unit, in_unit, readable_unit, with_error
 from fretwear.vocabulary import FORCES, HEADLINES, RESULTS, SYMMETRIES, PointStatus
 
 if TYPE_CHECKING:
@@ -50,10 +45,13 @@ _CASE_RESULTS = (
 _STUDY_RESULTS = HEADLINES[:4]
 _STUDY_ERRORS = {name: RESULTS[name].error.name for name in _STUDY_RESULTS}
 _MARK = "† Of a single cell: at an edge of elastic bodies it diverges as the grid is refined."
+_UNWORN = (
+    "Unworn: closed forms for smooth elastic bodies with these parameters "
+    "(Hertz, Cattaneo and Mindlin)."
+)
 _BOTH = "Draw both superimposed, to this file: .png, .svg or .pdf."
 _MOST_POINTS = 100
 _DIGITS = 4
-_PARTS = ("all", "half", "a quarter")
 
 
 def show(
@@ -112,21 +110,15 @@ def case_content(case: xr.Dataset, history: xr.Dataset) -> dict[str, Any]:
     results = {name: case[name] for name in names if name in case}
     errors = {name: case[e] for name in results if (e := RESULTS[name].error.name) in case}
     return {
-        "case_id": case.attrs["case_id"],
-        "code_digest": case.attrs.get("code_digest"),
-        "title": case.attrs["title"],
-        "source": case.attrs["source"],
+        **{name: case.attrs.get(name) for name in ("case_id", "code_digest", "title", "source")},
         "warnings": case.attrs.get("warnings", "").splitlines(),
         "cells": [case.sizes[axis] for axis in ("x", "y") if axis in case.sizes],
         "symmetry": case.attrs["symmetry"],
         "steps": history.sizes["step"] - 1,
         "convolutions": int(history["convolutions"].sum()) if "convolutions" in history else None,
         "parameters": {
-            str(value.name): {
-                "value": value.item(),
-                "units": value.attrs.get("units"),
-                "long_name": value.attrs.get("long_name"),
-            }
+            str(value.name): {"value": value.item()}
+            | {about: value.attrs.get(about) for about in ("units", "long_name")}
             for value in case.coords.values()
             if value.ndim == 0
         },
@@ -149,43 +141,28 @@ def case_lines(content: dict[str, Any]) -> Iterator[str]:
     if content["case_id"] not in content["title"]:
         yield content["case_id"]
     yield content["source"]
-    part = _PARTS[sum(SYMMETRIES[content["symmetry"]])]
-    cells = " x ".join(map(str, content["cells"]))
-    taken = f", {content['steps']} steps, {content['convolutions']} convolutions"
-    # What another program has saved does not say what it took.
-    known = content["convolutions"] is not None
-    yield f"{cells} cells ({part} of the contact){taken if known else ''}"
-    for warning in content["warnings"]:
-        yield f"Doubtful: {warning}"
-    yield ""
-    yield "Parameters"
-    parameters = content["parameters"]
-    is_smooth = parameters.get("roughness_amplitude", {}).get("value") == 0.0
-    yield from aligned(
-        [
-            _told(name, *each.values())
-            for name, each in parameters.items()
-            # The slopes of a smooth surface say nothing.
-            if not (is_smooth and name.startswith("roughness_slope"))
-        ]
-    )
-    yield ""
-    yield "Results"
+    part = ("all", "half", "a quarter")[sum(SYMMETRIES[content["symmetry"]])]
+    taken = ""
+    if content["convolutions"] is not None:  # What another program has saved does not say it.
+        taken = f", {content['steps']} steps, {content['convolutions']} convolutions"
+    yield f"{' x '.join(map(str, content['cells']))} cells ({part} of the contact){taken}"
+    yield from (f"Doubtful: {warning}" for warning in content["warnings"])
+    yield from ("", "Parameters")
+    told = dict(content["parameters"])
+    if told.get("roughness_amplitude", {}).get("value") == 0.0:  # whose slopes say nothing
+        told = {name: told[name] for name in told if not name.startswith("roughness_slope")}
+    yield from aligned([_told(name, *each.values()) for name, each in told.items()])
+    yield from ("", "Results")
     rows = [("", *(f"cycle {content['cycle'][i]:.0f}" for i in (0, -1)), "unworn", "")]
     for name, result in content["results"].items():
         values = [result["values"][0], result["values"][-1], content["unworn"].get(name)]
         units, errors = result["units"], result["errors"] or [None]
         about = RESULTS[name].in_units(units)
         usual = about.unit if units == "1" else None
-        told, unit = _texts(values, units, [errors[0], errors[-1], None], usual)
-        rows.append((about.marked, *told, unit))
+        texts, unit = _texts(values, units, [errors[0], errors[-1], None], usual)
+        rows.append((about.marked, *texts, unit))
     yield from aligned(rows)
-    yield ""
-    yield _MARK
-    yield (
-        "Unworn: closed forms for smooth elastic bodies with these parameters "
-        "(Hertz, Cattaneo and Mindlin)."
-    )
+    yield from ("", _MARK, _UNWORN)
 
 
 def study_content(summary: xr.Dataset) -> dict[str, Any]:
@@ -202,9 +179,7 @@ def study_content(summary: xr.Dataset) -> dict[str, Any]:
     }
     points = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
     return {
-        "study": summary.attrs["study"],
-        "title": summary.attrs["title"],
-        "source": summary.attrs["source"],
+        **{name: summary.attrs[name] for name in ("study", "title", "source")},
         "warnings": summary.attrs.get("warnings", "").splitlines(),
         "cycle": float(summary["cycle"].max()),
         "units": {name: summary[name].attrs.get("units", "") for name in [*columns][2:]},
@@ -217,13 +192,11 @@ def study_lines(content: dict[str, Any]) -> Iterator[str]:
     points, units = content["points"], content["units"]
     yield content["title"]
     yield f"study {content['study']}, {content['source']}"
-    for warning in content["warnings"]:
-        yield f"Doubtful: {warning}"
+    yield from (f"Doubtful: {warning}" for warning in content["warnings"])
     counts = Counter(point["status"] for point in points)
     told = ", ".join(f"{counts[status.word]} {status.word}" for status in PointStatus)
     yield f"{len(points)} point{'s' * (len(points) != 1)}: {told}"
-    yield ""
-    yield f"After the last cycle, {content['cycle']:.0f}"
+    yield from ("", f"After the last cycle, {content['cycle']:.0f}")
     listed = points[:_MOST_POINTS]
     columns = [["id", *(point["case_id"] for point in listed)]]
     for name in (each for each in units if each not in _STUDY_ERRORS.values()):
@@ -254,13 +227,9 @@ def comparison_lines(a: xr.Dataset, b: xr.Dataset) -> Iterator[str]:
             for case in (a, b)
         ]
         rows.append((told[0][0], *(text for _, text in told)))
-    if len(rows) > 1:
-        yield "Parameters that differ"
-        yield from aligned(rows)
-    else:
-        yield "All parameters are the same."
-    yield ""
-    yield "Results"
+    yield "Parameters that differ" if len(rows) > 1 else "All parameters are the same."
+    yield from aligned(rows) if len(rows) > 1 else ()
+    yield from ("", "Results")
     at = [f"cycle {cycle}" for cycle in compared_cycles(a, b)]
     rows = [("", f"A, {at[0]}", f"B, {at[1]}", "", "B/A")]
     for result in compared_results(a, b):
@@ -269,8 +238,7 @@ def comparison_lines(a: xr.Dataset, b: xr.Dataset) -> Iterator[str]:
         ratio = f"{result.ratio:.3g}" if result.first else "-"
         rows.append((result.variable.marked, *values, unit, ratio))
     yield from aligned(rows)
-    yield ""
-    yield _MARK
+    yield from ("", _MARK)
 
 
 def _unworn(dataset: xr.Dataset) -> dict[str, float]:

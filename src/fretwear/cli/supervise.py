@@ -86,14 +86,8 @@ def supervise(case_ids: Collection[str], results: Path) -> None:
     The kernel kills what takes too much memory. The case during which a child vanished is
     recorded, so that the next child leaves it to the end: there is another one as long as each
     comes farther than the one before. Then this process ends as the last child did. A fork costs
-    neither another start of Python nor another reading of the study.
-
-    Parameters
-    ----------
-    case_ids : collection of str
-        The cases of the batch.
-    results : pathlib.Path
-        Folder of the study's results.
+    neither another start of Python nor another reading of the study, with the cases of these ids
+    and a folder of results.
     """
     from fretwear.data.safe import Unfailing
     from fretwear.running.records import ENDED, failures
@@ -109,7 +103,13 @@ def supervise(case_ids: Collection[str], results: Path) -> None:
 
                 ctypes.CDLL(None).prctl(_PARENT_DEATH_SIGNAL, signal.SIGTERM, 0, 0, 0)
             return
-        status, before = _exit_status_of(child), vanished
+        try:
+            ended = os.waitpid(child, 0)[1]
+        except Stopped as stopped:
+            # From now on signals are ignored here, and the child says what there is to say.
+            os.kill(child, stopped.number)
+            ended = os.waitpid(child, 0)[1]
+        status, before = os.waitstatus_to_exitcode(ended), vanished
         reasons = {case_id: failure.reason for case_id, failure in failures(results).items()}
         vanished = {case_id for case_id in case_ids if reasons.get(case_id) == ENDED}
         if status >= 0:  # what there was to say the child has said
@@ -121,14 +121,3 @@ def supervise(case_ids: Collection[str], results: Path) -> None:
         if not lost:
             os._exit(128 - status)
         out.write("the other cases run first, then this one is tried again\n")
-
-
-def _exit_status_of(child: int) -> int:
-    """Wait for a child; return its exit status, or the negative number of the signal it died of."""
-    try:
-        status = os.waitpid(child, 0)[1]
-    except Stopped as stopped:
-        # From now on signals are ignored here, and the child says what there is to say.
-        os.kill(child, stopped.number)
-        status = os.waitpid(child, 0)[1]
-    return os.waitstatus_to_exitcode(status)

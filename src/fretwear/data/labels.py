@@ -154,7 +154,7 @@ def labelled_case(
     _raise_all(problems)
     for name, (value, units, long_name) in case.scalar_coordinates().items():
         is_text = isinstance(value, str)
-        attributes = Variable(name, "" if is_text else units, long_name).attributes
+        attributes = Variable(name, "" if is_text else units, words=long_name).attributes
         coordinates[name] = Column(
             (), np.asarray(value, None if is_text else np.float64), attributes
         )

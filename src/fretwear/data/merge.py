@@ -173,7 +173,7 @@ class StudyLayout:
             for name, (value, units, long_name) in case.scalar_coordinates().items():
                 if name not in labels:
                     si_unit = "" if isinstance(value, str) else units
-                    labels[name] = Variable(name, si_unit, long_name)
+                    labels[name] = Variable(name, si_unit, words=long_name)
                     columns[name] = np.full(self.shape, None)
                 columns[name][place] = value
         found = {}

@@ -2,45 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import MISSING, dataclass, fields
-from types import MappingProxyType
-from typing import Any, ClassVar, Self, cast
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self
 
-from fretwear.parts import Part, Plain, WholeNumber, is_list
-from fretwear.study.members import Inline, PartOf, fields_are_keys
+from fretwear.parts import Plain, WholeNumber, is_list
+from fretwear.study.members import fields_are_keys
 from fretwear.study.parameters import (
-    base_names,
+    DEFAULTS,
+    by_member,
     html_table,
-    leaves,
-    member_of,
+    make_member,
+    missing,
     parameter,
-    parameter_names,
-    parameter_of,
+    read_values,
     replaced_by,
     value_text,
 )
-from fretwear.study.problems import Problem, Problems, nearest
+from fretwear.study.problems import Problem, Problems
 from fretwear.study.rules import findings
 from fretwear.study.tree import MAX_CYCLES, CaseTree, members
 from fretwear.units import QuantityError
 
-_HARDNESS = "write plastic_limit: the pressure at which a surface yields is about the hardness"
-_RA = (
-    "write roughness: {kind: wavy, amplitude: ..., slope_x: ..., slope_y: ...}; Ra is 0.41 and Rq "
-    "0.5 of this amplitude"
-)
-_OTHER_NAMES = {
-    **dict.fromkeys(("hardness", "hv", "hb", "hrc", "vickers_hardness"), _HARDNESS),
-    **dict.fromkeys(("ra", "rq", "sa", "sq", "rz", "rms_roughness"), _RA),
-    "mu": "write friction",
-    "stroke": "write displacement_amplitude: half of the stroke",
-    "normal_load": "write load",
-}
-"""What tribologists may write instead of the name of a parameter, and what to do then."""
-
 _SNAPSHOTS = 8
-_DEFAULTS = {each.name: each.default for each in fields(CaseTree) if each.default is not MISSING}
 
 
 @dataclass(frozen=True)
@@ -51,10 +35,7 @@ class Snapshots(Plain):
         "$N$", "cycle", 0, MAX_CYCLES, 1000, description="A cycle at which the fields are kept."
     )
 
-    @property
-    def example(self) -> str:
-        """A sensible value as a study file would have it."""
-        return "[0, 1000, 30000]"
+    example = "[0, 1000, 30000]"
 
     def read(self, value: object, units_required: bool) -> tuple[int, ...] | None:
         """Return the cycles; a file, where values have units, tells each once."""
@@ -140,7 +121,7 @@ class Case(CaseTree):
     def of(cls, assembled: Mapping[str, Any]) -> Self:
         """Return the case of members that have been read and checked; some may be missing."""
         case = object.__new__(cls)
-        case.__dict__.update({**_DEFAULTS, **_suited(assembled)})
+        case.__dict__.update({**DEFAULTS, **_suited(assembled)})
         return case
 
     def _repr_html_(self) -> str:
@@ -193,126 +174,3 @@ def _suited(members: Mapping[str, Any]) -> Mapping[str, Any]:
         loads = {name: members[name] for name in ("normal", "loading") if name in members}
         suited |= {name: part.in_line() for name, part in loads.items()}
     return suited
-
-
-def read_values(
-    raw: Mapping[str, Any],
-    prefix: str,
-    problems: Problems,
-    *,
-    units_required: bool,
-    varied: Mapping[str, Sequence[str]] = MappingProxyType({}),
-) -> dict[str, Any]:
-    """Read keys as `base` has them; return the valid values, add what is wrong with the others.
-
-    Of parts of which some fields are `varied` the others are read.
-    """
-    values: dict[str, Any] = {}
-    known = base_names()
-    for key, value in raw.items():
-        with problems.at(place := f"{prefix}{key}", value):
-            if key in known:
-                fields = varied.get(key, ())
-                values[key] = read_value(key, value, fields, units_required=units_required)
-                continue
-            whole, _, part = key.partition(".")
-            remedy = _OTHER_NAMES.get(key.casefold().replace(" ", "_"), "")
-            if key in leaves():
-                remedy = f"write {whole}: {{{part}: ...}}"
-            rule, meant = "is not a case parameter", () if remedy else known
-            problems.append(Problem(place, value, rule, remedy, written=key, known=meant))
-    return values
-
-
-def read_value(
-    name: str, raw: object, varied: Sequence[str] = (), *, units_required: bool = True
-) -> Any:
-    """Read the value of a parameter or of a whole part, as in a file or (units apart) in Python.
-
-    What is wrong with it is a `QuantityError`, what is wrong inside of a part an `UnreadError`.
-    """
-    parameter = parameter_of(name)
-    if raw is None and units_required:
-        can_be_none = getattr(parameter, "none", "") or getattr(parameter, "infinite", "")
-        remedy = f"write {name}: none if that is meant" if can_be_none else parameter.such_as(name)
-        raise QuantityError("has no value", remedy)
-    if varied and isinstance(parameter, PartOf):
-        return parameter.read_partly(raw, varied)
-    return parameter.read(raw, units_required)
-
-
-def by_member(values: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """Return values by name, those of each member of a case together."""
-    found: dict[str, dict[str, Any]] = {}
-    for name, value in values.items():
-        found.setdefault(member_of(name), {})[name] = value
-    return found
-
-
-def make_member(member: str, values: Mapping[str, Any]) -> Any:
-    """Make a member of a case of its values by name; a `KeyError` tells that they make none."""
-    if member in values:
-        value = values[member]
-        return None if isinstance(value, Part) and value.is_trivial else value
-    if part := cast("PartOf | Inline", members()[member]).make(values):
-        return part
-    raise KeyError(member)
-
-
-def missing(given: Iterable[str], *, in_file: bool) -> Iterator[Problem]:
-    """Yield what has to be given and is not, and which of alternative keys are too many.
-
-    All that is given counts, valid or not, and a misspelt key stands for the one that is meant.
-    In a file some of what has a default in Python must be written.
-    """
-    given = set(given)
-    unknown = [key for key in given if key not in parameter_names()]
-    if {"cycles", "blocks"} <= given:
-        rule = "is redundant: blocks have cycles of their own"
-        yield Problem("cycles", None, rule, "give one of the two")
-    for member, about in members().items():
-        instead = about.keys if isinstance(about, PartOf) else ()
-        if member in given:
-            for name in sorted(given.intersection(instead)):
-                rule = f"is redundant: {member} is given too"
-                yield Problem(name, None, rule, "give one of the two")
-            continue
-        if member == "cycles" and "blocks" in given:
-            continue
-        if member in _DEFAULTS and not (in_file and about.must_be_written):
-            continue
-        wanted: Iterable[str] = instead or (member,)
-        if isinstance(about, Inline):
-            yield from about.broken(given, unknown)
-            wanted = about.needed(given)
-        for name in wanted:
-            parts_given = any(each.startswith(f"{name}.") for each in given)
-            misspelt = any(nearest(key, (name,)) for key in unknown)
-            if name not in given and not parts_given and not misspelt:
-                yield Problem(name, None, "is missing", parameter_of(name).such_as(name))
-
-
-def schema_required() -> list[dict[str, Any]]:
-    """Return what has to stand in `base` or be varied, as conditions of a JSON Schema."""
-    conditions = []
-    for problem in missing((), in_file=True):
-        about, names = members()[member := member_of(problem.key)], [problem.key]
-        if isinstance(about, Inline) and problem.key in about.leading:
-            names = [*about.leading]
-        elif isinstance(about, PartOf) and member != problem.key:
-            names.append(member)
-        places = [_given(name) for name in names]
-        conditions.append({"oneOf": places} if len(places) > 1 else places[0])
-    return conditions
-
-
-def _given(name: str) -> dict[str, Any]:
-    """A parameter, or a part of it, stands in base or in vary."""
-    parts = [each for each in parameter_names() if each == name or each.startswith(f"{name}.")]
-    places = [("base", name), *(("vary", part) for part in parts)]
-    return {
-        "anyOf": [
-            {"required": [section], "properties": {section: {"required": [key]}}}
-            for section, key in places
-        ]
-    }

@@ -1,4 +1,4 @@
-"""How parts belong to a case: by a key of their own, or by their fields as keys of the case."""
+"""How parts belong to a case: by a key of their own, by their fields as keys, or in blocks."""
 
 from __future__ import annotations
 
@@ -8,9 +8,21 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from fretwear.parts import Choice, Parameter, Part, means_none, required
-from fretwear.study.problems import Problem, UnreadError, nearest, read_fields
-from fretwear.units import NO_UNIT, QuantityError
+from fretwear.parts import (
+    Choice,
+    Parameter,
+    Part,
+    Plain,
+    Quantity,
+    WholeNumber,
+    is_list,
+    means_none,
+    required,
+)
+from fretwear.study.problems import Problem, Problems, UnreadError, read_fields
+from fretwear.units import NO_UNIT, QuantityError, nearest
+
+_CYCLES = "cycles"
 
 
 @dataclass(frozen=True)
@@ -259,3 +271,84 @@ def _made(kinds: Iterable[type[Part]], values: Mapping[str, Any]) -> Part | None
         if values.keys() <= kind.parameters().keys() and required(kind) <= values.keys():
             return kind.unchecked(**values)
     return None
+
+
+@dataclass(frozen=True)
+class Block:
+    """So many cycles with other values of some parameters, in SI units."""
+
+    cycles: int
+    values: tuple[tuple[str, Any], ...] = ()
+
+
+@dataclass(frozen=True)
+class Blocks(Plain):
+    """A list of blocks; blocks of the same values that follow each other are one."""
+
+    parts: tuple[Inline, ...]  # what a block may change
+    number: WholeNumber  # of cycles
+
+    example = "[{cycles: 2000, tangential_ratio: 0.5}, {cycles: 5000, tangential_ratio: 0.9}]"
+
+    def read(self, value: object, units_required: bool) -> tuple[Block, ...]:
+        """Return the blocks."""
+        if not is_list(value) or not value:
+            raise QuantityError("must be a list of blocks", self.example)
+        problems, found = Problems(), list[Block]()
+        for position, each in enumerate(value):
+            with problems.at(f"[{position}]", each):
+                if isinstance(each, Block):
+                    block = each
+                elif isinstance(each, Mapping):
+                    rule = "is a key which a block cannot change"
+                    values = read_fields(each, self.known, (_CYCLES,), units_required, rule)
+                    block = Block(values.pop(_CYCLES), tuple(sorted(values.items())))
+                else:
+                    raise QuantityError("must be a block", self.example)
+                if found and found[-1].values == block.values:
+                    block = Block(found.pop().cycles + block.cycles, block.values)
+                found.append(block)
+        problems.raise_any()
+        return tuple(found)
+
+    @property
+    def known(self) -> Mapping[str, Parameter]:
+        """What a block may have, by name."""
+        changed = (each for part in self.parts for each in part.parameters.items())
+        return {_CYCLES: self.number, **dict(changed)}
+
+    def schema(self) -> dict[str, Any]:
+        """JSON Schema of the value in a study file."""
+        block = {
+            "type": "object",
+            "additionalProperties": False,
+            "required": [_CYCLES],
+            "properties": {name: about.schema() for name, about in self.known.items()},
+        }
+        return {"type": "array", "minItems": 1, "items": block}
+
+    def canonical(self, value: Any) -> Any:
+        """Return a list of mappings."""
+        known = self.known
+        return [
+            {_CYCLES: each.cycles, **{name: known[name].canonical(v) for name, v in each.values}}
+            for each in value
+        ]
+
+    def coordinates(self, name: str, value: Any) -> Iterator[tuple[str, Parameter, float | str]]:
+        """Yield the blocks as text, if there are any."""
+        if not (isinstance(value, tuple) and all(isinstance(each, Block) for each in value)):
+            raise TypeError("not blocks")
+        if value:
+            yield name, Quantity("1", name, self.words), self.text(value)
+
+    def text(self, value: Any) -> str:
+        """Return the blocks for people."""
+        if isinstance(value, str) or not value:
+            return value or "none"
+        known = self.known
+        return ", then ".join(
+            f"{block.cycles} cycles"
+            + "".join(f", {known[name].symbol} = {known[name].text(v)}" for name, v in block.values)
+            for block in value
+        ).replace("$", "")

@@ -1,16 +1,36 @@
-"""The parameters of a case by the names of study files and datasets, and as people write them."""
+"""The parameters of a case: their names, their values for people, how they are read."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass, fields
 from functools import cache
-from typing import Any
+from types import MappingProxyType
+from typing import Any, cast
 
 from fretwear.parts import Parameter, Part, Quantity, derived
 from fretwear.study.members import Inline, PartOf
+from fretwear.study.problems import Problem, Problems
 from fretwear.study.tree import CaseTree, members
+from fretwear.units import QuantityError, nearest
+
+DEFAULTS = {each.name: each.default for each in fields(CaseTree) if each.default is not MISSING}
+"""Members of a case that need not be given, with what they are then."""
+
+_HARDNESS = "write plastic_limit: the pressure at which a surface yields is about the hardness"
+_RA = (
+    "write roughness: {kind: wavy, amplitude: ..., slope_x: ..., slope_y: ...}; Ra is 0.41 and Rq "
+    "0.5 of this amplitude"
+)
+_OTHER_NAMES = {
+    **dict.fromkeys(("hardness", "hv", "hb", "hrc", "vickers_hardness"), _HARDNESS),
+    **dict.fromkeys(("ra", "rq", "sa", "sq", "rz", "rms_roughness"), _RA),
+    "mu": "write friction",
+    "stroke": "write displacement_amplitude: half of the stroke",
+    "normal_load": "write load",
+}
+"""What tribologists may write instead of the name of a parameter, and what to do then."""
 
 
 @dataclass(frozen=True)
@@ -158,3 +178,124 @@ def _by_coordinate(_: tuple[tuple[type[Part], ...], ...]) -> Mapping[str, Parame
                 following = about.derived(kind).items()
                 found |= {f"{member}_{name}": each for name, each in following}
     return {**found, **derived(CaseTree)}
+
+
+def read_values(
+    raw: Mapping[str, Any],
+    prefix: str,
+    problems: Problems,
+    *,
+    units_required: bool,
+    varied: Mapping[str, Sequence[str]] = MappingProxyType({}),
+) -> dict[str, Any]:
+    """Read keys as `base` has them; return the valid values, add what is wrong with the others.
+
+    Of parts of which some fields are `varied` the others are read.
+    """
+    values: dict[str, Any] = {}
+    known = base_names()
+    for key, value in raw.items():
+        with problems.at(place := f"{prefix}{key}", value):
+            if key in known:
+                fields = varied.get(key, ())
+                values[key] = read_value(key, value, fields, units_required=units_required)
+                continue
+            whole, _, part = key.partition(".")
+            remedy = _OTHER_NAMES.get(key.casefold().replace(" ", "_"), "")
+            if key in leaves():
+                remedy = f"write {whole}: {{{part}: ...}}"
+            rule, meant = "is not a case parameter", () if remedy else known
+            problems.append(Problem(place, value, rule, remedy, written=key, known=meant))
+    return values
+
+
+def read_value(
+    name: str, raw: object, varied: Sequence[str] = (), *, units_required: bool = True
+) -> Any:
+    """Read the value of a parameter or of a whole part, as in a file or (units apart) in Python.
+
+    What is wrong with it is a `QuantityError`, what is wrong inside of a part an `UnreadError`.
+    """
+    parameter = parameter_of(name)
+    if raw is None and units_required:
+        can_be_none = getattr(parameter, "none", "") or getattr(parameter, "infinite", "")
+        remedy = f"write {name}: none if that is meant" if can_be_none else parameter.such_as(name)
+        raise QuantityError("has no value", remedy)
+    if varied and isinstance(parameter, PartOf):
+        return parameter.read_partly(raw, varied)
+    return parameter.read(raw, units_required)
+
+
+def by_member(values: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Return values by name, those of each member of a case together."""
+    found: dict[str, dict[str, Any]] = {}
+    for name, value in values.items():
+        found.setdefault(member_of(name), {})[name] = value
+    return found
+
+
+def make_member(member: str, values: Mapping[str, Any]) -> Any:
+    """Make a member of a case of its values by name; a `KeyError` tells that they make none."""
+    if member in values:
+        value = values[member]
+        return None if isinstance(value, Part) and value.is_trivial else value
+    if part := cast("PartOf | Inline", members()[member]).make(values):
+        return part
+    raise KeyError(member)
+
+
+def missing(given: Iterable[str], *, in_file: bool) -> Iterator[Problem]:
+    """Yield what has to be given and is not, and which of alternative keys are too many.
+
+    All that is given counts, valid or not, and a misspelt key stands for the one that is meant.
+    In a file some of what has a default in Python must be written.
+    """
+    given = set(given)
+    unknown = [key for key in given if key not in parameter_names()]
+    if {"cycles", "blocks"} <= given:
+        rule = "is redundant: blocks have cycles of their own"
+        yield Problem("cycles", None, rule, "give one of the two")
+    for member, about in members().items():
+        instead = about.keys if isinstance(about, PartOf) else ()
+        if member in given:
+            for name in sorted(given.intersection(instead)):
+                rule = f"is redundant: {member} is given too"
+                yield Problem(name, None, rule, "give one of the two")
+            continue
+        if member == "cycles" and "blocks" in given:
+            continue
+        if member in DEFAULTS and not (in_file and about.must_be_written):
+            continue
+        wanted: Iterable[str] = instead or (member,)
+        if isinstance(about, Inline):
+            yield from about.broken(given, unknown)
+            wanted = about.needed(given)
+        for name in wanted:
+            parts_given = any(each.startswith(f"{name}.") for each in given)
+            misspelt = any(nearest(key, (name,)) for key in unknown)
+            if name not in given and not parts_given and not misspelt:
+                yield Problem(name, None, "is missing", parameter_of(name).such_as(name))
+
+
+def schema_required() -> list[dict[str, Any]]:
+    """Return what has to stand in `base` or be varied, as conditions of a JSON Schema."""
+    conditions = []
+    for problem in missing((), in_file=True):
+        about, names = members()[member := member_of(problem.key)], [problem.key]
+        if isinstance(about, Inline) and problem.key in about.leading:
+            names = [*about.leading]
+        elif isinstance(about, PartOf) and member != problem.key:
+            names.append(member)
+        places = [
+            {
+                "anyOf": [
+                    {"required": [section], "properties": {section: {"required": [key]}}}
+                    for key in parameter_names()
+                    for section in ("base", "vary")
+                    if key == name or (section == "vary" and key.startswith(f"{name}."))
+                ]
+            }
+            for name in names
+        ]
+        conditions.append({"oneOf": places} if len(places) > 1 else places[0])
+    return conditions

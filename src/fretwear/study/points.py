@@ -1,21 +1,25 @@
-"""Points of a study: the cases it asks for, and the rules that they break together."""
+"""Points of a study: how varied values are combined, the cases, and the rules they break."""
 
 from __future__ import annotations
 
+import itertools
 import math
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Annotated, Any, ClassVar, Literal
 
-from fretwear.parts import Part, required
-from fretwear.study.case import Case, by_member, make_member
+from fretwear.parts import Part, WholeNumber, required
+from fretwear.study.case import Case
 from fretwear.study.cost import Estimate, estimate
-from fretwear.study.parameters import leaves, member_of
+from fretwear.study.parameters import by_member, leaves, make_member, member_of
 from fretwear.study.problems import Problem, in_words
 from fretwear.study.rules import RULES, Rule
 from fretwear.study.tree import CaseTree, members
+
+MAX_POINTS = 200_000
 
 _SAMPLE_DIGITS = 6
 
@@ -38,6 +42,103 @@ class Range:
             value = self.low + fraction * (self.high - self.low)
         # Few digits: the ids of the cases must not hang on the last bit of a logarithm.
         return float(f"{value:.{_SAMPLE_DIGITS}g}")
+
+
+class Design(Part):
+    """How the varied values are combined."""
+
+    is_sampled: ClassVar[bool] = False  # whether values are drawn from ranges rather than listed
+
+    def size(self, lengths: Sequence[int]) -> int:
+        """Return the number of points for axes of these lengths."""
+        raise NotImplementedError
+
+    def indices(self, lengths: Sequence[int]) -> Iterator[tuple[int, ...]]:
+        """Iterate over the points as positions along the axes, the last axis fastest."""
+        return ((number,) * len(lengths) for number in range(self.size(lengths)))
+
+
+@dataclass(frozen=True)
+class Grid(Design):
+    """Every combination of the values."""
+
+    kind: Literal["grid"] = "grid"
+
+    def size(self, lengths: Sequence[int]) -> int:
+        """As many as there are combinations."""
+        return math.prod(lengths)
+
+    def indices(self, lengths: Sequence[int]) -> Iterator[tuple[int, ...]]:
+        """Each position along each axis."""
+        return itertools.product(*(range(length) for length in lengths))
+
+
+@dataclass(frozen=True)
+class Zip(Design):
+    """First value with first, second with second."""
+
+    kind: Literal["zip"] = "zip"
+
+    def size(self, lengths: Sequence[int]) -> int:
+        """As many as each axis has values."""
+        return lengths[0] if lengths else 1
+
+
+@dataclass(frozen=True)
+class Sampled(Design):
+    """Points spread over ranges; the same seed gives the same points."""
+
+    points: Annotated[
+        int, WholeNumber("$n$", "number of points", 1, MAX_POINTS, 64, description="How many.")
+    ]
+    seed: Annotated[
+        int, WholeNumber("seed", "seed", 0, 2**32 - 1, 1, description="The same: the same points.")
+    ] = 0
+
+    is_sampled = True
+    engine: ClassVar[str]  # of `scipy.stats.qmc`
+
+    def size(self, lengths: Sequence[int]) -> int:  # noqa: ARG002 - as many as wanted
+        """As many as are wanted."""
+        return self.points
+
+    def sample(self, axes: Sequence[Range | Sequence[Any]]) -> list[list[Any]]:
+        """Draw the values: for each axis one per point.
+
+        From a list each value is drawn equally often, as far as the number of points allows.
+        """
+        # scipy.stats takes half a second to import: only sampled designs pay for it.
+        from scipy.stats import qmc
+
+        with warnings.catch_warnings():
+            # Numbers of points other than powers of two are the user's choice.
+            warnings.simplefilter("ignore", UserWarning)
+            unit = getattr(qmc, self.engine)(d=len(axes), seed=self.seed).random(self.points)
+        return [
+            [
+                axis.at(fraction)
+                if isinstance(axis, Range)
+                else axis[min(int(fraction * len(axis)), len(axis) - 1)]
+                for fraction in column.tolist()
+            ]
+            for axis, column in zip(axes, unit.T, strict=True)
+        ]
+
+
+@dataclass(frozen=True)
+class LatinHypercube(Sampled):
+    """One point in each slice of each range."""
+
+    kind: Literal["latin_hypercube"] = "latin_hypercube"
+    engine = "LatinHypercube"
+
+
+@dataclass(frozen=True)
+class Sobol(Sampled):
+    """A sequence that fills the ranges evenly, best with powers of two."""
+
+    kind: Literal["sobol"] = "sobol"
+    engine = "Sobol"
 
 
 @dataclass(frozen=True)
@@ -111,18 +212,34 @@ class BrokenRule:
     points: Sequence[tuple[int, ...]]
 
 
-@dataclass(frozen=True)
 class Parameters:
     """Sound values of a study: fixed ones, axes, and the points as positions along the axes."""
 
-    fixed: Mapping[str, Any]
-    axes: tuple[Axis, ...]
-    indices: Sequence[tuple[int, ...]]
-    _made: dict[tuple[str, tuple[int, ...]], Any] = field(default_factory=dict, repr=False)
+    def __init__(
+        self, fixed: Mapping[str, Any], axes: tuple[Axis, ...], indices: Sequence[tuple[int, ...]]
+    ) -> None:
+        self.axes, self.indices = axes, indices
+        # Positions of the axes that vary a member or a part of it, by member.
+        self._axes_of: dict[str, list[int]] = {}
+        for position, axis in enumerate(axes):
+            self._axes_of.setdefault(axis.member, []).append(position)
+        self._fixed = by_member(fixed)
+        self._made: dict[tuple[str, tuple[int, ...]], Any] = {}
+        self._constant: dict[str, Any] = {}
+        self._varied: list[str] = []
+        for member in {**self._fixed, **self._axes_of}:
+            with suppress(KeyError):  # Others that its values need may be wrong.
+                made = self._member(member, (0,) * len(axes))
+                if member in self._axes_of:
+                    self._varied.append(member)
+                else:
+                    self._constant[member] = made
 
-    def points(self, broken: Mapping[tuple[int, ...], str]) -> Iterator[Point]:
-        """Iterate over the points; `broken` says why some of them are invalid."""
-        for index in self.indices:
+    def points(
+        self, broken: Mapping[tuple[int, ...], str], which: slice = slice(None)
+    ) -> Iterator[Point]:
+        """Iterate over some points; `broken` says why some of them are invalid."""
+        for index in self.indices[which]:
             problem = broken.get(index, "")
             yield Point(self.axes, index, None if problem else self.case(index), problem)
 
@@ -130,42 +247,12 @@ class Parameters:
         """Return the case of a point from values that have been read and checked one by one."""
         return Case.of({**self._constant, **{n: self._member(n, index) for n in self._varied}})
 
-    @cached_property
-    def _axes_of(self) -> dict[str, list[int]]:
-        """Positions of the axes that vary a member or a part of it, by member."""
-        found: dict[str, list[int]] = {}
-        for position, axis in enumerate(self.axes):
-            found.setdefault(axis.member, []).append(position)
-        return found
-
-    @cached_property
-    def _valid(self) -> tuple[str, ...]:
-        """Members that can be made: others that their values need may be wrong."""
-        valid = []
-        for member in {**self._own, **self._axes_of}:
-            with suppress(KeyError):
-                self._member(member, (0,) * len(self.axes))
-                valid.append(member)
-        return tuple(valid)
-
-    @cached_property
-    def _own(self) -> dict[str, dict[str, Any]]:
-        return by_member(self.fixed)
-
-    @cached_property
-    def _varied(self) -> tuple[str, ...]:
-        return tuple(name for name in self._valid if name in self._axes_of)
-
-    @cached_property
-    def _constant(self) -> dict[str, Any]:
-        return {name: self._member(name, ()) for name in self._valid if name not in self._axes_of}
-
     def _member(self, member: str, index: tuple[int, ...]) -> Any:
         # Points share parts: each combination of the values of one is made once.
         axes = self._axes_of.get(member, ())
         key = member, tuple([index[i] for i in axes])
         if key not in self._made:
-            fixed = self._own.get(member, {})
+            fixed = self._fixed.get(member, {})
             drawn = {self.axes[i].name: self.axes[i].values[index[i]] for i in axes}
             base = fixed.get(member)
             if drawn and isinstance(base, Part):
@@ -180,28 +267,30 @@ class Parameters:
         A rule is tried once for each combination of the values it needs, and only where all
         of these are among the valid values.
         """
+        valid = {*self._constant, *self._varied}
         defaulted = {*members(), "output_cycles"} - required(CaseTree) - {*self._axes_of}
-        known = {*self._valid, *defaulted, *(("cycles",) if "blocks" in self._valid else ())}
-        trials: list[tuple[Rule, list[int], dict[Any, Problem | None], dict[Any, list[Any]]]] = []
+        known = {*valid, *defaulted, *(("cycles",) if "blocks" in valid else ())}
+        trials: list[tuple[Rule, list[int], dict[Any, tuple[Problem | None, list[Any]]]]] = []
         for rule in RULES:
             if {member_of(name) for name in rule.needs} <= known:
                 # Blocks have cycles of their own.
                 needs = rule.needs | ({"blocks"} if "cycles" in rule.needs else set())
                 axes = enumerate(self.axes)
                 relevant = [i for i, axis in axes if {axis.member, axis.name} & needs]
-                trials.append((rule, relevant, {}, {}))
+                trials.append((rule, relevant, {}))
         # Point by point, so that the case of a point is made once for all rules.
         for index in self.indices:
             case: Case | None = None
-            for rule, relevant, tried, broken in trials:
+            for rule, relevant, tried in trials:
                 positions = tuple([index[i] for i in relevant])
                 if positions not in tried:
                     case = case or self.case(index)
-                    tried[positions] = rule.find(case)
-                if tried[positions] is not None:
-                    broken.setdefault(positions, []).append(index)
-        for _, relevant, tried, broken in trials:
-            for positions, points in broken.items():
-                where = zip((self.axes[i] for i in relevant), positions, strict=True)
-                if (problem := tried[positions]) is not None:
+                    tried[positions] = rule.find(case), []
+                problem, points = tried[positions]
+                if problem is not None:
+                    points.append(index)
+        for _, relevant, tried in trials:
+            for positions, (problem, points) in tried.items():
+                if problem is not None:
+                    where = zip((self.axes[i] for i in relevant), positions, strict=True)
                     yield BrokenRule(problem, tuple(where), points)

@@ -10,11 +10,12 @@ from pathlib import Path
 from typing import Any
 
 from fretwear.parts import Parameter
-from fretwear.units import QuantityError
+from fretwear.units import QuantityError, did_you_mean
+
+ENDINGS = (".yaml", ".yml")
+"""Endings of study files."""
 
 _LONGEST_VALUE = 60
-
-
 _UNPRINTABLE = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"
 )
@@ -171,23 +172,6 @@ def in_words(value: object) -> str:
         return str(value)
     except ValueError:  # Python refuses to write out whole numbers of thousands of digits
         return "a number of thousands of digits"
-
-
-def nearest(name: object, known: Iterable[str], cutoff: float = 0.6) -> str:
-    """Return the known name nearest to a misspelt one, or nothing."""
-    if not isinstance(name, str):
-        return ""
-    by_fold = {each.casefold(): each for each in known}
-    import difflib
-
-    near = difflib.get_close_matches(name.casefold(), by_fold, n=1, cutoff=cutoff)
-    return by_fold[near[0]] if near else ""
-
-
-def did_you_mean(name: object, known: Iterable[str], cutoff: float = 0.6) -> str:
-    """Ask whether the nearest known name is meant; nothing where none is near."""
-    near = nearest(name, known, cutoff)
-    return f"did you mean {near!r}?" if near else ""
 
 
 def few_of(things: Sequence[object], most: int = 5) -> list[str]:

@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
-from fretwear.parts import Choice
-from fretwear.study.case import SNAPSHOTS, schema_required
-from fretwear.study.designs import MAX_POINTS, Design, Grid
+from fretwear.mechanics.materials import Course
+from fretwear.parts import Choice, Part, Quantity
+from fretwear.study.case import SNAPSHOTS
 from fretwear.study.members import PartOf
-from fretwear.study.parameters import base_names, parameter_names, parameter_of
+from fretwear.study.parameters import (
+    base_names,
+    parameter_names,
+    parameter_of,
+    read_value,
+    schema_required,
+)
+from fretwear.study.points import MAX_POINTS, Axis, Design, Grid, Range, Sampled, Zip
 from fretwear.study.problems import Problem, Problems
-from fretwear.units import QuantityError
+from fretwear.units import QuantityError, exact_text
 
 NAMES = ("title", "base", "vary", "seeds", "design", "invalid", "batch", "output")
 SEEDS = "roughness.seed"
@@ -106,6 +114,144 @@ _READ: Mapping[str, Callable[[object], Any]] = {
     "batch": _batch,
     "output": _mapping,
 }
+
+
+def read_axes(sections: Sections, problems: Problems) -> tuple[Axis, ...]:
+    """Read what is varied; return the sound axes and add what is wrong to `problems`.
+
+    There are none where the design could not be read.
+    """
+    read: dict[str, Axis | Range] = {}
+    vary, design, known = sections.vary, sections.design, parameter_names()
+    for name, raw in vary.items():
+        if name not in known:
+            rule = "is not a case parameter"
+            problems.append(Problem(f"vary.{name}", raw, rule, written=name, known=known))
+            continue
+        with problems.at(place := sections.place(name), raw):
+            read[name] = _read_axis(name, raw, design, place)
+    for whole in vary:
+        for part in [name for name in vary if name.startswith(f"{whole}.")][:1]:
+            rule = f"varies the whole of which {part} is a part"
+            problems.add(f"vary.{whole}", None, rule, "vary one or the other")
+    if isinstance(design, Sampled):
+        if not vary:
+            rule = "is missing: a sampled design needs something to vary"
+            problems.add("vary", None, rule, "such as load: {from: 10 N, to: 100 N}")
+        return _drawn(read, design) if read else ()
+    if design is None:
+        return ()
+    axes = tuple(axis for axis in read.values() if isinstance(axis, Axis))
+    lengths = {axis.name: len(axis.values) for axis in axes}
+    if isinstance(design, Zip):
+        if len(set(lengths.values())) > 1:
+            listed = ", ".join(f"{name} has {length}" for name, length in lengths.items())
+            rule = f"must have lists of equal length under design: zip, but {listed}"
+            problems.add("vary", None, rule, "design: grid takes every combination")
+            return ()
+        seen: dict[object, int] = {}
+        for row, values in enumerate(zip(*(axis.values for axis in axes), strict=True)):
+            first = seen.setdefault(_identity(values), row)
+            if first != row:
+                given = ", ".join(f"{axis.name} {axis.labels[row]}" for axis in axes)
+                rule = f"make point {row + 1} the same as point {first + 1} under design: zip"
+                problems.add("vary", given, rule, "leave one of them out of every list")
+    if (size := design.size([*lengths.values()])) > MAX_POINTS:
+        rule = f"makes {size} points, more than the limit of {MAX_POINTS}"
+        problems.add("vary", None, rule, "split the study")
+        return ()
+    return axes
+
+
+def _drawn(read: Mapping[str, Axis | Range], design: Sampled) -> tuple[Axis, ...]:
+    pools = [
+        axis if isinstance(axis, Range) else [*zip(axis.values, axis.written, strict=True)]
+        for axis in read.values()
+    ]
+    axes = []
+    for (name, source), drawn in zip(read.items(), design.sample(pools), strict=True):
+        if isinstance(source, Range):
+            quantity = parameter_of(name)
+            assert isinstance(quantity, Quantity)
+            written = tuple(exact_text(value, quantity.dimension) for value in drawn)
+            axes.append(Axis(name, tuple(drawn), written, f"vary.{name}", source))
+        else:
+            values, texts = zip(*drawn, strict=True)
+            axes.append(replace(source, values=values, written=texts))
+    return tuple(axes)
+
+
+def _read_axis(name: str, raw: object, design: Design | None, place: str) -> Axis | Range:
+    if isinstance(raw, Mapping):
+        if parts := [each for each in parameter_names() if each.startswith(f"{name}.")]:
+            hint = f"to vary a part of it write {parts[0]}: [{parameter_of(parts[0]).example}, ...]"
+            raise QuantityError(f"must be a list of values of {name}", hint)
+        return _read_range(name, raw, design)
+    if not isinstance(raw, list):
+        hint = f"write [{raw}]" if isinstance(raw, str | float) else ""
+        if isinstance(design, Sampled):
+            hint = "or a range such as {from: 10 N, to: 100 N, scale: log}"
+        raise QuantityError("must be a list of values", hint)
+    if not raw:
+        raise QuantityError("is an empty list", "list at least one value, or leave it out")
+    values: list[Any] = []
+    seen: dict[object, int] = {}
+    problems = Problems()
+    for position, item in enumerate(raw):
+        with problems.at(f"[{position}]", item):
+            values.append(value := read_value(name, item))
+            first = seen.setdefault(_identity(value), position)
+            # Paired lists may repeat a value: only a whole row makes the same point.
+            if first != position and not isinstance(design, Zip):
+                rule = f"is the same value as {place}[{first}], {raw[first]}"
+                raise QuantityError(rule, "leave one of them out")
+    problems.raise_any()
+    return Axis(name, tuple(values), tuple(raw), place)
+
+
+def _identity(value: Any) -> object:
+    """Return what makes two values of an axis the same, whatever their units were."""
+    if isinstance(value, float):
+        return f"{value:.11e}"
+    if isinstance(value, tuple):
+        return tuple(_identity(item) for item in value)
+    if isinstance(value, Part | Course):
+        return tuple(_identity(item) for item in vars(value).values())
+    return value
+
+
+def _read_range(name: str, raw: Mapping[str, Any], design: Design | None) -> Range:
+    if design is not None and not design.is_sampled:
+        hint = "write a list, or design: {kind: latin_hypercube, points: 64, seed: 1}"
+        raise QuantityError(f"is a range, which design: {design.kind} cannot take", hint)
+    quantity, problems = parameter_of(name), Problems()
+    no_number = QuantityError(
+        "has values that are no single quantity and cannot be drawn from a range",
+        "write a list: its values are drawn",
+    )
+    if not quantity.may_be_drawn:
+        raise no_number
+    problems.unknown("", raw, ("from", "to", "scale"))
+    scale, scales = raw.get("scale", "linear"), ("linear", "log")
+    if scale not in scales:
+        problems.add(".scale", scale, "must be linear or log", known=scales)
+    ends = []
+    for part in ("from", "to"):
+        with problems.at(f".{part}", raw.get(part)):
+            if part not in raw:
+                raise QuantityError("is missing", quantity.such_as(part))
+            ends.append(read_value(name, raw[part]))
+    problems.raise_any()
+    if not all(isinstance(end, float) for end in ends):
+        raise no_number
+    low, high = ends
+    if not low < high < math.inf:
+        rule = f"must be more than vary.{name}.from = {raw['from']}, and finite"
+        problems.add(".to", raw["to"], rule)
+    elif scale == "log" and low <= 0.0:
+        problems.add(".from", raw["from"], "must be larger than 0 on a logarithmic scale")
+    problems.raise_any()
+    return Range(low, high, logarithmic=scale == "log")
 
 
 def study_schema() -> dict[str, Any]:

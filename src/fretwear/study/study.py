@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import re
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -11,15 +12,14 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from fretwear.study.case import SNAPSHOTS, Case, missing, read_values
-from fretwear.study.designs import Design, Grid, read_axes
-from fretwear.study.parameters import html_table, parameter_names, replaced_by
-from fretwear.study.points import Axis, BrokenRule, Parameters, Point
-from fretwear.study.problems import Problem, Problems, StudyError, did_you_mean, few_of
-from fretwear.study.sections import SEEDS, Sections, read_sections
+from fretwear.study.case import SNAPSHOTS, Case
+from fretwear.study.parameters import html_table, missing, parameter_names, read_values, replaced_by
+from fretwear.study.points import Axis, Design, Grid, Parameters, Point
+from fretwear.study.problems import Problem, Problems, StudyError, few_of
+from fretwear.study.sections import SEEDS, Sections, read_axes, read_sections
 from fretwear.study.yamlfile import parse_value, read_document
 from fretwear.topography import Located
-from fretwear.units import QuantityError
+from fretwear.units import QuantityError, did_you_mean
 
 OPTION = "--set"
 
@@ -34,7 +34,6 @@ class Study:
     """A sound study: every value read, every rule tried."""
 
     file: Path  # where it came from
-    name: str  # stem of the file name; names the folder of the results
     title: str  # for people
     axes: tuple[Axis, ...]  # the varied parameters in the order of the file
     design: Design  # how their values are combined
@@ -52,6 +51,11 @@ class Study:
             for few in [axis.labels[:_MOST_SHOWN]]
         )
         return html_table(f"{self.title}: {self.size} points, design {self.design.kind}", rows)
+
+    @property
+    def name(self) -> str:
+        """Stem of the file name; names the folder of the results."""
+        return self.file.stem
 
     @property
     def size(self) -> int:
@@ -74,8 +78,7 @@ class Study:
         last = self.size if last is None else last
         if (first, last) == (1, self.size):
             return self._points
-        few = replace(self.parameters, indices=self.parameters.indices[first - 1 : last])
-        return tuple(few.points(self.invalid))
+        return tuple(self.parameters.points(self.invalid, slice(first - 1, last)))
 
     def cases(self) -> dict[str, Case]:
         """Return the cases to run by id: each once, even where several points come to it."""
@@ -149,17 +152,8 @@ def _checked(
         found.add("vary", None, f"leaves no point to run: {next(iter(invalid.values()))}")
     if problems or found:
         raise StudyError(file, _in_order([*problems, *found], lines, assignments))
-    return Study(
-        file=file,
-        name=file.stem,
-        title=sections.title or file.stem,
-        axes=axes,
-        design=design,
-        parameters=parameters,
-        invalid=invalid,
-        content=content,
-        batch=sections.batch,
-    )
+    title = sections.title or file.stem
+    return Study(file, title, axes, design, parameters, invalid, content, sections.batch)
 
 
 def _located(value: Any, folder: Path) -> Any:
@@ -207,36 +201,31 @@ def _try_rules(
 ) -> dict[tuple[int, ...], str]:
     """Try the rules between parameters; return the points to skip, report all others."""
     invalid: dict[tuple[int, ...], str] = {}
-    listed: dict[str, int] = {}
+    listed = Counter[str]()
     for found in parameters.find():
         if skip and found.where:
             for index in found.points:
                 invalid.setdefault(index, found.problem.sentence)
             continue
         subject = found.problem.key
-        listed[subject] = listed.get(subject, 0) + 1
-        if listed[subject] <= _LISTED_PER_RULE:
-            problems.append(_point_problem(found, design))
+        listed[subject] += 1
+        if listed[subject] > _LISTED_PER_RULE:
+            continue
+        # Where in the file to mend it, and at which values it breaks.
+        key = "output.cycles" if subject == "output_cycles" else f"base.{subject}"
+        others = []
+        for axis, position in found.where:
+            if axis.key == subject:
+                key = axis.place + ("" if design.is_sampled else f"[{position}]")
+            else:
+                others.append(f"{axis.name} = {axis.labels[position]}")
+        at = f" (at {', '.join(others)})" if others else ""
+        problems.append(replace(found.problem, key=key, rule=f"{found.problem.rule}{at}"))
     for subject, count in listed.items():
-        if count > _LISTED_PER_RULE:
-            more = count - _LISTED_PER_RULE
+        if (more := count - _LISTED_PER_RULE) > 0:
             rule = f"is wrong in the same way at {more} more combinations of the varied values"
             problems.add(f"vary ({subject})", None, rule)
     return invalid
-
-
-def _point_problem(found: BrokenRule, design: Design) -> Problem:
-    """Say where in the file to mend a broken rule, and at which values it breaks."""
-    subject = found.problem.key
-    key = "output.cycles" if subject == "output_cycles" else f"base.{subject}"
-    others = []
-    for axis, position in found.where:
-        if axis.key == subject:
-            key = axis.place + ("" if design.is_sampled else f"[{position}]")
-        else:
-            others.append(f"{axis.name} = {axis.labels[position]}")
-    at = f" (at {', '.join(others)})" if others else ""
-    return replace(found.problem, key=key, rule=f"{found.problem.rule}{at}")
 
 
 def _in_order(
@@ -244,12 +233,14 @@ def _in_order(
 ) -> list[Problem]:
     """Give problems the line of their key, and name what was set on the command line as such."""
     placed = []
+    names = [assignment.partition("=")[0].strip() for assignment in assignments]
+    places = [(name, place) for name in names for place in (f"base.{name}", name)]
     for problem in problems:
-        key, line = problem.key, problem.line
-        for name in (assignment.partition("=")[0].strip() for assignment in assignments):
-            for place in (f"base.{name}", name):
-                if key == place or key.startswith((f"{place}.", f"{place}[")):
-                    key = f"{OPTION} {name}{key.removeprefix(place)}"
+        key = problem.key
+        for name, place in places:
+            if key == place or key.startswith((f"{place}.", f"{place}[")):
+                key = f"{OPTION} {name}{key.removeprefix(place)}"
+        line = problem.line
         if line is None and key == problem.key and key:
             line = lines.get(key)
         placed.append(replace(problem, key=key, line=line))
@@ -291,42 +282,33 @@ def override(raw: Mapping[str, Any], assignments: Iterable[str]) -> tuple[dict[s
 
 
 def _assign(content: dict[str, Any], name: str, value: Any) -> None:
-    if name == "title":
-        content["title"] = value
+    if name in ("title", "output.cycles"):
+        section, _, key = name.partition(".")
+        content[section] = {key: value} if key else value
         return
-    if name == "output.cycles":
-        content["output"] = {"cycles": value}
-        return
-    base, vary = (_mapping(content, section) for section in ("base", "vary"))
-    for other in replaced_by(name):
+    present = (content.get(section) for section in ("base", "vary"))
+    base, vary = (dict(each) if isinstance(each, Mapping) else {} for each in present)
+    content |= {"base": base, "vary": vary}
+    gone = replaced_by(name)
+    for other in gone:
         base.pop(other, None)
-        for varied in [key for key in vary if f"{key}.".startswith(f"{other}.")]:
+    for varied in [*vary]:
+        if any(f"{varied}.".startswith(f"{each}.") for each in (*gone, name)):
             del vary[varied]
-    vary.pop(name, None)
     if SEEDS in (name, f"{name}.seed"):
         content.pop("seeds", None)
     whole, _, part = name.partition(".")
     if part and whole in vary:
         raise QuantityError(f"cannot be set while vary.{whole} varies the whole of it")
     if part:
-        present = base.get(whole)
-        base[whole] = {**(present if isinstance(present, Mapping) else {}), part: value}
-    else:
-        for varied in [key for key in vary if key.startswith(f"{name}.")]:
-            del vary[varied]
-        base[name] = value
+        given = base.get(whole)
+        value = {**(given if isinstance(given, Mapping) else {}), part: value}
+    base[whole] = value
     if not vary:
         del content["vary"]
         if "seeds" not in content:
             # A sampled design without anything to sample would be an error of its own.
             content.pop("design", None)
-
-
-def _mapping(content: dict[str, Any], section: str) -> dict[str, Any]:
-    present = content.get(section)
-    content[section] = dict(present) if isinstance(present, Mapping) else {}
-    mapping: dict[str, Any] = content[section]
-    return mapping
 
 
 def select_case(
@@ -350,9 +332,18 @@ def select_case(
         The study or the changed case is not valid, or there is no such case.
     """
     study = load_study(path, () if case_id else assignments)
-    cases = {point.id: point for point in study.points() if point.case is not None}
+    points = {point.id: point for point in study.points() if point.case is not None}
     if case_id:
-        chosen = _point_with(study, case_id, cases)
+        found = [name for name in points if name == case_id]
+        found = found or [name for name in points if name.startswith(case_id)]
+        if len(found) != 1:
+            rule = f"is the beginning of {len(found)} ids"
+            hint = f"give more of it, to choose one of{_listed(found)}"
+            if not found:
+                rule = f"is not one of the {len(points)} cases of this study"
+                hint = did_you_mean(case_id, points) or "fretwear plan lists the cases"
+            raise StudyError(study.file, [Problem("--case", case_id, rule, hint)])
+        chosen = points[found[0]]
         if not assignments and chosen.case is not None:
             return chosen.case
         content = {**study.content}
@@ -360,30 +351,14 @@ def select_case(
             _assign(content, axis.name, axis.written[position])
         content, problems = override(content, assignments)
         changed = _checked(study.file, content, problems, assignments=assignments)
-        cases = {point.id: point for point in changed.points()}
-    if len(cases) > 1:
-        rule = f"has {len(cases)} cases, and one must be chosen"
-        hint = f"give --case ID, one of{_listed(list(cases))}"
+        points = {point.id: point for point in changed.points()}
+    if len(points) > 1:
+        rule = f"has {len(points)} cases, and one must be chosen"
+        hint = f"give --case ID, one of{_listed(list(points))}"
         raise StudyError(study.file, [Problem("", None, rule, hint)])
-    only = next(iter(cases.values())).case
+    only = next(iter(points.values())).case
     assert only is not None
     return only
-
-
-def _point_with(study: Study, case_id: str, points: Mapping[str, Point]) -> Point:
-    """Return the point whose id is given, or begins so."""
-    found = [name for name in points if name == case_id] or [
-        name for name in points if name.startswith(case_id)
-    ]
-    if len(found) == 1:
-        return points[found[0]]
-    if found:
-        rule = f"is the beginning of {len(found)} ids"
-        hint = f"give more of it, to choose one of{_listed(found)}"
-    else:
-        hint = did_you_mean(case_id, points) or "fretwear plan lists the cases"
-        rule = f"is not one of the {len(points)} cases of this study"
-    raise StudyError(study.file, [Problem("--case", case_id, rule, hint)])
 
 
 def _listed(ids: Sequence[str]) -> str:

@@ -22,17 +22,8 @@ from fretwear.mechanics.roughness import BothRough, Roughness
 from fretwear.mechanics.slip import Jaeger, SlipModel
 from fretwear.mechanics.surfaces import Indenter
 from fretwear.mechanics.wear_laws import WearLaw
-from fretwear.parts import (
-    AlongXY,
-    Flag,
-    Parameter,
-    Quantity,
-    WholeNumber,
-    declared,
-    derived,
-)
-from fretwear.study.blocks import Block, Blocks
-from fretwear.study.members import Inline, PartOf, fields_are_keys
+from fretwear.parts import AlongXY, Flag, Parameter, Quantity, WholeNumber, declared, derived
+from fretwear.study.members import Block, Blocks, Inline, PartOf, fields_are_keys
 from fretwear.study.spacing import default_spacing
 from fretwear.theory import HertzContact, LineContact
 from fretwear.units import LENGTH, format_quantity
@@ -44,20 +35,13 @@ COARSER = 2.0
 
 # Parameters that came later: at their defaults, cases keep the ids that they had before.
 _UNSAID_AT_DEFAULT = ("counterface", "debris_fraction", "blocks", "error_estimate")
-_SIGNIFICANT_DIGITS = 12
 _USUAL_SLIP = Jaeger()
-
-
+# What a block of loading may change.
 _OF_BLOCKS = {
     "normal": Inline(Normal),
     "loading": Inline(Loading),
     "friction_law": Inline(Friction),
 }
-
-
-def _changeable() -> dict[str, Parameter]:
-    """Return the parameters that a block of loading may change, by name."""
-    return {name: each for part in _OF_BLOCKS.values() for name, each in part.parameters.items()}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -168,7 +152,7 @@ class CaseTree:
         Blocks(
             "blocks",
             "blocks of loading",
-            _changeable,
+            tuple(_OF_BLOCKS.values()),
             WholeNumber("$N$", "number of cycles", 1, MAX_CYCLES, 2000),
             description="Blocks of loading one after the other, instead of cycles: each has "
             "cycles, and what it changes of load, displacement or force, and friction.",
@@ -282,9 +266,7 @@ class CaseTree:
         return self.hertz.contact_radius
 
     @property
-    def hertz_pressure(
-        self,
-    ) -> Annotated[float, Quantity("Pa", "$p_0$", "Hertz pressure", "MPa")]:
+    def hertz_pressure(self) -> Annotated[float, Quantity("Pa", "$p_0$", "Hertz pressure", "MPa")]:
         """Peak pressure p0 of the smooth elastic contact in Pa."""
         return self.hertz.peak_pressure
 
@@ -384,13 +366,9 @@ class CaseTree:
         The characters are letters, digits, ``.``, ``-`` and ``_``, safe in paths and shells;
         numbers count to twelve digits.
         """
-        text = json.dumps(
-            _rounded(self.canonical_parameters()), sort_keys=True, separators=(",", ":")
-        )
-        return f"{self._slug}-{hashlib.sha256(text.encode()).hexdigest()[:8]}"
-
-    @property
-    def _slug(self) -> str:
+        exact = json.dumps(self.canonical_parameters())
+        rounded = json.loads(exact, parse_float=lambda text: float(f"{float(text):.11e}"))
+        text = json.dumps(rounded, sort_keys=True, separators=(",", ":"))
         capped = math.isfinite(self.plastic_limit)
         parts = (
             self.indenter.slug,
@@ -401,6 +379,7 @@ class CaseTree:
             "" if self.counterface is None else self.counterface.slug,
             f"Y{self.plastic_limit * 1e-6:.4g}MPa" if capped else "elastic",
             f"N{self.cycles}",
+            hashlib.sha256(text.encode()).hexdigest()[:8],
         )
         return "-".join(part for part in parts if part).replace("+", "")
 
@@ -414,12 +393,7 @@ class CaseTree:
             a `plastic_limit` of inf, a smooth one zero amplitude and slopes.  Materials that
             differ between the bodies appear as ``youngs_modulus_1``, ``youngs_modulus_2``.
         """
-        return {
-            name: (value, "" if isinstance(value, str) else about.si_unit, about.words)
-            for name, about, value in self._coordinates()
-        }
-
-    def _coordinates(self) -> Iterator[tuple[str, Parameter, float | str]]:
+        found: list[tuple[str, Parameter, float | str]] = []
         following = dict(derived(CaseTree))
         # What comes out of a run is no parameter.
         if not self.force_is_held:
@@ -432,33 +406,26 @@ class CaseTree:
                 for name, each in {**about.parameters, **value.parameters()}.items():
                     if name in following or name in vars(value):
                         known = following.pop(name, each)
-                        yield from known.coordinates(name, getattr(self, name))
+                        found += known.coordinates(name, getattr(self, name))
             elif value is not None or member not in _UNSAID_AT_DEFAULT:
-                for told in about.coordinates(member, value):
-                    # A line contact is the same all along y.
-                    if not (self.indenter.is_line and told[0] == "cell_y"):
-                        yield told
+                found += about.coordinates(member, value)
         for name, known in following.items():
             # What is called after Hertz is said of no other contact.
             if self.indenter.is_hertzian or not name.startswith("hertz"):
                 words = known.words.replace("radius", self.indenter.extent_words)
                 known = dataclasses.replace(known, words=words)  # type: ignore[type-var]
-                yield from known.coordinates(name, getattr(self, name))
+                found += known.coordinates(name, getattr(self, name))
+        return {
+            name: (value, "" if isinstance(value, str) else about.si_unit, about.words)
+            for name, about, value in found
+            # A line contact is the same all along y.
+            if not (self.indenter.is_line and name == "cell_y")
+        }
 
 
 def members() -> Mapping[str, Parameter | Inline]:
     """Return the fields of a case with what they are, the snapshots excepted."""
     return declared(CaseTree, Parameter | Inline)
-
-
-def _rounded(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _rounded(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_rounded(item) for item in value]
-    if isinstance(value, float):
-        return float(f"{value:.{_SIGNIFICANT_DIGITS - 1}e}")
-    return value
 
 
 def cell_text(cell: Sequence[float]) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -12,11 +11,10 @@ from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
-from fretwear.study.problems import Problem, StudyError, few_of, nearest
-from fretwear.units import QuantityError
+from fretwear.study.problems import ENDINGS, Problem, StudyError, few_of
+from fretwear.units import QuantityError, nearest
 
 STUDIES = Path("studies")
-ENDINGS = (".yaml", ".yml")
 MAX_BYTES = 1_000_000
 MAX_DEPTH = 12
 MAX_NODES = 300_000
@@ -94,7 +92,7 @@ def _read_text(file: Path) -> str:
     try:
         if file.is_dir():
             present = _studies_in(file)
-            hint = _listed("give one of its files:", present) if present else ""
+            hint = f"give one of its files: {', '.join(few_of(present))}" if present else ""
             raise refused("is a folder, not a study file", hint)
         if not file.exists():
             raise refused("there is no such file", _instead_of(file))
@@ -194,12 +192,11 @@ def _instead_of(file: Path) -> str:
     for path in (*same, *(path for path in reversed(present) if path.name == similar)):
         return f"did you mean {str(path)!r}?"
     if present:
-        return _listed("there are", _studies_in(file.parent) or present)
+        return f"there are {', '.join(few_of(_studies_in(file.parent) or present))}"
     folder = file.parent.absolute()
     if not folder.is_dir():
-        return (
-            f"there is no folder {folder} either: give another path, or change to the right folder"
-        )
+        hint = "give another path, or change to the right folder"
+        return f"there is no folder {folder} either: {hint}"
     return f"no study lies in {folder}: give a path to one, or change to the folder with studies/"
 
 
@@ -211,45 +208,28 @@ def _studies_in(folder: Path) -> list[Path]:
         return []
 
 
-def _listed(words: str, files: Sequence[Path]) -> str:
-    return f"{words} {', '.join(few_of(files))}"
-
-
 def _not_yaml(error: YAMLError, text: str) -> Problem:
-    """Return the problem of a text that cannot be read, with its line and what to do."""
+    """Return the problem of a text that cannot be read, with the line to be mended, and how."""
     mark = getattr(error, "problem_mark", None)
     reason = getattr(error, "problem", None) or getattr(error, "reason", None) or "unreadable"
+    rule = f"is not YAML: {reason}"
     if mark is None:
-        return Problem("", None, f"is not YAML: {reason}")
-    number, hint = _likely(text.splitlines(), mark.line, reason)
-    return Problem("", None, f"is not YAML: {reason}", hint, number + 1)
-
-
-def _likely(lines: list[str], number: int, reason: str) -> tuple[int, str]:
-    """Return the line to be mended, counted from 0, and how."""
-    line = lines[number] if number < len(lines) else ""
+        return Problem("", None, rule)
+    lines = text.splitlines()
+    line = lines[mark.line] if mark.line < len(lines) else ""
+    number, hint = mark.line, ""
+    # This line, and the last one before it, unless they are empty or comments.
+    told = [i for i, each in enumerate(lines[: number + 1]) if re.match(r"\s*[^\s#]", each)]
+    near = told[-2:] if number in told else told[-1:]
     if "\t" in line[: len(line) - len(line.lstrip())]:
-        return number, "a tab is no indentation in YAML: use spaces"
-    before = _line_before(lines, number)
-    for candidate in (number, before):
-        if candidate is not None and _lacks_colon(lines, candidate):
-            entry = lines[candidate].strip()
-            return candidate, f"a colon and a space must follow the key: {entry!r}"
-    if "mapping values" in reason and line.count(": ") > 1:
-        return number, "put a value with a colon in it in quotes"
-    if "',' or" in reason:
-        return number, "a bracket or brace opened before is not closed, or a comma is missing"
-    if "quoted scalar" in reason or "end of stream" in reason:
-        return number, "a quote opened before is not closed"
-    return number, ""
-
-
-def _line_before(lines: list[str], number: int) -> int | None:
-    """Number of the last line before this one that is neither empty nor a comment."""
-    numbers = range(min(number, len(lines)) - 1, -1, -1)
-    return next((i for i in numbers if lines[i].strip() and lines[i].lstrip()[0] != "#"), None)
-
-
-def _lacks_colon(lines: list[str], number: int) -> bool:
-    line = lines[number] if number < len(lines) else ""
-    return bool(line.strip()) and not _ENTRY.match(line) and not line.lstrip().startswith("#")
+        hint = "a tab is no indentation in YAML: use spaces"
+    elif lacking := [i for i in near if not _ENTRY.match(lines[i])]:
+        number = lacking[-1]
+        hint = f"a colon and a space must follow the key: {lines[number].strip()!r}"
+    elif "mapping values" in reason and line.count(": ") > 1:
+        hint = "put a value with a colon in it in quotes"
+    elif "',' or" in reason:
+        hint = "a bracket or brace opened before is not closed, or a comma is missing"
+    elif "quoted scalar" in reason or "end of stream" in reason:
+        hint = "a quote opened before is not closed"
+    return Problem("", None, rule, hint, number + 1)
