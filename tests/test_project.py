@@ -18,7 +18,10 @@ import fretwear
 from fretwear.version import code_digest
 
 REPOSITORY = Path(__file__).parents[1]
-PROJECT = tomllib.loads((REPOSITORY / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+PYPROJECT = tomllib.loads((REPOSITORY / "pyproject.toml").read_text(encoding="utf-8"))
+PROJECT = PYPROJECT["project"]
+# Versions in which something fails.
+BROKEN = {"rich": "13.7.0", "pint": "0.24", "matplotlib": "3.9.0"}
 
 
 def pinned():
@@ -30,12 +33,32 @@ def pinned():
 def test_every_dependency_is_pinned_to_a_version_in_its_range_and_nothing_else():
     versions = pinned()
     needed = [*PROJECT["dependencies"], *PROJECT["optional-dependencies"]["test"]]
+    needed += PYPROJECT["build-system"]["requires"]
     for requirement in map(Requirement, needed):
+        assert not requirement.specifier.contains(BROKEN.get(requirement.name, "0"))
         assert versions[canonicalize_name(requirement.name)] in requirement.specifier
     lines = (REPOSITORY / "constraints.txt").read_text(encoding="utf-8").splitlines()
     assert all(re.fullmatch(r"[A-Za-z0-9._-]+==[A-Za-z0-9.]+", line) for line in lines)
     names = [line.split("==")[0].lower() for line in lines]
     assert names == sorted(set(names))
+
+
+def test_a_wheel_brings_all_that_init_writes(tmp_path):
+    for part in ("setup.py", "pyproject.toml", "README.md", "LICENSE", "Snakefile"):
+        shutil.copy(REPOSITORY / part, tmp_path)
+    for part in ("src", "profiles", "studies"):
+        ignored = shutil.ignore_patterns("*.so", "__pycache__", "*.egg-info")
+        shutil.copytree(REPOSITORY / part, tmp_path / part, ignore=ignored)
+    command = [sys.executable, "setup.py", "-q", "build_py", "--build-lib", "built"]
+    subprocess.run(command, cwd=tmp_path, check=True, capture_output=True)
+    built = tmp_path / "built/fretwear"
+    for part in ("Snakefile", "profiles", "studies"):
+        for file in (REPOSITORY / part, *(REPOSITORY / part).rglob("*.*")):
+            if file.is_file():
+                copy = built / "workspace" / file.relative_to(REPOSITORY)
+                assert copy.read_bytes() == file.read_bytes()
+    for file in (REPOSITORY / "src/fretwear").rglob("*.py"):
+        assert (built / file.relative_to(REPOSITORY / "src/fretwear")).exists()
 
 
 def test_version_and_license_are_the_same_everywhere():
@@ -82,7 +105,7 @@ def test_nothing_that_is_read_can_run():
 
 
 PACKAGE = Path(fretwear.__file__).parent
-# The digest of a copy as it is, and with a line more in each of some files.
+# The digest of a copy as it is, and with another last character in each of some files.
 DIGESTS = """
 import sys
 from pathlib import Path
@@ -91,7 +114,7 @@ print(code_digest())
 for name in sys.argv[1:]:
     file = Path("fretwear", name)
     kept = file.read_bytes() if file.exists() else None
-    file.write_bytes((kept or b"") + b"\\n")
+    file.write_bytes((kept or b"\\n")[:-1] + b" ")
     print(code_digest.__wrapped__())
     file.unlink() if kept is None else file.write_bytes(kept)
 """

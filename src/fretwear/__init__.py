@@ -10,7 +10,7 @@ from fretwear.version import __version__
 if TYPE_CHECKING:
     from fretwear import figures
     from fretwear.data.files import open_case, open_history, open_loops
-    from fretwear.data.merge import open_study
+    from fretwear.data.stack import open_study
     from fretwear.mechanics.roughness import WavyRoughness
     from fretwear.running.simulate import DoubtfulResultWarning, simulate
     from fretwear.study.case import Case
@@ -38,7 +38,7 @@ _HOMES = {
     "open_case": "fretwear.data.files",
     "open_history": "fretwear.data.files",
     "open_loops": "fretwear.data.files",
-    "open_study": "fretwear.data.merge",
+    "open_study": "fretwear.data.stack",
     "simulate": "fretwear.running.simulate",
 }
 

@@ -132,6 +132,11 @@ def test_memory_that_a_library_lacks_and_does_not_tell_of_ends_a_command(then):
         work()
 
 
+def make_folder(path):
+    path.unlink()
+    path.mkdir()
+
+
 @pytest.mark.parametrize(
     ("file", "damage", "step", "words"),
     [
@@ -139,8 +144,9 @@ def test_memory_that_a_library_lacks_and_does_not_tell_of_ends_a_command(then):
         *(
             (f"figures/{name}", damage, "report", "raw the figures")
             for name in ("index.json", "contact_half_width.svg")
-            for damage in (Path.unlink, lambda path: path.write_bytes(b""))
+            for damage in (Path.unlink, lambda path: path.write_bytes(b""), make_folder)
         ),
+        ("figures/contact_half_width.svg", make_folder, "figures", "not written: "),
     ],
 )
 def test_a_damaged_file_is_named_by_what_reads_it(copied, file, damage, step, words):

@@ -453,3 +453,34 @@ def test_a_wish_that_is_told_twice_is_one_wish(cleaning):
     process.send_signal(signal.SIGTERM)
     time.sleep(0.3)
     assert process.poll() is None
+
+
+WATCHED = """
+import os, signal, sys, time
+from fretwear.cli.supervise import Stopped, stopping, watch
+try:
+    with stopping():
+        watch()
+        print("at work", flush=True)
+        {work}
+except Stopped as stopped:
+    stopped.leave()
+"""
+
+
+@pytest.mark.parametrize(
+    ("work", "status", "words"),
+    [
+        ("os.kill(os.getpid(), signal.SIGSEGV)", 139, "fretwear: error: crashed (SIGSEGV): "),
+        ("os.kill(os.getpid(), signal.SIGKILL)", 137, "fretwear: error: killed: out of memory"),
+        ("sys.exit(2)", 2, ""),
+        ("os.kill(os.getppid(), signal.SIGTERM); time.sleep(60)", 143, "stopped: by SIGTERM"),
+        ("os.kill(os.getppid(), signal.SIGKILL); time.sleep(60)", -9, "stopped: by SIGTERM"),
+    ],
+)
+def test_who_watches_a_process_tells_what_it_could_not_and_ends_as_it_did(work, status, words):
+    command = [sys.executable, "-c", WATCHED.format(work=work)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=30, check=False)
+    assert done.stdout == "at work\n"
+    assert (done.returncode, words in done.stderr) == (status, True)
+    assert done.stderr.count("\n") == bool(words)

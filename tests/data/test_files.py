@@ -17,7 +17,7 @@ from fretwear.data.files import (
     opened_case,
     write_case,
 )
-from fretwear.data.safe import CaseFileError
+from fretwear.data.safe import CaseFileError, DataFileError
 from fretwear.vocabulary import FIELDS
 
 from ..studies import flip
@@ -126,6 +126,31 @@ def test_the_whole_contact_is_four_quarters_even_and_evenly_spaced(
         quarter.load()
         assert mirrored(quarter).x.min() == -quarter.x.max()
         assert quarter.x.min() > 0.0
+
+
+LOST = {
+    "a unit": lambda file: file["pressure"].delncattr("units"),
+    "an attribute": lambda file: file.delncattr("title"),
+    "a group's attribute": lambda file: file["history"].delncattr("title"),
+    "a value": lambda file: file["gap"].__setitem__((1, 0, 0), 1.0),
+    "a cycle": lambda file: file["pressure"].__setitem__(1, np.nan),
+    "a variable": lambda file: file["history"].renameVariable("approach", "approch"),
+}
+
+
+@pytest.mark.parametrize("what", LOST)
+def test_what_the_library_loses_without_a_word_is_found_out_before_the_file_has_its_name(
+    tmp_path, results, monkeypatch, what
+):
+    def lose(path):
+        with netCDF4.Dataset(path, "a") as file:
+            LOST[what](file)
+        add_checksum(path)
+
+    monkeypatch.setattr("fretwear.data.files.add_checksum", lose)
+    with pytest.raises(DataFileError, match="reads back differently"):
+        write_case(results.dataset, results.history, tmp_path / "case.nc")
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_finished_case_is_that_of_the_same_case_snapshots_and_code(

@@ -15,19 +15,19 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fretwear.data import merge
-from fretwear.data.files import add_checksum, open_case, open_history, open_summary, write_case
-from fretwear.data.merge import (
-    MOST_POSITIONS,
-    NOT_DONE,
-    PROFILES,
-    Tally,
-    _common_positions,
-    _Window,
-    merge_study,
-    open_study,
+from fretwear.data.files import (
+    add_checksum,
+    open_case,
+    open_history,
+    open_summary,
+    write_case,
+    write_group,
 )
+from fretwear.data.layout import NOT_DONE
+from fretwear.data.merge import PROFILES, Tally, merge_study
+from fretwear.data.positions import MOST_POSITIONS, Window, common_positions
 from fretwear.data.safe import CaseFilesError, DataFileError
+from fretwear.data.stack import _StackedField, open_study
 from fretwear.vocabulary import FIELDS, SCALARS, PointStatus
 
 from ..studies import WAVES, flip
@@ -156,12 +156,12 @@ def test_cases_of_different_spacing_are_interpolated_on_the_finest(make_study, s
     # 0.9 a is 12 p0/a²; nearer than its first cell the coarse case has the value of that cell.
     bound = (10e-6 / case.hertz_radius) ** 2 / 8 * 12 * peak
     np.testing.assert_allclose(coarse[smooth], fine[smooth], rtol=0, atol=bound)
-    fine, wide = _Window(1e-6, 30.5e-6, False), _Window(3e-6, 99e-6, False)
-    np.testing.assert_allclose(_common_positions([fine, wide]), (np.arange(99) + 0.5) * 1e-6)
-    extreme = _common_positions([_Window(1e-10, 1e-6, False), wide])
+    fine, wide = Window(1e-6, 30.5e-6, False), Window(3e-6, 99e-6, False)
+    np.testing.assert_allclose(common_positions([fine, wide]), (np.arange(99) + 0.5) * 1e-6)
+    extreme = common_positions([Window(1e-10, 1e-6, False), wide])
     assert extreme.size == MOST_POSITIONS
     assert extreme[-1] < 99e-6 < extreme[-1] + (extreme[1] - extreme[0])
-    both = _common_positions([fine, _Window(3e-6, 9e-6, True)])
+    both = common_positions([fine, Window(3e-6, 9e-6, True)])
     assert both.size == 2 * 31
     np.testing.assert_array_equal(both, -both[::-1])
 
@@ -214,17 +214,41 @@ def test_snapshots_that_a_case_does_not_have_are_nan(make_study, summary_of):
     assert summary.pressure_profile[0, 3].isnull().all()
 
 
+@pytest.mark.parametrize(
+    "lose",
+    [
+        lambda file: file["wear_volume"].delncattr("units"),
+        lambda file: file["gap_profile"].delncattr("comment"),
+        lambda file: file["pressure_profile"].__setitem__((0, 0, 2, 0), 1.0),
+        lambda file: file["history/cycle"].__setitem__((2, 1, 0), 1.0),
+    ],
+)
+def test_what_the_library_loses_without_a_word_is_found_out(make_study, run_study, tmp_path, lose):
+    def losing(file, dataset):
+        write_group(file, dataset)
+        lose(file)
+
+    study = make_study(LOADS)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("fretwear.data.merge.write_group", losing)
+        with pytest.raises(DataFileError, match="reads back differently"):
+            merge_study(study, run_study(study), tmp_path / "summary.nc")
+    assert list(tmp_path.glob("*summary*")) == []
+
+
 def test_every_file_that_cannot_be_used_is_named_and_nothing_is_written(
     make_study, run_study, tmp_path
 ):
     study = make_study(LOADS)
     cases = run_study(study)
-    short, flipped, another, source, fewer, _ = (cases / f"{name}.nc" for name in study.cases())
+    short, flipped, another, source, fewer, older = (cases / f"{name}.nc" for name in study.cases())
     short.write_bytes(short.read_bytes()[:-1000])
     flip(flipped)
     another.write_bytes(source.read_bytes())
     with open_case(fewer) as case, open_history(fewer) as history:
         write_case(case.isel(cycle=[0, 2]), history, fewer)
+    with open_case(older) as case, open_history(older) as history:
+        write_case(case.assign_attrs(code_digest="0"), history, older)
     with pytest.raises(CaseFilesError) as error:
         merge_study(study, cases, tmp_path / "summary.nc")
     wrong = {
@@ -232,6 +256,7 @@ def test_every_file_that_cannot_be_used_is_named_and_nothing_is_written(
         flipped: "its checksum does not match",
         another: f"holds another case, {source.stem}",
         fewer: "no snapshot at cycle 100",
+        older: "another version of the code",
     }
     assert {found.path for found in error.value.errors} == wrong.keys()
     lines = str(error.value).splitlines()
@@ -300,9 +325,9 @@ def test_any_part_can_be_asked_for_and_no_more_is_read(make_study, merged, monke
         for part in parts:
             np.testing.assert_array_equal(stack.slip.isel(part), slip.isel(part))
         taken = []
-        take = merge._StackedField.__getitem__
+        take = _StackedField.__getitem__
         monkeypatch.setattr(
-            merge._StackedField,
+            _StackedField,
             "__getitem__",
             lambda field, key: taken.append(take(field, key)) or taken[-1],
         )

@@ -2,6 +2,7 @@
 
 import copy
 import errno
+import json
 import os
 import signal
 import threading
@@ -18,16 +19,20 @@ from fretwear.data.safe import (
     Unfailing,
     _host,
     atomic_path,
+    is_of_memory,
     open_log,
     read_data,
     reason_of,
     remove_stale_temporaries,
+    unexpected,
     uninterrupted,
     why_leading_out,
     why_not_writable,
     write_error,
     write_text,
 )
+from fretwear.running.batch import may_happen
+from fretwear.units import size_text
 
 from .conftest import python
 
@@ -42,8 +47,39 @@ def test_an_error_names_the_file_the_problem_and_the_remedy_and_can_be_copied():
         assert str(copy.copy(error)) == str(error)
         assert type(copy.copy(error)) is type(error)
     assert reason_of(ValueError("as it says")) == "as it says"
-    assert reason_of(MemoryError()) == "there is not enough memory"
-    assert "memory had run out" in reason_of(SystemError("error return without exception set"))
+    assert reason_of(KeyError()) == "KeyError"
+
+
+def wrapped():
+    error = RuntimeError("NetCDF: HDF error")
+    error.__cause__ = MemoryError()
+    return error
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        MemoryError(),
+        SystemError("error return without exception set"),
+        RuntimeError("FT_Open_Face failed with error 0x40: out of memory"),
+        ImportError("libx.so: cannot allocate memory in static TLS block"),
+        OSError(errno.ENOMEM, os.strerror(errno.ENOMEM)),
+        wrapped(),
+    ],
+)
+def test_a_lack_of_memory_is_known_under_all_its_names(error):
+    assert may_happen(error)
+    assert reason_of(error).startswith("there is not enough memory")
+    assert not is_of_memory(ValueError("of the memory of Hertz"))
+
+
+def test_who_is_to_blame_is_told_by_where_an_error_arose():
+    with pytest.raises(TypeError) as own:
+        size_text("a lot")
+    assert unexpected(own.value).startswith("this is a defect of fretwear, please report it: TypeE")
+    with pytest.raises(json.JSONDecodeError) as library:
+        json.loads("{")
+    assert unexpected(library.value).startswith("a library failed (JSONDecodeError: ")
 
 
 @pytest.mark.parametrize(

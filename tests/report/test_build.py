@@ -242,6 +242,8 @@ def test_the_download_is_the_table_of_all_points_with_final_values(finished, par
     (link,) = (attrs for tag, attrs in parsed.elements if tag == "a" and attrs.get("download"))
     text = base64.b64decode(str(link["href"]).partition("base64,")[2]).decode()
     rows = list(csv.DictReader(text.splitlines()))
+    assert [*rows[0]][:2] == ["case_id", "status"]
+    assert [*rows[0]][-1] == "code_digest"
     assert len(rows) == len(finished.plan.points)
     for row, planned in zip(rows, finished.plan.points, strict=True):
         assert row["case_id"] == planned.id

@@ -12,6 +12,7 @@ import pytest
 import xarray as xr
 
 from fretwear.data.files import add_checksum
+from fretwear.data.safe import _host
 from fretwear.running import simulate
 from fretwear.running.checkpoint import (
     Checkpoint,
@@ -116,6 +117,14 @@ def container(header):
             "content.npy", b"\x93NUMPY\x01\x00" + struct.pack("<H", len(header)) + header
         )
     return content.getvalue()
+
+
+def test_what_killed_writers_have_left_of_a_checkpoint_goes_with_it(case, path):
+    left = path.with_name(f".{path.name}.{_host()}.999999999.deadbeef.tmp")
+    left.write_text("half")
+    with Checkpoint(path, case, print):
+        pass
+    assert not left.exists()
 
 
 def test_a_checkpoint_that_cannot_be_removed_spoils_nothing(case, path):

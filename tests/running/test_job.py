@@ -1,11 +1,13 @@
 """One case to one file, whoever else works on it and whatever goes wrong."""
 
 import multiprocessing
+import os
 import random
 import re
 import shutil
 import signal
 import time
+from pathlib import Path
 
 import pytest
 import xarray as xr
@@ -40,7 +42,7 @@ def run(start, tmp_path):
     """Start `fretwear run` of one case to a file, which takes a second or two."""
     long = {"cycles": 7000, "cell": "1 um", "roughness": WAVES}
     write_study(tmp_path / "one.yaml", {"base": {**BASE, **long}})
-    return lambda: start("run", "one.yaml", "-o", "out/a.nc")
+    return lambda: start("run", "one.yaml", "-o", "out/a.nc", start_new_session=True)
 
 
 def job(case, path, told=None, observers=()):
@@ -57,10 +59,11 @@ def names(path):
 def test_of_two_processes_one_computes_and_the_other_waits_for_its_file(run, tmp_path, then):
     first = run()
     read_until(first, "cycle 0 of")
-    first.send_signal(signal.SIGSTOP)
+    os.killpg(first.pid, signal.SIGSTOP)
     second = run()
-    read_until(second, f"out/a.nc: process {first.pid} on ")
-    first.send_signal(then)
+    child = Path(f"/proc/{first.pid}/task/{first.pid}/children").read_text().strip()
+    read_until(second, f"out/a.nc: process {child} on ")
+    os.killpg(first.pid, then)
     written = first.communicate()[0]
     taken, told = second.communicate()
     assert second.returncode == 0, told

@@ -11,7 +11,7 @@ from tests.studies import WAVES, base, refusal, run_study, steel, write_study
 from fretwear.cli.show import case_content, case_lines, comparison_lines
 from fretwear.data.dataset import mirrored
 from fretwear.data.files import open_case, open_history, open_summary, write_case
-from fretwear.data.merge import open_study
+from fretwear.data.stack import open_study
 from fretwear.figures import overview
 from fretwear.figures.index import INDEX_NAME
 from fretwear.figures.study import study_figures

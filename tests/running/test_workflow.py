@@ -185,10 +185,13 @@ def test_a_failed_case_stops_what_follows_unless_told_to_keep_going(checkout):
 
 @pytest.mark.slow
 def test_the_report_of_the_workflow_itself_holds_the_figures_with_their_captions(copy):
+    code = "{{ cycler.__init__.__globals__.os.popen('touch harm').read() }}"
+    (copy.results / "figures/captions.rst").write_text(code)
     copy.snakemake("--report", "workflow.html", status=0)
     page = (copy.folder / "workflow.html").read_text(encoding="utf-8")
     figures = json.loads((copy.results / "figures/index.json").read_text(encoding="utf-8"))
     assert len(figures) == 11
+    assert not (copy.folder / "harm").exists()
     for figure in figures:
         assert f'"figure": "{figure["name"]}"' in page
         assert f'"{figure["category"]}"' in page

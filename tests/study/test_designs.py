@@ -21,6 +21,10 @@ def test_a_grid_takes_every_combination_and_zip_pairs_the_lists(studies, content
     study = studies.load(content | {"design": "zip", "vary": vary})
     pairs = [(point.case.load, point.case.friction) for point in study.points()]
     assert (pairs, study.shape) == ([(25.0, 0.3), (50.0, 0.4)], (2,))
+    content["base"]["roughness"] = WAVES
+    vary = {"load": ["25 N", "50 N"], "roughness.amplitude": ["0.1 um"]}
+    error = studies.error(content | {"design": "zip", "vary": vary})
+    assert "must have lists of equal length under design: zip" in str(error)
 
 
 def test_seeds_are_short_for_varying_that_of_the_roughness(studies, content):

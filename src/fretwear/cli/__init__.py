@@ -9,19 +9,21 @@ import os
 import sys
 from typing import Any
 
-from fretwear.cli.supervise import Stopped, stopping
+from fretwear.cli.supervise import Stopped, stopping, watch
 
 __all__ = ["app", "main"]
 
 
-def main() -> None:
-    """Run the command line and leave with its exit status."""
+def main(*, watched: bool = True) -> None:
+    """Run the command line, in a process that another one watches, and leave with its status."""
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:  # Libraries count on both.
             setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115, PTH123
     try:
         # From here on: whoever asks a process to stop does not wait until it has started.
         with stopping():
+            if watched:
+                watch()
             from fretwear.cli.program import app
 
             app()

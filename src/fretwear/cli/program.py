@@ -122,24 +122,24 @@ def _tell(error: BaseException, call: Call) -> int:
     if not isinstance(error, Exception | Stopped):
         raise error
     from fretwear.cli.progress import Log
-    from fretwear.data.safe import is_of_netcdf, reason_of
+    from fretwear.data.safe import reason_of, unexpected
 
     log = call.log or Log(format_in_call(call.arguments, os.environ))
     if isinstance(error, Stopped):
         message = f"{error}; run the same command again to resume"
         log.error(message, error.exit_status, event="stopped")
         return error.exit_status
-    status, message, defect = int(Status.FAILED), reason_of(error), None
+    status, message, defect = int(Status.FAILED), str(error), None
     if isinstance(error, typer.TyperException):
         status, message = Status.WRONG_INPUT, what_is_wrong(error, call.arguments)
     elif isinstance(error, CommandError | StudyError):
         status = getattr(error, "status", Status.WRONG_INPUT)
     else:
-        from fretwear.running.batch import JOB_ERRORS
+        from fretwear.running.batch import may_happen
 
-        if not (isinstance(error, (*JOB_ERRORS, OSError)) or is_of_netcdf(error)):
-            cause = f"{type(error).__name__}: {error}".rstrip(": ")
-            message, defect = f"this is a defect of fretwear, please report it: {cause}", error
+        message = reason_of(error)
+        if not may_happen(error):
+            message, defect = unexpected(error), error
     log.error(message, status, defect=defect)
     return status
 

@@ -23,6 +23,7 @@ _WORDS = {
 _SAME_WISH_SECONDS = 1.0
 _LONGEST_CLEANING_SECONDS = 60.0
 _PARENT_DEATH_SIGNAL = 1  # of prctl, Linux
+_WHY = ": out of memory, or a failing disk? The same command goes on from what is there, unchanged"
 
 
 class Stopped(BaseException):
@@ -80,6 +81,26 @@ def _end(number: int) -> NoReturn:
     os._exit(128 + number)
 
 
+def watch() -> None:
+    """Return in a child process; this one waits, says what that could not, and ends as it did.
+
+    A library that crashes and a kernel that is out of memory leave a process no time for a word.
+    """
+    if not hasattr(os, "fork") or "--supervise" in sys.argv:  # that has a parent to tell of it
+        return
+    try:
+        child = _fork()
+    except OSError:  # no memory for it
+        return
+    if child == 0:
+        return
+    status = _exit_status_of(child)
+    if status < 0:
+        with suppress(OSError):
+            os.write(2, f"fretwear: error: {_ending(status)}{_WHY}\n".encode())
+    os._exit(status if status >= 0 else 128 - status)
+
+
 def supervise(case_ids: Collection[str], results: Path) -> None:
     """Return in a child process; this one waits, and starts another child if that is killed.
 
@@ -96,28 +117,49 @@ def supervise(case_ids: Collection[str], results: Path) -> None:
     while hasattr(os, "fork"):
         for stream in (sys.stdout, sys.stderr):
             Unfailing(stream).flush()
-        child = os.fork()
+        child = _fork()
         if child == 0:
-            if sys.platform == "linux":  # which stops this process when its parent is killed
-                import ctypes
-
-                ctypes.CDLL(None).prctl(_PARENT_DEATH_SIGNAL, signal.SIGTERM, 0, 0, 0)
             return
-        try:
-            ended = os.waitpid(child, 0)[1]
-        except Stopped as stopped:
-            # From now on signals are ignored here, and the child says what there is to say.
-            os.kill(child, stopped.number)
-            ended = os.waitpid(child, 0)[1]
-        status, before = os.waitstatus_to_exitcode(ended), vanished
+        status, before = _exit_status_of(child), vanished
         reasons = {case_id: failure.reason for case_id, failure in failures(results).items()}
         vanished = {case_id for case_id in case_ids if reasons.get(case_id) == ENDED}
         if status >= 0:  # what there was to say the child has said
             os._exit(status)
         lost = ", ".join(sorted(vanished - before))
-        how = "killed" if status == -signal.SIGKILL else f"crashed ({signal.Signals(-status).name})"
         out = Unfailing(sys.stderr)
-        out.write(f"{how}{f' during {lost}' if lost else ''}: out of memory?\n")
+        out.write(f"{_ending(status)}{f' during {lost}' if lost else ''}: out of memory?\n")
         if not lost:
             os._exit(128 - status)
         out.write("the other cases run first, then this one is tried again\n")
+
+
+def _fork() -> int:
+    """Fork; the child is asked to stop when this process is killed, and neither when it is new."""
+    parent = os.getpid()
+    signal.pthread_sigmask(signal.SIG_BLOCK, _WORDS)
+    child = os.fork()
+    if child == 0:
+        if sys.platform == "linux":
+            import ctypes
+
+            ctypes.CDLL(None).prctl(_PARENT_DEATH_SIGNAL, signal.SIGTERM, 0, 0, 0)
+        if os.getppid() != parent:
+            os.kill(os.getpid(), signal.SIGTERM)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, _WORDS)
+    return child
+
+
+def _exit_status_of(child: int) -> int:
+    """Wait for a child; return its exit status, or the negative number of the signal it died of."""
+    try:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, _WORDS)
+        status = os.waitpid(child, 0)[1]
+    except Stopped as stopped:
+        # From now on signals are ignored here, and the child says what there is to say.
+        os.kill(child, stopped.number)
+        status = os.waitpid(child, 0)[1]
+    return os.waitstatus_to_exitcode(status)
+
+
+def _ending(status: int) -> str:
+    return "killed" if status == -signal.SIGKILL else f"crashed ({signal.Signals(-status).name})"

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from fretwear.units import in_unit
 from fretwear.vocabulary import (
     CASE_ID,
+    CODE_DIGEST,
     CYCLE,
     POINT,
     RESULTS,
@@ -95,12 +96,14 @@ def results_table(summary: Merged) -> str:
     """Return the points of a merged study as CSV: id, parameters and final values, SI units."""
     dims, varied = set(point_dims(summary)), varied_names(summary)
     along = [str(name) for name, each in summary.variables.items() if set(each.dims) <= dims]
-    named = [*varied, *(n for n in along if n not in _BOOKKEEPING and n not in varied)]
+    told = {*_BOOKKEEPING, *varied, CODE_DIGEST.name}
+    named = [*varied, *(name for name in along if name not in told)]
     columns = {
         CASE_ID.name: point_values(summary, CASE_ID.name).tolist(),
         STATUS.name: [PointStatus(int(s)).word for s in point_values(summary, STATUS.name)],
         **{name: point_values(summary, name).tolist() for name in named},
         **{name: values.ravel().tolist() for name, values in final_results(summary).items()},
+        CODE_DIGEST.name: point_values(summary, CODE_DIGEST.name).tolist(),
     }
     stream = StringIO()
     writer = csv.writer(stream, lineterminator="\n")

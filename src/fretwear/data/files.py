@@ -62,6 +62,7 @@ _COMPLETE = "complete"
 _SUPERBLOCK = 52
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
+READS_BACK = "the file reads back differently from what was written"
 _CHECK_NAME = "Check the name, or run the case"
 _CHECK_FOLDER = "Check the name: case files lie in the folder cases/ of a study's results"
 _CHECK_KIND = "Check the name; if it is the rest of a case file, run the case again"
@@ -119,7 +120,8 @@ def open_lazily(path: str | PathLike[str], group: str | None = None) -> xr.Datas
         )
     except (OSError, RuntimeError, ValueError, TypeError, LookupError, AttributeError) as cause:
         raise DataFileError(Path(path), f"it cannot be read ({cause})", _CHECK_KIND) from cause
-    if not dataset.variables:  # of which the netCDF library says nothing where memory is short
+    # Of what is not there the netCDF library says nothing where memory is short.
+    if not (dataset.variables and (dataset.attrs or group)):
         raise DataFileError(Path(path), "it cannot be read (nothing was found in it)", _CHECK_KIND)
     for name, coordinate in dataset.coords.items():
         if coordinate.dtype.kind == "O":
@@ -186,8 +188,8 @@ def opened_case(path: str | PathLike[str], *, own: bool = True) -> Iterator[Case
     path = Path(path)
     problem = damage(path, "case file")
     is_ours = not problem
-    if problem and (own or not _saved_elsewhere(path)):
-        raise _damaged(path, problem)
+    if problem and ((error := _not_saved(path, problem)) or own):
+        raise error or CaseFileError(path, problem, _RUN_AGAIN)
     with _opened(path) as file:
         case_file = CaseFile(path, file)
         if "case_id" not in file.ncattrs():
@@ -203,36 +205,26 @@ def opened_case(path: str | PathLike[str], *, own: bool = True) -> Iterator[Case
         yield case_file
 
 
-def _saved_elsewhere(path: Path) -> bool:
-    """Tell whether a file without our checksum is whole by its own account, as xarray leaves it.
+def _not_saved(path: Path, problem: str) -> CaseFileError | None:
+    """Return why a file without our checksum is no case; None where xarray has left it whole.
 
     The superblock of an HDF5 file says where the file ends. One of ours that was cut short ends
     before that, and one that was damaged still has its checksum, which does not fit.
     """
     try:
         with path.open("rb") as stream:
-            head = stream.read(_SUPERBLOCK)
+            head = stream.read(_SUPERBLOCK).ljust(_SUPERBLOCK, b"\0")
             size = stream.seek(0, os.SEEK_END)
             stream.seek(max(0, size - _LENGTH))
-            ending = stream.read()
-    except OSError:
-        return False
-    if not head.startswith(_SIGNATURE) or len(head) < _SUPERBLOCK or _MARK.strip() in ending:
-        return False
-    end = {0: 40, 1: 44}.get(head[len(_SIGNATURE)], 28)
-    return int.from_bytes(head[end : end + 8], "little") == size
-
-
-def _damaged(path: Path, problem: str) -> CaseFileError:
-    try:
-        with path.open("rb") as stream:
-            begins = stream.read(len(_SIGNATURE))
+            is_ours = _MARK.strip() in stream.read()
     except OSError:
         return CaseFileError(path, problem, _CHECK_NAME)
-    if begins == _SIGNATURE:
-        return CaseFileError(path, problem, _RUN_AGAIN)
-    # It may be precious, a study file for example: nobody is told to remove it.
-    return CaseFileError(path, "it is not a netCDF-4 file, which case files are", _CHECK_KIND)
+    if not head.startswith(_SIGNATURE):
+        # It may be precious, a study file for example: nobody is told to remove it.
+        return CaseFileError(path, "it is not a netCDF-4 file, which case files are", _CHECK_KIND)
+    end = {0: 40, 1: 44}.get(head[len(_SIGNATURE)], 28)
+    is_whole = int.from_bytes(head[end : end + 8], "little") == size and not is_ours
+    return None if is_whole else CaseFileError(path, problem, _RUN_AGAIN)
 
 
 def _lacking(dims: Mapping[Hashable, tuple[Hashable, ...]]) -> list[str]:
@@ -306,28 +298,71 @@ def write_case(
             file.setncattr(_COMPLETE, np.int32(1))
             for name, content in groups.items():
                 write_group(file.createGroup(name), content)
+            file.sync()
         add_checksum(temporary)
         try:
-            with opened_case(temporary) as file:
-                file.check_values()
+            with opened_case(temporary) as case_file:
+                check_group(case_file.file, dataset)
+                for name, content in groups.items():
+                    check_group(case_file.file[name], content)
         except CaseFileError as cause:
-            raise RuntimeError("the file reads back differently from what was written") from cause
+            raise RuntimeError(READS_BACK) from cause
 
 
 def write_group(group: Any, content: xr.Dataset | Labelled) -> None:
-    """Write variables and attributes into a group of an open file, as xarray reads them.
+    """Write variables and attributes into a group of an open file, as xarray reads them."""
+    group.setncatts(content.attrs)
+    around = group.parent.dimensions if group.parent is not None else {}
+    for name, values, dims, attributes in _stored(content):
+        options: dict[str, Any] = {}
+        if name in _STORED_SMALL:
+            options = {**COMPRESSION, "chunksizes": (1, *values.shape[1:])}
+            options |= {"fill_value": np.nan} if values.dtype.kind == "f" else {}
+        for dim, size in zip(dims, values.shape, strict=True):
+            if dim not in group.dimensions and dim not in around:
+                group.createDimension(dim, size)
+        target = group.createVariable(name, values.dtype, dims, **options)
+        target.setncatts(attributes)
+        target[...] = values
+
+
+def check_group(group: Any, content: xr.Dataset | Labelled) -> None:
+    """Refuse, by a RuntimeError, what reads back differently from what `write_group` was given.
+
+    Where memory is short the netCDF library may leave out an attribute, and say nothing.
+    """
+    group.set_auto_chartostring(False)
+    check_attributes(group, content.attrs)
+    for name, values, dims, attributes in _stored(content):
+        kept = group.variables.get(name)
+        if kept is None or kept.dimensions != dims or kept.dtype != values.dtype:
+            raise RuntimeError(READS_BACK)
+        check_attributes(kept, attributes)
+        for part in np.ndindex(values.shape[:1] if values.ndim > 2 else ()):
+            if kept[part or ...].tobytes() != values[part].tobytes():
+                raise RuntimeError(READS_BACK)
+
+
+def check_attributes(owner: Any, given: Mapping[Any, Any]) -> None:
+    """Refuse, by a RuntimeError, a variable or a group that lacks attributes."""
+    kept = set(owner.ncattrs())
+    if not all(n in kept and np.array_equal(owner.getncattr(n), given[n]) for n in given):
+        raise RuntimeError(READS_BACK)
+
+
+def _stored(
+    content: xr.Dataset | Labelled,
+) -> Iterator[tuple[str, NDArray[Any], tuple[str, ...], dict[str, Any]]]:
+    """Yield name, values, dimensions and attributes of variables as they are stored.
 
     Text has a fixed length: strings of variable length crash the netCDF library when a file is open
     twice and one of the two is closed.
     """
-    group.setncatts(content.attrs)
     variables: Mapping[Any, Any] = content.variables
     coords: Iterable[Any] = content.coords
-    around = group.parent.dimensions if group.parent is not None else {}
     beside = sorted(name for name in coords if name not in variables[name].dims)
     for name, variable in variables.items():
         values, dims, attributes = np.asarray(variable.values), variable.dims, {**variable.attrs}
-        options: dict[str, Any] = {}
         if values.dtype.kind in "OU":
             if not all(isinstance(each, str) for each in values.flat):
                 raise TypeError(f"{name} holds neither numbers nor text")
@@ -335,17 +370,9 @@ def write_group(group: Any, content: xr.Dataset | Labelled) -> None:
             length = max(1, text.dtype.itemsize)
             values = text.astype(f"S{length}").reshape(*values.shape, 1).view("S1")
             dims, attributes["_Encoding"] = (*dims, f"{name}_length"), "utf-8"
-        elif name in _STORED_SMALL:
-            options = {**COMPRESSION, "chunksizes": (1, *values.shape[1:])}
-            options |= {"fill_value": np.nan} if values.dtype.kind == "f" else {}
         if beside and name not in content.coords:
             attributes["coordinates"] = " ".join(beside)
-        for dim, size in zip(dims, values.shape, strict=True):
-            if dim not in group.dimensions and dim not in around:
-                group.createDimension(dim, size)
-        target = group.createVariable(name, values.dtype, dims, **options)
-        target.setncatts(attributes)
-        target[...] = values
+        yield name, values, dims, attributes
 
 
 def open_case(path: str | PathLike[str], full: bool = False) -> xr.Dataset:
@@ -375,8 +402,7 @@ def open_case(path: str | PathLike[str], full: bool = False) -> xr.Dataset:
     with opened_case(path, own=False) as file:
         file.check_values()
     dataset = open_lazily(path)
-    whole: xr.Dataset = dataset.fretwear.full() if full else dataset
-    return whole
+    return dataset.fretwear.full() if full else dataset
 
 
 def open_history(path: str | PathLike[str]) -> xr.Dataset:
@@ -399,17 +425,16 @@ def open_history(path: str | PathLike[str]) -> xr.Dataset:
         When the file is missing, unfinished, cut short or damaged.
     """
     with suppress(DataFileError), open_summary(path) as summary:
-        if "study" in summary.attrs:
-            history = open_lazily(path, group=HISTORY_GROUP)
-            coordinates = summary.drop_vars([CYCLE.name, "x"]).coords
-            return history.set_coords(CYCLE.name).assign_coords(coordinates)
+        history = open_lazily(path, group=HISTORY_GROUP)
+        coordinates = summary.drop_vars([CYCLE.name, X.name]).coords
+        return history.set_coords(CYCLE.name).assign_coords(coordinates)
     with opened_case(path, own=False) as file:
         file.check_values()
-        if HISTORY_GROUP not in file.file.groups:
-            # Saved by xarray, which knows no history: the snapshots are all there is of it.
-            dataset = open_lazily(path).drop_dims([X.name, Y.name], errors="ignore")
-            return dataset.reset_coords(drop=True).rename_dims({CYCLE.name: STEP.name})
-    return open_lazily(path, group=HISTORY_GROUP)
+        if HISTORY_GROUP in file.file.groups:
+            return open_lazily(path, group=HISTORY_GROUP)
+    # Saved by xarray, which knows no history: the snapshots are all there is of it.
+    dataset = open_lazily(path).drop_dims([X.name, Y.name], errors="ignore")
+    return dataset.reset_coords(drop=True).rename_dims({CYCLE.name: STEP.name})
 
 
 def open_loops(path: str | PathLike[str]) -> xr.Dataset:

@@ -2,11 +2,53 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection
-from typing import Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from fretwear.data.files import CaseFile
+
+
+MOST_POSITIONS = 4096
+"""Most positions on either side of the middle that cases share."""
+
+
+class Window(NamedTuple):
+    """How finely and how far a case is resolved along one direction, m, and on which sides."""
+
+    spacing: float
+    length: float
+    is_whole: bool
+
+    @classmethod
+    def of(cls, file: CaseFile, name: str) -> Window:
+        """Return the window of a case along x or y."""
+        cells = file.read(name)
+        is_whole = bool(cells[0] < 0.0)
+        inner, outer = float(cells[0]), float(cells[-1])
+        spacing = (outer - inner) / (cells.size - 1) if is_whole else 2.0 * inner
+        return cls(spacing, outer + 0.5 * spacing, is_whole)
+
+
+def common_positions(windows: Collection[Window]) -> NDArray[np.float64]:
+    """Return positions in m that serve all cases.
+
+    They are centres of cells as fine as the finest case's, to the end of the largest window:
+    where all cases have one spacing, these are their own cells and nothing is interpolated.
+    Above `MOST_POSITIONS` on a side the spacing is as fine as that many allow.
+    """
+    spacing = min(window.spacing for window in windows)
+    length = max(window.length for window in windows)
+    # The margin keeps a division's last bit from adding a cell.
+    number = math.ceil(length / spacing * (1.0 - 1e-9))
+    if number > MOST_POSITIONS:
+        number, spacing = MOST_POSITIONS, length / MOST_POSITIONS
+    x = (np.arange(number, dtype=np.float64) + 0.5) * spacing
+    return np.concatenate([-x[::-1], x]) if any(window.is_whole for window in windows) else x
 
 
 def resampled(

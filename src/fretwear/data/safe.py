@@ -14,6 +14,7 @@ import stat
 import tempfile
 import threading
 import time
+import traceback
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import cache
@@ -22,14 +23,15 @@ from pathlib import Path
 from types import FrameType
 from typing import Any, BinaryIO, Self, TextIO
 
-_AGAIN = "then run the same command again"
+_AGAIN = "run the same command again"
 _NEARLY_FULL = 1 << 20
 _NO_SPACE = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 _WHY_NOT_WRITTEN = (
     (
         _NO_SPACE,
         "not written, because the disk (or the quota on it) is full",
-        f"Free some space or choose another folder, {_AGAIN}; what was there before is unchanged",
+        f"Free some space or choose another folder, then {_AGAIN}; "
+        "what was there before is unchanged",
     ),
     (
         {errno.EACCES, errno.EPERM, errno.EROFS},
@@ -46,6 +48,9 @@ _WHY_NOT_WRITTEN = (
 _FOREIGN_LIFETIME = 7 * 24 * 3600.0
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+_OF_MEMORY = re.compile(r"(out of|not enough) memory|alloc", re.IGNORECASE)
+_PACKAGE = Path(__file__).parents[1]
 
 # A link is not followed, a pipe is not waited for.
 _PLAINLY = os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK
@@ -87,15 +92,37 @@ def is_of_netcdf(error: BaseException) -> bool:
     return isinstance(error, kinds) and bool(re.match(r"NetCDF: |\w+ not found in /", str(error)))
 
 
+def is_of_memory(error: BaseException | None) -> bool:
+    """Say whether memory had run out, also where a library tells of that in its own way."""
+    while error is not None:
+        if isinstance(error, MemoryError | SystemError) or _OF_MEMORY.search(str(error)):
+            return True
+        error = error.__cause__ or error.__context__
+    return False
+
+
 def reason_of(error: BaseException) -> str:
-    """Say why something failed; compiled libraries that run out of memory may not say so."""
-    if isinstance(error, SystemError):
-        return f"a library failed as if memory had run out ({error})"
+    """Say why something failed, and of what should not happen, whom to tell."""
+    words = str(error) or type(error).__name__
+    if isinstance(error, DataFileError) or (isinstance(error, MemoryError) and str(error)):
+        return words
+    if is_of_memory(error):
+        return f"there is not enough memory ({words})"
     if is_of_netcdf(error):
-        return f"a file cannot be read or written, as if memory had run out ({error})"
-    if isinstance(error, MemoryError):
-        return str(error) or "there is not enough memory"
-    return str(error) or type(error).__name__
+        return f"a file cannot be read or written, as if memory had run out ({words})"
+    return words
+
+
+def unexpected(error: Exception) -> str:
+    """Say of what never should happen whether a library failed, or fretwear itself."""
+    cause = f"{type(error).__name__}: {error}".rstrip(": ")
+    frames = [frame for frame, _ in traceback.walk_tb(error.__traceback__)]
+    if not frames or Path(frames[-1].f_code.co_filename).is_relative_to(_PACKAGE):
+        return f"this is a defect of fretwear, please report it: {cause}"
+    return (
+        f"a library failed ({cause}). If memory or the disk was short, {_AGAIN}; otherwise "
+        "please report this"
+    )
 
 
 def write_error(path: Path, cause: OSError | RuntimeError) -> DataFileError:
@@ -112,7 +139,7 @@ def write_error(path: Path, cause: OSError | RuntimeError) -> DataFileError:
     for numbers, problem, remedy in _WHY_NOT_WRITTEN:
         if number in numbers:
             return DataFileError(path, problem.format(folder=path.parent), remedy)
-    remedy = f"Check the free space, the quota and the disk of the folder, {_AGAIN}"
+    remedy = f"Check the free space, the quota and the disk of the folder, then {_AGAIN}"
     return DataFileError(path, f"not written: {cause}", remedy)
 
 

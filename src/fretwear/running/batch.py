@@ -13,7 +13,16 @@ from typing import TYPE_CHECKING, Protocol
 
 from fretwear.data.files import finished_by, is_finished_case, open_history, write_case
 from fretwear.data.locks import Lock, locked
-from fretwear.data.safe import DataFileError, Unfailing, open_log, reason_of, uninterrupted
+from fretwear.data.safe import (
+    DataFileError,
+    Unfailing,
+    is_of_memory,
+    is_of_netcdf,
+    open_log,
+    reason_of,
+    unexpected,
+    uninterrupted,
+)
 from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.integrator import WearError
 from fretwear.running.checkpoint import SECONDS_BETWEEN, Checkpoint
@@ -28,8 +37,11 @@ if TYPE_CHECKING:
     from fretwear.study.case import Case
     from fretwear.study.study import Study
 
-# What a job may fail of without a defect of this package; each has a message for people.
-JOB_ERRORS = (ContactError, WearError, DataFileError, MemoryError, SystemError)
+
+def may_happen(error: Exception) -> bool:
+    """Say whether an error may end a command without a defect of this package or a library."""
+    kinds = (ContactError, WearError, DataFileError, OSError)
+    return isinstance(error, kinds) or is_of_memory(error) or is_of_netcdf(error)
 
 
 @dataclass(frozen=True)
@@ -198,11 +210,10 @@ class BatchRun:
                         command=shlex.join(command),
                         threads=self.threads,
                     )
-            except JOB_ERRORS as error:
-                reason = reason_of(error)
             except Exception as error:
-                traceback.print_exc(file=stream)
-                reason = f"this is a defect of fretwear: {type(error).__name__}: {error}"
+                reason = reason_of(error) if may_happen(error) else unexpected(error)
+                if not may_happen(error):
+                    traceback.print_exc(file=stream)
             except BaseException:
                 # Being stopped is not a failure: the next run resumes from the checkpoint.
                 forget(self.results, case.case_id)
