@@ -29,7 +29,7 @@ from benchmarks.speed.table import Row, header, line
 from benchmarks.speed.units import Spent, Stopwatch, Transforms, Unit, Units
 
 from fretwear import Case
-from fretwear.mechanics import convolution, kernels
+from fretwear.mechanics import convolution, kernels, team
 from fretwear.mechanics.contact import Contact
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.integrator import evolve
@@ -219,7 +219,7 @@ def _range(runs: list[Run]) -> str:
 def _share(name: str, job: str, case: Case, repeats: int) -> Row:
     shares = [100 * timed_run(case).share for _ in range(repeats)]
     notes = [f"median of {repeats} runs, {min(shares):.1f} to {max(shares):.1f}"]
-    if kernels.COMPILED:
+    if team.library:
         with _numpy_alone():
             notes.append(_without("the compiled kernels", case))
     if convolution.ducc0 is not None:
@@ -240,8 +240,8 @@ def _numpy_alone() -> Iterator[None]:
     with ExitStack() as changes:
         for each in vars(kernels).values():
             if isinstance(each, kernels.Pass):
-                changes.callback(setattr, each, "chosen", each.chosen)
-                each.chosen = each.in_numpy
+                changes.callback(setattr, each, "compiled", each.compiled)
+                each.compiled = None
         yield
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 from benchmarks.pages import ROOT
 
-from fretwear.mechanics import kernels
+from fretwear.mechanics import team
 
 _PACKAGES = ("fretwear", "numpy", "scipy", "ducc0", "tamaas", "ContactMechanics", "muGrid")
 
@@ -136,7 +136,7 @@ def falling_short(rows: Sequence[Row]) -> list[Row]:
 
 def kernels_by() -> str:
     """What the arithmetic between the transforms is done by."""
-    return "compiled" if kernels.COMPILED else "in NumPy"
+    return "compiled" if team.library else "in NumPy"
 
 
 def _processor() -> str:

@@ -3,6 +3,7 @@
 import subprocess
 import sys
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from fretwear.mechanics import convolution, kernels, state, team
 from fretwear.mechanics.geometry import grid
 from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.roughness import SelfAffineRoughness
-from fretwear.mechanics.team import Team
+from fretwear.mechanics.team import ALONE, Team
 
 from .problems import CONVERGED, ROUGH, fretting
 
@@ -123,18 +124,17 @@ def test_without_the_compiled_ones_numpy_does_the_arithmetic():
     script = (
         "import sys; sys.modules['fretwear.mechanics.compiled_kernels'] = None\n"
         "from fretwear.mechanics import kernels\n"
-        "assert not kernels.COMPILED\n"
-        "assert kernels.inner.chosen is kernels.inner.in_numpy"
+        "assert kernels.inner.compiled is None"
     )
     subprocess.run([sys.executable, "-c", script], check=True)
-    assert kernels.COMPILED
+    assert kernels.inner.compiled is not None
 
 
 def test_every_kernel_is_compiled_and_compared():
     offered = {name for name in vars(compiled) if not name.startswith("_")}
-    assert offered - {"source"} == NAMES == set(PASSES) - {"times", "largest"}
+    assert offered - {"source", "Threads"} == NAMES == set(PASSES) - {"times", "largest"}
     for name in NAMES:
-        assert PASSES[name].chosen is getattr(compiled, name)
+        assert PASSES[name].compiled is getattr(compiled, name)
 
 
 @pytest.mark.parametrize("shape", SHAPES, ids=str)
@@ -143,7 +143,7 @@ def test_a_compiled_pass_does_what_numpy_does(variant, shape):
     name = variant.split()[0]
     ours, theirs = (arguments(variant, Fields(shape)) for _ in range(2))
     before = arguments(variant, Fields(shape))
-    found = as_tuple(getattr(compiled, name)(*ours))
+    found = as_tuple(PASSES[name](ALONE, *ours))
     expected = as_tuple(IN_NUMPY[name](*theirs))
     assert len(found) == len(expected)
     single = any(getattr(each, "dtype", None) == np.float32 for each in (*ours, *found))
@@ -170,7 +170,7 @@ def test_a_compiled_pass_does_what_numpy_does(variant, shape):
 
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_a_team_does_what_one_thread_does_to_the_last_bit(variant):
-    """On more rows than a block has, and not so many fewer that a block is left without."""
+    """On more cells than go unshared."""
     name, shape = variant.split()[0], (500, 400)
     given = [arguments(variant, Fields(shape)) for _ in range(3)]
     alone, *shared = (
@@ -178,19 +178,21 @@ def test_a_team_does_what_one_thread_does_to_the_last_bit(variant):
     )
     whole = arguments(variant, Fields(shape))
     np.testing.assert_allclose(
-        np.array(alone, float), np.array(as_tuple(PASSES[name].chosen(*whole)), float), rtol=1e-5
+        np.array(alone, float),
+        np.array(as_tuple(IN_NUMPY[name](*whole)), float),
+        rtol=1e-5,
+        atol=0.02,
     )
     for found, fields in zip(shared, given[1:], strict=True):
         assert found == alone
-        for one, other, at_once in zip(fields, given[0], whole, strict=True):
+        for one, other in zip(fields, given[0], strict=True):
             np.testing.assert_array_equal(one, other)
-            np.testing.assert_array_equal(one, at_once)
 
 
 @pytest.mark.parametrize("variant", ["project_mean", "evaluate", "scale_step", "wear", "weigh"])
 def test_what_is_not_a_number_is_not_hidden(variant):
     name = variant.split()[0]
-    for kernel in (IN_NUMPY[name], getattr(compiled, name)):
+    for kernel in (IN_NUMPY[name], partial(PASSES[name], ALONE)):
         given = arguments(variant, Fields((7, 13)))
         fields = [each for each in given if isinstance(each, np.ndarray)]
         # A pressure that is none never comes as far as a step: it is the step's here.
@@ -207,31 +209,31 @@ def test_fields_to_be_read_lie_as_they_like_and_those_to_be_written_are_taken_as
     wide = np.zeros((6, 18))
     wide[:, ::2] = field
     for same in (np.asfortranarray(field), wide[:, ::2], np.broadcast_to(field, (6, 9))):
-        assert compiled.inner(same, other) == pytest.approx(expected, rel=1e-14)
+        assert kernels.inner(ALONE, same, other) == pytest.approx(expected, rel=1e-14)
     whole = f.single().round()
-    assert compiled.descent(field, whole) == pytest.approx(IN_NUMPY["descent"](field, whole))
+    assert kernels.descent(ALONE, field, whole) == pytest.approx(IN_NUMPY["descent"](field, whole))
     for wrong in (f.double(), "field", None, np.zeros(3, np.float32)):
         with pytest.raises(TypeError):
-            compiled.total(wrong)
+            kernels.total(ALONE, wrong)
     step = f.single()
-    compiled.update_direction(0.5, f.single(), step)
+    kernels.update_direction(ALONE, 0.5, f.single(), step)
     for wrong in (step.astype(np.float64), step[:, ::2], np.asfortranarray(step), step.ravel()):
         kept = wrong.copy()
         with pytest.raises(TypeError):
-            compiled.update_direction(0.5, f.single(), wrong)
+            kernels.update_direction(ALONE, 0.5, f.single(), wrong)
         np.testing.assert_array_equal(wrong, kept)
     step.flags.writeable = False
     with pytest.raises(TypeError):
-        compiled.update_direction(0.5, f.single(), step)
+        kernels.update_direction(ALONE, 0.5, f.single(), step)
     with pytest.raises(ValueError, match="one shape"):
-        compiled.inner(field, np.ascontiguousarray(other[:5]))
+        kernels.inner(ALONE, field, np.ascontiguousarray(other[:5]))
 
 
 @given(st.floats(-30.0, 200.0))
 def test_the_exponential_is_good_to_two_units_in_the_last_place(exponent):
     one, nothing, known = np.ones((1, 1)), np.zeros((1, 1)), np.array([[exponent]])
     result = np.zeros((1, 1))
-    compiled.wear(nothing, 1.0, known, nothing, one, None, result)
+    kernels.wear(ALONE, nothing, 1.0, known, nothing, one, None, result)
     exact = np.expm1(np.longdouble(exponent))
     assert abs(result[0, 0] - exact) <= 2.5 * np.spacing(abs(np.float64(exact)))
 
@@ -241,7 +243,7 @@ def test_a_run_is_the_same_without_the_compiled_kernels(monkeypatch, limit):
     problem = fretting(16, roughness=ROUGH, limit=limit)
     *_, by_compiled = evolve(problem, [300], accuracy=CONVERGED)
     for each in PASSES.values():
-        monkeypatch.setattr(each, "chosen", each.in_numpy)
+        monkeypatch.setattr(each, "compiled", None)
     *_, by_numpy = evolve(problem, [300], accuracy=CONVERGED)
     assert by_compiled.step == by_numpy.step
     scale = by_numpy.wear.max()
@@ -253,9 +255,7 @@ def test_a_run_is_the_same_without_the_compiled_kernels(monkeypatch, limit):
 def test_a_run_is_the_same_by_however_many_threads(monkeypatch, limit):
     """On blocks so small that each pass over the cells has several."""
     for module, name, size in (
-        (kernels, "_SHARED_BLOCK", 400),
         (team, "_SMALL", 100),
-        (team, "_BLOCK", 100),
         (grid, "_BLOCK", 100),
         (state, "_COLUMNS", 10),
         (convolution, "_BLOCK_BYTES", 4000),

@@ -89,8 +89,13 @@ class _Axis:
         down -= odd
 
     def _odd_transform(self, field: Real) -> None:
-        for half in (field,) if self.is_even else self._halves(field):
-            dct(4, half, (self.number,))
+        if self.is_even:
+            dct(4, field, (self.number,))
+        elif self.number == 0:
+            for half in self._halves(field):
+                dct(4, half, (0,))
+        else:
+            dct(4, field.reshape(len(field), 2, -1), (2,))
 
     @property
     def _reversed(self) -> tuple[slice, ...]:
@@ -120,10 +125,10 @@ class Convolution(Generic[Real]):
 
     def __init__(self, spectra: Sequence[Sequence[Real]], even: Even, team: Team) -> None:
         self._spectra: Sequence[Sequence[Real]] = spectra
-        self._even, self.team = even, team
         self._precision: np.dtype[Any] = spectra[0][0].dtype
         self._half, columns = spectra[1][0].shape
         self._shape = (self._half if even[0] else 2 * self._half), columns
+        self._even, self.team = even, team.for_cells(self._shape[0] * columns)
         self._x, self._y = _Axis(0, even[0]), _Axis(1, even[1])
 
     @staticmethod

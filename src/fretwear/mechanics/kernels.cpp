@@ -6,15 +6,23 @@
 // not a number stays so.
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <cmath>
+#include <condition_variable>
 #include <cstdint>
 #include <cstring>
+#include <exception>
+#include <functional>
 #include <limits>
+#include <mutex>
 #include <optional>
 #include <stdexcept>
+#include <thread>
 #include <tuple>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
@@ -39,6 +47,8 @@ namespace py = pybind11;
 
 using Index = py::ssize_t;
 constexpr Index BLOCK = 1024;
+// Fields of so few cells are not shared; others are, in so many parts of whole blocks.
+constexpr Index UNSHARED = 1 << 17, PARTS = 16;
 constexpr double INFINITE = std::numeric_limits<double>::infinity();
 
 // What a kernel is given: a contiguous field of one type. One to be written is taken as it is or not at
@@ -79,33 +89,149 @@ struct Maybe {
 template <class P>
 struct Argument {
     using Given = P;
-    static P passed(const P &given) { return given; }
+    static P passed(const P &given, Index) { return given; }
     static Index size(const P &, Index n) { return n; }
 };
 template <class T>
 struct Argument<T *> {
     using Given = Field<T>;
-    static T *passed(const Given &given) { return given.data; }
+    static T *passed(const Given &given, Index first) { return given.data + first; }
     static Index size(const Given &given, Index) { return given.size(); }
 };
 template <class T>
 struct Argument<Maybe<T>> {
     using Given = std::optional<Field<const T>>;
-    static Maybe<T> passed(const Given &given) { return {given ? given->data : nullptr}; }
+    static Maybe<T> passed(const Given &given, Index first) {
+        return {given ? given->data + first : nullptr};
+    }
     static Index size(const Given &given, Index n) { return given ? given->size() : n; }
+};
+
+// Threads that share the parts of a job, the caller's one of them. Passes over the cells follow each
+// other within less time than it takes to wake a thread: one without work looks for some for a while
+// before it sleeps.
+class Threads {
+  public:
+    explicit Threads(int count) : count(count) {}
+
+    ~Threads() {
+        const py::gil_scoped_release while_they_end;
+        ended = true;
+        begin();
+        for (auto &each : others) each.join();
+    }
+
+    // Call a function for each of so many parts.
+    template <class F>
+    void share(Index parts, F function) {
+        std::atomic<Index> next{0};
+        const auto work = [&] {
+            for (Index part; (part = next++) < parts;) function(part);
+        };
+        parts < 2 ? work() : together(work);
+    }
+
+    // What a function of Python returns for each of some parts, in their order.
+    py::list each(const py::function &function, const py::sequence &parts) {
+        const auto number = static_cast<Index>(parts.size());
+        std::atomic<Index> next{0};
+        py::list results(number);
+        const py::gil_scoped_release while_others_compute;
+        together([&] {
+            const py::gil_scoped_acquire interpreter;
+            for (Index part; (part = next++) < number;)
+                results[part] = function(py::object(parts[part]));
+        });
+        return results;
+    }
+
+  private:
+    const int count;
+    std::vector<std::thread> others;
+    std::function<void()> job;
+    std::exception_ptr error;
+    std::atomic<bool> ended{false};
+    std::atomic<unsigned> round{0};
+    std::atomic<int> busy{0};
+    std::mutex mutex;
+    std::condition_variable changed;
+
+    // Let every thread work; what one throws is thrown here.
+    template <class F>
+    void together(F work) {
+        while (static_cast<int>(others.size()) < count - 1) others.emplace_back([this] { serve(); });
+        job = work;
+        busy = count - 1;
+        begin();
+        guarded();
+        await([this] { return busy == 0; });
+        if (error) std::rethrow_exception(std::exchange(error, nullptr));
+    }
+
+    void begin() {
+        {
+            const std::lock_guard<std::mutex> lock(mutex);
+            round++;
+        }
+        changed.notify_all();
+    }
+
+    void guarded() {
+        try {
+            job();
+        } catch (...) {
+            const std::lock_guard<std::mutex> lock(mutex);
+            error = std::current_exception();
+        }
+    }
+
+    void serve() {
+        for (unsigned seen = 0;;) {
+            await([&] { return round != seen; });
+            seen = round;
+            if (ended) return;
+            guarded();
+            if (--busy > 0) continue;
+            { const std::lock_guard<std::mutex> lock(mutex); }
+            changed.notify_all();
+        }
+    }
+
+    template <class F>
+    void await(F holds) {
+        const auto end = std::chrono::steady_clock::now() + std::chrono::microseconds(100);
+        do {
+            for (int look = 0; look < 100; look++)
+                if (holds()) return;
+            std::this_thread::yield();
+        } while (std::chrono::steady_clock::now() < end);
+        std::unique_lock<std::mutex> lock(mutex);
+        changed.wait(lock, holds);
+    }
 };
 
 static void require(bool holds, const char *message) {
     if (!holds) throw std::invalid_argument(message);
 }
 
+// A kernel of fields goes over them in parts, the same for however many threads: results by part.
 template <class R, class... P>
 static void bind(py::module_ &module, const char *name, R (*kernel)(Index, P...)) {
-    module.def(name, [kernel](const typename Argument<P>::Given &...given) {
+    module.def(name, [kernel](Threads &threads, const typename Argument<P>::Given &...given) {
         const Index n = std::max({Argument<P>::size(given, 0)...});
         require(((Argument<P>::size(given, n) == n) && ...), "fields must be of one shape");
+        const Index share = n <= UNSHARED ? n : ((n - 1) / (PARTS * BLOCK) + 1) * BLOCK;
+        using Result = std::conditional_t<std::is_void_v<R>, bool, R>;
+        std::vector<Result> results(std::is_void_v<R> ? 0 : (n + share - 1) / share);
         const py::gil_scoped_release while_others_compute;
-        return kernel(n, Argument<P>::passed(given)...);
+        threads.share((n + share - 1) / share, [&](Index part) {
+            const Index first = part * share, cells = std::min(share, n - first);
+            if constexpr (std::is_void_v<R>)
+                kernel(cells, Argument<P>::passed(given, first)...);
+            else
+                results[part] = kernel(cells, Argument<P>::passed(given, first)...);
+        });
+        return results;
     });
 }
 
@@ -434,6 +560,7 @@ VECTORIZED static void wear_slope(Index n, const double *pressure, double rate, 
 PYBIND11_MODULE(compiled_kernels, module) {
     module.doc() = "The functions of kernels.py, compiled.";
     module.attr("source") = KERNELS_SHA256;
+    py::class_<Threads>(module, "Threads").def(py::init<int>()).def("each", &Threads::each);
     bind(module, "inner", &inner32);
     bind(module, "inner", &inner64);
     bind(module, "total", &total);

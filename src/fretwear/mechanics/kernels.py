@@ -2,7 +2,7 @@
 
 Each function is here in NumPy. The same functions, compiled from ``kernels.cpp`` when the package
 is installed where there is a C++ compiler, go over their fields once, where NumPy goes over them
-once for each operation; they take the place of these. `COMPILED` says whether they do.
+once for each operation; they take the place of these.
 
 Fields are contiguous and of one shape unless said otherwise. A field that a function changes is
 its last argument or named in its first line; no function keeps a field. A call names first the
@@ -12,31 +12,12 @@ its last argument or named in its first line; no function keeps a field. A call 
 from __future__ import annotations
 
 from collections.abc import Callable
-from hashlib import sha256
-from importlib import import_module
-from pathlib import Path
 from typing import Any, Generic, ParamSpec, TypeVar
-from warnings import warn
 
 import numpy as np
 
 from fretwear.mechanics.geometry import Array, Mask, Real, Single
-from fretwear.mechanics.team import Team, blocks_of_rows
-
-try:
-    _compiled: Any = import_module("fretwear.mechanics.compiled_kernels")
-except ImportError:
-    _compiled = None
-_source = Path(__file__).with_suffix(".cpp")
-_digest = sha256(_source.read_bytes()).hexdigest() if _compiled and _source.exists() else ""
-if _digest and getattr(_compiled, "source", "") != _digest:
-    warn(
-        f"{_compiled.__file__} was compiled from another kernels.cpp; NumPy does the arithmetic "
-        "until the package is installed again: pip install -e .",
-        stacklevel=1,
-    )
-    _compiled = None
-COMPILED = _compiled is not None
+from fretwear.mechanics.team import Team, blocks_of_rows, library
 
 _Given = ParamSpec("_Given")
 _Result = TypeVar("_Result")
@@ -46,42 +27,29 @@ _LARGEST_SLOPE = 1e30
 _TINY = 1e-12
 _SMALL = 3e-5
 _BLOCK = 2**14
-_SHARED_BLOCK = 2**17
 
 
 class Pass(Generic[_Given, _Result]):
-    """A function that goes over the rows of fields, the last one's in blocks of so many cells.
+    """A function that goes over fields: the compiled one in parts, for the threads of a team.
 
     Attributes
     ----------
-    in_numpy, chosen
-        What defines it, and what is called.
+    in_numpy, compiled
+        What defines it, and what takes its place, if anything.
     together
-        What makes one result of those of the blocks: of each of a tuple's, if it is one.
+        What makes one result of those of the parts: of each of a tuple's, if it is one.
     """
 
     def __init__(self, in_numpy: Callable[_Given, _Result], *together: Callable[..., Any]) -> None:
         self.in_numpy, self.together = in_numpy, together
-        self.chosen: Callable[..., Any] = getattr(_compiled, in_numpy.__name__, in_numpy)
+        self.compiled: Callable[..., Any] | None = getattr(library, in_numpy.__name__, None)
         self.__doc__ = in_numpy.__doc__
 
-    def __call__(
-        self,
-        team: Team,
-        *given: _Given.args,
-        **named: _Given.kwargs,  # noqa: ARG002 - the types need them
-    ) -> _Result:
+    def __call__(self, team: Team, *given: _Given.args, **_: _Given.kwargs) -> _Result:
         """The same result, to the last bit, however many threads there are."""
-        blocks = blocks_of_rows(given[-1].shape, _SHARED_BLOCK)  # type: ignore[attr-defined]
-        if len(blocks) == 1:
-            result: _Result = self.chosen(*given)
-            return result
-        results: Any = team.each(
-            lambda rows: self.chosen(
-                *[each[rows] if isinstance(each, np.ndarray) else each for each in given]
-            ),
-            blocks,
-        )
+        if self.compiled is None:
+            return self.in_numpy(*given)  # type: ignore[call-arg]
+        results: Any = self.compiled(team.threads, *given)
         if len(self.together) > 1:
             columns = zip(*results, strict=True)
             results = tuple(f(each) for f, each in zip(self.together, columns, strict=True))

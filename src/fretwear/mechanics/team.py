@@ -1,24 +1,43 @@
 """Threads that share the work on one case.
 
-A field is done in blocks of rows. What blocks there are follows from the field alone, and what they
-give is put together in their order: no bit of a result depends on the number of threads.
+A field is done in parts. What parts there are follows from the field alone, and what they give is
+put together in their order: no bit of a result depends on the number of threads. The threads belong
+to the compiled library, whose kernels need no interpreter; without it a team works alone.
 """
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property, lru_cache
+from hashlib import sha256
+from importlib import import_module
+from pathlib import Path
 from typing import Any, TypeVar
+from warnings import warn
 
 import numpy as np
 from numpy.typing import NDArray
 
+# The library compiled from kernels.cpp, if it was: threads, and the passes of `kernels`.
+try:
+    library: Any = import_module("fretwear.mechanics.compiled_kernels")
+except ImportError:
+    library = None
+_source = Path(__file__).with_name("kernels.cpp")
+_digest = sha256(_source.read_bytes()).hexdigest() if library and _source.exists() else ""
+if _digest and getattr(library, "source", "") != _digest:
+    warn(
+        f"{library.__file__} was compiled from another kernels.cpp; NumPy does the arithmetic "
+        "until the package is installed again: pip install -e .",
+        stacklevel=1,
+    )
+    library = None
+
 _Part = TypeVar("_Part")
 _Result = TypeVar("_Result")
-# Fields of so few cells are not worth sharing; others are done in blocks that a cache holds.
-_SMALL, _BLOCK = 2**17, 2**15
+# Fields of so few cells are not worth sharing, as measured. Others are done in a few equal parts:
+# between two parts a thread needs the interpreter, and may have to wait for it.
+_SMALL, _PARTS = 2**17, 8
 
 
 class Team:
@@ -27,30 +46,19 @@ class Team:
     def __init__(self, workers: int = 1) -> None:
         self.workers = workers
 
+    def for_cells(self, count: int) -> Team:
+        """Who goes over a field of so many cells: one thread if it is small."""
+        return self if count > _SMALL else ALONE
+
     def each(self, function: Callable[[_Part], _Result], parts: Sequence[_Part]) -> list[_Result]:
         """Apply a function to each of some parts; return the results in order.
 
         Each thread takes the next part as soon as it has done the last one.
         """
-        count = min(self.workers, len(parts))
-        if count < 2:
+        if library is None or self.workers < 2 or len(parts) < 2:
             return [function(part) for part in parts]
-        left, results = deque(enumerate(parts)), {}
-
-        def work() -> None:
-            while True:
-                try:
-                    number, part = left.popleft()
-                except IndexError:
-                    return
-                results[number] = function(part)
-
-        others = [self._pool.submit(work) for _ in range(1, count)]
-        work()
-        for other in others:
-            # What a thread raises is raised here.
-            other.result()
-        return [results[number] for number in range(len(parts))]
+        results: list[_Result] = self.threads.each(function, parts)
+        return results
 
     def cellwise(
         self,
@@ -60,7 +68,8 @@ class Team:
         dtype: type[np.generic] = np.float64,
     ) -> Any:
         """The field that a function makes of others of one shape cell by cell, and of numbers."""
-        if field.size <= _SMALL:
+        shares = shares_of_rows(field.shape)
+        if len(shares) == 1:
             return np.asarray(function(field, *others), dtype)
         result = np.empty(field.shape, dtype)
 
@@ -68,15 +77,23 @@ class Team:
             own = (each[rows] if isinstance(each, np.ndarray) else each for each in others)
             result[rows] = function(field[rows], *own)
 
-        self.each(fill, blocks_of_rows(field.shape, _BLOCK))
+        self.each(fill, shares)
         return result
 
     @cached_property
-    def _pool(self) -> ThreadPoolExecutor:
-        return ThreadPoolExecutor(self.workers - 1)
+    def threads(self) -> Any:
+        """What compiled kernels are shared by."""
+        return library.Threads(self.workers)
 
 
 ALONE = Team()
+
+
+def shares_of_rows(shape: tuple[int, int]) -> tuple[slice, ...]:
+    """The rows of a field in parts for the threads of any team: one of a small field."""
+    count, length = shape
+    shared = count * length > _SMALL
+    return blocks_of_rows(shape, -(-count // _PARTS) * length if shared else count * length)
 
 
 @lru_cache(maxsize=256)
