@@ -85,38 +85,23 @@ class MeasuredRoughness(_Map, Roughness):
 
     file: Annotated[
         Source,
-        SourceFile(
-            "file",
-            "measured surface",
-            "surfaces/disc.x3p",
-            description="File of a profilometer or a microscope, relative to the study file.",
-        ),
+        SourceFile("file", "measured surface", "surfaces/disc.x3p"),
+        "File of a profilometer or a microscope, relative to the study file.",
     ]
     tilt: Annotated[
         str,
-        Choice(
-            "tilt",
-            "tilt of the surface",
-            ("remove", "keep"),
-            description="Whether to level the surface.",
-        ),
+        Choice("tilt", "tilt of the surface", ("remove", "keep")),
+        "Whether to level the surface.",
     ] = "remove"
     patch: Annotated[
         tuple[float, float, float, float] | None,
-        Patch(
-            "patch",
-            "patch of the surface",
-            description="Part to use, [x, y, width, height] from the corner; none: all.",
-        ),
+        Patch("patch", "patch of the surface"),
+        "Part to use, [x, y, width, height] from the corner; none: all.",
     ] = None
     body: Annotated[
         str,
-        Choice(
-            "body",
-            "body of the surface",
-            ("flat", "indenter"),
-            description="The body that has this surface.",
-        ),
+        Choice("body", "body of the surface", ("flat", "indenter")),
+        "The body that has this surface.",
     ] = "flat"
     kind: Literal["measured"] = "measured"
 
@@ -187,20 +172,13 @@ class HeightMapIndenter(_Map, Indenter):
 
     file: Annotated[
         Source,
-        SourceFile(
-            "file",
-            "file of the indenter",
-            "tip.x3p",
-            description="File of a profilometer or a microscope, relative to the study file.",
-        ),
+        SourceFile("file", "file of the indenter", "tip.x3p"),
+        "File of a profilometer or a microscope, relative to the study file.",
     ]
     patch: Annotated[
         Rectangle | None,
-        Patch(
-            "patch",
-            "patch of the height map",
-            description="Part to use, [x, y, width, height] from the corner; none: all.",
-        ),
+        Patch("patch", "patch of the height map"),
+        "Part to use, [x, y, width, height] from the corner; none: all.",
     ] = None
     kind: Literal["height_map"] = "height_map"
 

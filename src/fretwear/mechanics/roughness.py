@@ -141,16 +141,8 @@ class WavyRoughness(Roughness):
 
     amplitude: Annotated[
         float,
-        Quantity(
-            "m",
-            "$A$",
-            "roughness amplitude",
-            "um",
-            at_least=0.0,
-            zero="smooth",
-            absent=0.0,
-            description="Amplitude of the waves; 0 um is smooth.",
-        ),
+        Quantity("m", "$A$", "roughness amplitude", "um", at_least=0.0, zero="smooth", absent=0.0),
+        "Amplitude of the waves; 0 um is smooth.",
     ]
     slope_x: Annotated[
         float,
@@ -162,8 +154,8 @@ class WavyRoughness(Roughness):
             at_least=0.0,
             below=MAX_SLOPE,
             absent=0.0,
-            description="Mean slope along x, the direction of slip; 0 deg: no wave along x.",
         ),
+        "Mean slope along x, the direction of slip; 0 deg: no wave along x.",
     ]
     slope_y: Annotated[
         float,
@@ -176,8 +168,8 @@ class WavyRoughness(Roughness):
             at_least=0.0,
             below=MAX_SLOPE,
             absent=0.0,
-            description="Mean slope along y; 0 deg: no wave along y.",
         ),
+        "Mean slope along y; 0 deg: no wave along y.",
     ]
     kind: Literal["wavy"] = "wavy"
 
@@ -274,73 +266,34 @@ class SelfAffineRoughness(Roughness):
     rms_height: Annotated[
         float,
         Quantity(
-            "m",
-            r"$h_\mathrm{rms}$",
-            "rms height of the roughness",
-            "um",
-            like="0.2 um",
-            above=0.0,
-            description="Root mean square of the height.",
+            "m", r"$h_\mathrm{rms}$", "rms height of the roughness", "um", like="0.2 um", above=0.0
         ),
+        "Root mean square of the height.",
     ]
     hurst: Annotated[
         float,
-        Quantity(
-            "1",
-            "$H$",
-            "Hurst exponent",
-            like="0.8",
-            above=0.0,
-            at_most=1.0,
-            description="Hurst exponent H; the density falls with the power -2 - 2H.",
-        ),
+        Quantity("1", "$H$", "Hurst exponent", like="0.8", above=0.0, at_most=1.0),
+        "Hurst exponent H; the density falls with the power -2 - 2H.",
     ]
     rolloff_wavelength: Annotated[
         float,
-        Quantity(
-            "m",
-            r"$λ_\mathrm{r}$",
-            "roll-off wavelength",
-            "um",
-            like="80 um",
-            above=0.0,
-            description="Longer waves have the same density; usual for finished surfaces.",
-        ),
+        Quantity("m", r"$λ_\mathrm{r}$", "roll-off wavelength", "um", like="80 um", above=0.0),
+        "Longer waves have the same density; usual for finished surfaces.",
     ]
     shortest_wavelength: Annotated[
         float,
-        Quantity(
-            "m",
-            r"$λ_\mathrm{s}$",
-            "shortest wavelength",
-            "um",
-            like="8 um",
-            above=0.0,
-            description="Where the spectrum ends; the default grid spacing is an eighth of it.",
-        ),
+        Quantity("m", r"$λ_\mathrm{s}$", "shortest wavelength", "um", like="8 um", above=0.0),
+        "Where the spectrum ends; the default grid spacing is an eighth of it.",
     ]
     seed: Annotated[
         int,
-        WholeNumber(
-            "seed",
-            "seed of the roughness",
-            0,
-            2**31 - 1,
-            7,
-            description="Selects one of the random surfaces.",
-        ),
+        WholeNumber("seed", "seed of the roughness", 0, 2**31 - 1, 7),
+        "Selects one of the random surfaces.",
     ]
     anisotropy: Annotated[
         float,
-        Quantity(
-            "1",
-            "$γ$",
-            "anisotropy of the roughness",
-            like="1",
-            at_least=1e-2,
-            at_most=1e2,
-            description="Wavelengths along x over those along y; given ones are the shorter.",
-        ),
+        Quantity("1", "$γ$", "anisotropy of the roughness", like="1", at_least=1e-2, at_most=1e2),
+        "Wavelengths along x over those along y; given ones are the shorter.",
     ] = 1.0
     kind: Literal["self_affine"] = "self_affine"
 

@@ -119,15 +119,8 @@ class Sphere(Indenter):
 
     radius: Annotated[
         float,
-        Quantity(
-            "m",
-            "$R$",
-            "sphere radius",
-            "mm",
-            like="10 mm",
-            above=0.0,
-            description="Radius R of the sphere.",
-        ),
+        Quantity("m", "$R$", "sphere radius", "mm", like="10 mm", above=0.0),
+        "Radius R of the sphere.",
     ]
     kind: Literal["sphere"] = "sphere"
 
@@ -170,15 +163,8 @@ class Cylinder(_Straight):
 
     radius: Annotated[
         float,
-        Quantity(
-            "m",
-            "$R$",
-            "cylinder radius",
-            "mm",
-            like="6 mm",
-            above=0.0,
-            description="Radius R of the cylinder.",
-        ),
+        Quantity("m", "$R$", "cylinder radius", "mm", like="6 mm", above=0.0),
+        "Radius R of the cylinder.",
     ]
     kind: Literal["cylinder"] = "cylinder"
 
@@ -319,15 +305,8 @@ class CrossedCylinders(_Elliptic):
 
     radii: Annotated[
         float | tuple[float, float],
-        PerBody(
-            "m",
-            "$R$",
-            "cylinder radius",
-            "mm",
-            like="5 mm",
-            above=0.0,
-            description="Radius of both cylinders, or a pair [at the angle, along x].",
-        ),
+        PerBody("m", "$R$", "cylinder radius", "mm", like="5 mm", above=0.0),
+        "Radius of both cylinders, or a pair [at the angle, along x].",
     ]
     angle: Annotated[
         float,
@@ -339,8 +318,8 @@ class CrossedCylinders(_Elliptic):
             like="90 deg",
             above=0.0,
             at_most=0.5 * math.pi,
-            description="Angle between the axes; slip is along the axis of the second cylinder.",
         ),
+        "Angle between the axes; slip is along the axis of the second cylinder.",
     ] = 0.5 * math.pi
     kind: Literal["crossed_cylinders"] = "crossed_cylinders"
 
@@ -450,13 +429,8 @@ class ProfileIndenter(_Round):
 
     file: Annotated[
         Source,
-        SourceFile(
-            "file",
-            "file of the indenter",
-            "tip.csv",
-            description="Two columns, distance from the axis and height, named with units in the "
-            "first line.",
-        ),
+        SourceFile("file", "file of the indenter", "tip.csv"),
+        "Two columns, distance from the axis and height, named with units in the first line.",
     ]
     kind: Literal["profile"] = "profile"
 

@@ -53,13 +53,8 @@ class CaseTree:
 
     indenter: Annotated[
         Indenter,
-        PartOf(
-            Indenter,
-            "indenter",
-            short="sphere",
-            description="Smooth shape of the bodies; radius: 10 mm is short for a sphere.",
-            example="{kind: sphere, radius: 10 mm}",
-        ),
+        PartOf(Indenter, "indenter", short="sphere", example="{kind: sphere, radius: 10 mm}"),
+        "Smooth shape of the bodies; radius: 10 mm is short for a sphere.",
     ]
     bodies: Annotated[Bodies, Inline(Bodies)]
     normal: Annotated[Normal, Inline(Normal)]
@@ -76,9 +71,9 @@ class CaseTree:
             like="4500 MPa",
             above=0.0,
             infinite="elastic",
-            description="Highest pressure, about three times the yield stress; none: elastic.",
             must_be_written=True,
         ),
+        "Highest pressure, about three times the yield stress; none: elastic.",
     ] = math.inf
     roughness: Annotated[
         Roughness | None,
@@ -86,10 +81,10 @@ class CaseTree:
             Roughness,
             "roughness",
             none="smooth",
-            description="Roughness of the surfaces; none: smooth.",
             example="{kind: wavy, amplitude: 0.2 um, slope_x: 5.7 deg, slope_y: 1 deg}",
             must_be_written=True,
         ),
+        "Roughness of the surfaces; none: smooth.",
     ] = None
     counterface: Annotated[
         Roughness | None,
@@ -97,10 +92,10 @@ class CaseTree:
             Roughness,
             "counterface",
             none="smooth",
-            description="Roughness of the other body's surface, where both are rough.",
             example="{kind: wavy, amplitude: 0.1 um, slope_x: 2 deg, slope_y: 1 deg}",
             is_second=True,
         ),
+        "Roughness of the other body's surface, where both are rough.",
     ] = None
     cycles: Annotated[
         int,
@@ -110,42 +105,21 @@ class CaseTree:
     ]
     cell: Annotated[
         tuple[float, float] | None,
-        AlongXY(
-            "m",
-            "$Δ$",
-            "grid spacing",
-            "um",
-            like="0.5 um",
-            above=0.0,
-            description="Grid spacing along x and y; the default resolves contact and waves.",
-        ),
+        AlongXY("m", "$Δ$", "grid spacing", "um", like="0.5 um", above=0.0),
+        "Grid spacing along x and y; the default resolves contact and waves.",
     ] = None
     tolerance: Annotated[
         float,
-        Quantity(
-            "1",
-            "tolerance",
-            "tolerance",
-            like="0.01",
-            above=1e-6,
-            at_most=0.1,
-            description="Relative error of the wear integration.",
-        ),
+        Quantity("1", "tolerance", "tolerance", like="0.01", above=1e-6, at_most=0.1),
+        "Relative error of the wear integration.",
     ] = 0.01
-    slip_model: Annotated[
-        SlipModel, PartOf(SlipModel, "slip model", description="How slip is computed.")
-    ] = _USUAL_SLIP
+    slip_model: Annotated[SlipModel, PartOf(SlipModel, "slip model"), "How slip is computed."] = (
+        _USUAL_SLIP
+    )
     debris_fraction: Annotated[
         float,
-        Quantity(
-            "1",
-            "$γ$",
-            "debris fraction",
-            like="0.85",
-            at_least=0.0,
-            at_most=1.0,
-            description="Part γ of what is worn that stays between the bodies and carries load.",
-        ),
+        Quantity("1", "$γ$", "debris fraction", like="0.85", at_least=0.0, at_most=1.0),
+        "Part γ of what is worn that stays between the bodies and carries load.",
     ] = 0.0
     blocks: Annotated[
         tuple[Block, ...],
@@ -154,17 +128,14 @@ class CaseTree:
             "blocks of loading",
             tuple(_OF_BLOCKS.values()),
             WholeNumber("$N$", "number of cycles", 1, MAX_CYCLES, 2000),
-            description="Blocks of loading one after the other, instead of cycles: each has "
-            "cycles, and what it changes of load, displacement or force, and friction.",
         ),
+        "Blocks of loading one after the other, instead of cycles: each has "
+        "cycles, and what it changes of load, displacement or force, and friction.",
     ] = ()
     error_estimate: Annotated[
         bool,
-        Flag(
-            "",
-            "estimate of errors",
-            description="Whether a run on cells twice as wide tells the error of every result.",
-        ),
+        Flag("", "estimate of errors"),
+        "Whether a run on cells twice as wide tells the error of every result.",
     ] = True
     output_cycles: tuple[int, ...] = ()
 
