@@ -92,21 +92,8 @@ def first_loading(
 ) -> State:
     """The state from which a loading begins: yielded where it has to.
 
-    Parameters
-    ----------
-    problem
-        What to load.
-    accuracy
-        Of the contacts.
-    workspace
-        Of the problem, if there is one.
-    before
-        What an earlier loading has left; None for unworn bodies at cycle 0.
-
-    Raises
-    ------
-    fretwear.mechanics.contact.ContactError
-        If the contact does not converge.
+    ``before`` is what an earlier loading has left; None for unworn bodies at cycle 0. A
+    `fretwear.mechanics.contact.ContactError` says that the contact does not converge.
     """
     workspace, accuracy = workspace or Workspace(problem), accuracy or Accuracy()
     geometry: Any = problem.geometry.first(problem) if before is None else before.geometry

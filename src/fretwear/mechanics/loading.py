@@ -18,21 +18,12 @@ SMALL_STROKE = 0.05
 
 @dataclass(frozen=True)
 class Sliding:
-    """What ties a contact to its reduced contact: a load P*, or d* + flexibility · P* = level.
+    """What ties a contact to its reduced contact: a load P*, or d* + flexibility · P* = level."""
 
-    Attributes
-    ----------
-    load
-        P*, N, where that is what is known.
-    level
-        Approach d*, m, of a reduced contact that carries nothing.
-    flexibility
-        Of the rig in the units of the approach, 1/(κ S), m/N; zero where it is rigid. Of bodies in
-        line contact that are smaller than the distance from which their approach counts, negative.
-    """
-
-    load: float | None = None
-    level: float = 0.0
+    load: float | None = None  # P*, N, where that is what is known
+    level: float = 0.0  # approach d*, m, of a reduced contact that carries nothing
+    # Of the rig in the units of the approach, 1/(κ S), m/N; zero where it is rigid. Of bodies in
+    # line contact that are smaller than the distance from which their approach counts, negative.
     flexibility: float = 0.0
 
     def of_smooth(self, hertz: HertzContact) -> tuple[float, float]:
@@ -70,19 +61,17 @@ def load_slug(load: float) -> str:
 
 
 class Normal(Pressed):
-    """What presses the bodies together.
+    """What presses the bodies together."""
 
-    Attributes
-    ----------
-    holds_load
-        Whether it is the load that is held while the bodies wear.
-    """
-
-    holds_load: ClassVar[bool] = False
+    holds_load: ClassVar[bool] = False  # whether it is the load that is held while the bodies wear
 
     def hertz(self, smooth: type[HertzContact], radius: float, modulus: float) -> HertzContact:
         """Unworn smooth contact of some form, of a radius, m, and composite modulus, Pa."""
-        raise NotImplementedError
+        load, approach = self.given
+        if approach is not None:
+            return smooth.at_approach(radius, approach, modulus)
+        assert load is not None
+        return smooth(radius, load, modulus)
 
     @property
     def given(self) -> tuple[float | None, float | None]:
@@ -102,10 +91,6 @@ class NormalLoad(Normal):
     kind: Literal["load"] = "load"
 
     holds_load: ClassVar[bool] = True
-
-    def hertz(self, smooth: type[HertzContact], radius: float, modulus: float) -> HertzContact:
-        """Contact under P."""
-        return smooth(radius, self.load, modulus)
 
     @property
     def given(self) -> tuple[float, None]:
@@ -129,10 +114,6 @@ class Indentation(Normal):
     ]
     kind: Literal["indentation"] = "indentation"
 
-    def hertz(self, smooth: type[HertzContact], radius: float, modulus: float) -> HertzContact:
-        """Contact at the approach d."""
-        return smooth.at_approach(radius, self.indentation, modulus)
-
     @property
     def given(self) -> tuple[None, float]:
         """The approach d."""
@@ -145,32 +126,18 @@ class Indentation(Normal):
 
 
 class Loading(Pressed):
-    """What is imposed along x, between an amplitude and its negative.
+    """What is imposed along x, between an amplitude and its negative."""
 
-    Attributes
-    ----------
-    is_force
-        Whether it is a force: then the reduced contact follows from the load alone.
-    is_ratio
-        Whether it is a part of the load of gross sliding: then friction does not matter to it.
-    """
-
-    is_force: ClassVar[bool] = True
+    is_force: ClassVar[bool] = True  # then the reduced contact follows from the load alone
+    # Whether it is a part of the load of gross sliding: then friction does not matter to it.
     is_ratio: ClassVar[bool] = False
 
     def sliding(
         self, friction: float, coupling: float, load: float, approach: float, flexibility: float
     ) -> Sliding:
-        """What the reduced contact has to satisfy.
+        """What the reduced contact has to satisfy, by µ, κ, and P, N, and d, m, of the contact.
 
-        Parameters
-        ----------
-        friction, coupling
-            µ and κ.
-        load, approach
-            P, N, and d, m, of the contact.
-        flexibility
-            Of what is in series with the contact, m/N.
+        ``flexibility`` is that of what is in series with the contact, m/N.
         """
         raise NotImplementedError
 

@@ -35,18 +35,13 @@ _SPHERE = 2.0 / 3.0
 class Loop:
     """Force, N, and displacement, m, round one cycle from +Q to −Q and back.
 
-    Attributes
-    ----------
-    force, displacement
-        At 4 · `POINTS` + 1 places, the first and the last the same; the displacement is that of
-        the rig where there is one in series.
-    opening
-        Displacement U₀, m, at which the force vanishes.
+    At 4 · `POINTS` + 1 places, the first and the last the same; the displacement is that of the rig
+    where there is one in series.
     """
 
     force: Array
     displacement: Array
-    opening: float
+    opening: float  # displacement U₀, m, at which the force vanishes
 
     @property
     def energy(self) -> float:

@@ -90,10 +90,7 @@ class ElasticBodies(Bodies):
 class Course:
     """A value that changes over the cycles: linear between its points, constant after the last.
 
-    Attributes
-    ----------
-    cycles, values
-        Of the points; the first one is at cycle 0.
+    The first point is at cycle 0.
     """
 
     cycles: tuple[float, ...]

@@ -72,21 +72,11 @@ def _unworn(problem: WearProblem, x: Any, y: Array, place: float) -> Array:
 
 
 class Contacts(NamedTuple):
-    """The contacts of a stage at all positions.
+    """The contacts of a stage at all positions."""
 
-    Attributes
-    ----------
-    pressures
-        Pa, shape (positions, cells); not zero just where the bodies touch.
-    means
-        Over the stroke, of each value of the flat and the indenter, Pa, shape (values,).
-    flow
-        How far each of them sinks where the pressure is at the limit, m.
-    """
-
-    pressures: Array
-    means: Array
-    flow: Array
+    pressures: Array  # Pa, shape (positions, cells); not zero just where the bodies touch
+    means: Array  # over the stroke, of each value of the flat and the indenter, Pa, (values,)
+    flow: Array  # how far each of them sinks where the pressure is at the limit, m
 
 
 class Rubbing:
@@ -95,14 +85,7 @@ class Rubbing:
     Bodies are even along both axes, so wear has a value for each cell of the quarter, of the flat
     and then of the indenter, while a contact off the middle of the stroke needs both sides along x.
     Between cells, the wear of the indenter is linear; what it takes from the pressure is the
-    transpose of that.
-
-    Parameters
-    ----------
-    problem
-        What slides.
-    shape
-        Cells of the quarter along x and y; one along y in a line contact.
+    transpose of that. ``shape`` is that of the quarter, with one cell along y in a line contact.
     """
 
     def __init__(self, problem: WearProblem, shape: tuple[int, int]) -> None:

@@ -36,27 +36,14 @@ _NO_DEPTH = 1e-9
 
 @dataclass(frozen=True)
 class ReducedContact:
-    """The normal contact at the reduced load P*; nothing sticks where that is zero.
+    """The normal contact at the reduced load P*; nothing sticks where that is zero."""
 
-    Attributes
-    ----------
-    pressure, gap
-        p*, Pa, and g*, m, shape of the geometry; the gap is exactly zero in the stick zone.
-    approach
-        δ*, m.
-    load
-        P*, N.
-    convolutions
-        Half-space convolutions spent on it, most of them on a smaller window.
-    response
-        How g* follows the approach of the bodies, where it does and that is known.
-    """
-
-    pressure: Array
-    gap: Array
-    approach: float
-    load: float
-    convolutions: int = 0
+    pressure: Array  # p*, Pa, shape of the geometry
+    gap: Array  # g*, m, exactly zero in the stick zone
+    approach: float  # δ*, m
+    load: float  # P*, N
+    convolutions: int = 0  # of the half-space, most of them on a smaller window
+    # How g* follows the approach of the bodies, where it does and that is known.
     response: Array | None = None
 
     @property
@@ -71,13 +58,9 @@ class SlipModel(Part):
 
     A model says what the reduced contact is. As it stands here, slip is constant within a step;
     one whose slip follows the shape says so and how its gap grows.
-
-    Attributes
-    ----------
-    follows_shape
-        Whether plastic flow of the shape changes the reduced contact.
     """
 
+    # Whether plastic flow of the shape changes the reduced contact.
     follows_shape: ClassVar[bool] = False
 
     def reduced(
@@ -278,18 +261,10 @@ def contact_under(
 
 @dataclass(frozen=True)
 class WinklerLayer(Layer):
-    """A linear layer: displacement ``offset + compliance · p``.
+    """A linear layer: displacement ``offset + compliance · p``."""
 
-    Parameters
-    ----------
-    compliance
-        m/Pa, shape of the geometry, not negative.
-    offset
-        Displacement without pressure, m, same shape.
-    """
-
-    compliance: Array
-    offset: Array
+    compliance: Array  # m/Pa, shape of the geometry, not negative
+    offset: Array  # m, same shape
 
     def add_displacement(self, pressure: Array, result: Array, team: Team = ALONE) -> None:  # noqa: ARG002
         """Add the displacement, m, under a pressure, Pa, to a field."""
@@ -312,28 +287,14 @@ class WearLayer(Layer):
 
     and x = x₀ + τ p with the stage's pressure p. Written for g* alone, an implicit step
     diverges where τp > 1; written for x it is a convex problem for every step.
-
-    Parameters
-    ----------
-    wear
-        Wear depth W₀ at the start of the stage, m.
-    reduced_gap
-        g*₀ at the start of the stage, m, not negative.
-    shift
-        ΔG over the stage, m.
-    exponent
-        x₀, the part of the exponent that is already known.
-    rate
-        τ, 1/Pa.
-    response, level
-        How ΔG follows the approach of the bodies, and the approach, m, at which it is as given.
     """
 
-    wear: Array
-    reduced_gap: Array
-    shift: Array | None
-    exponent: Array
-    rate: float
+    wear: Array  # W₀ at the start of the stage, m
+    reduced_gap: Array  # g*₀ at the start of the stage, m, not negative
+    shift: Array | None  # ΔG over the stage, m
+    exponent: Array  # x₀, the part of the exponent that is already known
+    rate: float  # τ, 1/Pa
+    # How ΔG follows the approach of the bodies, and the approach, m, at which it is as given.
     response: Array | None = None
     level: float | None = None
 

@@ -26,23 +26,9 @@ _IDLE = 1e-3
 
 
 class StageSolver:
-    """Solves the implicit stages of wear steps on one geometry.
+    """Solves the implicit stages of wear steps on one geometry, and counts its convolutions.
 
-    Parameters
-    ----------
-    workspace
-        Of the problem.
-    geometry
-        Where.
-    tolerance
-        Of the wear of a step, relative to the wear volume.
-    accuracy
-        Of the contacts.
-
-    Attributes
-    ----------
-    convolutions
-        Spent so far.
+    ``tolerance`` is that of the wear of a step, relative to the wear volume.
     """
 
     def __init__(
@@ -68,18 +54,12 @@ class StageSolver:
         output_step: bool = True,
         problem: WearProblem | None = None,
     ) -> Stage:
-        """One implicit stage.
+        """One implicit stage from a base on: its exponent is x = known + rate · p, p its pressure.
 
         Parameters
         ----------
-        base
-            Where it starts.
-        known, rate
-            The stage's exponent is x = known + rate · p with its pressure p, Pa.
-        start
-            First guess of the pressure, Pa.
-        guess
-            First guess of the change of G by plastic flow, m.
+        start, guess
+            First guesses of the pressure, Pa, and of the change of G by plastic flow, m.
         tolerance
             Of the contact.
         output_step

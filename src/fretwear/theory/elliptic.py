@@ -21,14 +21,9 @@ class EllipticContact(HertzContact):
     """Elastic contact of bodies with the gap x²/2R_x + y²/2R_y.
 
     ``radius`` is that of the sphere whose contact has the same area at every load.
-
-    Attributes
-    ----------
-    axis_ratio : float
-        Half-axis along y over that along x.
     """
 
-    axis_ratio: float = 1.0
+    axis_ratio: float = 1.0  # half-axis along y over that along x
 
     @classmethod
     def of(

@@ -292,29 +292,16 @@ def _slope_at_end(step: float, following: float, rise: float, next_rise: float) 
 
 
 class DenseHalfSpace:
-    """The elastic half-space under a pressure that is uniform on each cell.
-
-    Parameters
-    ----------
-    geometry
-        The cells.
-    composite_modulus
-        E*, Pa.
-
-    Attributes
-    ----------
-    self_influence
-        Largest displacement of a cell per pressure on itself, m/Pa.
-    matrix
-        Influence over that, times the weights of the cells; symmetric.
-    """
+    """The elastic half-space under a pressure that is uniform on each cell."""
 
     team: ClassVar[Team] = ALONE
 
     def __init__(self, geometry: DenseCells, composite_modulus: float) -> None:
         self.geometry = geometry
         self.influence = geometry.influence(composite_modulus)
+        # The largest displacement of a cell per pressure on itself, m/Pa.
         self.self_influence = float(self.influence.diagonal().max())
+        # Influence over that, times the weights of the cells; symmetric.
         matrix = geometry.weights * self.influence / self.self_influence
         self.matrix = 0.5 * (matrix + matrix.T)
 
