@@ -126,6 +126,13 @@ def test_waves_without_tips_of_known_shape_are_resolved_as_they_were():
     assert steel(roughness=random).grid_spacing == (1e-6, 1e-6)
 
 
+def test_tips_of_a_contact_that_slides_as_a_whole_have_no_edge_of_stick():
+    slides = {"tangential_ratio": None, "displacement_amplitude": "3 um", "friction": 0.3}
+    case = steel(load="20 N", roughness=SHALLOW, plastic_limit="4500 MPa", **slides)
+    assert case.tangential_ratio >= 1.0
+    assert [*zones_of_tip(case)] == ["contact of a tip"]
+
+
 def test_plastic_volume_of_tips_that_hardly_yield_is_that_of_narrow_cells():
     """With heights of the centres for means over cells it would differ by 12 %."""
     coarse = steel(**CAPPED, load="40 N", cell=["0.4 um", "1.4 um"])

@@ -123,8 +123,9 @@ def zones_of_tip(case: CaseTree) -> dict[str, tuple[Spacing, float]]:
     widened = max(1.0, contact.spread_radius(case.plastic_limit) / contact.contact_radius)
     along_x, along_y = (widened * each for each in contact.half_widths)
     zones = {"contact of a tip": ((2.0 * along_x, 2.0 * along_y), CELLS_ACROSS_TIP)}
-    if math.isfinite(case.plastic_limit):
-        share = math.cbrt(1.0 - min(case.tangential_ratio, 1.0))
+    share = math.cbrt(1.0 - min(case.tangential_ratio, 1.0))
+    # Where all slides there is no edge of stick.
+    if math.isfinite(case.plastic_limit) and share > 0.0:
         round_one = HertzContact(contact.radius, contact.load, contact.composite_modulus)
         band = LimitingState(round_one, 1.0 - share).width_above(case.plastic_limit)
         part = min(band / contact.contact_radius, 1.0 - math.sqrt(share))
