@@ -62,9 +62,8 @@ _BY_SI_UNIT = {dimension.si_unit: dimension for dimension in (*DIMENSIONS, NUMBE
 
 def means_none(value: object, units_required: bool) -> bool:
     """Whether a value is the word ``none`` (or Python's None, outside of files)."""
-    if isinstance(value, str):
-        return value.strip() == "none"
-    return value is None and not units_required
+    is_word = isinstance(value, str) and value.strip() == "none"
+    return is_word or (value is None and not units_required)
 
 
 class Parameter(ABC):
@@ -172,7 +171,7 @@ class Quantity(Parameter):
     def dimension(self) -> Dimension:
         """The kind of quantity, with an example of its own."""
         found = _BY_SI_UNIT[self.si_unit]
-        return found.like(self.like) if self.like else found
+        return dataclasses.replace(found, example=self.like or found.example)
 
     @property
     def unit(self) -> Unit:  # type: ignore[override]

@@ -134,10 +134,6 @@ class Dimension:
         """Whether values have no unit at all."""
         return self.si_unit == "1"
 
-    def like(self, example: str) -> Dimension:
-        """Return the same kind of quantity with another example."""
-        return replace(self, example=example)
-
 
 LENGTH = Dimension("a length", "m", "m", "0.2 um", (NANOMETRE, MICROMETRE, MILLIMETRE, Unit("m")))
 FORCE = Dimension("a force", "N", "N", "50 N", (Unit("mN", 1e-3), NEWTON, Unit("kN", 1e3)))
@@ -285,20 +281,9 @@ def force_text(value: float, digits: int = 6) -> str:
 def parse_quantity(value: object, dimension: Dimension, *, units_required: bool = False) -> float:
     """Turn a value as written into an SI number.
 
-    Parameters
-    ----------
-    value : str or number
-        Text with a unit (``"0.2 um"``), or a number, which counts as SI.
-    dimension : Dimension
-        What the value must be.  For `NUMBER` text without a unit is accepted as well, because
-        YAML reads ``1e-3`` as text.
-    units_required : bool
-        Refuse numbers without a unit (study files do, for everything but `NUMBER`).
-
-    Returns
-    -------
-    float
-        Finite, in the SI unit of the dimension.
+    It is text with a unit (``"0.2 um"``), or a number, which counts as SI except where
+    `units_required`, as in study files.  For `NUMBER` text without a unit is accepted as well,
+    because YAML reads ``1e-3`` as text.  The result is finite.
 
     Raises
     ------
@@ -382,14 +367,9 @@ def exact_text(value: float, dimension: Dimension) -> str:
 
 
 def readable_unit(values: Any, si_unit: str) -> Unit:
-    """Return the unit in which the largest of some values is a number from 1 to 1000.
+    """Return the unit in which the largest of some values, in SI units, is from 1 to 1000.
 
-    Parameters
-    ----------
-    values : number or array of any shape
-        In SI units; NaN and infinite ones do not count, and of none the unit is the smallest.
-    si_unit : str
-        Their SI unit: ``m``, ``m2``, ``m3``, ``J``, ``N`` or ``Pa``.
+    NaN and infinite values do not count, and of none the unit is the smallest.
     """
     import numpy as np
 

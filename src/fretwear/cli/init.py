@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Annotated
 
@@ -54,7 +53,14 @@ def init(
 
     known = {file.stem: file for file in sorted((workspace() / "studies").glob("*.yaml"))}
     if list_:
-        for line in aligned([*_studies(known.values())], str.ljust, indent=""):
+        from fretwear.study.yamlfile import read_document
+
+        extra = "pip install 'fretwear[surfaces]'"
+        told = [
+            (name, str(read_document(file).data["title"]), extra if _surfaces(file) else "")
+            for name, file in known.items()
+        ]
+        for line in aligned(told, str.ljust, indent=""):
             say(line)
         return
     if study not in known:
@@ -85,11 +91,3 @@ def _surfaces(study: Path) -> list[Path]:
     """Return the files beside a study from which it takes surfaces."""
     text = study.read_text(encoding="utf-8")
     return [file for file in study.parent.glob("*/*") if f"{file.parent.name}/{file.name}" in text]
-
-
-def _studies(files: Iterable[Path]) -> Iterator[tuple[str, ...]]:
-    from fretwear.study.yamlfile import read_document
-
-    for file in files:
-        takes = "pip install 'fretwear[surfaces]'" if _surfaces(file) else ""
-        yield file.stem, str(read_document(file).data["title"]), takes

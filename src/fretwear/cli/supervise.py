@@ -38,9 +38,7 @@ class Stopped(BaseException):
 
     def leave(self) -> NoReturn:
         """End the process before it has a log: with a word and the exit status."""
-        with suppress(OSError):
-            os.write(2, f"fretwear: stopped: {self}\n".encode())
-        os._exit(self.exit_status)
+        _end(self.number, str(self))
 
 
 @contextmanager
@@ -75,9 +73,9 @@ def _stop(number: int, _frame: FrameType | None) -> NoReturn:
     raise Stopped(number)
 
 
-def _end(number: int) -> NoReturn:
+def _end(number: int, told: str = "at once, without cleaning up") -> NoReturn:
     with suppress(OSError):
-        os.write(2, b"fretwear: stopped: at once, without cleaning up\n")
+        os.write(2, f"fretwear: stopped: {told}\n".encode())
     os._exit(128 + number)
 
 

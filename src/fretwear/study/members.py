@@ -63,67 +63,58 @@ class PartOf(Parameter):
         """The keys of a case that may stand for the whole."""
         return tuple(self.kinds[self.short].parameters()) if self.short else ()
 
-    def parameters(self, kind: type[Part]) -> Mapping[str, Parameter]:
+    def parameters(self, kind: type[Part]) -> dict[str, Parameter]:
         """What the fields of a kind are, by name."""
-        return {name: self._called(about) for name, about in kind.parameters().items()}
+        return self._called(kind.parameters())
 
-    def derived(self, kind: type[Part]) -> Mapping[str, Parameter]:
+    def derived(self, kind: type[Part]) -> dict[str, Parameter]:
         """What follows from the fields of a kind and is a coordinate too, by name."""
-        return {name: self._called(about) for name, about in kind.derived().items()}
+        return self._called(kind.derived())
 
-    def _called(self, about: Parameter) -> Parameter:
-        if not self.is_second:
-            return about
-        words = re.sub("roughness|surface", self.words, about.words)
-        words = words if self.words in words else f"{words} of the {self.words}"
-        return dataclasses.replace(about, words=words)  # type: ignore[type-var]
+    def _called(self, known: Mapping[str, Parameter]) -> dict[str, Parameter]:
+        found = dict(known)
+        for name, about in known.items() if self.is_second else ():
+            words = re.sub("roughness|surface", self.words, about.words)
+            words = words if self.words in words else f"{words} of the {self.words}"
+            found[name] = dataclasses.replace(about, words=words)  # type: ignore[type-var]
+        return found
 
     def such_as(self, name: str) -> str:
         """An example for a name, "such as load: 50 N", or nothing."""
         text = super().such_as(name)
         return f"{text}, or none" if text and self.none else text
 
-    def read(self, value: object, units_required: bool) -> Any:
-        """Return a part; all that is wrong inside of it is told by one `UnreadError`."""
+    def read(self, value: object, units_required: bool, varied: Sequence[str] = ()) -> Any:
+        """Return a part; all that is wrong inside of it is told by one `UnreadError`.
+
+        Where some of its fields are varied, those are left out.
+        """
         if isinstance(value, self.family):
             return value
-        if self.none and means_none(value, units_required):
+        if self.none and not varied and means_none(value, units_required):
             return None
         if isinstance(value, str) and value in self.kinds:
             value = {"kind": value}
+        if not isinstance(value, Mapping) and varied:
+            whole = self.words.replace(" ", "_")
+            what = f"the other parts of the {whole}, because {whole}.{varied[0]} is varied"
+            raise QuantityError(f"must give {what}", self.such_as(whole))
         if not isinstance(value, Mapping):
             whole = f"{'an' if self.words[0] in 'aeiou' else 'a'} {self.words}"
             names = [*self.kinds] if self.bare else []
             choices = names or [*(["none"] if self.none else []), whole]
             raise QuantityError(f"must be {' or '.join(choices)}", self.such_as(self.words), names)
-        part = self._read(value, units_required)
-        if part.problem is not None:
-            raise UnreadError([Problem("", None, *part.problem)])
-        return part
-
-    def read_partly(self, value: object, varied: Sequence[str]) -> Part:
-        """Return a part without those of its fields that are varied."""
-        if isinstance(value, str) and value in self.kinds:
-            value = {"kind": value}
-        if not isinstance(value, Mapping):
-            whole = self.words.replace(" ", "_")
-            rule = (
-                f"must give the other parts of the {whole}, because {whole}.{varied[0]} is varied"
-            )
-            raise QuantityError(rule, self.such_as(whole))
-        return self._read(value, True, varied)
-
-    def _read(
-        self, value: Mapping[str, Any], units_required: bool, varied: Sequence[str] = ()
-    ) -> Part:
         name = value.get("kind", next(iter(self.kinds)))
-        if name not in list(self.kinds):
+        if name not in [*self.kinds]:
             rule = f"must be {' or '.join(self.kinds)}"
             raise UnreadError([Problem(".kind", name, rule, known=[*self.kinds])])
         kind = self.kinds[name]
         known = {"kind": Choice("", "", (name,)), **kind.parameters()}
         needed = required(kind).difference(varied)
-        return kind.unchecked(**read_fields(value, known, needed, units_required))
+        part = kind.unchecked(**read_fields(value, known, needed, units_required))
+        if not varied and part.problem is not None:
+            raise UnreadError([Problem("", None, *part.problem)])
+        return part
 
     def make(self, values: Mapping[str, Any]) -> Part | None:
         """Make a part of the values of `keys`; None where they make none."""

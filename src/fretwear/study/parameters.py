@@ -222,7 +222,7 @@ def read_value(
         remedy = f"write {name}: none if that is meant" if can_be_none else parameter.such_as(name)
         raise QuantityError("has no value", remedy)
     if varied and isinstance(parameter, PartOf):
-        return parameter.read_partly(raw, varied)
+        return parameter.read(raw, units_required, varied)
     return parameter.read(raw, units_required)
 
 

@@ -85,10 +85,9 @@ class Plan:
             yield (point.id, *labels, cells, time, size_text(found.memory_bytes))
 
     def write_csv(self, stream: IO[str]) -> None:
-        """Write the table of points: id, every parameter in SI units, cells, estimates.
+        """Write the table of points: id, every parameter in SI units, cells, estimates, problem.
 
-        The stream should be opened with ``newline=""``.  Cells of the table are empty where a
-        point is invalid; the column `problem` says why.
+        The stream should be opened with ``newline=""``.
         """
         names = dict.fromkeys(name for point in self.points for name in _parameters(point))
         estimates = ("cells", "estimated_seconds", "estimated_memory_bytes")

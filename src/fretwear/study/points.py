@@ -262,11 +262,7 @@ class Parameters:
         return self._made[key]
 
     def find(self) -> Iterator[BrokenRule]:
-        """Iterate over the broken rules.
-
-        A rule is tried once for each combination of the values it needs, and only where all
-        of these are among the valid values.
-        """
+        """Iterate over the broken rules, each tried once for each combination of valid values."""
         valid = {*self._constant, *self._varied}
         defaulted = {*members(), "output_cycles"} - required(CaseTree) - {*self._axes_of}
         known = {*valid, *defaulted, *(("cycles",) if "blocks" in valid else ())}

@@ -44,11 +44,10 @@ class Study:
 
     def _repr_html_(self) -> str:
         """Return what is varied as a table, for notebooks."""
-        more = ", …"
+        most = _MOST_SHOWN
         rows = (
-            (axis.name, ", ".join(few) + more * (len(axis.labels) > len(few)))
+            (axis.name, ", ".join([*axis.labels[:most], *(["…"] if axis.labels[most:] else [])]))
             for axis in self.axes
-            for few in [axis.labels[:_MOST_SHOWN]]
         )
         return html_table(f"{self.title}: {self.size} points, design {self.design.kind}", rows)
 
@@ -69,11 +68,7 @@ class Study:
     def points(self, first: int = 1, last: int | None = None) -> tuple[Point, ...]:
         """Return the points in order, the last varied parameter fastest.
 
-        Parameters
-        ----------
-        first, last : int
-            Numbers of the first and the last of neighbouring points, counted from 1; a few points
-            of a large study come much sooner than all of them.
+        Of a large study a few neighbours, by their numbers from 1, come much sooner than all.
         """
         last = self.size if last is None else last
         if (first, last) == (1, self.size):
@@ -93,14 +88,7 @@ class Study:
 
 
 def load_study(path: str | Path, assignments: Sequence[str] = ()) -> Study:
-    """Read and check a study file.
-
-    Parameters
-    ----------
-    path : str or Path
-        The YAML file.
-    assignments : sequence of str
-        Changes ``name=value`` to it, see `override`.
+    """Read and check a study file (YAML), changed by assignments ``name=value``.
 
     Raises
     ------
@@ -252,14 +240,8 @@ def override(raw: Mapping[str, Any], assignments: Iterable[str]) -> tuple[dict[s
 
     The value replaces that of `base`, and the parameter is no longer varied.  Setting one of
     several alternative keys, as the two tangential ones, drops the others; what belongs to both,
-    as `rig_stiffness`, stays.  ``output.cycles`` and
-    ``title`` can be set too.
-
-    Returns
-    -------
-    dict, Problems
-        The changed content (the one given stays as it is), and what was wrong with the
-        assignments themselves; values are checked with the study.
+    as `rig_stiffness`, stays.  ``output.cycles`` and ``title`` can be set too.  Returned are a
+    changed copy, whose values are not checked yet, and what was wrong with the assignments.
     """
     changed, problems = copy.deepcopy(dict(raw)), Problems()
     known = (*parameter_names(), "output.cycles", "title")
@@ -314,17 +296,10 @@ def _assign(content: dict[str, Any], name: str, value: Any) -> None:
 def select_case(
     path: str | Path, case_id: str | None = None, assignments: Sequence[str] = ()
 ) -> Case:
-    """Return one case of a study file, changed by assignments if there are any.
+    """Return one case of a study file, changed by assignments ``name=value``.
 
-    Parameters
-    ----------
-    path : str or Path
-        The study file.
-    case_id : str or None
-        Id of the case in the study as it stands, or the beginning of just one id.  None: the
-        study, with the assignments applied, must come to a single case.
-    assignments : sequence of str
-        Changes ``name=value``; a case chosen by its id is changed after it was chosen.
+    It is chosen by its id in the study as it stands, or the beginning of just one id, and changed
+    after that.  Without an id the study, with the assignments applied, must come to a single case.
 
     Raises
     ------

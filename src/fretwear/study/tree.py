@@ -280,10 +280,7 @@ class CaseTree:
 
     @property
     def grid_spacing(self) -> tuple[float, float]:
-        """(dx, dy) in m: `cell`, or where it is None the default.
-
-        See `fretwear.study.spacing`.
-        """
+        """(dx, dy) in m: `cell`, or where it is None the default of `fretwear.study.spacing`."""
         return self.cell or default_spacing(self)
 
     @property
@@ -355,14 +352,10 @@ class CaseTree:
         return "-".join(part for part in parts if part).replace("+", "")
 
     def scalar_coordinates(self) -> dict[str, tuple[float | str, str, str]]:
-        """Return every parameter as a scalar coordinate of a dataset.
+        """Return the scalar coordinates of a dataset: SI value, UDUNITS unit, long name by name.
 
-        Returns
-        -------
-        dict
-            Name → (value in SI units, units in UDUNITS notation, long name).  An elastic case has
-            a `plastic_limit` of inf, a smooth one zero amplitude and slopes.  Materials that
-            differ between the bodies appear as ``youngs_modulus_1``, ``youngs_modulus_2``.
+        An elastic case has a `plastic_limit` of inf, a smooth one zero amplitude and slopes.
+        Materials that differ appear as ``youngs_modulus_1``, ``youngs_modulus_2``.
         """
         found: list[tuple[str, Parameter, float | str]] = []
         following = dict(derived(CaseTree))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +17,7 @@ STUDIES = Path("studies")
 MAX_BYTES = 1_000_000
 MAX_DEPTH = 12
 MAX_NODES = 300_000
+_TOO_DEEP = f"is nested more than {MAX_DEPTH} levels deep"
 
 _NETCDF = b"\x89HDF"
 _ENTRY = re.compile(r"\s*(-\s|[^#]*?:(\s|$)|[\]}])")
@@ -29,112 +29,37 @@ _OLD_BREAKS = re.compile("[\x85\u2028\u2029]")
 _TEXT = ("tag:yaml.org,2002:str", "tag:yaml.org,2002:timestamp", "tag:yaml.org,2002:value")
 
 
-@dataclass
 class Document:
-    """The content of a YAML file."""
+    """The content of a YAML text: plain values, and what is not plain refused."""
 
-    data: Any  # plain values: dict, list, str, int, float, bool, None
-    lines: dict[str, int] = field(default_factory=dict)  # of every entry, such as vary.load[1]
-    problems: list[Problem] = field(default_factory=list)  # duplicate keys, unreadable values
-
-
-def read_document(file: Path) -> Document:
-    """Read a YAML file; `StudyError` where there is none that could be read."""
-    text = _read_text(file)
-    try:
-        document = _compose(text)
-    except YAMLError as error:
-        raise StudyError(file, [_not_yaml(error, text)]) from error
-    except _RefusedError as error:
-        raise StudyError(file, [Problem("", None, str(error))]) from error
-    if document is None:
-        problem = Problem("", None, "the file is empty", "a study needs base and vary")
-        raise StudyError(file, [problem])
-    return document
-
-
-def parse_value(text: str) -> Any:
-    """Read one YAML value as a study file would have it (``30 N``, ``none``, ``[0, 100]``)."""
-    try:
-        document = _compose(text) or Document("")
-    except (YAMLError, _RefusedError) as error:
-        raise QuantityError("is not a value that YAML can read") from error
-    if document.problems:
-        raise QuantityError(document.problems[0].rule)
-    return document.data
-
-
-class _RefusedError(Exception):
-    """The document is larger than any study could be, or would be read in two ways."""
-
-
-def _compose(text: str) -> Document | None:
-    if odd := _OLD_BREAKS.search(text):
-        line = text.count("\n", 0, odd.start()) + 1
-        raise _RefusedError(
-            f"holds the invisible character U+{ord(odd[0]):04X} in line {line}, which ended lines "
-            "in YAML 1.1 and no longer does: remove it"
-        )
-    yaml = YAML(typ="safe", pure=True)
-    try:
-        node = yaml.compose(text)
-    except RecursionError as error:
-        raise _RefusedError(f"is nested more than {MAX_DEPTH} levels deep") from error
-    return None if node is None else _Builder(yaml.constructor).document(node)
-
-
-def _read_text(file: Path) -> str:
-    def refused(rule: str, hint: str = "") -> StudyError:
-        return StudyError(file, [Problem("", None, rule, hint)])
-
-    if "\0" in str(file):
-        raise refused("is not a usable file name")
-    try:
-        if file.is_dir():
-            present = _studies_in(file)
-            hint = f"give one of its files: {', '.join(few_of(present))}" if present else ""
-            raise refused("is a folder, not a study file", hint)
-        if not file.exists():
-            raise refused("there is no such file", _instead_of(file))
-        if not file.is_file():
-            raise refused("is not a regular file")
-        with file.open("rb") as stream:
-            content = stream.read(MAX_BYTES + 1)
-    except OSError as error:
-        raise refused(f"cannot be read: {error.strerror}") from error
-    if len(content) > MAX_BYTES:
-        raise refused(f"is larger than {MAX_BYTES // 1000} kB, the limit for study files")
-    if content.startswith(_NETCDF):
-        raise refused("is a netCDF file, not a study file", f"fretwear show {file} describes it")
-    try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = content.count(b"\n", 0, error.start) + 1
-        raise refused(
-            f"is not UTF-8 text (line {line}, byte {error.start})", "save it as UTF-8"
-        ) from error
-
-
-class _Builder:
-    """Turns composed nodes into plain values, remembering lines, refusing what is not plain."""
-
-    def __init__(self, constructor: Any) -> None:
-        self._constructor = constructor
+    def __init__(self, text: str) -> None:
+        self.lines: dict[str, int] = {}  # of every entry, such as vary.load[1]
+        self.problems: list[Problem] = []  # duplicate keys, unreadable values
         self._nodes = 0
-        self._result = Document(None)
-
-    def document(self, node: Node) -> Document:
-        self._result.data = self._value(node, "", 0)
-        return self._result
+        if odd := _OLD_BREAKS.search(text):
+            line = text.count("\n", 0, odd.start()) + 1
+            raise QuantityError(
+                f"holds the invisible character U+{ord(odd[0]):04X} in line {line}, which ended "
+                "lines in YAML 1.1 and no longer does: remove it"
+            )
+        yaml = YAML(typ="safe", pure=True)
+        self._constructor: Any = yaml.constructor
+        try:
+            node = yaml.compose(text)
+        except RecursionError as error:
+            raise QuantityError(_TOO_DEEP) from error
+        self.is_empty = node is None
+        # Dict, list, str, int, float, bool or None.
+        self.data: Any = None if node is None else self._value(node, "", 0)
 
     def _value(self, node: Node, key: str, depth: int) -> Any:
         # Aliases are followed, so that the count and the depth bound what they expand to.
         self._nodes += 1
         if self._nodes > MAX_NODES:
-            raise _RefusedError(f"holds more than {MAX_NODES} values")
+            raise QuantityError(f"holds more than {MAX_NODES} values")
         if depth > MAX_DEPTH:
-            raise _RefusedError(f"is nested more than {MAX_DEPTH} levels deep")
-        self._result.lines.setdefault(key, node.start_mark.line + 1)
+            raise QuantityError(_TOO_DEEP)
+        self.lines.setdefault(key, node.start_mark.line + 1)
         if isinstance(node, MappingNode):
             return self._mapping(node, key, depth)
         if isinstance(node, SequenceNode):
@@ -167,17 +92,72 @@ class _Builder:
                 continue
             path = f"{key}.{name}" if key else name
             if name in values:
-                first = self._result.lines[path]
+                first = self.lines[path]
                 self._refuse(path, value_node, f"is given twice, first in line {first}", "")
                 continue
             values[name] = self._value(value_node, path, depth + 1)
-            self._result.lines[path] = name_node.start_mark.line + 1
+            self.lines[path] = name_node.start_mark.line + 1
         return values
 
     def _refuse(self, key: str, node: Node, rule: str, hint: str) -> None:
         value = node.value if isinstance(node, ScalarNode) else ""
         line = node.start_mark.line + 1
-        self._result.problems.append(Problem(key, value, rule, hint, line))
+        self.problems.append(Problem(key, value, rule, hint, line))
+
+
+def read_document(file: Path) -> Document:
+    """Read a YAML file; `StudyError` where there is none that could be read."""
+    text = ""
+    try:
+        text = _read_text(file)
+        document = Document(text)
+        if document.is_empty:
+            raise QuantityError("the file is empty", "a study needs base and vary")
+    except YAMLError as error:
+        raise StudyError(file, [_not_yaml(error, text)]) from error
+    except QuantityError as error:
+        raise StudyError(file, [Problem("", None, error.rule, error.hint)]) from error
+    except OSError as error:
+        raise StudyError(file, [Problem("", None, f"cannot be read: {error.strerror}")]) from error
+    return document
+
+
+def parse_value(text: str) -> Any:
+    """Read one YAML value as a study file would have it (``30 N``, ``none``, ``[0, 100]``)."""
+    try:
+        document = Document(text)
+    except (YAMLError, QuantityError) as error:
+        raise QuantityError("is not a value that YAML can read") from error
+    if document.problems:
+        raise QuantityError(document.problems[0].rule)
+    return "" if document.is_empty else document.data
+
+
+def _read_text(file: Path) -> str:
+    if "\0" in str(file):
+        raise QuantityError("is not a usable file name")
+    if file.is_dir():
+        present = _studies_in(file)
+        hint = f"give one of its files: {', '.join(few_of(present))}" if present else ""
+        raise QuantityError("is a folder, not a study file", hint)
+    if not file.exists():
+        raise QuantityError("there is no such file", _instead_of(file))
+    if not file.is_file():
+        raise QuantityError("is not a regular file")
+    with file.open("rb") as stream:
+        content = stream.read(MAX_BYTES + 1)
+    if len(content) > MAX_BYTES:
+        rule = f"is larger than {MAX_BYTES // 1000} kB, the limit for study files"
+        raise QuantityError(rule)
+    if content.startswith(_NETCDF):
+        rule = "is a netCDF file, not a study file"
+        raise QuantityError(rule, f"fretwear show {file} describes it")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        rule = f"is not UTF-8 text (line {line}, byte {error.start})"
+        raise QuantityError(rule, "save it as UTF-8") from error
 
 
 def _instead_of(file: Path) -> str:
