@@ -40,12 +40,11 @@ def heights_in_contact(
         For each of these, m: the roughness less what is lost; 0 is the mean of the roughness.
     """
     assert case.rough is not None
-    x, y = axes[0][:, None], axes[1][None, :] if len(axes) > 1 else np.zeros((1, 1))
-    inside = np.hypot(x / half_widths[0], y / half_widths[-1]) <= 1.0
+    x, y, cell = axes[0], np.zeros(1), None
     if len(axes) > 1:
-        cell = axes[0][1] - axes[0][0], axes[1][1] - axes[1][0]
-        rough = -case.rough.mean_height(axes[0], axes[1], cell)[inside]
-    else:
-        rough = -case.rough.height(x, y)[inside]
+        y = axes[1]
+        cell = x[1] - x[0], y[1] - y[0]
+    inside = np.hypot(x[:, None] / half_widths[0], y / half_widths[-1]) <= 1.0
+    rough = -case.rough.on_cells(x, y, cell)[inside]
     rough -= rough.mean()
     return [np.sort(rough - depth.reshape(inside.shape)[inside])[::-1] for depth in lost]

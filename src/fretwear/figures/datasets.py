@@ -170,11 +170,9 @@ def _with_gap_outside(
 
     def changes(points: Array) -> Array:
         heights = case.indenter.gap(points[:, None], y[None, :])[:, 0]
-        if case.rough is not None and case.indenter.is_line:
-            heights = heights + case.rough.height(points[:, None], y[None, :])[:, 0]
-        elif case.rough is not None:
-            cell = points[1] - points[0], width
-            heights = heights + case.rough.mean_height(points, y, cell)[:, 0]
+        if case.rough is not None:
+            cell = None if case.indenter.is_line else (points[1] - points[0], width)
+            heights = heights + case.rough.on_cells(points, y, cell)[:, 0]
         distances = (np.hypot(point - at_x, y - at_y) for point in points)
         kernels = (-2.0 * np.log(r) if case.indenter.is_line else 1.0 / r for r in distances)
         changed = heights + np.column_stack([forces @ kernel for kernel in kernels])

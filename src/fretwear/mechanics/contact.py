@@ -119,11 +119,9 @@ class Layer(Protocol):
 
     def add_displacement(self, pressure: Array, result: Array, team: Team = ALONE) -> None:
         """Add the displacement under a pressure to a field."""
-        ...
 
     def tangent_in(self, unit: float, pressure: Array, team: Team = ALONE) -> Single:
         """Derivative of the displacement in some unit, m/Pa; not negative."""
-        ...
 
 
 @dataclass(frozen=True)

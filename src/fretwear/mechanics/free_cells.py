@@ -39,11 +39,9 @@ class ConvolvingHalfSpace(HalfSpace, Protocol):
     @property
     def single(self) -> Convolution[Single]:
         """In single precision, in units of the self-influence."""
-        ...
 
     def around(self, cells: Mask) -> ConvolvingHalfSpace:
         """The same bodies on the smallest self that holds some cells and a margin."""
-        ...
 
 
 @dataclass(frozen=True)

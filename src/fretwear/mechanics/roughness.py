@@ -85,6 +85,13 @@ class Roughness(Part):
             heights = ((heights[:-2:2] + 4.0 * heights[1::2] + heights[2::2]) / 6.0).T
         return np.ascontiguousarray(heights)
 
+    def on_cells(self, x: Array, y: Array, cell: tuple[float, float] | None) -> Array:
+        """Height of each cell, m, at centres of shapes (nx,) and (ny,), m.
+
+        It is the mean over a cell of a grid; where cells have no width, that of the point.
+        """
+        return self.height(x[:, None], y) if cell is None else self.mean_height(x, y, cell)
+
     @property
     def finest(self) -> tuple[float, float]:
         """Length along x and along y, m, that a grid has to resolve; inf where there is none."""

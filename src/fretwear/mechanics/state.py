@@ -200,20 +200,15 @@ class WearProblem:
         return found
 
     def unworn(self, geometry: Any) -> Array:
-        """Gap at zero load and zero approach, m, on the cells of a geometry.
-
-        Of roughness it has the mean over each rectangle of a grid.
-        """
-        x, y = geometry.x[:, None], geometry.y[None, :]
+        """Gap at zero load and zero approach, m, on the cells of a geometry."""
+        x, y = geometry.x, geometry.y
+        cell = geometry.spacing if isinstance(geometry, Grid) else None
 
         def gap(first: int) -> Array:
-            columns = y[:, first : first + _COLUMNS]
-            smooth = self.indenter.gap(x, columns)
-            if self.roughness is None:
-                return smooth
-            if not isinstance(geometry, Grid):
-                return smooth + self.roughness.height(x, columns)
-            return smooth + self.roughness.mean_height(x[:, 0], columns[0], geometry.spacing)
+            columns = y[first : first + _COLUMNS]
+            smooth = self.indenter.gap(x[:, None], columns[None, :])
+            rough = self.roughness
+            return smooth if rough is None else smooth + rough.on_cells(x, columns, cell)
 
         return np.concatenate(self.team.each(gap, range(0, y.size, _COLUMNS)), axis=1)
 

@@ -179,32 +179,45 @@ class Cylinder(_Straight):
         return self.radius
 
 
-@dataclass(frozen=True)
-class FlatPunch(_Straight):
-    """A flat punch along y with rounded edges: gap (|x| − b)²/2R beyond the flat to ±b."""
+class _Punch(Indenter):
+    """A flat with a rounded edge: gap (r − b)²/2R at the distance r > b from centre or axis."""
 
-    flat_half_width: Annotated[
-        float,
-        Quantity("m", "$b$", "half-width of the flat", "um", like="100 um", above=0.0),
-    ]
-    edge_radius: Annotated[
-        float,
-        Quantity("m", "$R$", "radius of the edge", "mm", like="10 mm", above=0.0),
-    ]
-    kind: Literal["flat_punch"] = "flat_punch"
-
+    edge_radius: float
     is_hertzian: ClassVar[bool] = False
 
-    def gap(self, x: Array, y: Array) -> Array:  # noqa: ARG002 - the same all along
-        """(|x| − b)²/2R beyond the flat, m."""
-        outside = np.maximum(np.abs(x) - self.flat_half_width, 0.0)
-        result: Array = outside**2 / (2.0 * self.edge_radius)
+    @property
+    def flat(self) -> float:
+        """b, m."""
+        raise NotImplementedError
+
+    def gap(self, x: Array, y: Array) -> Array:
+        """(r − b)²/2R beyond the flat, m."""
+        distance = np.abs(x) if self.is_line else np.hypot(x, y)
+        result: Array = np.maximum(distance - self.flat, 0.0) ** 2 / (2.0 * self.edge_radius)
         return result
 
     @property
     def curvature_radius(self) -> float:
-        """Five times the half-width, m, at which the slope of the edge is one fifth."""
-        return self.edge_radius + 5.0 * self.flat_half_width
+        """R + 5b, m: at 5b the slope of the edge is one fifth."""
+        return self.edge_radius + 5.0 * self.flat
+
+
+@dataclass(frozen=True)
+class FlatPunch(_Punch, _Straight):
+    """A flat punch along y with rounded edges: gap (|x| − b)²/2R beyond the flat to ±b."""
+
+    flat_half_width: Annotated[
+        float, Quantity("m", "$b$", "half-width of the flat", "um", like="100 um", above=0.0)
+    ]
+    edge_radius: Annotated[
+        float, Quantity("m", "$R$", "radius of the edge", "mm", like="10 mm", above=0.0)
+    ]
+    kind: Literal["flat_punch"] = "flat_punch"
+
+    @property
+    def flat(self) -> float:
+        """b, m."""
+        return self.flat_half_width
 
     def hertz(self, normal: Normal, modulus: float) -> FlatPunchContact:
         """The smooth contact."""
@@ -274,12 +287,10 @@ class Ellipsoid(_Elliptic):
     """A body with two radii: gap x²/2R_x + y²/2R_y."""
 
     radius_x: Annotated[
-        float,
-        Quantity("m", "$R_x$", "radius along x", "mm", like="10 mm", above=0.0),
+        float, Quantity("m", "$R_x$", "radius along x", "mm", like="10 mm", above=0.0)
     ]
     radius_y: Annotated[
-        float,
-        Quantity("m", "$R_y$", "radius along y", "mm", like="40 mm", above=0.0),
+        float, Quantity("m", "$R_y$", "radius along y", "mm", like="40 mm", above=0.0)
     ]
     kind: Literal["ellipsoid"] = "ellipsoid"
 
@@ -393,34 +404,26 @@ class _Round(Indenter):
 
 
 @dataclass(frozen=True)
-class RoundPunch(_Round):
+class RoundPunch(_Punch, _Round):
     """A round flat punch with a rounded edge: gap (r − b)²/2R beyond the flat of radius b."""
 
     flat_radius: Annotated[
-        float,
-        Quantity("m", "$b$", "radius of the flat", "um", like="100 um", above=0.0),
+        float, Quantity("m", "$b$", "radius of the flat", "um", like="100 um", above=0.0)
     ]
     edge_radius: Annotated[
-        float,
-        Quantity("m", "$R$", "radius of the edge", "mm", like="10 mm", above=0.0),
+        float, Quantity("m", "$R$", "radius of the edge", "mm", like="10 mm", above=0.0)
     ]
     kind: Literal["round_punch"] = "round_punch"
 
-    def gap(self, x: Array, y: Array) -> Array:
-        """(r − b)²/2R beyond the flat, m."""
-        outside = np.maximum(np.hypot(x, y) - self.flat_radius, 0.0)
-        result: Array = outside**2 / (2.0 * self.edge_radius)
-        return result
+    @property
+    def flat(self) -> float:
+        """b, m."""
+        return self.flat_radius
 
     @property
     def profile(self) -> Reduced:
         """Its closed form."""
         return RoundedPunch(self.flat_radius, self.edge_radius)
-
-    @property
-    def curvature_radius(self) -> float:
-        """Five times the radius, m, at which the slope of the edge is one fifth."""
-        return self.edge_radius + 5.0 * self.flat_radius
 
 
 @dataclass(frozen=True)

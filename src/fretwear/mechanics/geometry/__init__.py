@@ -38,69 +38,55 @@ class Problem(Protocol):
     @property
     def spacing(self) -> tuple[float, float]:
         """Cell size along x and y, m."""
-        ...
 
     @property
     def extent(self) -> tuple[float, float]:
         """Half-widths along x and y, m, of the first window."""
-        ...
 
     @property
     def even(self) -> Even:
         """Along which axes to compute the positive side only."""
-        ...
 
     @property
     def coarseness(self) -> float:
         """How many times wider than usual rings and strips are."""
-        ...
 
     @property
     def is_axisymmetric(self) -> bool:
         """Whether the unworn gap depends on the distance from the axis alone."""
-        ...
 
     @property
     def limit(self) -> float:
         """Largest pressure, Pa."""
-        ...
 
     @property
     def stick_load(self) -> float:
         """P*, N, of the unworn smooth contact."""
-        ...
 
     @property
     def unworn_sliding(self) -> Any:
         """What the reduced contact of the unworn smooth contact satisfies."""
-        ...
 
     @property
     def hertz(self) -> HertzContact | LineContact:
         """The unworn smooth contact."""
-        ...
 
     @property
     def limiting(self) -> LimitingState:
         """The smooth elastic contact after infinitely many cycles."""
-        ...
 
     @property
     def wavelengths(self) -> tuple[float, float] | None:
         """How far away the next asperity tip lies along x and y, m; None where smooth."""
-        ...
 
     def reach(self, approach: float) -> tuple[float, float]:
         """Distance along x and y beyond which the unworn surface lies above an approach, m."""
-        ...
 
     def half_space(self, geometry: Any, parts: dict[Any, Any] | None = None) -> HalfSpace:
         """The elastic bodies on the cells of a geometry."""
-        ...
 
     def unworn(self, geometry: Any) -> Array:
         """Gap at zero load and zero approach, m, on the cells of a geometry."""
-        ...
 
 
 class Reduced(Protocol):
@@ -109,7 +95,6 @@ class Reduced(Protocol):
     @property
     def pressure(self) -> Array:
         """p*, Pa."""
-        ...
 
 
 class Loaded(Protocol):
@@ -118,17 +103,14 @@ class Loaded(Protocol):
     @property
     def pressure(self) -> Array:
         """p, Pa."""
-        ...
 
     @property
     def wear(self) -> Array:
         """W, m."""
-        ...
 
     @property
     def reduced(self) -> Reduced:
         """The contact at the reduced load."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -155,88 +137,69 @@ class Geometry(Protocol):
     @property
     def of_tolerance(self) -> float:
         """Part of the tolerance that a step may err by: less where little else errs."""
-        ...
 
     @classmethod
     def first(cls, problem: Problem) -> Geometry:
         """The geometry that the first loading of a problem begins with."""
-        ...
 
     @property
     def shape(self) -> tuple[int, int]:
         """Of fields."""
-        ...
 
     @property
     def x(self) -> Array:
         """Coordinates along x, m."""
-        ...
 
     @property
     def y(self) -> Array:
         """Coordinates along y, m."""
-        ...
 
     @property
     def extent(self) -> tuple[float, float]:
         """Distance of the border from the origin along x and y, m."""
-        ...
 
     @property
     def unit_area(self) -> float:
         """Area of the whole contact that a cell of weight 1 stands for, m²."""
-        ...
 
     @property
     def weights(self) -> Array | None:
         """Areas of the cells over the unit; None where all are alike."""
-        ...
 
     def integral(self, field: Array) -> float:
         """Integral of a field over the whole contact (field unit times m²)."""
-        ...
 
     def zone(self, cells: Mask, radius: float) -> Zone:
         """The zone that some cells stand for, and that reaches as far as a radius along x, m."""
-        ...
 
     def half_space(
         self, modulus: float, team: Team = ALONE, parts: dict[Any, Any] | None = None
     ) -> HalfSpace:
         """The elastic bodies on the cells; ``parts`` are half-spaces made before, to be shared."""
-        ...
 
     def resized(self, field: Array, other: Any) -> Array:
         """A field on a larger or smaller self: zero on the cells that this one lacks."""
-        ...
 
     def where(self, smaller: Any) -> Index:
         """Where the cells of a smaller self lie."""
-        ...
 
     def along(self, axis: int) -> list[tuple[tuple[slice | int, slice | int], Array]]:
         """Cells from the origin along an axis: index, and distances, m; both ways if not even."""
-        ...
 
     def ahead_of(self, problem: Problem, contact: Loaded) -> Geometry:
         """Another self if the next step needs one, larger or finer elsewhere, or itself."""
-        ...
 
     def holding(self, workspace: Workspace, pressure: Array, approach: float) -> Geometry:
         """Itself, or the smallest of a row of larger ones that the contact fits into."""
-        ...
 
     def extended(self, other: Any) -> Any:
         """Its cells, and more of them until they reach as far as another self's."""
-        ...
 
     def plane(self, spacing: tuple[float, float]) -> Any:
         """The grid of rectangles on which fields are written."""
-        ...
 
     def written(self, fields: dict[str, NDArray[Any]], plane: Any) -> dict[str, NDArray[Any]]:
         """Means of fields over the cells of such a grid; of states, that of most of a cell."""
-        ...
 
 
 class HalfSpace(Protocol):
@@ -245,34 +208,27 @@ class HalfSpace(Protocol):
     @property
     def geometry(self) -> Any:
         """The cells."""
-        ...
 
     @property
     def team(self) -> Team:
         """Threads that share what is computed on the cells."""
-        ...
 
     @property
     def self_influence(self) -> float:
         """Displacement of a cell per pressure on itself, m/Pa: the unit of compliance."""
-        ...
 
     @property
     def matrix(self) -> Array | None:
         """Influence over `self_influence`, times the weights: for direct solutions, if at hand."""
-        ...
 
     def displacement(self, pressure: Array) -> Array:
         """Normal surface displacement w, m, of a pressure, Pa."""
-        ...
 
     def relative_displacement(self, pressure: Array) -> tuple[Single, float]:
         """`displacement` to some parts in 10⁷ in some unit, m, and the unit."""
-        ...
 
     def around(self, cells: Mask) -> HalfSpace:
         """The same bodies on the smallest self that holds some cells and a margin."""
-        ...
 
 
 class LargeHalfSpace(HalfSpace, Protocol):
@@ -280,7 +236,6 @@ class LargeHalfSpace(HalfSpace, Protocol):
 
     def preconditioned(self, tangent: Single | None, free: Mask) -> LinearContact:
         """The linear problems of sets of cells near ``free`` under a layer; see `FreeCells`."""
-        ...
 
 
 class LinearContact(Protocol):
@@ -288,7 +243,6 @@ class LinearContact(Protocol):
 
     def on(self, free: Mask, *, under_load: bool) -> FreeCells:
         """That of the free cells, under a given load or at a given approach."""
-        ...
 
 
 class FreeCells(Protocol):
@@ -304,12 +258,10 @@ class FreeCells(Protocol):
     @property
     def uniform(self) -> Single:
         """Pressure under which the free cells sink alike, nearly."""
-        ...
 
     @property
     def uniform_sum(self) -> float:
         """Its weighted sum."""
-        ...
 
     def solve(
         self, residual: Array, unit: float, tangent: Single | None, reduction: float, enough: float
@@ -318,7 +270,6 @@ class FreeCells(Protocol):
 
         The root mean square of the residual becomes at least so many times smaller, or so small.
         """
-        ...
 
 
 @dataclass(frozen=True)
