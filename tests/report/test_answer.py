@@ -188,7 +188,16 @@ def test_one_case_what_nothing_changes_and_what_the_intervals_do_not_tell_apart_
     (alone,) = answers(made_up({"load": [20.0]}, np.array([1.0])))
     assert alone.headline == ""
     (same,) = answers(made_up({"load": [20.0, 30.0]}, np.array([1.0, 1.0])))
-    assert same.headline == "No parameter changes it by more than 0.5\u00a0%."
+    assert same.headline == "The normal load does not change it by more than 0.5\u00a0%."
+
+
+def test_where_one_parameter_varies_nothing_is_ranked_and_what_vanishes_is_left_out():
+    study = made_up({"load": [20.0, 30.0, 40.0]}, np.array([1.0, 1.5, 2.02]))
+    study["stick_half_width_x"] = 0.0 * study["wear_volume"]
+    (only,) = answers(study)
+    assert only.headline == (
+        "With the normal load from 20\u00a0N to 40\u00a0N it grows by a factor of 2.02."
+    )
     unit = qmc.Sobol(3, seed=8).random(64)
     noise = 0.05 * np.random.default_rng(9).standard_normal(64)
     (alike,) = answers(sampled(unit, 1.0 + unit[:, 0] + unit[:, 1] + 0.1 * unit[:, 2] + noise))

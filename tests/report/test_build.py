@@ -226,7 +226,8 @@ def test_one_case_alone_and_a_study_without_results_have_a_report(finished, tmp_
     parsed = Page(one.report())
     assert "Points without results" not in parsed.text
     assert "1 case" in parsed.text
-    assert "There are no two cases that differ in one parameter alone." in parsed.text
+    for silly in ("What mattered", "There are no two cases", "the case "):
+        assert silly not in parsed.text.split("Explorer")[0]
     plan, summary = finished.plan, finished.summary.copy(deep=True)
     summary["status"] = summary["status"].where(summary["status"] == 2, 1)
     folder = tmp_path / "none"

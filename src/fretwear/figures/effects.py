@@ -55,11 +55,11 @@ def effects(summary: xr.Dataset, quantities: Sequence[str] = HEADLINES) -> Figur
 
     A thin line joins cases that differ in this parameter alone; its colour tells the value of the
     other parameter on which the change depends most. The points of a sampled study have no such
-    lines: these are scatter plots. Results that no case has are left out. It is a `ValueError`
-    when no parameter is varied, or no point is done.
+    lines: these are scatter plots. Results that no case has, or that are zero in all, are left out.
+    It is a `ValueError` when no parameter is varied, or no point is done.
     """
     points = Points.of(summary)
-    names = [n for n in quantities if np.isfinite(points.results.get(n, np.nan)).any()]
+    names = [n for n in quantities if np.nan_to_num(points.results.get(n, 0.0)).any()]
     if not points.levels or not names:
         raise ValueError("There are no two cases to compare: the study varies nothing.")
     down, across = len(names), len(points.levels)

@@ -269,7 +269,7 @@ def representative_cases(summary: xr.Dataset) -> RepresentativeCases:
     others = [name for name in varied if name not in contrasts]
     best = _fullest_group(lines, contrasts, others)
     ids = {
-        ", ".join(symbol_text(name, line.values[name]) for name in contrasts) or "the case": str(
+        ", ".join(symbol_text(name, line.values[name]) for name in contrasts) or "": str(
             summary["case_id"].isel(line.point).item()
         )
         for line in best

@@ -97,6 +97,8 @@ def study_figures(
     if bool((force.max("cycle") - force.min("cycle") > _STEADY * force.max("cycle")).any()):
         histories["tangential_force"] = "tangential_force"
     for name, quantity in histories.items():
+        if not summary[quantity].fillna(0.0).any():
+            continue
         plot = CyclePlot.of(summary, quantity, history)
         yield StudyFigure(name, plot.caption, HISTORY_CATEGORY, plot.draw())
     cases_of = representative_cases(summary)
@@ -163,9 +165,14 @@ def _answer_figures(summary: xr.Dataset) -> Iterator[StudyFigure]:
     if not points.levels:
         return
     paired = any(points.lines.values())
+    colours = (
+        "; colours are those of the other parameter on which the change depends most"
+        if len(points.levels) > 1
+        else ""
+    )
     caption = (
         "Final results against each parameter. A line joins cases that differ in this parameter "
-        "alone; colours are those of the other parameter on which the change depends most."
+        f"alone{colours}."
         if paired
         else "Final results of all points against each parameter: scatter plots."
     )
@@ -212,12 +219,16 @@ def _profile_caption(field: Field, where: str, cases: Mapping[str, xr.Dataset]) 
     )
     sentences = [
         f"{field.label} along the direction of slip{on_line} at several cycles{where}.",
-        "Around the edge of the contact; grey, where visible: stick zone at the last cycle."
-        if at_edge(field)
-        else "Grey: stick zone at the last cycle.",
     ]
+    if at_edge(field):
+        sentences.append("Around the edge of the contact.")
+    # Where the whole contact slides nothing sticks, and the pressure has no peak.
+    sticks = any(float(case["stick_half_width_x"].max()) > 0.0 for case in cases.values())
+    if any(float(case["stick_half_width_x"][-1]) > 0.0 for case in cases.values()):
+        visible = ", where visible" if at_edge(field) else ""
+        sentences.append(f"Grey{visible}: stick zone at the last cycle.")
     limits = [float(case.coords.get("plastic_limit", math.inf)) for case in cases.values()]
-    if is_traction(field) and any(math.isinf(limit) for limit in limits):
+    if sticks and is_traction(field) and any(math.isinf(limit) for limit in limits):
         sentences.append(
             "Triangles: peaks of elastic bodies that continue above; they grow without bound as "
             "the grid is refined."

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 _UNCHANGED = 5e-3
 _ROUND_OFF = 5e-4
 _DIGITS = 3
+_ONLY_PAIR = " in the one pair"
 _NUMERICS = ("hertz_", "cell_", "tolerance")
 
 
@@ -89,7 +90,7 @@ class Claim:
         """What is claimed: ``grows by 13 to 48 % in all 6 pairs where elastic``."""
         factors = self.factors
         count, pairs = factors.size, f"{factors.size} pair{'s' * (factors.size != 1)}"
-        all_pairs = {1: "in the one pair", 2: "in both pairs"}.get(count, f"in all {pairs}")
+        all_pairs = {1: _ONLY_PAIR.strip(), 2: "in both pairs"}.get(count, f"in all {pairs}")
         where = f" {self.where}" if self.where else ""
         without = int((self.pairs & self.effect.between(self.low, self.high)).sum()) - count
         rest = f" (in {without} more it vanishes at one end)" if without else ""
@@ -180,7 +181,8 @@ class Answer:
 def answers(summary: Merged) -> Iterator[Answer]:
     """Yield what a merged study says of each of `HEADLINES`.
 
-    A result that is the same in all cases, or nowhere, is left out where others are not.
+    A result that no case has, or that is zero in all, such as a stick zone in gross slip, is left
+    out.
     """
     points = Points.of(summary)
     if not points.ids:
@@ -190,7 +192,7 @@ def answers(summary: Merged) -> Iterator[Answer]:
     for name in HEADLINES:
         results = points.results.get(name, np.array([np.nan]))
         variable = points.variables.get(name, RESULTS[name])
-        if not np.isfinite(results).any():
+        if not np.nan_to_num(results).any():
             continue
         if sampled:
             good = indices[name] if name in indices and indices[name].quality >= GOOD else None
@@ -236,21 +238,25 @@ def _divided(claim: Claim) -> Iterator[Claim]:
 
 
 def _headline(findings: Sequence[Finding]) -> str:
+    if not findings:
+        return ""
     changing = [f for f in findings if not all(claim.is_unchanged for claim in f.claims)]
     if not changing:
-        return f"No parameter changes it by more than {100.0 * _UNCHANGED:g}\u00a0%." * bool(
-            findings
-        )
+        what = "No parameter" if len(findings) > 1 else f"The {findings[0].name}"
+        verb = "changes" if len(findings) > 1 else "does not change"
+        return f"{what} {verb} it by more than {100.0 * _UNCHANGED:g}\u00a0%."
     first = changing[0]
     effect, whole = first.effect, Claim.whole(first.effect)
-    verb = "matters most" if len(findings) > 1 else "is what varies"
+    change = _change(effect, whole.low, whole.high)
+    if len(findings) > 1:
+        most = f"The {first.name} matters most"
+        if first.is_chance:
+            return f"{most}, and that is chance, with {first.spread}."
+        average = fixed_digits(math.exp(effect.size), _DIGITS)
+        return f"{most}, on average by a factor of {average}: from {change} it {whole.text}."
     if first.is_chance:
-        return f"The {first.name} {verb}, and that is chance, with {first.spread}."
-    average = fixed_digits(math.exp(effect.size), _DIGITS)
-    return (
-        f"The {first.name} {verb}, on average by a factor of {average}: from "
-        f"{_change(effect, whole.low, whole.high)} it {whole.text}."
-    )
+        return f"It varies with the {first.name} by chance, with {first.spread}."
+    return f"With the {first.name} from {change} it {whole.text.replace(_ONLY_PAIR, '')}."
 
 
 def _by_indices(points: Points, indices: Indices) -> tuple[str, str]:

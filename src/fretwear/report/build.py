@@ -114,7 +114,8 @@ def build_report(
 
     answering = [image for image in images if image.entry.category == ANSWER_CATEGORY]
     answer = _answer(body, plan, summary, results, answering)
-    page = [Section("answer", "What mattered", answer, "Answer")]
+    heading, entry = ("What mattered", "Answer") if len(ids) > 1 else ("Results", "Results")
+    page = [Section("answer", heading, answer, entry)]
     if explorer:
         page += [Section("explorer", "Explorer", body.explorer(*explorer, scripts.plotly, in_line))]
     page += [
@@ -164,8 +165,10 @@ def _answer(
         for doubt, cases in plan.doubts.items()
     ]
     found, together = list(answers(summary)), companions(Points.of(summary))
-    if not any(answer.headline for answer in found):
+    if len(summary.variables["status"].values.ravel()) > 1 and not any(a.headline for a in found):
         together = "There are no two cases that differ in one parameter alone."
+    if found and "stick_half_width_x" not in {answer.name for answer in found}:
+        together = f"{together} After the last cycle nothing sticks in any case.".strip()
     remarks = [*summary.attrs.get("warnings", "").splitlines(), *_uncertain(plan, results)]
     return Markup(body.answer(warnings, remarks, found, together, images))
 

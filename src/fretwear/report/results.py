@@ -85,7 +85,7 @@ class PointResult:
     @property
     def title(self) -> str:
         """The varied values in one line."""
-        return ", ".join(level.words for level in self.levels.values()) or "the case"
+        return ", ".join(level.words for level in self.levels.values()) or self.id
 
 
 def point_results(plan: Plan, summary: Merged, failures: Mapping[str, str]) -> list[PointResult]:

@@ -60,6 +60,6 @@
   form.addEventListener("input", filter);
   form.addEventListener("submit", (event) => event.preventDefault());
   form.addEventListener("reset", () => setTimeout(filter));
-  form.hidden = false;
+  form.hidden = rows.length < 2;
   filter();
 })();
