@@ -14,18 +14,21 @@ a deeper cell.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 
 from fretwear.mechanics import kernels
 from fretwear.mechanics.contact import ContactProblem, Layer
-from fretwear.mechanics.geometry import Array, HalfSpace, Mask, Problem, Single
+from fretwear.mechanics.geometry import Array, HalfSpace, Mask, Single
 from fretwear.mechanics.loading import Sliding
 from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.team import ALONE, Team
 from fretwear.parts import Part
 from fretwear.theory import LineContact
+
+if TYPE_CHECKING:
+    from fretwear.mechanics.state import WearProblem
 
 _COARSE = 1e-2
 # From here on, displacements in single precision are good enough beyond the stick zone.
@@ -65,7 +68,7 @@ class SlipModel(Part):
 
     def reduced(
         self,
-        problem: Problem,
+        problem: WearProblem,
         half_space: HalfSpace,
         shape: Array,
         sliding: Sliding | None = None,
@@ -108,7 +111,7 @@ class Jaeger(SlipModel):
 
     def reduced(
         self,
-        problem: Problem,
+        problem: WearProblem,
         half_space: HalfSpace,
         shape: Array,
         sliding: Sliding | None = None,
@@ -181,7 +184,7 @@ class CattaneoMindlin(SlipModel):
     told_as: ClassVar[str] = "slip of the unworn sphere"
 
     def reduced(
-        self, problem: Problem, half_space: HalfSpace, *_: Any, **__: Any
+        self, problem: WearProblem, half_space: HalfSpace, *_: Any, **__: Any
     ) -> ReducedContact:
         """Hertz pressure and gap of the disc of radius c."""
         geometry = half_space.geometry

@@ -68,7 +68,7 @@ class Indenter(Part):
     has_closed_form: ClassVar[bool] = True
     is_line: ClassVar[bool] = False
     extent_words: ClassVar[str] = "radius"
-    smooth: ClassVar[type[HertzContact | LineContact]] = HertzContact
+    smooth: ClassVar[type[HertzContact]] = HertzContact
     partial_slip: ClassVar[type[CattaneoMindlin]] = CattaneoMindlin
     limiting: ClassVar[type[LimitingState]] = LimitingState
 
@@ -96,11 +96,11 @@ class Indenter(Part):
         """Whether the shape is at hand: that of a file is not where it is missing."""
         return True
 
-    def hertz(self, normal: Normal, modulus: float) -> HertzContact | LineContact:
+    def hertz(self, normal: Normal, modulus: float) -> HertzContact:
         """The smooth contact that gives the scales, of bodies of a composite modulus, Pa."""
         return normal.hertz(self.smooth, self.curvature_radius, modulus)
 
-    def half_widths(self, contact: HertzContact | LineContact) -> tuple[float, float]:
+    def half_widths(self, contact: HertzContact) -> tuple[float, float]:
         """Half-widths along x and y, m, of the smooth contact."""
         return contact.contact_radius, contact.contact_radius
 
@@ -148,7 +148,7 @@ class _Straight(Indenter):
     is_line: ClassVar[bool] = True
     extent_words: ClassVar[str] = "half-width"
     even: ClassVar[Even] = (True, True)
-    smooth: ClassVar[type[HertzContact | LineContact]] = LineContact
+    smooth: ClassVar[type[HertzContact]] = LineContact
     partial_slip: ClassVar[type[CattaneoMindlin]] = LinePartialSlip
     limiting: ClassVar[type[LimitingState]] = LineLimitingState
 
@@ -265,7 +265,7 @@ class _Elliptic(Indenter):
             load = (approach / unit.approach) ** 1.5
         return unit.with_load(load)
 
-    def half_widths(self, contact: HertzContact | LineContact) -> tuple[float, float]:
+    def half_widths(self, contact: HertzContact) -> tuple[float, float]:
         """Half-widths along x and y, m, of the box around the ellipse."""
         assert isinstance(contact, EllipticContact)
         first, second = contact.half_widths
@@ -392,7 +392,7 @@ class _Round(Indenter):
         """As the method of dimensionality reduction has it."""
         raise NotImplementedError
 
-    def hertz(self, normal: Normal, modulus: float) -> HertzContact | LineContact:
+    def hertz(self, normal: Normal, modulus: float) -> HertzContact:
         """The smooth contact."""
         if not self.is_known:
             return super().hertz(normal, modulus)

@@ -25,7 +25,7 @@ from fretwear.mechanics.wear_laws import WearLaw
 from fretwear.parts import AlongXY, Flag, Parameter, Quantity, WholeNumber, declared, derived
 from fretwear.study.members import Block, Blocks, Inline, PartOf, fields_are_keys
 from fretwear.study.spacing import default_spacing
-from fretwear.theory import HertzContact, LineContact
+from fretwear.theory import HertzContact
 from fretwear.units import LENGTH, format_quantity
 
 MAX_CYCLES = 10**9
@@ -149,7 +149,7 @@ class CaseTree:
         raise AttributeError(f"{type(self).__name__!r} has no attribute {name!r}")
 
     @property
-    def hertz(self) -> HertzContact | LineContact:
+    def hertz(self) -> HertzContact:
         """Contact of the smooth elastic bodies, which gives the scales."""
         return self.indenter.hertz(self.normal, self.bodies.composite_modulus)
 
@@ -211,7 +211,7 @@ class CaseTree:
         return self.displacement_amplitude / self.loading.transition(*self._unworn)
 
     @property
-    def _unworn(self) -> tuple[float, float, HertzContact | LineContact]:
+    def _unworn(self) -> tuple[float, float, HertzContact]:
         return self.friction_law.coefficient, self.coupling, self.hertz
 
     @property

@@ -14,13 +14,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fretwear.mechanics.team import ALONE, Team
-from fretwear.theory import HertzContact, LimitingState, LineContact
+
+if TYPE_CHECKING:
+    from fretwear.mechanics.state import State, WearProblem
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
@@ -30,87 +32,6 @@ Real = TypeVar("Real", Array, Single)
 Index = tuple[slice, slice]
 # Whether something is even along x and along y.
 Even = tuple[bool, bool]
-
-
-class Problem(Protocol):
-    """What a geometry and a slip model ask of `fretwear.mechanics.state.WearProblem`."""
-
-    @property
-    def spacing(self) -> tuple[float, float]:
-        """Cell size along x and y, m."""
-
-    @property
-    def extent(self) -> tuple[float, float]:
-        """Half-widths along x and y, m, of the first window."""
-
-    @property
-    def even(self) -> Even:
-        """Along which axes to compute the positive side only."""
-
-    @property
-    def coarseness(self) -> float:
-        """How many times wider than usual rings and strips are."""
-
-    @property
-    def is_axisymmetric(self) -> bool:
-        """Whether the unworn gap depends on the distance from the axis alone."""
-
-    @property
-    def limit(self) -> float:
-        """Largest pressure, Pa."""
-
-    @property
-    def stick_load(self) -> float:
-        """P*, N, of the unworn smooth contact."""
-
-    @property
-    def unworn_sliding(self) -> Any:
-        """What the reduced contact of the unworn smooth contact satisfies."""
-
-    @property
-    def hertz(self) -> HertzContact | LineContact:
-        """The unworn smooth contact."""
-
-    @property
-    def limiting(self) -> LimitingState:
-        """The smooth elastic contact after infinitely many cycles."""
-
-    @property
-    def wavelengths(self) -> tuple[float, float] | None:
-        """How far away the next asperity tip lies along x and y, m; None where smooth."""
-
-    def reach(self, approach: float) -> tuple[float, float]:
-        """Distance along x and y beyond which the unworn surface lies above an approach, m."""
-
-    def half_space(self, geometry: Any, parts: dict[Any, Any] | None = None) -> HalfSpace:
-        """The elastic bodies on the cells of a geometry."""
-
-    def unworn(self, geometry: Any) -> Array:
-        """Gap at zero load and zero approach, m, on the cells of a geometry."""
-
-
-class Reduced(Protocol):
-    """What a geometry asks of `fretwear.mechanics.slip.ReducedContact`."""
-
-    @property
-    def pressure(self) -> Array:
-        """p*, Pa."""
-
-
-class Loaded(Protocol):
-    """What a geometry asks of `fretwear.mechanics.state.State`."""
-
-    @property
-    def pressure(self) -> Array:
-        """p, Pa."""
-
-    @property
-    def wear(self) -> Array:
-        """W, m."""
-
-    @property
-    def reduced(self) -> Reduced:
-        """The contact at the reduced load."""
 
 
 @dataclass(frozen=True)
@@ -139,7 +60,7 @@ class Geometry(Protocol):
         """Part of the tolerance that a step may err by: less where little else errs."""
 
     @classmethod
-    def first(cls, problem: Problem) -> Geometry:
+    def first(cls, problem: WearProblem) -> Geometry:
         """The geometry that the first loading of a problem begins with."""
 
     @property
@@ -186,7 +107,7 @@ class Geometry(Protocol):
     def along(self, axis: int) -> list[tuple[tuple[slice | int, slice | int], Array]]:
         """Cells from the origin along an axis: index, and distances, m; both ways if not even."""
 
-    def ahead_of(self, problem: Problem, contact: Loaded) -> Geometry:
+    def ahead_of(self, problem: WearProblem, contact: State) -> Geometry:
         """Another self if the next step needs one, larger or finer elsewhere, or itself."""
 
     def holding(self, workspace: Workspace, pressure: Array, approach: float) -> Geometry:
@@ -298,7 +219,7 @@ class Step:
 class Ground:
     """The unworn bodies of a problem on one geometry, each part made when it is needed."""
 
-    def __init__(self, problem: Problem, geometry: Any, parts: dict[Any, Any]) -> None:
+    def __init__(self, problem: WearProblem, geometry: Any, parts: dict[Any, Any]) -> None:
         self._problem, self.geometry, self._parts = problem, geometry, parts
 
     @cached_property

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,14 +20,15 @@ from fretwear.mechanics import kernels
 from fretwear.mechanics.geometry import (
     Array,
     Index,
-    Loaded,
     Mask,
-    Problem,
     Single,
     Workspace,
     Zone,
 )
 from fretwear.mechanics.team import ALONE, Team
+
+if TYPE_CHECKING:
+    from fretwear.mechanics.state import State, WearProblem
 
 # The contact lies within this part of the cells; by what factor they grow.
 _ROOM = 0.88
@@ -147,7 +148,7 @@ class DenseCells:
         """Index of all cells, and their distances, m."""
         return [((slice(None), 0), self.x)]
 
-    def ahead_of(self, problem: Problem, contact: Loaded) -> Self:
+    def ahead_of(self, problem: WearProblem, contact: State) -> Self:
         """Cells that reach further if the next step may bring the contact to the border."""
         return self._around(problem, contact.pressure)
 
@@ -160,7 +161,7 @@ class DenseCells:
         """These cells, or ones that the contact fits into."""
         return self._around(workspace.problem, pressure)
 
-    def _around(self, problem: Problem, pressure: Array) -> Self:
+    def _around(self, problem: WearProblem, pressure: Array) -> Self:
         """Cells that hold a contact, and where it is rough a wavelength more, to the next tip."""
         beyond = problem.wavelengths[0] if problem.wavelengths else 0.0
         return self.reaching(self._radius(pressure) + beyond)

@@ -15,13 +15,17 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fretwear.mechanics.geometry import Array, Problem
+from fretwear.mechanics.geometry import Array
 from fretwear.mechanics.geometry.dense import DenseCells
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.theory import LineContact
+
+if TYPE_CHECKING:
+    from fretwear.mechanics.state import WearProblem
 
 # Widths in units of the Hertzian half-width: at the stick edge, where the elastic pressure grows
 # without bound, and of the widest strips; and how the width grows with the distance from it.
@@ -49,7 +53,7 @@ class Line(DenseCells):
     reference: float
 
     @classmethod
-    def first(cls, problem: Problem) -> Line:
+    def first(cls, problem: WearProblem) -> Line:
         """Strips for the first loading of a problem, graded to the edge of its stick zone.
 
         Those of a rough contact, which sticks and slips in many places, are all alike.

@@ -15,14 +15,17 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from fretwear.mechanics.geometry import Array, Loaded, Problem
+from fretwear.mechanics.geometry import Array
 from fretwear.mechanics.geometry.dense import DenseCells
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.theory import LimitingState
+
+if TYPE_CHECKING:
+    from fretwear.mechanics.state import State, WearProblem
 
 # Width of the rings in units of the slip annulus or the stick radius: narrowest where the elastic
 # pressure grows without bound, widest near the edge of contact. There and elsewhere they are at
@@ -67,7 +70,7 @@ class Grading:
     coarseness: float = 1.0
 
     @classmethod
-    def of(cls, problem: Problem, stick: float, contact: float) -> Grading:
+    def of(cls, problem: WearProblem, stick: float, contact: float) -> Grading:
         """Of a contact with some radii of stick and contact, m."""
         hertz, coarseness = problem.hertz, problem.coarseness
         unworn = hertz.contact_radius
@@ -116,7 +119,7 @@ class Rings(DenseCells):
     of_tolerance: ClassVar[float] = 0.25
 
     @classmethod
-    def first(cls, problem: Problem) -> Rings:
+    def first(cls, problem: WearProblem) -> Rings:
         """Rings for the first loading of a problem, graded to the edge of its stick zone.
 
         Raises
@@ -141,7 +144,7 @@ class Rings(DenseCells):
         edges = [_divided(part, grading.width(part)) for part in (inner, outside)]
         return cls((0.0, *edges[0][-2::-1].tolist(), *edges[1][1:].tolist()))
 
-    def ahead_of(self, problem: Problem, contact: Loaded) -> Rings:
+    def ahead_of(self, problem: WearProblem, contact: State) -> Rings:
         """Rings for the next step: they follow the edge of stick and reach far enough."""
         stick = self._radius(contact.reduced.pressure)
         touched = self._radius(contact.wear + contact.pressure)
