@@ -20,7 +20,9 @@ import numpy as np
 
 from fretwear.mechanics import kernels
 from fretwear.mechanics.contact import ContactProblem
-from fretwear.mechanics.geometry import Array, FreeCells, LargeHalfSpace, Mask, Single
+from fretwear.mechanics.free_cells import FreeCells, Preconditioner
+from fretwear.mechanics.geometry import Array, Mask, Single
+from fretwear.mechanics.geometry.grid import GridHalfSpace
 
 # A step reduces the residual of the free cells by so much: the first one from near the solution,
 # later ones and one from afar while more than a few cells changed sides, and when the sets are the
@@ -89,8 +91,8 @@ class ActiveSet:
         self.free = self._between_bounds()
         self._care = 1.0
         self._solved: Mask = ~self.free
-        bodies = cast("LargeHalfSpace", self.problem.half_space)
-        self._linear = bodies.preconditioned(self._tangent(), self.free)
+        bodies = cast("GridHalfSpace", self.problem.half_space)
+        self._linear = Preconditioner(bodies, self._tangent(), self.free)
 
     @property
     def saturated(self) -> Mask:

@@ -1,7 +1,6 @@
 """The linear problem of the free cells of a grid, in single precision.
 
-`fretwear.mechanics.geometry.FreeCells` says what the problem is; conjugate gradients solve it, and
-what rounding leaves, the caller sees in the next residual.
+Conjugate gradients solve it; what rounding leaves, the caller sees in the next residual.
 
 The preconditioner inverts K + diag c nearly. Where c is uniform, the spectrum of the half-space
 does that. The layer of a wear step is not uniform: nothing wears in the stick zone, while in the
@@ -17,13 +16,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from math import sqrt
-from typing import Protocol
 
 import numpy as np
 
 from fretwear.mechanics import kernels
 from fretwear.mechanics.convolution import Convolution
-from fretwear.mechanics.geometry import Array, HalfSpace, Index, Mask, Single, Step
+from fretwear.mechanics.geometry import Array, Index, Mask, Single
+from fretwear.mechanics.geometry.grid import GridHalfSpace
 
 _LARGEST_ITERATIONS = 40
 # Below the first mean tangent a single layer, stiffer by the second for its scaling, does; above,
@@ -33,15 +32,27 @@ _STIFFENING = 3.0
 _HALF_SHARE = 2.0
 
 
-class ConvolvingHalfSpace(HalfSpace, Protocol):
-    """A half-space whose displacement is a convolution."""
+@dataclass(frozen=True)
+class Step:
+    """An approximate solution of the problem of `FreeCells`.
 
-    @property
-    def single(self) -> Convolution[Single]:
-        """In single precision, in units of the self-influence."""
+    Attributes
+    ----------
+    pressure, displacement
+        s and K s.
+    largest
+        Largest magnitude of the displacement.
+    missed
+        Sum of s, zero under a given load but for rounding.
+    iterations
+        Conjugate-gradient steps, each with one convolution.
+    """
 
-    def around(self, cells: Mask) -> ConvolvingHalfSpace:
-        """The same bodies on the smallest self that holds some cells and a margin."""
+    pressure: Single
+    displacement: Single
+    largest: float
+    missed: float
+    iterations: int
 
 
 @dataclass(frozen=True)
@@ -66,16 +77,16 @@ class Preconditioner:
         The free cells, or nearly: by their tangents the uniform layers are chosen.
     """
 
-    def __init__(self, half_space: ConvolvingHalfSpace, tangent: Single | None, free: Mask) -> None:
+    def __init__(self, half_space: GridHalfSpace, tangent: Single | None, free: Mask) -> None:
         self.convolve = half_space.single
         self.parts = _parts(half_space, tangent, free)
 
-    def on(self, free: Mask, *, under_load: bool = True) -> GridFreeCells:
+    def on(self, free: Mask, *, under_load: bool = True) -> FreeCells:
         """The linear problem of the free cells, under a given load or at a given approach."""
-        return GridFreeCells(self.convolve, self.parts, free, under_load=under_load)
+        return FreeCells(self.convolve, self.parts, free, under_load=under_load)
 
 
-def _parts(half_space: ConvolvingHalfSpace, tangent: Single | None, free: Mask) -> list[_Part]:
+def _parts(half_space: GridHalfSpace, tangent: Single | None, free: Mask) -> list[_Part]:
     """A part on the whole window, and one on the inner cells if they differ much."""
     invert, grid, team = half_space.single.inverse, half_space.geometry, half_space.team
     everywhere, inside = grid.where(grid), team.cellwise(np.float32, free, dtype=np.float32)
@@ -105,8 +116,14 @@ def _parts(half_space: ConvolvingHalfSpace, tangent: Single | None, free: Mask) 
     return [_Part(everywhere, soft, invert(mean)), _Part(cells, hard, inner.single.inverse())]
 
 
-class GridFreeCells:
-    """A set of free cells; see `fretwear.mechanics.geometry.FreeCells`.
+class FreeCells:
+    """The linear problem of some free cells, in units of the self-influence.
+
+    Find a pressure s on the free cells, zero on all others, and a number α with
+
+        (K + diag c) s = r − α   on the free cells,
+
+    of no load in sum, or with α = 0 at a given approach.
 
     Attributes
     ----------

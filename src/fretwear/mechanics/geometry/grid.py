@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 
 from fretwear.mechanics import kernels
 from fretwear.mechanics.convolution import Convolution
-from fretwear.mechanics.free_cells import Preconditioner
 from fretwear.mechanics.geometry import (
     Array,
     Even,
@@ -420,7 +419,3 @@ class GridHalfSpace:
                 del self._parts[next(iter(self._parts))]
         self._parts[grid.shape] = part
         return part
-
-    def preconditioned(self, tangent: Single | None, free: Mask) -> Preconditioner:
-        """The linear problems of sets of cells near ``free`` under a layer."""
-        return Preconditioner(self, tangent, free)
