@@ -56,8 +56,6 @@ def two_loads(**sections: object) -> dict[str, object]:
 
 
 class HandClock:
-    """A clock that stands still until it is set."""
-
     now = 0.0
 
     def __call__(self) -> float:
@@ -86,7 +84,6 @@ def write_study(file: Path, content: object) -> Path:
 
 
 def flip(path: Path) -> None:
-    """Change a bit in the middle of a file."""
     content = bytearray(path.read_bytes())
     content[len(content) // 2] ^= 1
     path.write_bytes(content)

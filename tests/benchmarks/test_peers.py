@@ -14,7 +14,6 @@ from fretwear.mechanics.contact import ContactProblem
 from fretwear.mechanics.geometry import Workspace
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.integrator import evolve
-from fretwear.mechanics.roughness import SelfAffineRoughness
 from fretwear.mechanics.solver import solve_contact
 from fretwear.running import simulate
 
@@ -48,14 +47,6 @@ def test_a_peer_finds_the_same_elastic_contact(kind, surface):
     if surface == "without symmetry":
         noise = 0.1e-6 * np.random.default_rng(11).standard_normal(CELLS)
         problem = ContactProblem(problem.half_space, problem.shape + noise, problem.load)
-    assert_same(problem, pressed_by(kind, problem, MODULUS))
-
-
-@pytest.mark.peers
-@pytest.mark.slow
-def test_a_peer_finds_the_same_contact_of_a_random_surface(kind):
-    surface = SelfAffineRoughness(0.1e-6, 0.8, 60e-6, 8e-6, seed=11)
-    problem = pressed(window((512, 512), even=(False, False)), roughness=surface)
     assert_same(problem, pressed_by(kind, problem, MODULUS))
 
 

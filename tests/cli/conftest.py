@@ -14,8 +14,6 @@ def tiny_study():
 
 
 class Desk:
-    """A folder with a study, and the command line called from there."""
-
     def __init__(self, folder):
         self.folder = folder
 
@@ -56,7 +54,6 @@ def clock():
 
 @pytest.fixture(scope="session")
 def case_file(tmp_path_factory):
-    """A case file that the command line has written."""
     desk = Desk(tmp_path_factory.mktemp("case"))
     study, path = desk.write(tiny_study()), desk.folder / "case.nc"
     assert desk.call("run", study, "--set", "load=50 N", "-o", path).exit_code == 0
@@ -79,5 +76,4 @@ def finished_desk(made_once):
 
 @pytest.fixture(scope="session")
 def repository():
-    """The root of the repository: studies, Snakefile, README."""
     return Path(__file__).parents[2]

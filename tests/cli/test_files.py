@@ -41,7 +41,6 @@ def copied(finished_desk, desk):
 
 
 def fill(disk, leaving):
-    """Fill a disk but for so many bytes."""
     free = shutil.disk_usage(disk).free
     (disk / "filler").write_bytes(b"x" * (free - leaving))
 

@@ -23,7 +23,6 @@ COMMANDS = [command.name or command.callback.__name__ for command in app.registe
 
 
 def assert_reads_well(text):
-    """Help has no colours and fits on 80 columns."""
     assert "\x1b" not in text
     assert max(map(len, text.splitlines())) <= 80
     assert "<bool>" not in text

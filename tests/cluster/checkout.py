@@ -17,14 +17,12 @@ PAGE = REPOSITORY / "docs/how-to/cluster.md"
 
 
 def documented_commands():
-    """The commands of the page on clusters, in its order."""
     text = PAGE.read_text(encoding="utf-8")
     blocks = re.findall(r"^```bash\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
     return [line for block in blocks for line in block.splitlines()]
 
 
 def eventually(condition, seconds, what):
-    """Wait until something holds and return it."""
     until = time.monotonic() + seconds
     while not (found := condition()):
         assert time.monotonic() < until, f"waited {seconds} s in vain until {what}"
@@ -72,8 +70,6 @@ class Workflow:
 
 
 class Checkout:
-    """A folder with the workflow, its profiles and its studies."""
-
     def __init__(self, folder):
         self.folder = folder
         self._running = []
@@ -82,7 +78,6 @@ class Checkout:
             shutil.copytree(REPOSITORY / part, folder / part)
 
     def change_study(self, name, **sections):
-        """Change sections of a study."""
         file = self.folder / f"studies/{name}.yaml"
         content = yaml.safe_load(file.read_text(encoding="utf-8")) | sections
         file.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")

@@ -14,7 +14,7 @@ from fretwear.data.labels import labelled_case, labelled_history
 from fretwear.data.merge import merge_study
 from fretwear.study.study import load_study
 from fretwear.theory import CattaneoMindlin, HertzContact
-from fretwear.vocabulary import AT_SNAPSHOTS
+from fretwear.vocabulary import AT_SNAPSHOTS, SCALARS
 
 from ..studies import base as study_base
 from ..studies import steel, write_study
@@ -30,8 +30,6 @@ class Results(NamedTuple):
 
 
 class Arrays(NamedTuple):
-    """The same before it is labelled."""
-
     x: np.ndarray
     y: np.ndarray
     cycles: np.ndarray
@@ -82,24 +80,9 @@ def _arrays(case, cycles=(0, 1000)):
         "gap": hertz.gap(r),
         "contact_state": np.where(r < state.stick_radius, 2, r < hertz.contact_radius),
     }
-    constants = {
-        "approach": hertz.approach,
-        "tangential_displacement": state.tangential_displacement,
-        "normal_force": hertz.load,
-        "tangential_force": state.tangential_load,
-        "regime": 0.0,
-        "sliding_ratio": 0.1,
-        "sliding_criterion": 0.7,
-        **dict.fromkeys(("contact_half_width_x", "contact_half_width_y"), hertz.contact_radius),
-        **dict.fromkeys(("stick_half_width_x", "stick_half_width_y"), state.stick_radius),
-        "contact_area": math.pi * hertz.contact_radius**2,
-        "stick_area": math.pi * state.stick_radius**2,
-        "mean_stick_pressure": hertz.load / (math.pi * hertz.contact_radius**2),
-        "stick_load_share": 0.5,
-        **dict.fromkeys(("peak_pressure", "central_pressure"), hertz.peak_pressure),
-        "plastic_volume": 0.0,
-        "dissipated_energy": state.dissipated_energy,
-    }
+    # No test compares other scalars with the fields.
+    constants = {variable.name: 0.5 for variable in SCALARS}
+    constants |= {"approach": hertz.approach, "peak_pressure": hertz.peak_pressure}
     fields, scalars = (
         {name: np.repeat(np.asarray(value)[None], number.size, axis=0) for name, value in some}
         for some in (constant_fields.items(), constants.items())

@@ -16,7 +16,6 @@ from fretwear.data.safe import (
     CaseFileError,
     CaseFilesError,
     DataFileError,
-    Unfailing,
     _host,
     atomic_path,
     is_of_memory,
@@ -270,18 +269,6 @@ def test_a_process_of_another_container_of_the_same_name_is_not_taken_for_dead(
     assert remove_stale_temporaries(target) == [live]
 
 
-def test_a_stream_that_fails_ends_nothing():
-    with Path("/dev/full").open("w", buffering=1) as full:
-        stream = Unfailing(full)
-        assert stream.write("text\n") == 5
-        stream.flush()
-        assert not stream.isatty()
-        os.close(full.fileno())
-        stream.write("text\n")
-        os.open(os.devnull, os.O_WRONLY)  # for the file to close
-    Unfailing(None).write("text")
-
-
 class AskedError(Exception):
     """What the handlers of these tests raise."""
 
@@ -466,14 +453,6 @@ def test_a_link_in_the_place_of_the_lock_is_not_followed(path, tmp_path):
     with pytest.raises(DataFileError, match=str(path)):
         Lock(path).acquire(quiet)
     assert precious.read_text() == "mine"
-
-
-@pytest.mark.usefixtures("holder")
-def test_a_holder_that_does_not_say_its_name_is_another_process(path):
-    lock = Lock(path)
-    lock.file.write_text("")
-    assert lock.holder() == "another process"
-    assert not lock._try(quiet)
 
 
 def test_waiting_can_be_interrupted(path, holder):

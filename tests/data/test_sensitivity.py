@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import xarray as xr
 from scipy.stats import qmc, spearmanr
 
 from fretwear.data.sensitivity import is_sampled, rank_correlations, result_indices, sobol_indices
@@ -61,23 +60,8 @@ def test_rank_correlations_are_those_of_spearman():
 
 def test_a_power_law_is_told_by_its_logarithm_from_the_summary_of_a_study():
     unit = qmc.Sobol(2, seed=7).random(32)
-    load, wear = 10.0 + 40.0 * unit[:, 0], 1e-13 * 10.0 ** unit[:, 1]
-    summary = xr.Dataset(
-        {
-            "status": ("point", np.zeros(32, dtype="int8")),
-            "wear_volume": (("point", "cycle"), np.stack([0 * load, load**3 * wear], axis=1)),
-        },
-        {
-            "case_id": ("point", [f"case {place}" for place in range(32)]),
-            "cycle": [0.0, 100.0],
-            "load": ("point", load, {"drawn_from": 10.0, "drawn_to": 50.0, "drawn_on": "linear"}),
-            "wear_coefficient": (
-                "point",
-                wear,
-                {"drawn_from": 1e-13, "drawn_to": 1e-12, "drawn_on": "log"},
-            ),
-        },
-    )
+    load, wear = 10.0 + 40.0 * unit[:, 0], 10.0 ** unit[:, 1]
+    summary = sampled(unit, 1e-13 * load**3 * wear)
     assert is_sampled(summary)
     found = result_indices(summary)["wear_volume"]
     assert found.of_logarithm

@@ -29,7 +29,7 @@ STUDY = {
     "vary": {
         "load": ["30 N", "40 N"],
         "friction": [0.3, 0.6],
-        "roughness.amplitude": ["0 um", "0.25 um", "0.3 um"],
+        "roughness.amplitude": ["0 um", "0.3 um"],
         "plastic_limit": ["none", "4500 MPa"],
     },
     "output": {"cycles": [1, 10, 100]},
@@ -37,16 +37,12 @@ STUDY = {
 
 
 class SmallStudy(NamedTuple):
-    """A study with its merged results and the folder of its cases."""
-
     study: Study
     summary: xr.Dataset
     cases: Path
 
 
 class DrawnText(NamedTuple):
-    """A text as it was drawn, with its box in pixels."""
-
     words: str
     box: Bbox
 

@@ -4,13 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import dblquad
 
 from fretwear.mechanics import convolution
 from fretwear.mechanics.geometry import Workspace
-from fretwear.mechanics.geometry.grid import Grid, fast_shape, influence_coefficients
+from fretwear.mechanics.geometry.grid import Grid, influence_coefficients
 from fretwear.mechanics.integrator import evolve, first_loading
 from fretwear.mechanics.loading import NormalLoad
 from fretwear.running.simulate import wear_problem
@@ -120,36 +119,6 @@ def sized(half, even):
 
 
 half_shapes = st.tuples(st.integers(1, 9), st.integers(1, 9))
-
-
-@given(half_shapes, half_shapes, st.sampled_from(EVEN))
-def test_resizing_keeps_every_common_cell_where_it_is(old, new, even):
-    first = Grid(sized(old, even), SPACING, even)
-    second = Grid(sized(new, even), SPACING, even)
-    position = np.add.outer(first.x, 10 * first.y)
-    moved = first.resized(position, second)
-    common = covered(second, first)
-    there = np.add.outer(second.x, 10 * second.y)
-    np.testing.assert_allclose(moved[common], there[common], atol=1e-18)
-    assert not moved[~common].any()
-    inside = np.logical_and.outer(
-        np.abs(second.x) < first.extent[0], np.abs(second.y) < first.extent[1]
-    )
-    np.testing.assert_array_equal(common, inside)
-
-
-@given(st.floats(1e-6, 3e-4), st.floats(1e-6, 3e-4), st.sampled_from(EVEN))
-def test_fast_shapes_cover_the_extent_asked_for(along_x, along_y, even):
-    shape = fast_shape((along_x, along_y), SPACING, even)
-    extent = Grid(shape, SPACING, even).extent
-    assert extent[0] >= along_x * (1 - 1e-8)
-    assert extent[1] >= along_y * (1 - 1e-8)
-    for n, one_side in zip(shape, even, strict=True):
-        half = n if one_side else n // 2
-        for factor in (2, 3, 5, 7, 11):
-            while half % factor == 0:
-                half //= factor
-        assert half == 1, f"{n} cells are slow to transform"
 
 
 @pytest.fixture

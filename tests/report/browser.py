@@ -73,7 +73,6 @@ class Browser:
         self.driver = webdriver.Chrome(options=options, service=Service(str(DRIVER)))
 
     def close(self) -> None:
-        """End the browser."""
         self.driver.quit()
 
     def open(
@@ -91,25 +90,20 @@ class Browser:
         self.wait("return document.documentElement.dataset.explorer === 'ready'")
 
     def resize(self, size: tuple[int, int]) -> None:
-        """Change the size of the window."""
         width, height = size
         metrics = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 600}
         self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
 
     def ask(self, script: str, *arguments: object) -> Any:
-        """Run a script in the page and return what it returns."""
         return self.driver.execute_script(script, *arguments)
 
     def wait(self, script: str) -> None:
-        """Wait until a script returns what is true."""
         WebDriverWait(self.driver, _PATIENCE, 0.05).until(lambda _: self.ask(script))
 
     def find(self, selector: str) -> Any:
-        """Return the first element that a selector of CSS finds."""
         return self.driver.find_element(By.CSS_SELECTOR, selector)
 
     def texts(self, selector: str) -> list[str]:
-        """Return the texts of all elements that a selector finds and that are shown."""
         script = (
             "return [...document.querySelectorAll(arguments[0])]"
             ".filter((element) => element.checkVisibility())"
@@ -118,7 +112,6 @@ class Browser:
         return list(self.ask(script, selector))
 
     def press(self, *keys: str) -> None:
-        """Press keys, one after the other."""
         ActionChains(self.driver).send_keys(*keys).perform()
 
     def choose(self, key: str, **labels: str) -> None:
@@ -131,7 +124,6 @@ class Browser:
                 )
 
     def move(self, place: int) -> None:
-        """Move the slider to a place."""
         script = (
             "const slider = document.getElementById('cycle'); slider.value = arguments[0];"
             "slider.dispatchEvent(new Event('input'))"
@@ -154,7 +146,6 @@ class Browser:
         return set(self.ask(script, plot)) if self.find(f"#{plot}").is_displayed() else set()
 
     def errors(self) -> list[str]:
-        """Return what the console has said since the last call."""
         return [entry["message"] for entry in self.driver.get_log("browser")]
 
     def requests(self) -> list[str]:

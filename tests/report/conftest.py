@@ -57,7 +57,6 @@ class Finished(NamedTuple):
         return self.folder / "cases"
 
     def report(self, **more):
-        """Build its report."""
         return build_report(self.plan, self.summary, self.folder, **more)
 
     def derived(self, folder, vary, **base):

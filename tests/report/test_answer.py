@@ -23,7 +23,6 @@ RISE = re.compile(rf"(grows|falls) by (a factor of )?{NUMBER}(?: to {NUMBER})?(\
 
 
 def table(summary):
-    """Return the finished points with their final results, and the names that vary."""
     varied = list(map(str, summary["status"].dims))
     frame = summary["status"].to_dataframe()
     for name in HEADLINES:

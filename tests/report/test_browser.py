@@ -303,16 +303,19 @@ def test_who_wants_less_motion_gets_none_and_paper_no_controls(browser, file):
     assert browser.find("#profile-plot").is_displayed()
 
 
-def test_points_of_a_zip_are_chosen_from_one_list(browser, finished, tmp_path):
-    zipped = finished.derived(
-        tmp_path,
-        "{design: zip, load: [20 N, 40 N, 40 N], roughness.amplitude: [0 um, 0 um, 0.3 um]}",
-        friction="0.4",
-        plastic_limit="none",
-    )
-    file = tmp_path / "report.html"
-    file.write_text(zipped.report(), encoding="utf-8")
-    browser.open(file)
+def test_points_of_a_zip_are_chosen_from_one_list_and_one_case_needs_no_choice(
+    browser, finished, tmp_path
+):
+    def show(vary, **base):
+        (tmp_path / vary[1:4]).mkdir()
+        study = finished.derived(
+            tmp_path / vary[1:4], vary, friction="0.4", plastic_limit="none", **base
+        )
+        file = tmp_path / f"{vary[1:4]}.html"
+        file.write_text(study.report(), encoding="utf-8")
+        browser.open(file)
+
+    show("{design: zip, load: [20 N, 40 N, 40 N], roughness.amplitude: [0 um, 0 um, 0.3 um]}")
     assert len(browser.texts("#case-a select")) == 1
     browser.choose("a", point="1: normal load 20 N, smooth")
     smooth = browser.curve("a pressure")
@@ -320,19 +323,8 @@ def test_points_of_a_zip_are_chosen_from_one_list(browser, finished, tmp_path):
     browser.choose("b", point="3: normal load 40 N, roughness amplitude 0.3 µm")
     assert browser.curve("b pressure").max() > 2 * smooth.max()
     assert browser.errors() == []
-
-
-def test_one_case_needs_no_choice(browser, finished, tmp_path):
-    one = finished.derived(
-        tmp_path,
-        "{load: [40 N]}",
-        friction="0.4",
-        plastic_limit="none",
-        roughness={"kind": "wavy", "amplitude": "0.3 um", "slope_x": "1.8 deg", "slope_y": "1 deg"},
-    )
-    file = tmp_path / "report.html"
-    file.write_text(one.report(), encoding="utf-8")
-    browser.open(file)
+    waves = {"kind": "wavy", "amplitude": "0.3 um", "slope_x": "1.8 deg", "slope_y": "1 deg"}
+    show("{load: [40 N]}", roughness=waves)
     assert browser.texts("#case-a select") == []
     assert not browser.find("#compare").is_displayed()
     assert browser.curve("a pressure").max() > 0.0

@@ -46,7 +46,6 @@ HOPELESS = {
 
 @pytest.fixture
 def load(tmp_path):
-    """Load a study with this content."""
     return lambda content: load_study(write_study(tmp_path / "study.yaml", content))
 
 

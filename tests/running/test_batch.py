@@ -24,7 +24,6 @@ from fretwear.running.records import (
     record,
     spent_on_simulations,
 )
-from fretwear.running.workflow import case_files, is_finished
 from fretwear.study.study import load_study
 
 from ..studies import WAVES, flip, write_study
@@ -75,7 +74,6 @@ def bench(tmp_path):
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
-    """A study whose three cases ran in one batch."""
     bench = Bench(tmp_path_factory.mktemp("whole"))
     bench.batch("--finished", "results/tiny/batches/all.json")
     return bench
@@ -198,25 +196,6 @@ def test_what_a_killed_process_left_is_removed_and_its_case_comes_last(bench, wh
     first, *others = (path.stem for path in whole.cases())
     record(bench.results, first)
     assert BEGAN.findall(bench.batch()) == [*others, first]
-
-
-def test_a_batch_is_finished_as_long_as_its_files_are_as_it_left_them(whole, tmp_path):
-    left = whole.results / "batches/all.json"
-    ids = list(json.loads(left.read_text())["cases"])
-    present = case_files(whole.results / "cases")
-    assert set(present) == set(ids)
-    assert is_finished(left, ids, present)
-    assert is_finished(left, ids[:1], present)
-    assert not is_finished(left, [*ids, "another"], present)
-    assert not is_finished(left, ids, {name: present[name] for name in ids[1:]})
-    size, modified = present[ids[0]]
-    for other in ((size, modified + 60), (size + 1, modified)):
-        assert not is_finished(left, ids, {**present, ids[0]: other})
-    assert is_finished(left, ids, {**present, ids[0]: (size, modified + 1)})
-    cut = tmp_path / "cut.json"
-    cut.write_text(left.read_text()[:-10])
-    assert not is_finished(cut, ids, present)
-    assert case_files(tmp_path / "missing") == {}
 
 
 @pytest.mark.parametrize("how", ["on a full disk", "without a folder"])

@@ -117,7 +117,6 @@ LOADS = ["10 N/mm", "18.5 N/mm"]
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """Results of a study of two loads."""
     content = {"base": base(**ROD, load=None), "vary": {"load": LOADS}}
     made = tmp_path_factory.mktemp("line")
     study = load_study(write_study(made / "line.yaml", content))

@@ -214,7 +214,6 @@ def test_a_study_is_given_by_name_or_by_path(checkout, monkeypatch):
 
 @pytest.fixture
 def jobs(checkout, monkeypatch):
-    """The jobs of a study with this content."""
     monkeypatch.chdir(checkout.folder)
 
     def of(content, name="demo"):

@@ -12,8 +12,6 @@ def content():
 
 
 class StudyFolder:
-    """Writes study files and loads them."""
-
     def __init__(self, folder):
         self.folder = folder
 

@@ -146,7 +146,6 @@ LONG = {"amplitude": 1e-7, "slope_x": 1e-3, "slope_y": 1e-3}
 
 
 def kinds(**changes):
-    """The first words of each doubt."""
     told = [doubt.what for doubt in doubts(steel(**changes))]
     return [" ".join(what.split()[:4]) for what in told]
 

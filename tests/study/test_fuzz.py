@@ -197,30 +197,3 @@ def test_any_assignment(outcome, content, name, value):
     text = yaml.safe_dump(content)
     outcome(text, [f"{name}={value}"])
     outcome(text, [f"{name}{value}"])
-
-
-@of_files
-@given(
-    load=st.lists(st.floats(0.1, 1000.0), min_size=1, max_size=2, unique=True),
-    ratio=st.lists(st.floats(0.01, 1.2), min_size=1, max_size=2, unique=True),
-    limit=st.floats(1.0, 10000.0),
-    slope=st.floats(0.0, 44.0),
-    amplitude=st.lists(st.floats(0.0, 2.0), min_size=1, max_size=2, unique=True),
-    skip=st.booleans(),
-)
-def test_every_sound_study_has_cases_that_python_accepts(
-    outcome, content, load, ratio, limit, slope, amplitude, skip
-):
-    content["invalid"] = "skip" if skip else "stop"
-    content["base"]["roughness"] = {"slope_x": f"{slope} deg", "slope_y": "1 deg"}
-    content["vary"] = {
-        "load": [f"{value!r} N" for value in load],
-        "tangential_ratio": ratio,
-        "plastic_limit": ["none", f"{limit} MPa"],
-        "roughness.amplitude": [f"{value!r} um" for value in amplitude],
-    }
-    found = outcome(yaml.safe_dump(content))
-    if isinstance(found, Study):
-        for point in found.points():
-            if point.case is not None:
-                assert point.case.replace() == point.case
