@@ -36,54 +36,27 @@ _COLUMNS = 64
 
 @dataclass(frozen=True)
 class WearProblem:
-    """Two bodies pressed together that slip to and fro.
+    """Two bodies pressed together that slip to and fro."""
 
-    Parameters
-    ----------
-    indenter, roughness
-        The unworn gap; no roughness where smooth.
-    bodies, friction
-        What deforms, and what resists slip.
-    normal, loading
-        What presses the bodies together, and what is imposed along x, in SI units.
-    wear_law, slip_model
-        What is worn, and how slip follows from the contact.
-    limit
-        Largest pressure, Pa; infinite when elastic.
-    spacing
-        Cell size along x and y, m.
-    extent
-        Half-widths along x and y, m, of the first window.
-    team
-        Threads that share the work on fields.
-    geometry
-        What cells to compute on.
-    debris_fraction
-        Part γ of what is worn that stays between the bodies and carries load.
-    coarseness
-        How many times wider than usual rings and strips are; fields and peaks are still those
-        of cells as large as the spacing.
-    end, following
-        The cycle up to which this holds, and the problem that follows then, of the same bodies.
-    """
-
-    indenter: Indenter
-    roughness: Roughness | None
-    bodies: Bodies
-    normal: Normal
-    loading: Loading
-    friction: Friction
-    wear_law: WearLaw
-    slip_model: SlipModel
-    limit: float
-    spacing: tuple[float, float]
-    extent: tuple[float, float]
-    team: Team = ALONE
-    geometry: type[Geometry] = Grid
-    debris_fraction: float = 0.0
+    indenter: Indenter  #: the smooth part of the unworn gap
+    roughness: Roughness | None  #: the rest of it; None where smooth
+    bodies: Bodies  #: what deforms
+    normal: Normal  #: what presses the bodies together, in SI units
+    loading: Loading  #: what is imposed along x, in SI units
+    friction: Friction  #: what resists slip
+    wear_law: WearLaw  #: what is worn
+    slip_model: SlipModel  #: how slip follows from the contact
+    limit: float  #: largest pressure, Pa; infinite when elastic
+    spacing: tuple[float, float]  #: cell size along x and y, m
+    extent: tuple[float, float]  #: half-widths along x and y, m, of the first window
+    team: Team = ALONE  #: threads that share the work on fields
+    geometry: type[Geometry] = Grid  #: what cells to compute on
+    debris_fraction: float = 0.0  #: part γ of the wear that stays between the bodies, bearing load
+    #: How many times wider than usual rings and strips are; fields and peaks are still those of
+    #: cells as large as the spacing.
     coarseness: float = 1.0
-    end: float = inf
-    following: WearProblem | None = None
+    end: float = inf  #: the cycle up to which this holds
+    following: WearProblem | None = None  #: the problem that follows then, of the same bodies
 
     @property
     def blocks(self) -> Iterator[WearProblem]:
@@ -287,19 +260,16 @@ def in_contact(stage: Stage) -> Mask:
 class Stage:
     """A contact that is consistent in itself: that of a state, or at the end of a stage."""
 
-    # p, Pa; gap, wear depth and plastic depth, m; shape of the geometry.
-    pressure: Array
-    gap: Array
-    wear: Array
-    # What wear has added to the gap at no load, m: all of it but what stayed as debris.
-    opening: Array
-    plastic: Array
-    # P, N, and δ, m.
-    load: float
-    approach: float
-    residual: float  # largest violation of the gap conditions relative to the largest displacement
-    reduced: ReducedContact  # the contact at the reduced load, from which slip follows
-    yielded: bool = False  # whether plastic flow in the last stage changed the reduced contact
+    pressure: Array  #: p, Pa, shape of the geometry as for all fields
+    gap: Array  #: m
+    wear: Array  #: wear depth of both bodies, m
+    opening: Array  #: what wear has added to the gap at no load, m: all but what stayed as debris
+    plastic: Array  #: plastic depth, m
+    load: float  #: P, N
+    approach: float  #: δ, m
+    residual: float  #: largest violation of the gap conditions over the largest displacement
+    reduced: ReducedContact  #: the contact at the reduced load, from which slip follows
+    yielded: bool = False  #: whether plastic flow in the last stage changed the reduced contact
 
     def source_since(self, base: Stage, team: Team = ALONE) -> Array:
         """Change of G since another stage, m: of g* less what wear has opened.
@@ -324,35 +294,16 @@ class Stage:
 
 @dataclass(frozen=True, kw_only=True)
 class State(Stage):
-    """The contact after a number of cycles; all that a later step needs.
+    """The contact after a number of cycles; all that a later step needs."""
 
-    Attributes
-    ----------
-    cycle
-        Number of cycles N; between the requested ones not an integer.
-    geometry
-        Where the fields are given. Outside, nothing has touched yet.
-    next_step
-        Number of cycles that the next step should try.
-    pressure_rate, source_rate
-        How p, Pa, and G of `source`, m, changed per cycle in the last step: where the next one
-        starts to look.
-    step
-        How many steps were accepted so far.
-    error_estimate
-        Estimated error of the last step's wear relative to the wear volume.
-    convolutions
-        Half-space convolutions spent so far, rejected steps included.
-    """
-
-    cycle: float
-    geometry: Grid | Rings | Line
-    next_step: float
-    pressure_rate: Array
-    source_rate: Array
-    step: int = 0
-    error_estimate: float = 0.0
-    convolutions: int = 0
+    cycle: float  #: number of cycles N; between the requested ones not an integer
+    geometry: Grid | Rings | Line  #: where the fields are given; outside, nothing has touched yet
+    next_step: float  #: number of cycles that the next step should try
+    pressure_rate: Array  #: how p, Pa, changed per cycle in the last step: a guess for the next one
+    source_rate: Array  #: the same of G of `source_since`, m
+    step: int = 0  #: how many steps were accepted so far
+    error_estimate: float = 0.0  #: error of the last step's wear relative to the wear volume
+    convolutions: int = 0  #: of the half-space, spent so far, rejected steps included
 
     def on(self, workspace: Workspace, geometry: Any) -> State:
         """The same state on other cells; its gaps are computed where they were not known."""

@@ -52,23 +52,14 @@ class StrokeState(State):
 
     Pressure, gap and approach are those in the middle of the stroke, and wear is that of both
     bodies there.
-
-    Attributes
-    ----------
-    worn
-        Wear depth of the flat and of the indenter, each in its own coordinates, m, on the cells of
-        the geometry, shape (2, n, m).
-    rates
-        Wear depth of each in this one cycle, m.
-    sunk
-        Plastic depth of each, m.
-    pressures
-        Pressure at each position, Pa, on cells of either side along x, shape (positions, 2n, m).
     """
 
+    #: Wear depth of the flat and of the indenter, each in its own coordinates, m, on the cells of
+    #: the geometry, shape (2, n, m).
     worn: Array
-    rates: Array
-    sunk: Array
+    rates: Array  #: wear depth of each in this one cycle, m
+    sunk: Array  #: plastic depth of each, m
+    #: Pressure at each position, Pa, on cells of either side along x, shape (positions, 2n, m).
     pressures: Array
 
     @property

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Protocol, Self
 
 import numpy as np
@@ -117,15 +117,25 @@ class RoundContact(HertzContact):
         """p(0), Pa."""
         return float(self.pressure_at(0.0))
 
-    @property
+    @cached_property
     def peak_pressure(self) -> float:
-        """Largest pressure, Pa."""
-        return _peak(self.profile, self.contact_radius) * self.composite_modulus
+        """Largest pressure, Pa: anywhere, as a rule where the profile leaves a flat."""
+        radii = np.linspace(0.0, 1.0, 201)[:-1] * self.contact_radius
+        around = max(radii, key=self.pressure_at) + np.linspace(-1.0, 1.0, 101) * radii[1]
+        return max(self.pressure_at(abs(radius)) for radius in around)
 
     def pressure_at(self, radius: float) -> float:
-        """Pressure, Pa, at a distance from the axis, m."""
-        found = _pressure(self.profile, self.contact_radius, radius)
-        return found * self.composite_modulus
+        """Pressure, Pa, at a distance from the axis, m.
+
+        (E*/π) ∫ g′(t)/√(t² − r²) dt by t² = r² + v², where the integrand is bounded.
+        """
+        edge = self.contact_radius
+        if radius >= edge:
+            return 0.0
+        length = math.sqrt(edge**2 - radius**2)
+        at = np.hypot(radius, (np.arange(_POINTS) + 0.5) / _POINTS * length)
+        total = float((self.profile.slope(at) / at).sum())
+        return total * length / (_POINTS * math.pi) * self.composite_modulus
 
     def with_load(self, load: float) -> Self:
         """Contact of the same bodies under another load (N)."""
@@ -145,22 +155,3 @@ class RoundContact(HertzContact):
 
 def _load_at(profile: Reduced, radius: float, modulus: float) -> float:
     return 2.0 * modulus * (radius * profile.depth(radius) - profile.integral(radius))
-
-
-@lru_cache(maxsize=4096)
-def _peak(profile: Reduced, edge: float) -> float:
-    """Largest pressure over E*: anywhere, as a rule where the profile leaves a flat."""
-    radii = np.linspace(0.0, 1.0, 201)[:-1] * edge
-    best = max(radii, key=lambda radius: _pressure(profile, edge, radius))
-    around = best + np.linspace(-1.0, 1.0, 101) * radii[1]
-    return max(_pressure(profile, edge, abs(radius)) for radius in around)
-
-
-def _pressure(profile: Reduced, edge: float, radius: float) -> float:
-    """(1/π) ∫ g′(t)/√(t² − r²) dt by t² = r² + v², where the integrand is bounded."""
-    if radius >= edge:
-        return 0.0
-    length = math.sqrt(edge**2 - radius**2)
-    distance = (np.arange(_POINTS) + 0.5) / _POINTS * length
-    at = np.hypot(radius, distance)
-    return float((profile.slope(at) / at).sum()) * length / (_POINTS * math.pi)
