@@ -285,9 +285,9 @@ class CaseTree:
 
     @property
     def coarser(self) -> Self:
-        """Its twin, on cells `COARSER` times wider, to a tolerance as many times larger."""
+        """Its twin, on cells `COARSER` times wider, to a tolerance `COARSER`² times larger."""
         dx, dy = self.grid_spacing
-        return self._with(cell=(COARSER * dx, COARSER * dy), tolerance=COARSER * self.tolerance)
+        return self._with(cell=(COARSER * dx, COARSER * dy), tolerance=COARSER**2 * self.tolerance)
 
     def canonical_parameters(self) -> dict[str, Any]:
         """Return every parameter but the snapshots, in SI units, in a form that JSON can hold.
