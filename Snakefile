@@ -13,6 +13,7 @@ import sys
 from pathlib import Path
 
 from fretwear.data.safe import why_leading_out, why_not_writable
+from fretwear.figures.index import captions, figure_category, figure_labels
 from fretwear.running.workflow import BATCHES, CAPTION, StudyJobs, chosen
 from fretwear.study.problems import StudyError
 
@@ -37,6 +38,7 @@ if workflow.is_main_process and any(Path(".snakemake/locks").glob("*")):
 
 STUDY = str(JOBS.study.file)
 RESULTS = JOBS.folder
+FIGURES = FOLDER / "figures"
 BATCHES_DONE = [f"{RESULTS}/{BATCHES}/{batch}.json" for batch in JOBS.targets]
 # The command of this environment, also where its folder is not on the PATH.
 FRETWEAR = f"{shlex.quote(sys.executable)} -m fretwear"
@@ -139,8 +141,8 @@ rule figures:
             local(directory(f"{RESULTS}/figures")),
             patterns=["{figure}.svg"],
             caption=CAPTION,
-            category=lambda wildcards: JOBS.figure_category(wildcards.figure),
-            labels=lambda wildcards: JOBS.figure_labels(wildcards.figure),
+            category=lambda wildcards: figure_category(FIGURES, wildcards.figure),
+            labels=lambda wildcards: figure_labels(FIGURES, wildcards.figure),
         ),
     log:
         f"{RESULTS}/logs/figures.log",
@@ -149,7 +151,7 @@ rule figures:
     params:
         version=JOBS.version,
         # Derived from the output: changed captions are no reason to draw figures again.
-        captions=lambda wildcards, output: JOBS.captions,
+        captions=lambda wildcards, output: captions(FIGURES),
     message:
         "Drawing the figures of {JOBS.study.name}"
     shell:

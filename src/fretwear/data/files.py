@@ -265,29 +265,16 @@ def write_case(
     path: str | PathLike[str],
     loops: xr.Dataset | Labelled | None = None,
 ) -> None:
-    """Write a case file; it appears under its name only when it is whole.
+    """Write a case file; it appears under its name only when it is whole, and replaces another.
 
-    Fields are compressed by zlib (level 1, shuffled), one cycle to a chunk, each chunk with the
-    checksum of the netCDF library for those who read the file without fretwear. A checksum of the
-    whole file ends it, and the file is read back before it gets its name.
+    The dataset is that of `fretwear.data.labels.labelled_case`; what `labelled_history` and
+    `labelled_loops` return become the groups ``history`` and ``loop``. Fields are compressed by
+    zlib (level 1, shuffled), one cycle to a chunk, each chunk with the checksum of the netCDF
+    library for those who read the file without fretwear. A checksum of the whole file ends it, and
+    all of it is read back before it gets its name.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset or Labelled
-        From `fretwear.data.labels.labelled_case`.
-    history : xarray.Dataset or Labelled
-        From `fretwear.data.labels.labelled_history`; becomes the group ``history``.
-    path : str or path-like
-        The file; its folder is made if necessary, a file of that name is replaced.
-    loops : xarray.Dataset or Labelled, optional
-        From `fretwear.data.labels.labelled_loops`; becomes the group ``loop``.
-
-    Raises
-    ------
-    ValueError
-        When the dataset lacks variables of a case.
-    DataFileError
-        When the disk is full or the folder cannot be written to.
+    It is a ValueError if the dataset lacks variables of a case, a `DataFileError` if the disk is
+    full or the folder, which is made if necessary, cannot be written to.
     """
     if lacking := _lacking({name: v.dims for name, v in dataset.variables.items()}):
         raise ValueError(f"{path} would not be complete: the dataset lacks {', '.join(lacking)}.")
@@ -408,21 +395,9 @@ def open_case(path: str | PathLike[str], full: bool = False) -> xr.Dataset:
 def open_history(path: str | PathLike[str]) -> xr.Dataset:
     """Open the dense history of a case file or a merged study: scalars at every accepted step.
 
-    Parameters
-    ----------
-    path : str or path-like
-        The case file, or ``summary.nc`` of a study.
-
-    Returns
-    -------
-    xarray.Dataset
-        Dimension ``step``, with ``cycle`` along it; of a merged study the varied names as well,
-        and NaN after the last step of a case.
-
-    Raises
-    ------
-    CaseFileError
-        When the file is missing, unfinished, cut short or damaged.
+    Of a case file, or of ``summary.nc`` of a study, which has the varied names beside ``step`` and
+    NaN after the last step of a case; ``cycle`` lies along the steps. Errors are those of
+    `open_case`.
     """
     with suppress(DataFileError), open_summary(path) as summary:
         history = open_lazily(path, group=HISTORY_GROUP)
@@ -440,20 +415,7 @@ def open_history(path: str | PathLike[str]) -> xr.Dataset:
 def open_loops(path: str | PathLike[str]) -> xr.Dataset:
     """Open the loops of a case file: force and displacement round a cycle at each snapshot.
 
-    Parameters
-    ----------
-    path : str or path-like
-        The case file.
-
-    Returns
-    -------
-    xarray.Dataset
-        Dimensions ``cycle`` and ``phase``.
-
-    Raises
-    ------
-    CaseFileError
-        When the file is missing, unfinished, cut short or damaged, or has no loops.
+    Dimensions are ``cycle`` and ``phase``, errors those of `open_case`, or that there are no loops.
     """
     with opened_case(path) as file:
         if LOOP_GROUP not in file.file.groups:
@@ -475,10 +437,7 @@ def opened_summary(path: Path) -> Iterator[netCDF4.Dataset]:
 def read_summary(path: str | PathLike[str]) -> Labelled:
     """Read a merged study but for its profiles and histories, without waiting for xarray.
 
-    Raises
-    ------
-    DataFileError
-        When the file is missing, unfinished, cut short or damaged.
+    Errors are those of `open_summary`.
     """
     from fretwear.data.labels import Column, Labelled
 
@@ -504,16 +463,7 @@ def read_summary(path: str | PathLike[str]) -> Labelled:
 
 
 def open_summary(path: str | PathLike[str]) -> xr.Dataset:
-    """Open a merged study lazily.
-
-    The file is read once to compare it with its checksum. Close the dataset, or use it in a
-    ``with`` statement, to release the file.
-
-    Raises
-    ------
-    DataFileError
-        When the file is missing, unfinished, cut short or damaged.
-    """
+    """Open a merged study lazily, as `open_case` opens a case; errors are `DataFileError`."""
     with opened_summary(Path(path)):
         pass
     return open_lazily(path)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from contextlib import AbstractContextManager, closing
 from numbers import Integral
 from os import PathLike
@@ -126,29 +125,27 @@ class _StackedField:
         axes = [np.atleast_1d(axis[part]) for axis, part in zip(self.axes, within, strict=True)]
         shape = (*files.shape, *map(len, axes))
         values = np.full(shape, missing(self.field), dtype=self.dtype)
-        for position, file in np.ndenumerate(files):
-            if file is not None:
-                self._read_case(file, axes, values[position])
+        cycles, *places = axes
+        for position, path in np.ndenumerate(files):
+            if path is None:
+                continue
+            # Opening a file is a use of the library too.
+            with self.lock, netCDF4.Dataset(path) as file:
+                file.set_auto_mask(False)
+                stored = file[CYCLE.name][:]
+                snapshots = {
+                    place: file[self.field.name][int(np.searchsorted(stored, cycle))]
+                    for place, cycle in enumerate(cycles)
+                    if cycle in stored
+                }
+                cells = [file[name][:] for name in CASE_DIMS[1 : 1 + len(places)]]
+            pairs = list(zip(cells, places, strict=True))
+            inside = [positions_inside(own, wanted) for own, wanted in pairs]
+            for place, found in snapshots.items():
+                for axis, (own, wanted) in enumerate(pairs):
+                    found = resampled(found, own, wanted[inside[axis]], axis=axis)
+                into = values[position][place]
+                into[...] = self.field.outside
+                into[np.ix_(*inside)] = found
         single: list[Any] = [0 if isinstance(part, Integral) else np.s_[:] for part in within]
         return np.asarray(values[(..., *single)])
-
-    def _read_case(
-        self, path: Path, axes: Sequence[NDArray[np.float64]], into: NDArray[Any]
-    ) -> None:
-        cycles, *places = axes
-        # Opening a file is a use of the library too.
-        with self.lock, netCDF4.Dataset(path) as file:
-            file.set_auto_mask(False)
-            stored = file[CYCLE.name][:]
-            snapshots = {
-                place: file[self.field.name][int(np.searchsorted(stored, cycle))]
-                for place, cycle in enumerate(cycles)
-                if cycle in stored
-            }
-            cells = [file[name][:] for name in CASE_DIMS[1 : 1 + len(places)]]
-        inside = [positions_inside(own, wanted) for own, wanted in zip(cells, places, strict=True)]
-        for place, values in snapshots.items():
-            for axis, (own, wanted) in enumerate(zip(cells, places, strict=True)):
-                values = resampled(values, own, wanted[inside[axis]], axis=axis)
-            into[place] = self.field.outside
-            into[place][np.ix_(*inside)] = values

@@ -53,15 +53,19 @@ def _is_text(entry: FigureEntry) -> bool:
 
 
 def captions(folder: Path) -> dict[str, str]:
-    """Return the captions of finished figures as reStructuredText, for Snakemake's report.
+    """Return captions as reStructuredText for Snakemake's report; none before they are drawn.
 
     The template that puts them in place comes with the package: one that lay among the results
     could come from anywhere, and a template can run whatever it likes.
     """
+    try:
+        entries = read_figure_index(folder)
+    except DataFileError:
+        return {}
+    # Text in which reStructuredText finds no markup.
     return {
-        # Text in which reStructuredText finds no markup.
-        entry.name: re.sub(r"([^\w\s]|_)", r"\\\1", " ".join(entry.caption.split()))
-        for entry in read_figure_index(folder)
+        each.name: re.sub(r"([^\w\s]|_)", r"\\\1", " ".join(each.caption.split()))
+        for each in entries
     }
 
 

@@ -71,17 +71,10 @@ def simulate_to_file(
 
     Observers are called with each accepted step of this job. `tell` takes a line for people: where
     the run resumes, why a checkpoint was not used, for whom the job waits. The command is the call
-    that leads to the same results, the interval the longest time between two checkpoints, s, but
-    for a single step that takes longer.
+    that leads to the same results, the interval that of `Checkpoint`.
 
-    Raises
-    ------
-    fretwear.mechanics.contact.ContactError, fretwear.mechanics.integrator.WearError
-        When the solution does not converge. The checkpoint is kept.
-    fretwear.data.safe.DataFileError
-        When the file cannot be written, or another process has come to compute it meanwhile.
-    MemoryError
-        When the case certainly does not fit in the memory.
+    A ContactError or a WearError leaves the checkpoint; it is a DataFileError if the file cannot be
+    written or another process has come to compute it, a MemoryError if there is no room for it.
     """
     started = time.monotonic()
     require_memory(case)

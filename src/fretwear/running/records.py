@@ -109,7 +109,12 @@ def spent_on_simulations(results: str | PathLike[str]) -> Spent | None:
 
     Their tables lie in folders of ``benchmarks/``, those of other rules in ``benchmarks/`` itself.
     """
-    rows = [_last_row(file) for file in sorted((Path(results) / BENCHMARKS).glob("*/**/*.tsv"))]
+    rows = []
+    for file in sorted((Path(results) / BENCHMARKS).glob("*/**/*.tsv")):
+        with suppress(OSError, UnicodeDecodeError, csv.Error):
+            lines = read_data(file, _MOST_BYTES).decode("utf-8").splitlines()
+            for last in [*csv.DictReader(lines, dialect="excel-tab")][-1:]:
+                rows.append([_number(last.get(name)) for name in ("s", "cpu_time", "max_rss")])
     rows = [row for row in rows if math.isfinite(row[0])]
     if not rows:
         return None
@@ -123,20 +128,8 @@ def spent_on_simulations(results: str | PathLike[str]) -> Spent | None:
     )
 
 
-def _last_row(file: Path) -> tuple[float, float, float]:
-    """Read time, processor time and memory; NaN for what was not or could not be measured."""
-    try:
-        lines = read_data(file, _MOST_BYTES).decode("utf-8").splitlines()
-    except (OSError, UnicodeDecodeError):
-        lines = []
-    last: dict[str, str] = {}
-    with suppress(csv.Error):
-        for last in csv.DictReader(lines, dialect="excel-tab"):  # noqa: B007
-            pass
-    return _number(last.get("s")), _number(last.get("cpu_time")), _number(last.get("max_rss"))
-
-
 def _number(text: str | None) -> float:
+    """Read what was measured; NaN where it was not."""
     try:
         return float(text or "nan")
     except ValueError:

@@ -28,8 +28,8 @@ _CERTAIN = 1.25
 _ADVISED = 0.8
 _LEAST_BYTES = 1e6
 
-# Where versions of Linux control groups keep their folders, and in these the limit of the memory,
-# what is used, and what of that is given back on demand.
+# Folders of both versions of Linux control groups, and in these the limit of the memory, what is
+# used, and what of that is given back on demand.
 _CONTROL_GROUPS_1 = (
     "memory", "memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file",
 )  # fmt: skip
@@ -131,7 +131,6 @@ def require_memory(case: Case) -> None:
 
 
 def _rounded_up(value: float) -> float:
-    """Round up to two digits."""
     unit = 10.0 ** (math.floor(math.log10(value)) - 1)
     return math.ceil(value / unit) * unit
 

@@ -42,21 +42,11 @@ _CURVES = ("force", "displacement")
 
 @dataclass(frozen=True)
 class Step:
-    """One accepted step of a run, as observers see it.
+    """One accepted step of a run, as observers see it."""
 
-    Attributes
-    ----------
-    state
-        Fields and numbers of the contact.
-    measures
-        Scalars of the whole contact.
-    last_cycle
-        Where the run ends.
-    """
-
-    state: State
-    measures: Measures
-    last_cycle: int
+    state: State  # fields and numbers of the contact
+    measures: Measures  # scalars of the whole contact
+    last_cycle: int  # where the run ends
 
 
 Observer = Callable[[Step], None]
@@ -71,9 +61,8 @@ class RunRecord:
     # A row for every step: ``cycle``, ``error_estimate``, ``convolutions`` spent so far, and
     # every scalar of `Measures`.
     history: list[dict[str, float]] = field(default_factory=list)
-    last: State | StrokeState | None = (
-        None  # The state that the run has reached; None before the first loading.
-    )
+    # The state that the run has reached; None before the first loading.
+    last: State | StrokeState | None = None
 
     def add(self, step: Step, *, keep_fields: bool) -> None:
         """Add a step."""
@@ -198,19 +187,11 @@ def run(
     title: str = "",
     command: str = "fretwear.simulate",
 ) -> Result:
-    """Run a case and keep its history too.
+    """Run a case as `simulate` does, and keep its history too.
 
-    Parameters
-    ----------
-    case, observers, threads
-        As for `simulate`.
-    record
-        Takes every step; one that an earlier run has left makes this one resume there, with the
-        same result to the last bit.
-    geometry
-        Cells to compute on, if not the usual ones of the case.
-    title, command
-        For the attributes of the dataset.
+    The record takes every step; one that an earlier run has left makes this one resume there, with
+    the same result to the last bit. A geometry is that of other cells than the usual ones of the
+    case; title and command are attributes of the dataset.
     """
     record = RunRecord() if record is None else record
     problem = wear_problem(case, geometry, threads)

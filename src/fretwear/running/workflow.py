@@ -22,7 +22,7 @@ from fretwear.data.safe import DataFileError, read_data, write_text
 from fretwear.running.records import Failure, failures
 from fretwear.running.resources import Batch, batches
 from fretwear.study.plan import Plan
-from fretwear.study.problems import Problem, StudyError
+from fretwear.study.problems import Problem, StudyError, few_of
 from fretwear.study.study import Study, load_study
 from fretwear.version import __version__, code_digest
 
@@ -200,12 +200,12 @@ class StudyJobs:
 
     def verdict(self) -> str:
         """Say which cases failed and why, for the end of a run that continued."""
-        failed = list(self.failures.values())
+        failed = [
+            f"{each.case_id}: {each.reason} (log: {self.folder}/{each.log})"
+            for each in self.failures.values()
+        ]
         lines = [f"fretwear: {len(failed)} of {len(self._snapshots)} cases failed"]
-        for each in failed[:_FAILURES_LISTED]:
-            lines.append(f"  {each.case_id}: {each.reason} (log: {self.folder}/{each.log})")
-        if len(failed) > _FAILURES_LISTED:
-            lines.append(f"  and {len(failed) - _FAILURES_LISTED} more")
+        lines += [f"  {each}" for each in few_of(failed, _FAILURES_LISTED)]
         end = f"{self.folder}/report.html shows what is done; the next run tries these again."
         return "\n".join([*lines, end])
 
@@ -218,28 +218,6 @@ class StudyJobs:
     @cached_property
     def _snapshots(self) -> Mapping[str, tuple[int, ...]]:
         return {case_id: case.output_cycles for case_id, case in self.study.cases().items()}
-
-    @property
-    def captions(self) -> Mapping[str, str]:
-        """The captions of finished figures, for Snakemake's report; none before they are drawn."""
-        from fretwear.figures.index import captions
-
-        try:
-            return captions(Path(self.folder) / "figures")
-        except DataFileError:
-            return {}
-
-    def figure_category(self, figure: str) -> str:
-        """Return the category of a finished figure, for Snakemake's report."""
-        from fretwear.figures.index import figure_category
-
-        return figure_category(Path(self.folder) / "figures", figure)
-
-    def figure_labels(self, figure: str) -> dict[str, str]:
-        """Return the labels of a finished figure in Snakemake's report."""
-        from fretwear.figures.index import figure_labels
-
-        return figure_labels(Path(self.folder) / "figures", figure)
 
 
 def _round(path: Path, batch: Batch, present: Mapping[str, FileTrace]) -> int:
