@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from fretwear.mechanics import solver
 from fretwear.mechanics.contact import ContactError, ContactProblem, Effort
-from fretwear.mechanics.free_cells import Preconditioner
+from fretwear.mechanics.free_cells import FreeCells, preconditioner
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.measures import half_width
 from fretwear.mechanics.slip import WearLayer, WinklerLayer
@@ -308,8 +308,8 @@ def test_a_step_solves_the_problem_and_carries_no_load(softness):
     free = random.random(SHAPE) < 0.6
     tangent = None if softness is None else softness * random.random(SHAPE, np.float32)
     residual = random.standard_normal(SHAPE)
-    cells_of = Preconditioner(bodies, tangent, free)
-    step = cells_of.on(free).solve(UNIT * residual, UNIT, tangent, 0.0, 1e-6)
+    linear = FreeCells(bodies.single, preconditioner(bodies, tangent, free), free)
+    step = linear.solve(UNIT * residual, UNIT, tangent, 0.0, 1e-6)
     matrix, inside = dense(cells), free.ravel()
     count = np.count_nonzero(free)
     # (K + diag c) s + α = r on the free cells, ∑ s = 0.

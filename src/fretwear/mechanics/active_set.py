@@ -20,7 +20,7 @@ import numpy as np
 
 from fretwear.mechanics import kernels
 from fretwear.mechanics.contact import ContactProblem
-from fretwear.mechanics.free_cells import FreeCells, Preconditioner
+from fretwear.mechanics.free_cells import FreeCells, preconditioner
 from fretwear.mechanics.geometry import Array, Mask, Single
 from fretwear.mechanics.geometry.grid import GridHalfSpace
 
@@ -91,8 +91,8 @@ class ActiveSet:
         self.free = self._between_bounds()
         self._care = 1.0
         self._solved: Mask = ~self.free
-        bodies = cast("GridHalfSpace", self.problem.half_space)
-        self._linear = Preconditioner(bodies, self._tangent(), self.free)
+        self._bodies = cast("GridHalfSpace", self.problem.half_space)
+        self._inverses = preconditioner(self._bodies, self._tangent(), self.free)
 
     @property
     def saturated(self) -> Mask:
@@ -192,13 +192,28 @@ class ActiveSet:
         return False
 
     def _newton_step(self, tolerance: float) -> tuple[_Segment, bool]:
-        """The step of the free cells that keeps the load; whether it stays within the bounds."""
-        reduction = self._care * self._prepare()
+        """The step of the free cells that keeps the load; whether it stays within the bounds.
+
+        While many cells still change sides it does not pay to solve for them exactly; what the
+        caller started from has most of them right.
+        """
+        before, self._solved = self._solved, self.free
+        changed = np.count_nonzero(before != self.free)
+        if changed:
+            under_load = self.problem.approach is None
+            self._cells = FreeCells(
+                self._bodies.single, self._inverses, self.free, under_load=under_load
+            )
+        if self.iterations:
+            few = changed <= _FEW * np.count_nonzero(self.free)
+            reduction = _AT_LAST if few else _WHILE_CHANGING
+        else:
+            reduction = _FIRST if self.residual < _NEAR else _WHILE_CHANGING
         enough = self._care * _ENOUGH * tolerance / self.residual
         # In units of the worst violation and of the influence of a cell on itself.
         unit, cells = self.residual * self.scale, self._cells
         pressure_unit = unit / self.problem.half_space.self_influence
-        found = cells.solve(self.gap, -unit, self._tangent(), reduction, enough)
+        found = cells.solve(self.gap, -unit, self._tangent(), self._care * reduction, enough)
         self.iterations += found.iterations
         self.convolutions += found.iterations
         # In double precision, the load is kept to the last digit.
@@ -230,12 +245,26 @@ class ActiveSet:
 
     def _search(self, segment: _Segment) -> None:
         """Go along a feasible segment: all the way, or to its lowest energy if that overshoots."""
-        reached, weighted = 0.0, self.problem.weighted(segment.step)
-        level = self.problem.approach
+        problem, reached = self.problem, 0.0
+        weighted, level = problem.weighted(segment.step), problem.approach
 
         def slope(fraction: float) -> float:
             nonlocal reached
-            self._move(segment, fraction - reached)
+            kernels.move(
+                self._team,
+                fraction - reached,
+                segment.step,
+                problem.limit,
+                segment.moved,
+                segment.unit,
+                segment.offset,
+                problem.shape,
+                self.pressure,
+                self.displacement,
+                self.separation,
+            )
+            if problem.layer is not None:
+                problem.layer.add_displacement(self.pressure, self.separation, self._team)
             reached = fraction
             result = kernels.inner(self._team, weighted, self.separation)
             return result if level is None else result - level * float(weighted.sum())
@@ -255,37 +284,3 @@ class ActiveSet:
                 else:
                     high, last = fraction, middle
         self._known_tangent = None
-
-    def _move(self, segment: _Segment, fraction: float) -> None:
-        """Go on by a fraction of a segment."""
-        problem = self.problem
-        kernels.move(
-            self._team,
-            fraction,
-            segment.step,
-            problem.limit,
-            segment.moved,
-            segment.unit,
-            segment.offset,
-            problem.shape,
-            self.pressure,
-            self.displacement,
-            self.separation,
-        )
-        if problem.layer is not None:
-            problem.layer.add_displacement(self.pressure, self.separation, self._team)
-
-    def _prepare(self) -> float:
-        """Set up the linear problem; by what factor to reduce the residual of the free cells.
-
-        While many cells still change sides it does not pay to solve for them exactly; what the
-        caller started from has most of them right.
-        """
-        before, self._solved = self._solved, self.free
-        changed = np.count_nonzero(before != self.free)
-        if changed:
-            under_load = self.problem.approach is None
-            self._cells = self._linear.on(self.free, under_load=under_load)
-        if self.iterations == 0:
-            return _FIRST if self.residual < _NEAR else _WHILE_CHANGING
-        return _AT_LAST if changed <= _FEW * np.count_nonzero(self.free) else _WHILE_CHANGING

@@ -56,7 +56,7 @@ class Step:
 
 
 @dataclass(frozen=True)
-class _Part:
+class Part:
     """The bodies with a uniform layer, the cells that they are given on, their shares."""
 
     cells: Index
@@ -64,8 +64,8 @@ class _Part:
     invert: Callable[[Single], Single]
 
 
-class Preconditioner:
-    """Approximate inverses of K + diag c on sets of free cells.
+def preconditioner(half_space: GridHalfSpace, tangent: Single | None, free: Mask) -> list[Part]:
+    """Approximate inverses of K + diag c: on the whole window, and on inner cells that differ much.
 
     Parameters
     ----------
@@ -76,23 +76,11 @@ class Preconditioner:
     free
         The free cells, or nearly: by their tangents the uniform layers are chosen.
     """
-
-    def __init__(self, half_space: GridHalfSpace, tangent: Single | None, free: Mask) -> None:
-        self.convolve = half_space.single
-        self.parts = _parts(half_space, tangent, free)
-
-    def on(self, free: Mask, *, under_load: bool = True) -> FreeCells:
-        """The linear problem of the free cells, under a given load or at a given approach."""
-        return FreeCells(self.convolve, self.parts, free, under_load=under_load)
-
-
-def _parts(half_space: GridHalfSpace, tangent: Single | None, free: Mask) -> list[_Part]:
-    """A part on the whole window, and one on the inner cells if they differ much."""
     invert, grid, team = half_space.single.inverse, half_space.geometry, half_space.team
     everywhere, inside = grid.where(grid), team.cellwise(np.float32, free, dtype=np.float32)
     count = int(np.count_nonzero(free))
     if tangent is None or not count:
-        return [_Part(everywhere, np.ones_like(inside), invert())]
+        return [Part(everywhere, np.ones_like(inside), invert())]
     of_tangent = partial(team.cellwise, dtype=np.float32)
     mean = kernels.inner(team, tangent, inside) / count
     if mean < _SOFT:
@@ -100,7 +88,7 @@ def _parts(half_space: GridHalfSpace, tangent: Single | None, free: Mask) -> lis
         softness = of_tangent(lambda c: 1.0 / (c + 1.0), tangent)
         uniform = count / kernels.inner(team, softness, inside) - 1.0
         share = of_tangent(lambda c: np.sqrt((_STIFFENING + uniform) / (_STIFFENING + c)), tangent)
-        return [_Part(everywhere, share, invert(max(uniform, 0.0)))]
+        return [Part(everywhere, share, invert(max(uniform, 0.0)))]
     # The square of the layer's share grows with the tangent from none to all at the mean and falls
     # again above; the other one is what lacks to one, none above.
     scale, above = np.float32((mean + _HALF_SHARE) / mean), np.float32(mean) + np.float32(1.0)
@@ -113,7 +101,7 @@ def _parts(half_space: GridHalfSpace, tangent: Single | None, free: Mask) -> lis
     inner = half_space.around(hard > 0)
     cells = grid.where(inner.geometry)
     hard = np.ascontiguousarray(hard[cells])
-    return [_Part(everywhere, soft, invert(mean)), _Part(cells, hard, inner.single.inverse())]
+    return [Part(everywhere, soft, invert(mean)), Part(cells, hard, inner.single.inverse())]
 
 
 class FreeCells:
@@ -123,18 +111,23 @@ class FreeCells:
 
         (K + diag c) s = r − α   on the free cells,
 
-    of no load in sum, or with α = 0 at a given approach.
+    of no load in sum, or with α = 0 at a given approach. M is the `preconditioner`.
 
     Attributes
     ----------
     uniform
-        M 1, M the preconditioner: the pressure under which the free cells sink alike, nearly.
+        M 1: the pressure under which the free cells sink alike, nearly.
     uniform_sum
         Its sum.
     """
 
     def __init__(
-        self, convolve: Convolution[Single], parts: list[_Part], free: Mask, *, under_load: bool
+        self,
+        convolve: Convolution[Single],
+        parts: list[Part],
+        free: Mask,
+        *,
+        under_load: bool = True,
     ) -> None:
         self._convolve, self._team = convolve, convolve.team
         self._inside = self._team.cellwise(np.float32, free, dtype=np.float32)

@@ -11,31 +11,34 @@ import numpy as np
 
 from fretwear.mechanics.geometry import Array
 from fretwear.mechanics.roughness import STEEPEST, TIPS, Roughness
-from fretwear.mechanics.surfaces import UNKNOWN_RADIUS, Indenter
-from fretwear.parts import Choice, Part, Patch, Quantity
+from fretwear.mechanics.surfaces import UNKNOWN_RADIUS, FromFile, Indenter
+from fretwear.parts import Choice, Patch, Quantity
 from fretwear.topography import Source, SourceFile, Topography, read_topography
 from fretwear.units import QuantityError
 
 Rectangle = tuple[float, float, float, float]
 
 
-class _Map(Part):
+class _Map(FromFile):
     """A part with a map of heights from a file."""
 
-    file: Source
     patch: Rectangle | None
 
     # Points are as fine as a grid is to be, or half as fine.
     detail: ClassVar[str] = "distance of two points"
     cells: ClassVar[int] = 4
 
-    def _read(self, levelled: bool) -> Topography | None:
+    @property
+    def _levelled(self) -> bool:
+        return False
+
+    def read(self) -> Topography | None:
         """The topography; None for a case that was read from a dataset, without its file."""
-        return read_topography(self.file, levelled, self.patch) if self.is_known else None
+        return read_topography(self.file, self._levelled, self.patch) if self.is_known else None
 
     @property
     def _data(self) -> Topography | None:
-        return self._read(levelled=False)
+        return self.read()
 
     @property
     def missing_points(
@@ -45,33 +48,11 @@ class _Map(Part):
         return math.nan if self._data is None else float(self._data.missing)
 
     @property
-    def is_known(self) -> bool:
-        """Whether the file is there."""
-        return bool(self.file.path)
-
-    @property
     def finest(self) -> tuple[float, float]:
         """Twice the distance of points along x and y, m."""
         if self._data is None:
             return math.inf, math.inf
         return 2.0 * self._data.spacing[0], 2.0 * self._data.spacing[1]
-
-    @property
-    def problem(self) -> tuple[str, str] | None:
-        """What is wrong with the file."""
-        try:
-            self._check()
-        except QuantityError as error:
-            return f"file {self.file.name}: {error.rule}", error.hint
-        return None
-
-    def _check(self) -> None:
-        _ = self._data
-
-    @property
-    def slug(self) -> str:
-        """The name of the file and the beginning of its checksum."""
-        return self.file.slug
 
 
 @dataclass(frozen=True)
@@ -108,11 +89,11 @@ class MeasuredRoughness(_Map, Roughness):
     def height(self, x: Array, y: Array) -> Array:
         """Added to the gap, m: what stands out of either body takes from it."""
         across = x if self.body == "flat" else -np.asarray(x)
-        return -_interpolated(self.file, self.tilt == "remove", self.patch, across, y)
+        return -_interpolated(self.file, self._levelled, self.patch, across, y)
 
     @property
-    def _data(self) -> Topography | None:
-        return self._read(self.tilt == "remove")
+    def _levelled(self) -> bool:
+        return self.tilt == "remove"
 
     @property
     def rms_height(
@@ -202,9 +183,11 @@ class HeightMapIndenter(_Map, Indenter):
         """Radius, m, of a sphere of the mean curvature of the paraboloid."""
         return _paraboloid(self.file, self.patch).radius if self.is_known else UNKNOWN_RADIUS
 
-    def _check(self) -> None:
+    def read(self) -> Topography | None:
+        """The topography, which has an apex."""
         if self.is_known:
             _paraboloid(self.file, self.patch)
+        return super().read()
 
 
 @dataclass(frozen=True)

@@ -426,8 +426,37 @@ class RoundPunch(_Punch, _Round):
         return RoundedPunch(self.flat_radius, self.edge_radius)
 
 
+class FromFile(Part):
+    """A part whose shape is in a file."""
+
+    file: Source
+
+    @property
+    def is_known(self) -> bool:
+        """Whether the file is there."""
+        return bool(self.file.path)
+
+    def read(self) -> Any:
+        """Read the file, if it is there; `QuantityError` says what is wrong with it."""
+        raise NotImplementedError
+
+    @property
+    def problem(self) -> tuple[str, str] | None:
+        """What is wrong with the file."""
+        try:
+            self.read()
+        except QuantityError as error:
+            return f"file {self.file.name}: {error.rule}", error.hint
+        return None
+
+    @property
+    def slug(self) -> str:
+        """The name of the file and the beginning of its checksum."""
+        return self.file.slug
+
+
 @dataclass(frozen=True)
-class ProfileIndenter(_Round):
+class ProfileIndenter(FromFile, _Round):
     """A body of revolution with the profile of a file, monotone cubics between its points."""
 
     file: Annotated[
@@ -451,24 +480,9 @@ class ProfileIndenter(_Round):
         """So large that a contact ends within nine tenths of the profile, m."""
         return 4.5 * _FileProfile(self.file).reach if self.is_known else UNKNOWN_RADIUS
 
-    @property
-    def is_known(self) -> bool:
-        """Whether the file is there."""
-        return bool(self.file.path)
-
-    @property
-    def problem(self) -> tuple[str, str] | None:
-        """What is wrong with the file."""
-        try:
-            read_profile(self.file) if self.is_known else None
-        except QuantityError as error:
-            return f"file {self.file.name}: {error.rule}", error.hint
-        return None
-
-    @property
-    def slug(self) -> str:
-        """The name of the file and the beginning of its checksum."""
-        return self.file.slug
+    def read(self) -> Any:
+        """Distances from the axis and heights, m."""
+        return read_profile(self.file) if self.is_known else None
 
 
 @dataclass(frozen=True)
