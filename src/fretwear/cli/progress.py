@@ -96,11 +96,9 @@ class Log:
         self._command, self.typed = (command, self._clock()), typed
         if self._is_json:
 
-            def warn(
-                message: Any, category: Any, filename: Any, lineno: Any, *_: Any, **__: Any
-            ) -> None:
+            def warn(message: Any, category: Any, *where: Any, **_: Any) -> None:
                 fields = {"message": str(message), "category": category.__name__}
-                self._say("warning", {**fields, "where": f"{filename}:{lineno}"})
+                self._say("warning", {**fields, "where": f"{where[0]}:{where[1]}"})
 
             warnings.showwarning = warn
         self._say("start", {"command": command, "version": fretwear.__version__})
@@ -160,8 +158,8 @@ class Log:
         timing.begin(case.case_id, case.cycles)
         name = f"case {timing.number} of {timing.count}" if timing.count > 1 else ""
         title = f"{name}: {case.case_id}" if name else f"case {case.case_id}"
-        which: dict[str, Any] = {"case_id": case.case_id, "case_number": timing.number}
-        which["case_count"] = timing.count
+        which: dict[str, Any] = {"case_id": case.case_id}
+        which |= {"case_number": timing.number, "case_count": timing.count}
         self._say("case_start", {**which, "cycles": case.cycles, "file": str(file)}, title)
         last: Step | None = None
         told: float | None = None
@@ -236,12 +234,9 @@ class Log:
         bars = Progress(TextColumn("{task.description}"), bar, Left(), expand=True)
         one = bars.add_task("first loading", total=1.0, seconds_left=lambda: timing.seconds_left)
         if timing.count > 1:
-            bars.add_task(
-                f"all {timing.count} cases",
-                completed=timing.number - 1,
-                total=timing.count,
-                seconds_left=lambda: timing.batch_seconds_left,
-            )
+            of_batch: Any = {"completed": timing.number - 1, "total": timing.count}
+            of_batch["seconds_left"] = lambda: timing.batch_seconds_left
+            bars.add_task(f"all {timing.count} cases", **of_batch)
         numbers = Text(no_wrap=True, overflow="ellipsis")
 
         def show(step: Step) -> None:

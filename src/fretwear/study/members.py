@@ -126,11 +126,8 @@ class PartOf(Parameter):
         choices += [{"enum": self.bare}] if self.bare else []
         for name, kind in self.kinds.items():
             fields = {field: about.described() for field, about in self.parameters(kind).items()}
-            choice = {
-                "type": "object",
-                "additionalProperties": False,
-                "properties": {"kind": {"const": name}, **fields},
-            }
+            properties = {"kind": {"const": name}, **fields}
+            choice = {"type": "object", "additionalProperties": False, "properties": properties}
             needed = [] if self.may_be_partial else sorted(required(kind))
             choices.append({**choice, "required": ["kind", *needed]} if needed else choice)
         return {"anyOf": choices}
@@ -201,11 +198,10 @@ class Inline:
     @property
     def leading(self) -> dict[str, type[Part]]:
         """The first key of each kind that has to be given for it and for no other, by name."""
-        found: dict[str, type[Part]] = {}
-        telling = self.telling
+        telling, found = self.telling, dict[str, type[Part]]()
         for kind in self.kinds:
-            own = [n for n in kind.parameters() if n in telling and n in required(kind)]
-            for name in own[:1]:
+            own = (n for n in kind.parameters() if n in telling and n in required(kind))
+            if (name := next(own, None)) is not None:
                 found.setdefault(name, kind)
         return found
 
@@ -232,8 +228,7 @@ class Inline:
         leading, telling = self.leading, self.telling
         touched = [name for name in leading if name in given]
         if len(touched) > 1:
-            symbol = self.parameters[touched[0]].symbol.replace("$", "")
-            symbol = symbol.replace("Q/µP", "Q/(µP)")
+            symbol = self.parameters[touched[0]].symbol.strip("$").replace("Q/µP", "Q/(µP)")
             rule = f"is redundant: {touched[0]}, {symbol}, is given too"
             for name in touched[1:]:
                 yield Problem(name, None, rule, "give exactly one of the two")
@@ -310,13 +305,9 @@ class Blocks(Plain):
 
     def schema(self) -> dict[str, Any]:
         """JSON Schema of the value in a study file."""
-        block = {
-            "type": "object",
-            "additionalProperties": False,
-            "required": [_CYCLES],
-            "properties": {name: about.schema() for name, about in self.known.items()},
-        }
-        return {"type": "array", "minItems": 1, "items": block}
+        known = {name: about.schema() for name, about in self.known.items()}
+        block = {"type": "object", "additionalProperties": False, "required": [_CYCLES]}
+        return {"type": "array", "minItems": 1, "items": {**block, "properties": known}}
 
     def canonical(self, value: Any) -> Any:
         """Return a list of mappings."""
