@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
-from fretwear.data.effects import Array, Points
+from fretwear.data.effects import SEED, Array, Points
 from fretwear.data.sensitivity import (
     GOOD,
     Indices,
@@ -119,8 +119,10 @@ def _draw_effect(
     looks: Mapping[tuple[str, int], tuple[str, str]],
 ) -> None:
     x, lines = _places(points, varied), points.lines[varied]
-    if not lines:
+    # What a seed does is chance: a line would look like a trend.
+    if not lines or varied == SEED:
         axes.plot(x, values, ".", markersize=2.5, color=CATEGORICAL[0])
+        axes.margins(x=0.06)
         return
     place = points.place(divider) if divider else np.zeros(len(x), dtype=int)
     look = [looks.get((divider or "", int(each)), (MUTED, ".")) for each in place]
@@ -154,7 +156,6 @@ def _name_levels(axes: Axes, points: Points, varied: str) -> None:
     if not points.lines[varied] and varied in points.parameters:
         axes.set_xlabel(_label(varied))
         _scale(axes.xaxis, points.parameters[varied])
-        axes.margins(x=0.06)
         return
     axes.set_xlim(-0.25, len(levels) - 0.75)
     shown = np.unique(np.linspace(0, len(levels) - 1, min(_MOST_TICKS, len(levels))).round())

@@ -16,7 +16,7 @@ from matplotlib.colors import PowerNorm
 from matplotlib.figure import Figure
 
 from fretwear.data.bearing import has_bearing_area
-from fretwear.data.effects import Points
+from fretwear.data.effects import SEED, Points
 from fretwear.data.files import open_case
 from fretwear.data.safe import write_text
 from fretwear.data.sensitivity import GOOD, is_sampled, result_indices
@@ -176,6 +176,8 @@ def _answer_figures(summary: xr.Dataset) -> Iterator[StudyFigure]:
         if paired
         else "Final results of all points against each parameter: scatter plots."
     )
+    if set(points.levels) == {SEED}:
+        caption = "Final results of all seeds, which differ by chance."
     yield StudyFigure("effects", caption, ANSWER_CATEGORY, effects(summary))
     if has_fretting_map(summary):
         caption = (

@@ -90,22 +90,24 @@ class Claim:
         """What is claimed: ``grows by 13 to 48 % in all 6 pairs where elastic``."""
         factors = self.factors
         count, pairs = factors.size, f"{factors.size} pair{'s' * (factors.size != 1)}"
-        all_pairs = {1: _ONLY_PAIR.strip(), 2: "in both pairs"}.get(count, f"in all {pairs}")
+        all_pairs = {1: _ONLY_PAIR, 2: " in both pairs"}.get(count, f" in all {pairs}")
         where = f" {self.where}" if self.where else ""
+        if where and count == 1:
+            all_pairs = ""
+        if not count:
+            return f"vanishes at one end{where}"
         without = int((self.pairs & self.effect.between(self.low, self.high)).sum()) - count
         rest = f" (in {without} more it vanishes at one end)" if without else ""
-        if not count:
-            return f"cannot be compared{where}: it vanishes"
         if self.is_unchanged:
             most = 100.0 * float(np.abs(factors - 1.0).max())
             within = f" within {_digits(most)}\u00a0%" if most >= 0.05 else ""
-            return f"stays the same{within} {all_pairs}{where}{rest}"
+            return f"stays the same{within}{all_pairs}{where}{rest}"
         if self.direction:
-            return f"{_by(factors)} {all_pairs}{where}{rest}"
+            return f"{_by(factors)}{all_pairs}{where}{rest}"
         grows, falls = factors[factors > 1.0], factors[factors <= 1.0]
         if not grows.size or not falls.size:
             # Between its levels it goes the other way somewhere.
-            return f"{_by(factors)} {all_pairs}{where}{rest}, though not in every step"
+            return f"{_by(factors)}{all_pairs}{where}{rest}, though not in every step"
         return (
             f"{_by(grows)} in {grows.size} and {_by(falls)} in {falls.size} of {pairs}{where}{rest}"
         )
@@ -140,13 +142,16 @@ class Finding:
         """All claims in one sentence, without its subject."""
         if self.is_chance:
             return f"chance, with {self.spread}"
-        steps: dict[tuple[int, int], list[str]] = {}
+        steps: dict[tuple[int, int], list[Claim]] = {}
         for claim in self.claims:
-            steps.setdefault((claim.low, claim.high), []).append(claim.text)
-        return "; ".join(
-            f"from {_change(self.effect, *ends)} it {' and '.join(told)}"
-            for ends, told in steps.items()
-        )
+            steps.setdefault((claim.low, claim.high), []).append(claim)
+        parts = []
+        for ends, told in steps.items():
+            known = [claim.text for claim in told if claim.factors.size]
+            if len(known) < len(told):
+                known.append(f"vanishes {'elsewhere' if known else 'at one end or both'}")
+            parts.append(f"from {_change(self.effect, *ends)} it {' and '.join(known)}")
+        return "; ".join(parts)
 
 
 @dataclass(frozen=True)
@@ -249,7 +254,12 @@ def _headline(findings: Sequence[Finding]) -> str:
     effect, whole = first.effect, Claim.whole(first.effect)
     change = _change(effect, whole.low, whole.high)
     if len(findings) > 1:
-        most = f"The {first.name} matters most"
+        results = effect.points.results[effect.result]
+        gone = int(np.count_nonzero(~(results > 0.0)))
+        others = (
+            f"It vanishes in {gone} of {results.size} cases. In the others the" if gone else "The"
+        )
+        most = f"{others} {first.name} matters most"
         if first.is_chance:
             return f"{most}, and that is chance, with {first.spread}."
         average = fixed_digits(math.exp(effect.size), _DIGITS)

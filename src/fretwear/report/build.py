@@ -39,7 +39,7 @@ from fretwear.study.plan import Plan
 from fretwear.study.problems import StudyError
 from fretwear.study.study import Study
 from fretwear.study.yamlfile import read_document
-from fretwear.units import cycle_text, duration_text, fixed_digits, size_text, span
+from fretwear.units import cycle_text, duration_text, fixed_digits, size_text, span, with_error
 from fretwear.vocabulary import RESULTS, PointStatus
 
 if TYPE_CHECKING:
@@ -215,7 +215,7 @@ def _lead(plan: Plan, results: Sequence[PointResult]) -> str:
     if words and plan.study.design.kind == "grid":
         counts = [len(axis.values) for axis in plan.study.axes]
         values = [f"{name} ({n} values)" for name, n in zip(words, counts, strict=True)]
-        varied = f": all combinations of {_and(values)}"
+        varied = f": {'all combinations of ' if len(words) > 1 else 'varying '}{_and(values)}"
     elif words:
         varied = f" that vary {_and(words)}"
     done = sum(result.done for result in results)
@@ -317,7 +317,7 @@ def _cases(
         for name, unit in units.items():
             shown, deviation = (unit.of(each) for each in spread[name])
             part = f" ({100 * deviation / abs(shown):.2g} %)" if shown else ""
-            texts.append(f"{fixed_digits(shown, 4)} ± {fixed_digits(deviation, 2)}{part}")
+            texts.append(f"{with_error(shown, deviation)}{part}")
         ensembles.append((levels, count, texts))
     return Markup(body.cases(columns, varied, rows, len(results), table, ensembles))
 
