@@ -172,12 +172,16 @@ def test_a_study_is_merged_and_drawn_without_maps(folder, paths):
     assert not any("Wear depth" in title for title in titles)
 
 
-def test_bare_numbers_are_forces_per_length():
+def test_bare_numbers_are_forces_per_length_and_the_plan_counts_strips():
     typed = steel(**ROD, load="18.5 N/mm")
     assert steel(**ROD, load=18.5e3).case_id == typed.case_id
     assert typed.case_id.startswith("cylinder-P18.5N_mm-Q7.4N_mm-")
     assert typed.coupling == 1.0
     assert typed.tangential_load == pytest.approx(0.8 * 0.5 * 18.5e3)
+    found = estimate(steel(**ROD, load="18.5 N/mm"))
+    assert found.cells_y == 1
+    assert math.isfinite(found.seconds)
+    assert np.isfinite(found.memory_bytes)
 
 
 SPHERE = {"indenter": {"kind": "sphere", "radius": "6 mm"}, "load": "50 N"}
@@ -282,10 +286,3 @@ def test_cylinders_and_spheres_make_two_studies(tmp_path):
     }
     with pytest.raises(StudyError, match=r"vary\.indenter .*has cylinders.*\n.*two studies"):
         load_study(write_study(tmp_path / "both.yaml", content))
-
-
-def test_the_plan_counts_strips():
-    found = estimate(steel(**ROD, load="18.5 N/mm"))
-    assert found.cells_y == 1
-    assert math.isfinite(found.seconds)
-    assert np.isfinite(found.memory_bytes)

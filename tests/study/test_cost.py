@@ -120,13 +120,10 @@ def test_tips_get_their_cells_as_long_as_these_can_be_afforded():
     assert MOST_CELLS <= cells < 1.25 * MOST_CELLS
 
 
-def test_waves_without_tips_of_known_shape_are_resolved_as_they_were():
+def test_waves_without_tips_and_tips_of_a_contact_that_slides_are_resolved_as_they_were():
     random = {"kind": "self_affine", "rms_height": 1e-7, "hurst": 0.8, "seed": 1}
     random |= {"rolloff_wavelength": 8e-5, "shortest_wavelength": 8e-6}
     assert steel(roughness=random).grid_spacing == (1e-6, 1e-6)
-
-
-def test_tips_of_a_contact_that_slides_as_a_whole_have_no_edge_of_stick():
     slides = {"tangential_ratio": None, "displacement_amplitude": "3 um", "friction": 0.3}
     case = steel(load="20 N", roughness=SHALLOW, plastic_limit="4500 MPa", **slides)
     assert case.tangential_ratio >= 1.0
