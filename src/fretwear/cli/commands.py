@@ -193,13 +193,9 @@ def merge(
         write_points(study, temporary)
     with open_summary(summary) as merged:
         write_text(folder / "results.csv", results_table(merged))
-    log.result(
-        summary,
-        f"{tally.done} points done, {tally.failed} failed, {tally.invalid} invalid",
-        points_done=tally.done,
-        points_failed=tally.failed,
-        points_invalid=tally.invalid,
-    )
+    message = f"{tally.done} points done, {tally.failed} failed, {tally.invalid} invalid"
+    counts = {f"points_{name}": getattr(tally, name) for name in ("done", "failed", "invalid")}
+    log.result(summary, message, **counts)
 
 
 @logged

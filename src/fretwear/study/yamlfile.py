@@ -147,8 +147,7 @@ def _read_text(file: Path) -> str:
     with file.open("rb") as stream:
         content = stream.read(MAX_BYTES + 1)
     if len(content) > MAX_BYTES:
-        rule = f"is larger than {MAX_BYTES // 1000} kB, the limit for study files"
-        raise QuantityError(rule)
+        raise QuantityError(f"is larger than {MAX_BYTES // 1000} kB, the limit for study files")
     if content.startswith(_NETCDF):
         rule = "is a netCDF file, not a study file"
         raise QuantityError(rule, f"fretwear show {file} describes it")
