@@ -133,12 +133,7 @@ def advance(
     pressure: Single,
     residual: Single,
 ) -> float:
-    """Go along a direction: add to a pressure, take the force from a residual.
-
-    Returns
-    -------
-    The inner product of ``weight`` and the residual.
-    """
+    """Add a direction to a pressure, take its force from a residual; weight times residual."""
     pressure += np.float32(length) * direction
     residual -= np.float32(length) * force
     return inner.in_numpy(weight, residual)
@@ -165,11 +160,7 @@ def recover_displacement(
     """Put the half-space's displacement of a pressure in the place of the residual it leaves.
 
     Of ``start``, the residual before, the half-space took all but the residual, a shift and the
-    tangent's part.
-
-    Returns
-    -------
-    The largest magnitude of the displacement.
+    tangent's part. Returned is the largest magnitude of the displacement.
     """
     np.subtract(start, residual, out=residual)
     residual -= np.float32(shift)
@@ -187,9 +178,7 @@ def scale_and_clip(
 ) -> tuple[float, float]:
     """Scale a pressure and cut it to 0 … ``limit``, except on cells at ``rigid`` or above.
 
-    Returns
-    -------
-    The weighted sums of the pressure and of the cells at the limit.
+    Returned are the weighted sums of the pressure and of the cells at the limit.
     """
     fixed = pressure >= rigid
     np.copyto(pressure, np.clip(pressure * factor, 0.0, limit), where=~fixed)
@@ -203,12 +192,7 @@ def scale_and_clip(
 def level(
     limit: float, separation: Array, displacement: Array, pressure: Array
 ) -> tuple[float, float, float]:
-    """Of the cells with 0 < p < ``limit`` the sum of separations and the count, and more.
-
-    Returns
-    -------
-    Sum and count, and the largest displacement of all cells.
-    """
+    """Sum of separations and count of cells with 0 < p < ``limit``; largest displacement of all."""
     free = (pressure > 0) & (pressure < limit)
     count = float(np.count_nonzero(free))
     return float(separation.sum(where=free)), count, float(displacement.max())
@@ -227,12 +211,9 @@ def evaluate(
     """Gap of a pressure, what it violates, and which cells are to be free.
 
     Those are the cells between the bounds, the ones at zero that interpenetrate and the ones at
-    the limit that part, both by more than some slack.
-
-    Returns
-    -------
-    The largest violation of g = 0 between the bounds, of g ≥ 0 where p = 0 and of g ≤ 0 at the
-    limit; the sum of all gaps, which tells of values that are not numbers.
+    the limit that part, both by more than some slack. Returned are the largest violation of g = 0
+    between the bounds, of g ≥ 0 where p = 0 and of g ≤ 0 at the limit, and the sum of all gaps,
+    which tells of values that are not numbers.
     """
     open_, saturated = pressure <= 0, pressure >= limit
     np.logical_or(open_, saturated, out=free)
@@ -257,9 +238,7 @@ def scale_step(
 ) -> tuple[float, float, float]:
     """The step ``found`` times a unit minus a share of a uniform one.
 
-    Returns
-    -------
-    The lowest and the highest pressure that it leads to, and its inner product with the gap.
+    Returned are the lowest and highest pressure that it leads to and its product with the gap.
     """
     np.multiply(found, unit, out=step, dtype=np.float64)
     step -= np.multiply(uniform, share, dtype=np.float64)

@@ -37,22 +37,18 @@ class _Map(FromFile):
         return read_topography(self.file, self._levelled, self.patch) if self.is_known else None
 
     @property
-    def _data(self) -> Topography | None:
-        return self.read()
-
-    @property
     def missing_points(
         self,
     ) -> Annotated[float, Quantity("1", "missing", "points without a height, filled")]:
         """How many points were not measured."""
-        return math.nan if self._data is None else float(self._data.missing)
+        data = self.read()
+        return math.nan if data is None else float(data.missing)
 
     @property
     def finest(self) -> tuple[float, float]:
         """Twice the distance of points along x and y, m."""
-        if self._data is None:
-            return math.inf, math.inf
-        return 2.0 * self._data.spacing[0], 2.0 * self._data.spacing[1]
+        data = self.read()
+        return (math.inf, math.inf) if data is None else (2 * data.spacing[0], 2 * data.spacing[1])
 
 
 @dataclass(frozen=True)
@@ -100,14 +96,15 @@ class MeasuredRoughness(_Map, Roughness):
         self,
     ) -> Annotated[float, Quantity("m", r"$h_\mathrm{rms}$", "rms height of the roughness", "um")]:
         """Root mean square of the heights."""
-        return math.nan if self._data is None else float(self._data.heights.std())
+        data = self.read()
+        return math.nan if data is None else float(data.heights.std())
 
     @property
     def rms_slope(
         self,
     ) -> Annotated[float, Quantity("1", r"$h^\prime_\mathrm{rms}$", "rms slope of the roughness")]:
         """Root mean square of the slope between neighbouring points."""
-        data = self._data
+        data = self.read()
         if data is None:
             return math.nan
         squares = (
@@ -119,7 +116,8 @@ class MeasuredRoughness(_Map, Roughness):
     @property
     def sides(self) -> tuple[float, float]:
         """Lengths of the sides, m."""
-        return (math.inf, math.inf) if self._data is None else self._data.sides
+        data = self.read()
+        return (math.inf, math.inf) if data is None else data.sides
 
     @property
     def wavelengths(self) -> tuple[float, float]:
@@ -129,7 +127,8 @@ class MeasuredRoughness(_Map, Roughness):
     @property
     def highest(self) -> float:
         """Largest magnitude of a height, m."""
-        return 0.0 if self._data is None else float(np.abs(self._data.heights).max())
+        data = self.read()
+        return 0.0 if data is None else float(np.abs(data.heights).max())
 
     @property
     def tips(self) -> float:
@@ -170,7 +169,7 @@ class HeightMapIndenter(_Map, Indenter):
         """Apex less height, m."""
         fit = _paraboloid(self.file, self.patch)
         x, y = fit.apex[0] - np.asarray(x), fit.apex[1] + np.asarray(y)
-        data = self._data
+        data = self.read()
         assert data is not None
         # Within the map the fit cancels; beyond, it continues the surface.
         inside = np.clip(x, data.x[0], data.x[-1]), np.clip(y, data.y[0], data.y[-1])

@@ -276,6 +276,19 @@ class _Elliptic(Indenter):
         """κ in the centre of the ellipse."""
         return bodies.coupling_weighing(self._unit(1.0).shear_weights(-self.rotation)[0])
 
+    @property
+    def problem(self) -> tuple[str, str] | None:
+        """The contact is not too elongated: radii are not too unlike, axes not nearly parallel."""
+        ratio = self._unit(1.0).axis_ratio
+        slender = min(ratio, 1.0 / ratio)
+        if slender >= LEAST_AXIS_RATIO:
+            return None
+        return (
+            f"has a contact {1.0 / slender:.3g} times as long as it is wide, and one of more than "
+            f"{1.0 / LEAST_AXIS_RATIO:g} is no point contact",
+            "take a cylinder, whose contact is a line",
+        )
+
     def couplings(self, bodies: Bodies) -> tuple[float, ...]:
         """κ of the curvatures along both axes of the ellipse."""
         _, *weights = self._unit(1.0).shear_weights(-self.rotation)
@@ -303,11 +316,6 @@ class Ellipsoid(_Elliptic):
     def radii_of_gap(self) -> tuple[float, float]:
         """R_x and R_y, m."""
         return self.radius_x, self.radius_y
-
-    @property
-    def problem(self) -> tuple[str, str] | None:
-        """The radii are not too unlike."""
-        return _too_elongated(self._unit(1.0).axis_ratio)
 
 
 @dataclass(frozen=True)
@@ -363,22 +371,6 @@ class CrossedCylinders(_Elliptic):
             return 0.5 / square_x, 0.5 / square_y
         mean, part = 0.5 * (square_x + square_y), 0.5 * math.hypot(square_x - square_y, product)
         return 0.5 / (mean - part), 0.5 / (mean + part)
-
-    @property
-    def problem(self) -> tuple[str, str] | None:
-        """The axes are not nearly parallel."""
-        return _too_elongated(self._unit(1.0).axis_ratio)
-
-
-def _too_elongated(axis_ratio: float) -> tuple[str, str] | None:
-    slender = min(axis_ratio, 1.0 / axis_ratio)
-    if slender >= LEAST_AXIS_RATIO:
-        return None
-    return (
-        f"has a contact {1.0 / slender:.3g} times as long as it is wide, and one of more than "
-        f"{1.0 / LEAST_AXIS_RATIO:g} is no point contact",
-        "take a cylinder, whose contact is a line",
-    )
 
 
 class _Round(Indenter):
