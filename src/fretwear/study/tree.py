@@ -285,7 +285,7 @@ class CaseTree:
 
     @property
     def coarser(self) -> Self:
-        """Its twin, on cells `COARSER` times wider, to a tolerance `COARSER`² times larger."""
+        """Its twin: cells `COARSER` times wider, a tolerance larger by the square of that."""
         dx, dy = self.grid_spacing
         return self._with(cell=(COARSER * dx, COARSER * dy), tolerance=COARSER**2 * self.tolerance)
 
