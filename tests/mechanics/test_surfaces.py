@@ -264,7 +264,7 @@ def test_a_round_punch_is_that_of_the_method_of_dimensionality_reduction(flat):
     for ratio, stick in zip((0.2, 0.5, 0.8), sticks, strict=True):
         assert contact.with_load((1 - ratio) * load).contact_radius == near(stick, rel=3e-6)
     assert contact.load_within(1.0) == near(load, rel=2e-4)
-    at_depth = RoundContact.of_depth(contact.profile, contact.approach, 1.0)
+    at_depth = contact.with_approach(contact.approach)
     assert at_depth.load == near(load, rel=1e-9)
 
 

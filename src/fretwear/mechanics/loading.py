@@ -65,13 +65,9 @@ class Normal(Pressed):
 
     holds_load: ClassVar[bool] = False  # whether it is the load that is held while the bodies wear
 
-    def hertz(self, smooth: type[HertzContact], radius: float, modulus: float) -> HertzContact:
-        """Unworn smooth contact of some form, of a radius, m, and composite modulus, Pa."""
-        load, approach = self.given
-        if approach is not None:
-            return smooth.at_approach(radius, approach, modulus)
-        assert load is not None
-        return smooth(radius, load, modulus)
+    def hertz(self, smooth: HertzContact) -> HertzContact:
+        """Unworn smooth contact, from the same under any load."""
+        raise NotImplementedError
 
     @property
     def given(self) -> tuple[float | None, float | None]:
@@ -91,6 +87,10 @@ class NormalLoad(Normal):
     kind: Literal["load"] = "load"
 
     holds_load: ClassVar[bool] = True
+
+    def hertz(self, smooth: HertzContact) -> HertzContact:
+        """Contact under P."""
+        return smooth.with_load(self.load)
 
     @property
     def given(self) -> tuple[float, None]:
@@ -113,6 +113,10 @@ class Indentation(Normal):
         "Constant approach d of the bodies, instead of load.",
     ]
     kind: Literal["indentation"] = "indentation"
+
+    def hertz(self, smooth: HertzContact) -> HertzContact:
+        """Contact at the approach d."""
+        return smooth.with_approach(self.indentation)
 
     @property
     def given(self) -> tuple[None, float]:

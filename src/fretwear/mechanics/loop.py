@@ -105,7 +105,12 @@ def _curve(
         at = int(np.argmax(areas))
         lower, upper = family[at : at + 2]
         load = 0.5 * (lower.load + upper.load)
-        guess = _pressure_between(lower, upper, load)
+        # The square of the pressure of a sphere falls evenly with P^(2/3), to zero beyond its edge.
+        least, most, place = (each**_SPHERE for each in (lower.load, upper.load, load))
+        square, stick = upper.pressure**2, lower.stick
+        fall = square - lower.pressure**2
+        fall = np.where(stick, fall, fall[stick].mean() if stick.any() else square.max())
+        guess = np.sqrt(np.maximum(square - (most - place) / (most - least) * fall, 0.0))
         guess *= load / geometry.integral(guess)
         found = contact_under(ground.half_space, shape, load, None, guess, _TOLERANCE)
         expected = _approach_between(lower, upper, areas[at])
@@ -156,17 +161,3 @@ def _approach_between(lower: ReducedContact, upper: ReducedContact, area: float)
     """Approach, m, under the mean of two loads."""
     arc, whole = _arc(lower.load, upper.load, 0.5 * (lower.load + upper.load))
     return float(0.5 * (lower.approach + upper.approach + area / whole * arc))
-
-
-def _pressure_between(lower: ReducedContact, upper: ReducedContact, load: float) -> Array:
-    """A guess of the pressure, Pa, under a load between those of two contacts.
-
-    The square of the pressure of a sphere falls evenly with P^(2/3), to zero beyond its edge.
-    """
-    least, most, place = (each**_SPHERE for each in (lower.load, upper.load, load))
-    square, stick = upper.pressure**2, lower.stick
-    fall = square - lower.pressure**2
-    fall = np.where(stick, fall, fall[stick].mean() if stick.any() else square.max())
-    part = (most - place) / (most - least)
-    result: Array = np.sqrt(np.maximum(square - part * fall, 0.0))
-    return result

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -25,7 +25,6 @@ from fretwear.theory import (
     RoundContact,
     RoundedPunch,
 )
-from fretwear.theory.limiting_state import find_root
 from fretwear.theory.punch import Reduced
 from fretwear.topography import Source, SourceFile, read_profile
 from fretwear.units import QuantityError
@@ -98,7 +97,11 @@ class Indenter(Part):
 
     def hertz(self, normal: Normal, modulus: float) -> HertzContact:
         """The smooth contact that gives the scales, of bodies of a composite modulus, Pa."""
-        return normal.hertz(self.smooth, self.curvature_radius, modulus)
+        return normal.hertz(self._unit(modulus))
+
+    def _unit(self, modulus: float) -> HertzContact:
+        """That contact under a unit load."""
+        return self.smooth(self.curvature_radius, 1.0, modulus)
 
     def half_widths(self, contact: HertzContact) -> tuple[float, float]:
         """Half-widths along x and y, m, of the smooth contact."""
@@ -219,15 +222,8 @@ class FlatPunch(_Punch, _Straight):
         """b, m."""
         return self.flat_half_width
 
-    def hertz(self, normal: Normal, modulus: float) -> FlatPunchContact:
-        """The smooth contact."""
-        load, approach = normal.given
-        flat, most = self.flat_half_width, modulus * self.curvature_radius
-        largest = FlatPunchContact(self.edge_radius, most, modulus, flat_half_width=flat)
-        if load is None:
-            assert approach is not None
-            load = find_root(lambda p: approach - largest.with_load(p).approach, 1e-12 * most, most)
-        return replace(largest, load=load)
+    def _unit(self, modulus: float) -> HertzContact:
+        return FlatPunchContact(self.edge_radius, 1.0, modulus, flat_half_width=self.flat)
 
 
 class _Elliptic(Indenter):
@@ -255,15 +251,6 @@ class _Elliptic(Indenter):
 
     def _unit(self, modulus: float) -> EllipticContact:
         return EllipticContact.of(*self.radii_of_gap, 1.0, modulus)
-
-    def hertz(self, normal: Normal, modulus: float) -> EllipticContact:
-        """The smooth contact: loads grow with the power 3/2 of the approach."""
-        load, approach = normal.given
-        unit = self._unit(modulus)
-        if load is None:
-            assert approach is not None
-            load = (approach / unit.approach) ** 1.5
-        return unit.with_load(load)
 
     def half_widths(self, contact: HertzContact) -> tuple[float, float]:
         """Half-widths along x and y, m, of the box around the ellipse."""
@@ -384,15 +371,10 @@ class _Round(Indenter):
         """As the method of dimensionality reduction has it."""
         raise NotImplementedError
 
-    def hertz(self, normal: Normal, modulus: float) -> HertzContact:
-        """The smooth contact."""
+    def _unit(self, modulus: float) -> HertzContact:
         if not self.is_known:
-            return super().hertz(normal, modulus)
-        load, approach = normal.given
-        if load is not None:
-            return RoundContact.under(self.profile, load, modulus)
-        assert approach is not None
-        return RoundContact.of_depth(self.profile, approach, modulus)
+            return super()._unit(modulus)
+        return RoundContact.under(self.profile, 1.0, modulus)
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Self
 
 from fretwear.theory.hertz import HertzContact
 
@@ -48,6 +49,10 @@ class EllipticContact(HertzContact):
         along_x, along_y = self.half_widths
         integral = _complete(min(along_x, along_y) / max(along_x, along_y))[0]
         return integral * min(along_x, along_y) * self.peak_pressure / self.composite_modulus
+
+    def with_approach(self, approach: float) -> Self:
+        """Contact of the same bodies at an approach (m): P grows with δ^1.5."""
+        return self.with_load((approach / self.approach) ** 1.5 * self.load)
 
     def shear_weights(self, angle: float = 0.0) -> tuple[float, float, float]:
         """How the displacement by a traction weighs Poisson's ratio; see `coupling_ratio`.

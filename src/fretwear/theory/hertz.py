@@ -72,15 +72,15 @@ class HertzContact:
         """Pressure at the centre p0 = 3 P / (2 π a²), Pa."""
         return 1.5 * self.load / (math.pi * self.contact_radius**2)
 
-    @classmethod
-    def at_approach(cls, radius: float, approach: float, modulus: float) -> Self:
-        """Contact at an approach (m): P = (4/3) E* √R δ^1.5."""
-        require_positive(radius=radius, approach=approach, composite_modulus=modulus)
-        return cls(radius, 4.0 / 3.0 * modulus * math.sqrt(radius) * approach**1.5, modulus)
-
     def with_load(self, load: float) -> Self:
         """Contact of the same bodies under another load (N)."""
         return replace(self, load=load)
+
+    def with_approach(self, approach: float) -> Self:
+        """Contact of the same bodies at an approach (m): P = (4/3) E* √R δ^1.5."""
+        require_positive(approach=approach)
+        load = 4.0 / 3.0 * self.composite_modulus * math.sqrt(self.radius) * approach**1.5
+        return self.with_load(load)
 
     def load_at(self, contact_radius: float) -> float:
         """Load, N, of a contact of some radius, m."""

@@ -36,16 +36,14 @@ class LineContact(HertzContact):
     ``contact_radius`` the half-width of the contact; positions ``r`` are distances from its middle.
     """
 
-    @classmethod
-    def at_approach(cls, radius: float, approach: float, modulus: float) -> Self:
-        """Contact at an approach (m) as `approach` counts it."""
+    def with_approach(self, approach: float) -> Self:
+        """Contact of the same bodies at an approach (m) as `approach` counts it."""
         require_positive(approach=approach)
-        unit = cls(radius, 1.0, modulus)
 
         def missing(half_width: float) -> float:
-            return approach - unit.with_load(unit.load_at(half_width)).approach
+            return approach - self.with_load(self.load_at(half_width)).approach
 
-        return unit.with_load(unit.load_at(find_root(missing, 1e-12 * radius, radius)))
+        return self.with_load(self.load_at(find_root(missing, 1e-12 * self.radius, self.radius)))
 
     @property
     def contact_radius(self) -> float:
@@ -144,6 +142,12 @@ class FlatPunchContact(LineContact):
         angle, root = self._edge(edge)
         rounded = (0.5 * edge**2 + flat**2) * angle - 1.5 * flat * root
         return self.load * self.compliance + rounded / (math.pi * self.radius)
+
+    def with_approach(self, approach: float) -> Self:
+        """Contact of the same bodies at an approach (m) as `approach` counts it."""
+        most = self.composite_modulus * self.reference
+        load = find_root(lambda p: approach - self.with_load(p).approach, 1e-12 * most, most)
+        return self.with_load(load)
 
     @cached_property
     def peak_pressure(self) -> float:

@@ -101,12 +101,6 @@ class RoundContact(HertzContact):
         radius = 4.0 * composite_modulus * edge**3 / (3.0 * load)
         return cls(radius, load, composite_modulus, profile=profile)
 
-    @classmethod
-    def of_depth(cls, profile: Reduced, approach: float, composite_modulus: float) -> Self:
-        """Contact at an approach, m."""
-        edge = find_root(lambda radius: approach - profile.depth(radius), 0.0, profile.reach)
-        return cls.under(profile, _load_at(profile, edge, composite_modulus), composite_modulus)
-
     @property
     def approach(self) -> float:
         """δ = g(a), m."""
@@ -140,6 +134,12 @@ class RoundContact(HertzContact):
     def with_load(self, load: float) -> Self:
         """Contact of the same bodies under another load (N)."""
         return self.under(self.profile, load, self.composite_modulus)
+
+    def with_approach(self, approach: float) -> Self:
+        """Contact of the same bodies at an approach (m)."""
+        profile = self.profile
+        edge = find_root(lambda radius: approach - profile.depth(radius), 0.0, profile.reach)
+        return self.with_load(self.load_at(edge))
 
     def load_at(self, contact_radius: float) -> float:
         """Load, N, of a contact of some radius, m."""
