@@ -3,6 +3,18 @@
 >>> import fretwear
 >>> case = fretwear.open_case("results/demo/cases/<id>.nc")  # doctest: +SKIP
 >>> fretwear.figures.pressure_profiles(case)  # doctest: +SKIP
+
+Parameters mean the same in all of them:
+
+- ``dataset``: one case, quarter or whole; functions of a field also take one point of a merged
+  study, functions of a result over the cycles a merged study, a part of it, or a history.
+- ``cycles``: an int or a sequence of int, the snapshots to draw; left out, at most six of those
+  there are.
+- ``columns``: 1 or 2, the journal columns that the figure spans, 90 mm or 190 mm.
+- ``ax``: matplotlib axes to draw into, in a figure of your own; ``columns`` then says nothing.
+
+What is not a dataset raises a ``TypeError``; a dataset that lacks the variable or one of the
+snapshots a ``ValueError``.
 """
 
 # ruff: noqa: F403
@@ -21,30 +33,17 @@ if TYPE_CHECKING:
     from fretwear.figures.style import *
 
 _HOMES = {
-    "bearing": ("bearing_area",),
-    "cases": ("compare_cases", "overview"),
-    "film": ("CaseAnimation", "animation"),
-    "history": (
-        "contact_half_width",
-        "dissipated_energy",
-        "scalar_history",
-        "stick_half_width",
-        "wear_volume",
-    ),
-    "maps": ("compare_wear_maps", "wear_map"),
-    "profiles": (
-        "compare_profiles",
-        "field_profiles",
-        "gap_profiles",
-        "pressure_profiles",
-        "shear_profiles",
-        "wear_profiles",
-        "wear_rate_profiles",
-    ),
-    "rig": ("fretting_loops", "fretting_map", "scars"),
-    "style": ("STYLE_SHEET", "save_as", "save_figure", "style_context"),
+    "bearing": "bearing_area",
+    "cases": "compare_cases overview",
+    "film": "CaseAnimation animation",
+    "history": "contact_half_width dissipated_energy scalar_history stick_half_width wear_volume",
+    "maps": "compare_wear_maps wear_map",
+    "profiles": "compare_profiles field_profiles gap_profiles pressure_profiles shear_profiles "
+    "wear_profiles wear_rate_profiles",
+    "rig": "fretting_loops fretting_map scars",
+    "style": "STYLE_SHEET save_as save_figure style_context",
 }
-_HOME = {name: home for home, names in _HOMES.items() for name in names}
+_HOME = {name: home for home, names in _HOMES.items() for name in names.split()}
 
 __all__ = list(_HOME)
 

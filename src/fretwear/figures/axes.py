@@ -6,21 +6,21 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from textwrap import wrap
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.colors import to_hex
+from matplotlib.colors import LogNorm, Normalize, to_hex
 from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
-from matplotlib.transforms import Bbox
 from numpy.typing import ArrayLike, NDArray
 
-from fretwear.figures.style import MUTED, root_figure, text_colour
+from fretwear.figures.style import MUTED, Columns, JournalFigure, root_figure, text_colour
+from fretwear.study.parameters import parameter
 from fretwear.units import Unit, cycle_text, power_of_ten, readable_unit
 from fretwear.vocabulary import Variable
 
@@ -70,59 +70,33 @@ def set_cycle_axis(axes: Axes, cycles: ArrayLike) -> None:
     has_zero = bool((values < first).any())
     start, end = -0.06 * first if has_zero else first / _CYCLE_MARGIN, last * _CYCLE_MARGIN
     axes.set_xlim(start, end)
+    across = axes.get_xaxis_transform()
     if has_zero:
         axes.spines["bottom"].set_bounds(start, end)
-        _draw_break(axes, 0.5 * first)
+        look: dict[str, Any] = {"color": MUTED, "mew": 0.6, "ms": 5, "ls": "none"}
+        mark, place = [(-2.0, -2.0), (0.0, 2.0)], [0.45 * first, 0.55 * first]
+        axes.plot(
+            place, [0, 0], marker=mark, transform=across, clip_on=False, label="_break", **look
+        )
     decades = 10.0 ** np.arange(math.ceil(math.log10(first)), math.floor(math.log10(last)) + 1)
-    major = sorted({0.0, *decades, last} if has_zero else {*decades, last})
+    ticks = sorted({0.0, *decades, last} if has_zero else {*decades, last})
     minor = (decades[0] / 10.0) * 10.0 ** np.arange(10)[:, None] * np.arange(2, 10)
-    named = _ticks_with_room(axes, major)
-    # Locators, not set_xticks: that makes every tick at once, also of panels that show none.
-    axes.xaxis.set_major_locator(FixedLocator(major))
-    axes.xaxis.set_minor_locator(FixedLocator(minor[(minor > first) & (minor <= last)].tolist()))
-    axes.xaxis.set_major_formatter(
-        FuncFormatter(lambda value, _: _cycle_tick(value) if value in named else "")
-    )
-    axes.xaxis.set_minor_formatter(NullFormatter())
-
-
-def _ticks_with_room(axes: Axes, ticks: Sequence[float]) -> set[float]:
-    """Return the ticks whose numbers have room, counted from the last one back."""
+    # Ticks whose numbers have room, counted from the last one back.
     width = 72.0 * root_figure(axes).get_figwidth() * axes.get_position().width
-    along = axes.get_xaxis_transform().transform([(tick, 0.0) for tick in ticks])
-    places = width * axes.transAxes.inverted().transform(along)[:, 0]
-    named, end = set(), math.inf
-    for tick, place in zip(reversed(ticks), reversed(places), strict=True):
-        signs = 3 if _is_power(tick) else len(cycle_text(tick))
-        half_width = 0.5 * _POINTS_PER_SIGN * signs
-        if float(place) + half_width < end - _POINTS_PER_SIGN:
-            named.add(tick)
-            end = float(place) - half_width
-    return named
-
-
-def _is_power(value: float) -> bool:
-    exponent = math.log10(value) if value > 0.0 else 0.0
-    return value >= _SPELT_OUT and abs(exponent - round(exponent)) < 1e-9
-
-
-def _cycle_tick(value: float) -> str:
-    return power_of_ten(round(math.log10(value))) if _is_power(value) else cycle_text(value)
-
-
-def _draw_break(axes: Axes, position: float) -> None:
-    axes.plot(
-        [0.9 * position, 1.1 * position],
-        [0.0, 0.0],
-        linestyle="none",
-        marker=[(-2.0, -2.0), (0.0, 2.0)],
-        markersize=5,
-        color=MUTED,
-        markeredgewidth=0.6,
-        transform=axes.get_xaxis_transform(),
-        clip_on=False,
-        label="_break",
-    )
+    along = axes.transAxes.inverted().transform(across.transform([(tick, 0.0) for tick in ticks]))
+    texts, end = {}, math.inf
+    for tick, place_of_tick in zip(reversed(ticks), width * along[::-1, 0], strict=True):
+        exponent = round(math.log10(tick)) if tick >= _SPELT_OUT else 0
+        is_power = exponent and math.isclose(tick, 10.0**exponent)
+        text = power_of_ten(exponent) if is_power else cycle_text(tick)
+        half_width = 0.5 * _POINTS_PER_SIGN * len(text)
+        if place_of_tick + half_width < end - _POINTS_PER_SIGN:
+            texts[tick], end = text, float(place_of_tick) - half_width
+    # Locators, not set_xticks: that makes every tick at once, also of panels that show none.
+    axes.xaxis.set_major_locator(FixedLocator(ticks))
+    axes.xaxis.set_minor_locator(FixedLocator(minor[(minor > first) & (minor <= last)].tolist()))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: texts.get(value, "")))
+    axes.xaxis.set_minor_formatter(NullFormatter())
 
 
 @dataclass(frozen=True)
@@ -140,7 +114,10 @@ class ValueAxis:
     def of(cls, variable: Variable, values: Array) -> ValueAxis:
         """Return the axis for values in SI units."""
         logarithmic = variable.may_be_logarithmic and _is_wide(values)
-        unit = variable.unit or unit_of_axis(values, variable.si_unit, logarithmic)
+        unit = variable.unit or readable_unit(values, variable.si_unit)
+        if logarithmic and unit.is_power and not variable.unit:
+            # A logarithmic axis needs no power of ten in its unit.
+            unit = readable_unit((), variable.si_unit)
         return cls(variable, unit, logarithmic)
 
     @property
@@ -151,8 +128,13 @@ class ValueAxis:
     @property
     def wrapped_label(self) -> str:
         """What the axis says, on lines of a few words, for low panels."""
-        lines = wrap(self.variable.label, 18)
-        return "\n".join([*lines, f"({self.unit.name})"])
+        return "\n".join([*wrap(self.variable.label, 18), f"({self.unit.name})"])
+
+    def colours(self, values: Array) -> Normalize:
+        """Return a scale of colours for values in the unit of the axis."""
+        known = values[np.isfinite(values) & ((values > 0.0) | (not self.is_logarithmic))]
+        kind = LogNorm if self.is_logarithmic else Normalize
+        return kind(float(known.min()), float(known.max()))
 
     def set_cycles(self, axes: Axes, cycles: Array, values: Array) -> None:
         """Set the x axis for all values; on a logarithmic y axis those of zero have no place."""
@@ -171,22 +153,19 @@ class ValueAxis:
             least = float(_positive(shown[(cycles == 0.0) | (cycles >= 1.0)]).min())
             axes.set_yscale("log", nonpositive="mask")
             axes.set_ylim(max(0.6 * least, _DEEPEST * highest), 1.7 * highest)
-            axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: _value_tick(value)))
+            axes.yaxis.set_major_formatter(
+                FuncFormatter(
+                    lambda value, _: (
+                        f"{value:g}"
+                        if _PLAIN[0] <= value < _PLAIN[1]
+                        else power_of_ten(round(math.log10(value)))
+                    )
+                )
+            )
             return
-        constant = lowest > (1.0 - _CONSTANT) * highest
+        constant = lowest >= (1.0 - _CONSTANT) * highest
         if self.variable.from_zero or constant:
             axes.set_ylim(0.0, highest * (1.25 if constant else 1.06) or 1.0)
-
-
-def unit_of_axis(values: Array, si_unit: str, logarithmic: bool) -> Unit:
-    """Return the unit for an axis; a logarithmic one needs no power of ten in it."""
-    unit = readable_unit(values, si_unit)
-    return readable_unit((), si_unit) if logarithmic and unit.is_power else unit
-
-
-def _value_tick(value: float) -> str:
-    plain = _PLAIN[0] <= value < _PLAIN[1]
-    return f"{value:g}" if plain else power_of_ten(round(math.log10(value)))
 
 
 def _is_wide(values: Array) -> bool:
@@ -198,20 +177,30 @@ def _positive(values: Array) -> Array:
     return values[np.isfinite(values) & (values > 0.0)]
 
 
+def parameter_label(name: str, value: float = 1.0) -> str:
+    """Return what an axis of a parameter says: words and unit, those of values like one."""
+    about = parameter(name).suiting(value)
+    return f"{about.words} ({about.unit.name})" if about.unit.name else about.words
+
+
 def make_panels(
-    figure: Figure,
+    columns: Columns,
     count: int,
     across: int,
-    share_y: Literal["row", "all"],
+    heights: tuple[float, float],
+    share_y: Literal["row", "all"] = "all",
     share_x: Literal["row", "all"] = "all",
-) -> list[Axes]:
-    """Return `count` axes in rows of `across`, the last row perhaps shorter."""
-    grid = figure.subplots(
-        -(-count // across), across, sharex=share_x, sharey=share_y, squeeze=False
-    )
+) -> tuple[Figure, list[Axes]]:
+    """Return a figure and its `count` axes in rows of `across`, the last row perhaps shorter.
+
+    `heights`, mm, are that of what is around the rows, and that of a row.
+    """
+    down = -(-count // across)
+    figure = JournalFigure(columns, heights[0] + heights[1] * down)
+    grid = figure.subplots(down, across, sharex=share_x, sharey=share_y, squeeze=False)
     for axes in grid.flat[count:]:
         axes.remove()
-    return list(grid.flat[:count])
+    return figure, list(grid.flat[:count])
 
 
 def label_outer(panels: Sequence[Axes], across: int, *, every_x: bool = False) -> None:
@@ -245,8 +234,7 @@ def outside_key(
         key = figure.legend(
             handles, labels, loc=place, ncols=columns, handlelength=handlelength, columnspacing=1.0
         )
-        width = key.get_window_extent().width
-        if width <= figure.bbox.width or columns == 1:
+        if key.get_window_extent().width <= figure.bbox.width or columns == 1:
             break
         key.remove()
     return key
@@ -281,24 +269,16 @@ def label_curves(axes: Axes, curves: Sequence[Line2D], labels: Sequence[str]) ->
             before = texts.pop()
             before.remove()
             label, points = f"{before.get_text()}, {label}", np.concatenate([drawn.pop(), points])
-        texts.append(
-            axes.text(
-                0.5,
-                0.5,
-                label,
-                color=text_colour(to_hex(curve.get_color())),
-                fontsize=_LABEL_SIZE,
-                ha="center",
-                va="center_baseline",
-                transform=axes.transAxes,
-                in_layout=False,
-            )
-        )
+        color = text_colour(to_hex(curve.get_color()))
+        options: dict[str, Any] = {"ha": "center", "va": "center_baseline"}
+        text = axes.text(0.5, 0.5, label, color=color, fontsize=_LABEL_SIZE, **options)
+        text.set_transform(axes.transAxes)
+        text.set_in_layout(False)
+        texts.append(text)
         drawn.append(points)
     sizes = [np.ceil(text.get_window_extent().size) + 2 * _LABEL_MARGIN for text in texts]
     there = list(range(len(texts)))
-    orders = (there, there[::-1])
-    places = next(filter(None, (_placed(each, drawn, sizes, axes.bbox) for each in orders)), {})
+    places = _places(axes, there, drawn, sizes) or _places(axes, there[::-1], drawn, sizes)
     for index, text in enumerate(texts):
         if places:
             text.set_position(tuple(axes.transAxes.inverted().transform(places[index])))
@@ -335,25 +315,29 @@ def _coincide(first: Array, second: Array) -> bool:
     return bool(max(apart.min(axis=0).max(), apart.min(axis=1).max()) <= _INDISTINCT)
 
 
-def _placed(
-    order: Sequence[int], curves: Sequence[Array], sizes: Sequence[Array], frame: Bbox
+def _places(
+    axes: Axes, order: Sequence[int], curves: Sequence[Array], sizes: Sequence[Array]
 ) -> dict[int, Array]:
     """Place labels one after the other; return their centres, none when one has no room.
 
-    `curves` are the pixels of each, `sizes` those of the boxes, `frame` is that of the axes.
+    `curves` are the pixels of each, `sizes` those of the boxes.
     """
     taken, places = np.empty((0, 2)), {}
     grid = np.stack(np.meshgrid(*(np.linspace(-0.5, 0.5, 9),) * 2), axis=-1).reshape(-1, 2)
     sides = np.array([(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if i or j])
     for index in order:
         size, others = sizes[index], [each for i, each in enumerate(curves) if i != index]
-        places_along = curves[index][:: 1 + len(curves[index]) // _MOST_TRIED]
-        centres = (places_along[:, None] + sides * (0.5 * size + 1.0)).reshape(-1, 2)
-        inside = (centres > frame.min + 0.5 * size) & (centres < frame.max - 0.5 * size)
+        along = curves[index][:: 1 + len(curves[index]) // _MOST_TRIED]
+        centres = (along[:, None] + sides * (0.5 * size + 1.0)).reshape(-1, 2)
+        inside = (centres > axes.bbox.min + 0.5 * size) & (centres < axes.bbox.max - 0.5 * size)
         centres = centres[inside.all(axis=1)]
-        own, foreign, label = (
-            _clearance(centres, size, pixels)
+        # How far boxes are from the nearest pixel of each kind, 0 where they hold one.
+        away = (
+            np.maximum(np.abs(centres[:, None] - pixels) - 0.5 * size, 0.0)
             for pixels in (curves[index], np.concatenate([*others, np.empty((0, 2))]), taken)
+        )
+        own, foreign, label = (
+            np.hypot(each[..., 0], each[..., 1]).min(axis=1, initial=np.inf) for each in away
         )
         cost = own - 0.6 * np.minimum(foreign, _CLEARANCE) - 0.1 * np.minimum(label, 12.0)
         possible = (own > 0.5) & (own < _REACH) & (label > 2.0)
@@ -363,9 +347,3 @@ def _placed(
         places[index] = centres[np.argmin(np.where(possible, cost, np.inf))]
         taken = np.concatenate([taken, places[index] + size * grid])
     return places
-
-
-def _clearance(centres: Array, size: Array, pixels: Array) -> Array:
-    """Return how far boxes are from the nearest of some pixels, 0 where they hold one."""
-    away = np.maximum(np.abs(centres[:, None] - pixels) - 0.5 * size, 0.0)
-    return np.asarray(np.hypot(away[..., 0], away[..., 1]).min(axis=1, initial=np.inf))

@@ -14,16 +14,9 @@ from numpy.typing import NDArray
 
 from fretwear.data.bearing import heights_in_contact
 from fretwear.figures.axes import label_or_key, label_outer, make_panels, outside_key
-from fretwear.figures.datasets import (
-    Cycles,
-    check_cases,
-    check_dataset,
-    checked_cycles,
-    require,
-    with_cycles,
-)
+from fretwear.figures.datasets import Cycles, check_cases, snapshots
 from fretwear.figures.profiles import cycle_colors
-from fretwear.figures.style import Columns, JournalFigure, one_panel, styled
+from fretwear.figures.style import Columns, one_panel, styled
 from fretwear.study.case import Case
 from fretwear.units import Unit, cycle_text, readable_unit, span
 
@@ -33,30 +26,26 @@ Array = NDArray[np.float64]
 def bearing_heights(
     dataset: xr.Dataset, cycles: Cycles = None, case: Case | None = None
 ) -> dict[int, Array]:
-    """Return the heights of the surfaces at some cycles; see `heights_in_contact`.
+    """Return the heights of the surfaces at some cycles, the first and the last if left out.
 
-    A dataset does not know where the file of a measured surface is; its case from a study does.
-
-    Raises
-    ------
-    ValueError
-        When the case is smooth, or its surface is in a file that is not there.
+    See `heights_in_contact`. A dataset does not know where the file of a measured surface is; its
+    case from a study does. It is a `ValueError` when the case is smooth, or its surface is in a
+    file that is not there.
     """
-    check_dataset(dataset)
-    require(dataset, "wear_depth", "plastic_depth")
-    dataset = with_cycles(dataset)
-    shown = checked_cycles(dataset, cycles)
+    states = snapshots(
+        dataset, cycles, "wear_depth", "plastic_depth", default=lambda n: sorted({n[0], n[-1]})
+    )
     case = case or Case(**json.loads(dataset.attrs["parameters"]))
     if case.rough is None:
         raise ValueError("A bearing-area curve describes roughness, and this case is smooth.")
     if not case.rough.is_known:
         raise ValueError("The surface of this case is in a file that the dataset does not contain.")
     axes = [axis for axis in ("x", "y") if axis in dataset.coords]
-    states = dataset.sel(cycle=list(shown)).transpose("cycle", *axes, ...)
+    states = states.transpose("cycle", *axes, ...)
     half_widths = [float(states[f"contact_half_width_{axis}"][-1]) for axis in axes]
     lost = (states["wear_depth"] + states["plastic_depth"]).values
     heights = heights_in_contact(case, [dataset[axis].values for axis in axes], half_widths, lost)
-    return {int(cycle): each for cycle, each in zip(shown, heights, strict=True)}
+    return {int(cycle): each for cycle, each in zip(states["cycle"].values, heights, strict=True)}
 
 
 @styled
@@ -65,32 +54,11 @@ def bearing_area(
 ) -> Figure:
     """Draw the bearing-area curves (Abbott and Firestone) of a rough surface as it wears.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        One case with roughness, of whatever symmetry.
-    cycles : int or sequence of int, optional
-        Snapshots to draw; left out, the first and the last.
-    columns : {1, 2}
-        Journal columns that the figure spans, 90 mm or 190 mm.
-    ax : matplotlib.axes.Axes, optional
-        Where to draw, in a figure of your own; `columns` then says nothing.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Height, that of the roughness less wear and plastic depth, over the share of the
-        contact that lies above it.
-
-    Raises
-    ------
-    TypeError
-        When `dataset` is not a dataset.
-    ValueError
-        When the case is smooth, a snapshot is missing, or the surface is in a file that is not
-        there.
+    The height, that of the roughness less wear and plastic depth, is drawn over the share of the
+    contact that lies above it; `cycles` left out are the first and the last snapshot. It is a
+    ValueError when the case is smooth, or its surface is in a file that is not there.
     """
-    curves = bearing_heights(dataset, _first_and_last(dataset) if cycles is None else cycles)
+    curves = bearing_heights(dataset, cycles)
     figure, panel = one_panel(columns, 66.0, ax)
     unit = readable_unit(np.concatenate(list(curves.values())), "m")
     lines = _draw(panel, curves, unit)
@@ -113,13 +81,12 @@ def compare_bearing_areas(
     """
     check_cases(cases)
     curves = [
-        bearing_heights(each, _first_and_last(each), (known or {}).get(each.attrs["case_id"]))
+        bearing_heights(each, None, (known or {}).get(each.attrs["case_id"]))
         for each in cases.values()
     ]
     unit = readable_unit(np.concatenate([h for each in curves for h in each.values()]), "m")
     across = min(len(curves), columns)
-    figure = JournalFigure(columns, 16.0 + 50.0 * -(-len(curves) // across))
-    panels = make_panels(figure, len(curves), across, "all")
+    figure, panels = make_panels(columns, len(curves), across, (16.0, 50.0))
     for panel, title, own in zip(panels, cases, curves, strict=True):
         lines = _draw(panel, own, unit)
         panel.set_title(title)
@@ -130,14 +97,8 @@ def compare_bearing_areas(
     return figure
 
 
-def _first_and_last(dataset: xr.Dataset) -> list[int]:
-    check_dataset(dataset)
-    available = np.atleast_1d(dataset["cycle"].values).astype(int)
-    return sorted({int(available[0]), int(available[-1])})
-
-
 def _draw(panel: Axes, curves: Mapping[int, Array], unit: Unit) -> list[Line2D]:
-    colors = cycle_colors([float(cycle) for cycle in curves])
+    colors = cycle_colors(list(curves))
     for cycle, heights in curves.items():
         share = (np.arange(heights.size) + 0.5) / heights.size
         panel.plot(100.0 * share, unit.of(heights), color=colors[cycle], label=cycle_text(cycle))

@@ -13,21 +13,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from fretwear.data.dataset import (
-    Compared,
-    compared_cycles,
-    compared_results,
-    different_parameters,
-)
+from fretwear.data.dataset import compared_cycles, compared_results, different_parameters
 from fretwear.figures.axes import ValueAxis, label_curves, outside_key, set_cycle_axis
-from fretwear.figures.datasets import (
-    Array,
-    Cycles,
-    check_cases,
-    coordinate_value,
-    half_profiles,
-    variable_of,
-)
+from fretwear.figures.datasets import Array, Cycles, check_cases, half_profiles, variable_of
 from fretwear.figures.history import HALF_WIDTH_LABEL, draw_zone_widths
 from fretwear.figures.maps import add_scale, depth_scale, draw_wear_map, take_wear_map
 from fretwear.figures.profiles import (
@@ -40,7 +28,7 @@ from fretwear.figures.profiles import (
 )
 from fretwear.figures.style import CATEGORICAL, LINE_STYLES, MUTED, JournalFigure, styled
 from fretwear.study.parameters import symbol_text
-from fretwear.units import MICROMETRE, cycle_text, number_text, readable_unit
+from fretwear.units import MICROMETRE, cycle_text, in_unit, number_text, readable_unit
 from fretwear.vocabulary import RESULTS
 
 _PANELS = ("pressure", "shear_traction", "gap", "wear_depth")
@@ -76,27 +64,8 @@ def overview(
 ) -> Figure:
     """Draw pressure, shear, gap and wear along x, a map of the scar and the zones over cycles.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        One case, quarter or whole.
-    history : xarray.Dataset, optional
-        The case's dense history; without it the snapshots show how the zones change.
-    cycles : int or sequence of int, optional
-        Snapshots of the profiles; left out, at most six of those there are.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Six panels over two journal columns; the map is of the last snapshot of the case. In the
-        place of the map, which a line contact has none of, is the slip along x.
-
-    Raises
-    ------
-    TypeError
-        When `dataset` is not a dataset.
-    ValueError
-        When `dataset` has no fields or no such snapshot.
+    The map is of the last snapshot of the case; a line contact has none, in its place is the slip
+    along x. The zones are those of the case's dense `history` or, without it, of the snapshots.
     """
     panels = [half_profiles(dataset, name, cycles) for name in _PANELS]
     colors = cycle_colors(panels[0].cycles)
@@ -122,19 +91,16 @@ def overview(
     return figure
 
 
-def headline(dataset: xr.Dataset) -> str:
+def headline(case: xr.Dataset, names: Sequence[str] = _HEADLINE) -> str:
     """Return the parameters that identify a case, in symbols."""
-    return _in_symbols(dataset, _HEADLINE)
-
-
-def _in_symbols(case: xr.Dataset, names: Sequence[str]) -> str:
-    there = (name for name in names if name in case.coords)
-    return ", ".join(symbol_text(name, coordinate_value(case[name])) for name in there)
+    there = (case[name] for name in names if name in case.coords)
+    values = ((str(n.name), in_unit(n.item(), n.attrs.get("units", ""))) for n in there)
+    return ", ".join(symbol_text(*each) for each in values)
 
 
 @dataclass(frozen=True)
 class _Side:
-    """One of two cases, with what it is drawn in."""
+    """One of two cases, at one of its cycles, with what it is drawn in."""
 
     title: str
     case: xr.Dataset
@@ -142,10 +108,10 @@ class _Side:
     style: Mapping[str, Any]
     history: xr.Dataset
 
-    @property
-    def cycles(self) -> Array:
-        """The cycles of the history."""
-        return np.asarray(self.history["cycle"].values, dtype=np.float64)
+    def over_cycles(self, name: str) -> tuple[Array, Array]:
+        """The cycles of the history, and a result at each."""
+        cycles, values = (np.asarray(self.history[each].values) for each in ("cycle", name))
+        return cycles.astype(np.float64), values
 
 
 @styled
@@ -154,25 +120,9 @@ def compare_cases(
 ) -> Figure:
     """Lay two cases over each other: profiles, widths and volume over the cycles, ratios.
 
-    Parameters
-    ----------
-    cases : mapping of str to xarray.Dataset
-        Two cases, by what the key calls them.
-    histories : mapping of str to xarray.Dataset, optional
-        Their dense histories, by the same names; without them the snapshots are joined.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Six panels over two journal columns. Profiles and ratios are those of the last snapshot
-        that both cases have (`fretwear.data.dataset.compared_cycles`).
-
-    Raises
-    ------
-    TypeError
-        When `cases` is not a mapping of titles to datasets.
-    ValueError
-        When there are not two of them, or one has no fields.
+    The key calls the cases by their titles. Profiles and ratios are those of the last snapshot that
+    both have; `histories` are their dense histories by the same titles, without which snapshots are
+    joined by straight lines. More or fewer cases than two are a ValueError.
     """
     check_cases(cases, *_COMPARED)
     if len(cases) != 2:
@@ -188,27 +138,37 @@ def compare_cases(
         )
     ]
     figure = JournalFigure(2, 118.0)
-    grid = figure.subplots(2, 3)
-    for axes, name in zip(grid[0], _COMPARED, strict=True):
+    (*profiles,), (widths, volumes, ratios) = figure.subplots(2, 3)
+    for axes, name in zip(profiles, _COMPARED, strict=True):
         _draw_profiles(axes, sides, name)
-    _draw_widths(grid[1, 0], sides)
-    _draw_volumes(grid[1, 1], sides)
-    _draw_ratios(grid[1, 2], compared_results(first, second), sides)
-    outside_key(figure, [Line2D([], [], **side.style) for side in sides], _described(sides))
-    cycles = " and ".join(dict.fromkeys(cycle_text(side.cycle) for side in sides))
-    figure.suptitle(f"Profiles and ratios at cycle {cycles}", fontsize=7.5, x=0.99, ha="right")
-    return figure
-
-
-def _described(sides: Sequence[_Side]) -> list[str]:
-    """Return the titles with the parameters in which the cases differ."""
-    names = different_parameters(sides[0].case, sides[1].case)
-    told = [name for name in names if name not in _DERIVED][:_MOST_TOLD]
-    texts = [_in_symbols(side.case, told) for side in sides]
-    return [
+    for side in sides:
+        for zone, width in (("contact", 1.1), ("stick", 0.6)):
+            cycles, values = side.over_cycles(f"{zone}_half_width_x")
+            label = f"{side.title}, {zone}"
+            widths.plot(cycles, MICROMETRE.of(values), lw=width, label=label, **side.style)
+    widths.set_ylim(0.0, 1.1 * widths.dataLim.ymax)
+    widths.set_ylabel(HALF_WIDTH_LABEL)
+    widths.set_title("thick: contact, thin: stick")
+    worn = [side.over_cycles("wear_volume") for side in sides]
+    cycles, values = (np.concatenate(each) for each in zip(*worn, strict=True))
+    set_cycle_axis(widths, cycles)
+    axis = ValueAxis.of(variable_of(first, "wear_volume"), values)
+    for side, (at, volume) in zip(sides, worn, strict=True):
+        volumes.plot(at, axis.unit.of(volume), label=side.title, **side.style)
+    axis.set_cycles(volumes, cycles, values)
+    axis.set_limits(volumes, cycles, values)
+    volumes.set_ylabel(axis.label)
+    _draw_ratios(ratios, sides)
+    names = [name for name in different_parameters(first, second) if name not in _DERIVED]
+    texts = (headline(side.case, names[:_MOST_TOLD]) for side in sides)
+    described = [
         f"{side.title}: {text}" if text not in ("", side.title) else side.title
         for side, text in zip(sides, texts, strict=True)
     ]
+    outside_key(figure, [Line2D([], [], **side.style) for side in sides], described)
+    at_cycles = " and ".join(dict.fromkeys(cycle_text(side.cycle) for side in sides))
+    figure.suptitle(f"Profiles and ratios at cycle {at_cycles}", fontsize=7.5, x=0.99, ha="right")
+    return figure
 
 
 def _draw_profiles(axes: Axes, sides: Sequence[_Side], name: str) -> None:
@@ -226,38 +186,16 @@ def _draw_profiles(axes: Axes, sides: Sequence[_Side], name: str) -> None:
     frame.apply(axes, both[0].field)
 
 
-def _draw_widths(axes: Axes, sides: Sequence[_Side]) -> None:
-    for side in sides:
-        for zone, width in (("contact", 1.1), ("stick", 0.6)):
-            values = MICROMETRE.of(side.history[f"{zone}_half_width_x"].values)
-            label = f"{side.title}, {zone}"
-            axes.plot(side.cycles, values, lw=width, label=label, **side.style)
-    axes.set_ylim(0.0, 1.1 * axes.dataLim.ymax)
-    axes.set_ylabel(HALF_WIDTH_LABEL)
-    axes.set_title("thick: contact, thin: stick")
-    set_cycle_axis(axes, np.concatenate([side.cycles for side in sides]))
-
-
-def _draw_volumes(axes: Axes, sides: Sequence[_Side]) -> None:
-    cycles = np.concatenate([side.cycles for side in sides])
-    volumes = np.concatenate([side.history["wear_volume"].values for side in sides])
-    axis = ValueAxis.of(variable_of(sides[0].case, "wear_volume"), volumes)
-    for side in sides:
-        values = axis.unit.of(side.history["wear_volume"].values)
-        axes.plot(side.cycles, values, label=side.title, **side.style)
-    axis.set_cycles(axes, cycles, volumes)
-    axis.set_limits(axes, cycles, volumes)
-    axes.set_ylabel(axis.label)
-
-
-def _draw_ratios(axes: Axes, results: Sequence[Compared], sides: Sequence[_Side]) -> None:
-    """Draw the ratios as points about 1, each with its number."""
+def _draw_ratios(axes: Axes, sides: Sequence[_Side]) -> None:
+    """Draw the ratios of results as points about 1, each with its number."""
+    first, second = sides
+    results = compared_results(first.case, second.case)
     shown = [result for result in results if result.ratio > 0.0 and np.isfinite(result.ratio)]
     ratios = np.array([result.ratio for result in shown])
     rows = np.arange(len(shown))[::-1]
     axes.axvline(1.0, color=MUTED, lw=0.6)
     axes.hlines(rows, np.minimum(ratios, 1.0), np.maximum(ratios, 1.0), color="#bbbbbb", lw=1.0)
-    axes.plot(ratios, rows, "o", color=sides[1].style["color"], markersize=3.5, label="ratio")
+    axes.plot(ratios, rows, "o", color=second.style["color"], markersize=3.5, label="ratio")
     low = min(float(ratios.min(initial=1.0)), 1.0 / _LEAST_SPREAD)
     high = max(float(ratios.max(initial=1.0)), _LEAST_SPREAD)
     axes.set_xscale("log")
@@ -272,4 +210,4 @@ def _draw_ratios(axes: Axes, results: Sequence[Compared], sides: Sequence[_Side]
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.tick_params(axis="y", length=0)
     axes.spines["left"].set_visible(False)
-    axes.set_xlabel(f"{sides[1].title} / {sides[0].title}")
+    axes.set_xlabel(f"{second.title} / {first.title}")

@@ -1,4 +1,4 @@
-"""What figures take from datasets: a field along x, snapshots, envelopes of rough profiles."""
+"""What figures take from datasets: snapshots, a field along x, envelopes of rough profiles."""
 
 from __future__ import annotations
 
@@ -17,7 +17,6 @@ from fretwear.data.dataset import mirrored
 from fretwear.data.merge import PROFILES
 from fretwear.data.positions import representative_cycles
 from fretwear.study.case import Case
-from fretwear.units import in_unit
 from fretwear.vocabulary import FIELDS, RESULTS, ContactState, Field, Variable
 
 Array = NDArray[np.float64]
@@ -62,8 +61,7 @@ class HalfProfiles:
     @property
     def is_wavy(self) -> bool:
         """Whether waves crowd the profile, so that an envelope helps to read it."""
-        spacing = float(self.x[1] - self.x[0])
-        resolved = self.wavelength >= _CELLS_PER_WAVE * spacing
+        resolved = self.wavelength >= _CELLS_PER_WAVE * float(self.x[1] - self.x[0])
         return resolved and self.wavelength < 0.5 * float(np.nanmax(self.contact_half_width))
 
     def readable(self, envelope: Envelope | None = None) -> HalfProfiles:
@@ -83,61 +81,40 @@ def half_profiles(
 ) -> HalfProfiles:
     """Take one field on the line nearest y = 0: along x > 0, or all of x where it is not even.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        One case, quarter or whole, or one point of a merged study.
-    field : Field or str
-        Field of a case, or its name, such as ``pressure``.
-    cycles : sequence of int, optional
-        Snapshots to take; if left out at most six of those that `dataset` has.
-    reach : float
-        How far, m, the gap is wanted: beyond the cells stored it is computed from the pressure.
-
-    Raises
-    ------
-    TypeError
-        When `dataset` is not a dataset.
-    ValueError
-        When `dataset` lacks the field, varies in more than cycle, x and y, or lacks a cycle.
+    The gap goes on to `reach`, m: beyond the cells stored it is computed from the pressure. Errors
+    are those of `snapshots`; a dataset that varies in more than cycle, x and y is a `ValueError`.
     """
     check_dataset(dataset)
     field = field_of(field)
-    dataset = with_cycles(dataset)
-    merged = [name for name, each in PROFILES.items() if each.name == field.name]
-    name = next((name for name in (field.name, *merged) if name in dataset), field.name)
-    require(dataset, name)
-    extra = set(dataset[name].dims) - {"cycle", "x", "y"}
-    if extra:
+    merged = (name for name, each in PROFILES.items() if each.name == field.name)
+    name = next((each for each in (field.name, *merged) if each in dataset), field.name)
+    picked = snapshots(dataset, cycles, name)
+    if extra := set(picked[name].dims) - {"cycle", "x", "y"}:
         raise ValueError(
             f"{name} varies along {sorted(map(str, extra))}: "
             "select one point first, for example with dataset.isel(...)."
         )
-    picked = dataset.sel(cycle=list(checked_cycles(dataset, cycles)))
-    line = line_near_the_middle(picked[name])
-    line = line.transpose("cycle", "x")
-    if line["x"][0] < 0.0 and is_even(line.values):
-        line = line.isel(x=np.flatnonzero(line["x"].values > 0.0))
+    line = line_near_the_middle(picked[name]).transpose("cycle", "x")
     x, values = line["x"].values.astype(np.float64), line.values.astype(np.float64)
+    tolerance = _ALIKE * float(np.nanmax(np.abs(values), initial=0.0))
+    if x[0] < 0.0 and np.allclose(values, values[:, ::-1], 0.0, tolerance, equal_nan=True):
+        x, values = x[x > 0.0], values[:, x > 0.0]
     stick = None
     if x[0] < 0.0 and "contact_state" in picked:
         state = line_near_the_middle(picked["contact_state"].isel(cycle=-1)).values
         stick = x[state == ContactState.STICK]
-    contact = picked["contact_half_width_x"].values.astype(np.float64)
+    waves = (dataset.coords.get(f"roughness_{each}", 0.0) for each in ("amplitude", "slope_x"))
+    amplitude, slope = map(float, waves)
+    wavelength = 4.0 * amplitude / math.tan(slope) if slope > 0.0 else 0.0
+    contact, stuck = (
+        picked[f"{zone}_half_width_x"].values.astype(np.float64) for zone in ("contact", "stick")
+    )
     if math.isnan(field.outside):
         reach = max(reach, BEYOND_CONTACT * float(contact.max(initial=0.0)))
-        x, values = _with_gap_outside(picked, x, values, reach + roughness_wavelength(dataset))
-    return HalfProfiles(
-        field=field,
-        x=x,
-        cycles=picked["cycle"].values.astype(np.float64),
-        values=values,
-        contact_half_width=contact,
-        stick_half_width=picked["stick_half_width_x"].values.astype(np.float64),
-        wavelength=roughness_wavelength(dataset),
-        is_capped=bool(np.isfinite(float(dataset.coords.get("plastic_limit", np.inf)))),
-        stick=stick,
-    )
+        x, values = _with_gap_outside(picked, x, values, reach + wavelength)
+    is_capped = math.isfinite(float(dataset.coords.get("plastic_limit", math.inf)))
+    at = picked["cycle"].values.astype(np.float64)
+    return HalfProfiles(field, x, at, values, contact, stuck, wavelength, is_capped, stick)
 
 
 def _with_gap_outside(
@@ -146,35 +123,37 @@ def _with_gap_outside(
     """Continue gaps along x to a reach where the shape of the case and its pressure are known.
 
     There the surface is unworn: its gap, and by Boussinesq the displacement u = Σ p dA/πE*r of the
-    cells under pressure, which are far away; in a line contact u = −Σ 2 p dx ln(r)/πE*. Both are
-    counted from the last cell stored.
+    cells under pressure; in a line contact u = −Σ 2 p dx ln(r)/πE*. Both are counted from the last
+    cell stored; where that is loaded itself, r is its mean distance from itself.
     """
-    more = np.arange(x[-1] + x[1] - x[0], reach, x[1] - x[0])
+    step = float(x[1] - x[0])
+    more = np.arange(x[-1] + step, reach, step)
     if not more.size or "pressure" not in dataset or "parameters" not in dataset.attrs:
         return x, gaps
     case = Case(**json.loads(dataset.attrs["parameters"]))
     if not all(part.is_known for part in case.surfaces.values()):
         return x, gaps
+    is_line = case.indenter.is_line
     whole = mirrored(dataset[["pressure"]]).transpose("cycle", "x", ...)
-    pressure, at_x, at_y = whole["pressure"].values, whole["x"].values[:, None], np.zeros((1, 1))
-    area, pressure = float(at_x[1, 0] - at_x[0, 0]), pressure.reshape(*pressure.shape[:2], -1)
-    width = 0.0
-    if not case.indenter.is_line:
-        at_y = whole["y"].values[None, :]
-        width = float(at_y[0, 1] - at_y[0, 0])
-        area *= width
+    at_x = whole["x"].values[:, None]
+    at_y = np.zeros((1, 1)) if is_line else whole["y"].values[None, :]
     y = np.abs(at_y).min(axis=1)
+    width = 1.0 if is_line else float(at_y[0, 1] - at_y[0, 0])
+    # The means over a cell of 1/r and of ln r, r the distance from its centre.
+    inverse = 2.0 * (math.asinh(width / step) / width + math.asinh(step / width) / step)
+    nearest = step / (2.0 * math.e) if is_line else 1.0 / inverse
+    pressure = whole["pressure"].values.astype(np.float64).reshape(len(gaps), -1)
     loaded = (pressure > 0.0).any(axis=0)
-    forces = area / (math.pi * case.composite_modulus) * pressure[:, loaded].astype(np.float64)
-    at_x, at_y = (np.broadcast_to(each, loaded.shape)[loaded] for each in (at_x, at_y))
+    forces = step * width / (math.pi * case.composite_modulus) * pressure[:, loaded]
+    at_x, at_y = (each.ravel()[loaded] for each in np.broadcast_arrays(at_x, at_y))
 
     def changes(points: Array) -> Array:
         heights = case.indenter.gap(points[:, None], y[None, :])[:, 0]
         if case.rough is not None:
-            cell = None if case.indenter.is_line else (points[1] - points[0], width)
+            cell = None if is_line else (float(points[1] - points[0]), width)
             heights = heights + case.rough.on_cells(points, y, cell)[:, 0]
-        distances = (np.hypot(point - at_x, y - at_y) for point in points)
-        kernels = (-2.0 * np.log(r) if case.indenter.is_line else 1.0 / r for r in distances)
+        away = (np.maximum(np.hypot(point - at_x, y - at_y), nearest) for point in points)
+        kernels = (-2.0 * np.log(r) if is_line else 1.0 / r for r in away)
         changed = heights + np.column_stack([forces @ kernel for kernel in kernels])
         return np.asarray(changed[:, 1:] - changed[:, :1])
 
@@ -183,12 +162,6 @@ def _with_gap_outside(
         return np.concatenate([x, more]), np.concatenate([gaps, right], axis=1)
     left = (gaps[:, :1] + changes(np.concatenate([x[:1], -more])))[:, ::-1]
     return np.concatenate([-more[::-1], x, more]), np.concatenate([left, gaps, right], axis=1)
-
-
-def is_even(values: NDArray[Any]) -> bool:
-    """Tell whether profiles over the whole of x look alike on both sides."""
-    tolerance = _ALIKE * float(np.nanmax(np.abs(values), initial=0.0))
-    return np.allclose(values, values[:, ::-1], rtol=0.0, atol=tolerance, equal_nan=True)
 
 
 def field_of(quantity: Field | str) -> Field:
@@ -208,25 +181,11 @@ def variable_of(dataset: xr.Dataset, name: str) -> Variable:
     return RESULTS[name].in_units(dataset[name].attrs.get("units", RESULTS[name].si_unit))
 
 
-def coordinate_value(coordinate: xr.DataArray) -> Any:
-    """Return the value of a scalar coordinate as its texts need it."""
-    return in_unit(coordinate.item(), coordinate.attrs.get("units", ""))
-
-
 def line_near_the_middle(values: xr.DataArray) -> xr.DataArray:
     """Return the line of cells nearest y = 0 of a field, which may be that line already."""
     if "y" not in values.dims:
         return values
     return values.isel(y=int(np.abs(values["y"].values).argmin()))
-
-
-def roughness_wavelength(dataset: xr.Dataset) -> float:
-    """Return the wavelength 4A/tan θ_x of the waves along x in m, 0 when there are none."""
-    if not {"roughness_amplitude", "roughness_slope_x"} <= set(dataset.coords):
-        return 0.0
-    slope = math.tan(float(dataset["roughness_slope_x"]))
-    amplitude = float(dataset["roughness_amplitude"])
-    return 4.0 * amplitude / slope if slope > 0.0 else 0.0
 
 
 def with_cycles(dataset: xr.Dataset) -> xr.Dataset:
@@ -246,14 +205,24 @@ def available_cycles(dataset: xr.Dataset) -> list[int]:
     return [int(cycle) for cycle in cycles]
 
 
-def checked_cycles(dataset: xr.Dataset, cycles: Cycles) -> Sequence[int]:
-    """Return the cycles asked for, or at most six; refuse those without a snapshot."""
+def snapshots(
+    dataset: xr.Dataset,
+    cycles: Cycles,
+    *names: str,
+    default: Callable[[list[int]], Sequence[int]] = representative_cycles,
+) -> xr.Dataset:
+    """Return a dataset at the cycles asked for or, if left out, at those that `default` picks.
+
+    What is not a dataset is a `TypeError`, one that lacks a cycle or one of the variables `names`
+    a `ValueError`.
+    """
+    check_dataset(dataset)
+    require(dataset, *names)
+    dataset = with_cycles(dataset)
     available = available_cycles(dataset)
     if not available:
         raise ValueError("This point of the study is not done: it has no snapshot to draw.")
-    if cycles is None:
-        return representative_cycles(available)
-    wanted: list[int] = np.atleast_1d(cycles).tolist()
+    wanted = list(default(available)) if cycles is None else np.atleast_1d(cycles).tolist()
     unknown = [cycle for cycle in wanted if cycle not in available]
     if unknown or not wanted:
         raise ValueError(
@@ -261,7 +230,7 @@ def checked_cycles(dataset: xr.Dataset, cycles: Cycles) -> Sequence[int]:
             if wanted
             else f"cycles = []: give some of the snapshots of this dataset, {available}."
         )
-    return wanted
+    return dataset.sel(cycle=wanted)
 
 
 def envelope_of(field: Field) -> Envelope:
@@ -283,8 +252,7 @@ def peak_envelope(x: Array, values: Array, wavelength: float) -> Array:
         cells = np.flatnonzero((wave == index) & np.isfinite(values))
         if cells.size:
             highest = cells[np.argmax(values[cells])]
-            flat = values[highest] <= 0.0
-            knots.append(float(x[cells].mean() if flat else x[highest]))
+            knots.append(float(x[highest] if values[highest] > 0.0 else x[cells].mean()))
             heights.append(float(values[highest]))
     if len(knots) < 2:
         return values
@@ -308,8 +276,7 @@ def wave_mean(x: Array, values: Array, wavelength: float) -> Array:
     if values.size <= half:
         return values
     before = values[:half][::-1] if x[0] > 0.0 else np.full(half, np.nan)
-    continued = np.concatenate([before, values, np.full(half, np.nan)])
-    return np.convolve(continued, window, mode="valid")
+    return np.convolve(np.concatenate([before, values, np.full(half, np.nan)]), window, "valid")
 
 
 def check_dataset(dataset: Any) -> None:
@@ -330,10 +297,7 @@ def check_dataset(dataset: Any) -> None:
 
 
 def check_cases(cases: Any, *fields: str) -> None:
-    """Raise a `TypeError` for what is not a mapping of titles to datasets.
-
-    It is a `ValueError` when there is no case, or one lacks a field.
-    """
+    """Refuse what is not a mapping of titles to datasets, or has none, or lacks a field."""
     if not isinstance(cases, Mapping) or isinstance(cases, xr.Dataset):
         raise TypeError(
             f"Cases are given by their titles, not as a {type(cases).__name__}; "
@@ -351,12 +315,11 @@ def require(dataset: xr.Dataset, *names: str) -> None:
     missing = next((name for name in names if name not in dataset), None)
     if missing is None:
         return
+    reason = f"it has {', '.join(sorted(map(str, dataset.data_vars))) or 'none at all'}"
     if "step" in dataset.dims:
         reason = "it is the history of a case, which has no fields; open_case opens the case"
     elif "status" in dataset:
         reason = (
             "it is a merged study, which has profiles and no fields; open the case with open_case"
         )
-    else:
-        reason = f"it has {', '.join(sorted(map(str, dataset.data_vars))) or 'none at all'}"
     raise ValueError(f"The dataset has no variable {missing!r}: {reason}.")

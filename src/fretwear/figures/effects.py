@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
-from matplotlib.colors import LogNorm, Normalize
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, NullFormatter
@@ -25,7 +25,13 @@ from fretwear.data.sensitivity import (
     sobol_indices,
     unit_points,
 )
-from fretwear.figures.axes import ValueAxis, label_outer, make_panels, outside_key
+from fretwear.figures.axes import (
+    ValueAxis,
+    label_outer,
+    make_panels,
+    outside_key,
+    parameter_label,
+)
 from fretwear.figures.maps import add_scale
 from fretwear.figures.style import (
     CATEGORICAL,
@@ -33,6 +39,7 @@ from fretwear.figures.style import (
     MARKERS,
     MUTED,
     JournalFigure,
+    look,
     sequential_colormap,
     sequential_colours,
     styled,
@@ -54,9 +61,10 @@ def effects(summary: xr.Dataset, quantities: Sequence[str] = HEADLINES) -> Figur
     """Draw final results of a merged study, a row each, against every parameter, a column each.
 
     A thin line joins cases that differ in this parameter alone; its colour tells the value of the
-    other parameter on which the change depends most. The points of a sampled study have no such
-    lines: these are scatter plots. Results that no case has, or that are zero in all, are left out.
-    It is a `ValueError` when no parameter is varied, or no point is done.
+    other parameter on which the change depends most. The points of a sampled study and seeds,
+    which have no order, have no such lines: these are scatter plots. Results that no case has, or
+    that are zero in all, are left out. It is a `ValueError` when no parameter is varied, or no
+    point is done.
     """
     points = Points.of(summary)
     names = [n for n in quantities if np.nan_to_num(points.results.get(n, 0.0)).any()]
@@ -70,44 +78,45 @@ def effects(summary: xr.Dataset, quantities: Sequence[str] = HEADLINES) -> Figur
         for name in names
         for varied in points.levels
     }
-    looks = _looks(points, list(dict.fromkeys(each for each in dividers.values() if each)))
+    # No two levels of the parameters that part lines look alike, as long as there are colours
+    # enough; a parameter beyond that has a ramp of colours and no marks.
+    looks: dict[tuple[str | None, int], tuple[str, str]] = {}
+    taken = 0
+    for parting in filter(None, dict.fromkeys(dividers.values())):
+        count = len(points.levels[parting])
+        pairs = list(zip(CATEGORICAL, MARKERS, strict=False))[taken : taken + count]
+        if len(pairs) == count:
+            taken += count
+        else:
+            pairs = [(color, "") for color in sequential_colours(count)]
+        looks |= {(parting, place): pair for place, pair in enumerate(pairs)}
     for row, name in zip(grid, names, strict=True):
-        known = points.results[name][np.isfinite(points.results[name])]
-        axis = ValueAxis.of(points.variables[name], known)
+        results = points.results[name]
+        axis = ValueAxis.of(points.variables[name], results[np.isfinite(results)])
         for axes, varied in zip(row, points.levels, strict=True):
-            values = axis.unit.of(points.results[name])
-            _draw_effect(axes, points, varied, values, dividers[name, varied], looks)
-        axis.set_limits(row[0], np.ones(len(points.ids)), points.results[name])
+            divider = dividers[name, varied]
+            _draw_effect(axes, points, varied, axis.unit.of(results), divider, looks)
+        axis.set_limits(row[0], np.ones(len(points.ids)), results)
         row[0].set_ylabel(axis.wrapped_label, fontsize=6.0)
     for axes, varied in zip(grid[-1], points.levels, strict=True):
-        _name_levels(axes, points, varied)
+        if not points.lines[varied] and varied in points.parameters:
+            axes.set_xlabel(parameter_label(varied))
+            _scale(axes.xaxis, points.parameters[varied])
+            continue
+        levels = points.levels[varied]
+        axes.set_xlabel(parameter(varied).words)
+        axes.set_xlim(-0.25, len(levels) - 0.75)
+        shown = np.unique(np.linspace(0, len(levels) - 1, min(_MOST_TICKS, len(levels))).round())
+        texts = [value_text(varied, levels[int(place)]) for place in shown]
+        axes.set_xticks(shown, texts, fontsize=5.5, rotation=30 if sum(map(len, texts)) > 26 else 0)
     label_outer(list(grid.flat), across)
     figure.align_ylabels(grid[:, 0])
-    keyed = [(*each, *look) for each, look in looks.items() if look[1]]
+    keyed = {level: pair for level, pair in looks.items() if pair[1]}
     if keyed:
-        handles = [Line2D([], [], color=color, marker=mark) for *_, color, mark in keyed]
-        texts = [symbol_text(n, points.levels[n][level]) for n, level, *_ in keyed]
+        handles = [Line2D([], [], color=color, marker=mark) for color, mark in keyed.values()]
+        texts = [symbol_text(str(n), points.levels[str(n)][level]) for n, level in keyed]
         outside_key(figure, handles, texts)
     return figure
-
-
-def _looks(points: Points, dividers: Sequence[str]) -> dict[tuple[str, int], tuple[str, str]]:
-    """Return colour and mark for each level of the parameters that part lines, by name and place.
-
-    As long as there are colours enough no two have the same; a parameter beyond that has a ramp of
-    colours and no marks.
-    """
-    looks: dict[tuple[str, int], tuple[str, str]] = {}
-    taken = 0
-    for name in dividers:
-        count = len(points.levels[name])
-        pairs = list(zip(CATEGORICAL, MARKERS, strict=False))[taken : taken + count]
-        if len(pairs) < count:
-            pairs = [(color, "") for color in sequential_colours(count)]
-        else:
-            taken += count
-        looks |= {(name, place): pair for place, pair in enumerate(pairs)}
-    return looks
 
 
 def _draw_effect(
@@ -116,7 +125,7 @@ def _draw_effect(
     varied: str,
     values: Array,
     divider: str | None,
-    looks: Mapping[tuple[str, int], tuple[str, str]],
+    looks: Mapping[tuple[str | None, int], tuple[str, str]],
 ) -> None:
     x, lines = _places(points, varied), points.lines[varied]
     # What a seed does is chance: a line would look like a trend.
@@ -124,10 +133,10 @@ def _draw_effect(
         axes.plot(x, values, ".", markersize=2.5, color=CATEGORICAL[0])
         axes.margins(x=0.06)
         return
-    place = points.place(divider) if divider else np.zeros(len(x), dtype=int)
-    look = [looks.get((divider or "", int(each)), (MUTED, ".")) for each in place]
-    for color, mark in dict.fromkeys(look):
-        of = np.array([each == (color, mark) for each in look])
+    place = points.place(divider).tolist() if divider else [0] * len(x)
+    look_of = [looks.get((divider, each), (MUTED, ".")) for each in place]
+    for color, mark in dict.fromkeys(look_of):
+        of = np.array([each == (color, mark) for each in look_of])
         # One path with gaps: thousands of lines are drawn in the time of a few.
         rows = [row for line in lines if of[line[0]] for row in (*line, -1)]
         path_x, path_y = (np.append(each, np.nan)[rows] for each in (x, values))
@@ -142,25 +151,9 @@ def _draw_effect(
 
 def _places(points: Points, varied: str) -> Array:
     """Return where the points stand on the axis of a parameter: its value, or its place."""
-    if points.lines[varied]:
+    if points.lines[varied] or varied not in points.parameters:
         return points.place(varied).astype(np.float64)
-    values = points.parameters.get(varied)
-    if values is None:
-        return points.place(varied).astype(np.float64)
-    return np.asarray(parameter(varied).unit.of(values))
-
-
-def _name_levels(axes: Axes, points: Points, varied: str) -> None:
-    levels = points.levels[varied]
-    axes.set_xlabel(parameter(varied).words)
-    if not points.lines[varied] and varied in points.parameters:
-        axes.set_xlabel(_label(varied))
-        _scale(axes.xaxis, points.parameters[varied])
-        return
-    axes.set_xlim(-0.25, len(levels) - 0.75)
-    shown = np.unique(np.linspace(0, len(levels) - 1, min(_MOST_TICKS, len(levels))).round())
-    texts = [value_text(varied, levels[int(place)]) for place in shown]
-    axes.set_xticks(shown, texts, fontsize=5.5, rotation=30 if sum(map(len, texts)) > 26 else 0)
+    return np.asarray(parameter(varied).unit.of(points.parameters[varied]))
 
 
 def _scale(axis: Axis, values: Array) -> None:
@@ -184,27 +177,25 @@ def effect_map(summary: xr.Dataset, quantity: str = "wear_volume") -> Figure:
         raise ValueError("A heat map needs two parameters whose values are combined.")
     # Columns, then rows, in the order of the study.
     down, across = sorted(by_length[:2], key=list(points.levels).index)
-    variable, values = points.variables[quantity], points.results[quantity]
     others = [name for name in points.levels if name not in (down, across)]
     keys = list(zip(*(points.place(name).tolist() for name in others), strict=True))
     panels = list(dict.fromkeys(keys)) or [()]
     few = np.linspace(0, len(panels) - 1, min(_MOST_MAPS, len(panels))).astype(int)
     panels = [panels[place] for place in few]
-    axis = ValueAxis.of(variable, values[np.isfinite(values)])
-    shown = axis.unit.of(values[np.isfinite(values)])
-    norm = (LogNorm if axis.is_logarithmic else Normalize)(float(shown.min()), float(shown.max()))
+    axis, shown, norm = _coloured(points, quantity)
     columns = min(3, len(panels))
-    rows = -(-len(panels) // columns)
-    figure = JournalFigure(2 if columns > 1 else 1, 14.0 + 62.0 * rows)
-    grid = make_panels(figure, len(panels), columns, "all")
+    figure, grid = make_panels(2 if columns > 1 else 1, len(panels), columns, (14.0, 62.0))
     for axes, key in zip(grid, panels, strict=True):
         table = np.full((len(points.levels[down]), len(points.levels[across])), np.nan)
         inside = [row for row, each in enumerate(keys) if each == key] if others else slice(None)
         where = points.place(down)[inside], points.place(across)[inside]
-        table[where] = axis.unit.of(values[inside])
+        table[where] = shown[inside]
         axes.imshow(table, origin="lower", aspect="auto", norm=norm, cmap=sequential_colormap())
-        if table.size <= _MOST_WRITTEN:
-            _write_numbers(axes, table, norm)
+        is_written = np.isfinite(table) & (table.size <= _MOST_WRITTEN)
+        for (row, column), value in np.ndenumerate(table):
+            if is_written[row, column]:
+                color, text = "white" if norm(value) > 0.35 else INK, fixed_digits(value, 3)
+                axes.text(column, row, text, color=color, fontsize=5.0, ha="center", va="center")
         held = zip(others, key, strict=True)
         axes.set_title(", ".join(symbol_text(name, points.levels[name][i]) for name, i in held))
         for name, set_ticks, label in (
@@ -218,13 +209,6 @@ def effect_map(summary: xr.Dataset, quantity: str = "wear_volume") -> Figure:
     label_outer(grid, columns)
     add_scale(figure, grid, ScalarMappable(norm, sequential_colormap()), axis.label)
     return figure
-
-
-def _write_numbers(axes: Axes, table: Array, norm: Normalize) -> None:
-    for (row, column), value in np.ndenumerate(table):
-        if np.isfinite(value):
-            color, text = "white" if norm(value) > 0.35 else INK, fixed_digits(value, 3)
-            axes.text(column, row, text, color=color, fontsize=5.0, ha="center", va="center")
 
 
 @styled
@@ -254,19 +238,18 @@ def sensitivity(summary: xr.Dataset, quantities: Sequence[str] = HEADLINES) -> F
         values = points.results[name]
         values = np.log(values) if indices.of_logarithm else values
         settled = [sobol_indices(unit[:n], values[:n, None], sizes)[0].total for n in counts]
-        for position, total in enumerate(np.transpose(settled)):
-            color = CATEGORICAL[position % len(CATEGORICAL)]
-            curves.plot(counts, total, marker=MARKERS[position % len(MARKERS)], color=color)
+        for place, total in enumerate(np.transpose(settled)):
+            color, mark = look(place)
+            curves.plot(counts, total, marker=mark, color=color)
         curves.set_ylim(-0.03, 1.03)
         curves.set_xscale("log", base=2)
         curves.set_xticks(counts, [str(count) for count in counts])
     grid[-1, 0].set_xticks(range(len(points.levels)), [parameter(n).symbol for n in points.levels])
     grid[-1, 1].set_xlabel("number of points")
+    figure.supylabel("Sobol index", fontsize=7.5)
     words = [f"{parameter(n).symbol}  {parameter(n).words}" for n in points.levels]
-    handles = [
-        Line2D([], [], color=CATEGORICAL[i % len(CATEGORICAL)], marker=MARKERS[i % len(MARKERS)])
-        for i in range(len(words))
-    ]
+    looks = map(look, range(len(words)))
+    handles = [Line2D([], [], color=color, marker=mark) for color, mark in looks]
     outside_key(figure, handles, words)
     return figure
 
@@ -276,11 +259,9 @@ def _draw_bars(axes: Axes, indices: Indices) -> None:
         (-0.2, indices.first, indices.first_range, "full"),
         (0.2, indices.total, indices.total_range, "none"),
     ):
-        for place, value in enumerate(values):
-            color = CATEGORICAL[place % len(CATEGORICAL)]
-            low, high = (float(end[place]) for end in ends)
+        for place, (value, low, high) in enumerate(zip(values, *ends, strict=True)):
+            color, mark = look(place)
             axes.plot([place + offset] * 2, [low, high], color=color, lw=1.0)
-            mark = MARKERS[place % len(MARKERS)]
             axes.plot(place + offset, value, mark, color=color, fillstyle=fill, markersize=4.0)
     axes.axhline(0.0, color=MUTED, lw=0.5)
     axes.set_ylim(-0.03, 1.03)
@@ -300,37 +281,29 @@ def scatter_matrix(summary: xr.Dataset, quantity: str = "wear_volume") -> Figure
         raise ValueError("A scatter matrix needs two varied parameters or more.")
     axis, shown, norm = _coloured(points, quantity)
     columns = {name: _places(points, name) for name in names}
+    labels = {name: "\n".join(wrap(parameter_label(name), 18)) for name in names}
     figure = JournalFigure(2, _HEAD + 36.0 * len(names))
     grid = figure.subplots(len(names), len(names), sharex="col", sharey="row", squeeze=False)
-    rows = [*((name, columns[name]) for name in names[1:]), (quantity, shown)]
-    for row, (name, values) in zip(grid, rows, strict=True):
-        is_result = name == quantity
-        for place, (axes, across) in enumerate(zip(row, names, strict=True)):
-            if not is_result and place > names.index(name) - 1:
-                axes.remove()
-                continue
-            axes.scatter(
-                columns[across], values, s=5.0, c=shown, cmap=sequential_colormap(), norm=norm, lw=0
-            )
+    dots = {"s": 5.0, "c": shown, "cmap": sequential_colormap(), "norm": norm, "lw": 0}
+    # The first row has the second parameter over the first, the last the result over all.
+    for number, (row, name) in enumerate(zip(grid, [*names[1:], None], strict=True), 1):
+        values = columns[name] if name else shown
+        for axes, across in zip(row[:number], names, strict=False):
+            axes.scatter(columns[across], values, **dots)
             axes.margins(0.06)
-        if is_result:
-            row[0].set_yscale("log" if axis.is_logarithmic else "linear")
-            row[0].set_ylabel(axis.wrapped_label, fontsize=6.0)
-        else:
+        for axes in row[number:]:
+            axes.remove()
+        if name:
             _scale(row[0].yaxis, values)
-            row[0].set_ylabel("\n".join(wrap(_label(name), 18)), fontsize=6.0)
+        else:
+            row[0].set_yscale("log" if axis.is_logarithmic else "linear")
+        row[0].set_ylabel(labels[name] if name else axis.wrapped_label, fontsize=6.0)
     for axes, name in zip(grid[-1], names, strict=True):
         _scale(axes.xaxis, columns[name])
-        axes.set_xlabel(_label(name), fontsize=6.0)
+        axes.set_xlabel(parameter_label(name), fontsize=6.0)
     figure.align_ylabels(grid[:, 0])
     add_scale(figure, list(grid[-1]), ScalarMappable(norm, sequential_colormap()), axis.label)
     return figure
-
-
-def _label(name: str) -> str:
-    about = parameter(name)
-    unit = getattr(about, "unit", None)
-    return f"{about.words} ({unit.name})" if unit and unit.name else about.words
 
 
 def _coloured(points: Points, quantity: str) -> tuple[ValueAxis, Array, Normalize]:
@@ -338,9 +311,7 @@ def _coloured(points: Points, quantity: str) -> tuple[ValueAxis, Array, Normaliz
     values = points.results[quantity]
     axis = ValueAxis.of(points.variables[quantity], values[np.isfinite(values)])
     shown = axis.unit.of(values)
-    known = shown[np.isfinite(shown) & (shown > 0.0 if axis.is_logarithmic else True)]
-    norm = (LogNorm if axis.is_logarithmic else Normalize)(float(known.min()), float(known.max()))
-    return axis, shown, norm
+    return axis, shown, axis.colours(shown)
 
 
 @styled

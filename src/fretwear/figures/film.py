@@ -25,14 +25,7 @@ from fretwear.data.dataset import mirrored
 from fretwear.data.safe import atomic_path
 from fretwear.figures.axes import label_curves, outside_key
 from fretwear.figures.cases import headline
-from fretwear.figures.datasets import (
-    HalfProfiles,
-    check_dataset,
-    checked_cycles,
-    half_profiles,
-    line_near_the_middle,
-    require,
-)
+from fretwear.figures.datasets import half_profiles, line_near_the_middle, snapshots
 from fretwear.figures.history import draw_zone_widths
 from fretwear.figures.maps import draw_map
 from fretwear.figures.profiles import frame_of
@@ -88,59 +81,71 @@ class CaseAnimation:
         the last one longest.
     """
 
-    def __init__(self, dataset: xr.Dataset, history: xr.Dataset, cycles: Sequence[int]) -> None:
-        self.cycles = tuple(int(cycle) for cycle in cycles)
+    def __init__(self, shown: xr.Dataset, history: xr.Dataset) -> None:
+        self.cycles = tuple(int(cycle) for cycle in shown["cycle"].values)
         self.seconds = durations(self.cycles)
-        shown = dataset.sel(cycle=list(self.cycles))
-        whole = mirrored(shown[list(_FIELDS)])
+        self._shown, self._whole = shown, mirrored(shown[list(_FIELDS)])
+        self._reach = _BEYOND_CONTACT * float(shown["contact_half_width_x"].max())
         self._updates: list[Callable[[int], None]] = []
         with style_context():
             self.figure: Figure = JournalFigure(2, _HEIGHT)
-            grid = self.figure.subplots(2, 2, width_ratios=(1.55, 1.0), height_ratios=(1.25, 1.0))
+            (pressure, zones), (wear, widths) = self.figure.subplots(
+                2, 2, width_ratios=(1.55, 1.0), height_ratios=(1.25, 1.0)
+            )
             title = self.figure.suptitle("", fontsize=9, x=0.006, ha="left")
-            words = [f"Cycle {cycle_text(n)}    {headline(dataset)}" for n in self.cycles]
+            words = [f"Cycle {cycle_text(n)}    {headline(shown)}" for n in self.cycles]
             self._updates.append(lambda index: title.set_text(words[index]))
-            reach = _BEYOND_CONTACT * float(shown["contact_half_width_x"].max())
-            for axes, name in zip(grid[:, 0], ("pressure", "wear_depth"), strict=True):
-                self._add_profile(axes, half_profiles(shown, name, self.cycles), whole, reach)
-            grid[0, 0].tick_params(labelbottom=False)
-            grid[0, 0].set_xlabel("")
-            if "y" in whole.dims:
-                self._add_map(grid[0, 1], whole, reach)
-            else:
-                grid[0, 1].remove()
-            self._add_widths(grid[1, 1], shown, history)
-            zones = list(reversed(ContactState))
+            self._add_profile(pressure, "pressure")
+            self._add_profile(wear, "wear_depth")
+            pressure.tick_params(labelbottom=False)
+            pressure.set_xlabel("")
+            self._add_map(zones)
+            curves = draw_zone_widths(widths, history)
+            marks = [widths.plot([], [], "o", ms=_MARK, c=c.get_color())[0] for c in curves]
+            values = [MICROMETRE.of(shown[f"{c.get_label()}_half_width_x"].values) for c in curves]
+
+            def mark_widths(index: int) -> None:
+                for mark, each in zip(marks, values, strict=True):
+                    mark.set_data([self.cycles[index]], [each[index]])
+
+            self._updates.append(mark_widths)
+            states = list(reversed(ContactState))
             first = Line2D([], [], color=MUTED, lw=_FIRST_WIDTH)
-            handles = [*(Patch(color=ZONE_COLORS[zone]) for zone in zones), first]
-            labels = [zone.name.lower() for zone in zones]
+            handles = [*(Patch(color=ZONE_COLORS[state]) for state in states), first]
+            labels = [state.name.lower() for state in states]
             labels.append(f"pressure at cycle {cycle_text(self.cycles[0])}")
             outside_key(self.figure, handles, labels, "outside lower left", handlelength=1.2)
-            self._draw(len(self.cycles) - 1)
-            _label_widths(grid[1, 1])
+            self.show(self.cycles[-1])
+            # No mark comes to lie on a label: each curve has them everywhere while it is placed.
+            for curve in curves:
+                curve.set(marker="o", markersize=_MARK)
+            label_curves(widths, curves, [str(curve.get_label()) for curve in curves])
+            for curve in curves:
+                curve.set_marker("None")
 
-    def _add_profile(self, axes: Axes, half: HalfProfiles, whole: xr.Dataset, reach: float) -> None:
+    def _add_profile(self, axes: Axes, name: str) -> None:
         """Draw a profile along the whole x axis over a strip that tells its zones."""
-        frame = replace(frame_of([half]), left=-reach, right=reach)
-        x = MICROMETRE.of(whole["x"].values)
+        half = half_profiles(self._shown, name, self.cycles)
+        frame = replace(frame_of([half]), left=-self._reach, right=self._reach)
+        x = MICROMETRE.of(self._whole["x"].values)
         curves, zones = (
-            line_near_the_middle(whole[name]).transpose("cycle", "x").values
-            for name in (half.field.name, "contact_state")
+            line_near_the_middle(self._whole[each]).transpose("cycle", "x").values
+            for each in (name, "contact_state")
         )
         values = frame.unit.of(curves.astype(np.float64))
         frame.apply(axes, half.field)
         axes.set_xlabel("x (µm), direction of slip")
         top = float(frame.unit.of(frame.top))
-        bottom = -_STRIP * top
         is_downward = axes.yaxis_inverted()
         if not is_downward:
             axes.plot(x, values[0], color=MUTED, lw=_FIRST_WIDTH, label="_first")
         fill = axes.fill_between(x, 0.0, 0.0, color="#d9d9d9", lw=0)
         (line,) = axes.plot(x, values[0], color=INK, label=half.field.label)
-        edge = x[-1] + 0.5 * (x[1] - x[0])
-        strip = axes.imshow(zones[:1], extent=(-edge, edge, bottom, 0.0), aspect="auto", **_ZONES)
-        axes.set_xlim(MICROMETRE.of(-reach), MICROMETRE.of(reach))
-        axes.set_ylim((top, bottom) if is_downward else (bottom, top))
+        edge, limits = x[-1] + 0.5 * (x[1] - x[0]), (-_STRIP * top, top)
+        extent = (-edge, edge, limits[0], 0.0)
+        strip = axes.imshow(zones[:1], extent=extent, aspect="auto", **_ZONES)
+        axes.set_xlim(MICROMETRE.of(-self._reach), MICROMETRE.of(self._reach))
+        axes.set_ylim(limits[::-1] if is_downward else limits)
 
         def update(index: int) -> None:
             line.set_ydata(values[index])
@@ -149,44 +154,22 @@ class CaseAnimation:
 
         self._updates.append(update)
 
-    def _add_map(self, axes: Axes, whole: xr.Dataset, reach: float) -> None:
-        zones = whole["contact_state"].transpose("cycle", "x", "y").values
-        x, y = (whole[name].values.astype(np.float64) for name in ("x", "y"))
-        image = draw_map(axes, x, y, zones[0], reach, **_ZONES)
+    def _add_map(self, axes: Axes) -> None:
+        if "y" not in self._whole.dims:
+            axes.remove()
+            return
+        zones = self._whole["contact_state"].transpose("cycle", "x", "y").values
+        x, y = (self._whole[name].values.astype(np.float64) for name in ("x", "y"))
+        image = draw_map(axes, x, y, zones[0], self._reach, **_ZONES)
         axes.set_facecolor(ZONE_COLORS[ContactState.OPEN])
         self._updates.append(lambda index: image.set_data(zones[index].T))
 
-    def _add_widths(self, axes: Axes, shown: xr.Dataset, history: xr.Dataset) -> None:
-        """Draw the half-widths over the cycles, with a mark at the cycle that is shown."""
-        curves = draw_zone_widths(axes, history)
-        names = [f"{curve.get_label()}_half_width_x" for curve in curves]
-        widths = [MICROMETRE.of(shown[name].values) for name in names]
-        marks = [
-            axes.plot([], [], "o", ms=_MARK, color=curve.get_color(), label="_now")[0]
-            for curve in curves
-        ]
-
-        def update(index: int) -> None:
-            for mark, values in zip(marks, widths, strict=True):
-                mark.set_data([self.cycles[index]], [values[index]])
-
-        self._updates.append(update)
-
-    def _draw(self, index: int) -> None:
-        for update in self._updates:
-            update(index)
-
     def show(self, cycle: int) -> Figure:
-        """Show the snapshot at a cycle, and return the figure.
-
-        Raises
-        ------
-        ValueError
-            When the animation does not have it.
-        """
+        """Show the snapshot at a cycle, and return the figure; a ValueError if there is none."""
         if cycle not in self.cycles:
             raise ValueError(f"cycle = {cycle}: this animation shows {list(self.cycles)}.")
-        self._draw(self.cycles.index(cycle))
+        for update in self._updates:
+            update(self.cycles.index(cycle))
         return self.figure
 
     def save(
@@ -218,9 +201,14 @@ class CaseAnimation:
         """
         path = Path(path)
         check_format(path)
-        write = _write_gif if path.suffix.lower() == ".gif" else _write_mp4
         with style_context(), atomic_path(path) as temporary:
-            write(temporary, self._pictures(dots_per_inch, progress), self.seconds)
+            pictures = self._pictures(dots_per_inch, progress)
+            if path.suffix.lower() == ".gif":
+                first, *others = (n.quantize(_COLORS, dither=Image.Dither.NONE) for n in pictures)
+                times = {"duration": [round(1000 * each) for each in self.seconds], "loop": 0}
+                first.save(temporary, "GIF", save_all=True, append_images=others, **times)
+            else:
+                _write_mp4(temporary, pictures, self.seconds)
         return path
 
     def _pictures(
@@ -229,10 +217,10 @@ class CaseAnimation:
         before = self.figure.dpi
         self.figure.set_dpi(dots_per_inch)
         canvas = FigureCanvasAgg(self.figure)
-        for index in range(len(self.cycles)):
-            self._draw(index)
+        for number, cycle in enumerate(self.cycles, 1):
+            self.show(cycle)
             canvas.draw()  # type: ignore[no-untyped-call]
-            progress(index + 1, len(self.cycles))
+            progress(number, len(self.cycles))
             pixels = np.asarray(canvas.buffer_rgba())  # type: ignore[no-untyped-call]
             yield Image.fromarray(pixels).convert("RGB")
         self.figure.set_dpi(before)
@@ -243,34 +231,12 @@ def animation(
 ) -> CaseAnimation:
     """Animate a case: pressure, wear depth and contact zones, snapshot after snapshot.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        One case, quarter or whole; more snapshots make a smoother animation
-        (`well_spaced_cycles`).
-    history : xarray.Dataset, optional
-        The case's dense history, for the half-widths over the cycles; without it they are those
-        of the snapshots.
-    cycles : sequence of int, optional
-        Snapshots to show; left out, all.
-
-    Returns
-    -------
-    CaseAnimation
-        To be saved: ``fretwear.figures.animation(case).save("wear.gif")``.
-
-    Raises
-    ------
-    TypeError
-        When `dataset` is not a dataset.
-    ValueError
-        When `dataset` has no fields or no such snapshot.
+    `cycles` left out are all snapshots; more of them make a smoother animation
+    (`well_spaced_cycles`). The half-widths over the cycles are those of the dense `history` or,
+    without it, of the snapshots. Save it by ``fretwear.figures.animation(case).save("wear.gif")``.
     """
-    check_dataset(dataset)
-    require(dataset, *_FIELDS)
-    everything = [int(cycle) for cycle in np.atleast_1d(dataset["cycle"].values)]
-    shown = checked_cycles(dataset, everything if cycles is None else cycles)
-    return CaseAnimation(dataset, dataset if history is None else history, shown)
+    shown = snapshots(dataset, cycles, *_FIELDS, default=list)
+    return CaseAnimation(shown, dataset if history is None else history)
 
 
 def durations(cycles: Sequence[int]) -> tuple[float, ...]:
@@ -308,12 +274,6 @@ def check_format(path: Path) -> None:
         )
 
 
-def _write_gif(path: Path, pictures: Iterator[Image.Image], seconds: Sequence[float]) -> None:
-    first, *others = (each.quantize(_COLORS, dither=Image.Dither.NONE) for each in pictures)
-    times = [round(1000 * each) for each in seconds]
-    first.save(path, "GIF", save_all=True, append_images=others, duration=times, loop=0)
-
-
 def _write_mp4(path: Path, pictures: Iterator[Image.Image], seconds: Sequence[float]) -> None:
     """Have ffmpeg show each picture in as many frames as its time takes."""
     first = next(pictures)
@@ -330,13 +290,3 @@ def _write_mp4(path: Path, pictures: Iterator[Image.Image], seconds: Sequence[fl
                 ffmpeg.stdin.write(picture.crop((0, 0, width, height)).tobytes() * frames)
     if ffmpeg.returncode:
         raise OSError(f"ffmpeg ended with status {ffmpeg.returncode}")
-
-
-def _label_widths(axes: Axes) -> None:
-    """Label the curves where no mark comes to lie on the label."""
-    curves = [line for line in axes.get_lines() if not str(line.get_label()).startswith("_")]
-    for curve in curves:
-        curve.set(marker="o", markersize=_MARK)
-    label_curves(axes, curves, [str(curve.get_label()) for curve in curves])
-    for curve in curves:
-        curve.set_marker("None")

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import cycle
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -25,6 +25,7 @@ from fretwear.figures.axes import (
     label_outer,
     make_panels,
     outside_key,
+    parameter_label,
     set_cycle_axis,
 )
 from fretwear.figures.datasets import check_dataset, variable_of
@@ -36,15 +37,24 @@ from fretwear.figures.style import (
     LINE_STYLES,
     MARKERS,
     Columns,
-    JournalFigure,
+    look,
+    of_quantity,
     root_figure,
     sequential_colormap,
     sequential_colours,
     styled,
 )
 from fretwear.study.parameters import parameter, symbol_text
-from fretwear.units import MICROMETRE, Unit
+from fretwear.units import MICROMETRE
 from fretwear.vocabulary import Variable
+
+HISTORIES = {
+    "contact_half_width": "contact_half_width_x",
+    "stick_half_width": "stick_half_width_x",
+    "wear_volume": "wear_volume",
+    "dissipated_energy": "dissipated_energy",
+}
+"""The results that have a figure of their own, by its name."""
 
 ZONES = {"contact": CATEGORICAL[0], "stick": INK}
 """The zones and their colours."""
@@ -63,80 +73,21 @@ def scalar_history(
     columns: Columns = 2,
     ax: Axes | None = None,
 ) -> Figure:
-    """Draw any scalar result against the cycles.
+    """Draw any scalar result, such as ``wear_volume``, against the cycles.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        A merged study or a part of it, the dataset of one case, or the history of one case.
-        Points of a study that are not done (NaN) are left out.
-    quantity : str
-        The result, such as ``wear_volume``. Values that span more than a factor of 30 are on a
-        logarithmic axis where the result may be; cycle 0, without wear, is not on it.
-    history : xarray.Dataset, optional
-        The dense history of the study or case, from `fretwear.open_history`: curves go through
-        every step, and marks are snapshots. Without it, and for results that it does not hold,
-        snapshots are joined by straight lines.
-    columns : {1, 2}
-        Journal columns that the figure spans, 90 mm or 190 mm.
-    ax : matplotlib.axes.Axes, optional
-        Where to draw, in a figure of your own, what takes one panel; `columns` then says nothing.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Panels, colours and line styles are for what the study varies
-        (`fretwear.figures.lines.choose_layout`).
-
-    Raises
-    ------
-    TypeError
-        When `dataset` is no dataset.
-    ValueError
-        When the quantity is missing, no point is done, or `ax` is given for more panels.
+    With `history`, the dense history of the study or case from `fretwear.open_history`, curves go
+    through every step, and marks are snapshots; without it, and for results that it does not hold,
+    snapshots are joined by straight lines. Points of a study that are not done (NaN) are left out.
+    Values that span more than a factor of 30 are on a logarithmic axis where the result may be;
+    cycle 0, without wear, is not on it. Panels, colours and line styles are for what the study
+    varies; `ax` is a ValueError where that takes more panels than one.
     """
     check_dataset(dataset)
     return CyclePlot.of(dataset, quantity, history).draw(columns, ax)
 
 
-class CycleFigure(Protocol):
-    """Draws one result against the cycles, as `scalar_history` does."""
-
-    def __call__(
-        self,
-        dataset: xr.Dataset,
-        history: xr.Dataset | None = None,
-        *,
-        columns: Columns = 2,
-        ax: Axes | None = None,
-    ) -> Figure:
-        """Return the figure."""
-
-
-def _history_of(name: str, quantity: str, words: str) -> CycleFigure:
-    def draw(
-        dataset: xr.Dataset,
-        history: xr.Dataset | None = None,
-        *,
-        columns: Columns = 2,
-        ax: Axes | None = None,
-    ) -> Figure:
-        return scalar_history(dataset, quantity, history, columns=columns, ax=ax)
-
-    draw.__name__ = draw.__qualname__ = name
-    draw.__doc__ = f"Draw {words} against the cycles; parameters are those of `scalar_history`."
-    return draw
-
-
-contact_half_width = _history_of(
-    "contact_half_width", "contact_half_width_x", "the contact half-width along x"
-)
-stick_half_width = _history_of(
-    "stick_half_width", "stick_half_width_x", "the stick zone's half-width along x"
-)
-wear_volume = _history_of("wear_volume", "wear_volume", "the wear volume of both bodies")
-dissipated_energy = _history_of(
-    "dissipated_energy", "dissipated_energy", "the energy dissipated in one cycle"
+contact_half_width, stick_half_width, wear_volume, dissipated_energy = (
+    of_quantity(scalar_history, *each) for each in HISTORIES.items()
 )
 
 
@@ -144,15 +95,17 @@ dissipated_energy = _history_of(
 class CyclePlot:
     """What a figure of a result over the cycles shows, drawn and told.
 
-    `lines` are those of the study, or their means over the seeds of an `ensemble`, as far as the
-    layout shows them; `cases` says in words how many there are.
+    `lines` are those of the study, or their means over the seeds of an ensemble, as far as the
+    layout shows them, with a standard deviation over `seeds` of these; `cases` says in words how
+    many there are.
     """
 
     variable: Variable
     lines: Sequence[Line]
     layout: Layout
     axis: ValueAxis
-    ensemble: Ensemble | None
+    deviation: xr.DataArray | None
+    seeds: int
     cases: str
     is_dense: bool
 
@@ -169,37 +122,49 @@ class CyclePlot:
         cases = f"{len(lines)} of {points} cases, those done"
         if points == len(lines):
             cases = "one case" if points == 1 else f"all {points} cases"
-        ensemble = Ensemble.of(dataset, variable.name)
-        if ensemble is not None:
-            history, lines = None, study_lines(ensemble.mean, variable.name)
+        values, deviation = dataset[variable.name], None
+        seeds = values.sizes.get(SEED, 0)
+        if seeds >= LEAST_SEEDS:
+            # Seeds are chance: their mean is shown, and how far they are from it.
+            history, deviation = None, values.std(SEED, ddof=1)
+            mean = values.mean(SEED, keep_attrs=True)
+            others = [each for each, about in dataset.variables.items() if SEED in about.dims]
+            lines = study_lines(dataset.drop_vars(others).assign({mean.name: mean}), variable.name)
         layout = choose_layout(lines)
         lines = shown_lines(lines, layout)
-        cycles, values = _joined(lines)
-        axis = ValueAxis.of(variable, values[(cycles == 0.0) | (cycles >= 1.0)])
-        return cls(variable, lines, layout, axis, ensemble, cases, history is not None)
+        cycles, known = _joined(lines)
+        axis = ValueAxis.of(variable, known[(cycles == 0.0) | (cycles >= 1.0)])
+        is_dense = history is not None
+        return cls(variable, lines, layout, axis, deviation, seeds, cases, is_dense)
 
     @styled
     def draw(self, columns: Columns = 2, ax: Axes | None = None) -> Figure:
         """Draw the figure."""
         layout, axis, lines = self.layout, self.axis, self.lines
         contents, across = layout.panels(4 if columns == 2 else 2)
-        figure, panels = _frames(len(contents), across, columns, ax)
-        many = len(panels) > _MOST_WITH_MINOR_TICKS
+        if ax is None:
+            row = 46.0 if len(contents) > across else 56.0
+            figure, panels = make_panels(columns, len(contents), across, (16.0, row), "row")
+        elif len(contents) == 1:
+            figure, panels = root_figure(ax), [ax]
+        else:
+            raise ValueError(
+                f"This study takes {len(contents)} panels, which do not fit into one axes: leave "
+                "out ax, or select a part of the study first, for example with dataset.isel(...)."
+            )
         cycles, values = _joined(lines)
-        palette = _Palette.of(layout)
+        colors, norm = self._palette()
         curves: list[Line2D] = []
         for index, (panel, facet) in enumerate(zip(panels, contents, strict=True)):
             panel.grid(axis="y")
             for line in _matching(lines, [facet]):
-                curves.append(_draw_line(panel, line, layout, palette, axis.unit))
-                if self.ensemble is not None:
-                    self.ensemble.draw_band(panel, line, curves[-1], axis.unit)
+                curves.append(self._draw_line(panel, line, colors, is_keyed=norm is None))
             panel.set_title(", ".join(symbol_text(name, value) for name, value in facet.items()))
             axis.set_cycles(panel, cycles, values)
-            row = _matching(lines, contents[index : index + across])
-            if index % across == 0 and row:
-                axis.set_limits(panel, *_joined(row))
-            if many:
+            row_of_lines = _matching(lines, contents[index : index + across])
+            if index % across == 0 and row_of_lines:
+                axis.set_limits(panel, *_joined(row_of_lines))
+            if len(panels) > _MOST_WITH_MINOR_TICKS:
                 panel.xaxis.set_minor_locator(NullLocator())
                 panel.yaxis.set_minor_locator(NullLocator())
         label_outer(panels, across)
@@ -207,36 +172,107 @@ class CyclePlot:
             figure.supylabel(axis.label, fontsize=7.5)
         else:
             panels[0].set_ylabel(axis.label)
-        if self.ensemble is not None:
-            note = (
-                f"Lines are means of {self.ensemble.count} seeds, bands their standard deviation."
-            )
+        if self.deviation is not None:
+            note = f"Lines are means of {self.seeds} seeds, bands their standard deviation."
             figure.supxlabel(note, fontsize=7.0)
         few = len(panels) == 1 and 1 < len(lines) <= MOST_LABELLED
         if few and layout.color and not layout.style:
-            texts = _key_texts(layout, lines, layout.color)
+            texts = self._key_texts(layout.color)
             names = [texts[layout.index(layout.color, line)] for line in lines]
             if label_curves(panels[0], curves, names):
                 return figure
-        _add_keys(figure, panels, layout, lines, palette, inside=ax is not None)
+        self._add_keys(figure, panels, colors, norm, inside=ax is not None)
         return figure
+
+    def _palette(self) -> tuple[Sequence[Any], Normalize | None]:
+        """Return the colours of the levels, and how a bar of colours is scaled if there is one."""
+        levels = self.layout.levels[self.layout.color] if self.layout.color else ("",)
+        if isinstance(levels[0], str):
+            return [look(place)[0] for place in range(len(levels))], None
+        if self.layout.is_keyed:
+            return sequential_colours(len(levels)), None
+        values = np.asarray(levels, dtype=np.float64)
+        finite = values[np.isfinite(values)]
+        low, high = float(finite.min()), float(finite.max())
+        norm = (LogNorm if low > 0.0 and high > 20.0 * low else Normalize)(low, high)
+        return [*sequential_colormap()(norm(values))], norm
+
+    def _draw_line(
+        self, panel: Axes, line: Line, colors: Sequence[Any], *, is_keyed: bool
+    ) -> Line2D:
+        place, style = (
+            self.layout.index(name, line) for name in (self.layout.color, self.layout.style)
+        )
+        color = {"color": colors[place]}
+        marks: dict[str, Any] = {
+            "marker": MARKERS[place % len(MARKERS) if is_keyed else 0],
+            "markerfacecolor": "white" if style else colors[place],
+            "markeredgewidth": 0.8,
+        }
+        # A logarithmic axis leaves a single snapshot of a run without steps, which is no line.
+        has_marks = _has_marks(line) and (is_keyed or _is_point(line))
+        at_steps = has_marks and np.array_equal(line.marks[0], line.cycles)
+        options = color | (marks if at_steps else {})
+        values, unit = line.quantity, self.axis.unit
+        dashes = LINE_STYLES[style % len(LINE_STYLES)]
+        (curve,) = panel.plot(line.cycles, unit.of(values), linestyle=dashes, **options)
+        if has_marks and not at_steps:
+            heights = unit.of(line.marks[1])
+            panel.plot(line.marks[0], heights, ls="none", label="_snapshots", **color, **marks)
+        if self.deviation is not None:
+            apart = self.deviation.isel(line.point).interp(cycle=line.cycles).values
+            low, high = unit.of(values - apart), unit.of(values + apart)
+            panel.fill_between(line.cycles, low, high, alpha=0.2, lw=0.0, label="_band", **color)
+        return curve
+
+    def _add_keys(
+        self,
+        figure: Figure,
+        panels: Sequence[Axes],
+        colors: Sequence[Any],
+        norm: Normalize | None,
+        *,
+        inside: bool,
+    ) -> None:
+        color_texts, style_texts = map(self._key_texts, (self.layout.color, self.layout.style))
+        if norm is not None and self.layout.color:
+            color_texts, unit = [], parameter(self.layout.color).unit
+            numbers = FuncFormatter(lambda value, _: f"{unit.of(value):g}")
+            options = {"aspect": 40, "fraction": 0.04, "format": numbers}
+            scale = ScalarMappable(norm, sequential_colormap())
+            add_scale(figure, panels, scale, parameter_label(self.layout.color), **options)
+        marks = zip(colors, cycle(MARKERS), color_texts, strict=False)
+        styles = zip(cycle(LINE_STYLES), style_texts, strict=False)
+        handles = [
+            *(Line2D([], [], color=color, marker=mark, label=text) for color, mark, text in marks),
+            *(Line2D([], [], color="#555555", ls=style, label=text) for style, text in styles),
+        ]
+        if handles and inside:
+            panels[0].legend(handles=handles)
+        elif handles:
+            outside_key(figure, handles, color_texts + style_texts)
+
+    def _key_texts(self, name: str | None) -> list[str]:
+        """Return the key of a name's values, with those of the names that it tells."""
+        if name is None:
+            return []
+        names = (name, *self.layout.paired) if name == self.layout.color else (name,)
+        texts = []
+        for value in self.layout.levels[name]:
+            line = next(line for line in self.lines if line.values[name] == value)
+            texts.append(", ".join(symbol_text(each, line.values[each]) for each in names))
+        return texts
 
     @property
     def caption(self) -> str:
         """What the figure shows, in words."""
-        return " ".join(
-            [
-                f"{self.variable.label} against the number of cycles, {self.cases}.",
-                *self._encoding(),
-                *self._drawn(),
-                f"{self._axes_words()}.",
-            ]
-        )
+        return " ".join(self._sentences())
 
-    def _encoding(self) -> Iterator[str]:
+    def _sentences(self) -> Iterator[str]:
         layout = self.layout
-        if self.ensemble is not None:
-            yield f"Mean and standard deviation over {self.ensemble.count} seeds."
+        yield f"{self.variable.label} against the number of cycles, {self.cases}."
+        if self.deviation is not None:
+            yield f"Mean and standard deviation over {self.seeds} seeds."
         if layout.rows or layout.across:
             yield f"Panels: {_names([*layout.rows, *layout.across])}."
         if layout.color:
@@ -249,54 +285,23 @@ class CyclePlot:
         for name, total in layout.thinned.items():
             shown = len(layout.levels[name])
             yield f"Of {total} values of {parameter(name).words}, {shown} are shown."
-
-    def _drawn(self) -> Iterator[str]:
-        is_marked = self.layout.is_keyed and any(map(_has_marks, self.lines))
+        is_marked = layout.is_keyed and any(map(_has_marks, self.lines))
         is_marked = is_marked or any(map(_is_point, self.lines))
         if self.is_dense:
             yield f"Lines go through every step{'; marks are snapshots' if is_marked else ''}."
         elif is_marked:
             yield "Marks are snapshots, joined by straight lines."
-
-    def _axes_words(self) -> str:
         cycles, values = _joined(self.lines)
         positive = cycles[((cycles == 0.0) | (cycles >= 1.0)) & (values > 0.0)]
         is_wide = cycles.max() >= 10.0 * positive[positive > 0.0].min(initial=math.inf)
         if not self.axis.is_logarithmic:
-            broken = "The axis of cycles is logarithmic to the right of the break"
-            return broken if is_wide else "The axes are linear"
-        if not is_wide:
-            return "The vertical axis is logarithmic"
-        both = "Both axes are logarithmic"
-        return f"{both}, that of cycles to the right of the break" if 0.0 in positive else both
-
-
-@dataclass(frozen=True)
-class Ensemble:
-    """A study in which seeds are chance: the mean over them, and how far they are from it."""
-
-    mean: xr.Dataset
-    deviation: xr.DataArray
-    count: int
-
-    @classmethod
-    def of(cls, dataset: xr.Dataset, name: str) -> Ensemble | None:
-        """Return the ensemble of a merged study over some seeds; None for any other dataset."""
-        values = dataset[name]
-        if SEED not in values.dims or values.sizes[SEED] < LEAST_SEEDS:
-            return None
-        others = [each for each, about in dataset.variables.items() if SEED in about.dims]
-        mean = dataset.drop_vars(others).assign({name: values.mean(SEED, keep_attrs=True)})
-        mean[name] = mean[name].drop_vars([each for each in others if each in mean[name].coords])
-        return cls(mean, values.std(SEED, ddof=1), values.sizes[SEED])
-
-    def draw_band(self, panel: Axes, line: Line, curve: Line2D, unit: Unit) -> None:
-        """Shade a standard deviation on both sides of a line."""
-        deviation = self.deviation.isel(line.point).interp(cycle=line.cycles).values
-        low, high = (unit.of(line.quantity + sign * deviation) for sign in (-1.0, 1.0))
-        panel.fill_between(
-            line.cycles, low, high, color=curve.get_color(), alpha=0.2, lw=0.0, label="_band"
-        )
+            broken = "The axis of cycles is logarithmic to the right of the break."
+            yield broken if is_wide else "The axes are linear."
+        elif not is_wide:
+            yield "The vertical axis is logarithmic."
+        else:
+            broken = ", that of cycles to the right of the break" if 0.0 in positive else ""
+            yield f"Both axes are logarithmic{broken}."
 
 
 def _joined(lines: Sequence[Line]) -> tuple[Array, Array]:
@@ -317,124 +322,19 @@ def _is_point(line: Line) -> bool:
     return int(np.count_nonzero(line.quantity > 0.0)) < 2
 
 
-def _frames(
-    count: int, across: int, columns: Columns, ax: Axes | None
-) -> tuple[Figure, list[Axes]]:
-    """Return the figure and its panels, or those that the caller gave."""
-    if ax is None:
-        down = -(-count // across)
-        figure = JournalFigure(columns, 16.0 + (46.0 if down > 1 else 56.0) * down)
-        return figure, make_panels(figure, count, across, "row")
-    if count > 1:
-        raise ValueError(
-            f"This study takes {count} panels, which do not fit into one axes: leave out ax, "
-            "or select a part of the study first, for example with dataset.isel(...)."
-        )
-    return root_figure(ax), [ax]
-
-
-@dataclass(frozen=True)
-class _Palette:
-    """The colours of a layout's levels, and how a bar of colours is scaled where there is one."""
-
-    colors: tuple[Any, ...]
-    norm: Normalize | None = None
-
-    @classmethod
-    def of(cls, layout: Layout) -> _Palette:
-        levels = layout.levels[layout.color] if layout.color else ("",)
-        if isinstance(levels[0], str):
-            return cls(tuple(CATEGORICAL[i % len(CATEGORICAL)] for i in range(len(levels))))
-        if layout.is_keyed:
-            return cls(tuple(sequential_colours(len(levels))))
-        values = np.asarray(levels, dtype=np.float64)
-        finite = values[np.isfinite(values)]
-        low, high = float(finite.min()), float(finite.max())
-        norm = LogNorm(low, high) if low > 0.0 and high > 20.0 * low else Normalize(low, high)
-        return cls(tuple(sequential_colormap()(norm(values))), norm)
-
-
 def _matching(lines: Sequence[Line], panels: Sequence[Mapping[str, Any]]) -> list[Line]:
     """Return the lines that belong to any of the panels."""
     return [line for line in lines if any(each.items() <= line.values.items() for each in panels)]
 
 
-def _draw_line(axes: Axes, line: Line, layout: Layout, palette: _Palette, unit: Unit) -> Line2D:
-    color, style = layout.index(layout.color, line), layout.index(layout.style, line)
-    look: dict[str, Any] = {"color": palette.colors[color]}
-    marks: dict[str, Any] = {
-        "marker": MARKERS[color % len(MARKERS)],
-        "markerfacecolor": "white" if style else palette.colors[color],
-        "markeredgewidth": 0.8,
-    }
-    if palette.norm is not None:
-        marks["marker"] = MARKERS[0]
-    # A logarithmic axis leaves a single snapshot of a run without steps, which is no line.
-    is_marked = _has_marks(line) and (palette.norm is None or _is_point(line))
-    at_steps = is_marked and np.array_equal(line.marks[0], line.cycles)
-    dashes = LINE_STYLES[style % len(LINE_STYLES)]
-    (curve,) = axes.plot(
-        line.cycles,
-        unit.of(line.quantity),
-        linestyle=dashes,
-        **look,
-        **(marks if at_steps else {}),
-    )
-    if is_marked and not at_steps:
-        heights = unit.of(line.marks[1])
-        axes.plot(line.marks[0], heights, linestyle="none", label="_snapshots", **look, **marks)
-    return curve
-
-
-def _add_keys(
-    figure: Figure,
-    panels: Sequence[Axes],
-    layout: Layout,
-    lines: Sequence[Line],
-    palette: _Palette,
-    *,
-    inside: bool,
-) -> None:
-    color_texts, style_texts = (_key_texts(layout, lines, n) for n in (layout.color, layout.style))
-    if palette.norm is not None and layout.color:
-        color_texts = []
-        shown = parameter(layout.color)
-        label = f"{shown.words} ({shown.unit.name})" if shown.unit.name else shown.words
-        colours = ScalarMappable(palette.norm, sequential_colormap())
-        numbers = FuncFormatter(lambda value, _: f"{shown.unit.of(value):g}")
-        add_scale(figure, panels, colours, label, aspect=40, fraction=0.04, format=numbers)
-    marks = zip(palette.colors, cycle(MARKERS), color_texts, strict=False)
-    styles = zip(cycle(LINE_STYLES), style_texts, strict=False)
-    handles = [
-        *(Line2D([], [], color=color, marker=mark, label=text) for color, mark, text in marks),
-        *(Line2D([], [], color="#555555", linestyle=style, label=text) for style, text in styles),
-    ]
-    if handles and inside:
-        panels[0].legend(handles=handles)
-    elif handles:
-        outside_key(figure, handles, color_texts + style_texts)
-
-
-def _key_texts(layout: Layout, lines: Sequence[Line], name: str | None) -> list[str]:
-    """Return the key of a name's values, with those of the names that it tells."""
-    if name is None:
-        return []
-    told = layout.paired if name == layout.color else ()
-    texts = []
-    for value in layout.levels[name]:
-        line = next(line for line in lines if line.values[name] == value)
-        texts.append(", ".join(symbol_text(n, line.values[n]) for n in (name, *told)))
-    return texts
-
-
 def draw_zone_widths(axes: Axes, history: xr.Dataset) -> list[Line2D]:
     """Draw the half-widths of both zones of a case, or of its history; return their curves."""
     cycles = np.atleast_1d(history["cycle"].values).astype(np.float64)
-    curves = []
+    curves, highest = [], 0.0
     for zone, color in ZONES.items():
         widths = MICROMETRE.of(np.atleast_1d(history[f"{zone}_half_width_x"].values))
         curves += axes.plot(cycles, widths, color=color, label=zone)
-    highest = max(float(np.nanmax(np.asarray(curve.get_ydata()))) for curve in curves)
+        highest = max(highest, float(np.nanmax(widths)))
     axes.set_ylim(0.0, 1.15 * highest)
     axes.set_ylabel(HALF_WIDTH_LABEL)
     set_cycle_axis(axes, cycles)

@@ -30,6 +30,11 @@ class FigureEntry:
     caption: str
     category: str
 
+    def __post_init__(self) -> None:
+        # A name with a path would fetch any file into the report.
+        if not (_NAME.fullmatch(self.name) and isinstance(self.caption + self.category, str)):
+            raise ValueError(f"{self.name!r} is no name of a figure.")
+
 
 def read_figure_index(folder: Path) -> list[FigureEntry]:
     """Return what `write_study_figures` has written to a folder, in the same order.
@@ -38,18 +43,10 @@ def read_figure_index(folder: Path) -> list[FigureEntry]:
     """
     index = folder / INDEX_NAME
     try:
-        entries = [FigureEntry(**entry) for entry in json.loads(read_data(index, _MOST_BYTES))]
-        # A name with a path would fetch any file into the report.
-        if not all(_NAME.fullmatch(each.name) and _is_text(each) for each in entries):
-            raise ValueError
+        return [FigureEntry(**entry) for entry in json.loads(read_data(index, _MOST_BYTES))]
     except (OSError, ValueError, TypeError, RecursionError) as cause:
         problem = "there is no such file" if not index.exists() else "it is not a list of figures"
         raise DataFileError(index, problem, "Draw the figures again") from cause
-    return entries
-
-
-def _is_text(entry: FigureEntry) -> bool:
-    return isinstance(entry.caption, str) and isinstance(entry.category, str)
 
 
 def captions(folder: Path) -> dict[str, str]:

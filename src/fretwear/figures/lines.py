@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 from typing import Any
@@ -28,8 +28,7 @@ _MOST_ROWS, _MOST_PANELS_ACROSS, _MOST_STYLES, _MOST_COLORS, _MOST_KEYED = 3, 3,
 _BOOKKEEPING = {CASE_ID.name, POINT.name, STATUS.name, "id"}
 _PREFERRED_STYLE = ("plastic_limit", "slip_model")
 _PREFERRED_COLOR = ("roughness_amplitude", "roughness")
-
-_PREFERRED_CONTRASTS = ("roughness_amplitude", "roughness", "plastic_limit", "slip_model")
+_PREFERRED_CONTRASTS = (*_PREFERRED_COLOR, *_PREFERRED_STYLE)
 _MOST_CONTRASTS = 2
 _MOST_NAMED = 8
 # Slip that disregards the worn shape is for comparison: where there is another, it is not shown.
@@ -63,20 +62,27 @@ def study_lines(
     require(summary, variable)
     summary = with_cycles(summary)
     dims = [str(dim) for dim in summary[variable].dims if dim not in ("cycle", "step")]
-    cycles, quantities = _over_cycles(summary, variable, dims)
-    has_steps = history is not None and variable in history
-    steps = history if has_steps and history is not None else summary
-    dense_cycles, dense = _over_cycles(steps, variable, dims)
-    parameters = list(_parameters(summary, dims))
+    steps = summary if history is None or variable not in history else history
+    (cycles, quantities), (dense_cycles, dense) = (
+        _over_cycles(each, variable, dims) for each in (summary, steps)
+    )
+    columns: dict[str, tuple[list[str], NDArray[Any]]] = {}
+    for name, coordinate in summary.coords.items():
+        along = [str(dim) for dim in coordinate.dims]
+        if name not in _BOOKKEEPING and along and set(along) <= set(dims):
+            units = coordinate.attrs.get("units", "")
+            column = np.empty(coordinate.shape, dtype=object)
+            column.ravel()[:] = [in_unit(v, units) for v in coordinate.values.ravel().tolist()]
+            columns[str(name)] = along, column
     lines = []
-    for place in np.argwhere(np.isfinite(quantities).any(axis=-1)).tolist():
-        at, point = tuple(place), dict(zip(dims, place, strict=True))
+    for at in map(tuple, np.argwhere(np.isfinite(quantities).any(axis=-1)).tolist()):
+        point = dict(zip(dims, at, strict=True))
         values = {
-            name: column[tuple(point[dim] for dim in along)] for name, along, column in parameters
+            n: column[tuple(point[d] for d in along)] for n, (along, column) in columns.items()
         }
         marks = np.stack([cycles[at], quantities[at]])[:, np.isfinite(quantities[at])]
-        known = np.isfinite(dense[at])
         marks = marks if "cycle" in summary.dims else marks[:, :0]
+        known = np.isfinite(dense[at])
         lines.append(Line(point, values, dense_cycles[at][known], dense[at][known], marks))
     return lines
 
@@ -86,20 +92,6 @@ def _over_cycles(dataset: xr.Dataset, variable: str, dims: Sequence[str]) -> tup
     values = dataset[variable].transpose(*dims, ...)
     cycles = dataset["cycle"].broadcast_like(values).transpose(*values.dims)
     return cycles.values.astype(np.float64), values.values.astype(np.float64)
-
-
-def _parameters(
-    summary: xr.Dataset, dims: Sequence[str]
-) -> Iterator[tuple[str, list[str], NDArray[Any]]]:
-    """Yield name, dimensions and values of each varied parameter."""
-    for name, coordinate in summary.coords.items():
-        along = [str(dim) for dim in coordinate.dims]
-        if name not in _BOOKKEEPING and along and set(along) <= set(dims):
-            kind = str if coordinate.dtype.kind in "OUS" else np.float64
-            values, units = coordinate.values.astype(kind), coordinate.attrs.get("units", "")
-            column = np.empty(values.shape, dtype=object)
-            column.ravel()[:] = [in_unit(value, units) for value in values.ravel().tolist()]
-            yield str(name), along, column
 
 
 @dataclass(frozen=True)
@@ -147,8 +139,12 @@ def choose_layout(lines: Sequence[Line]) -> Layout:
     """
     levels = _levels(lines)
     names, told_by = _independent(levels, lines)
-    crowded = any(len(levels[name]) > _MOST_KEYED for name in names)
-    style = None if crowded else _style_name(names, levels)
+    style = None
+    if len(names) > 1 and all(len(levels[name]) <= _MOST_KEYED for name in names):
+        few = [name for name in names if len(levels[name]) <= _MOST_STYLES]
+        others = (name for name in few if name not in _PREFERRED_COLOR)
+        fewest = min(others, key=lambda name: len(levels[name]), default=None)
+        style = _first_of(_PREFERRED_STYLE, few) or fewest
     rest = [name for name in names if name != style]
     finest = max(rest, key=lambda name: len(levels[name]), default=None)
     color = _telling(levels, lines) or _first_of(_PREFERRED_COLOR, rest) or finest
@@ -160,7 +156,11 @@ def choose_layout(lines: Sequence[Line]) -> Layout:
     most: dict[str | None, int] = {color: _MOST_COLORS}
     most |= dict.fromkeys(rows, _MOST_ROWS)
     most |= dict.fromkeys(across, _MOST_PANELS_ACROSS * (1 if rows else _MOST_ROWS))
-    shown = {name: _evenly(values, most.get(name)) for name, values in levels.items()}
+    shown = dict(levels)
+    for name, values in levels.items():
+        if len(values) > most.get(name, math.inf):
+            picks = np.linspace(0, len(values) - 1, most[name]).round().astype(int)
+            shown[name] = tuple(values[index] for index in np.unique(picks))
     shown |= {name: (levels[name][-1],) for name in held}
     thinned = {n: len(levels[n]) for n in names if len(shown[n]) < len(levels[n])}
     paired = tuple(name for name, leader in told_by.items() if leader == color)
@@ -177,11 +177,8 @@ def shown_lines(lines: Sequence[Line], layout: Layout) -> list[Line]:
 
 
 def _levels(lines: Sequence[Line]) -> dict[str, tuple[Value, ...]]:
-    levels: dict[str, dict[Value, None]] = {}
-    for line in lines:
-        for name, value in line.values.items():
-            levels.setdefault(name, {})[value] = None
-    return {name: tuple(values) for name, values in levels.items()}
+    names = lines[0].values if lines else ()
+    return {name: tuple(dict.fromkeys(line.values[name] for line in lines)) for name in names}
 
 
 def _telling(levels: Levels, lines: Sequence[Line]) -> str | None:
@@ -204,15 +201,6 @@ def _first_of(preferred: Sequence[str], names: Sequence[str]) -> str | None:
     return next((name for name in preferred if name in names), None)
 
 
-def _style_name(names: Sequence[str], levels: Levels) -> str | None:
-    if len(names) < 2:
-        return None
-    few = [name for name in names if len(levels[name]) <= _MOST_STYLES]
-    others = (name for name in few if name not in _PREFERRED_COLOR)
-    fewest = min(others, key=lambda name: len(levels[name]), default=None)
-    return _first_of(_PREFERRED_STYLE, few) or fewest
-
-
 def _independent(levels: Levels, lines: Sequence[Line]) -> tuple[list[str], dict[str, str]]:
     """Part the varied names into those that vary on their own, and those that another one tells."""
     kept: list[str] = []
@@ -230,20 +218,13 @@ def _independent(levels: Levels, lines: Sequence[Line]) -> tuple[list[str], dict
     return kept, told_by
 
 
-def _evenly(values: tuple[Value, ...], most: int | None) -> tuple[Value, ...]:
-    if most is None or len(values) <= most:
-        return values
-    picks = np.unique(np.linspace(0, len(values) - 1, most).round().astype(int))
-    return tuple(values[index] for index in picks)
-
-
 @dataclass(frozen=True)
 class RepresentativeCases:
     """Cases that differ in the names of `contrasts` and agree, where possible, in the others.
 
-    `ids` are the case ids by title, as ``smooth, elastic``; `common` says in words which values of
-    the study's other varied names all of them have, and `left_out` in a sentence, which begins
-    with a space, which values in between none of them has.
+    `ids` are the case ids by title, as ``smooth, elastic``; a single case has none. `common` says
+    in words which values of the study's other varied names all of them have, and `left_out` in a
+    sentence, which begins with a space, which values in between none of them has.
     """
 
     contrasts: tuple[str, ...]
@@ -257,60 +238,42 @@ def representative_cases(summary: xr.Dataset) -> RepresentativeCases:
 
     They span the extremes of roughness amplitude and plastic limit, or of the first two other
     names if the study does not vary these. All other names have their last value for which all
-    of the cases are done, or as many as possible; the slip model is that of the worn shape. It is a
+    of the cases are done, or as many as possible; the slip model is that of the worn shape. Points
+    drawn at random have no others alike: of them those of least and most wear are taken. It is a
     `ValueError` when no point is done.
     """
     lines = study_lines(summary, "wear_volume")
     if not lines:
         raise ValueError("No point of the study is done: there is no case to choose.")
-    varied = [name for name, values in _levels(lines).items() if len(values) > 1]
+    levels = _levels(lines)
+    varied = [name for name, values in levels.items() if len(values) > 1]
     preferred = [name for name in _PREFERRED_CONTRASTS if name in varied]
     contrasts = tuple(dict.fromkeys([*preferred, *varied]))[:_MOST_CONTRASTS]
     others = [name for name in varied if name not in contrasts]
-    best = _fullest_group(lines, contrasts, others)
-    ids = {
-        ", ".join(symbol_text(name, line.values[name]) for name in contrasts) or "": str(
-            summary["case_id"].isel(line.point).item()
-        )
-        for line in best
-    }
-    shown, levels = _levels(best), _levels(lines)
+    extremes: dict[str, tuple[Value, Value]] = {}
+    groups: dict[tuple[Value, ...], list[Line]] = {}
+    for name in contrasts:
+        is_text = any(isinstance(value, str) for value in levels[name])
+        ordered = levels[name] if is_text else sorted(levels[name])
+        extremes[name] = ordered[0], ordered[-1]
+    for line in lines:
+        if all(line.values[name] in extremes[name] for name in contrasts):
+            groups.setdefault(tuple(line.values[name] for name in others), []).append(line)
+    slip, simplified = _SIMPLIFIED
+    best = max(
+        reversed(list(groups.values())),
+        key=lambda group: (len(group), group[0].values.get(slip) != simplified),
+        default=[],
+    )
+    if not best or len(best) == 1 < len(lines):
+        by_wear = sorted(lines, key=lambda line: float(np.nanmax(line.quantity)))
+        best = [by_wear[0], by_wear[-1]]
+    titles = (", ".join(symbol_text(n, line.values[n]) for n in contrasts) for line in best)
+    ids = (str(summary["case_id"].isel(line.point).item()) for line in best)
+    shown = _levels(best)
     common = ", ".join(words_text(n, shown[n][0]) for n in others if len(shown[n]) == 1)
-    missed = [
-        words_text(n, value) for n in contrasts for value in levels[n] if value not in shown[n]
-    ]
+    missed = [words_text(n, v) for n in contrasts for v in levels[n] if v not in shown[n]]
     left_out = f" Not shown: {', '.join(missed)}." if missed else ""
     if len(missed) > _MOST_NAMED:
         left_out = f" Of the values in between, {len(missed)} are not shown."
-    return RepresentativeCases(contrasts, ids, common, left_out)
-
-
-def _fullest_group(
-    lines: Sequence[Line], contrasts: Sequence[str], others: Sequence[str]
-) -> list[Line]:
-    """Return the extreme lines of the group with most of them.
-
-    Of several such groups: one whose slip is that of the worn shape, and of these the last.
-    Points drawn at random make no group; then those of least and most wear are taken.
-    """
-    levels = _levels(lines)
-    wanted = {name: _extremes(levels[name]) for name in contrasts}
-    groups: dict[tuple[Value, ...], list[Line]] = {}
-    for line in lines:
-        if all(line.values[name] in wanted[name] for name in contrasts):
-            groups.setdefault(tuple(line.values[name] for name in others), []).append(line)
-    name, simplified = _SIMPLIFIED
-    best = max(
-        reversed(list(groups.values())),
-        key=lambda group: (len(group), group[0].values.get(name) != simplified),
-        default=[],
-    )
-    if len(best) == 1 < len(lines) or not best:
-        by_wear = sorted(lines, key=lambda line: float(np.nanmax(line.quantity)))
-        return [by_wear[0], by_wear[-1]]
-    return best
-
-
-def _extremes(values: Sequence[Value]) -> tuple[Value, Value]:
-    ordered = values if any(isinstance(value, str) for value in values) else sorted(values)
-    return ordered[0], ordered[-1]
+    return RepresentativeCases(contrasts, dict(zip(titles, ids, strict=True)), common, left_out)

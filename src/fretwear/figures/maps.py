@@ -19,19 +19,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from fretwear.data.dataset import mirrored
 from fretwear.figures.axes import label_outer, make_panels, outside_key
-from fretwear.figures.datasets import (
-    check_cases,
-    check_dataset,
-    checked_cycles,
-    require,
-    with_cycles,
-)
+from fretwear.figures.datasets import check_cases, snapshots
 from fretwear.figures.style import (
     CATEGORICAL,
     COLUMN_WIDTH,
     MUTED,
     Columns,
-    JournalFigure,
     depth_colormap,
     one_panel,
     styled,
@@ -80,30 +73,9 @@ def wear_map(
 ) -> Figure:
     """Draw the wear depth over the whole contact with the edges of contact and stick zone.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        One case, quarter or whole.
-    cycle : int, optional
-        Snapshot to draw; the last one if left out.
-    columns : {1, 2}
-        Journal columns that the figure spans, 90 mm or 190 mm.
-    ax : matplotlib.axes.Axes, optional
-        Where to draw, in a figure of your own; `columns` then says nothing.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Wear depth over x and y in µm. The edges are circles of the half-widths where the surface
-        is smooth and the contact even, else contours around the cells in the zone: spots of
-        contact each have one.
-
-    Raises
-    ------
-    TypeError
-        When `dataset` is not a dataset.
-    ValueError
-        When `dataset` has no fields, or there is no snapshot at `cycle`.
+    It is that after `cycle` or, if left out, after the last snapshot, over x and y in µm. The edges
+    are circles of the half-widths where the surface is smooth and the contact even, else contours
+    around the cells in the zone: spots of contact each have one.
     """
     scar = take_wear_map(dataset, cycle)
     figure, panel = one_panel(columns, 80.0 if columns == 1 else 144.0, ax)
@@ -119,29 +91,16 @@ def wear_map(
 def compare_wear_maps(
     cases: Mapping[str, xr.Dataset], cycle: int | None = None, *, columns: Columns = 2
 ) -> Figure:
-    """Draw wear maps of several cases in panels with one scale of depth.
+    """Draw `wear_map` for several cases, by the titles of their panels, with one scale of depth.
 
-    Parameters
-    ----------
-    cases : mapping of str to xarray.Dataset
-        The cases by the title of their panel.
-    cycle : int, optional
-        Snapshot to draw; the last one of each case if left out.
-    columns : {1, 2}
-        Journal columns that the figure spans, 90 mm or 190 mm.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        One panel per case; otherwise as `wear_map`. Where one scar is more than four times as
-        deep as another, colours vary as the square root of the depth, so that both are visible.
+    Where one scar is more than four times as deep as another, colours vary as the square root of
+    the depth, so that both are visible.
     """
     check_cases(cases)
     scars = {title: take_wear_map(case, cycle) for title, case in cases.items()}
     across = min(len(scars), columns)
-    panel_height = (COLUMN_WIDTH[columns] - 34.0) / across + 6.0
-    figure = JournalFigure(columns, 20.0 + panel_height * -(-len(scars) // across))
-    panels = make_panels(figure, len(scars), across, "all")
+    row = (COLUMN_WIDTH[columns] - 34.0) / across + 6.0
+    figure, panels = make_panels(columns, len(scars), across, (20.0, row))
     keys = _draw_scars(figure, panels, scars)
     # The panels have one frame, which shows the largest scar.
     limit = MICROMETRE.of(max(scar.reach for scar in scars.values()))
@@ -166,21 +125,21 @@ def _draw_scars(
 
 def take_wear_map(dataset: xr.Dataset, cycle: int | None) -> WearMap:
     """Take the scar of one case, mirrored to the whole contact when a quarter is stored."""
-    check_dataset(dataset)
-    require(dataset, "wear_depth", "contact_state")
-    dataset = with_cycles(dataset)
-    shown = checked_cycles(dataset, cycle)[-1]
-    state = dataset.sel(cycle=shown)
+    state = snapshots(dataset, cycle, "wear_depth", "contact_state").isel(cycle=-1)
     whole = mirrored(state[["wear_depth", "contact_state"]]).transpose("x", "y")
     x, y, depth = (whole[name].values.astype(np.float64) for name in ("x", "y", "wear_depth"))
     zone = whole["contact_state"].values
-    is_smooth = float(dataset.coords.get("roughness_amplitude", np.inf)) == 0.0
+    is_smooth = float(state.coords.get("roughness_amplitude", np.inf)) == 0.0
     if is_smooth and np.array_equal(zone, zone[::-1]):
-        contact, stick = _ellipse(state, "contact"), _ellipse(state, "stick")
+        # Half-widths are interpolated inside the cells.
+        angle = np.linspace(0.0, 2.0 * np.pi, _CORNERS_OF_A_CIRCLE)
+        circle = np.column_stack([np.cos(angle), np.sin(angle)])
+        widths = ([float(state[f"{z}_half_width_{n}"]) for n in "xy"] for z in ("contact", "stick"))
+        contact, stick = (circle * each if min(each) > 0.0 else circle[:0] for each in widths)
     else:
         contact = _outline(x, y, zone != ContactState.OPEN)
         stick = _outline(x, y, zone == ContactState.STICK)
-    return WearMap(x, y, depth, contact, stick, shown)
+    return WearMap(x, y, depth, contact, stick, int(state["cycle"]))
 
 
 def depth_scale(deepest: ArrayLike) -> Normalize:
@@ -223,21 +182,11 @@ def draw_map(
     return image
 
 
-def _ellipse(state: xr.Dataset, zone: str) -> Array:
-    """Return the edge of a zone of a smooth surface, interpolated inside the cells."""
-    half_x, half_y = (float(state[f"{zone}_half_width_{axis}"]) for axis in ("x", "y"))
-    if not half_x * half_y > 0.0:
-        return np.empty((0, 2))
-    angle = np.linspace(0.0, 2.0 * np.pi, _CORNERS_OF_A_CIRCLE)
-    return np.column_stack([half_x * np.cos(angle), half_y * np.sin(angle)])
-
-
 def _outline(x: Array, y: Array, inside: NDArray[np.bool_]) -> Array:
     """Return the contours around the cells of a zone, one after the other, with NaN between."""
     lines = contour_generator(x, y, inside.T.astype(np.float64)).lines(0.5)
     gap = np.full((1, 2), np.nan)
-    parts = [part for line in lines for part in (np.asarray(line), gap)]
-    return np.concatenate(parts) if parts else np.empty((0, 2))
+    return np.concatenate([np.empty((0, 2)), *(part for line in lines for part in (line, gap))])
 
 
 def add_scale(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
@@ -30,7 +30,7 @@ from fretwear.figures.style import (
     MUTED,
     STICK_SHADE,
     Columns,
-    JournalFigure,
+    of_quantity,
     one_panel,
     sequential_colours,
     styled,
@@ -38,15 +38,25 @@ from fretwear.figures.style import (
 from fretwear.units import MICROMETRE, Unit, cycle_text, readable_unit
 from fretwear.vocabulary import Field
 
-_DOWNWARD = ("wear_depth", "plastic_depth")
+PROFILES = {
+    "pressure_profiles": "pressure",
+    "shear_profiles": "shear_traction",
+    "gap_profiles": "gap",
+    "wear_rate_profiles": "wear_rate",
+    "wear_profiles": "wear_depth",
+}
+"""The fields that have a figure of their own, by its name."""
 
+_DOWNWARD = ("wear_depth", "plastic_depth")
 _BEFORE_EDGE = 0.75
 _ABOVE = 1.05
 _INSIDE_CONTACT = 0.8
 _ROOM_OVER_WAVES = 1.6
 _SHARE_OF_FIRST_GAP = 0.3
 _ROOM_OVER_FIRST = 3.0
+_WORN = 0.01
 _TRIANGLE = 0.985
+_ABOVE_TOP: dict[str, Any] = {"marker": "^", "markersize": 3.5, "label": "_above"}
 _RAW: dict[str, Any] = {"lw": 0.5, "alpha": 0.6, "label": "_raw"}
 _BAR: dict[str, Any] = {"lw": 1.6, "solid_capstyle": "butt", "label": "_zone", "clip_on": False}
 _BAR_NAME: dict[str, Any] = {"fontsize": 6.5, "ha": "center", "va": "bottom"}
@@ -61,36 +71,13 @@ def field_profiles(
     columns: Columns = 1,
     ax: Axes | None = None,
 ) -> Figure:
-    """Draw any field along x at y = 0 at several cycles.
+    """Draw any field, such as ``pressure``, along x at y = 0 at several cycles.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        One case (quarter or whole contact), or one point of a merged study.
-    quantity : str
-        The field, such as ``pressure``. Wear depth is drawn downwards.
-    cycles : int or sequence of int, optional
-        Snapshots to draw; left out, at most six of those there are.
-    columns : {1, 2}
-        Journal columns that the figure spans, 90 mm or 190 mm.
-    ax : matplotlib.axes.Axes, optional
-        Where to draw, in a figure of your own; `columns` then says nothing.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Pressure in MPa over x in µm, for example. Where roughness crowds a profile, a thin line
-        is the profile and a thick one its envelope, or its mean over a wave. A triangle at the
-        top is the peak of a traction that continues above: in elastic bodies the one at the edge
-        of the stick zone grows with a finer grid, without end, and more than three times the
-        first peak is not shown.
-
-    Raises
-    ------
-    TypeError
-        When `dataset` is not a dataset.
-    ValueError
-        When `dataset` has no such field or snapshot, or varies in a case parameter.
+    Pressure is in MPa over x in µm, for example; wear depth is drawn downwards. Where roughness
+    crowds a profile, a thin line is the profile and a thick one its envelope, or its mean over a
+    wave. A triangle at the top is the peak of a traction that continues above: in elastic bodies
+    the one at the edge of the stick zone grows with a finer grid, without end, and more than three
+    times the first peak is not shown.
     """
     profiles = half_profiles(dataset, quantity, cycles)
     figure, panel = one_panel(columns, 66.0 if columns == 1 else 90.0, ax)
@@ -108,40 +95,9 @@ def field_profiles(
     return figure
 
 
-class ProfileFigure(Protocol):
-    """Draws one field along x, as `field_profiles` does."""
-
-    def __call__(
-        self,
-        dataset: xr.Dataset,
-        cycles: Cycles = None,
-        *,
-        columns: Columns = 1,
-        ax: Axes | None = None,
-    ) -> Figure:
-        """Return the figure."""
-
-
-def _profiles_of(name: str, quantity: str, words: str) -> ProfileFigure:
-    def draw(
-        dataset: xr.Dataset,
-        cycles: Cycles = None,
-        *,
-        columns: Columns = 1,
-        ax: Axes | None = None,
-    ) -> Figure:
-        return field_profiles(dataset, quantity, cycles, columns=columns, ax=ax)
-
-    draw.__name__ = draw.__qualname__ = name
-    draw.__doc__ = f"Draw {words} along x; parameters are those of `field_profiles`."
-    return draw
-
-
-pressure_profiles = _profiles_of("pressure_profiles", "pressure", "the normal pressure")
-shear_profiles = _profiles_of("shear_profiles", "shear_traction", "the shear traction at +Q")
-gap_profiles = _profiles_of("gap_profiles", "gap", "the gap at load P")
-wear_rate_profiles = _profiles_of("wear_rate_profiles", "wear_rate", "the wear of one cycle")
-wear_profiles = _profiles_of("wear_profiles", "wear_depth", "the worn depth, downwards,")
+pressure_profiles, shear_profiles, gap_profiles, wear_rate_profiles, wear_profiles = (
+    of_quantity(field_profiles, *each) for each in PROFILES.items()
+)
 
 
 @styled
@@ -152,48 +108,27 @@ def compare_profiles(
     *,
     columns: Columns = 2,
 ) -> Figure:
-    """Draw the profiles of one field of several cases in panels; those of a row have the same axes.
+    """Draw `field_profiles` of several cases, by the titles of their panels.
 
-    Parameters
-    ----------
-    cases : mapping of str to xarray.Dataset
-        The cases by the title of their panel.
-    quantity : str
-        What to draw: ``pressure``, ``shear_traction``, ``gap``, ``wear_depth`` or another field
-        of a case, by its name.
-    cycles : int or sequence of int, optional
-        Snapshots to draw, each in the cases that have it; left out, at most six.
-    columns : {1, 2}
-        Journal columns that the figure spans, 90 mm or 190 mm.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        One panel per case and one key to the cycles.
-
-    Raises
-    ------
-    TypeError
-        When `cases` is not a mapping of titles to datasets.
-    ValueError
-        When there is no case, no such quantity, or none of the cases has one of the snapshots.
+    Panels of a row have the same axes. Each of the `cycles` is drawn in the cases that have it; a
+    cycle that none of them has, and a case that has none of them, is a ValueError.
     """
     check_cases(cases)
     field = field_of(quantity)
-    snapshots = {title: available_cycles(case) for title, case in cases.items()}
-    shown = _shown_cycles(snapshots, cycles)
+    available = {title: available_cycles(case) for title, case in cases.items()}
+    shown = _shown_cycles(available, cycles)
     colors = cycle_colors(shown)
-    widest = max(float(case["contact_half_width_x"].max()) for case in cases.values())
+    reach = BEYOND_CONTACT * max(
+        float(case["contact_half_width_x"].max()) for case in cases.values()
+    )
     profiles = [
-        half_profiles(
-            case, field, [n for n in shown if n in snapshots[title]], BEYOND_CONTACT * widest
-        )
+        half_profiles(case, field, [n for n in shown if n in available[title]], reach)
         for title, case in cases.items()
     ]
-    across = min(len(cases), 2 if columns == 2 else 1)
-    figure = JournalFigure(columns, 14.0 + 50.0 * -(-len(cases) // across))
+    across = min(len(cases), columns)
     # The edge of the contact is elsewhere for rough and for smooth cases.
-    panels = make_panels(figure, len(cases), across, "row", "row" if at_edge(field) else "all")
+    share_x: Literal["row", "all"] = "row" if at_edge(field) else "all"
+    figure, panels = make_panels(columns, len(cases), across, (14.0, 50.0), "row", share_x)
     everything = frame_of(profiles)
     for index, (axes, title) in enumerate(zip(panels, cases, strict=True)):
         start = index - index % across
@@ -258,29 +193,22 @@ def frame_of(panels: Sequence[HalfProfiles]) -> Frame:
     bodies are shown up to three times their first peak: the later one at the edge of the stick
     zone grows without bound as the grid is refined, and would hide the rest.
     """
-    field = panels[0].field
+    field, is_even = panels[0].field, all(panel.is_even for panel in panels)
     right = BEYOND_CONTACT * max(float(panel.contact_half_width.max()) for panel in panels)
-    is_even = all(panel.is_even for panel in panels)
-    left = 0.0 if is_even else -right
     if at_edge(field):
         # A merged study has the gap only as far as it is stored.
         right = min(right, max(float(panel.x[-1]) for panel in panels))
-        left = 0.0 if is_even else -right
-        if is_even and not any(panel.is_wavy for panel in panels):
-            left = _BEFORE_EDGE * min(float(panel.contact_half_width.min()) for panel in panels)
     if field.name in ("wear_depth", "wear_rate"):
         # Over a stroke a contact wears beside itself too.
-        right = max(right, *(_worn_half_width(panel) for panel in panels))
-        left = 0.0 if is_even else -right
+        for panel in panels:
+            deepest = panel.values.max(axis=0)
+            worn = np.abs(panel.x[deepest > _WORN * deepest.max()])
+            right = max(right, float(worn.max(initial=0.0)))
+    left = 0.0 if is_even else -right
+    if at_edge(field) and is_even and not any(panel.is_wavy for panel in panels):
+        left = _BEFORE_EDGE * min(float(panel.contact_half_width.min()) for panel in panels)
     top = max(_top(panel, right) for panel in panels)
     return Frame(left, right, _ABOVE * top or 1.0, field.unit or readable_unit(top, field.si_unit))
-
-
-def _worn_half_width(profiles: HalfProfiles) -> float:
-    """Distance, m, up to which anything is worn off, 1 % of the most."""
-    deepest = profiles.values.max(axis=0)
-    worn = np.flatnonzero(deepest > 0.01 * deepest.max())
-    return float(abs(profiles.x[worn]).max(initial=0.0))
 
 
 def _top(profiles: HalfProfiles, right: float) -> float:
@@ -326,15 +254,8 @@ def draw_profiles(
         x, values = (np.asarray(data) for data in curve.get_data())
         if np.nanmax(values) > frame.unit.of(frame.top):
             # The triangle says that the curve continues above the axes.
-            axes.plot(
-                [x[np.nanargmax(values)]],
-                [_TRIANGLE],
-                transform=axes.get_xaxis_transform(),
-                marker="^",
-                markersize=3.5,
-                color=curve.get_color(),
-                label="_above",
-            )
+            place, above = x[np.nanargmax(values)], axes.get_xaxis_transform()
+            axes.plot([place], [_TRIANGLE], color=curve.get_color(), transform=above, **_ABOVE_TOP)
     frame.apply(axes, profiles.field)
     return curves
 
@@ -343,10 +264,8 @@ def shade_stick(axes: Axes, profiles: HalfProfiles) -> None:
     """Shade the stick zone of the last cycle."""
     if profiles.stick is not None:
         inside, x = np.isin(profiles.x, profiles.stick), MICROMETRE.of(profiles.x)
-        across = axes.get_xaxis_transform()
-        axes.fill_between(
-            x, 0.0, 1.0, where=inside, transform=across, step="mid", color=STICK_SHADE, lw=0
-        )
+        across: dict[str, Any] = {"transform": axes.get_xaxis_transform(), "step": "mid"}
+        axes.fill_between(x, 0.0, 1.0, where=inside, color=STICK_SHADE, lw=0, **across)
         return
     edge = float(MICROMETRE.of(profiles.stick_half_width[-1]))
     axes.axvspan(0.0 if profiles.is_even else -edge, edge, color=STICK_SHADE, lw=0)
@@ -375,21 +294,21 @@ def draw_curves(
 def _name_zones(axes: Axes, profiles: HalfProfiles) -> None:
     """Name the stick and slip zones of the last cycle above the axes."""
     left, _ = axes.get_xlim()
-    stick = max(left, float(MICROMETRE.of(profiles.stick_half_width[-1])))
-    contact = float(MICROMETRE.of(profiles.contact_half_width[-1]))
-    above = axes.get_xaxis_transform()
-    zones = [(left, stick, "stick", INK), (stick, contact, "slip", MUTED)]
+    stick, contact = (
+        float(MICROMETRE.of(width[-1]))
+        for width in (profiles.stick_half_width, profiles.contact_half_width)
+    )
+    first, last = (left, max(left, stick)) if profiles.is_even else (-stick, stick)
+    if profiles.stick is not None and profiles.stick.size:
+        first, last = (float(MICROMETRE.of(profiles.stick[end])) for end in (0, -1))
+    zones = [(first, last, "stick", INK), (last, contact, "slip", MUTED)]
     if not profiles.is_even:
-        first, last = -stick, stick
-        if profiles.stick is not None and profiles.stick.size:
-            first, last = (float(MICROMETRE.of(profiles.stick[end])) for end in (0, -1))
-        zones = [(first, last, "stick", INK)]
-        zones += [(last, contact, "slip", MUTED), (-contact, first, "slip", MUTED)]
+        zones.append((-contact, first, "slip", MUTED))
+    above = axes.get_xaxis_transform()
     for start, end, name, color in zones:
-        if end <= start:
-            continue
-        axes.plot([start, end], [1.02, 1.02], transform=above, color=color, **_BAR)
-        axes.text(0.5 * (start + end), 1.035, name, transform=above, color=color, **_BAR_NAME)
+        if end > start:
+            axes.plot([start, end], [1.02, 1.02], transform=above, color=color, **_BAR)
+            axes.text(0.5 * (start + end), 1.035, name, transform=above, color=color, **_BAR_NAME)
 
 
 def cycle_key(

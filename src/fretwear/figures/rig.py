@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -10,8 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fretwear.data.dataset import mirrored
-from fretwear.figures.axes import label_or_key
-from fretwear.figures.datasets import variable_of
+from fretwear.figures.axes import label_or_key, parameter_label
+from fretwear.figures.datasets import line_near_the_middle, snapshots, variable_of
 from fretwear.figures.style import CATEGORICAL, one_panel, sequential_colours, styled
 from fretwear.study.parameters import parameter
 from fretwear.units import (
@@ -43,20 +44,9 @@ def fretting_loops(
 ) -> Figure:
     """Draw tangential force against displacement round a cycle, one loop for each snapshot.
 
-    Parameters
-    ----------
-    loops : xarray.Dataset
-        From `fretwear.open_loops`.
-    cycles : sequence of int, optional
-        Snapshots to draw; all of them by default.
-    ax : matplotlib.axes.Axes, optional
-        Where to draw, in a figure of your own.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
+    `loops` are those of `fretwear.open_loops`; `cycles` left out are all of them.
     """
-    shown = loops if cycles is None else loops.sel(cycle=list(cycles))
+    shown = snapshots(loops, cycles, *(each.name for each in LOOP), default=list)
     force, way = (shown[each.name].values for each in LOOP)
     known = LOOP[0].in_units(shown[LOOP[0].name].attrs.get("units", LOOP[0].si_unit))
     unit = readable_unit(force, known.si_unit)
@@ -78,37 +68,19 @@ def fretting_loops(
 def scars(dataset: xr.Dataset, cycle: int | None = None, *, ax: Axes | None = None) -> Figure:
     """Draw the wear of both bodies along x: the indenter's upward, the flat's downward.
 
-    The scar is that of the whole contact, as a profilometer crosses it.
-
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        A case whose wear coefficients are known for each body.
-    cycle : int, optional
-        The snapshot; the last one by default.
-    ax : matplotlib.axes.Axes, optional
-        Where to draw, in a figure of your own.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-
-    Raises
-    ------
-    ValueError
-        When the case has one wear coefficient for both bodies together.
+    The scar, after `cycle` or the last snapshot, is that of the whole contact, as a profilometer
+    crosses it. It is a ValueError where the case has one wear coefficient for both bodies together.
     """
-    if BODY_FIELDS[0].name not in dataset:
+    names = [field.name for field in BODY_FIELDS]
+    if isinstance(dataset, xr.Dataset) and names[0] not in dataset:
         raise ValueError(
             "the wear of each body is not known: give wear_coefficient as [indenter, flat]"
         )
-    depths = dataset[[field.name for field in BODY_FIELDS]]
-    state = mirrored(depths.isel(cycle=-1) if cycle is None else depths.sel(cycle=cycle))
-    line = state.sel(y=0.0, method="nearest") if "y" in state.dims else state
+    line = mirrored(snapshots(dataset, cycle, *names)[names].isel(cycle=-1))
     figure, axes = one_panel(1, 66.0, ax)
     x = MICROMETRE.of(line.x.values)
     for field, sign, color in zip(BODY_FIELDS, (1.0, -1.0), CATEGORICAL, strict=False):
-        depth = sign * MICROMETRE.of(line[field.name].values)
+        depth = sign * MICROMETRE.of(line_near_the_middle(line[field.name]).values)
         axes.fill_between(x, depth, color=color, alpha=0.3, linewidth=0.0)
         axes.plot(x, depth, color=color, label=field.label)
     axes.set(xlabel="x (µm), direction of slip", ylabel=f"{RESULTS['wear_depth'].label} (µm)")
@@ -125,20 +97,10 @@ def has_fretting_map(summary: xr.Dataset) -> bool:
 def fretting_map(summary: xr.Dataset, *, ax: Axes | None = None) -> Figure:
     """Draw the regime of sliding over load and displacement; dots grow with the wear volume.
 
-    Slip that is partial in some snapshots and gross in others is mixed. The width of a dot is in
-    proportion to the cube root of the wear volume.
-
-    Parameters
-    ----------
-    summary : xarray.Dataset
-        A merged study that varies the load and the displacement amplitude or ratio; of other
-        varied parameters the first value is shown.
-    ax : matplotlib.axes.Axes, optional
-        Where to draw, in a figure of your own.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
+    `summary` is a merged study that varies the load and the displacement amplitude or ratio; of
+    other varied parameters the first value is shown. Slip that is partial in some snapshots and
+    gross in others is mixed. The width of a dot is in proportion to the cube root of the wear
+    volume.
     """
     across = next(name for name in MAPPED if name in summary["status"].dims)
     rest = {n: 0 for n in summary["status"].dims if n not in ("load", across)}
@@ -146,37 +108,30 @@ def fretting_map(summary: xr.Dataset, *, ax: Axes | None = None) -> Figure:
     gross = shown["regime"].mean("cycle", skipna=True).values
     volume = shown["wear_volume"].max("cycle").values
     worn = variable_of(shown, "wear_volume")
-    unit = readable_unit(volume, worn.si_unit)
-    pressed = parameter("load")
-    if shown["load"].attrs.get("units") == FORCE_PER_LENGTH.si_unit:
-        pressed = pressed.suiting(PerLength(1.0))
-    axis_of = {across: parameter(across), "load": pressed}
-    way, load = np.meshgrid(
-        *(shown[name].values / about.unit.size for name, about in axis_of.items())
-    )
+    is_line = shown["load"].attrs.get("units") == FORCE_PER_LENGTH.si_unit
+    like = {across: 1.0, "load": PerLength(1.0) if is_line else 1.0}
+    units = {name: parameter(name).suiting(value).unit for name, value in like.items()}
+    way, load = np.meshgrid(*(unit.of(shown[name].values) for name, unit in units.items()))
     figure, axes = one_panel(1, 66.0, ax)
     kinds = np.where(gross == 0.0, "partial slip", np.where(gross == 1.0, "gross slip", "mixed"))
-    places = {regime: (kinds == regime) & np.isfinite(gross) for regime in _REGIMES}
     dots = []
     for regime, (marker, color) in _REGIMES.items():
-        x, y = way[places[regime]], load[places[regime]]
-        if x.size:
-            found = axes.scatter(x, y, color=color, marker=marker, linewidths=0.0, label=regime)
-            dots.append((found, places[regime]))
+        here = (kinds == regime) & np.isfinite(gross)
+        if here.any():
+            options: dict[str, Any] = {"color": color, "marker": marker, "label": regime}
+            dots.append((axes.scatter(way[here], load[here], linewidths=0.0, **options), here))
     axes.set(xscale="log", yscale="log")
     for axis, values in ((axes.xaxis, way[0]), (axes.yaxis, load[:, 0])):
         axis.set_ticks(values, [f"{value:g}" for value in values])
         axis.set_ticks([], minor=True)
-    along, up = (
-        about.words.capitalize() + (f" ({about.unit.name})" if about.unit.name else "")
-        for about in axis_of.values()
-    )
-    axes.set(xlabel=along, ylabel=up)
+    along, up = (parameter_label(name, value) for name, value in like.items())
+    axes.set(xlabel=along[:1].upper() + along[1:], ylabel=up[:1].upper() + up[1:])
     axes.margins(0.12)
     key = axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), title="Regime")
     for handle in key.legend_handles:
         handle.set_sizes([30.0])  # type: ignore[union-attr]
     greatest = float(np.nanmax(volume))
+    unit = readable_unit(volume, worn.si_unit)
     largest = with_unit(f"{unit.of(greatest):.3g}", unit)
     note = f"width of dots: cube root of {worn.words}, largest {largest}"
     axes.set_title(note, fontsize="small", loc="left")

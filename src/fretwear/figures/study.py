@@ -29,7 +29,7 @@ from fretwear.figures.effects import (
     scatter_matrix,
     sensitivity,
 )
-from fretwear.figures.history import CyclePlot
+from fretwear.figures.history import HISTORIES, CyclePlot
 from fretwear.figures.index import (
     ANSWER_CATEGORY,
     HISTORY_CATEGORY,
@@ -40,28 +40,11 @@ from fretwear.figures.index import (
 )
 from fretwear.figures.lines import representative_cases, study_lines
 from fretwear.figures.maps import compare_wear_maps, depth_scale
-from fretwear.figures.profiles import at_edge, compare_profiles, is_traction
+from fretwear.figures.profiles import PROFILES, at_edge, compare_profiles, is_traction
 from fretwear.figures.rig import fretting_map, has_fretting_map
 from fretwear.figures.style import save_figure
 from fretwear.study.case import Case
 from fretwear.vocabulary import Field
-
-HISTORIES = {
-    "contact_half_width": "contact_half_width_x",
-    "stick_half_width": "stick_half_width_x",
-    "wear_volume": "wear_volume",
-    "dissipated_energy": "dissipated_energy",
-}
-"""Quantities over the cycles by file name."""
-
-PROFILES = {
-    "pressure_profiles": "pressure",
-    "shear_profiles": "shear_traction",
-    "gap_profiles": "gap",
-    "wear_rate_profiles": "wear_rate",
-    "wear_profiles": "wear_depth",
-}
-"""Fields along x by the beginning of their file name."""
 
 _STEADY = 1e-6
 _MEAN_WORDS = "mean over one wavelength"
@@ -101,16 +84,16 @@ def study_figures(
             continue
         plot = CyclePlot.of(summary, quantity, history)
         yield StudyFigure(name, plot.caption, HISTORY_CATEGORY, plot.draw())
-    cases_of = representative_cases(summary)
-    suffix = f"_by_{'_and_'.join(cases_of.contrasts)}" if cases_of.contrasts else ""
-    where = f" ({cases_of.common})" if cases_of.common else ""
+    chosen = representative_cases(summary)
+    suffix = f"_by_{'_and_'.join(chosen.contrasts)}" if chosen.contrasts else ""
+    where = f" ({chosen.common})" if chosen.common else ""
     with ExitStack() as stack:
         opened = {
             title: stack.enter_context(open_case(cases / f"{case_id}.nc"))
-            for title, case_id in cases_of.ids.items()
+            for title, case_id in chosen.ids.items()
         }
         for name, quantity in PROFILES.items():
-            caption = _profile_caption(field_of(quantity), where, opened) + cases_of.left_out
+            caption = _profile_caption(field_of(quantity), where, opened) + chosen.left_out
             figure = compare_profiles(opened, quantity)
             yield StudyFigure(f"{name}{suffix}", caption, PROFILE_CATEGORY, figure)
         known = known or {}
@@ -128,11 +111,8 @@ def study_figures(
             yield StudyFigure(f"bearing_area{suffix}", caption, MAP_CATEGORY, figure)
         # A line contact has no map: it is the same all along y.
         if all("y" in case.dims for case in opened.values()):
-            caption, figure = (
-                _map_caption(where, opened) + cases_of.left_out,
-                compare_wear_maps(opened),
-            )
-            yield StudyFigure(f"wear_map{suffix}", caption, MAP_CATEGORY, figure)
+            caption, figure = _map_caption(where, opened), compare_wear_maps(opened)
+            yield StudyFigure(f"wear_map{suffix}", caption + chosen.left_out, MAP_CATEGORY, figure)
 
 
 def write_study_figures(
@@ -164,18 +144,14 @@ def _answer_figures(summary: xr.Dataset) -> Iterator[StudyFigure]:
     points = Points.of(summary)
     if not points.levels:
         return
-    paired = any(points.lines.values())
-    colours = (
-        "; colours are those of the other parameter on which the change depends most"
-        if len(points.levels) > 1
-        else ""
-    )
-    caption = (
+    volume = points.variables["wear_volume"]
+    depends = "; colours are those of the other parameter on which the change depends most"
+    paired = (
         "Final results against each parameter. A line joins cases that differ in this parameter "
-        f"alone{colours}."
-        if paired
-        else "Final results of all points against each parameter: scatter plots."
+        f"alone{depends if len(points.levels) > 1 else ''}."
     )
+    scattered = "Final results of all points against each parameter: scatter plots."
+    caption = paired if any(points.lines.values()) else scattered
     if set(points.levels) == {SEED}:
         caption = "Final results of all seeds, which differ by chance."
     yield StudyFigure("effects", caption, ANSWER_CATEGORY, effects(summary))
@@ -187,10 +163,7 @@ def _answer_figures(summary: xr.Dataset) -> Iterator[StudyFigure]:
         yield StudyFigure("fretting_map", caption, ANSWER_CATEGORY, fretting_map(summary))
     mapped = [name for name, levels in points.levels.items() if len(levels) > 2]
     if len(mapped) > 1 and all(points.lines[name] for name in mapped):
-        caption = (
-            f"{points.variables['wear_volume'].label} after the last cycle over the two "
-            "parameters with most values."
-        )
+        caption = f"{volume.label} after the last cycle over the two parameters with most values."
         yield StudyFigure("wear_volume_map", caption, ANSWER_CATEGORY, effect_map(summary))
     if not is_sampled(summary):
         return
@@ -204,13 +177,10 @@ def _answer_figures(summary: xr.Dataset) -> Iterator[StudyFigure]:
     if len(points.levels) > 1:
         caption = (
             "Every point over every two parameters, and its result against each of them; colours "
-            f"are those of the final {points.variables['wear_volume'].words}."
+            f"are those of the final {volume.words}."
         )
         yield StudyFigure("scatter_matrix", caption, ANSWER_CATEGORY, scatter_matrix(summary))
-    caption = (
-        "Every point as a line over its parameters; its colour is the final "
-        f"{points.variables['wear_volume'].words}."
-    )
+    caption = f"Every point as a line over its parameters; its colour is the final {volume.words}."
     figure = parallel_coordinates(summary)
     yield StudyFigure("parallel_coordinates", caption, ANSWER_CATEGORY, figure)
 

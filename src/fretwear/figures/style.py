@@ -6,21 +6,23 @@ import io
 import re
 from collections.abc import Callable
 from functools import wraps
+from inspect import signature
 from os import PathLike, fspath
 from pathlib import Path
-from typing import Any, Literal, ParamSpec, TypeVar
+from typing import Any, Concatenate, Literal, ParamSpec, TypeVar
 
 import matplotlib
 import matplotlib.colors
 import matplotlib.style
 import numpy as np
+import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from fretwear.data.safe import atomic_path
 from fretwear.figures.index import PAGE_WIDTH
+from fretwear.vocabulary import RESULTS
 
 STYLE_SHEET = Path(__file__).with_name("fretwear.mplstyle")
 
@@ -55,14 +57,12 @@ _OPTIONS: dict[str, dict[str, Any]] = {
 _PATH, _DIGITS = re.compile(rb' d="[^"]*"'), re.compile(rb"(\.\d\d)\d+")
 
 P = ParamSpec("P")
+Q = TypeVar("Q")
 T = TypeVar("T")
 
 
 class JournalFigure(Figure):
-    """A matplotlib Figure of journal size that a notebook shows without pyplot.
-
-    It spans 1 or 2 journal columns, 90 mm or 190 mm, and has a height in mm.
-    """
+    """A matplotlib Figure of 1 or 2 journal columns and a height in mm, shown without pyplot."""
 
     def __init__(self, columns: Columns, height: float) -> None:
         if columns not in COLUMN_WIDTH:
@@ -74,8 +74,7 @@ class JournalFigure(Figure):
     def savefig(self, fname: Any, **options: Any) -> None:
         """Save as matplotlib does, in fretwear's style whatever the user's settings are.
 
-        Bitmaps have 300 dots per inch, PDF files bring their fonts along. Parameters are those of
-        `matplotlib.figure.Figure.savefig`.
+        Bitmaps have 300 dots per inch, PDF files bring their fonts along.
         """
         with style_context():
             super().savefig(fname, **options)
@@ -87,13 +86,7 @@ class JournalFigure(Figure):
 
 
 def root_figure(axes: Axes) -> Figure:
-    """Return the figure that axes belong to, also where they lie in a part of it.
-
-    Raises
-    ------
-    ValueError
-        When they have been removed from it.
-    """
+    """Return the figure that axes belong to, also where they lie in a part of it."""
     figure = axes.get_figure(root=True)
     if figure is None:
         raise ValueError("The axes belong to no figure: they have been removed from it.")
@@ -122,6 +115,22 @@ def styled(function: Callable[P, T]) -> Callable[P, T]:
             return function(*args, **kwargs)
 
     return inside
+
+
+def of_quantity(
+    draw: Callable[Concatenate[xr.Dataset, Q, P], Figure], name: str, quantity: Q
+) -> Callable[Concatenate[xr.Dataset, P], Figure]:
+    """Return the figure of one result or field: `draw` with its quantity, under a name."""
+
+    def figure(dataset: xr.Dataset, *args: P.args, **kwargs: P.kwargs) -> Figure:
+        return draw(dataset, quantity, *args, **kwargs)
+
+    whole = signature(draw)
+    dataset, _, *others = whole.parameters.values()
+    figure.__signature__ = whole.replace(parameters=[dataset, *others])  # type: ignore[attr-defined]
+    figure.__name__ = figure.__qualname__ = name
+    figure.__doc__ = f"Draw the {RESULTS[str(quantity)].words} as `{draw.__name__}` does."
+    return figure  # type: ignore[return-value]  # its name is that of the dataset everywhere
 
 
 def save_figure(
@@ -177,15 +186,17 @@ def save_as(figure: Figure, path: str | PathLike[str]) -> Path:
 def text_colour(color: str) -> str:
     """Return a colour for text: itself, or as much darker as reading on white paper takes."""
     shade = np.asarray(matplotlib.colors.to_rgb(color))
-    while 1.05 / (_luminance(shade) + 0.05) < _LEAST_CONTRAST:
+    while True:
+        # Relative luminance and contrast of WCAG 2.
+        linear = np.where(shade <= 0.04045, shade / 12.92, ((shade + 0.055) / 1.055) ** 2.4)
+        if 1.05 / (linear @ (0.2126, 0.7152, 0.0722) + 0.05) >= _LEAST_CONTRAST:
+            return matplotlib.colors.to_hex(tuple(shade.tolist()))
         shade = 0.95 * shade
-    return matplotlib.colors.to_hex(tuple(shade.tolist()))
 
 
-def _luminance(shade: NDArray[np.float64]) -> float:
-    """Return the relative luminance of an sRGB colour, as the contrast of WCAG 2 needs it."""
-    linear = np.where(shade <= 0.04045, shade / 12.92, ((shade + 0.055) / 1.055) ** 2.4)
-    return float(linear @ (0.2126, 0.7152, 0.0722))
+def look(place: int) -> tuple[str, str]:
+    """Return colour and mark of the first, second … of some things without an order."""
+    return CATEGORICAL[place % len(CATEGORICAL)], MARKERS[place % len(MARKERS)]
 
 
 def sequential_colours(count: int) -> list[str]:
@@ -200,8 +211,7 @@ def sequential_colours(count: int) -> list[str]:
 
 def sequential_colormap() -> matplotlib.colors.Colormap:
     """Return the continuous form of `sequential_colours`, for long series."""
-    samples: NDArray[np.float64] = np.linspace(_LIGHTEST, _DARKEST, 256)
-    colors = matplotlib.colormaps["inferno"](samples)
+    colors = matplotlib.colormaps["inferno"](np.linspace(_LIGHTEST, _DARKEST, 256))
     return matplotlib.colors.ListedColormap(colors, name="fretwear_sequence")
 
 

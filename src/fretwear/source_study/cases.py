@@ -27,6 +27,10 @@ Mask = NDArray[np.bool_]
 
 RUN_IN = 7000
 """Cycles after which, the study says, rough and smooth contacts are alike."""
+PLASTIC_LIMIT = 4500e6
+"""Plastic limit of the study, Pa."""
+TITLES = ("smooth elastic", "rough elastic", "smooth plastic", "rough plastic")
+"""What the four cases of the study are called, in this order."""
 
 _RADIUS = 0.01
 _SHAPE_DEPENDENT = "jaeger"
@@ -43,16 +47,11 @@ _ROUGH = {
     "roughness_slope_x": math.radians(5.7),
     "roughness_slope_y": math.radians(1.0),
 }
-PLASTIC_LIMIT = 4500e6
-"""Plastic limit of the study, Pa."""
-
-TITLES = ("smooth elastic", "rough elastic", "smooth plastic", "rough plastic")
-"""What the four cases of the study are called, in this order."""
 
 
 @dataclass(frozen=True)
 class Evolution:
-    """A case over its cycles."""
+    """A case over its cycles: SI units, fields of shape (nx, ny)."""
 
     dataset: xr.Dataset  # of a quarter or of the whole contact
     history: xr.Dataset  # scalars at every accepted step
@@ -72,21 +71,20 @@ class Evolution:
         return min(self.cycles, key=lambda candidate: abs(candidate - cycle))
 
     def field(self, name: str, cycle: int) -> Array:
-        """One field at a snapshot, SI unit, shape (nx, ny)."""
+        """One field at a snapshot."""
         snapshot = self.dataset[name].sel(cycle=cycle).transpose("x", "y")
         return snapshot.values.astype(np.float64)
 
     def is_in(self, state: ContactState, cycle: int) -> Mask:
-        """Which cells are in a state at a snapshot, shape (nx, ny)."""
-        found: Mask = self.field("contact_state", cycle) == state
-        return found
+        """Which cells are in a state at a snapshot."""
+        return np.equal(self.field("contact_state", cycle), state)
 
     def scalar(self, name: str, cycle: int) -> float:
-        """One scalar at a snapshot, SI unit."""
+        """One scalar at a snapshot."""
         return float(self.dataset[name].sel(cycle=cycle))
 
     def parameter(self, name: str) -> float:
-        """One parameter of the case, SI unit."""
+        """One parameter of the case."""
         return float(self.dataset[name])
 
     def at(self, name: str, cycle: float) -> float:
@@ -94,45 +92,41 @@ class Evolution:
         return float(np.interp(cycle, self.history["cycle"].values, self.history[name].values))
 
     @cached_property
+    def places(self) -> tuple[Array, Array]:
+        """Positions along x and y, shapes (nx,) and (ny,)."""
+        x, y = (self.dataset[name].values.astype(np.float64) for name in ("x", "y"))
+        return x, y
+
+    @cached_property
     def sides(self) -> tuple[float, float]:
-        """Sides of a cell along x and y, m."""
-        along_x, along_y = (float(np.diff(self.dataset[name].values).mean()) for name in ("x", "y"))
+        """Sides of a cell along x and y."""
+        along_x, along_y = (float(np.diff(place).mean()) for place in self.places)
         return along_x, along_y
 
     @cached_property
-    def places(self) -> tuple[Array, Array]:
-        """Positions along x and y, m, shapes (nx, 1) and (1, ny)."""
-        x, y = (self.dataset[name].values.astype(np.float64) for name in ("x", "y"))
-        return x[:, np.newaxis], y[np.newaxis, :]
-
-    @cached_property
     def radius(self) -> Array:
-        """Distance of every cell from the middle, m, shape (nx, ny)."""
-        distance: Array = np.hypot(*self.places)
-        return distance
+        """Distance of every cell from the middle."""
+        return np.hypot.outer(*self.places)
 
     @cached_property
     def roughness(self) -> WavyRoughness:
         """Its waves; those of a smooth case have no amplitude."""
-        return WavyRoughness(
-            self.parameter("roughness_amplitude"),
-            self.parameter("roughness_slope_x"),
-            self.parameter("roughness_slope_y"),
-        )
+        return WavyRoughness(*[self.parameter(name) for name in _ROUGH])  # type: ignore[arg-type]
 
     @cached_property
     def waves(self) -> Array:
         """The waves of a rough case without their amplitude: -1 on a tip, 1 in a valley."""
-        x, y = (place.ravel() for place in self.places)
-        return self.roughness.mean_height(x, y, self.sides) / self.roughness.amplitude
+        heights = self.roughness.mean_height(*self.places, self.sides)
+        return heights / self.roughness.amplitude
 
     def zones(self, cycle: int) -> Zones:
         """The stick and slip zones at a snapshot."""
         sticking = self.is_in(ContactState.STICK, cycle)
+        touching = sticking | self.is_in(ContactState.SLIP, cycle)
         half_cell = 0.5 * max(self.sides)
         edges = [
             float(self.radius[zone].max()) + half_cell if zone.any() else 0.0
-            for zone in (sticking, sticking | self.is_in(ContactState.SLIP, cycle))
+            for zone in (sticking, touching)
         ]
         return Zones(self.radius, *edges)
 
@@ -171,8 +165,7 @@ class Zones:
     @property
     def stick(self) -> Mask:
         """Cells of the stick zone."""
-        inside: Mask = self.radius <= self.stick_radius
-        return inside
+        return np.less_equal(self.radius, self.stick_radius)
 
     @property
     def slip(self) -> Mask:
@@ -182,14 +175,11 @@ class Zones:
     def between(self, start: float, end: float) -> Mask:
         """Cells of the slip zone from one fraction of its width to another."""
         fraction = self.place(self.radius)
-        inside: Mask = (fraction > start) & (fraction <= end)
-        return inside
+        return np.greater(fraction, start) & np.less_equal(fraction, end)
 
     def place(self, radius: Array) -> Array:
         """Where a radius, m, lies in the slip zone: 0 at the edge of stick, 1 at its rim."""
-        width = self.contact_radius - self.stick_radius
-        result: Array = (radius - self.stick_radius) / width
-        return result
+        return np.divide(radius - self.stick_radius, self.contact_radius - self.stick_radius)
 
 
 @dataclass(frozen=True)
@@ -224,27 +214,23 @@ def reference_cases(summary: Merged, folder: Path) -> list[ReferenceCases]:
     points = {name: point_values(summary, name) for name in needed}
     smooth = _all_near(points, {"roughness_amplitude": 0.0})
     elastic = _all_near(points, {"plastic_limit": math.inf})
-    is_source = _all_near(points, _SHARED)
+    is_source = _all_near(points, _SHARED) & (points["status"] == PointStatus.DONE)
     is_source &= smooth | _all_near(points, _ROUGH)
     is_source &= elastic | _all_near(points, {"plastic_limit": PLASTIC_LIMIT})
-    titles = np.char.add(
-        np.where(smooth, "smooth ", "rough "), np.where(elastic, "elastic", "plastic")
-    )
     found: dict[tuple[float, str], dict[str, Path]] = {}
-    for index in np.flatnonzero(is_source & (points["status"] == PointStatus.DONE)):
+    for index in np.flatnonzero(is_source):
         group = (float(points["radius"][index]), str(points["slip_model"][index]))
-        file = folder / f"{points['case_id'][index]}.nc"
-        found.setdefault(group, {})[str(titles[index])] = file
+        surface = "smooth" if smooth[index] else "rough"
+        title = f"{surface} {'elastic' if elastic[index] else 'plastic'}"
+        found.setdefault(group, {})[title] = folder / f"{points['case_id'][index]}.nc"
     whole = [ReferenceCases(*group, files) for group, files in found.items() if len(files) == 4]
     if not whole:
         return []
-    first = min(
-        whole,
-        key=lambda cases: (
-            cases.slip_model != _SHAPE_DEPENDENT,
-            abs(math.log(cases.radius / _RADIUS)),
-        ),
-    )
+
+    def rank(cases: ReferenceCases) -> tuple[bool, float]:
+        return cases.slip_model != _SHAPE_DEPENDENT, abs(math.log(cases.radius / _RADIUS))
+
+    first = min(whole, key=rank)
     return sorted(whole, key=lambda cases: (cases is not first, cases.radius != first.radius))
 
 
@@ -278,10 +264,8 @@ def differences(
 ) -> tuple[float, float, float]:
     """How far rough and smooth are apart in the slip zone that they have in common.
 
-    Returns
-    -------
-    apart, mean, largest : float
-        Mean of |rough − smooth|, mean and largest value of the smooth one, unit of the field.
+    Returned are, in the unit of the field, the mean of |rough − smooth|, and the mean and the
+    largest value of the smooth one.
     """
     both = [smooth.zones(cycle), rough.zones(cycle)]
     inner = max(zones.stick_radius for zones in both)
@@ -330,8 +314,7 @@ def amplitude_left(case: Evolution, cycle: int, zone: Mask) -> float:
 
     def waves_of(field: Array) -> Array:
         radius, mean, _ = case.rings(field, zone)
-        waves: Array = field[zone] - np.interp(case.radius[zone], radius, mean)
-        return waves
+        return np.subtract(field[zone], np.interp(case.radius[zone], radius, mean))
 
     left, pattern = waves_of(amplitude * case.waves + changed), waves_of(case.waves)
     return float((left * pattern).sum() / (pattern**2).sum()) / amplitude

@@ -41,43 +41,32 @@ Drawn = tuple[Figure, list[str]]
 
 CATEGORY = "Figures of the source study"
 SHOWN_CYCLES = (0, 100, 1000, 7000, 30000)
-MEAN_WORDS = "mean over one wavelength"
 
-_CONTACT, _STICK = "contact_half_width_x", "stick_half_width_x"
 _PROFILE_HEIGHT, _WIDTH_HEIGHT, _KEY_HEIGHT = 52.0, 72.0, 14.0
 _ROOM_ABOVE = 1.08
 _ROOM_OVER_FIRST = 1.5
-_WAVES_IN_ZOOM = 2.0
 _SLIP_ZONE_TOP = 500e6
 _MARGIN = 0.03
 
 _AT_Y = "on the line nearest y = 0"
-_SHADE = "Grey: stick zone at the last cycle shown; later curves lie on top of earlier ones."
-_EDGE = "Around the edge of the contact, as far as the window of the case goes."
-_CUT = (
-    "Curves that leave at the top are elastic: their peak at the edge of the stick zone grows "
-    "without bound as the grid is refined."
-)
+_MEAN = "mean over one wavelength"
 _STEPS = "A rough contact widens by steps: one more row of tips at a time."
 
+_PRESSURE, _SHEAR, _GAP = (field_of(name) for name in ("pressure", "shear_traction", "gap"))
+_WEAR_RATE = replace(field_of("wear_rate"), unit=NANOMETRE)
+_SMOOTH, _ROUGH = ("smooth elastic", "smooth plastic"), ("rough elastic", "rough plastic")
 
+_AT_STICK = (lambda p: p.stick_half_width[0]), "at the first edge of stick"
 _ZOOMS: dict[str, tuple[Callable[[HalfProfiles], float], str]] = {
-    "pressure": (lambda p: p.stick_half_width[0], "at the first edge of stick"),
-    "shear_traction": (lambda p: p.stick_half_width[0], "at the first edge of stick"),
-    "gap": (
-        lambda p: 0.5 * (p.contact_half_width[0] + p.contact_half_width[-1]),
-        "at the edge of the contact",
-    ),
+    "pressure": _AT_STICK,
+    "shear_traction": _AT_STICK,
+    "gap": (lambda p: float(p.contact_half_width[[0, -1]].mean()), "at the edge of the contact"),
     "wear_rate": (
         lambda p: 0.5 * (p.stick_half_width[0] + p.contact_half_width[0]),
         "in the middle of the slip zone",
     ),
 }
 """Middle of the two waves that a figure enlarges, m, and what its caption says of the place."""
-
-_PRESSURE, _SHEAR, _GAP = (field_of(name) for name in ("pressure", "shear_traction", "gap"))
-_WEAR_RATE = replace(field_of("wear_rate"), unit=NANOMETRE)
-_SMOOTH, _ROUGH = ("smooth elastic", "smooth plastic"), ("rough elastic", "rough plastic")
 
 
 def source_figures(summary: xr.Dataset, folder: Path) -> Iterator[StudyFigure]:
@@ -120,9 +109,8 @@ def _profiles(cases: Cases, *, field: Field, titles: Sequence[str]) -> Drawn:
     if is_rough and both and field is _PRESSURE:
         # The study compares elastic and plastic pressures of rough bodies up to there.
         cycles = [cycle for cycle in cycles if cycle <= RUN_IN]
-    shown = {title: cases[title].dataset for title in titles}
-    profiles = [half_profiles(case, field, cycles) for case in shown.values()]
-    tops = [_top(case, profile) for case, profile in zip(shown.values(), profiles, strict=True)]
+    profiles = [half_profiles(cases[title].dataset, field, cycles) for title in titles]
+    tops = [_top(cases[title], each) for title, each in zip(titles, profiles, strict=True)]
     down, across = (len(titles), 2) if is_rough else (1, len(titles))
     figure = JournalFigure(2 if across > 1 else 1, _KEY_HEIGHT + _PROFILE_HEIGHT * down)
     panels = figure.subplots(down, across, squeeze=False)
@@ -130,40 +118,44 @@ def _profiles(cases: Cases, *, field: Field, titles: Sequence[str]) -> Drawn:
     for index, (title, profile, top) in enumerate(zip(titles, profiles, tops, strict=True)):
         frame = frame_of([profile])
         frame = replace(frame, right=min(frame.right, float(profile.x[-1])), top=top)
+        whole = panels[index, 0] if is_rough else panels[0, index]
         if is_rough:
-            whole, zoom = panels[index]
-            _draw_waves(zoom, profile, colors)
-            zoom.set_title(f"{title}, zoom")
+            _draw_waves(panels[index, 1], profile, colors)
+            panels[index, 1].set_title(f"{title}, zoom")
             highest = _ROOM_ABOVE * float(np.nanmax(profile.readable(wave_mean).values))
             frame = replace(frame, left=0.0, top=top if at_edge(field) else min(top, highest))
-        else:
-            whole = panels[0, index]
+        elif not at_edge(field):
             # What a smooth contact shows at its edge differs in size from case to case.
-            frame = replace(frame, top=top if at_edge(field) else max(tops))
+            frame = replace(frame, top=max(tops))
         draw_profiles(whole, profile, colors, frame, wave_mean if is_rough else None)
         whole.set_title(title if is_rough or both else "")
     cycle_key(figure, colors)
     contact = f"{surface} contact" if both else f"{surface} {body} contact"
     bodies = ": elastic, and with a plastic limit" if both else ""
     caption = [f"{field.label} of the {contact} along x {_AT_Y}{bodies}."]
-    caption.append(_EDGE if at_edge(field) and not is_rough else _SHADE)
+    caption.append(
+        "Around the edge of the contact, as far as the window of the case goes."
+        if at_edge(field) and not is_rough
+        else "Grey: stick zone at the last cycle shown; later curves lie on top of earlier ones."
+    )
     if is_rough:
+        # Cells in a row that are in contact at first, as the middle one of all tips has them.
+        touches = half_profiles(cases[titles[0]].dataset, _PRESSURE, 0).values[0] > 0.0
+        ends = np.flatnonzero(np.diff(touches, prepend=False, append=False))
         caption.append(
-            f"Left: the profile (thin) and its {MEAN_WORDS} (thick). Right: two waves "
-            f"{_ZOOMS[field.name][1]}; marks are the cells, {_cells_on_a_tip(shown[titles[0]])} on "
-            "a tip in contact at cycle 0."
+            f"Left: the profile (thin) and its {_MEAN} (thick). Right: two waves "
+            f"{_ZOOMS[field.name][1]}; marks are the cells, {int(np.median(np.diff(ends)[::2]))} "
+            "on a tip in contact at cycle 0."
         )
-    return figure, [*caption, *([_CUT] if is_traction(field) else [])]
+    if is_traction(field):
+        caption.append(
+            "Curves that leave at the top are elastic: their peak at the edge of the stick zone "
+            "grows without bound as the grid is refined."
+        )
+    return figure, caption
 
 
-def _cells_on_a_tip(case: xr.Dataset) -> int:
-    """How many cells in a row are in contact at first, as the middle one of all tips has them."""
-    touches = half_profiles(case, _PRESSURE, 0).values[0] > 0.0
-    ends = np.flatnonzero(np.diff(touches, prepend=False, append=False))
-    return int(np.median(np.diff(ends)[::2]))
-
-
-def _top(case: xr.Dataset, profile: HalfProfiles) -> float:
+def _top(case: Evolution, profile: HalfProfiles) -> float:
     """The highest value that a panel shows.
 
     For tractions it is the study's plastic limit or the peak of cycle 0, whichever is higher:
@@ -171,14 +163,14 @@ def _top(case: xr.Dataset, profile: HalfProfiles) -> float:
     """
     if not is_traction(profile.field):
         return frame_of([profile]).top
-    share = float(case["friction"]) if profile.field is _SHEAR else 1.0
+    share = case.parameter("friction") if profile.field is _SHEAR else 1.0
     return _ROOM_ABOVE * max(share * PLASTIC_LIMIT, float(np.nanmax(profile.values[0])))
 
 
 def _draw_waves(axes: Axes, profile: HalfProfiles, colors: Mapping[int, str]) -> None:
     """Draw two waves of a rough profile as they are."""
     find_middle, _ = _ZOOMS[profile.field.name]
-    reach = 0.5 * _WAVES_IN_ZOOM * profile.wavelength
+    reach = profile.wavelength
     middle = min(max(find_middle(profile), reach), float(profile.x[-1]) - reach)
     distance = np.abs(profile.x - middle)
     highest = float(np.nanmax(profile.values[:, distance <= reach]))
@@ -186,7 +178,7 @@ def _draw_waves(axes: Axes, profile: HalfProfiles, colors: Mapping[int, str]) ->
         highest = min(highest, _ROOM_OVER_FIRST * float(np.nanmax(profile.values[0])))
     unit = profile.field.unit or readable_unit(highest, profile.field.si_unit)
     shade_stick(axes, profile)
-    shown = distance <= reach + profile.wavelength
+    shown = distance <= 2.0 * reach
     for cycle, values in zip(profile.cycles, profile.values, strict=True):
         x, curve = MICROMETRE.of(profile.x[shown]), unit.of(values[shown])
         axes.plot(x, curve, ".-", color=colors[int(cycle)], lw=0.8, markersize=2.4)
@@ -199,85 +191,77 @@ def _plastic_pressures(cases: Cases) -> Drawn:
     """Draw the pressure of both contacts with a plastic limit: the whole, and its foot in slip."""
     smooth, rough = cases["smooth plastic"], cases["rough plastic"]
     run_in = smooth.nearest(RUN_IN)
-    lines = {
-        f"smooth plastic, cycle {cycle_text(run_in)}": (smooth, run_in, "smooth"),
-        f"rough plastic, cycle {cycle_text(run_in)}": (rough, run_in, "rough"),
-        f"smooth plastic, cycle {cycle_text(smooth.last)}": (smooth, smooth.last, "smooth plastic"),
-    }
-    styles = [_style(title) for *_, title in lines.values()]
-    profiles = [half_profiles(case.dataset, _PRESSURE, [n]) for case, n, _ in lines.values()]
+    shown = [(smooth, run_in, "smooth"), (rough, run_in, "rough"), (smooth, smooth.last, "plastic")]
+    labels = [
+        f"{'rough' if case is rough else 'smooth'} plastic, cycle {cycle_text(cycle)}"
+        for case, cycle, _ in shown
+    ]
+    styles = [_style(title) for *_, title in shown]
+    profiles = [half_profiles(case.dataset, _PRESSURE, [cycle]) for case, cycle, _ in shown]
     frame = frame_of(profiles)
-    tops = [_top(case.dataset, p) for (case, *_), p in zip(lines.values(), profiles, strict=True)]
+    top = max(_top(case, each) for (case, *_), each in zip(shown, profiles, strict=True))
     figure = JournalFigure(2, _KEY_HEIGHT + _PROFILE_HEIGHT)
     panels = figure.subplots(1, 2)
     zoom = "foot of the curves, in the slip zone"
-    for axes, top, title in zip(panels, (max(tops), _SLIP_ZONE_TOP), ("whole", zoom), strict=True):
+    for axes, highest, title in zip(panels, (top, _SLIP_ZONE_TOP), ("whole", zoom), strict=True):
         for profile, style in zip(profiles, styles, strict=True):
             draw_curves(axes, profile, frame.unit, [style], wave_mean)
-        replace(frame, top=top).apply(axes, _PRESSURE)
+        replace(frame, top=highest).apply(axes, _PRESSURE)
         axes.set_title(title)
     panels[1].set_ylabel("")
-    outside_key(figure, [Line2D([], [], **style) for style in styles], list(lines))
+    outside_key(figure, [Line2D([], [], **style) for style in styles], labels)
     return figure, [
         f"Pressure of the contacts with a plastic limit along x {_AT_Y}, smooth and rough after "
         f"{run_in} cycles and smooth after {smooth.last}; right: the same, enlarged.",
-        f"Of the rough one the thin line is the profile, the thick one its {MEAN_WORDS}.",
+        f"Of the rough one the thin line is the profile, the thick one its {_MEAN}.",
     ]
 
 
 @styled
-def _half_widths(cases: Cases) -> Drawn:
-    """Draw the half-widths of contact and stick zone over the cycles, from the middle outwards."""
-    figure, axes = _widths(cases, {_CONTACT: 1.1, _STICK: 0.7})
+def _widths(cases: Cases, *, zoom: bool) -> Drawn:
+    """Draw the half-widths over the cycles from the middle outwards, or the edge of the contact.
+
+    The edge is drawn with early cycles spread out, and the whole range of elastic cases; others
+    may leave at the top.
+    """
+    figure = JournalFigure(2, _WIDTH_HEIGHT)
+    axes = figure.subplots()
+    contact, stick = (
+        {t: MICROMETRE.of(case.history[f"{zone}_half_width_x"].values) for t, case in cases.items()}
+        for zone in ("contact", "stick")
+    )
+    cycles = {title: case.history["cycle"].values for title, case in cases.items()}
+    for widths, width in ((contact, 1.1), (stick, 0.7))[: 1 if zoom else 2]:
+        for title, values in widths.items():
+            axes.plot(cycles[title], values, lw=width, **_style(title))
+    axes.grid(axis="y")
+    axes.set_ylabel(HALF_WIDTH_LABEL)
+    outside_key(figure, [Line2D([], [], **_style(title)) for title in cases], list(cases))
+    if zoom:
+        elastic = np.concatenate([contact[title] for title in (_SMOOTH[0], _ROUGH[0])])
+        room = _MARGIN * float(np.ptp(elastic))
+        axes.set_ylim(float(elastic.min()) - room, float(elastic.max()) + 4.0 * room)
+        every = np.concatenate(list(cycles.values()))
+        # Early steps are fractions of a cycle, in which nothing happens.
+        set_cycle_axis(axes, every[(every == 0.0) | (every >= 1.0)])
+        words = (
+            "The edge of the contact enlarged; the axis of cycles is logarithmic to the right of "
+            "the break. With a plastic limit the contact continues to grow."
+        )
+        return figure, [words, _STEPS]
     axes.set_ylim(bottom=0.0)
     axes.margins(x=0.0)
     axes.set_xlabel("Cycle")
     # Between the lines stands what is between them.
     last = max(case.last for case in cases.values())
-    stick, contact = (
-        [float(MICROMETRE.of(case.history[name].values[-1])) for case in cases.values()]
-        for name in (_STICK, _CONTACT)
+    lowest, edges = (
+        [float(values[-1]) for values in widths.values()] for widths in (stick, contact)
     )
-    for height, name in ((0.5 * min(stick), "stick"), (0.5 * (max(stick) + min(contact)), "slip")):
+    for height, name in ((0.5 * min(lowest), "stick"), (0.5 * (max(lowest) + min(edges)), "slip")):
         axes.text(0.985 * last, height, name, ha="right", va="center", fontsize=6.5)
     axes.text(0.02 * last, 0.98 * axes.get_ylim()[1], "open", va="top", fontsize=6.5)
     words = "Half-widths along x of the contact (thick) and of the stick zone (thin)"
     return figure, [f"{words} against the number of cycles.", _STEPS]
-
-
-@styled
-def _edge_of_contact(cases: Cases) -> Drawn:
-    """Draw the half-width of the contact alone, early cycles spread out.
-
-    The whole range of elastic cases is shown; others may leave at the top.
-    """
-    figure, axes = _widths(cases, {_CONTACT: 1.1})
-    elastic = [cases[title].history[_CONTACT].values for title in (_SMOOTH[0], _ROUGH[0])]
-    values = MICROMETRE.of(np.concatenate(elastic))
-    room = _MARGIN * float(np.ptp(values))
-    axes.set_ylim(float(values.min()) - room, float(values.max()) + 4.0 * room)
-    cycles = np.concatenate([case.history["cycle"].values for case in cases.values()])
-    # Early steps are fractions of a cycle, in which nothing happens.
-    set_cycle_axis(axes, cycles[(cycles == 0.0) | (cycles >= 1.0)])
-    return figure, [
-        "The edge of the contact enlarged; the axis of cycles is logarithmic to the right of the "
-        "break. With a plastic limit the contact continues to grow.",
-        _STEPS,
-    ]
-
-
-def _widths(cases: Cases, widths: Mapping[str, float]) -> tuple[Figure, Axes]:
-    """Draw results of all cases over the cycles, each in lines of its width, with a key."""
-    figure = JournalFigure(2, _WIDTH_HEIGHT)
-    axes = figure.subplots()
-    for variable, width in widths.items():
-        for title, case in cases.items():
-            values = MICROMETRE.of(case.history[variable].values)
-            axes.plot(case.history["cycle"].values, values, lw=width, **_style(title))
-    axes.grid(axis="y")
-    axes.set_ylabel(HALF_WIDTH_LABEL)
-    outside_key(figure, [Line2D([], [], **_style(title)) for title in cases], list(cases))
-    return figure, axes
 
 
 def _style(title: str) -> dict[str, Any]:
@@ -299,7 +283,7 @@ _FIGURES: dict[str, Callable[[Cases], Drawn]] = {
     "fig11_gap_rough": partial(_profiles, field=_GAP, titles=_ROUGH),
     "fig13_wear_rate_smooth": partial(_profiles, field=_WEAR_RATE, titles=_SMOOTH),
     "fig14_wear_rate_rough": partial(_profiles, field=_WEAR_RATE, titles=_ROUGH),
-    "fig15_contact_half_width": _half_widths,
-    "fig16_contact_half_width_zoom": _edge_of_contact,
+    "fig15_contact_half_width": partial(_widths, zoom=False),
+    "fig16_contact_half_width_zoom": partial(_widths, zoom=True),
 }
 """The figures by name, with what draws them."""
