@@ -262,3 +262,10 @@ def test_a_run_is_the_same_by_however_many_threads(monkeypatch, limit):
         for name in ("pressure", "gap", "wear", "plastic"):
             np.testing.assert_array_equal(getattr(found, name), getattr(alone, name))
     assert (alone.plastic.max() > 0) == np.isfinite(limit)
+
+
+def test_threads_keep_the_order_of_results_and_raise_what_one_of_them_raises():
+    team = Team(2)
+    with pytest.raises(ZeroDivisionError):
+        team.each(lambda part: 1 // (part - 7), range(20))
+    assert team.each(lambda part: part**2, range(20)) == [part**2 for part in range(20)]
