@@ -1,4 +1,4 @@
-"""Parts of a case that declare themselves: what reads, prints, stores and identifies a parameter.
+"""Parts of a case that declare their parameters: how each is read, printed, stored and identified.
 
 A part is a frozen dataclass that is parameter object and physics at once.  Each of its fields
 carries a `Parameter` as annotation, the only place that names it::
@@ -45,7 +45,7 @@ from fretwear.units import (
 )
 from fretwear.units import QuantityError as QuantityError
 
-# No physical value is beyond; powers and quotients of such numbers are still numbers.
+# No physical value lies beyond; powers and quotients of such numbers stay finite.
 _SMALLEST, _LARGEST = 1e-30, 1e30
 
 _NUMBER_SCHEMA = rf"^\s*[+-]?{NUMBER_PATTERN}\s*$"
@@ -70,7 +70,7 @@ class Parameter(ABC):
     """What a field of a part is."""
 
     may_be_drawn: ClassVar[bool] = False  # whether values may be drawn from a range
-    # A value of every form, by which all names of coordinates are known.
+    # A value of each form, from which all names of coordinates follow.
     forms: ClassVar[tuple[Any, ...]] = ((1.0, 2.0), 1.0)
 
     si_unit: str  # in UDUNITS notation, ``1`` for plain numbers
@@ -84,11 +84,11 @@ class Parameter(ABC):
     @property
     @abstractmethod
     def example(self) -> str:
-        """A sensible value as a study file would have it."""
+        """An example value, as in a study file."""
 
     @abstractmethod
     def read(self, value: object, units_required: bool) -> Any:
-        """Return the value in SI units; `QuantityError` where it is none or out of range."""
+        """Return the value in SI units; raise `QuantityError` if it is invalid or out of range."""
 
     @abstractmethod
     def schema(self) -> dict[str, Any]:
@@ -99,7 +99,7 @@ class Parameter(ABC):
         return f"such as {name.rpartition('.')[2]}: {self.example}" if self.example else ""
 
     def suiting(self, value: Any) -> Parameter:  # noqa: ARG002 - whatever the value
-        """Return what a value is: itself, as a rule."""
+        """Return the value in the form that suits the case; by default, itself."""
         return self
 
     def coordinates(self, name: str, value: Any) -> Iterator[tuple[str, Parameter, float | str]]:
@@ -115,17 +115,17 @@ class Parameter(ABC):
         return not math.isnan(value)
 
     def word_for(self, value: Any) -> str:
-        """Return the word that stands for a special value, such as "elastic", or nothing."""
+        """Return the word for a special value, such as "elastic"; empty for other values."""
         return value if isinstance(value, str) else ""
 
     def text(self, value: Any) -> str:
-        """Return a value in units for people: ``25 N``, ``5.7°``, ``elastic``."""
+        """Return a value in readable units: ``25 N``, ``5.7°``, ``elastic``."""
         return self.word_for(value) or with_unit(
             number_text(float(value) / self.unit.size), self.unit
         )
 
     def described(self) -> dict[str, Any]:
-        """Return the JSON Schema with a sentence that says what the parameter is."""
+        """Return the JSON Schema with a description of the parameter."""
         return {"description": self.description or f"{self.words.capitalize()}.", **self.schema()}
 
 
@@ -181,11 +181,11 @@ class Quantity(Parameter):
 
     @property
     def example(self) -> str:
-        """A sensible value as a study file would have it."""
+        """An example value, as in a study file."""
         return self.dimension.example
 
     def read(self, value: object, units_required: bool) -> Any:
-        """Return the SI value; `QuantityError` where it is none or out of range."""
+        """Return the SI value; raise `QuantityError` if it is invalid or out of range."""
         if self.infinite and means_none(value, units_required):
             return math.inf
         if self.infinite and value == math.inf:
@@ -214,7 +214,7 @@ class Quantity(Parameter):
         return number
 
     def suiting(self, value: Any) -> Quantity:
-        """Return what a value is that may be per length."""
+        """Return the value as a force per length in a line contact."""
         if not (self.in_line and isinstance(value, PerLength)):
             return self
         return dataclasses.replace(
@@ -226,7 +226,7 @@ class Quantity(Parameter):
         )
 
     def text(self, value: Any) -> str:
-        """Return a value in units for people: ``25 N``, in a line contact ``25 N/mm``."""
+        """Return a value in readable units: ``25 N``, in a line contact ``25 N/mm``."""
         return super(Quantity, self.suiting(value)).text(value)
 
     @property
@@ -243,7 +243,7 @@ class Quantity(Parameter):
         return value in special or (not math.isnan(value) and self._contains(value))
 
     def range_text(self) -> str:
-        """Say the range in words, such as "larger than -1 and at most 0.5"."""
+        """The range in words, such as "larger than -1 and at most 0.5"."""
         return " and ".join(
             f"{words} {format_quantity(bound, self.dimension) if bound else '0'}"
             for words, _, _, bound in self._bounds
@@ -263,7 +263,7 @@ class Quantity(Parameter):
         return "none" if math.isinf(value) else value
 
     def word_for(self, value: Any) -> str:
-        """Return the word for an infinite or a vanishing value, or nothing."""
+        """Return the word for an infinite or zero value; empty for other values."""
         if not isinstance(value, str) and self.infinite and math.isinf(value):
             return self.infinite
         return self.zero if value == 0.0 else super().word_for(value)
@@ -271,7 +271,7 @@ class Quantity(Parameter):
 
 @dataclass(frozen=True)
 class _Pair(Quantity):
-    """Two values of one quantity, in a list; one value serves for both."""
+    """Two values of one quantity in a list; a single value is used for both."""
 
     may_be_drawn: ClassVar[bool] = False
     meaning: ClassVar[str]
@@ -324,7 +324,7 @@ class PerBody(_Pair):
 
 @dataclass(frozen=True)
 class AlongXY(_Pair):
-    """A length along x and one along y; one value serves for both, None for the default."""
+    """A length along x and one along y; a single value is used for both, None is the default."""
 
     meaning = "the spacing along x and along y"
     suffixes = (("x", "along x"), ("y", "along y"))
@@ -346,7 +346,7 @@ class WholeNumber(Plain):
 
     @property
     def example(self) -> str:
-        """A sensible value as a study file would have it."""
+        """An example value, as in a study file."""
         return str(self.usual)
 
     def read(self, value: object, units_required: bool) -> int:
@@ -378,7 +378,7 @@ class Flag(Plain):
     example = "false"  # what turns off what is on as a rule
 
     def read(self, value: object, units_required: bool) -> bool:
-        """Return a truth value, or that of the number of a coordinate."""
+        """Return a bool; the number stored as a coordinate is accepted as well."""
         if value in (0, 1) and (isinstance(value, bool) or not units_required):
             return bool(value)
         raise QuantityError("must be true or false")
@@ -401,7 +401,7 @@ class Choice(Plain):
     """One of some words."""
 
     options: tuple[str, ...]
-    told: tuple[str, ...] = ()  # what a caption calls them where they do not tell
+    told: tuple[str, ...] = ()  # what a caption calls them where the words alone are unclear
 
     @property
     def example(self) -> str:
@@ -425,7 +425,7 @@ class Choice(Plain):
 
 @dataclass(frozen=True)
 class Patch(Plain):
-    """A rectangle: its corner x, y, its width and its height; None for all there is."""
+    """A rectangle: corner x, y, width and height; None for the whole map."""
 
     _side: ClassVar[Quantity] = Quantity("m", "", "", "mm", like="0.5 mm", at_least=0.0)
     example = "[0 mm, 0 mm, 0.5 mm, 0.5 mm]"
@@ -461,7 +461,7 @@ def pair(value: float | tuple[float, float]) -> tuple[float, float]:
 
 
 def is_list(value: object) -> TypeGuard[Sequence[Any]]:
-    """Whether a value is a list of values, and no text."""
+    """Whether a value is a list of values, not text."""
     return isinstance(value, Sequence) and not isinstance(value, str | bytes)
 
 
@@ -469,11 +469,11 @@ class Part:
     """A part of a case: a frozen dataclass whose fields are annotated by a `Parameter`.
 
     A class that derives from `Part` directly is a family, such as `Roughness`; the dataclasses
-    that derive from a family are its kinds.  To add a kind is to write its class.
+    that derive from a family are its kinds. Writing the class adds a kind.
     """
 
     kind: str = ""  # name in study files: ``{kind: wavy, ...}``
-    # What a caption calls the kind where the name does not tell; empty: the name.
+    # What a caption calls the kind where the name alone is unclear; empty: the name.
     told_as: ClassVar[str] = ""
 
     def __init_subclass__(cls, **options: Any) -> None:
@@ -481,7 +481,7 @@ class Part:
         _kinds.cache_clear()
 
     def __post_init__(self) -> None:
-        """Read every field as its `Parameter` says, text with units too; refuse broken rules."""
+        """Read every field as its `Parameter` says, including text with units; check rules."""
         for name, parameter in self.parameters().items():
             value = getattr(self, name)
             try:
@@ -506,27 +506,27 @@ class Part:
 
     @classmethod
     def parameters(cls) -> Mapping[str, Parameter]:
-        """What the fields of a kind are, by name, ``kind`` excepted."""
+        """The parameters of a kind by name, without ``kind``."""
         return declared(cast("Any", cls))
 
     @classmethod
     def derived(cls) -> Mapping[str, Parameter]:
-        """What follows from the parameters of a kind and is a coordinate too, by name."""
+        """The derived coordinates of a kind, by name."""
         return derived(cast("Any", cls))
 
     @property
     def problem(self) -> tuple[str, str] | None:
-        """A rule between the part's own parameters that is broken, and what to do."""
+        """The rule between the part's own parameters that is broken, and a remedy."""
         return None
 
     @property
     def is_trivial(self) -> bool:
-        """Whether the part is as good as none: a roughness without height."""
+        """Whether the part has no effect, such as a roughness without height."""
         return False
 
     @property
     def slug(self) -> str:
-        """What the id of a case says of the part, in letters, digits, ``.``, ``-`` and ``_``."""
+        """What stands for the part in the id of a case: letters, digits, ``.``, ``-`` and ``_``."""
         return self.kind
 
     def canonical(self) -> dict[str, Any]:
@@ -539,7 +539,7 @@ class Part:
 def _kinds(family: type[Any]) -> Mapping[str, type[Any]]:
     found: dict[str, type[Any]] = {}
     for heir in family.__subclasses__():
-        # One derived from a kind is that kind unless it has a name of its own.
+        # A class derived from a kind is the same kind unless it has its own name.
         found |= {heir.kind: heir} if heir.__dict__.get("kind") else {}
         found |= _kinds(cast("Any", heir))
     return found
@@ -554,7 +554,7 @@ def declared(cls: Any, what: Any = Parameter) -> Mapping[str, Any]:
 
 @cache
 def derived(cls: Any) -> Mapping[str, Parameter]:
-    """Return the properties of a class that say by a `Parameter` what they return."""
+    """Return the properties of a class whose return type is annotated by a `Parameter`."""
     members = {name: each for base in reversed(cls.__mro__) for name, each in vars(base).items()}
     return {
         name: found

@@ -1,7 +1,7 @@
 """Files with surfaces: measured topographies and profiles, as arrays of heights in m.
 
 What a case keeps of a file is its name and its checksum (`Source`): the same file is the same
-surface wherever it lies. Formats of profilometers and microscopes are read by SurfaceTopography,
+surface wherever it is. Formats of profilometers and microscopes are read by SurfaceTopography,
 which is optional and imported when a topography is read; profiles are plain text.
 """
 
@@ -48,7 +48,7 @@ class Located(str):
 
 @dataclass(frozen=True)
 class Source:
-    """A file by its name and checksum; where it lies does not count, and is empty if not known."""
+    """A file identified by name and checksum; its folder does not count and may be empty."""
 
     name: str
     checksum: str
@@ -81,7 +81,7 @@ class SourceFile(Plain):
             return value
         if not isinstance(value, str) or not value.strip():
             raise QuantityError("must be the name of a file", f"such as {self.example}")
-        # As a dataset tells it; a study has to have the file itself.
+        # As stored in a dataset; a study needs the file itself.
         if not units_required and (known := _TOLD.fullmatch(value)):
             return Source(known["name"], known["checksum"])
         path = getattr(value, "folder", Path()) / value
@@ -145,9 +145,9 @@ class Topography:
     x, y : array
         Coordinates of the points, shapes (nx,) and (ny,), increasing.
     heights : array, shape (nx, ny)
-        Upwards out of the body, in the mean 0.
+        Upwards out of the body; their mean is 0.
     missing : int
-        Number of points that were not measured, and filled.
+        Number of points that were not measured and have been filled in.
     """
 
     x: Array
@@ -177,14 +177,14 @@ def read_topography(
     source
         The file.
     levelled
-        Whether to take away the plane that fits it best; else its mean only.
+        Whether to subtract the best-fitting plane, rather than just the mean.
     patch
         Corner x, y, width and height, m, of the part to read, from the file's corner; None: all.
 
     Raises
     ------
     QuantityError
-        With a sentence that says what is wrong with the file.
+        If the file cannot be used; the message says why.
     """
     import numpy as np
 
@@ -228,7 +228,7 @@ def _opened(source: Source) -> Any:
             "install it: pip install 'fretwear[surfaces]'",
         ) from error
     try:
-        # Readers of some forty formats raise and warn of whatever they come upon.
+        # The readers of some forty formats raise and warn of all sorts of things.
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             surface = open_topography(source.path).topography()
@@ -249,7 +249,7 @@ def _opened(source: Source) -> Any:
 
 
 def _filled(values: Array, known: NDArray[np.bool_]) -> Array:
-    """Give points that are missing the height of the nearest one, then of their surroundings."""
+    """Fill missing points with the height of the nearest one, then smooth these."""
     import numpy as np
 
     if known.all():
@@ -275,7 +275,7 @@ def read_profile(source: Source) -> tuple[Array, Array]:
     Raises
     ------
     QuantityError
-        With a sentence that says what is wrong with the file.
+        If the file cannot be used; the message says why.
     """
     import numpy as np
 

@@ -63,9 +63,9 @@ _GRAVITY = 9.80665
 
 
 class QuantityError(ValueError):
-    """A value that is not what it should be: the rule as a sentence without its subject, a hint.
+    """A value that breaks a rule: the rule, as a sentence without its subject, and a hint.
 
-    Of a word that may be misspelt, `known` are the words that there are.
+    `known` lists the valid words where one may be misspelt.
     """
 
     def __init__(self, rule: str, hint: str = "", known: Sequence[str] = ()) -> None:
@@ -86,7 +86,7 @@ class Unit:
 
     @property
     def is_power(self) -> bool:
-        """Whether the name begins with a power of ten, by which numbers are multiplied."""
+        """Whether the name begins with a power of ten."""
         return self.name.startswith("10")
 
     def of(self, values: Any) -> Any:
@@ -99,7 +99,7 @@ class PerLength(float):
 
 
 class Force(float):
-    """A force, N, that was given as one, not as a bare number."""
+    """A force in N that was given with its unit, not as a bare number."""
 
 
 NO_UNIT = Unit("")
@@ -221,7 +221,7 @@ def _expression(unit: str) -> str:
 
 @lru_cache(maxsize=1)
 def _plain_units() -> dict[str, tuple[Decimal, Dimension]]:
-    """Units that are listed here anyway, as far as they are a name; pint reads all others."""
+    """The units listed here that are plain names; pint reads all others."""
     listed = ((unit, each) for each in DIMENSIONS for unit in (Unit(each.typed), *each.units))
     return {
         spelled: (Decimal(_DEGREE) if unit is DEGREE else Decimal(repr(unit.size)), dimension)
@@ -248,7 +248,7 @@ def _unit(text: str) -> tuple[Decimal, Dimension | None]:
 
 
 def nearest(name: object, known: Iterable[str], cutoff: float = 0.6) -> str:
-    """Return the known name nearest to a misspelt one, or nothing."""
+    """Return the known name nearest to a misspelt one, or an empty text."""
     if not isinstance(name, str):
         return ""
     by_fold = {each.casefold(): each for each in known}
@@ -257,7 +257,7 @@ def nearest(name: object, known: Iterable[str], cutoff: float = 0.6) -> str:
 
 
 def did_you_mean(name: object, known: Iterable[str], cutoff: float = 0.6) -> str:
-    """Ask whether the nearest known name is meant; nothing where none is near."""
+    """Return the question whether the nearest known name is meant; empty if none is near."""
     near = nearest(name, known, cutoff)
     return f"did you mean {near!r}?" if near else ""
 
@@ -269,7 +269,7 @@ def in_unit(value: Any, si_unit: str) -> Any:
 
 
 def force_text(value: float, digits: int = 6) -> str:
-    """Write a force, or where it is `PerLength` that, as a study file would have it."""
+    """Write a force, or a force per length, as in a study file."""
     if not isinstance(value, PerLength):
         return format_quantity(value, FORCE, digits)
     # N/µm is for the stiffness of a rig.
@@ -288,7 +288,8 @@ def parse_quantity(value: object, dimension: Dimension, *, units_required: bool 
     Raises
     ------
     QuantityError
-        Not a number, not finite, no unit, an unknown unit or one of another dimension.
+        If it is not a number, not finite, or has no unit, an unknown one or one of another
+        dimension.
     """
     if isinstance(value, Real) and not isinstance(value, bool):
         # A whole number may be larger than any float.
@@ -345,7 +346,7 @@ def _finite(number: float, dimension: Dimension) -> float:
 
 
 def format_quantity(value: float, dimension: Dimension, digits: int = 6) -> str:
-    """Write an SI number as a study file would have it, in the unit that is easiest to read.
+    """Write an SI number as in a study file, in the unit that is easiest to read.
 
     >>> format_quantity(2e-7, LENGTH), format_quantity(4.5e9, PRESSURE)
     ('200 nm', '4.5 GPa')
@@ -380,7 +381,7 @@ def readable_unit(values: Any, si_unit: str) -> Unit:
 
 
 def number_text(value: float, digits: int = 5) -> str:
-    """Return a number with up to so many significant digits, as people write it.
+    """Return a number with at most `digits` significant digits, as people write it.
 
     >>> number_text(1234567.0), number_text(-0.5)
     ('1.2346·10⁶', '−0.5')
@@ -401,9 +402,9 @@ def power_of_ten(exponent: int) -> str:
 
 
 def with_error(value: float, error: float, digits: int = 5) -> str:
-    """Return a number with its error, both to the first digit of the error that counts.
+    """Return a number with its error, both rounded to the leading digit of the error.
 
-    Without an error, or with one that the last of some digits hardly shows, it stands alone.
+    The error is left out where it would hardly change the last digit shown.
 
     >>> with_error(0.08471, 0.00034), with_error(1234.0, 170.0), with_error(2.5, 1e-9)
     ('0.0847 ± 0.0003', '1230 ± 170', '2.5')
@@ -411,7 +412,7 @@ def with_error(value: float, error: float, digits: int = 5) -> str:
     if not (0.0 < error < math.inf) or error < 0.5 * abs(value) * 10.0 ** (1 - digits):
         return number_text(value, digits)
     first = math.floor(math.log10(error))
-    # Of 1.7 one digit would tell too little.
+    # A single digit of 1.7 would be too coarse.
     place = first - 1 if error < 2.0 * 10.0**first else first
     if not 1e-4 <= abs(value) < 1e6:
         return f"{number_text(value, digits)} ± {number_text(error, first - place + 1)}"
@@ -420,7 +421,7 @@ def with_error(value: float, error: float, digits: int = 5) -> str:
 
 
 def fixed_digits(value: float, digits: int) -> str:
-    """Return a number with just so many significant digits, zeros at the end included."""
+    """Return a number with exactly `digits` significant digits, trailing zeros included."""
     if value == 0.0:
         return "0"
     text = f"{value:#.{digits}g}".rstrip(".").replace("-", "−")
@@ -455,7 +456,7 @@ def size_text(number: float) -> str:
 
 
 def span(values: Iterable[float], text: Callable[[float], str]) -> str:
-    """Return the smallest and the largest of some values as text, once if they read the same."""
+    """Return the range of some values as text, or a single value if both ends read the same."""
     known = list(values)
     low, high = text(min(known)), text(max(known))
     return low if low == high else f"{low} to {high}"

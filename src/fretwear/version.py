@@ -1,6 +1,6 @@
 """The version of the package, and the digest of what its numbers come from.
 
-Nothing else is imported here: this is asked at every start of the workflow.
+Nothing else is imported here, because every start of the workflow needs it.
 """
 
 from functools import cache
@@ -8,7 +8,7 @@ from pathlib import Path
 
 __version__ = "0.1.0"
 
-# What lies between a case and the numbers in its file; not what reads, draws or reports them.
+# What lies between a case and the numbers in its file, not what reads, draws or reports them.
 _SOURCES = ("mechanics", "theory", "study", "parts.py", "units.py", "vocabulary.py")
 _DRIVERS = ("running/simulate.py", "data/labels.py")
 _LIBRARIES = ("numpy", "scipy", "ducc0")
@@ -16,7 +16,7 @@ _LIBRARIES = ("numpy", "scipy", "ducc0")
 
 @cache
 def code_digest() -> str:
-    """Return the digest of all that the bits of a result depend on but its parameters.
+    """Return the digest of everything, besides its parameters, that a result depends on to the bit.
 
     These are the sources that compute it, whether the kernels are compiled, and the versions of
     the libraries, from a checkout as from a wheel.

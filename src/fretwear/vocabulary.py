@@ -1,7 +1,6 @@
 """Every result once: its name, unit, words and symbol, and how it is shown.
 
-Datasets, tables, figures, report and messages take the words of a quantity from here.  What is
-not here has no name.
+Datasets, tables, figures, report and messages take the words of a quantity from here.
 """
 
 from __future__ import annotations
@@ -61,11 +60,11 @@ class Variable:
     words: str = ""
     dtype: str = "float64"  # type in memory and in the file
     cf_axis: str = ""  # CF axis (``"X"`` or ``"Y"``), empty where there is none
-    from_zero: bool = True  # whether a linear axis begins at zero
+    from_zero: bool = True  # whether a linear axis starts at zero
     # Whether a wide range of values is shown on a logarithmic axis.
     may_be_logarithmic: bool = False
-    # Whether the value means something by itself: not where it is that of a single cell at a
-    # singularity, as the peak pressure of an elastic contact is.
+    # Whether the value is meaningful by itself: the peak pressure of an elastic contact, that of a
+    # single cell at a singularity, is not.
     is_headline: bool = True
 
     def __post_init__(self) -> None:
@@ -73,22 +72,22 @@ class Variable:
 
     @property
     def marked(self) -> str:
-        """The words, with a dagger where the value means little by itself."""
+        """The words, with a dagger where the value alone means little."""
         return self.words + ("" if self.is_headline else " †")
 
     @property
     def error(self) -> Variable:
-        """What its values are off by, in the same unit: because cells and steps are not smaller."""
+        """The estimated discretisation error of this variable, in the same unit."""
         words, comment = f"estimated error of the {self.words}", "by a run on cells twice as wide"
         return Variable(f"{self.name}_error", self.si_unit, "", comment, self.unit, words)
 
     def in_units(self, si_unit: str) -> Variable:
-        """Return the one whose values have a unit: this, or that of a line contact."""
+        """Return this variable or its counterpart per length, whichever has the given unit."""
         return self if si_unit == self.si_unit else self.per_length
 
     @property
     def per_length(self) -> Variable:
-        """The same of a line contact, where areas, volumes and energies are per length."""
+        """Its counterpart in a line contact, where areas, volumes and energies are per length."""
         if self.si_unit not in PER_LENGTH:
             return self
         words = f"{self.words} per length"
@@ -112,8 +111,8 @@ class Field(Variable):
     """A variable on the surface, dimensions ``(cycle, x, y)``."""
 
     dtype: str = "float32"
-    # Value outside the window of a case, where the surfaces do not touch; NaN when that does not
-    # tell it.
+    # Value outside the window of a case, where the surfaces do not touch; NaN where it is not
+    # known.
     outside: float = 0.0
     # The values that can occur, for a field of flags; empty for a physical quantity.
     flags: tuple[ContactState, ...] = ()
@@ -123,7 +122,7 @@ class Field(Variable):
         """CF attributes of the variable, flags included; empty entries are left out."""
         if not self.flags:
             return super().attributes
-        # Numbers of the file's type, for which only those pay who write it.
+        # Numbers of the file's type; converted only when a file is written.
         import numpy as np
 
         return {
@@ -250,7 +249,7 @@ AT_SNAPSHOTS = ("sliding_criterion",)
 
 
 def of_steps(scalars: Iterable[Variable]) -> tuple[Variable, ...]:
-    """Those of some scalars that every step has."""
+    """Return those scalars that are known at every step."""
     return tuple(scalar for scalar in scalars if scalar.name not in AT_SNAPSHOTS)
 
 
@@ -325,6 +324,6 @@ LINE_SCALARS: tuple[Variable, ...] = tuple(
 
 
 def scalars_of(names: Iterable[object]) -> tuple[Variable, ...]:
-    """The scalars of a dataset with such dimensions or variables."""
+    """Return the scalars of a dataset with these dimensions."""
     along_y = {Y.name, *(each.name for each in SCALARS if each.name.endswith("_y"))}
     return LINE_SCALARS if along_y.isdisjoint(names) else SCALARS

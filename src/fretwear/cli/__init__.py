@@ -1,6 +1,6 @@
-"""The command line: each command reads its input, calls the package that does the work, reports.
+"""The command line: each command reads input, calls the package that does the work, and reports.
 
-Nothing heavy is imported before a command needs it, so that help and plans come at once.
+Nothing heavy is imported before a command needs it, so that help and plans appear at once.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ def main(*, watched: bool = True) -> None:
         if getattr(sys, name) is None:  # Libraries count on both.
             setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115, PTH123
     try:
-        # From here on: whoever asks a process to stop does not wait until it has started.
+        # From here on, because a signal to stop may arrive while the process is still starting.
         with stopping():
             if watched:
                 watch()
@@ -29,7 +29,7 @@ def main(*, watched: bool = True) -> None:
             app()
     except Stopped as stopped:
         stopped.leave()
-    except MemoryError:  # before a command could begin to tell
+    except MemoryError:  # before a command could open its log
         os.write(2, b"fretwear: error: there is not enough memory to start\n")
         sys.exit(1)
 

@@ -56,7 +56,7 @@ def plan(
 ) -> None:
     """Print the points of a study with the time and memory each will take; run nothing.
 
-    Times are those of this machine, whose speed is measured in a moment.
+    Times are for this machine, whose speed is measured briefly.
     """
     from fretwear.running import resources
     from fretwear.study.plan import Plan
@@ -108,7 +108,7 @@ def run(
 ) -> None:
     """Simulate one case of a study and write it to one file.
 
-    A run that was interrupted resumes from its checkpoint, which is beside the file.
+    An interrupted run resumes from its checkpoint beside the file.
     """
     from fretwear.study.study import select_case
 
@@ -137,9 +137,9 @@ def batch(
     threads: Threads = 1,
     supervised: Annotated[bool, typer.Option("--supervise", help=_SUPERVISE)] = False,
 ) -> None:
-    """Simulate several points of a study, one after the other, each to its file in cases/.
+    """Simulate several points of a study in turn, each to its file in cases/.
 
-    Finished cases are kept, and one that fails does not stop the others.
+    Finished cases are kept, and a case that fails does not stop the others.
     """
     study, folder = study_and_results(file, results)
     first, last = 1, study.size
@@ -176,7 +176,7 @@ def batch(
 def merge(
     log: Log, file: StudyFile, results: Results = None, keep_older: KeepOlder = False
 ) -> None:
-    """Merge the cases that are done into summary.nc, their results.csv, and list points.csv."""
+    """Merge the finished cases into summary.nc and results.csv, and write the table points.csv."""
     study, folder = study_and_results(file, results)
 
     from fretwear.data.effects import results_table
@@ -207,7 +207,7 @@ def figures(log: Log, file: StudyFile, results: Results = None) -> None:
     from fretwear.figures.study import write_study_figures
     from fretwear.source_study.figures import source_figures
 
-    # What is loaded by now stays: looking through it again and again takes a fifth of the time.
+    # Objects loaded by now stay: scanning them again and again takes a fifth of the time.
     gc.freeze()
     cases, drawn = folder / "cases", folder / "figures"
     with (
@@ -267,9 +267,9 @@ def animate(
 ) -> None:
     """Animate pressure, wear depth and contact zones of a case over its cycles.
 
-    Only the snapshots in the case file are shown, each the longer the further away
-    the next one is on a logarithmic axis. Some thirty move smoothly:
-    'output: {cycles: [0, 1, 2, 3, 5, 8, 10, ...]}' in the study file.
+    Only the snapshots in the case file are shown, each for a time that grows with the distance to
+    the next on a logarithmic axis. About thirty give a smooth animation: 'output: {cycles: [0, 1,
+    2, 3, 5, 8, 10, ...]}' in the study file.
     """
     with opened(file) as (case, history):
         path = check_output(output or file.with_suffix(".gif"), ".gif", ".mp4")

@@ -32,14 +32,14 @@ FIGURE_FORMATS = (".png", ".svg", ".pdf")
 
 _STUDIES = "studies/"
 _ODD_CHARACTERS = frozenset(" \t\n\"'\\$&;<>|*?[](){}!#`~")
-# All ids of a large study take seconds, too long for a key that seems to do nothing.
+# Listing all ids of a large study takes seconds, too long for a key press.
 _MOST_POINTS = 2000
 
 LOG_FORMAT_OPTION, LOG_FORMAT_VARIABLE = "--log-format", "FRETWEAR_LOG_FORMAT"
 
 
 class Status(IntEnum):
-    """Exit status of a command that was not stopped from outside."""
+    """Exit status of a command that was not stopped by a signal."""
 
     DONE = 0
     FAILED = 1
@@ -47,7 +47,7 @@ class Status(IntEnum):
 
 
 class CommandError(Exception):
-    """What ends a command with a message and an exit status: what was wrong and what to do."""
+    """An error that ends a command with a message, what to do, and an exit status."""
 
     def __init__(self, message: str, status: Status = Status.WRONG_INPUT) -> None:
         super().__init__(message)
@@ -64,7 +64,7 @@ class LogFormat(StrEnum):
 
 @dataclass
 class Call:
-    """One call of the command line, the object of every context."""
+    """One call of the command line, stored in every context."""
 
     arguments: Sequence[str]  # what was typed after ``fretwear``
     log: Log | None = None  # takes all messages once the command has begun
@@ -75,10 +75,9 @@ class Call:
         return shlex.join(["fretwear", *self.arguments])
 
 
-# What the shell offers when a user presses the tab key, where typer does not know it by itself.
-# Where nothing is returned the shell completes names of files by itself. Shells put a space after
-# a word that is the only one left; where the user would have to go on without one, there are
-# either two candidates or none.
+# What the shell offers at the tab key, beyond what typer knows by itself.
+# If nothing is returned, the shell completes file names itself. Shells add a space after the only
+# candidate; where the user has to continue without one, there are either two candidates or none.
 
 
 def study_files(incomplete: str) -> list[str]:
@@ -112,7 +111,7 @@ def case_ids(context: typer.Context, incomplete: str) -> list[str]:
 
 
 def assignments(incomplete: str) -> list[str]:
-    """Offer names of parameters, and for the only one that is left an example of its value."""
+    """Offer names of parameters, and an example value once only one is left."""
     from fretwear.study.parameters import parameter_names, parameter_of
 
     names = [*parameter_names(), "output.cycles", "title"]
@@ -125,7 +124,7 @@ def assignments(incomplete: str) -> list[str]:
 
 
 def _entries(incomplete: str, endings: Sequence[str]) -> list[str]:
-    """Return the files with these endings and the folders, ending in a slash, that may be meant."""
+    """Return the matching files with these endings, and folders ending in a slash."""
     folder, slash, name = incomplete.rpartition("/")
     try:
         entries = sorted(Path(folder + slash or ".").iterdir())
@@ -141,7 +140,7 @@ def _entries(incomplete: str, endings: Sequence[str]) -> list[str]:
 
 
 def _unless_shells_do_better(found: list[str]) -> list[str]:
-    """Leave to the shell what it completes without a space or has to quote."""
+    """Leave to the shell candidates that it completes without a space or has to quote."""
     odd = any(_ODD_CHARACTERS.intersection(name) for name in found)
     return [] if odd or all(name.endswith("/") for name in found) else found
 
@@ -225,14 +224,14 @@ def logged(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def say(text: str) -> None:
-    """Print to standard output; what comes from files sends no commands to the terminal.
+    """Print to standard output, without control characters that may come from files.
 
-    Where nothing can be written there, the command fails, without a word if nobody reads any more.
+    If that fails the command fails, silently if the reader has gone.
     """
     try:
         typer.echo(printable(text))
     except OSError as error:
-        with suppress(OSError, ValueError):  # What is held back would fail again at the end.
+        with suppress(OSError, ValueError):  # What is still buffered would fail again at exit.
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         if error.errno in (errno.EPIPE, errno.EIO):
             raise typer.Exit(Status.FAILED) from error
@@ -241,7 +240,7 @@ def say(text: str) -> None:
 
 
 def finite(value: Any) -> Any:
-    """Return a value for JSON, which knows no number that is not finite: there it has null."""
+    """Return a value for JSON, with null for numbers that are not finite."""
     if isinstance(value, dict):
         return {name: finite(each) for name, each in value.items()}
     if isinstance(value, list):
@@ -250,7 +249,7 @@ def finite(value: Any) -> Any:
 
 
 def study_and_results(file: Path, results: Path | None) -> tuple[Study, Path]:
-    """Return a study and the folder of its results, a `CommandError` if it is not to be written."""
+    """Return a study and the folder of its results; `CommandError` if it must not be written to."""
     from fretwear.data.safe import why_leading_out
     from fretwear.study.study import load_study
 
@@ -263,9 +262,9 @@ def study_and_results(file: Path, results: Path | None) -> tuple[Study, Path]:
 
 
 def check_output(path: Path, *endings: str) -> Path:
-    """Return a path to which a file can be written, found out before anything is computed.
+    """Return a path, checked to be writable before anything is computed.
 
-    `CommandError` where it is a folder, ends in none of the endings, or cannot be written to.
+    `CommandError` if it is a folder, has another ending, or cannot be written to.
     """
     if path.is_dir():
         raise CommandError(f"{path}: is a folder; name a file in it, such as {path}/x{endings[0]}")
@@ -279,7 +278,7 @@ def check_output(path: Path, *endings: str) -> Path:
 
 @contextmanager
 def opened(file: Path) -> Iterator[tuple[xr.Dataset, xr.Dataset]]:
-    """Open a case file: dataset and history of the case, a `CommandError` if it is not valid."""
+    """Open a case file: dataset and history of the case; `CommandError` if it is not valid."""
     check_results(file)
 
     from fretwear.data.files import open_case, open_history
@@ -301,7 +300,7 @@ def opened(file: Path) -> Iterator[tuple[xr.Dataset, xr.Dataset]]:
 
 
 def check_results(file: Path) -> None:
-    """Refuse what is missing, a folder or a study file, before anything heavy is imported."""
+    """Refuse missing files, folders and study files before anything heavy is imported."""
     if file.is_dir():
         found = sorted([*file.glob("*.nc"), *file.glob("cases/*.nc")])
         names = "".join(f"\n    {name}" for name in few_of(found))

@@ -44,7 +44,7 @@ def init(
     study: Annotated[str, option("--study", "NAME", _STUDY, "demo")] = "demo",
     list_: Annotated[bool, _LIST] = False,
 ) -> None:
-    """Begin a folder to work in: a Snakefile, its settings, a study to change, and .gitignore.
+    """Create a folder to work in: a Snakefile, its settings, a study to change, and .gitignore.
 
     Existing files are not changed.
     """

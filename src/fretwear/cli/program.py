@@ -66,7 +66,7 @@ class _Command(_Help, TyperCommand):
 
 
 class _Commands(_Help, TyperGroup):
-    """All commands; whatever ends one of them with an error becomes a message and a status."""
+    """All commands; an error that ends one of them becomes a message and a status."""
 
     def main(self, *args: Any, **extra: Any) -> Any:
         """Run a command; leave with its exit status, except where that is not wanted."""
@@ -79,7 +79,7 @@ class _Commands(_Help, TyperGroup):
 
         if not is_program:
             return work()
-        # A log may take the warnings of this call, and of no later one.
+        # A log may take over the warnings of this call, but not of later ones.
         with warnings.catch_warnings():
             try:
                 with swallowing_no_lack_of_memory():
@@ -94,7 +94,7 @@ class _Commands(_Help, TyperGroup):
 
 @contextmanager
 def swallowing_no_lack_of_memory() -> Iterator[None]:
-    """Raise at the end what a library could not: its work is not whole, though it went on."""
+    """Raise at the end the lack of memory that a library could not: its work is incomplete."""
     lost = []
 
     def hear(told: Any) -> None:
@@ -145,7 +145,7 @@ def _tell(error: BaseException, call: Call) -> int:
 
 
 def format_in_call(arguments: Sequence[str], environment: Mapping[str, str]) -> LogFormat:
-    """Tell in which format a call wants its errors that may be too wrong to be parsed."""
+    """Return the format in which a call wants errors, even if the call cannot be parsed."""
     words = [word for argument in arguments for word in argument.split("=", 1)]
     named = [value for name, value in pairwise(words) if name == LOG_FORMAT_OPTION]
     wanted = named[-1] if named else environment.get(LOG_FORMAT_VARIABLE)

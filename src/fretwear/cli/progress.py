@@ -1,4 +1,4 @@
-"""What a command says while it works: a bar on a terminal, lines of text, or JSON lines.
+"""Output of a command while it works: a bar on a terminal, lines of text, or JSON lines.
 
 A message is a text for people and fields for programs. Every JSON line has ``event`` and ``time``
 (UTC, ISO 8601). Lengths are in m and times in s; numbers that are not finite are null. Fields may
@@ -46,7 +46,7 @@ _MEASURES = (
     "peak_pressure",
     "wear_volume",
 )
-# Between two lines, s: a run of a minute gets some thirty lines, one of a day a thousand.
+# Time between two lines, s: a run of a minute gets about thirty lines, one of a day a thousand.
 _SHORTEST_INTERVAL = 2.0
 _LONGEST_INTERVAL = 60.0
 _INTERVAL_SHARE = 0.02
@@ -59,7 +59,7 @@ _SMALLEST_SHARE = 0.1
 
 
 class Log:
-    """All that a command says: errors and progress to standard error, results to standard output.
+    """All output of a command: errors and progress to standard error, results to standard output.
 
     Messages are text, on a terminal with a bar if the format is ``auto``, or ``json``; a quiet log
     reports errors only. Text may go to another stream, without colours.
@@ -92,7 +92,7 @@ class Log:
             self._console = Console(color_system=colours, **known)
 
     def begin(self, command: str, typed: str = "") -> None:
-        """Tell programs that a command begins; from here on warnings are events for them too."""
+        """Report the start of a command; from here on warnings become events for programs."""
         self._command, self.typed = (command, self._clock()), typed
         if self._is_json:
 
@@ -119,9 +119,9 @@ class Log:
         event: str = "error",
         defect: Exception | None = None,
     ) -> None:
-        """Say what ends the command: an error and what to do, or that it is ``stopped`` by whom.
+        """Report what ends the command: an error with a remedy, or who ``stopped`` it.
 
-        What never should happen, a defect, is reported with its traceback.
+        A defect is reported with its traceback.
         """
         fields = {"message": message, "exit_status": exit_status}
         trace = "" if defect is None else "".join(traceback.format_exception(defect)).rstrip()
@@ -153,7 +153,7 @@ class Log:
 
     @contextmanager
     def case(self, case: Case, file: Path) -> Iterator[Observer]:
-        """Tell of a case that runs in the context; the observer is to be called at every step."""
+        """Report a case that runs in the context; the observer must be called at every step."""
         timing = self._batch or _time_left({case.case_id: case}, self._clock)
         timing.begin(case.case_id, case.cycles)
         name = f"case {timing.number} of {timing.count}" if timing.count > 1 else ""
@@ -205,7 +205,7 @@ class Log:
 
     @contextmanager
     def counting(self, thing: str) -> Iterator[Callable[[int, int], None]]:
-        """Give what shows on a terminal how many things are done of how many."""
+        """Return a function that shows on a terminal how many of a number of things are done."""
         from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
         columns = (TextColumn(thing), MofNCompleteColumn(), BarColumn(bar_width=24))
@@ -240,7 +240,7 @@ class Log:
         numbers = Text(no_wrap=True, overflow="ellipsis")
 
         def show(step: Step) -> None:
-            # Always equally wide: what stands beside the number must not jump.
+            # Of constant width, so that its neighbours do not jump.
             cycle = f"{step.state.cycle:{len(str(step.last_cycle))}.0f}"
             place = f"cycle {cycle} of {step.last_cycle}"
             bars.update(one, description=place, completed=timing.share)
@@ -251,7 +251,7 @@ class Log:
             yield show
 
     def _say(self, event: str, fields: Mapping[str, Any], text: str = "") -> None:
-        """Give people the text of a message and programs its fields, except in a quiet log."""
+        """Write a message: text for people, fields for programs, nothing in a quiet log."""
         if self._is_quiet:
             return
         if self._is_json:
@@ -266,7 +266,7 @@ class Log:
         self._output.flush()
 
     def _print(self, text: str, label: str = "") -> None:
-        """Print above the bar, if there is one; names of files are no markup, lines stay whole."""
+        """Print above the bar, if there is one, without markup or line breaks."""
         from rich.text import Text
 
         assert self._console is not None
@@ -275,15 +275,15 @@ class Log:
 
 
 class TimeLeft:
-    """The time that a case still takes, and the cases of its batch, one after the other.
+    """The time left for a case, and for all cases of its batch.
 
     It follows from the plan and from the last steps. Steps grow by orders of magnitude over a
     run, each takes about as long as the one before, and where the bodies yield they stop growing.
-    The speed of the last steps in cycles per second therefore foretells far too much at first,
-    and their growth, carried on, too little: their geometric mean counts, and beside it the plan,
-    the less of it the more cycles are done.
+    Extrapolating the speed of the last steps in cycles per second therefore overestimates the time
+    at first, and extrapolating their growth underestimates it: the geometric mean of both is used,
+    combined with the plan, whose weight falls as cycles are done.
 
-    It is made of what each case should take, s, by its id.
+    Constructed from the estimated time of each case, s, by its id.
     """
 
     def __init__(self, planned: Mapping[str, float], clock: Callable[[], float]) -> None:
@@ -293,7 +293,7 @@ class TimeLeft:
         self.count = len(planned)  # how many cases there are
 
     def begin(self, case_id: str, cycles: int) -> None:
-        """Begin a case; what its plan says is corrected by how the cases before have fared."""
+        """Start a case; its planned time is corrected by that of the cases before it."""
         self._case_planned = self._ahead.pop(case_id)
         self._expected = self._left = max(self._slowness * self._case_planned, 1e-3)
         self._cycles = cycles
@@ -316,7 +316,7 @@ class TimeLeft:
             self.share = max(self.share, taken / (taken + self._left) if self._left else 1.0)
 
     def _foretold(self, to_do: float, taken: float) -> float:
-        """Return the time that so many cycles take after so many seconds."""
+        """Return the total time predicted after some seconds, s."""
         by_plan = max(self._expected - taken, _SMALLEST_SHARE * max(self._expected, taken))
         times, cycles = zip(*self._recent, strict=True)
         sizes = [after - before for before, after in pairwise(cycles)]
@@ -349,7 +349,7 @@ class TimeLeft:
 
     @property
     def seconds_left(self) -> float:
-        """Time until the case ends, s: as foretold at the last step, less the time since."""
+        """Time until the case ends, s: as predicted at the last step, minus the time since."""
         return max(0.0, self._left - (self._clock() - self._noted))
 
     @property
@@ -363,13 +363,13 @@ class TimeLeft:
 
 
 def step_text(step: Step, seconds_left: float) -> str:
-    """Say where a run is: cycle, step, error, contact half-width, time left."""
+    """Return the progress of a run: cycle, step, error, contact half-width, time left."""
     cycle = f"cycle {step.state.cycle:.6g} of {step.last_cycle}"
     return f"{cycle}, {_numbers_text(step)}, {left_text(seconds_left)}"
 
 
 def left_text(seconds: float) -> str:
-    """Write the time left; what is not over takes a second at least."""
+    """Write the time left, at least one second."""
     return f"{duration_text(math.ceil(seconds))} left"
 
 

@@ -104,7 +104,7 @@ def compare(
 
 
 def case_content(case: xr.Dataset, history: xr.Dataset) -> dict[str, Any]:
-    """Return what there is to tell of a case, in SI units."""
+    """Return the parameters and results of a case, in SI units."""
     forces = (found for given, found in FORCES.items() if given not in case.coords)
     names = (*_CASE_RESULTS, *chain.from_iterable(forces))
     results = {name: case[name] for name in names if name in case}
@@ -166,7 +166,7 @@ def case_lines(content: dict[str, Any]) -> Iterator[str]:
 
 
 def study_content(summary: xr.Dataset) -> dict[str, Any]:
-    """Return what there is to tell of a merged study, in SI units."""
+    """Return the points and results of a merged study, in SI units."""
     from fretwear.data.effects import final_results, point_values, varied_names
 
     final = final_results(summary)
@@ -188,7 +188,7 @@ def study_content(summary: xr.Dataset) -> dict[str, Any]:
 
 
 def study_lines(content: dict[str, Any]) -> Iterator[str]:
-    """Yield what is shown of a merged study as lines for people."""
+    """Yield the lines that show a merged study."""
     points, units = content["points"], content["units"]
     yield content["title"]
     yield f"study {content['study']}, {content['source']}"
@@ -242,7 +242,7 @@ def comparison_lines(a: xr.Dataset, b: xr.Dataset) -> Iterator[str]:
 
 
 def _unworn(dataset: xr.Dataset) -> dict[str, float]:
-    """Return what closed forms say of the smooth elastic sphere with these parameters."""
+    """Return the closed forms for the smooth elastic contact with these parameters."""
     from fretwear.study.case import Case
     from fretwear.theory import HertzContact, LineContact, gross_slip_energy
 
@@ -292,7 +292,7 @@ def _unworn(dataset: xr.Dataset) -> dict[str, float]:
 def _told(
     name: str, value: float | str | None, units: str | None = "", long_name: str | None = None
 ) -> tuple[str, str]:
-    """Return what a parameter is, in words, and a value of it for people."""
+    """Return the words of a parameter and its value as text."""
     from fretwear.study.parameters import parameter, value_text
 
     known = in_unit(math.inf if value is None else value, units or "")
@@ -305,7 +305,7 @@ def _texts(
     errors: Sequence[float | None] = (),
     usual: Unit | None = None,
 ) -> tuple[list[str], str]:
-    """Write results with their errors in one unit for people, the usual one if any, and it."""
+    """Write results with their errors in one readable unit; return them and the unit."""
     unit = usual or readable_unit([value for value in values if value is not None], si_unit)
     texts = [
         "-" if value is None else with_error(unit.of(value), unit.of(error or 0.0), _DIGITS)

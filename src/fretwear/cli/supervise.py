@@ -1,4 +1,4 @@
-"""Processes that are stopped from outside, and those that are killed or crash."""
+"""Processes that are asked to stop, are killed, or crash."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ _WORDS = {
     signal.SIGHUP: "because its terminal was closed",
 }
 
-# A terminal and a workflow may both tell a process to stop: that is one wish. Later, it is another.
+# A terminal and a workflow may both ask a process to stop; only a later signal counts as a second
+# one.
 _SAME_WISH_SECONDS = 1.0
 _LONGEST_CLEANING_SECONDS = 60.0
 _PARENT_DEATH_SIGNAL = 1  # of prctl, Linux
@@ -27,9 +28,9 @@ _WHY = ": out of memory, or a failing disk? The same command goes on from what i
 
 
 class Stopped(BaseException):
-    """The process was asked to stop; no error, so that no handler of errors catches it.
+    """The process was asked to stop; not an error, so that no error handler catches it.
 
-    Its exit status is what shells give to a process that the signal has ended.
+    Its exit status is the one that shells give to a process ended by the signal.
     """
 
     def __init__(self, number: int) -> None:
@@ -37,14 +38,14 @@ class Stopped(BaseException):
         self.number, self.exit_status = number, 128 + number
 
     def leave(self) -> NoReturn:
-        """End the process before it has a log: with a word and the exit status."""
+        """End the process before it has a log, with a message and the exit status."""
         _end(self.number, str(self))
 
 
 @contextmanager
 def stopping() -> Iterator[None]:
-    """Raise `Stopped` where the process is at when it is asked to stop, so that it cleans up."""
-    # Started by nohup, a process is to outlive its terminal.
+    """Raise `Stopped` wherever the process is when asked to stop, so that it cleans up."""
+    # A process started by nohup must outlive its terminal.
     heard = [number for number in _WORDS if signal.getsignal(number) != signal.SIG_IGN]
     before = {number: signal.signal(number, _stop) for number in heard}
     try:
@@ -61,12 +62,12 @@ def _stop(number: int, _frame: FrameType | None) -> NoReturn:
         if time.monotonic() - begun > _SAME_WISH_SECONDS:
             _end(number)
 
-    # The scheduler's signal must not interrupt the cleaning up of the first; people who press
-    # Ctrl-C again mean it. Files are whole or not there, so nothing is spoilt.
+    # The scheduler's signal must not interrupt the clean-up after the first; a user who presses
+    # Ctrl-C again means it. Files are complete or absent, so nothing is damaged.
     for each in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(each, signal.SIG_IGN)
     signal.signal(signal.SIGINT, hurry)
-    # What was interrupted inside of a library may have left it unable to clean up.
+    # A library interrupted at work may be unable to clean up.
     watch = threading.Timer(_LONGEST_CLEANING_SECONDS, _end, [number])
     watch.daemon = True
     watch.start()
@@ -100,7 +101,7 @@ def watch() -> None:
 
 
 def supervise(case_ids: Collection[str], results: Path) -> None:
-    """Return in a child process; this one waits, and starts another child if that is killed.
+    """Return in a child process; this one waits, and starts another child if it is killed.
 
     The kernel kills what takes too much memory. The case during which a child vanished is
     recorded, so that the next child leaves it to the end: there is another one as long as each
@@ -121,7 +122,7 @@ def supervise(case_ids: Collection[str], results: Path) -> None:
         status, before = _exit_status_of(child), vanished
         reasons = {case_id: failure.reason for case_id, failure in failures(results).items()}
         vanished = {case_id for case_id in case_ids if reasons.get(case_id) == ENDED}
-        if status >= 0:  # what there was to say the child has said
+        if status >= 0:  # the child has already reported
             os._exit(status)
         lost = ", ".join(sorted(vanished - before))
         out = Unfailing(sys.stderr)
@@ -153,7 +154,7 @@ def _exit_status_of(child: int) -> int:
         signal.pthread_sigmask(signal.SIG_UNBLOCK, _WORDS)
         status = os.waitpid(child, 0)[1]
     except Stopped as stopped:
-        # From now on signals are ignored here, and the child says what there is to say.
+        # From now on signals are ignored here; the child reports.
         os.kill(child, stopped.number)
         status = os.waitpid(child, 0)[1]
     return os.waitstatus_to_exitcode(status)

@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 
 
 def has_bearing_area(case: Case) -> bool:
-    """Whether a case has roughness, and its heights are at hand."""
+    """Whether a case has roughness whose heights are available."""
     return case.rough is not None and case.rough.is_known
 
 
@@ -25,19 +25,20 @@ def heights_in_contact(
     Parameters
     ----------
     case : Case
-        A rough one, its surfaces at hand.
+        A case with roughness whose heights are available.
     axes : sequence of array
-        Cell centres along x and, but for a line contact, along y, m; one side tells all of a
-        contact that is even.
+        Cell centres along x and, except in a line contact, y, m; one side suffices along an even
+        axis.
     half_widths : sequence of float
-        Of the area that counts, an ellipse, along these axes, m.
+        Of the elliptical area considered, along these axes, m.
     lost : array of shape (k, nx, ny) or (k, nx)
         Wear and plastic depth at some cycles, m.
 
     Returns
     -------
     list of array
-        For each of these, m: the roughness less what is lost; 0 is the mean of the roughness.
+        For each of these cycles, m: the roughness minus what is lost; 0 is the mean of the
+        roughness.
     """
     assert case.rough is not None
     x, y, cell = axes[0], np.zeros(1), None

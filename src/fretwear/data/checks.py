@@ -1,8 +1,8 @@
-"""What a file of results must be before anything in it is believed.
+"""Checks of a results file before its contents are trusted.
 
-A checksum reveals damage, but not who wrote the file. So a file that is whole is
-looked at before its arrays are: that they are no larger than the file could hold, that numbers are
-numbers, coordinates increase, states are known ones, and parameters lie in their range.
+A checksum reveals damage, but not who wrote the file. So an intact file is checked before its
+arrays are read: that they are no larger than the file can hold, that numbers are numbers,
+coordinates increase, states are known, and parameters lie in their range.
 """
 
 from __future__ import annotations
@@ -34,11 +34,11 @@ from fretwear.vocabulary import (
     scalars_of,
 )
 
-# Fields of a real case are compressed to a half, and to a tenth where bodies hardly touch.
+# Fields compress to a half as a rule, and to a tenth where the bodies hardly touch.
 _MOST_EXPANSION = 100
 _ALWAYS_ALLOWED = 10_000_000
 _MOST_TEXT = 10_000_000
-# Attributes by which a library makes other numbers of those that are stored.
+# Attributes by which a library changes the stored numbers.
 _CHANGING = {"scale_factor", "add_offset", "_Unsigned", "missing_value", "dtype", "valid_range"}
 
 _CASE_TEXTS = ("title", "source", "case_id", "parameters", "symmetry")
@@ -47,10 +47,10 @@ _STUDY_TEXTS = ("title", "source", "study", "design", "study_file")
 
 
 def case_problem(file: netCDF4.Dataset, size: int, *, own: bool = True) -> str:
-    """Say what is wrong with a case file before its arrays are read; empty where nothing is.
+    """Return what is wrong with a case file before its arrays are read; empty if nothing.
 
-    Its variables have the dimensions of a case, and it has so many bytes. What is not our `own`
-    may have words as xarray saves them.
+    Its variables must have the dimensions of a case and fit its size in bytes. Files that are not
+    our `own` may hold text as xarray saves it.
     """
     groups = (file, *file.groups.values())
     problem = _size_problem(groups, size, words=not own) or _text_problem(file, _CASE_TEXTS)
@@ -61,11 +61,11 @@ def case_problem(file: netCDF4.Dataset, size: int, *, own: bool = True) -> str:
 
 
 def value_problem(file: netCDF4.Dataset) -> str:
-    """Say which number of a case file no run could have left; empty where none is found.
+    """Return which number of a case file no run could have left; empty if there is none.
 
-    Fields are not read: they are shown, and computed with, as they are.
+    Fields are not read: they are used as they are.
     """
-    # What xarray has saved has no history.
+    # Files saved by xarray have no history.
     history = file.groups.get("history")
     scalars = scalars_of(file.variables)
     errors = (each.error for each in scalars if each.error.name in file.variables)
@@ -80,7 +80,7 @@ def value_problem(file: netCDF4.Dataset) -> str:
 
 
 def summary_problem(file: netCDF4.Dataset, size: int) -> str:
-    """Say what is wrong with a merged study before its arrays are read; empty where nothing is."""
+    """Return what is wrong with a merged study before its arrays are read; empty if nothing."""
     if problem := _size_problem((file,), size) or _text_problem(file, _STUDY_TEXTS):
         return problem
     required = {CYCLE.name, X.name, STATUS.name, CASE_ID.name, "contact_state_profile"}
@@ -163,7 +163,7 @@ def _unit_problem(known: Any, variable: Variable) -> str:
 
 
 def _parameter_problems(file: netCDF4.Dataset) -> Iterator[str]:
-    """Look at the parameters, numbers without a dimension or of each point."""
+    """Check the parameters, which are scalars or have a value for each point."""
     points: Mapping[str, Any] = {
         name: variable
         for name, variable in file.variables.items()

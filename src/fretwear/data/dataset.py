@@ -1,4 +1,4 @@
-"""The dataset of one case: mirrored, resampled, compared with another one."""
+"""The dataset of one case: mirroring, and comparison with another."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def mirrored(dataset: xr.Dataset) -> xr.Dataset:
 
 @xr.register_dataset_accessor("fretwear")  # type: ignore[no-untyped-call]
 class Accessor:
-    """What datasets of fretwear can do, as ``dataset.fretwear``."""
+    """Methods for datasets of fretwear, as ``dataset.fretwear``."""
 
     def __init__(self, dataset: xr.Dataset) -> None:
         self._dataset = dataset
@@ -68,8 +68,7 @@ class Compared:
 def compared_cycles(first: xr.Dataset, second: xr.Dataset) -> tuple[int, int]:
     """Return the cycles at which two cases are compared.
 
-    That is the last snapshot that both have; where they share none but cycle 0, the last one of
-    each.
+    The last snapshot that both have or, if they share only cycle 0, the last one of each.
     """
     mine, other = ({int(cycle) for cycle in case["cycle"].values} for case in (first, second))
     common = max(mine & other, default=0)
@@ -77,7 +76,7 @@ def compared_cycles(first: xr.Dataset, second: xr.Dataset) -> tuple[int, int]:
 
 
 def compared_results(first: xr.Dataset, second: xr.Dataset) -> list[Compared]:
-    """Return the `KEY_RESULTS` of two cases at `compared_cycles`, and forces that come out."""
+    """Return the `KEY_RESULTS` of two cases at `compared_cycles`, and forces that are results."""
     cycles = compared_cycles(first, second)
     states = [case.sel(cycle=cycle) for case, cycle in zip((first, second), cycles, strict=True)]
     results = []

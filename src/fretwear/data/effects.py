@@ -1,4 +1,4 @@
-"""What each parameter of a study does: pairs of cases that differ in that parameter alone."""
+"""The effect of each parameter of a study: pairs of cases that differ only in that parameter."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ Rows = NDArray[np.intp]
 Value = Any
 """A value of a parameter: a float, or text such as a slip model's name."""
 
-# Seeds that make an ensemble: fewer have no deviation worth the name.
+# Seeds that make an ensemble: the standard deviation of fewer means little.
 SEED, LEAST_SEEDS = "roughness_seed", 3
 
 _BOOKKEEPING = {CASE_ID.name, POINT.name, STATUS.name, "id"}
@@ -54,14 +54,14 @@ def point_dims(summary: Merged) -> tuple[str, ...]:
 
 
 def varied_names(summary: Merged) -> list[str]:
-    """Return the parameters that a merged study varies, in its order."""
+    """Return the varied parameters of a merged study, in order."""
     dims = set(point_dims(summary))
     names = {str(name): set(summary.variables[str(name)].dims) for name in summary.coords}
     return [n for n, along in names.items() if n not in _BOOKKEEPING and along and along <= dims]
 
 
 def point_values(summary: Merged, name: str) -> NDArray[Any]:
-    """Return a variable of the points of a merged study, one value for each point in its order."""
+    """Return a variable of a merged study, one value per point."""
     shape, dims = summary.variables[STATUS.name].values.shape, point_dims(summary)
     # A coordinate lies along one of the dimensions only.
     axes = [slice(None) if dim in summary.variables[name].dims else None for dim in dims]
@@ -76,9 +76,9 @@ def _in_order(summary: Merged, name: str) -> NDArray[Any]:
 
 
 def final_results(summary: Merged) -> dict[str, Array]:
-    """Return every scalar of a merged study after the last cycle of each point, errors included.
+    """Return every scalar of a merged study, errors included, after the last cycle of each point.
 
-    Cases may end at different cycles: a value is the last that is known.
+    Cases may end at different cycles.
     """
     dims = {*point_dims(summary), CYCLE.name}
     names = [str(name) for name, each in summary.variables.items() if set(each.dims) == dims]
@@ -126,17 +126,17 @@ class Points:
     Attributes
     ----------
     levels : mapping of str to tuple
-        The different values of each varied parameter: numbers in increasing order, text as in the
+        The distinct values of each varied parameter: numbers in increasing order, text as in the
         study.
     places : array of int and shape (n, k)
-        For each point and parameter the place of its value among the levels.
+        Index of the level of each parameter at each point.
     variables : mapping of str to Variable
-        What each of the results is: in a line contact it may be per length.
+        The variables of the results, which may be per length in a line contact.
     results : mapping of str to array of shape (n,)
-        Every scalar after the last cycle, SI units. A dissipated energy of which less than a
-        thousandth is left is NaN: wear has ceased, and what is left is rounding.
+        Every scalar after the last cycle, SI units. A dissipated energy below a thousandth of its
+        first value is NaN: wear has ceased, and the rest is rounding.
     parameters : mapping of str to array of shape (n,)
-        Every numeric parameter that is not the same at all points.
+        Every numeric parameter that differs between points.
     ids : tuple of str
         Case ids.
     """
@@ -186,7 +186,7 @@ class Points:
 
     @cached_property
     def lines(self) -> Mapping[str, list[list[int]]]:
-        """Rows of the points that differ in one parameter alone, by its levels; two or more."""
+        """Rows of two or more points that differ only in one parameter, in order of its levels."""
         found = {}
         for axis, name in enumerate(self.levels):
             lines: dict[bytes, list[int]] = {}
@@ -197,11 +197,11 @@ class Points:
         return found
 
     def place(self, name: str) -> Rows:
-        """Return for each point the place of its value among the levels of a parameter."""
+        """Return the index of each point's level of a parameter."""
         return self.places[:, list(self.levels).index(name)]
 
     def effect(self, parameter: str, result: str) -> Effect:
-        """Return what a parameter does to a result."""
+        """Return the effect of a parameter on a result."""
         pairs = [
             (*pair, number)
             for number, line in enumerate(self.lines[parameter])
@@ -222,18 +222,18 @@ class Points:
 
 @dataclass(frozen=True)
 class Effect:
-    """What a parameter does to a result, pair by pair.
+    """The effect of a parameter on a result, pair by pair.
 
     Attributes
     ----------
     points : Points
         The points of the study.
     parameter, result : str
-        Which parameter, and which result.
+        Names of the parameter and the result.
     low, high : array of int and shape (m,)
         Rows of the points of each pair, that with the lower level first.
     line : array of int and shape (m,)
-        Of which line of points each pair is: one in which nothing else differs.
+        Number of the line of points, in which nothing else differs, that each pair belongs to.
     factors : array of shape (m,)
         Result at `high` over that at `low`; NaN where one of them is zero or has ceased.
     """
@@ -252,21 +252,21 @@ class Effect:
         return place[self.low], place[self.high]
 
     def between(self, low: int, high: int) -> NDArray[np.bool_]:
-        """Say which pairs go from one level to another, by their places."""
+        """Return which pairs go from one level to another, by index."""
         first, second = self._ends
         is_between: NDArray[np.bool_] = (first == low) & (second == high)
         return is_between
 
     def where(self, parameter: str, level: int) -> NDArray[np.bool_]:
-        """Say in which pairs another parameter has a level, by its place."""
+        """Return in which pairs another parameter has a given level, by index."""
         is_there: NDArray[np.bool_] = self.points.place(parameter)[self.low] == level
         return is_there
 
     @cached_property
     def size(self) -> float:
-        """Logarithm of the factor between the largest and smallest result of a line, on average.
+        """Mean over the lines of the logarithm of the factor between largest and smallest result.
 
-        It is 0 where no pair has a factor.
+        It is 0 if no pair has a factor.
         """
         largest: dict[int, float] = {}
         for line, factor in zip(self.line.tolist(), self.factors.tolist(), strict=True):
@@ -276,7 +276,7 @@ class Effect:
 
     @cached_property
     def divider(self) -> str:
-        """The other parameter on which the factor depends most; empty where on none."""
+        """The other parameter on which the factor depends most; empty if on none."""
         known = np.isfinite(self.factors)
         logarithms, best = np.log(self.factors[known]), ("", 0.0)
         if not logarithms.size or np.ptp(logarithms) < _MATTERS:
@@ -293,7 +293,7 @@ class Effect:
 
 
 def _within(values: Array, groups: Rows) -> float:
-    """Return the sum of squares of some values about the means of their groups."""
+    """Return the sum of squares of values about the means of their groups."""
     _, group = np.unique(groups, return_inverse=True)
     means = np.bincount(group, values) / np.bincount(group)
     return float(((values - means[group]) ** 2).sum())

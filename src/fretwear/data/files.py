@@ -1,9 +1,9 @@
-"""Files of datasets: written whole or not at all, checked before they are opened.
+"""Files of datasets: written completely or not at all, checked before they are opened.
 
-Every file ends with a checksum, a line behind its content, which libraries for netCDF-4 and HDF5
+Every file ends with a checksum, a line after its content, which libraries for netCDF-4 and HDF5
 ignore. The netCDF library does not detect incomplete files: an unfinished one opens without an
-error, and one with a damaged structure can hang or crash the process that opens it. So the
-checksum is compared before the library opens the file.
+error, and one with a damaged structure can hang or crash the process that opens it. So the checksum
+is compared before the library opens the file.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ _MERGE_AGAIN = "Merge the study again"
 
 
 def add_checksum(path: Path) -> None:
-    """Put the checksum behind the content of a file; nothing may be written to it afterwards."""
+    """Append the checksum to a file, which must not be changed afterwards."""
     with path.open("r+b") as stream:
         line = _checksum_line(stream, path.stat().st_size)
         stream.seek(0, os.SEEK_END)
@@ -79,7 +79,7 @@ def add_checksum(path: Path) -> None:
 
 
 def damage(path: Path, kind: str) -> str:
-    """Say what is wrong with a file of a kind that ends with a checksum; empty when it is whole."""
+    """Return what is wrong with a file that ends with a checksum; empty if it is intact."""
     if not path.exists():
         return "there is no such file"
     if not path.is_file():
@@ -108,10 +108,10 @@ def _checksum_line(stream: BinaryIO, content: int) -> bytes:
 
 
 def open_lazily(path: str | PathLike[str], group: str | None = None) -> xr.Dataset:
-    """Open a netCDF file or one group of it; fields are read when they are used, text at once."""
+    """Open a netCDF file or one of its groups; fields are read when used, text at once."""
     import xarray as xr
 
-    # Gives every dataset its accessor.
+    # Registers the accessor of datasets.
     import fretwear.data.dataset  # noqa: F401
 
     try:
@@ -132,30 +132,30 @@ def open_lazily(path: str | PathLike[str], group: str | None = None) -> xr.Datas
 
 @dataclass(frozen=True)
 class CaseFile:
-    """A case file that is whole, and open."""
+    """An open, intact case file."""
 
     path: Path
     file: netCDF4.Dataset
 
     def attribute(self, name: str) -> str:
-        """A global attribute; empty where there is none."""
+        """A global attribute; empty if there is none."""
         return str(self.file.getncattr(name)) if name in self.file.ncattrs() else ""
 
     def read(self, name: str, index: Any = np.s_[...]) -> NDArray[Any]:
-        """Read a variable or a part of it, along its dimensions."""
+        """Read a variable or a part of it."""
         return np.asarray(self.file[name][index])
 
     @property
     def is_line(self) -> bool:
-        """Whether it is that of a line contact, whose fields have no y."""
+        """Whether it holds a line contact, whose fields have no y."""
         return Y.name not in self.file.variables
 
     def unusable(self, problem: str) -> CaseFileError:
-        """Return the error that says why the file cannot be used."""
+        """Return an error that says why the file cannot be used."""
         return CaseFileError(self.path, problem, _RUN_AGAIN)
 
     def check_values(self) -> None:
-        """Refuse numbers of a cycle and parameters that no run could have left, but no field."""
+        """Refuse scalars and parameters that no run could have left; fields are not checked."""
         if problem := value_problem(self.file):
             raise self.unusable(problem)
 
@@ -179,10 +179,10 @@ def _opened(path: Path) -> Iterator[netCDF4.Dataset]:
 
 @contextmanager
 def opened_case(path: str | PathLike[str], *, own: bool = True) -> Iterator[CaseFile]:
-    """Open a case file after checking that it is whole, which reads it once.
+    """Open a case file after checking it, which reads it once.
 
-    Where it need not be `own`, a dataset that xarray has saved will do, which has neither checksum
-    nor history. It is a `CaseFileError` to be missing, unfinished, cut short, damaged or no case
+    Unless it must be our `own`, a dataset saved by xarray is accepted, which has neither checksum
+    nor history. `CaseFileError` if it is missing, unfinished, truncated, damaged or not a case
     file.
     """
     path = Path(path)
@@ -220,7 +220,7 @@ def _not_saved(path: Path, problem: str) -> CaseFileError | None:
     except OSError:
         return CaseFileError(path, problem, _CHECK_NAME)
     if not head.startswith(_SIGNATURE):
-        # It may be precious, a study file for example: nobody is told to remove it.
+        # It may be precious, a study file for example, so nobody is told to remove it.
         return CaseFileError(path, "it is not a netCDF-4 file, which case files are", _CHECK_KIND)
     end = {0: 40, 1: 44}.get(head[len(_SIGNATURE)], 28)
     is_whole = int.from_bytes(head[end : end + 8], "little") == size and not is_ours
@@ -228,7 +228,7 @@ def _not_saved(path: Path, problem: str) -> CaseFileError | None:
 
 
 def _lacking(dims: Mapping[Hashable, tuple[Hashable, ...]]) -> list[str]:
-    """Name the variables of a case that are not there with the right dimensions."""
+    """Return the variables of a case that are missing or have wrong dimensions."""
     of_case = CASE_DIMS if Y.name in dims else LINE_DIMS
     expected = {
         **{name: (name,) for name in of_case},
@@ -239,10 +239,10 @@ def _lacking(dims: Mapping[Hashable, tuple[Hashable, ...]]) -> list[str]:
 
 
 def finished_by(path: str | PathLike[str], case: Case) -> str | None:
-    """Return the digest of the code that has finished a case; None where its file is not there.
+    """Return the digest of the code that computed a case; None without its file.
 
-    The file is read once to compare it with its checksum. It has to be that of the same case with
-    the same snapshots.
+    The file is read once to compare its checksum. It must hold the same case with the same
+    snapshots.
     """
     try:
         with opened_case(path) as file:
@@ -255,7 +255,7 @@ def finished_by(path: str | PathLike[str], case: Case) -> str | None:
 
 
 def is_finished_case(path: str | PathLike[str], case: Case) -> bool:
-    """Say whether a file is there that a run of this case by this code would write again."""
+    """Return whether the file is the one that this code would write for this case."""
     return finished_by(path, case) == code_digest()
 
 
@@ -363,28 +363,28 @@ def _stored(
 
 
 def open_case(path: str | PathLike[str], full: bool = False) -> xr.Dataset:
-    """Open a case file lazily: values are read when they are used.
+    """Open a case file lazily: values are read when used.
 
-    The file is read once to compare it with its checksum, at a few GB/s.
-    Close the dataset, or use it in a ``with`` statement, to release the file.
+    The file is read once to compare its checksum, at a few GB/s. Close the dataset, or use it in a
+    ``with`` statement, to release the file.
 
     Parameters
     ----------
     path : str or path-like
         The file.
     full : bool
-        Mirror the stored side of a contact that is even along x, y or both to the whole, x and y
-        from −L to L. The scalars are those of the whole contact in either form.
+        Mirror the stored part of a contact that is even along x, y or both, so that x and y run
+        from −L to L. Scalars are those of the whole contact either way.
 
     Returns
     -------
     xarray.Dataset
-        The dataset of one case. ``symmetry`` is ``"none"`` when the whole contact is there.
+        The dataset of one case. ``symmetry`` is ``"none"`` if it holds the whole contact.
 
     Raises
     ------
     CaseFileError
-        When the file is missing, unfinished, cut short or damaged.
+        If the file is missing, unfinished, truncated or damaged.
     """
     with opened_case(path, own=False) as file:
         file.check_values()
@@ -393,7 +393,7 @@ def open_case(path: str | PathLike[str], full: bool = False) -> xr.Dataset:
 
 
 def open_history(path: str | PathLike[str]) -> xr.Dataset:
-    """Open the dense history of a case file or a merged study: scalars at every accepted step.
+    """Open the history of a case file or a merged study: scalars at every accepted step.
 
     Of a case file, or of ``summary.nc`` of a study, which has the varied names beside ``step`` and
     NaN after the last step of a case; ``cycle`` lies along the steps. Errors are those of
@@ -407,7 +407,7 @@ def open_history(path: str | PathLike[str]) -> xr.Dataset:
         file.check_values()
         if HISTORY_GROUP in file.file.groups:
             return open_lazily(path, group=HISTORY_GROUP)
-    # Saved by xarray, which knows no history: the snapshots are all there is of it.
+    # Saved by xarray, without a history: only the snapshots are available.
     dataset = open_lazily(path).drop_dims([X.name, Y.name], errors="ignore")
     return dataset.reset_coords(drop=True).rename_dims({CYCLE.name: STEP.name})
 
@@ -435,7 +435,7 @@ def opened_summary(path: Path) -> Iterator[netCDF4.Dataset]:
 
 
 def read_summary(path: str | PathLike[str]) -> Labelled:
-    """Read a merged study but for its profiles and histories, without waiting for xarray.
+    """Read a merged study except its profiles and histories, without importing xarray.
 
     Errors are those of `open_summary`.
     """

@@ -1,6 +1,6 @@
-"""Arrays with their labels: what a dataset is made of, and a case file written from.
+"""Labelled arrays, from which datasets are made and case files written.
 
-xarray is slow to import and a run does without it: it becomes a dataset when somebody asks.
+xarray is slow to import and a run does without it: datasets are made on request.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ if TYPE_CHECKING:
 
 CONVENTIONS = "CF-1.11"
 
-# Part of the largest value of a result below which its error, relative to it, means nothing.
+# Fraction of the largest value of a result below which its relative error is meaningless.
 _TRACE = 0.01
 
 
@@ -64,7 +64,7 @@ class Column(NamedTuple):
 
 @dataclass(frozen=True)
 class Labelled:
-    """Variables, coordinates and attributes, as `xarray.Dataset` takes and names them."""
+    """Variables, coordinates and attributes, named as in `xarray.Dataset`."""
 
     data_vars: Mapping[str, Column]
     coords: Mapping[str, Column]
@@ -79,7 +79,7 @@ class Labelled:
         """The dataset, which shares the arrays."""
         import xarray as xr
 
-        # Gives every dataset its accessor.
+        # Registers the accessor of datasets.
         import fretwear.data.dataset  # noqa: F401
 
         return xr.Dataset(self.data_vars, self.coords, self.attrs)
@@ -107,7 +107,7 @@ def labelled_case(
         Its parameters become scalar coordinates and the attribute ``parameters``.
     x, y : array_like, shape (nx,) and (ny,)
         Cell centres in m, increasing; all positive along axes in which the contact is even.
-        ``y`` is None in a line contact, whose fields and scalars know no y.
+        ``y`` is None in a line contact, whose fields have no y.
     cycles : array_like, shape (ncycles,)
         Cycle number of each snapshot, increasing from 0.
     fields : mapping of str to array_like, shape (ncycles, nx, ny)
@@ -116,19 +116,19 @@ def labelled_case(
         Every variable of `SCALARS`, SI units, for the whole contact, and those of `BODY_SCALARS`
         where they are known.
     errors : mapping of str to array_like, shape (ncycles,)
-        Estimated error of each of these scalars, by its name; empty where there are none.
+        Estimated error of each of these scalars, by its name; may be empty.
     trouble : str
-        Why there are none although the case asks for them.
+        Why they are missing although the case asks for them.
     symmetry : {"even_xy", "even_x", "even_y", "none"}
-        In what the contact is even: the arrays hold one side of it only.
+        Along which axes the contact is even; the arrays hold one side only.
     title, command : str
-        Attributes; the case's id makes a title where none is given.
+        Attributes; by default the title names the case id.
 
     Raises
     ------
     ValueError
-        With every variable that is missing, not known, of the wrong shape or not finite, and every
-        coordinate that does not increase.
+        If variables are missing, unknown, of the wrong shape or not finite, or a coordinate does
+        not increase; the message lists all of them.
     """
     coordinates = {
         variable.name: _labelled(variable, (variable.name,), np.atleast_1d(np.asarray(values)))
@@ -177,7 +177,7 @@ def labelled_case(
 def _relative(
     known: Iterable[Variable], scalars: Mapping[str, ArrayLike], errors: Mapping[str, ArrayLike]
 ) -> dict[str, float]:
-    """The largest relative error of each scalar that is more than a trace, by its words."""
+    """The largest relative error of each scalar, by its words, where it is more than a trace."""
     found = {}
     for each in known:
         if each.name in errors and each.is_headline:
@@ -196,10 +196,10 @@ def labelled_history(
 ) -> Labelled:
     """Label the history of a run along ``step``: scalars at every accepted step, shape (nsteps,).
 
-    Scalars are those of `variables` but those that are known `AT_SNAPSHOTS` only, in SI units and
-    for the whole contact, at the cycle that each step has reached, which increases and may be a
-    fraction; beside them the estimated relative error of each step and the convolutions that it
-    has cost.  A ValueError is as for `labelled_case`.
+    The scalars are those of `variables`, except those known `AT_SNAPSHOTS` only, in SI units and
+    for the whole contact, at the increasing, possibly fractional cycle of each step; with them come
+    the estimated relative error of each step and its convolutions. ValueError as for
+    `labelled_case`.
     """
     dims = (STEP.name,)
     cycle = _labelled(CYCLE, dims, np.asarray(cycles))
@@ -222,10 +222,10 @@ def labelled_history(
 def labelled_loops(
     cycles: ArrayLike, loops: Mapping[str, ArrayLike], *, in_line: bool = False
 ) -> Labelled:
-    """Label the loops of force and displacement of the snapshots, shape (ncycles, nphases).
+    """Label the loops of force and displacement at the snapshots, shape (ncycles, nphases).
 
-    They are every variable of `LOOP` in SI units, from +Q over −Q back to +Q, with a ``phase`` from
-    0 to 1; forces may be per length.
+    They hold every variable of `LOOP` in SI units, from +Q over −Q back to +Q, with a ``phase``
+    from 0 to 1; forces may be per length.
     """
     dims = (CYCLE.name, PHASE.name)
     problems: list[str] = []
@@ -256,7 +256,7 @@ def _variables(
     shape: tuple[int, ...],
     problems: list[str],
 ) -> dict[str, Column]:
-    """Label the arrays that are as expected; of the others, add what is wrong to `problems`."""
+    """Label the valid arrays, and add the problems of the others to `problems`."""
     by_name = {variable.name: variable for variable in expected}
     if missing := sorted(by_name.keys() - given.keys()):
         problems.append(f"missing {kind} {', '.join(missing)}")

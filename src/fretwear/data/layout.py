@@ -28,7 +28,7 @@ def missing(field: Field) -> float:
 
 @dataclass(frozen=True)
 class StudyLayout:
-    """Where each point of a study stands in a merged dataset.
+    """The place of each point of a study in a merged dataset.
 
     A grid has one dimension for each varied name, in the order of the study. Every other design
     has the one dimension ``point``, with the varied values along it.
@@ -38,7 +38,7 @@ class StudyLayout:
 
     @property
     def is_grid(self) -> bool:
-        """Whether the points are every combination of the varied values."""
+        """Whether the points are all combinations of the varied values."""
         return self.study.design.kind == "grid" or not self.study.axes
 
     @property
@@ -59,8 +59,8 @@ class StudyLayout:
     def coordinates(self) -> dict[str, Column]:
         """Coordinates: varied values, case ids, and the parameters that all cases share.
 
-        Varied values that are not single numbers (a roughness, a pair of moduli) are text, in the
-        words of the study file.
+        Varied values that are not single numbers (a roughness, a pair of moduli) are text, as
+        written in the study file.
         """
         found = {name: self._varied(axis) for name, axis in self._axes.items()}
         if not self.is_grid:
@@ -76,7 +76,7 @@ class StudyLayout:
     def dependent(self) -> dict[str, Column]:
         """Parameters that depend on the varied ones, as the Hertz radius does on the load.
 
-        They lie along the dimensions of the study, NaN or empty where a point has none.
+        They have the dimensions of the study, with NaN or empty text where a point has none.
         """
         varied = {axis.coordinate for axis in self.study.axes}
         return {

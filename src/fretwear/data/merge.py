@@ -72,7 +72,7 @@ _KEEP_OR_RUN = "Run the case again, or keep it with --keep-older"
 
 @dataclass(frozen=True)
 class Tally:
-    """How many points of a study are done, failed and invalid; what is said of older ones."""
+    """Numbers of done, failed and invalid points of a study, and a remark on older ones."""
 
     done: int
     failed: int
@@ -81,7 +81,7 @@ class Tally:
 
 
 class _Done(NamedTuple):
-    """A point whose case file is there."""
+    """A point whose case file exists."""
 
     position: tuple[int, ...]
     case: Case
@@ -113,15 +113,15 @@ def merge_study(
     command
         What was run, for the attribute ``history``.
     keep_older
-        Whether cases that other code has computed are merged too, rather than refused.
+        Whether cases computed by other code are merged too, rather than refused.
 
     Raises
     ------
     CaseFilesError
-        When case files are damaged, of other cases or of other code; it names them all, nothing
-        is written.
+        If case files are damaged or belong to other cases or code; all are named, nothing is
+        written.
     DataFileError
-        When no case is done, or the file cannot be written.
+        If no case is done, or the file cannot be written.
     """
     layout = StudyLayout(study)
     status = np.full(layout.shape, PointStatus.INVALID, dtype=STATUS.dtype)
@@ -139,8 +139,8 @@ def merge_study(
         )
     with (
         atomic_path(Path(path)) as temporary,
-        # Opening every case file once more, when the common positions are known, would take
-        # longer than anything else: the profiles wait on disk, in a file without a name.
+        # Opening every case file again, once the common positions are known, would take longer than
+        # anything else: the profiles are kept on disk, in an unnamed file.
         tempfile.TemporaryFile(dir=temporary.parent) as spool,
     ):
         dataset, steps = _read_cases(layout, status, done, spool, keep_older=keep_older)
@@ -168,8 +168,8 @@ def _read_cases(
 ) -> tuple[xr.Dataset, int]:
     """Read scalars into a dataset; profiles of each case in its own cells, and history, to spool.
 
-    The dataset has the coordinate ``x`` that serves all cases, and says what computed each; the
-    number is that of the steps of the longest history.
+    The dataset has the coordinate ``x`` common to all cases, and the code that computed each; the
+    number is the length of the longest history.
     """
     digests, sources = np.full(layout.shape, "", dtype=object), set()
     snapshots = (case.output_cycles for case in layout.study.cases().values())
@@ -218,7 +218,7 @@ def _read_cases(
         f"{len(older)} of {len(of_cases)} cases were computed by another version of the code: "
         f"their code_digest is {', '.join(sorted(set(older)))}, not {code_digest()}"
     )
-    # What only reads the layout of a study does not wait for xarray.
+    # Reading just the layout of a study must not import xarray.
     import xarray as xr
 
     dims = (*layout.dims, CYCLE.name)

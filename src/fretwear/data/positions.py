@@ -1,4 +1,4 @@
-"""Positions and cycles that datasets have in common, and values brought to them."""
+"""Positions and cycles common to datasets, and interpolation to them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MOST_POSITIONS = 4096
 
 
 class Window(NamedTuple):
-    """How finely and how far a case is resolved along one direction, m, and on which sides."""
+    """Resolution and extent of a case along one direction, m, and on which sides."""
 
     spacing: float
     length: float
@@ -35,7 +35,7 @@ class Window(NamedTuple):
 
 
 def common_positions(windows: Collection[Window]) -> NDArray[np.float64]:
-    """Return positions in m that serve all cases.
+    """Return positions, m, common to all cases.
 
     They are centres of cells as fine as the finest case's, to the end of the largest window:
     where all cases have one spacing, these are their own cells and nothing is interpolated.
@@ -54,12 +54,12 @@ def common_positions(windows: Collection[Window]) -> NDArray[np.float64]:
 def resampled(
     values: NDArray[Any], cells: NDArray[np.float64], positions: NDArray[np.float64], axis: int
 ) -> NDArray[Any]:
-    """Bring n values at cell centres to m other positions, both in m, along one axis.
+    """Interpolate n values at cell centres to m other positions, both in m, along one axis.
 
-    Physical quantities are interpolated linearly; states, which are whole numbers, are those of
-    the nearest cell. At a cell centre the value is that of the cell to the last bit. Beyond the
-    outermost cells, and nearer the middle than the first cell of one side, it stays that of the
-    cell; cells that are all positive are one side of a contact that is even.
+    Physical quantities are interpolated linearly; states, which are whole numbers, are those of the
+    nearest cell. At a cell centre the value is that of the cell to the last bit. Beyond the
+    outermost cells, and between the axis and the first cell of a one-sided array, it is constant;
+    positive positions alone are one side of an even contact.
     """
     if np.array_equal(cells, positions):
         return values
@@ -85,8 +85,8 @@ def positions_inside(
 def representative_cycles(available: Collection[int], most: int = 6) -> tuple[int, ...]:
     """Return at most `most` cycles, first and last included, whose profiles differ.
 
-    They are evenly spread in the fourth root of the cycle: in the logarithm too many early ones
-    would be among them.
+    They are evenly spaced in the fourth root of the cycle; the logarithm would select too many
+    early ones.
     """
     ordered = sorted(available)
     if len(ordered) <= most:

@@ -1,4 +1,4 @@
-"""Files that are whole or not there, data that is never followed, errors that say what to do."""
+"""Files that are complete or absent, links that are never followed, errors that say what to do."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ _PLAINLY = os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK
 
 
 class DataFileError(Exception):
-    """A file that cannot be read or written as a whole: its path, the problem, the remedy."""
+    """A file that cannot be read or written: its path, the problem, the remedy."""
 
     def __init__(self, path: Path, problem: str, remedy: str) -> None:
         super().__init__(path, problem, remedy)
@@ -74,7 +74,7 @@ class CaseFileError(DataFileError):
 
 
 class CaseFilesError(CaseFileError):
-    """Several case files that cannot be used, with an error for each; it begins as the first."""
+    """Several case files that cannot be used, with an error for each."""
 
     def __init__(self, errors: Sequence[CaseFileError]) -> None:
         super().__init__(*errors[0].args)
@@ -87,7 +87,7 @@ class CaseFilesError(CaseFileError):
 
 
 def is_of_netcdf(error: BaseException) -> bool:
-    """Say whether an error is what the netCDF library tells of a file that it cannot use."""
+    """Return whether the netCDF library raised an error because it cannot use a file."""
     kinds = (RuntimeError, AttributeError, IndexError)
     return isinstance(error, kinds) and bool(re.match(r"NetCDF: |\w+ not found in /", str(error)))
 
@@ -126,7 +126,7 @@ def unexpected(error: Exception) -> str:
 
 
 def write_error(path: Path, cause: OSError | RuntimeError) -> DataFileError:
-    """Say why a file could not be written and what to do.
+    """Return an error that says why a file could not be written and what to do.
 
     The netCDF library raises a RuntimeError without a number when a disk is full, so the free
     space of the folder counts too.
@@ -144,9 +144,9 @@ def write_error(path: Path, cause: OSError | RuntimeError) -> DataFileError:
 
 
 def why_not_writable(path: Path) -> str:
-    """Say why a folder can neither be written to nor be made; empty where it can.
+    """Return why a folder can be neither written to nor created; empty if it can.
 
-    Nothing is left behind: a folder that does not exist is not made, its nearest parent is tried.
+    Nothing is left behind: instead of a missing folder, its nearest parent is tested.
     """
     if "\\" in str(path.absolute()):
         place = path.absolute()
@@ -161,7 +161,7 @@ def why_not_writable(path: Path) -> str:
     if not existing.is_dir():
         return f"{path}: cannot be written to, because {existing} is not a folder"
     try:
-        # Rights, read-only disks and quotas have one test in common: a file can be made or not.
+        # Permissions, read-only disks and quotas share one test: whether a file can be created.
         with tempfile.TemporaryFile(dir=existing):
             return ""
     except OSError as error:
@@ -170,12 +170,11 @@ def why_not_writable(path: Path) -> str:
 
 
 def why_leading_out(folder: Path, root: Path | None = None) -> str:
-    """Say why results might be written elsewhere than where they seem to; empty if they stay.
+    """Return why results might be written somewhere else than it seems; empty if they would not.
 
     The folder of all results may be a link, to a larger disk for example: that is a choice for all
-    studies. A link in the place of one study could come from anywhere, and so could any link in
-    it, through which Snakemake and its shells would write.  There is no `root` to lead out of
-    where the user has named the folder.
+    studies. A link in place of one study, or inside it, could come from anyone, and Snakemake and
+    its shells would write through it. `root` is None if the user has named the folder.
     """
     if root is not None and not folder.resolve().is_relative_to(root.resolve()):
         return (
@@ -204,7 +203,7 @@ def _links(folder: Path) -> Iterator[Path]:
 
 
 def open_data(path: Path) -> BinaryIO:
-    """Open a file of a results folder for reading; an OSError for what is not a regular file."""
+    """Open a file of a results folder for reading; OSError if it is not a regular file."""
     stream = os.fdopen(os.open(path, os.O_RDONLY | _PLAINLY), "rb")
     if not stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
         stream.close()
@@ -213,7 +212,7 @@ def open_data(path: Path) -> BinaryIO:
 
 
 def read_data(path: Path, most: int) -> bytes:
-    """Read a small file of a results folder; an OSError if it is larger or not a regular file."""
+    """Read a small file of a results folder; OSError if it is larger or not a regular file."""
     with open_data(path) as stream:
         content = stream.read(most + 1)
     if len(content) > most:
@@ -222,19 +221,19 @@ def read_data(path: Path, most: int) -> bytes:
 
 
 class Unfailing:
-    """A text stream (None: nowhere) whose failures end nothing: a full disk, a closed pipe."""
+    """A text stream (or None) that ignores failures such as a full disk or a closed pipe."""
 
     def __init__(self, stream: TextIO | Unfailing | None) -> None:
         self._stream: Any = StringIO() if stream is None else stream
 
     def write(self, text: str) -> int:
-        """Write a text if that is possible."""
+        """Write a text if possible."""
         with suppress(OSError, ValueError):
             self._stream.write(text)
         return len(text)
 
     def flush(self) -> None:
-        """Write what is held back if that is possible."""
+        """Flush the buffer if possible."""
         with suppress(OSError, ValueError):
             self._stream.flush()
 
@@ -250,9 +249,9 @@ class Unfailing:
 
 
 def open_log(path: Path) -> Unfailing:
-    """Open a log anew, for appending; whatever else has its name gives way to it.
+    """Open an emptied log for appending; anything else of its name is replaced.
 
-    A process that was left over may still write to it as well, so it is emptied and not replaced.
+    A left-over process may still write to it, so a log is emptied rather than replaced.
     """
     stream = None
     flags = os.O_WRONLY | os.O_APPEND | _PLAINLY
@@ -270,7 +269,7 @@ def open_log(path: Path) -> Unfailing:
 
 
 def check_own(descriptor: int) -> None:
-    """Refuse what is not a regular file, or has another name elsewhere, and close it."""
+    """Refuse and close what is not a regular file, or has hard links."""
     status = os.fstat(descriptor)
     if not stat.S_ISREG(status.st_mode) or status.st_nlink > 1:
         os.close(descriptor)
@@ -279,14 +278,14 @@ def check_own(descriptor: int) -> None:
 
 @contextmanager
 def atomic_path(path: Path) -> Iterator[Path]:
-    """Give a temporary name in the same folder; the file gets its own name on a clean exit.
+    """Yield a temporary name in the same folder; the file gets its own name on a clean exit.
 
     The temporary name is unique, so two processes that write the same file never mix. File and
-    folder are flushed to the disk before and after the renaming. Whatever goes wrong in the
-    ``with`` block, an interrupt included, the temporary file is removed and a file that was there
-    before stays as it was. Only a process that is killed outright leaves its temporary file; the
-    next one that writes the same file removes it.  The folder is made if necessary; it is
-    a `DataFileError` if it cannot be made or written to, or the disk is full.
+    folder are flushed to the disk before and after the renaming. On any error in the ``with``
+    block, interrupts included, the temporary file is removed and an existing file stays unchanged.
+    Only a killed process leaves its temporary file, which the next one that writes the same file
+    removes. The folder is created if necessary. `DataFileError` if it cannot be created or written
+    to, or the disk is full.
     """
     temporary = path.with_name(f".{path.name}.{_host()}.{os.getpid()}.{secrets.token_hex(4)}.tmp")
     try:
@@ -318,7 +317,7 @@ def write_text(path: Path, text: str) -> None:
 
 
 def remove_stale_temporaries(path: Path) -> list[Path]:
-    """Remove what killed processes have left of a file.
+    """Remove temporary files that killed processes have left.
 
     A temporary file of this machine is stale when its process is gone; one of another machine or
     container (a shared folder) when nothing has been written to it for a week.
@@ -380,12 +379,12 @@ def _remove(path: Path) -> None:
 
 @contextmanager
 def uninterrupted() -> Iterator[None]:
-    """Put off Ctrl-C, SIGTERM and SIGHUP until the ``with`` block ends; then they do what they do.
+    """Defer Ctrl-C, SIGTERM and SIGHUP until the ``with`` block ends.
 
-    Python raises what a signal handler raises wherever the process is. Inside a library that
+    Python raises the exception of a signal handler wherever the process is. Inside a library that
     holds a lock, as xarray does around the netCDF library, that leaves the lock taken, and closing
-    the file then waits for it for ever. Only the main thread receives signals: in another one
-    there is nothing to put off.
+    the file then waits for it for ever. Only the main thread receives signals; in others there is
+    nothing to defer.
     """
     if threading.current_thread() is not threading.main_thread():
         yield

@@ -1,4 +1,4 @@
-"""Sobol indices of sampled studies, by a polynomial emulator of their points."""
+"""Sobol indices of sampled studies, from a polynomial emulator."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _CERTAINTY = (2.5, 97.5)
 
 @dataclass(frozen=True)
 class Indices:
-    """Which share of the variance of a result each parameter explains.
+    """The share of the variance of a result that each parameter explains.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class Indices:
     quality : float
         Share of the variance that the emulator predicts at points left out of it, 1 at best.
     of_logarithm : bool
-        Whether they are those of the logarithm of the result.
+        Whether they refer to the logarithm of the result.
     """
 
     first: Array
@@ -52,13 +52,13 @@ class Indices:
 
 
 def unit_points(summary: Merged) -> tuple[Array, tuple[int, ...]]:
-    """Return where the finished points of a sampled study lie in the unit cube.
+    """Return the finished points of a sampled study in the unit cube.
 
     Returns
     -------
     array of shape (n, d), tuple of d int
-        A place from 0 to 1 in the range of each parameter; and of how many listed values a
-        parameter was drawn, 0 where it was from a range.
+        Positions from 0 to 1 in the range of each parameter; and for each parameter the number of
+        listed values it was drawn from, 0 for a range.
     """
     points = Points.of(summary)
     columns, sizes = [], []
@@ -79,15 +79,15 @@ def unit_points(summary: Merged) -> tuple[Array, tuple[int, ...]]:
 
 
 def is_sampled(summary: Merged) -> bool:
-    """Tell whether the points of a merged study were drawn from ranges."""
+    """Return whether the points of a merged study were drawn from ranges."""
     return any("drawn_from" in summary.variables[name].attrs for name in varied_names(summary))
 
 
 def result_indices(summary: Merged) -> dict[str, Indices]:
     """Return the Sobol indices of every scalar of a sampled study.
 
-    They are those of its logarithm where an emulator of that predicts more: results go by powers
-    of the parameters. What vanishes somewhere, or is the same everywhere, is left out.
+    They refer to its logarithm if an emulator of that predicts better, since results scale with
+    powers of the parameters. Results that vanish somewhere or are constant are left out.
     """
     points, (unit, sizes) = Points.of(summary), unit_points(summary)
     if len(points.ids) < 2 * (len(points.levels) + 1):
@@ -123,9 +123,9 @@ def sobol_indices(unit: Array, values: Array, sizes: Sequence[int] = ()) -> list
     unit : array of shape (n, d)
         Points of a Sobol sequence or a Latin hypercube.
     values : array of shape (n, k)
-        k functions at these points.
+        Values of k functions at these points.
     sizes : sequence of d int
-        Of how many listed values each coordinate was drawn, 0 for a range; left out: all ranges.
+        Number of listed values each coordinate was drawn from, 0 for a range; default: all ranges.
 
     Returns
     -------
@@ -165,7 +165,7 @@ def _polynomials(u: Array, size: int) -> Array:
 
 
 def _candidates(count: int, highest: Sequence[int]) -> Iterator[NDArray[np.intp]]:
-    """Yield sets of terms, each of shape (terms, d), that so many points can tell apart."""
+    """Yield sets of terms, each of shape (terms, d), that `count` points can resolve."""
     most = max(1, min(_MOST_TERMS, count // _POINTS_PER_TERM))
     known = set()
     for norm in _NORMS:
@@ -197,7 +197,7 @@ def _of_expansion(fit: tuple[NDArray[np.intp], Array, Array], error: float) -> I
     terms, r, projected = fit
     inverse = np.linalg.inv(r)
     coefficients = inverse @ projected
-    # What the expansion misses is taken for noise of the values.
+    # The residual of the expansion is treated as noise of the values.
     spread = math.sqrt(error) * inverse
     noise = (spread**2).sum(axis=1)
     drawn = np.random.default_rng(0).standard_normal((len(r), _DRAWS))
@@ -210,7 +210,7 @@ def _of_expansion(fit: tuple[NDArray[np.intp], Array, Array], error: float) -> I
         first, total = (np.clip(part, 0.0, 1.0) for part in parts)
         return first, total
 
-    # A square of what has an error is too large by its variance, that of a draw by twice that.
+    # The square of a noisy coefficient is too large by its variance, that of a draw by twice that.
     first, total = shares((coefficients**2 - noise)[:, None])
     draws = shares((coefficients[:, None] + spread @ drawn) ** 2 - 2.0 * noise[:, None])
     of_first, of_total = (np.percentile(each, _CERTAINTY, axis=1) for each in draws)
@@ -225,6 +225,6 @@ def rank_correlations(unit: Array, values: Array) -> Array:
 
 
 def _ranks(values: Array) -> Array:
-    """Return the ranks of some values; equal ones share the mean of theirs."""
+    """Return the ranks of some values; ties share their mean rank."""
     _, place, counts = np.unique(values, return_inverse=True, return_counts=True)
     return np.asarray((np.cumsum(counts) - 0.5 * (counts - 1))[place])

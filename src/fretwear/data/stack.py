@@ -39,10 +39,10 @@ def open_study(path: str | PathLike[str]) -> xr.Dataset:
 
     Fields are dask arrays that read one case at a time, so a reduction over any number of cases
     needs little memory: ``open_study("results/demo").wear_depth.max(("x", "y")).compute()``.
-    They are brought to the cells of the finest case, in the largest window, by interpolation
-    (none where all cases have one grid spacing; ``contact_state`` is that of the nearest cell).
-    Outside the window of a case nothing touches and the gap is NaN; so are all fields
-    (``contact_state`` is `NOT_DONE`) where a point is not done or has no such snapshot.
+    They are interpolated to the cells of the finest case in the largest window (unless all cases
+    have the same grid spacing; ``contact_state`` is that of the nearest cell). Outside the window
+    of a case nothing touches and the gap is NaN; so are all fields (``contact_state`` is
+    `NOT_DONE`) where a point is not done or lacks the snapshot.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def open_study(path: str | PathLike[str]) -> xr.Dataset:
     Raises
     ------
     DataFileError
-        When the merged study or one of its case files is missing or damaged.
+        If the merged study or one of its case files is missing or damaged.
     """
     # Only this function needs dask, which takes a while to import.
     import dask.array as da
@@ -80,7 +80,7 @@ def open_study(path: str | PathLike[str]) -> xr.Dataset:
                     windows.add(Window.of(case_file, Y.name))
     opened = xr.backends.NetCDF4DataStore.open(folder / "summary.nc")  # type: ignore[no-untyped-call]
     with closing(opened) as store:
-        # What xarray itself takes for the netCDF library, which no two threads may use at once.
+        # The lock that xarray uses for the netCDF library, which is not thread-safe.
         lock = store.lock
     stacked = summary.copy()
     if dims == CASE_DIMS:
@@ -99,11 +99,10 @@ def open_study(path: str | PathLike[str]) -> xr.Dataset:
 
 
 class _StackedField:
-    """One field of all cases as one array; every part that is taken reads the case files.
+    """One field of all cases as one array; indexing reads the case files.
 
-    The case files lie as the points of the study do, None where a point is not done; the axes are
-    the cycles and the positions along x and y in m that all cases share. The lock is held by
-    whoever uses the netCDF library.
+    The case files are arranged like the points of the study, None where a point is not done; the
+    axes are the common cycles and positions along x and y, m. The lock guards the netCDF library.
     """
 
     def __init__(
@@ -129,7 +128,7 @@ class _StackedField:
         for position, path in np.ndenumerate(files):
             if path is None:
                 continue
-            # Opening a file is a use of the library too.
+            # Opening a file uses the library too.
             with self.lock, netCDF4.Dataset(path) as file:
                 file.set_auto_mask(False)
                 stored = file[CYCLE.name][:]

@@ -51,12 +51,11 @@ _MOST_TRIED = 150
 
 
 def set_cycle_axis(axes: Axes, cycles: ArrayLike) -> None:
-    """Make the x axis of `axes` one of cycles.
+    """Make the x axis of `axes` an axis of cycles.
 
-    From the first cycle on the axis is logarithmic. Cycle 0 stands to the left of a break, since
-    its distance from the first snapshot means nothing on such an axis. When all cycles lie within
-    one decade the axis is linear. The last cycle is named, and so is every decade that leaves
-    room for its number.
+    From the first cycle on it is logarithmic, with cycle 0 to the left of a break. If all cycles
+    lie within one decade it is linear. The last cycle is labelled, and so is every decade with room
+    for its number.
     """
     values = np.asarray(cycles, dtype=np.float64)
     values = values[np.isfinite(values)]
@@ -103,7 +102,7 @@ def set_cycle_axis(axes: Axes, cycles: ArrayLike) -> None:
 class ValueAxis:
     """The y axis of a result over the cycles: its unit, and whether it is logarithmic.
 
-    It is where the result may be and its values span more than a factor of 30.
+    It is if the result allows it and its values span more than a factor of 30.
     """
 
     variable: Variable
@@ -122,12 +121,12 @@ class ValueAxis:
 
     @property
     def label(self) -> str:
-        """What the axis says."""
+        """The label of the axis."""
         return f"{self.variable.label} ({self.unit.name})"
 
     @property
     def wrapped_label(self) -> str:
-        """What the axis says, on lines of a few words, for low panels."""
+        """The label of the axis on lines of a few words, for low panels."""
         return "\n".join([*wrap(self.variable.label, 18), f"({self.unit.name})"])
 
     def colours(self, values: Array) -> Normalize:
@@ -137,14 +136,14 @@ class ValueAxis:
         return kind(float(known.min()), float(known.max()))
 
     def set_cycles(self, axes: Axes, cycles: Array, values: Array) -> None:
-        """Set the x axis for all values; on a logarithmic y axis those of zero have no place."""
+        """Set the x axis for all values; zeros have no place on a logarithmic y axis."""
         set_cycle_axis(axes, cycles[values > 0.0 if self.is_logarithmic else np.isfinite(values)])
 
     def set_limits(self, axes: Axes, cycles: Array, values: Array) -> None:
         """Set limits that show some of the values, those of a row of panels.
 
-        Values that hardly change are shown from zero: what is left of them on an axis of their
-        own is nothing but noise.
+        Values that hardly change are shown from zero, because an axis of their own would show only
+        noise.
         """
         shown = self.unit.of(values)
         lowest, highest = float(np.nanmin(shown)), float(np.nanmax(shown))
@@ -204,9 +203,9 @@ def make_panels(
 
 
 def label_outer(panels: Sequence[Axes], across: int, *, every_x: bool = False) -> None:
-    """Keep labels and numbers only at the left end of a row and the lower end of each column.
+    """Keep labels and numbers only left of each row and below each column.
 
-    With `every_x` every row has an x axis of its own, and keeps its numbers.
+    With `every_x` every row has its own x axis and keeps its numbers.
     """
     for index, axes in enumerate(panels):
         lowest = index + across >= len(panels)
@@ -243,7 +242,7 @@ def outside_key(
 def label_or_key(
     figure: Figure, axes: Axes, curves: Sequence[Line2D], labels: Sequence[str], *, outside: bool
 ) -> None:
-    """Label curves beside themselves where they are few and have room; else add a key."""
+    """Label curves directly if they are few and there is room; else add a key."""
     if len(curves) <= MOST_LABELLED and label_curves(axes, curves, labels):
         return
     if outside:
@@ -253,12 +252,12 @@ def label_or_key(
 
 
 def label_curves(axes: Axes, curves: Sequence[Line2D], labels: Sequence[str]) -> bool:
-    """Label every curve beside itself, or none of them.
+    """Label every curve directly, or none of them.
 
     A place is taken when the text box is clear of all curves and labels, and nearer to its own
-    curve than to any other. Successive curves that are indistinguishable have one label, in the
-    last one's colour. Call this last, when limits and labels of the axes are final. Where there is
-    no room, the result is False: nothing was added, and a legend is called for.
+    curve than to any other. Successive curves that are indistinguishable share a label, in the
+    colour of the last. Call this last, when limits and labels of the axes are final. Without room,
+    False is returned and nothing is added: a legend is needed.
     """
     root_figure(axes).draw_without_rendering()
     texts: list[Text] = []
@@ -318,7 +317,7 @@ def _coincide(first: Array, second: Array) -> bool:
 def _places(
     axes: Axes, order: Sequence[int], curves: Sequence[Array], sizes: Sequence[Array]
 ) -> dict[int, Array]:
-    """Place labels one after the other; return their centres, none when one has no room.
+    """Place labels in turn; return their centres, or none if one has no room.
 
     `curves` are the pixels of each, `sizes` those of the boxes.
     """

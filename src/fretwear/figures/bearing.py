@@ -28,7 +28,7 @@ def bearing_heights(
 ) -> dict[int, Array]:
     """Return the heights of the surfaces at some cycles, the first and the last if left out.
 
-    See `heights_in_contact`. A dataset does not know where the file of a measured surface is; its
+    See `heights_in_contact`. A dataset does not record where the file of a measured surface is; its
     case from a study does. It is a `ValueError` when the case is smooth, or its surface is in a
     file that is not there.
     """
@@ -75,9 +75,9 @@ def compare_bearing_areas(
     *,
     columns: Columns = 2,
 ) -> Figure:
-    """Draw what `bearing_area` does for several cases, by title, on one scale of heights.
+    """Draw bearing-area curves of several cases, by title, on one scale of heights.
 
-    `known` are the cases as a study has them, by their ids: with the files of measured surfaces.
+    `known` are the cases of the study by id, which know the files of measured surfaces.
     """
     check_cases(cases)
     curves = [

@@ -1,4 +1,4 @@
-"""One case on a page, and two cases laid over each other."""
+"""One case on a page, and two cases superimposed."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ class _Side:
 def compare_cases(
     cases: Mapping[str, xr.Dataset], histories: Mapping[str, xr.Dataset] | None = None
 ) -> Figure:
-    """Lay two cases over each other: profiles, widths and volume over the cycles, ratios.
+    """Superimpose two cases: profiles, widths and volume over the cycles, ratios.
 
     The key calls the cases by their titles. Profiles and ratios are those of the last snapshot that
     both have; `histories` are their dense histories by the same titles, without which snapshots are
@@ -172,7 +172,7 @@ def compare_cases(
 
 
 def _draw_profiles(axes: Axes, sides: Sequence[_Side], name: str) -> None:
-    # By the first peak it is known how much of a later, singular one is to be shown.
+    # The first peak determines how much of a later, singular one is shown.
     both = [
         half_profiles(side.case, name, sorted({int(side.case["cycle"][0]), side.cycle}))
         for side in sides

@@ -177,7 +177,7 @@ def field_of(quantity: Field | str) -> Field:
 
 
 def variable_of(dataset: xr.Dataset, name: str) -> Variable:
-    """Return what a result of a dataset is: in a line contact it may be per length."""
+    """Return the variable of a result, which may be per length in a line contact."""
     return RESULTS[name].in_units(dataset[name].attrs.get("units", RESULTS[name].si_unit))
 
 
@@ -189,7 +189,7 @@ def line_near_the_middle(values: xr.DataArray) -> xr.DataArray:
 
 
 def with_cycles(dataset: xr.Dataset) -> xr.Dataset:
-    """Give a dataset from which one snapshot was selected its dimension ``cycle`` back."""
+    """Restore the dimension ``cycle`` of a dataset from which one snapshot was selected."""
     if "cycle" in dataset.coords and dataset["cycle"].ndim == 0:
         return dataset.expand_dims("cycle")
     return dataset
@@ -280,7 +280,7 @@ def wave_mean(x: Array, values: Array, wavelength: float) -> Array:
 
 
 def check_dataset(dataset: Any) -> None:
-    """Raise a `TypeError` for what is not a dataset, saying how to get a dataset from it."""
+    """Raise a `TypeError` for anything but a dataset, saying how to get one."""
     if isinstance(dataset, xr.Dataset):
         return
     given = type(dataset).__name__
@@ -311,7 +311,7 @@ def check_cases(cases: Any, *fields: str) -> None:
 
 
 def require(dataset: xr.Dataset, *names: str) -> None:
-    """Raise a `ValueError` for a dataset that lacks a variable, with what to give instead."""
+    """Raise a `ValueError` for a dataset that lacks a variable, saying what to give instead."""
     missing = next((name for name in names if name not in dataset), None)
     if missing is None:
         return

@@ -208,7 +208,7 @@ def _independent(levels: Levels, lines: Sequence[Line]) -> tuple[list[str], dict
     for name in (name for name, values in levels.items() if len(values) > 1):
         for other in kept:
             pairs = {(line.values[other], line.values[name]) for line in lines}
-            # Not few values off a colour bar: nobody can read them there.
+            # A colour bar is no use for a few values.
             readable = len(levels[other]) <= _MOST_KEYED or len(levels[name]) > _MOST_STYLES
             if readable and len(pairs) == len(levels[other]):
                 told_by[name] = other
@@ -234,7 +234,7 @@ class RepresentativeCases:
 
 
 def representative_cases(summary: xr.Dataset) -> RepresentativeCases:
-    """Return up to four finished cases of a merged study, the same whenever the study is the same.
+    """Return up to four finished cases of a merged study, reproducibly.
 
     They span the extremes of roughness amplitude and plastic limit, or of the first two other
     names if the study does not vary these. All other names have their last value for which all

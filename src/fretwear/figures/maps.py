@@ -113,7 +113,7 @@ def compare_wear_maps(
 def _draw_scars(
     figure: Figure, panels: Sequence[Axes], scars: Mapping[str, WearMap]
 ) -> list[Line2D]:
-    """Draw scars by their titles, with one scale of depth; return lines for a key to the edges."""
+    """Draw scars by title, with a common depth scale; return lines for a key to the edges."""
     depths = np.array([scar.depth.max() for scar in scars.values()])
     unit = readable_unit(depths, "m")
     for axes, (title, scar) in zip(panels, scars.items(), strict=True):
@@ -124,7 +124,7 @@ def _draw_scars(
 
 
 def take_wear_map(dataset: xr.Dataset, cycle: int | None) -> WearMap:
-    """Take the scar of one case, mirrored to the whole contact when a quarter is stored."""
+    """Take the scar of one case, mirrored to the whole contact."""
     state = snapshots(dataset, cycle, "wear_depth", "contact_state").isel(cycle=-1)
     whole = mirrored(state[["wear_depth", "contact_state"]]).transpose("x", "y")
     x, y, depth = (whole[name].values.astype(np.float64) for name in ("x", "y", "wear_depth"))
@@ -143,9 +143,9 @@ def take_wear_map(dataset: xr.Dataset, cycle: int | None) -> WearMap:
 
 
 def depth_scale(deepest: ArrayLike) -> Normalize:
-    """Return the scale of colours for scars of these greatest depths, in their unit.
+    """Return the colour scale for scars with these maximum depths, in their unit.
 
-    Where they differ much it is a `PowerNorm`: colours vary as the square root of the depth.
+    If they differ much it is a `PowerNorm`: colours vary as the square root of the depth.
     """
     highest = float(np.max(deepest)) or 1.0
     is_unequal = float(np.min(deepest)) < highest / _UNEQUAL
@@ -155,7 +155,7 @@ def depth_scale(deepest: ArrayLike) -> Normalize:
 def draw_wear_map(axes: Axes, scar: WearMap, unit: Unit, scale: Normalize) -> AxesImage:
     """Draw a scar into axes; `scale` is in `unit`."""
     values = unit.of(scar.depth)
-    # Few cells stay what they are; a vector file has them as they are then.
+    # Few cells are kept as they are, also in a vector file.
     kind = "none" if max(values.shape) <= _MOST_CELLS else "antialiased"
     options: dict[str, Any] = {"norm": scale, "cmap": depth_colormap(), "interpolation": kind}
     image = draw_map(axes, scar.x, scar.y, values, scar.reach, **options)
@@ -183,7 +183,7 @@ def draw_map(
 
 
 def _outline(x: Array, y: Array, inside: NDArray[np.bool_]) -> Array:
-    """Return the contours around the cells of a zone, one after the other, with NaN between."""
+    """Return the contours around the cells of a zone, separated by NaN."""
     lines = contour_generator(x, y, inside.T.astype(np.float64)).lines(0.5)
     gap = np.full((1, 2), np.nan)
     return np.concatenate([np.empty((0, 2)), *(part for line in lines for part in (line, gap))])
@@ -192,7 +192,7 @@ def _outline(x: Array, y: Array, inside: NDArray[np.bool_]) -> Array:
 def add_scale(
     figure: Figure, axes: Sequence[Axes], image: ScalarMappable, label: str, **options: Any
 ) -> None:
-    """Add the scale of an image's colours beside axes; `options` are those of `colorbar`."""
+    """Add a colour bar beside axes; `options` are those of `colorbar`."""
     options = {"aspect": 30, "fraction": 0.05, "pad": 0.02} | options
     bar = figure.colorbar(image, ax=axes, label=label, **options)
     bar.outline.set_visible(False)

@@ -126,7 +126,7 @@ def compare_profiles(
         for title, case in cases.items()
     ]
     across = min(len(cases), columns)
-    # The edge of the contact is elsewhere for rough and for smooth cases.
+    # The edge of the contact differs between rough and smooth cases.
     share_x: Literal["row", "all"] = "row" if at_edge(field) else "all"
     figure, panels = make_panels(columns, len(cases), across, (14.0, 50.0), "row", share_x)
     everything = frame_of(profiles)
@@ -176,30 +176,30 @@ class Frame:
 
 
 def at_edge(field: Field) -> bool:
-    """Tell whether a field matters at the edge of the contact: it vanishes inside."""
+    """Return whether a field vanishes inside the contact, so that its edge matters."""
     return math.isnan(field.outside)
 
 
 def is_traction(field: Field) -> bool:
-    """Tell whether a field has a peak at the edge of stick that has no limit in elastic bodies."""
+    """Return whether a field has a peak at the stick edge, unbounded in elastic bodies."""
     return field.si_unit == "Pa"
 
 
 def frame_of(panels: Sequence[HalfProfiles]) -> Frame:
     """Return the frame that shows all of some panels of one field.
 
-    What vanishes inside a smooth contact is shown around its edge; its values then go as far as
-    those of the last cycle, and curves of earlier ones leave at the top. The tractions of elastic
-    bodies are shown up to three times their first peak: the later one at the edge of the stick
-    zone grows without bound as the grid is refined, and would hide the rest.
+    A field that vanishes inside a smooth contact is shown around its edge, up to the values of the
+    last cycle; curves of earlier ones leave at the top. The tractions of elastic bodies are shown
+    up to three times their first peak: the later one at the stick edge grows without bound as the
+    grid is refined, and would hide the rest.
     """
     field, is_even = panels[0].field, all(panel.is_even for panel in panels)
     right = BEYOND_CONTACT * max(float(panel.contact_half_width.max()) for panel in panels)
     if at_edge(field):
-        # A merged study has the gap only as far as it is stored.
+        # A merged study holds the gap only as far as it is stored.
         right = min(right, max(float(panel.x[-1]) for panel in panels))
     if field.name in ("wear_depth", "wear_rate"):
-        # Over a stroke a contact wears beside itself too.
+        # Over a stroke wear extends beyond the contact.
         for panel in panels:
             deepest = panel.values.max(axis=0)
             worn = np.abs(panel.x[deepest > _WORN * deepest.max()])
@@ -229,7 +229,7 @@ def _top(profiles: HalfProfiles, right: float) -> float:
 
 
 def cycle_colors(cycles: Sequence[float] | np.ndarray[Any, Any]) -> dict[int, str]:
-    """Return a colour for each of some cycles, the later the darker."""
+    """Return a colour for each cycle, the later the darker."""
     colours = sequential_colours(len(cycles))
     return {int(cycle): colour for cycle, colour in zip(cycles, colours, strict=True)}
 

@@ -67,10 +67,10 @@ def study_figures(
 ) -> Iterator[StudyFigure]:
     """Yield the figures of a merged study, whose case files are in the folder `cases`.
 
-    First comes what the parameters do, then the quantities of all cases over the cycles, with its
-    `history` through every step, then profiles, bearing areas and wear maps of a few representative
-    cases; `known` are the cases of the study by id, for the heights of their surfaces. A
-    study without finished points has no figures.
+    Effects of the parameters come first, then the results of all cases over the cycles, from the
+    `history` at every step, then profiles, bearing areas and wear maps of a few representative
+    cases; `known` are the cases of the study by id, for the heights of their surfaces. A study
+    without finished points has no figures.
     """
     if not study_lines(summary, "wear_volume"):
         return
@@ -125,8 +125,8 @@ def write_study_figures(
 ) -> list[FigureEntry]:
     """Write every figure of `study_figures` as SVG and PNG to a folder, and an index of them.
 
-    `extra` figures come after those; each is drawn only when it is written. The entries returned
-    are those of ``index.json``, which appears last.
+    `extra` figures follow; each is drawn only when it is written. The returned entries are those of
+    ``index.json``, which is written last.
     """
     entries = []
     for name, caption, category, figure in chain(
@@ -140,7 +140,7 @@ def write_study_figures(
 
 
 def _answer_figures(summary: xr.Dataset) -> Iterator[StudyFigure]:
-    """Yield what shows the effects of the parameters, as far as the design of the study can."""
+    """Yield the figures of the effects of the parameters that suit the design of the study."""
     points = Points.of(summary)
     if not points.levels:
         return

@@ -1,4 +1,4 @@
-"""What all figures share: style sheet, journal sizes, colours, and how they are saved."""
+"""Shared by all figures: style sheet, journal sizes, colours, saving."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ class JournalFigure(Figure):
 
 
 def root_figure(axes: Axes) -> Figure:
-    """Return the figure that axes belong to, also where they lie in a part of it."""
+    """Return the figure that axes belong to, including those in a subfigure."""
     figure = axes.get_figure(root=True)
     if figure is None:
         raise ValueError("The axes belong to no figure: they have been removed from it.")
@@ -94,7 +94,7 @@ def root_figure(axes: Axes) -> Figure:
 
 
 def one_panel(columns: Columns, height: float, ax: Axes | None) -> tuple[Figure, Axes]:
-    """Return a new figure, `height` mm high, and its axes, or those that a caller gave."""
+    """Return a new figure, `height` mm high, and its axes, or the given axes and their figure."""
     if ax is not None:
         return root_figure(ax), ax
     figure = JournalFigure(columns, height)
@@ -107,7 +107,7 @@ def style_context() -> Any:
 
 
 def styled(function: Callable[P, T]) -> Callable[P, T]:
-    """Make a function draw in fretwear's style, whatever the caller's settings are."""
+    """Make a function draw in fretwear's style, whatever the caller's settings."""
 
     @wraps(function)
     def inside(*args: P.args, **kwargs: P.kwargs) -> T:
@@ -136,17 +136,17 @@ def of_quantity(
 def save_figure(
     figure: Figure, stem: str | PathLike[str], formats: tuple[str, ...] = ("svg", "png")
 ) -> list[Path]:
-    """Write a figure once per format; each file appears only when it is whole.
+    """Write a figure once per format; each file appears only when it is complete.
 
-    `stem` is folder and name of the files without their endings, `formats`, such as ``svg``,
-    ``png`` (300 dots per inch) and ``pdf``. The files returned carry no date, and their inner names
-    depend on the content alone: the same data always give the same bytes.
+    `stem` is folder and name of the files without their endings, the `formats`, such as ``svg``,
+    ``png`` (300 dots per inch) and ``pdf``. The files carry no date, and their inner names depend
+    on the content alone: the same data always give the same bytes.
     """
     engine = figure.get_layout_engine()
     if engine is not None:
         for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
             if not axis.label.get_text():
-                # Else matplotlib measures all ticks again to find a place for nothing.
+                # Otherwise matplotlib measures all ticks again for no purpose.
                 axis.set_label_coords(0.0, 0.0)
         # Once for all files: with an engine left, savefig lays out and draws twice for each.
         dots_per_inch = figure.dpi
@@ -184,7 +184,7 @@ def save_as(figure: Figure, path: str | PathLike[str]) -> Path:
 
 
 def text_colour(color: str) -> str:
-    """Return a colour for text: itself, or as much darker as reading on white paper takes."""
+    """Return a colour for text, darkened as far as reading on white paper requires."""
     shade = np.asarray(matplotlib.colors.to_rgb(color))
     while True:
         # Relative luminance and contrast of WCAG 2.
@@ -202,8 +202,8 @@ def look(place: int) -> tuple[str, str]:
 def sequential_colours(count: int) -> list[str]:
     """Return `count` colours of one perceptual ramp, the last the darkest.
 
-    The light end of inferno is left out: it is lost on white paper. Six colours of the rest are
-    farther apart than those of viridis, also for people who see no red or no green.
+    The light end of inferno, lost on white paper, is left out. Six colours of the rest are farther
+    apart than those of viridis, also with red-green colour blindness.
     """
     shades = sequential_colormap()(np.linspace(1.0, 0.0, count)[::-1])
     return [matplotlib.colors.to_hex(shade) for shade in shades]
@@ -216,7 +216,7 @@ def sequential_colormap() -> matplotlib.colors.Colormap:
 
 
 def depth_colormap() -> matplotlib.colors.Colormap:
-    """Return the colours of a depth: nothing is white, then those of `sequential_colormap`."""
+    """Return the colours of a depth: white for zero, then those of `sequential_colormap`."""
     ramp = sequential_colormap()(np.linspace(0.0, 1.0, 200))
     fading = np.linspace(1.0, 0.0, 56, endpoint=False)[:, None]
     colors = np.concatenate([fading + (1.0 - fading) * ramp[0], ramp])

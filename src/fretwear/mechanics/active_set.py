@@ -5,8 +5,8 @@ problem of the free cells approximately, projects the result onto the bounds, se
 to it for the least energy, and moves cells between the sets. Along a segment K p is linear, so the
 search costs no convolution. Energy falls at every step, hence no set of cells repeats.
 
-The steps are computed in single precision, all else in double: what a step leaves, the next one
-sees. So the result is as good as asked for, at two thirds of the time; see Higham,
+The steps are computed in single precision, all else in double: the next step corrects the error of
+the last one. The result has the accuracy asked for, in two thirds of the time; see Higham,
 "Accuracy and Stability of Numerical Algorithms", SIAM (2002), on iterative refinement.
 """
 
@@ -35,7 +35,7 @@ _FEW = 0.02
 _ENOUGH = 0.07
 # Descent of a clipped step where the gap and the step of each cell are opposite, as a rule, is 1.
 _STEEP = 0.05
-# Where the worst cell does not come closer, the mean of the others has hidden it: solve better.
+# If the worst cell does not improve, the mean of the others has hidden it: solve more accurately.
 _STALLED = 0.95
 _MORE_CARE = 0.1
 # Steps are made in single precision: the error of a displacement relative to its largest value,
@@ -48,7 +48,7 @@ _MARGIN = 0.3
 
 @dataclass(frozen=True)
 class _Segment:
-    """A step of the pressure, Pa, the slope of the energy at its start, and what it moves.
+    """A step of the pressure, Pa, the slope of the energy at its start, and its displacement.
 
     That is ``moved`` in some unit, m, plus an offset, m; at most ``largest``, m.
     """
@@ -62,7 +62,7 @@ class _Segment:
 
 
 class ActiveSet:
-    """A feasible pressure, its displacement and the sets, on the way to the solution.
+    """The current feasible pressure, its displacement and the sets of cells.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ class ActiveSet:
         self.restart(start)
 
     def restart(self, start: Array) -> None:
-        """Take a pressure as the current one, scaled to the load and cut to the bounds."""
+        """Restart from a pressure, scaled to the load and clipped to the bounds."""
         self.pressure = self.problem.clip_to_load(start)
         self._known_tangent = None
         self._refresh()
@@ -116,10 +116,10 @@ class ActiveSet:
         return self._known_tangent
 
     def solve(self, tolerance: float, largest_steps: int, *, verified: bool = True) -> bool:
-        """Iterate until the residual is below the tolerance; whether it got there.
+        """Iterate until the residual is below the tolerance; return whether it is.
 
-        ``verified`` asks for a last convolution, by which the residual owes nothing to what was
-        carried along.
+        ``verified`` asks for a final convolution, so that the residual does not rest on updated
+        values.
         """
         before = inf
         for _ in range(largest_steps):
@@ -144,7 +144,7 @@ class ActiveSet:
         return False
 
     def _refresh(self) -> None:
-        """Recompute K p, which is otherwise carried along."""
+        """Recompute K p, which is otherwise updated."""
         self.displacement = self.problem.half_space.displacement(self.pressure)
         self.separation = self.problem.separation(self.pressure, self.displacement)
         self.convolutions += 1
@@ -153,7 +153,7 @@ class ActiveSet:
     def _evaluate(self, tolerance: float) -> None:
         """Approach, gap, the largest violation of the conditions on it, and the free cells."""
         given = self.problem.approach
-        # A new field: what was solved last is compared with it.
+        # A new field, because the last solution is compared with it.
         self.free = np.empty_like(self.free)
         problem = self.problem
         free, count, self.scale = kernels.level(
@@ -172,7 +172,7 @@ class ActiveSet:
             self.gap,
             self.free,
         )
-        # The largest of some numbers hides one that is not a number; their sum does not.
+        # The maximum hides NaN; the sum does not.
         self.residual = (worst if isfinite(gaps) else inf) / self.scale
 
     def _advance(self, tolerance: float) -> bool:
@@ -187,12 +187,12 @@ class ActiveSet:
             if steep:
                 self._search(clipped)
                 return True
-            # Clipping made the direction lead uphill, or nearly so: a shorter step clips less.
+            # Clipping made the direction lead uphill, or nearly so; a shorter step clips less.
             target = self._team.cellwise(lambda p, t: 0.7 * p + 0.3 * t, self.pressure, target)
         return False
 
     def _newton_step(self, tolerance: float) -> tuple[_Segment, bool]:
-        """The step of the free cells that keeps the load; whether it stays within the bounds.
+        """The step of the free cells at constant load, and whether it stays within the bounds.
 
         While many cells still change sides it does not pay to solve for them exactly; what the
         caller started from has most of them right.
@@ -234,7 +234,7 @@ class ActiveSet:
         return segment, lowest >= 0 and highest <= self.problem.limit
 
     def _clipped_step(self, target: Array) -> tuple[_Segment, bool]:
-        """The step to a pressure cut to bounds and load; whether it leads downhill."""
+        """The step to a pressure clipped to bounds and load, and whether it lowers the energy."""
         clipped = self.problem.clip_to_load(target)
         step = self._team.cellwise(np.subtract, clipped, self.pressure)
         moved, unit = self.problem.half_space.relative_displacement(step)
@@ -244,7 +244,7 @@ class ActiveSet:
         return _Segment(step, slope, moved, unit, 0.0, largest), -slope > _STEEP * magnitudes
 
     def _search(self, segment: _Segment) -> None:
-        """Go along a feasible segment: all the way, or to its lowest energy if that overshoots."""
+        """Move along a feasible segment: to its end, or to the energy minimum before it."""
         problem, reached = self.problem, 0.0
         weighted, level = problem.weighted(segment.step), problem.approach
 

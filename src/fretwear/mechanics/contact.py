@@ -28,7 +28,7 @@ _LARGEST_SCALINGS = 100
 
 @dataclass(frozen=True)
 class Effort:
-    """How many steps a contact may take: of the active set, and of the projected gradient."""
+    """Limits on the steps of a contact: of the active set, and of the projected gradient."""
 
     active_set: int = 60
     gradient: int = 2000
@@ -43,23 +43,23 @@ class Accuracy:
     contact
         Of the contact of a state.
     first_stage
-        Of the contact of a step's first stage: its pressure enters the exponent, some parts in
-        10⁵ of which are far below any error of the step.
+        Of the contact of a step's first stage, whose pressure enters the exponent: a few parts in
+        10⁵ of that are far below the error of the step.
     first_reduced
-        Of the first reduced contact: an elastic run solves it once and lives on it for ever.
+        Of the first reduced contact, which an elastic run solves only once.
     reduced
         Of the reduced contact at a requested cycle.
     reduced_between
         Of the reduced contact between requested cycles: its error moves wear by less than a part
         in 10⁷.
     sweep
-        Of the wear that plastic flow and the pressure of a stage settle on in turn, relative to
-        the tolerance of the step.
+        Of the wear in the iteration between plastic flow and pressure of a stage, relative to the
+        tolerance of the step.
     following
-        The same where the contact knows how slip follows its approach: what is left is of second
-        order, and of either sign.
+        The same where the contact accounts for slip that follows its approach: the remaining error
+        is of second order, and of either sign.
     effort
-        Steps that a contact may take.
+        Limits on the steps of a contact.
     """
 
     contact: float = 1e-6
@@ -78,12 +78,12 @@ class Accuracy:
 
 
 class ContactError(RuntimeError):
-    """No pressure distribution satisfies the conditions of contact to the tolerance asked for.
+    """No pressure distribution was found that satisfies the contact conditions to the tolerance.
 
     Attributes
     ----------
     convolutions
-        Half-space convolutions spent in vain.
+        Half-space convolutions spent.
     """
 
     def __init__(self, message: str, convolutions: int = 0) -> None:
@@ -135,7 +135,7 @@ class ContactProblem:
     shape
         Gap at zero load and zero approach, m, shape of the geometry.
     load
-        Normal load P of the whole contact, N; None where the approach is given.
+        Normal load P of the whole contact, N; None if the approach is given.
     limit
         Largest pressure, Pa; infinite when elastic.
     layer
@@ -175,7 +175,7 @@ class ContactProblem:
         return values if weights is None else weights * values
 
     def clip_to_load(self, pressure: Array) -> Array:
-        """The pressure cut to the bounds, its free cells scaled so that it carries the load.
+        """The pressure clipped to the bounds, its free cells scaled so that it carries the load.
 
         Scaling leaves open cells open and saturated cells saturated; a shift would free them.
         """
@@ -190,7 +190,7 @@ class ContactProblem:
             movable = carried - limit * saturated if saturated else carried
             factor, rigid = 1.0, np.inf
             if movable <= -missing:
-                # Saturated cells have to give way too.
+                # Saturated cells must yield too.
                 factor = total / carried
             elif movable <= _NOTHING * carried:
                 # All loaded cells are at the limit and still do not carry the load.
@@ -208,15 +208,15 @@ class Contact:
     Attributes
     ----------
     pressure, gap
-        Pa and m, shape of the geometry. The gap is negative where the pressure is at its limit:
-        there the bodies yield by its absolute value.
+        Pa and m, shape of the geometry. The gap is negative where the pressure is at its limit; the
+        bodies yield by its absolute value.
     approach
         δ, m.
     saturated
         Cells at the pressure limit.
     residual
         Largest violation of the conditions on the gap, relative to the largest displacement; if
-        verified, from a convolution made for this purpose.
+        verified, from a separate convolution.
     iterations, convolutions
         Conjugate-gradient steps and half-space convolutions spent.
     stiffness
@@ -239,7 +239,7 @@ class Contact:
 
     @property
     def penetration(self) -> Array:
-        """Depth by which saturated cells yield, m, zero elsewhere."""
+        """Depth by which saturated cells yield, m; zero elsewhere."""
         result: Array = np.where(self.saturated, np.maximum(-self.gap, 0.0), 0.0)
         return result
 

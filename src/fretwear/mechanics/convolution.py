@@ -9,9 +9,9 @@ spectra of the kernel are fields of the window's size.
 Along an axis in which the field is even, only the half with positive coordinates is kept, and the
 transforms are cosine transforms: DCT-II for the even branch, DCT-IV for the odd one. Along an axis
 without symmetry the even branch is a Hartley transform, cas θ = cos θ − sin θ, which is real as
-they are; for the odd one the field is parted into its even and its odd half, and the DCT-IV of each
-is taken, of the odd half in reverse order, by which sines become cosines but for a sign that the
-way back undoes. So a whole window costs per cell what a quarter does.
+they are; for the odd one the field is split into its even and odd halves, and the DCT-IV of each is
+taken, of the odd half in reverse order, which turns sines into cosines up to a sign that the
+inverse undoes. A cell of a whole window thus costs as much as one of a quarter.
 
 Transforms are made by ducc0 where it is installed, which is up to twice as fast here, else by
 scipy.fft; both give the same to rounding. None is normalized: a transform and its inverse (III
@@ -51,7 +51,7 @@ class _Axis:
     is_even: bool
 
     def forward(self, field: Real, into: Real | None = None) -> None:
-        """The even branch, in place if no room is given."""
+        """The even branch, in place if no buffer is given."""
         if self.is_even:
             dct(2, field, (self.number,), into=into)
         else:
@@ -114,13 +114,13 @@ class Convolution(Generic[Real]):
     Parameters
     ----------
     spectra
-        Of the kernel, by branch of the frequency along x and along y, divided by what the
-        transforms of a convolution multiply by. Along x they are those of a half, one more for the
-        even branch where the field is not even; along y in the order of the branch.
+        Of the kernel, by branch of the frequency along x and along y, divided by the factor of the
+        transforms of a convolution. Along x they are those of a half, with one more for the even
+        branch if the field is not even; along y in the order of the branch.
     even
         Whether fields are even along x and along y.
     team
-        Who does it.
+        Threads that share the work.
     """
 
     def __init__(self, spectra: Sequence[Sequence[Real]], even: Even, team: Team) -> None:
@@ -139,7 +139,7 @@ class Convolution(Generic[Real]):
 
     @staticmethod
     def with_kernel(kernel: Array, even: Even, team: Team = ALONE) -> Convolution[Array]:
-        """With a kernel given at the `offsets` of a window, which is overwritten."""
+        """Convolution with a kernel given at the `offsets` of a window, which is overwritten."""
         spectrum = dct(1, kernel, (0, 1), workers=team.workers)
         # What two transforms along each of the axes of the padded window leave.
         spectrum /= 4 * (kernel.shape[0] - 1) * (kernel.shape[1] - 1)
@@ -151,7 +151,7 @@ class Convolution(Generic[Real]):
         )
 
     def in_single(self, unit: float) -> Convolution[Single]:
-        """The same in single precision, its kernel in some unit."""
+        """The same in single precision, with the kernel in some unit."""
         spectra = [
             [self.team.cellwise(np.divide, field, unit, dtype=np.float32) for field in row]
             for row in self._spectra
@@ -159,7 +159,7 @@ class Convolution(Generic[Real]):
         return Convolution(spectra, self._even, self.team)
 
     def __call__(self, field: Real) -> Real:
-        """The convolution of a field, which is left as it is."""
+        """The convolution of a field, which is not changed."""
         result, odd = np.empty_like(field), self._odd
 
         def forward(columns: Index) -> None:
@@ -212,7 +212,7 @@ class Convolution(Generic[Real]):
 
     @cached_property
     def _columns(self) -> list[Index]:
-        """The columns in parts for some threads to take; transforms along x do not mind."""
+        """The columns in parts for the threads, since transforms along x are independent."""
         parts, count = 1 if self.team.workers == 1 else _PARTS * self.team.workers, self._shape[1]
         ends: list[int] = [count * part // parts // _COLUMNS * _COLUMNS for part in range(parts)]
         return [
@@ -223,7 +223,7 @@ class Convolution(Generic[Real]):
 
     @cached_property
     def _rooms(self) -> list[Real]:
-        """Room for a block of rows, for each thread."""
+        """Buffers for a block of rows, for each thread."""
         shape = self._blocks[0].stop, self._shape[1]
         return [np.empty(shape, self._precision) for _ in range(self.team.workers)]
 
@@ -307,15 +307,15 @@ def dct(
     field
         Contiguous along its last axis.
     axes
-        Which to transform.
+        Axes to transform.
     into
-        Room for the result, of the field's shape, if it is not to take the field's place.
+        Buffer for the result, of the field's shape; by default it replaces the field.
     workers
         Threads.
 
     Returns
     -------
-    The result, which lies in the memory of the field or in the buffer given.
+    The result, in the memory of the field or in the given buffer.
     """
     target = field if into is None else into
     if ducc0 is not None:
@@ -335,7 +335,7 @@ def dct(
 def hartley(field: Real, axis: int, into: Real | None = None) -> Real:
     """Hartley transform of a field along an axis, ∑ fⱼ cas(2πjk/n) with cas θ = cos θ − sin θ.
 
-    It lies in the memory of the field, or in the buffer given.
+    The result is in the memory of the field, or in the given buffer.
     """
     target = field if into is None else into
     if ducc0 is not None:

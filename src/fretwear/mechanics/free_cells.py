@@ -5,8 +5,8 @@ Conjugate gradients solve it; what rounding leaves, the caller sees in the next 
 The preconditioner inverts K + diag c nearly. Where c is uniform, the spectrum of the half-space
 does that. The layer of a wear step is not uniform: nothing wears in the stick zone, while in the
 slip zone the layer is softer than the half-space under waves of a cell's length and stiffer under
-those of the contact's. So two uniform layers are inverted, none and the mean one, and each cell
-takes from both in parts that depend on its own c: an additive Schwarz method whose parts overlap
+those of the contact's. So two uniform layers are inverted, none and the mean one, and combined in
+each cell with weights that depend on its own c: an additive Schwarz method whose parts overlap
 (Smith, Bjørstad and Gropp, "Domain Decomposition", Cambridge University Press, 1996).
 """
 
@@ -57,7 +57,7 @@ class Step:
 
 @dataclass(frozen=True)
 class Part:
-    """The bodies with a uniform layer, the cells that they are given on, their shares."""
+    """The bodies with a uniform layer, their cells, and the weights of these."""
 
     cells: Index
     share: Single
@@ -74,7 +74,7 @@ def preconditioner(half_space: GridHalfSpace, tangent: Single | None, free: Mask
     tangent
         c in units of the influence of a cell on itself, shape of the window; None without a layer.
     free
-        The free cells, or nearly: by their tangents the uniform layers are chosen.
+        The free cells, approximately; their tangents determine the uniform layers.
     """
     invert, grid, team = half_space.single.inverse, half_space.geometry, half_space.team
     everywhere, inside = grid.where(grid), team.cellwise(np.float32, free, dtype=np.float32)
@@ -84,7 +84,7 @@ def preconditioner(half_space: GridHalfSpace, tangent: Single | None, free: Mask
     of_tangent = partial(team.cellwise, dtype=np.float32)
     mean = kernels.inner(team, tangent, inside) / count
     if mean < _SOFT:
-        # Harder than the half-space nearly everywhere: one layer scaled to each cell's own.
+        # Stiffer than the half-space nearly everywhere: one layer, scaled to each cell's own.
         softness = of_tangent(lambda c: 1.0 / (c + 1.0), tangent)
         uniform = count / kernels.inner(team, softness, inside) - 1.0
         share = of_tangent(lambda c: np.sqrt((_STIFFENING + uniform) / (_STIFFENING + c)), tangent)
@@ -132,7 +132,7 @@ class FreeCells:
         self._convolve, self._team = convolve, convolve.team
         self._inside = self._team.cellwise(np.float32, free, dtype=np.float32)
         self._count = np.count_nonzero(free)
-        # Cells that are not free have no share.
+        # Cells that are not free have no weight.
         self._shares = [
             self._team.cellwise(np.multiply, part.share, self._inside[part.cells], dtype=np.float32)
             for part in parts
@@ -143,7 +143,7 @@ class FreeCells:
             self.uniform, self.uniform_sum = np.zeros_like(self._inside), np.inf
 
     def apply_preconditioner(self, residual: Single) -> tuple[Single, float]:
-        """The pressure for a residual gap, zero on all other cells; their inner product."""
+        """The pressure for a residual gap, zero on all other cells, and their inner product."""
         energy, sum_of_parts = 0.0, None
         for part, share in zip(self._parts, self._shares, strict=True):
             left, pressure = np.ascontiguousarray(residual[part.cells]), np.empty_like(share)
@@ -168,11 +168,12 @@ class FreeCells:
         Parameters
         ----------
         residual, unit
-            r, and in what unit; what it is on other cells does not count.
+            r and its unit; its values on other cells are ignored.
         tangent
             c, or None without a layer.
         reduction, enough
-            The root mean square of the residual is to become so many times smaller, or so small.
+            Factor by which to reduce the root mean square of the residual, or a value that
+            suffices.
         """
         team = self._team
         start = kernels.in_single(team, residual, unit)
@@ -202,6 +203,6 @@ class FreeCells:
             iterations += 1
             length = energy / kernels.add_layer(team, tangent, direction, force)
             uniform = kernels.advance(team, length, direction, force, self.uniform, pressure, left)
-        # What is left on other cells tells how far the step moves the surface there.
+        # The remainder on other cells is the displacement of the surface there.
         largest = kernels.recover_displacement(team, start, tangent, pressure, alpha, left)
         return Step(pressure, left, largest, kernels.total(team, pressure), iterations)

@@ -39,8 +39,8 @@ from fretwear.mechanics.tr_bdf2 import (
 __all__ = ["WearError", "evolve", "first_loading"]
 
 _FIRST_STEP = 0.09
-# Part of the tolerance for a contact that slides as a whole: nothing holds its pressure, which errs
-# by twenty times what the wear does.
+# Fraction of the tolerance for a contact that slides as a whole, whose pressure has twenty times
+# the error of the wear.
 _GLIDING = 0.25
 
 
@@ -56,7 +56,7 @@ def evolve(
     Parameters
     ----------
     problem
-        What to integrate.
+        The problem to integrate.
     stops
         Increasing cycle numbers at which a step must end exactly; the last one ends the run.
     tolerance
@@ -64,7 +64,7 @@ def evolve(
     start
         A state that `evolve` yielded before, to resume from; it is not yielded again.
     accuracy
-        Of the contacts.
+        Tolerances of the contacts.
 
     Yields
     ------
@@ -73,7 +73,7 @@ def evolve(
     Raises
     ------
     WearError
-        If the step had to be cut to nothing.
+        If the step had to be reduced to nothing.
     fretwear.mechanics.contact.ContactError
         If the first loading does not converge.
     """
@@ -90,7 +90,7 @@ def first_loading(
     workspace: Workspace | None = None,
     before: State | None = None,
 ) -> State:
-    """The state from which a loading begins: yielded where it has to.
+    """The state with which a loading begins, yielded where the plastic limit requires it.
 
     ``before`` is what an earlier loading has left; None for unworn bodies at cycle 0. A
     `fretwear.mechanics.contact.ContactError` says that the contact does not converge.
@@ -209,7 +209,7 @@ class _Evolution(Integrator):
         base, problem = self.state, self.problem
         now, density = self._wearing(base, base.cycle)
         middle = base.cycle + GAMMA * step
-        # The wear coefficient of a stage, where it follows the power, lags behind by a stage.
+        # A wear coefficient that follows the power lags by one stage.
         then = problem.at(middle, density)
         p0, rate = base.pressure, now.growth_rate * step
         early, cellwise = GAMMA * step, self._cellwise
@@ -252,7 +252,7 @@ class _Evolution(Integrator):
         return self.problem.at(cycle, density), density
 
     def _assess(self, step: float, first: Stage, second: Stage) -> tuple[float, float, bool]:
-        """Relative error of the wear of a step, what to multiply it by, whether to keep it."""
+        """Relative error of the wear of a step, factor for the next one, whether to accept it."""
         geometry, opens = self.state.geometry, 1.0 - self.problem.debris_fraction
         volume = geometry.integral(second.wear)
         if volume == 0:
@@ -272,8 +272,8 @@ class _Evolution(Integrator):
             allowed *= min(1.0, _GLIDING / geometry.of_tolerance)
         factor, accepted = assessed(error / allowed)
         if first.yielded or second.yielded:
-            # A cell at the limit sinks until wear, at the rate β p_lim, has freed it. A step of
-            # many such times sees it before and after, not the flow in between.
+            # A cell at the limit sinks until wear, at the rate β p_lim, has freed it. A much longer
+            # step would miss the flow in between.
             exponent = sqrt(self.tolerance / TOLERANCE)
             longest = exponent / (max(self._rates) * self.problem.limit)
             factor = min(factor, longest / step)
@@ -309,7 +309,7 @@ class _Evolution(Integrator):
         return exponent
 
     def _move_to(self, geometry: Any) -> None:
-        """Put the state on a larger geometry."""
+        """Transfer the state to a larger geometry."""
         if geometry is not self.state.geometry:
             self.state = self.state.on(self.workspace, geometry)
             spent = self._solver.convolutions

@@ -4,9 +4,9 @@ Each function is here in NumPy. The same functions, compiled from ``kernels.cpp`
 is installed where there is a C++ compiler, go over their fields once, where NumPy goes over them
 once for each operation; they take the place of these.
 
-Fields are contiguous and of one shape unless said otherwise. A field that a function changes is
-its last argument or named in its first line; no function keeps a field. A call names first the
-`Team` whose threads share the rows.
+Fields are contiguous and of the same shape unless stated otherwise. A function changes only its
+last argument or a field named in its first line, and keeps no reference. The first argument of a
+call is the `Team` whose threads share the rows.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class Pass(Generic[_Given, _Result]):
         self.__doc__ = in_numpy.__doc__
 
     def __call__(self, team: Team, *given: _Given.args, **_: _Given.kwargs) -> _Result:
-        """The same result, to the last bit, however many threads there are."""
+        """The result does not depend on the number of threads, to the last bit."""
         if self.compiled is None:
             return self.in_numpy(*given)  # type: ignore[call-arg]
         results: Any = self.compiled(team.threads, *given)
@@ -68,8 +68,8 @@ def _shared(
 def inner(a: Real, b: Real) -> float:
     """Sum of the products of two fields.
 
-    Not by BLAS: its threads gain nothing here, stand in the way of cases that run side by side,
-    and make the last bits depend on their number.
+    Without BLAS, whose threads gain nothing here, hinder cases that run in parallel, and make the
+    last bits depend on their number.
     """
     return float(np.einsum("ij,ij->", a, b))
 
@@ -111,14 +111,14 @@ def times(field: Array | Single, factor: Single | float, result: Single) -> None
 
 @_shared(sum)
 def project_mean(shift: float, inside: Single, residual: Single) -> float:
-    """Take ``shift`` from a residual; the sum of its squares where ``inside`` is 1."""
+    """Subtract ``shift`` from a residual; return the sum of its squares where ``inside`` is 1."""
     residual -= np.float32(shift)
     return inner.in_numpy(residual * inside, residual)
 
 
 @_shared(sum)
 def add_layer(tangent: Single | None, direction: Single, force: Single) -> float:
-    """Add tangent times direction to a force; the inner product of direction and force."""
+    """Add tangent times direction to a force; return the inner product of direction and force."""
     if tangent is not None:
         force += tangent * direction
     return inner.in_numpy(direction, force)
@@ -141,14 +141,14 @@ def advance(
 
 @_shared(sum)
 def weigh(weight: Single, residual: Single, field: Single) -> float:
-    """Multiply a field by a weight; its inner product with a residual."""
+    """Multiply a field by a weight; return its inner product with a residual."""
     field *= weight
     return inner.in_numpy(residual, field)
 
 
 @_shared()
 def update_direction(factor: float, field: Single, direction: Single) -> None:
-    """The next direction: ``field`` plus a multiple of the last one."""
+    """Form the next direction: ``field`` plus a multiple of the last one."""
     direction *= np.float32(factor)
     direction += field
 
@@ -157,10 +157,10 @@ def update_direction(factor: float, field: Single, direction: Single) -> None:
 def recover_displacement(
     start: Single, tangent: Single | None, pressure: Single, shift: float, residual: Single
 ) -> float:
-    """Put the half-space's displacement of a pressure in the place of the residual it leaves.
+    """Replace a residual by the half-space displacement of the pressure that led to it.
 
-    Of ``start``, the residual before, the half-space took all but the residual, a shift and the
-    tangent's part. Returned is the largest magnitude of the displacement.
+    The displacement is ``start``, the residual before, minus the residual, a shift and the part of
+    the tangent. Returned is the largest magnitude of the displacement.
     """
     np.subtract(start, residual, out=residual)
     residual -= np.float32(shift)
@@ -176,7 +176,7 @@ def recover_displacement(
 def scale_and_clip(
     factor: float, limit: float, rigid: float, weights: Array | None, pressure: Array
 ) -> tuple[float, float]:
-    """Scale a pressure and cut it to 0 … ``limit``, except on cells at ``rigid`` or above.
+    """Scale a pressure and clip it to 0 … ``limit``, except on cells at ``rigid`` or above.
 
     Returned are the weighted sums of the pressure and of the cells at the limit.
     """
@@ -208,10 +208,10 @@ def evaluate(
     gap: Array,
     free: Mask,
 ) -> tuple[float, float]:
-    """Gap of a pressure, what it violates, and which cells are to be free.
+    """Gap of a pressure, its violation of the conditions, and the cells to free.
 
-    Those are the cells between the bounds, the ones at zero that interpenetrate and the ones at
-    the limit that part, both by more than some slack. Returned are the largest violation of g = 0
+    Those are the cells between the bounds, those at zero that interpenetrate, and those at the
+    limit that separate, both by more than a margin. Returned are the largest violation of g = 0
     between the bounds, of g ≥ 0 where p = 0 and of g ≤ 0 at the limit, and the sum of all gaps,
     which tells of values that are not numbers.
     """
@@ -236,7 +236,7 @@ def scale_step(
     share: float,
     step: Array,
 ) -> tuple[float, float, float]:
-    """The step ``found`` times a unit minus a share of a uniform one.
+    """The step ``found`` times a unit minus a fraction of a uniform one.
 
     Returned are the lowest and highest pressure that it leads to and its product with the gap.
     """
@@ -266,10 +266,10 @@ def move(
     displacement: Array,
     separation: Array,
 ) -> None:
-    """Add a fraction of a step to a pressure, and what it moves to the displacement.
+    """Add a fraction of a step to a pressure, and its displacement to the displacement.
 
-    That is ``moved`` in some unit, plus an offset. Rounding does not lead beyond 0 and ``limit``.
-    The separation becomes displacement plus shape.
+    That is ``moved`` in some unit, plus an offset. Rounding never leads beyond 0 and ``limit``. The
+    separation becomes displacement plus shape.
     """
     pressure += fraction * step
     np.clip(pressure, 0.0, limit, out=pressure)
@@ -292,7 +292,7 @@ def wear(
     shift: Array | None,
     result: Array,
 ) -> None:
-    """Add the wear depth: W₀ and what wears off, (eˣ − 1) g*₀ + ΔG (φ(x) − 1), not negative."""
+    """Add the wear depth: W₀ plus (eˣ − 1) g*₀ + ΔG (φ(x) − 1), if not negative."""
     for rows in blocks_of_rows(pressure.shape, _BLOCK):
         x = _exponent(pressure[rows], rate, known[rows])
         growth = np.expm1(x)

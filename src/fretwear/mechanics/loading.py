@@ -1,4 +1,4 @@
-"""How a contact is loaded: what presses the bodies together, and what is imposed along x."""
+"""The loading of a contact: normally, and along x."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SMALL_STROKE = 0.05
 
 @dataclass(frozen=True)
 class Sliding:
-    """What ties a contact to its reduced contact: a load P*, or d* + flexibility · P* = level."""
+    """The condition on the reduced contact: a load P*, or d* + flexibility · P* = level."""
 
     load: float | None = None  # P*, N, where that is what is known
     level: float = 0.0  # approach d*, m, of a reduced contact that carries nothing
@@ -45,7 +45,7 @@ class Sliding:
 
 
 class Pressed(Part):
-    """Parts with loads, which are forces, or forces per length in a line contact."""
+    """Parts with loads, which are forces or, in a line contact, forces per length."""
 
     def in_line(self) -> Self:
         """The same in a line contact: bare numbers are forces per length."""
@@ -61,7 +61,7 @@ def load_slug(load: float) -> str:
 
 
 class Normal(Pressed):
-    """What presses the bodies together."""
+    """The normal loading."""
 
     holds_load: ClassVar[bool] = False  # whether it is the load that is held while the bodies wear
 
@@ -71,7 +71,7 @@ class Normal(Pressed):
 
     @property
     def given(self) -> tuple[float | None, float | None]:
-        """Load P, N, and approach d, m: one of the two."""
+        """Load P, N, or approach d, m; the other is None."""
         raise NotImplementedError
 
 
@@ -130,10 +130,10 @@ class Indentation(Normal):
 
 
 class Loading(Pressed):
-    """What is imposed along x, between an amplitude and its negative."""
+    """The tangential loading, which oscillates along x between an amplitude and its negative."""
 
     is_force: ClassVar[bool] = True  # then the reduced contact follows from the load alone
-    # Whether it is a part of the load of gross sliding: then friction does not matter to it.
+    # Whether a fraction of the load of gross sliding is imposed, which does not depend on friction.
     is_ratio: ClassVar[bool] = False
 
     def sliding(
@@ -154,15 +154,15 @@ class Loading(Pressed):
         return type(hertz.load)(self.ratio(friction, coupling, hertz) * friction * hertz.load)
 
     def displacement(self, friction: float, coupling: float, hertz: HertzContact) -> float:
-        """Amplitude U, m, of the displacement that is imposed, if it is one."""
+        """Amplitude U, m, of the imposed displacement, if any."""
         raise NotImplementedError
 
     def plain(self, friction: float, coupling: float, hertz: HertzContact) -> Loading:
-        """The same loading in SI units: one loading, however it was written, is one case."""
+        """The same loading in SI units, so that it gives the same case however it was written."""
         return TangentialLoad(self.amplitude(friction, coupling, hertz))
 
     def flexibility(self, hertz: HertzContact) -> float:  # noqa: ARG002 - nothing
-        """Of what is in series with the contact, m/N."""
+        """Flexibility in series with the contact, m/N."""
         return 0.0
 
     def transition(self, friction: float, coupling: float, hertz: HertzContact) -> float:
@@ -171,13 +171,13 @@ class Loading(Pressed):
 
     @property
     def stroke(self) -> float:
-        """Amplitude of sliding, m, where that is what is imposed; else 0."""
+        """Amplitude of sliding, m, if imposed; else 0."""
         return 0.0
 
 
 @dataclass(frozen=True)
 class TangentialRatio(Loading):
-    """The tangential load as a part of the load of gross sliding."""
+    """The tangential load as a fraction of the load of gross sliding."""
 
     tangential_ratio: Annotated[
         float,
@@ -235,7 +235,7 @@ class TangentialLoad(Loading):
 
 @dataclass(frozen=True)
 class SlidingAmplitude(Loading):
-    """The stroke of a contact that slides as a whole, imposed where the bodies touch."""
+    """The stroke of a contact that slides as a whole, imposed at the interface."""
 
     sliding_amplitude: Annotated[
         float,
@@ -279,7 +279,7 @@ class SlidingAmplitude(Loading):
 
 @dataclass(frozen=True)
 class _OfLines(Quantity):
-    """A quantity that only line contacts have; for all others it is zero and not told."""
+    """A quantity of line contacts only; for others it is zero and not shown."""
 
     def coordinates(self, name: str, value: Any) -> Iterator[tuple[str, Parameter, float | str]]:
         """Yield it where there is one."""
@@ -316,7 +316,7 @@ class Displacement(Loading):
     is_force: ClassVar[bool] = False
 
     def canonical(self) -> dict[str, Any]:
-        """Return kind and parameters; the compliance only where it counts."""
+        """Return kind and parameters; the compliance only where it has an effect."""
         content = super().canonical()
         if not self.tangential_compliance:
             del content["tangential_compliance"]

@@ -1,9 +1,9 @@
 """The loop of force and displacement that a contact goes through in a cycle.
 
-Under P = const the tangential force rises from zero by µ (P − P'), P' falling from P to P*, while
-distant points move by µκ (d − d'), d' the approach of the same shape under P': one family of normal
-contacts holds the whole curve. After a reversal it is run through at twice the size, as Masing
-(1926) has it and Jäger (1998) shows for contacts.
+Under P = const the tangential force rises from zero by µ (P − P') as P' falls from P to P*, while
+distant points move by µκ (d − d'), d' being the approach of the same shape under P': one family of
+normal contacts gives the whole curve. After a reversal it is followed at twice the size (Masing
+1926; for contacts Jäger 1998).
 
 The curve of d against P is concave, and the area between it and a chord is known without any
 contact in between: with Betti's theorem, twice that area is ∬ p g dA with the pressure of the one
@@ -24,7 +24,7 @@ from fretwear.mechanics.state import State, WearProblem
 POINTS = 64
 _CONTACTS = 4
 _CLOSE = 1e-3
-# A curve whose arc is so flat is known by its area well enough, and contacts are not.
+# A curve with an arc this flat is known from its area better than contacts are solved.
 _STRAIGHT = 1e-6
 _TOLERANCE = 1e-5
 # Exponent of the load in the approach of a sphere.
@@ -35,8 +35,8 @@ _SPHERE = 2.0 / 3.0
 class Loop:
     """Force, N, and displacement, m, round one cycle from +Q to −Q and back.
 
-    At 4 · `POINTS` + 1 places, the first and the last the same; the displacement is that of the rig
-    where there is one in series.
+    At 4 · `POINTS` + 1 phases, the first equal to the last; the displacement includes that of a rig
+    in series.
     """
 
     force: Array
@@ -52,8 +52,8 @@ class Loop:
 def loop(workspace: Workspace, state: State, contacts: int = _CONTACTS) -> Loop:
     """The loop of a state of a problem, whose shape is kept for the cycle.
 
-    At most so many contacts between those under P and P* are solved, fewer where the curve is
-    known to a thousandth of the displacement before.
+    A limited number of contacts between P and P* are solved, fewer if the curve is known earlier to
+    a thousandth of the displacement.
     """
     problem: WearProblem = workspace.problem.of(state)
     coefficient, flexibility = problem.friction.coefficient, problem.flexibility
@@ -70,7 +70,7 @@ def loop(workspace: Workspace, state: State, contacts: int = _CONTACTS) -> Loop:
 
 
 def _masing(force: Array, displacement: Array, largest: float, opening: float) -> Loop:
-    """The loop of a curve of first loading, which glides where it ends short of the largest U."""
+    """The loop that follows from a curve of first loading, with gliding up to the largest U."""
     # From +Q down: twice the curve, then gliding to the other end where the whole contact slides.
     glide = np.linspace(largest - 2.0 * displacement[-1], -largest, POINTS + 1)[1:]
     falling = np.concatenate([largest - 2.0 * displacement, glide])
@@ -92,7 +92,7 @@ def _curve(
             low = replace(low, gap=shape - lowest, approach=lowest)
         whole = geometry.integral(low.gap * high.pressure)
     else:
-        # The loop of the unworn sphere, whose slip it is.
+        # The loop of the unworn sphere, whose slip is used.
         contacts, high = 0, replace(high, approach=problem.hertz.approach)
         low = replace(low, approach=high.approach * (low.load / high.load) ** _SPHERE)
         whole = 2.0 * high.approach / high.load**_SPHERE * _arc(low.load, high.load)[1]
@@ -126,7 +126,7 @@ def _curve(
 
 
 def _sampled(family: list[ReducedContact], areas: list[float], whole: float) -> tuple[Array, Array]:
-    """Loads and approaches from the last of a family to the first.
+    """Loads and approaches from the last contact of a family to the first.
 
     Between two contacts, their chord and as much of the arc of a sphere's curve as leaves twice
     the area between them, and in sum twice that of the whole curve.
@@ -149,7 +149,7 @@ def _sampled(family: list[ReducedContact], areas: list[float], whole: float) -> 
 
 
 def _arc(lower: float, upper: float, loads: Array | float = 0.0) -> tuple[Any, float]:
-    """What P^(2/3) has above its chord between two loads, and the area of that."""
+    """Height of P^(2/3) above its chord between two loads, and the area between them."""
     ends = np.array([lower, upper])
     heights = ends**_SPHERE
     area = 0.6 * float(upper ** (1.0 + _SPHERE) - lower ** (1.0 + _SPHERE))

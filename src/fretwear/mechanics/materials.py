@@ -24,7 +24,7 @@ from fretwear.theory import composite_modulus, coupling_ratio
 
 
 class Bodies(Part):
-    """What deforms: the elastic bodies as far as one half-space stands for both."""
+    """The elastic bodies, represented by one half-space."""
 
     @property
     def composite_modulus(self) -> float:
@@ -37,13 +37,13 @@ class Bodies(Part):
         raise NotImplementedError
 
     def coupling_weighing(self, weight: float) -> float:  # noqa: ARG002 - where one is all there is
-        """κ in a contact where Poisson's ratio has a weight; that of a circle is 1/2."""
+        """κ in a contact in which Poisson's ratio has a given weight, 1/2 for a circle."""
         return self.coupling
 
 
 @dataclass(frozen=True)
 class ElasticBodies(Bodies):
-    """Two isotropic elastic bodies, alike or not.
+    """Two isotropic elastic bodies, of the same or different materials.
 
     The coupling of normal pressure and tangential displacement between different materials
     (Dundurs' β) is neglected.
@@ -77,7 +77,7 @@ class ElasticBodies(Bodies):
         return coupling_ratio(*self._constants)
 
     def coupling_weighing(self, weight: float) -> float:
-        """κ in a contact where Poisson's ratio has a weight; that of a circle is 1/2."""
+        """κ in a contact in which Poisson's ratio has a given weight, 1/2 for a circle."""
         return coupling_ratio(*self._constants, weight)
 
     @property
@@ -103,10 +103,10 @@ class Course:
 
 @dataclass(frozen=True)
 class OverCycles(Quantity):
-    """A quantity, or a mapping of cycles and values that it takes there."""
+    """A quantity, or a mapping of cycles and its values there."""
 
     def read(self, value: object, units_required: bool) -> Any:
-        """Return a float, or a `Course` where values differ."""
+        """Return a float, or a `Course` if values differ."""
         if isinstance(value, Course):
             return value
         if not isinstance(value, Mapping):
@@ -172,7 +172,7 @@ def course_text(course: Course) -> str:
 
 
 class Friction(Part):
-    """What the tangential traction of slipping cells is."""
+    """The law for the tangential traction of slipping cells."""
 
     @property
     def coefficient(self) -> float:

@@ -1,4 +1,4 @@
-"""Surfaces from files: measured roughness, and indenters by a map of their heights."""
+"""Surfaces from files: measured roughness, and indenters given by height maps."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ class _Map(FromFile):
         return False
 
     def read(self) -> Topography | None:
-        """The topography; None for a case that was read from a dataset, without its file."""
+        """The topography; None for a case read from a dataset, without its file."""
         return read_topography(self.file, self._levelled, self.patch) if self.is_known else None
 
     @property
     def missing_points(
         self,
     ) -> Annotated[float, Quantity("1", "missing", "points without a height, filled")]:
-        """How many points were not measured."""
+        """Number of points that were not measured."""
         data = self.read()
         return math.nan if data is None else float(data.missing)
 
@@ -55,9 +55,9 @@ class _Map(FromFile):
 class MeasuredRoughness(_Map, Roughness):
     """A measured topography, its centre under the tip of the indenter.
 
-    Heights are those of the file, upwards out of its body, less their mean or the plane that fits
-    them best; between the points a bicubic spline, beyond the border the height of the border.
-    Seen from above both, the indenter's is turned over: about the y axis.
+    Heights are those of the file, upwards out of the body, minus their mean or the best-fitting
+    plane; a bicubic spline interpolates between the points, and the border is continued outward. A
+    map of the indenter is turned over about the y axis.
     """
 
     file: Annotated[
@@ -83,7 +83,7 @@ class MeasuredRoughness(_Map, Roughness):
     kind: Literal["measured"] = "measured"
 
     def height(self, x: Array, y: Array) -> Array:
-        """Added to the gap, m: what stands out of either body takes from it."""
+        """Contribution to the gap, m: material that protrudes from either body reduces it."""
         across = x if self.body == "flat" else -np.asarray(x)
         return -_interpolated(self.file, self._levelled, self.patch, across, y)
 
@@ -121,7 +121,7 @@ class MeasuredRoughness(_Map, Roughness):
 
     @property
     def wavelengths(self) -> tuple[float, float]:
-        """A quarter of the sides, m: the next tip is hardly farther away."""
+        """A quarter of the sides, m; the next tip is hardly farther away."""
         return self.sides[0] / 4.0, self.sides[1] / 4.0
 
     @property
@@ -132,7 +132,7 @@ class MeasuredRoughness(_Map, Roughness):
 
     @property
     def tips(self) -> float:
-        """Height of tips as a rule, m."""
+        """Typical height of tips, m."""
         return min(TIPS * self.rms_height, self.highest)
 
     @property
@@ -145,9 +145,9 @@ class MeasuredRoughness(_Map, Roughness):
 class HeightMapIndenter(_Map, Indenter):
     """An indenter by a map of its heights.
 
-    They are upwards out of its body, which is turned over about the y axis. The paraboloid that
-    fits the map best gives the scales of the contact, the origin, which is its apex, and the shape
-    beyond the map, where the difference at the border is continued.
+    They point upwards out of the body, which is turned over about the y axis. The best-fitting
+    paraboloid sets the scales of the contact, has its apex at the origin, and continues the shape
+    beyond the map, with the difference at the border.
     """
 
     file: Annotated[
@@ -217,7 +217,7 @@ class _Paraboloid:
 
 @lru_cache(maxsize=8)
 def _paraboloid(file: Source, patch: Rectangle | None) -> _Paraboloid:
-    """The paraboloid that fits a map best; `QuantityError` where that has no apex on the map."""
+    """The best-fitting paraboloid; `QuantityError` if its apex is not on the map."""
     data = read_topography(file, False, patch)
     x, y = data.x[:, None] / data.x[-1], data.y[None, :] / data.y[-1]
     powers = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
@@ -243,13 +243,13 @@ def _paraboloid(file: Source, patch: Rectangle | None) -> _Paraboloid:
 def _interpolated(
     file: Source, levelled: bool, patch: Rectangle | None, x: Array, y: Array
 ) -> Array:
-    """Heights, m, between the points of a map, and those of its border beyond it."""
+    """Heights, m, interpolated between the points of a map, and those of its border outside."""
     data, spline = _spline(file, levelled, patch)
     x, y = np.clip(x, data.x[0], data.x[-1]), np.clip(y, data.y[0], data.y[-1])
     if x.shape[1:] != (1,) or y.size != y.shape[-1]:
         result: Array = spline.ev(*np.broadcast_arrays(x, y))
         return result
-    # On the lines of a grid it is faster, but these have to rise.
+    # Evaluation on grid lines is faster, but requires increasing coordinates.
     rises = bool(x[-1, 0] >= x[0, 0])
     found: Array = spline(x[:, 0] if rises else x[::-1, 0], y.ravel())
     return found if rises else found[::-1]

@@ -11,7 +11,7 @@ from fretwear.mechanics.geometry.line import Line
 from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.state import State, WearProblem, in_contact
 
-# A gap over that of the first cell outside of a contact which is none.
+# Ratio to the gap of the first cell outside above which a gap is not one of contact.
 _NO_GAP = 1e-2
 
 
@@ -98,9 +98,9 @@ def _stick_load(problem: WearProblem, state: State, zone: Zone) -> float:
 
 
 def _peak(problem: WearProblem, state: State) -> float:
-    """Largest pressure of a cell, Pa; on elastic rings of an annulus as wide as a cell.
+    """Largest pressure of a cell, Pa; on elastic rings, of an annulus as wide as a cell.
 
-    At the edge of stick it grows without bound as rings get narrower.
+    At the stick edge it grows without bound as rings get narrower.
     """
     rings = state.geometry
     if isinstance(rings, Rings) and np.isinf(problem.limit):
@@ -118,7 +118,7 @@ def half_width(geometry: Geometry, inside: Mask, gap: Array, axis: int) -> float
     Parameters
     ----------
     geometry
-        Where the fields are given.
+        Geometry of the fields.
     inside
         Cells of the zone.
     gap
@@ -128,7 +128,7 @@ def half_width(geometry: Geometry, inside: Mask, gap: Array, axis: int) -> float
 
     Returns
     -------
-    float, m; 0 where the axis has no cell of the zone.
+    float, m; 0 if no cell on the axis belongs to the zone.
     """
     edge = _worn_edge if isinstance(geometry, Line) else _edge
     edges = [edge(at, inside[along], gap[along]) for along, at in geometry.along(axis)]
@@ -138,7 +138,7 @@ def half_width(geometry: Geometry, inside: Mask, gap: Array, axis: int) -> float
 def _worn_edge(distance: Array, inside: Mask, gap: Array) -> float:
     """Edge of a contact whose gap opens with the power 3/2, or linearly where it has worn.
 
-    Both laws through the first two cells outside foretell the gap of the third; how it lies between
+    Both laws through the first two cells outside predict the gap of the third; its position between
     them weighs their zeros. The strips may be so narrow that several beyond the edge count as in
     contact, and the zero lies among them.
     """
@@ -176,7 +176,7 @@ def _edge(distance: Array, inside: Mask, gap: Array) -> float:
         law = np.stack([np.ones(3), roots**2, outside], axis=1)
         edge = np.linalg.solve(law / law.max(axis=0), distance[last + 1 : last + 4])[0]
     else:
-        # Equal gaps say nothing of the edge.
+        # Equal gaps do not determine the edge.
         near, far = near**2, far**2
         edge = (
             first - near / (far - near) * (second - first) if far > near else 0.5 * (center + first)
@@ -187,7 +187,7 @@ def _edge(distance: Array, inside: Mask, gap: Array) -> float:
 def _stick_half_width(state: State, axis: int) -> float:
     """Distance of the edge of the stick zone from the origin along an axis, m.
 
-    Where it recedes because bodies yield, what opens beside it has not worn yet.
+    If it recedes because the bodies yield, the surface that opens beside it has not worn yet.
     """
     geometry, reduced = state.geometry, state.reduced
     if state.plastic.any():
@@ -206,7 +206,7 @@ def stick_half_width(geometry: Geometry, pressure: Array, axis: int) -> float:
     Parameters
     ----------
     geometry
-        Where the pressure is given.
+        Geometry of the pressure.
     pressure
         p*, Pa, zero outside the stick zone.
     axis
@@ -214,7 +214,7 @@ def stick_half_width(geometry: Geometry, pressure: Array, axis: int) -> float:
 
     Returns
     -------
-    float, m; 0 where the axis has no cell that sticks.
+    float, m; 0 if no cell on the axis sticks.
     """
     edges = [_stick_edge(at, pressure[along]) for along, at in geometry.along(axis)]
     return sum(edges) / len(edges)

@@ -39,13 +39,13 @@ class Tip:
 
 
 class Roughness(Part):
-    """What the surfaces are beside their smooth shape.
+    """Deviations of the surfaces from their smooth shape.
 
     Attributes
     ----------
     detail, cells
-        What `finest` is the length of, in a word, and how many cells resolve it; half as many
-        would just do.
+        The feature that `finest` is the length of, in a word, and the number of cells that resolve
+        it; half as many would just suffice.
     """
 
     detail: ClassVar[str] = "wave"
@@ -53,19 +53,19 @@ class Roughness(Part):
 
     @property
     def even(self) -> Even:
-        """Whether the height is even along x and along y, exactly: then one side tells all."""
+        """Whether the height is exactly even along x and along y, so that one side suffices."""
         return False, False
 
     def height(self, x: Array, y: Array) -> Array:
-        """Added to the gap, m, at coordinates in m that broadcast."""
+        """Contribution to the gap, m, at coordinates in m that broadcast."""
         raise NotImplementedError
 
     def mean_height(self, x: Array, y: Array, cell: tuple[float, float]) -> Array:
         """Mean of the height over each cell of a grid, m, by Simpson's rule.
 
-        A pressure that is uniform on cells displaces their centres by less than a wave of it does,
-        by (kΔ)²/24 of a wave number k along each axis, and so much less is the mean of a height.
-        With heights of the centres, tips that hardly yield would do so by a tenth more.
+        A pressure uniform on cells displaces their centres less than a wave of it does, by (kΔ)²/24
+        for a wave number k along each axis; the mean of a height is smaller by as much. With
+        heights at the centres, tips that hardly yield would do so by a tenth more.
 
         Parameters
         ----------
@@ -94,7 +94,7 @@ class Roughness(Part):
 
     @property
     def finest(self) -> tuple[float, float]:
-        """Length along x and along y, m, that a grid has to resolve; inf where there is none."""
+        """Length along x and along y, m, that a grid must resolve; inf if there is none."""
         raise NotImplementedError
 
     @property
@@ -104,7 +104,7 @@ class Roughness(Part):
 
     @property
     def tips(self) -> float:
-        """Height of tips as a rule, m."""
+        """Typical height of tips, m."""
         return self.highest
 
     @property
@@ -119,22 +119,22 @@ class Roughness(Part):
 
     @property
     def sides(self) -> tuple[float, float]:
-        """Lengths along x and y, m, of what is known of a measured surface; inf for others."""
+        """Lengths along x and y, m, of a measured map; inf for others."""
         return math.inf, math.inf
 
     @property
     def is_known(self) -> bool:
-        """Whether heights are at hand: those of a file are not where it is missing."""
+        """Whether heights are available: those of a missing file are not."""
         return True
 
     @property
     def tip(self) -> Tip | None:
-        """A tip, where all are alike and longer than what `finest` asks cells for."""
+        """The tip, if all are alike and longer than the length in `finest`."""
         return None
 
     @property
     def wavelengths(self) -> tuple[float, float]:
-        """Distance between neighbouring tips along x and along y, m; inf where there is one."""
+        """Distance between neighbouring tips along x and along y, m; inf if there is only one."""
         return self.finest
 
 
@@ -309,7 +309,7 @@ class SelfAffineRoughness(Roughness):
     cells: ClassVar[int] = 8
 
     def height(self, x: Array, y: Array) -> Array:
-        """Sum of all waves, m; fast where x is a column and y a row."""
+        """Sum of all waves, m; fast if x is a column and y a row."""
         x, y = np.asarray(x, np.float64), np.asarray(y, np.float64)
         if x.shape[1:] != (1,) or y.size != y.shape[-1]:
             points = np.broadcast(x, y)
@@ -368,12 +368,12 @@ class SelfAffineRoughness(Roughness):
 
     @property
     def highest(self) -> float:
-        """Six times the root mean square, m, which next to no surface comes to."""
+        """Six times the root mean square, m, which hardly any surface reaches."""
         return _HIGHEST * self.rms_height
 
     @property
     def tips(self) -> float:
-        """Height of tips as a rule, m."""
+        """Typical height of tips, m."""
         return TIPS * self.rms_height
 
     @property
@@ -383,7 +383,7 @@ class SelfAffineRoughness(Roughness):
 
     @property
     def problem(self) -> tuple[str, str] | None:
-        """The wavelengths span a range of which the waves can be summed."""
+        """The range of wavelengths must be narrow enough to sum the waves."""
         ratio = self.rolloff_wavelength / self.shortest_wavelength
         if ratio < 1.0:
             return (
@@ -423,7 +423,7 @@ class SelfAffineRoughness(Roughness):
 
 @dataclass(frozen=True)
 class BothRough(Roughness):
-    """Two rough surfaces, one on each body: what either adds to the gap adds up."""
+    """Two rough surfaces, one on each body, whose contributions to the gap add up."""
 
     first: Roughness
     second: Roughness
@@ -448,12 +448,12 @@ class BothRough(Roughness):
 
     @property
     def finest(self) -> tuple[float, float]:
-        """Of the finer one along x and along y, m."""
+        """That of the finer surface along x and along y, m."""
         return self._nearer("finest")
 
     @property
     def wavelengths(self) -> tuple[float, float]:
-        """Of the one whose tips are nearer along x and along y, m."""
+        """That of the surface with closer tips, along x and along y, m."""
         return self._nearer("wavelengths")
 
     @property
@@ -463,7 +463,7 @@ class BothRough(Roughness):
 
     @property
     def sides(self) -> tuple[float, float]:
-        """Of the smaller one along x and along y, m."""
+        """Those of the smaller map along x and along y, m."""
         return self._nearer("sides")
 
     @property
@@ -522,7 +522,7 @@ def _power(hurst: float, shortest: float) -> Array:
 
 
 def _phases(seed: int, count: int) -> Array:
-    """Random phases of `_power`'s waves, the same for those that a smaller lattice has too."""
+    """Random phases of the waves of `_power`, the same for waves that a smaller lattice shares."""
     along_x, along_y = np.ogrid[: count + 1, -count : count + 1]
     shell = np.maximum(along_x, abs(along_y))
     x, y = np.broadcast_arrays(along_x, along_y)

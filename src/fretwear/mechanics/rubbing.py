@@ -1,4 +1,4 @@
-"""The contacts of a stroke: one for each position of the indenter, which share the wear.
+"""The contacts of a stroke, one for each position of the indenter, which share the wear.
 
 The pressures of a stage are a minimum of
 
@@ -43,7 +43,7 @@ _CLOSED = 1e-10
 def positions(problem: WearProblem) -> tuple[Array, Array]:
     """Positions of the indenter from the middle of the stroke to its end, m, and their weights.
 
-    Those of the trapezoidal rule over the stroke; the weight of one and its image is twice that.
+    They are those of the trapezoidal rule over the stroke, doubled for a position and its image.
     """
     amplitude, half_width = problem.loading.stroke, problem.indenter.half_widths(problem.hertz)[0]
     wave = problem.wavelengths[0] if problem.wavelengths else 0.0
@@ -61,7 +61,7 @@ def positions(problem: WearProblem) -> tuple[Array, Array]:
 def _unworn(problem: WearProblem, x: Any, y: Array, place: float) -> Array:
     """Gap at zero load and zero approach, m, with the indenter at a place along x.
 
-    A roughness is that of the flat; of two, the other one moves with the indenter.
+    A single roughness is that of the flat; of two, the other moves with the indenter.
     """
     at, moved, across = x[:, None], (x - place)[:, None], y[None, :]
     gap = np.broadcast_to(problem.indenter.gap(moved, across), (x.size, y.size))
@@ -152,8 +152,8 @@ class Rubbing:
     def _inverse(self, place: int, cells: NDArray[np.intp]) -> Array:
         """The inverse of the influence of some cells on each other at a position.
 
-        Few cells change sides from one solution to the next: those that leave, and those that come,
-        are a correction of low rank to the last one, until too little is left of its digits.
+        Few cells change sets between solutions, so the last inverse is corrected by an update of
+        low rank, as long as its accuracy suffices.
         """
         known, inverse = self.inverses.get(place, (cells[:0], np.zeros((0, 0))))
         stays = np.isin(known, cells)
@@ -184,16 +184,16 @@ class Rubbing:
         Parameters
         ----------
         opening
-            What is worn off the flat and the indenter before, or has sunk, m, shape (values,).
+            Earlier wear and plastic depth of flat and indenter, m, shape (values,).
         compliance
-            What this stage wears off for its mean pressure, m/Pa, shape (values,); not negative.
+            Wear of this stage per mean pressure, m/Pa, shape (values,); not negative.
         closed
             First guess of the cells in contact, shape (positions, cells).
 
         Raises
         ------
         ContactError
-            If the cells in contact do not settle.
+            If the set of cells in contact does not settle.
         """
         from scipy.linalg import cho_factor, cho_solve
 

@@ -3,8 +3,8 @@
 Ciavarella (1998) and Jäger (1998): for equal bodies under P = const and Q rising to its
 amplitude, the shear traction is µ (p − p*), where p* is the normal pressure of the same shape at
 the load P* = P − Q/µ. The contact of that problem is the stick zone, its gap g* gives the slip
-s = µκ g*, κ = E*/G*. Distant points pass each other by U = µκ (d − d*): where U is given, so is
-the reduced approach d*, and if the lowest point of the shape lies above it the bodies slide as a
+s = µκ g*, κ = E*/G*. Distant points pass each other by U = µκ (d − d*): where U is given, so is the
+reduced approach d*, and if the lowest point of the shape lies above it the contact slides as a
 whole.
 
 The wear of one implicit step is a layer between the bodies, because more pressure on a cell means
@@ -31,22 +31,22 @@ if TYPE_CHECKING:
     from fretwear.mechanics.state import WearProblem
 
 _COARSE = 1e-2
-# From here on, displacements in single precision are good enough beyond the stick zone.
+# From this tolerance on, displacements in single precision suffice beyond the stick zone.
 _SINGLE_IS_ENOUGH = 1e-6
-# A stick zone less deep than this part of the approach is none.
+# A stick zone less deep than this fraction of the approach counts as none.
 _NO_DEPTH = 1e-9
 
 
 @dataclass(frozen=True)
 class ReducedContact:
-    """The normal contact at the reduced load P*; nothing sticks where that is zero."""
+    """The normal contact at the reduced load P*; if that is zero nothing sticks."""
 
     pressure: Array  # p*, Pa, shape of the geometry
     gap: Array  # g*, m, exactly zero in the stick zone
     approach: float  # δ*, m
     load: float  # P*, N
     convolutions: int = 0  # of the half-space, most of them on a smaller window
-    # How g* follows the approach of the bodies, where it does and that is known.
+    # Derivative of g* by the approach of the bodies, if it depends on it and is known.
     response: Array | None = None
 
     @property
@@ -59,8 +59,8 @@ class ReducedContact:
 class SlipModel(Part):
     """How slip follows from the contact, and how wear follows from slip within a step.
 
-    A model says what the reduced contact is. As it stands here, slip is constant within a step;
-    one whose slip follows the shape says so and how its gap grows.
+    A model defines the reduced contact. By default slip is constant within a step; a model whose
+    slip follows the shape says so, and how its gap grows.
     """
 
     # Whether plastic flow of the shape changes the reduced contact.
@@ -77,8 +77,8 @@ class SlipModel(Part):
     ) -> ReducedContact:
         """The reduced contact of a shape, m.
 
-        ``sliding`` ties it to the contact, None to the unworn one; ``start`` is a guess;
-        ``tolerance`` as of `solve_contact`.
+        ``sliding`` is the condition on it, None that of the unworn contact; ``start`` is a first
+        guess; ``tolerance`` is that of `solve_contact`.
         """
         raise NotImplementedError
 
@@ -92,7 +92,7 @@ class SlipModel(Part):
     ) -> Layer:
         """Wear depth at the end of a stage against pressure; see `WearLayer`.
 
-        Where slip is constant, in proportion to ∫p dN.
+        If slip is constant, it is proportional to ∫p dN.
         """
         return WinklerLayer(rate * gap, wear + exponent * gap)
 
@@ -120,8 +120,8 @@ class Jaeger(SlipModel):
     ) -> ReducedContact:
         """Solve the normal contact of the shape at the reduced load, or at the reduced approach.
 
-        At or above the lowest point of the shape nothing sticks, and the bodies pass each other
-        by their gap.
+        If the reduced approach does not reach the shape nothing sticks, and the bodies slide by
+        their gap.
         """
         sliding = sliding or problem.unworn_sliding
         guess = start.pressure if start is not None and start.pressure.any() else None
@@ -164,11 +164,11 @@ class Jaeger(SlipModel):
     def wear_layer(
         self, wear: Array, gap: Array, shift: Array | None, exponent: Array, rate: float
     ) -> Layer:
-        """Wear grows exponentially: what is worn off adds to g* and so to the slip."""
+        """Wear grows exponentially, because it adds to g* and so to the slip."""
         return WearLayer(wear, gap, shift, exponent, rate)
 
     def gap_after(self, gap: Array, wear: Array) -> Array:
-        """Wear outside the stick zone leaves p* and δ* as they are and adds to g*."""
+        """Wear outside the stick zone leaves p* and δ* unchanged and adds to g*."""
         return gap + wear
 
 
@@ -176,8 +176,8 @@ class Jaeger(SlipModel):
 class CattaneoMindlin(SlipModel):
     """Slip of the unworn smooth sphere, whatever the shape: the model of simpler studies.
 
-    Stick is a disc of the radius c = a (1 − Q/µP)^(1/3) for ever, slip the closed form of
-    Hertzian contact; both ignore wear and roughness.
+    The stick zone stays a disc of radius c = a (1 − Q/µP)^(1/3), and slip has the closed form of
+    the Hertzian contact; both ignore wear and roughness.
     """
 
     kind: Literal["cattaneo_mindlin"] = "cattaneo_mindlin"
@@ -208,8 +208,8 @@ def contact_under(
 ) -> ReducedContact:
     """The normal contact of a shape, m, under a load, N, or at an approach, m.
 
-    The stick zone is smaller than the contact: the problem is solved on a part of the cells that
-    holds the start and a margin, and again on a larger one if the zone wants to leave it.
+    The stick zone is smaller than the contact, so the problem is solved on a part of the cells that
+    holds the start and a margin, and again on a larger one if the zone reaches its border.
     """
     geometry, cellwise, convolutions = half_space.geometry, half_space.team.cellwise, 0
     if start is None:
@@ -249,7 +249,8 @@ def contact_under(
         if not missed.any():
             break
         held, start = held | missed, pressure
-    # Noise in the stick zone would grow with wear like exp(β∫p dN): zero means zero.
+    # Noise in the stick zone would grow with wear like exp(β∫p dN), so the gap is exactly zero
+    # there.
     gap = cellwise(lambda p, gap: np.where(p > 0, 0.0, np.maximum(gap, 0.0)), pressure, gap)
     if load is not None:
         return ReducedContact(pressure, gap, found.approach, float(load), convolutions)
@@ -297,7 +298,7 @@ class WearLayer(Layer):
     shift: Array | None  # ΔG over the stage, m
     exponent: Array  # x₀, the part of the exponent that is already known
     rate: float  # τ, 1/Pa
-    # How ΔG follows the approach of the bodies, and the approach, m, at which it is as given.
+    # Derivative of ΔG by the approach of the bodies, and the approach, m, of the given ΔG.
     response: Array | None = None
     level: float | None = None
 

@@ -1,8 +1,7 @@
-"""The solver of the normal contact: fast as a rule, convergent in any case.
+"""The solver of the normal contact: usually fast, always convergent.
 
-The active-set method of `fretwear.mechanics.active_set` solves a contact, or, of some hundreds of
-cells, the factors of their matrix; where that stalls, the slower projected gradient brings it on
-its way again.
+The active-set method of `fretwear.mechanics.active_set` solves a contact, or a factorization for a
+few hundred cells; if that stalls, the slower projected gradient takes over.
 """
 
 from __future__ import annotations
@@ -20,7 +19,8 @@ from fretwear.mechanics.kernels import inner
 _COARSE = 1e-2
 _NEGLIGIBLE = 1e-6
 _DIRECT_STEPS = 30
-# Plastic flow of a step may be less deep than the tolerance of a contact; factors do better.
+# Plastic flow of a step may be less deep than the tolerance of a contact; a factorization is more
+# accurate.
 _DIRECTLY = 1e-3
 _MEMORY = 10
 
@@ -40,14 +40,14 @@ def solve_contact(
     problem
         What to solve.
     start
-        A first guess of the pressure, Pa, for example the solution of a similar problem.
+        A first guess of the pressure, Pa, such as the solution of a similar problem.
     tolerance
         Largest violation of the conditions on the gap, relative to the largest displacement.
     verified
-        Whether to compute the displacement of the result once more by a convolution. The one that
-        was carried along from step to step is good to a tenth of the tolerance.
+        Whether to recompute the displacement of the result by a convolution. The one updated from
+        step to step is accurate to a tenth of the tolerance.
     effort
-        Steps that it may take.
+        Limits on the steps.
 
     Returns
     -------
@@ -75,7 +75,8 @@ def solve_contact(
     if start is None or float(start.max()) * start.size <= _NEGLIGIBLE * problem.total:
         start = _first_guess(problem)
         if np.isfinite(problem.limit) and half_space.matrix is None:
-            # Both bounds at once from far away lead to wrong sets: yield from the elastic state.
+            # Both bounds at once from a distant start lead to wrong sets, so yielding starts from
+            # the elastic state.
             elastic = ActiveSet(replace(problem, limit=np.inf), start)
             elastic.solve(_COARSE, effort.active_set, verified=False)
             start, spent = elastic.pressure, (elastic.iterations, elastic.convolutions)
@@ -108,7 +109,7 @@ def solve_contact(
 
 
 def _directly(problem: ContactProblem, start: Array, tolerance: float) -> Contact | None:
-    """Solution by factors of the matrix of the free cells, where there is one; None if it cycles.
+    """Solution by factors of the matrix of the free cells, if there is one; None if it cycles.
 
     Semismooth Newton: Hintermüller, Ito and Kunisch, "The primal-dual active set strategy as a
     semismooth Newton method", SIAM J. Optim. 13 (2002). Cells leave a bound by the sign of their
@@ -188,8 +189,8 @@ def _directly(problem: ContactProblem, start: Array, tolerance: float) -> Contac
 def _first_guess(problem: ContactProblem) -> Array:
     """A pressure that grows with depth.
 
-    Under a load it lies on the lowest fifth of the surface, in an arbitrary scale; at a given
-    approach on all that lies below it, as large as makes the least energy.
+    Under a load it acts on the lowest fifth of the surface, in an arbitrary scale; at a given
+    approach on everything below it, scaled to minimal energy.
     """
     shape = problem.shape
     level = problem.approach
@@ -207,7 +208,7 @@ def _first_guess(problem: ContactProblem) -> Array:
 def projected_gradient(
     problem: ContactProblem, start: Array, tolerance: float, largest_steps: int
 ) -> Array:
-    """Pressure of a normal contact by the spectral projected gradient: slow, but from anywhere.
+    """Pressure of a contact by the spectral projected gradient: slow, but globally convergent.
 
     Birgin, Martínez and Raydan, "Nonmonotone spectral projected gradient methods on convex sets",
     SIAM J. Optim. 10 (2000), for the convex program of the normal contact: the set
@@ -220,10 +221,10 @@ def projected_gradient(
     start
         A first guess of the pressure, Pa.
     tolerance
-        Stops when a gradient step of the size of one cell's own compliance changes the gap by
-        less than this part of the largest displacement.
+        Stops when a gradient step of the size of one cell's own compliance changes the gap by less
+        than this fraction of the largest displacement.
     largest_steps
-        Stops after so many steps in any case; the caller judges the result.
+        Limit on the number of steps; the caller judges the result.
 
     Returns
     -------

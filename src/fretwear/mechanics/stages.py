@@ -1,6 +1,6 @@
 """One implicit stage of a wear step.
 
-A stage asks for the pressure whose wear gives the shape that carries it: one normal contact with
+A stage requires the pressure whose wear gives the shape that carries it: one normal contact with
 a `fretwear.mechanics.slip.WearLayer`. Where the pressure is at its limit the surface sinks by
 the penetration of that contact. This changes the contact at the reduced load, which is solved
 again on the stage's own shape, in turn with the contact itself, until the wear no longer changes.
@@ -21,7 +21,7 @@ from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.state import Stage, WearProblem
 
 _LARGEST_SWEEPS = 12
-# A cell with less than this part of the mean pressure carries none.
+# A cell with less than this fraction of the mean pressure counts as unloaded.
 _IDLE = 1e-3
 
 
@@ -63,16 +63,16 @@ class StageSolver:
         tolerance
             Of the contact.
         output_step
-            Whether the stage ends at a requested cycle: only there the reduced contact is solved
-            to the last digit, and the residual is computed by a convolution of its own.
+            Whether the stage ends at a requested cycle: only then the reduced contact is solved to
+            full accuracy, and the residual computed by a separate convolution.
         problem
-            As it is at the end of the stage, where it changes.
+            The problem at the end of the stage, if it changes.
 
         Raises
         ------
         ContactError
-            If a contact does not converge, if flow and wear do not converge in turn, or if a value
-            is not finite.
+            If a contact or the iteration between flow and wear does not converge, or a value is not
+            finite.
         """
         problem, accuracy, integral = problem or self.problem, self.accuracy, self.geometry.integral
         bodies, unworn = self.ground.half_space, self.ground.unworn
@@ -82,7 +82,7 @@ class StageSolver:
         shift = guess if base.yielded else None
         response, level = None, None
         if moves:
-            # Cells that come to stick lose their gap, not more.
+            # Cells that begin to stick lose their gap, not more.
             shift = cellwise(lambda guess, gap: np.maximum(guess, -gap), guess, reduced.gap)
             if reduced.response is not None and problem.normal.holds_load:
                 response = np.where(shift > guess, 0.0, reduced.response)
@@ -168,7 +168,7 @@ class StageSolver:
             missing = stage.source_since(base, team)
             if shift is not None:
                 missing = cellwise(np.subtract, missing, shift)
-            # What the flow that is missing would have worn off, or slip that changes on the way.
+            # The wear due to the missing flow, or to slip that changes midway.
             nothing, lost = np.zeros_like(opening), cellwise(np.abs, missing)
             flow = WearLayer(nothing, lost, None, opened, opens)
             if moves and not yielded:
@@ -178,7 +178,7 @@ class StageSolver:
             if change <= enough * self.tolerance * integral(opening):
                 break
             if change > 0.5 * before:
-                # Flow lets wear catch up, and that stops the flow: meet in the middle.
+                # Flow lets wear catch up, which stops the flow: average the two.
                 relaxation = max(0.5 * relaxation, 0.1)
             before = change
             if shift is None:
@@ -199,9 +199,9 @@ class StageSolver:
 
 
 def all_worn(kept: float, opened: Array, gap: Array, shift: Array | None, exponent: Array) -> Array:
-    """Wear depth of a stage, m, of which a part is kept as debris and the rest opens the gap.
+    """Wear depth of a stage, m, part of which is kept as debris; the rest opens the gap.
 
-    Debris that keeps all of it leaves the gap as it is, and ∫g* dx = x (g*₀ + ΔG/2).
+    If all of it is kept the gap does not change, and ∫g* dx = x (g*₀ + ΔG/2).
     """
     if kept < 1.0:
         return opened / (1.0 - kept)

@@ -36,7 +36,7 @@ _COLUMNS = 64
 
 @dataclass(frozen=True)
 class WearProblem:
-    """Two bodies pressed together that slip to and fro."""
+    """Two bodies pressed together that slip back and forth."""
 
     indenter: Indenter  #: the smooth part of the unworn gap
     roughness: Roughness | None  #: the rest of it; None where smooth
@@ -60,25 +60,25 @@ class WearProblem:
 
     @property
     def blocks(self) -> Iterator[WearProblem]:
-        """The problem, and those that follow."""
+        """The problem and its successors."""
         block: WearProblem | None = self
         while block is not None:
             yield block
             block = block.following
 
     def sliding(self, load: float, approach: float) -> Sliding:
-        """What the reduced contact of a contact with a load, N, and an approach, m, satisfies."""
+        """The condition on the reduced contact of a contact with a load, N, and an approach, m."""
         friction, series = self.friction.coefficient, self.flexibility
         return self.loading.sliding(friction, self.coupling, load, approach, series)
 
     @property
     def flexibility(self) -> float:
-        """Of what is in series with the contact, m/N."""
+        """Flexibility in series with the contact, m/N."""
         return self.loading.flexibility(self.hertz)
 
     @property
     def unworn_sliding(self) -> Sliding:
-        """What the reduced contact of the unworn smooth contact satisfies."""
+        """The condition on the reduced contact of the unworn smooth contact."""
         return self.sliding(self.hertz.load, self.hertz.approach)
 
     @property
@@ -92,7 +92,7 @@ class WearProblem:
         return bool(self.friction.kinks) or self.wear_law.follows_power
 
     def at(self, cycle: float, energy_density: float = 0.0) -> WearProblem:
-        """The problem as it is at a cycle: with its friction, and its wear coefficient.
+        """The problem at a cycle, with its friction and wear coefficient.
 
         ``energy_density`` is the energy per cycle and area of contact, J/m².
         """
@@ -110,8 +110,8 @@ class WearProblem:
     def slip_moves(self) -> bool:
         """Whether the reduced contact changes although nothing yields.
 
-        Wear outside of the stick zone leaves the contact under a reduced load as it is. That at a
-        reduced approach follows the approach of the bodies, and a load that is not held falls.
+        Wear outside the stick zone does not change the contact under a reduced load. The contact at
+        a reduced approach follows the approach of the bodies, and a load that is not held falls.
         """
         steady = self.loading.is_ratio or not self.friction.kinks
         fixed = self.loading.is_force and self.normal.holds_load and steady
@@ -162,7 +162,7 @@ class WearProblem:
 
     @property
     def even(self) -> Even:
-        """Along which axes both parts of the unworn gap are even: one side is computed there."""
+        """The axes along which the unworn gap is even, so that only one side is computed."""
         x, y = self.indenter.even
         rough = (True, True) if self.roughness is None else self.roughness.even
         return x and rough[0], y and rough[1]
@@ -187,7 +187,7 @@ class WearProblem:
 
     @property
     def wavelengths(self) -> tuple[float, float] | None:
-        """How far away the next asperity tip lies along x and y, m; None where smooth."""
+        """Distance to the next asperity tip along x and y, m; None if smooth."""
         if self.roughness is None:
             return None
         x, y = (each if isfinite(each) else 0.0 for each in self.roughness.wavelengths)
@@ -224,7 +224,7 @@ class WearProblem:
         return self.friction.coefficient * self.coupling * (approach - reduced.approach)
 
     def of(self, state: State) -> WearProblem:
-        """The problem as it is in a state."""
+        """The problem at the cycle of a state."""
         now = self.at(state.cycle)
         block = next(each for each in self.blocks if state.cycle <= each.end)
         if not block.wear_law.follows_power:
@@ -258,7 +258,7 @@ def in_contact(stage: Stage) -> Mask:
 
 @dataclass(frozen=True, kw_only=True)
 class Stage:
-    """A contact that is consistent in itself: that of a state, or at the end of a stage."""
+    """A self-consistent contact: that of a state, or at the end of a stage."""
 
     pressure: Array  #: p, Pa, shape of the geometry as for all fields
     gap: Array  #: m
@@ -272,9 +272,9 @@ class Stage:
     yielded: bool = False  #: whether plastic flow in the last stage changed the reduced contact
 
     def source_since(self, base: Stage, team: Team = ALONE) -> Array:
-        """Change of G since another stage, m: of g* less what wear has opened.
+        """Change of G since another stage, m: of g* minus the gap opened by wear.
 
-        It changes only as the reduced contact does.
+        It changes only with the reduced contact.
         """
         change: Array = team.cellwise(
             lambda gap, opened, gap_then, opened_then: (gap - opened) - (gap_then - opened_then),
@@ -294,7 +294,7 @@ class Stage:
 
 @dataclass(frozen=True, kw_only=True)
 class State(Stage):
-    """The contact after a number of cycles; all that a later step needs."""
+    """The contact after a number of cycles, with everything that a later step needs."""
 
     cycle: float  #: number of cycles N; between the requested ones not an integer
     geometry: Grid | Rings | Line  #: where the fields are given; outside, nothing has touched yet
@@ -306,7 +306,7 @@ class State(Stage):
     convolutions: int = 0  #: of the half-space, spent so far, rejected steps included
 
     def on(self, workspace: Workspace, geometry: Any) -> State:
-        """The same state on other cells; its gaps are computed where they were not known."""
+        """The same state on other cells; gaps are computed where they were not known."""
         old = self.geometry
         if geometry == old:
             return self

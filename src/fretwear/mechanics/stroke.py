@@ -1,14 +1,14 @@
-"""Contacts that slide as a whole, over a stroke that need not be small beside them.
+"""Contacts that slide as a whole, over a stroke that need not be small compared with them.
 
-Each point of a body meets different points of the other in the course of a stroke, and what is
-worn stays where it was worn: of the indenter it moves with the indenter. So a stroke is a row of
-contacts, one for each of some positions ξ of the indenter, of one shape
+Each point of a body meets different points of the other in the course of a stroke, and the wear of
+the indenter moves with it. So a stroke is a series of contacts, one for each of several positions ξ
+of the indenter, of the shape
 
     h(x, ξ) = h₀(x − ξ) + w₁(x − ξ) + w₂(x),   dw₁/dN = 4sK₁ ⟨p(X + ξ, ξ)⟩,
                                                  dw₂/dN = 4sK₂ ⟨p(x, ξ)⟩,
 
-⟨⟩ the mean over the stroke from −s to s, 4s the path of a cycle. A cycle is the same to and fro and
-on either side, so half of the positions tell all; the contact at one of them is even along y only.
+⟨⟩ being the mean over the stroke from −s to s, 4s the path of a cycle. Both directions and both
+sides are equivalent, so half of the positions suffice; the contact at each is even along y only.
 
 A step is implicit, TR-BDF2 as in `fretwear.mechanics.integrator`, and its stages are solved as one
 problem each by `fretwear.mechanics.rubbing`.
@@ -118,7 +118,7 @@ def slide(
     Raises
     ------
     WearError
-        If the step had to be cut to nothing.
+        If the step had to be reduced to nothing.
     """
 
     def begin(block: WearProblem, state: StrokeState | None, anew: bool) -> Integrator:
@@ -135,7 +135,7 @@ class _Slider(Integrator):
     ) -> None:
         self.problem, self.tolerance, self.state = problem, tolerance, start
         self.workspace = Workspace(problem)
-        # Part of the wear that opens the gap: all but the debris.
+        # Fraction of the wear that opens the gap: all but the debris.
         self.kept = 1.0 - problem.debris_fraction
         self.shares = np.array(problem.wear_law.shares or (1.0, 0.0))[::-1]
         x, y = (0, 0) if start is None else start.geometry.shape
@@ -218,7 +218,7 @@ class _Slider(Integrator):
         """Both stages, and what they differ by from embedded formulas."""
         del output_step
         base: StrokeState = self.state
-        # A run that resumes here has no inverses of earlier steps either.
+        # Inverses of earlier steps are dropped, because a resumed run does not have them.
         self.rubbing.inverses.clear()
 
         def stage(
@@ -230,7 +230,7 @@ class _Slider(Integrator):
             return found, rates[:, None, None] * self._by_body(found.means)
 
         middle, started = base.cycle + GAMMA * step, base.rates
-        # The wear coefficient of a stage, where it follows the power, lags behind by a stage.
+        # A wear coefficient that follows the power lags by one stage.
         density = self.energy_density(base.cycle, base.pressures)
         closed = (base.pressures > 0).reshape(len(base.pressures), -1)
         known = base.worn + DIAGONAL * step * started

@@ -46,18 +46,18 @@ class Indenter(Part):
     is_axisymmetric
         Whether the gap depends on the distance from the axis alone.
     detail, cells
-        What `finest` is the length of, in a word, and how many cells resolve it; half as many
-        would just do.
+        The feature that `finest` is the length of, in a word, and the number of cells that resolve
+        it; half as many would just suffice.
     is_hertzian
-        Whether its smooth contact is one of Hertz's theory.
+        Whether its smooth contact is Hertzian.
     has_closed_form
         Whether its smooth contact is known before a run, not only its scales.
     is_line
         Whether the contact is a strip in plane strain: loads are per length, N/m.
     extent_words
-        What half the width of the contact is called.
+        The term for half the width of the contact.
     smooth, partial_slip, limiting
-        The closed forms of the contact that gives the scales.
+        The closed forms of the contact that sets the scales.
     """
 
     is_axisymmetric: ClassVar[bool] = False
@@ -73,7 +73,7 @@ class Indenter(Part):
 
     @property
     def even(self) -> Even:
-        """Whether the gap is even along x and along y, exactly: then one side tells all."""
+        """Whether the gap is exactly even along x and along y, so that one side suffices."""
         return self.is_axisymmetric, self.is_axisymmetric
 
     def gap(self, x: Array, y: Array) -> Array:
@@ -82,21 +82,21 @@ class Indenter(Part):
 
     @property
     def curvature_radius(self) -> float:
-        """Radius, m, of the sphere whose Hertzian contact gives the scales of this one."""
+        """Radius, m, of the sphere whose Hertzian contact sets the scales of this one."""
         raise NotImplementedError
 
     @property
     def finest(self) -> tuple[float, float]:
-        """Length along x and along y, m, that a grid has to resolve; inf where there is none."""
+        """Length along x and along y, m, that a grid must resolve; inf if there is none."""
         return math.inf, math.inf
 
     @property
     def is_known(self) -> bool:
-        """Whether the shape is at hand: that of a file is not where it is missing."""
+        """Whether the shape is available: that of a missing file is not."""
         return True
 
     def hertz(self, normal: Normal, modulus: float) -> HertzContact:
-        """The smooth contact that gives the scales, of bodies of a composite modulus, Pa."""
+        """The smooth contact that sets the scales, of bodies with a composite modulus, Pa."""
         return normal.hertz(self._unit(modulus))
 
     def _unit(self, modulus: float) -> HertzContact:
@@ -112,7 +112,7 @@ class Indenter(Part):
         return bodies.coupling
 
     def couplings(self, bodies: Bodies) -> tuple[float, ...]:  # noqa: ARG002 - as a rule
-        """Other values that κ has in an elongated contact: of its curvatures along x and y."""
+        """Other values of κ in an elongated contact: from its curvatures along x and y."""
         return ()
 
 
@@ -146,7 +146,7 @@ class Sphere(Indenter):
 
 
 class _Straight(Indenter):
-    """A body with one profile all along y: a line contact in plane strain."""
+    """A body with the same profile all along y: a line contact in plane strain."""
 
     is_line: ClassVar[bool] = True
     extent_words: ClassVar[str] = "half-width"
@@ -227,7 +227,7 @@ class FlatPunch(_Punch, _Straight):
 
 
 class _Elliptic(Indenter):
-    """An indenter with the gap x²/2R_x + y²/2R_y along some axes: an elliptical contact."""
+    """An indenter with the gap x²/2R_x + y²/2R_y along its own axes: an elliptical contact."""
 
     @property
     def radii_of_gap(self) -> tuple[float, float]:
@@ -368,7 +368,7 @@ class _Round(Indenter):
 
     @property
     def profile(self) -> Reduced:
-        """As the method of dimensionality reduction has it."""
+        """The profile in the method of dimensionality reduction."""
         raise NotImplementedError
 
     def _unit(self, modulus: float) -> HertzContact:
@@ -431,7 +431,7 @@ class FromFile(Part):
 
 @dataclass(frozen=True)
 class ProfileIndenter(FromFile, _Round):
-    """A body of revolution with the profile of a file, monotone cubics between its points."""
+    """A body of revolution with a profile from a file, interpolated by monotone cubics."""
 
     file: Annotated[
         Source,
@@ -441,7 +441,7 @@ class ProfileIndenter(FromFile, _Round):
     kind: Literal["profile"] = "profile"
 
     def gap(self, x: Array, y: Array) -> Array:
-        """Height above the tip, m; beyond the last point it rises on as at its end."""
+        """Height above the tip, m; beyond the last point it continues with the slope there."""
         return _FileProfile(self.file).height(np.hypot(x, y))
 
     @property
@@ -451,7 +451,7 @@ class ProfileIndenter(FromFile, _Round):
 
     @property
     def curvature_radius(self) -> float:
-        """So large that a contact ends within nine tenths of the profile, m."""
+        """Chosen so that a contact ends within nine tenths of the profile, m."""
         return 4.5 * _FileProfile(self.file).reach if self.is_known else UNKNOWN_RADIUS
 
     def read(self) -> Any:

@@ -67,7 +67,7 @@ class Team:
         *others: NDArray[Any] | float,
         dtype: type[np.generic] = np.float64,
     ) -> Any:
-        """The field that a function makes of others of one shape cell by cell, and of numbers."""
+        """Apply a function cell by cell to fields of one shape and numbers; return the field."""
         shares = shares_of_rows(field.shape)
         if len(shares) == 1:
             return np.asarray(function(field, *others), dtype)
@@ -98,9 +98,9 @@ def shares_of_rows(shape: tuple[int, int]) -> tuple[slice, ...]:
 
 @lru_cache(maxsize=256)
 def blocks_of_rows(shape: tuple[int, ...], cells: int) -> tuple[slice, ...]:
-    """The rows of a field in blocks of so many cells at most, but of one row at least.
+    """The rows of a field in blocks of limited size, at least one row each.
 
-    What is done to a block, one operation after the other, stays in a core's cache.
+    A block stays in a core's cache during all operations on it.
     """
     count, length = shape
     rows = max(1, cells // length)

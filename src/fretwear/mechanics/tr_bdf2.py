@@ -40,11 +40,11 @@ _State = TypeVar("_State")
 
 
 class WearError(RuntimeError):
-    """The integration cannot go on; the last accepted state is valid."""
+    """The integration cannot continue; the last accepted state is valid."""
 
 
 def assessed(error: float) -> tuple[float, bool]:
-    """What to multiply a step by for its error in units of the tolerance; whether to keep it."""
+    """Factor for the next step from an error in units of the tolerance; whether to accept it."""
     if not isfinite(error):
         return _SMALLEST_FACTOR, False
     factor = _SAFETY * max(error, 1e-6) ** (-1.0 / 3.0)
@@ -52,7 +52,7 @@ def assessed(error: float) -> tuple[float, bool]:
 
 
 class Integrator(ABC):
-    """Makes accepted states one after the other.
+    """Produces the accepted states in turn.
 
     Attributes
     ----------
@@ -109,7 +109,7 @@ class Integrator(ABC):
             trouble = f"the error is estimated as {error_found:.1e} instead of {self.tolerance:.1e}"
         following = step * factor
         if step < wanted and factor >= 1.0:
-            # A stop cut the step short; that says nothing about the one that follows.
+            # The step was cut short by a stop, which says nothing about the next one.
             following = max(following, wanted)
         before = self.state.step
         self.state = type(self.state)(cycle=end, next_step=following, step=before + 1, **fields)
@@ -134,7 +134,7 @@ def march(
             integrator = begin(block, state, state is None or state.cycle == first > 0.0)
             if state is None:
                 yield integrator.state
-            # Neither a step nor its error estimate may go over a kink.
+            # Neither a step nor its error estimate may span a kink.
             kinks = {kink for kink in (*block.friction.kinks, block.end) if kink < stops[-1]}
             for stop in sorted({*stops, *kinks}):
                 while first <= integrator.state.cycle < min(stop, block.end):

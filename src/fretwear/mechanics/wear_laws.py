@@ -1,4 +1,4 @@
-"""What a pressure wears off on a path of slip."""
+"""Laws for the wear by a pressure along a path of slip."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class OfBodies(PerBody):
         return list(value) if isinstance(value, tuple) else value
 
     def coordinates(self, name: str, value: Any) -> Iterator[tuple[str, Parameter, float | str]]:
-        """Yield the value for both together, and those of the bodies where they are known."""
+        """Yield the value for both together, and those of each body if known."""
         if isinstance(value, tuple):
             yield name, self, sum(value)
             for (suffix, words), each in zip(self.suffixes, value, strict=True):
@@ -57,14 +57,14 @@ class FallingCoefficient:
     frequency: Annotated[float, Quantity("s-1", "$f$", "frequency", "Hz", above=0.0)]
 
     def at(self, energy_density: float) -> float:
-        """α, 1/Pa, of both bodies at so much energy per cycle and area of contact, J/m²."""
+        """α, 1/Pa, of both bodies at an energy per cycle and contact area, J/m²."""
         fading = math.exp(-self.decay * self.frequency * energy_density)
         slow, fast = _total(self.slow), _total(self.fast)
         return (slow - fast) * fading + fast
 
     @property
     def problem(self) -> tuple[str, str] | None:
-        """The parts of the bodies are the same at any power: a rule that is broken, and a hint."""
+        """The rule, if broken, that fractions of the bodies are the same at any power; a hint."""
         # Of both together the indenter has a part that no body has.
         low, high = (_shares(each) or (-1.0,) for each in (self.slow, self.fast))
         if math.isclose(low[0], high[0], rel_tol=1e-6):
@@ -75,7 +75,7 @@ class FallingCoefficient:
 
 @dataclass(frozen=True)
 class PerEnergy(OfBodies):
-    """Wear per energy: a value, a pair [indenter, flat], or a mapping where it falls with power."""
+    """Wear per energy: a value, a pair [indenter, flat], or a mapping if it falls with power."""
 
     forms = (FallingCoefficient((1.0, 1.0), (1.0, 1.0), 1.0, 1.0), *Parameter.forms)
 
@@ -132,7 +132,7 @@ class PerEnergy(OfBodies):
             yield from super().coordinates(name, value)
 
     def text(self, value: Any) -> str:
-        """Return the value in units for people."""
+        """Return the value in readable units."""
         return super().text(value.slow if isinstance(value, FallingCoefficient) else value)
 
 
@@ -140,7 +140,7 @@ class WearLaw(Part):
     """Worn depth in proportion to pressure and path of slip."""
 
     follows_power: bool = False  # whether the proportion depends on the dissipated energy
-    # Parts of indenter and flat in the wear; None where only both together are known.
+    # Fractions of indenter and flat in the wear; None if only their sum is known.
     shares: tuple[float, float] | None = None
 
     def coefficient(self, friction: Friction, energy_density: float = 0.0) -> float:
@@ -174,7 +174,7 @@ class Archard(WearLaw):
 
     @property
     def shares(self) -> tuple[float, float] | None:  # type: ignore[override]
-        """Parts of indenter and flat in the wear."""
+        """Fractions of indenter and flat in the wear."""
         return _shares(self.wear_coefficient)
 
 
@@ -210,6 +210,6 @@ class EnergyWear(WearLaw):
 
     @property
     def shares(self) -> tuple[float, float] | None:  # type: ignore[override]
-        """Parts of indenter and flat in the wear."""
+        """Fractions of indenter and flat in the wear."""
         value = self.energy_wear_coefficient
         return _shares(value.slow if isinstance(value, FallingCoefficient) else value)

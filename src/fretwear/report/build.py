@@ -264,7 +264,7 @@ def parameter_rows(plan: Plan) -> list[ParameterRow]:
     cases = list(plan.study.cases().values())
     for case in cases:
         for name, (value, _, meaning) in case.scalar_coordinates().items():
-            # The slopes of a smooth surface say nothing.
+            # The slopes of a smooth surface are meaningless.
             if case.roughness or not name.startswith("roughness_slope"):
                 values.setdefault(name, {})[value] = None
                 words.setdefault(name, meaning)

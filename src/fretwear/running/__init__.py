@@ -1,1 +1,1 @@
-"""From a case to its file: runs, checkpoints, batches, the workflow and what they take."""
+"""From a case to its file: runs, checkpoints, batches, the workflow and their resources."""

@@ -46,7 +46,7 @@ def may_happen(error: Exception) -> bool:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a job did."""
+    """The outcome of a job."""
 
     steps: int  # accepted steps of the whole run, those before an interruption included
     seconds: float  # time that this job took
@@ -66,8 +66,8 @@ def simulate_to_file(
 ) -> Outcome:
     """Simulate a case and write its file; resume from the checkpoint beside it if any.
 
-    Two jobs with one file do not work at once: the later one waits, and takes the file as it is
-    if it then is that of the same case, with the same snapshots, by the same version.
+    Two jobs never compute the same file at once: the later one waits, and keeps the file if it then
+    holds the same case, with the same snapshots, from the same version.
 
     Observers are called with each accepted step of this job. `tell` takes a line for people: where
     the run resumes, why a checkpoint was not used, for whom the job waits. The command is the call
@@ -105,28 +105,28 @@ def simulate_to_file(
 
 
 def checkpoint_of(path: Path) -> Path:
-    """Return the checkpoint of a run that is to write a case file."""
+    """Return the checkpoint that belongs to a case file."""
     return path.with_suffix(".checkpoint")
 
 
 class Listener(Protocol):
-    """Who is told what a batch does, as `fretwear.cli.progress.Log` is."""
+    """Receives the messages of a batch, as `fretwear.cli.progress.Log` does."""
 
     def batch(self, cases: Mapping[str, Case]) -> AbstractContextManager[None]:
-        """Hear of the cases that will run in the context."""
+        """Announce the cases that will run in the context."""
 
     def case(self, case: Case, file: Path) -> AbstractContextManager[Observer]:
-        """Hear of a case that runs in the context; the observer is called at every step."""
+        """Announce a case that runs in the context; the observer is called at every step."""
 
     def note(self, message: str) -> None:
-        """Hear a line for people."""
+        """Receive a message."""
 
 
 @dataclass(frozen=True)
 class BatchOutcome:
-    """What became of the cases of a batch."""
+    """The outcome of a batch."""
 
-    # All cases, and those that were done before.
+    # The numbers of all cases and of those done before.
     case_ids: tuple[str, ...]
     found: tuple[str, ...]
     failed: Mapping[str, str]  # why cases failed, by id
@@ -134,22 +134,22 @@ class BatchOutcome:
 
 @dataclass(frozen=True)
 class BatchRun:
-    """A batch of a study on its way."""
+    """A running batch of a study."""
 
     # The study, and the folder of its results.
     study: Study
     results: Path
-    listener: Listener  # hears of the batch as a whole
-    # Takes the open log of a case; gives one who writes there what this case says.
+    listener: Listener  # receives messages on the batch as a whole
+    # Makes a listener that writes to the open log of a case.
     listener_to: Callable[[Unfailing], Listener]
-    # Whether cases that other code has finished are left as they are, and not run again.
+    # Whether cases finished by other code are kept rather than run again.
     keep_older: bool = False
-    threads: int = 1  # that each case takes
+    threads: int = 1  # per case
 
     def run(self, first: int, last: int) -> BatchOutcome:
         """Run the cases of neighbouring points, counted from 1, except finished ones.
 
-        A case that fails keeps no other from running; why it failed is recorded beside its log.
+        A case that fails does not stop the others; the reason is recorded beside its log.
         """
         cases = {point.id: point.case for point in self.study.points(first, last) if point.case}
         digests = {each: finished_by(self._file(each), cases[each]) for each in cases}
@@ -159,7 +159,7 @@ class BatchRun:
             found = [each for each in found if each not in older]
         for case_id in found:
             forget(self.results, case_id)
-            # A disk that failed when the file had its name already has left this.
+            # Left by a disk that failed after the file had got its name.
             with suppress(OSError):
                 checkpoint_of(self._file(case_id)).unlink(missing_ok=True)
             Lock(self._file(case_id)).remove_if_abandoned()
@@ -168,7 +168,7 @@ class BatchRun:
         if older:
             what = "kept" if self.keep_older else "computed again"
             self.listener.note(f"{len(older)} of them by another version of the code: {what}")
-        # A case during which an earlier process vanished may take this one along: it comes last.
+        # A case during which an earlier process vanished may end this one too, so it comes last.
         vanished = failures(self.results)
         to_do = {case_id: cases[case_id] for case_id in cases if case_id not in found}
         ordered = sorted(to_do, key=lambda case_id: case_id in vanished)
@@ -185,8 +185,8 @@ class BatchRun:
         return self.results / "cases" / f"{case_id}.nc"
 
     def _run(self, case: Case) -> str:
-        """Run a case; return why it failed, or an empty text."""
-        # Recorded from the beginning, because nobody else can do so when the process is killed.
+        """Run a case; return the reason if it failed, else an empty text."""
+        # Recorded at the start, because a process that is killed cannot do so.
         record(self.results, case.case_id)
         command = ["fretwear", "run", str(self.study.file), "--case", case.case_id]
         file = self._file(case.case_id)

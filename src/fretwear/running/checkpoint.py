@@ -1,7 +1,7 @@
-"""Checkpoints: a run that dies loses at most a minute, and resumes with the same bits.
+"""Checkpoints: an interrupted run loses at most a minute, and resumes bit for bit.
 
-A checkpoint is the run record as it is: its arrays in numpy's container, which is read without
-pickle, everything else as JSON beside them, and a checksum behind both.
+A checkpoint is the run record: its arrays in numpy's container, read without pickle, everything
+else as JSON beside them, followed by a checksum.
 """
 
 from __future__ import annotations
@@ -43,11 +43,10 @@ class CheckpointError(DataFileError):
 class Checkpoint:
     """The checkpoint of a run: an observer that keeps the run record on disk.
 
-    Used as a context: what interrupts the run leaves a checkpoint of the last accepted step, and
-    a run that finishes removes it once the caller has stored the result.  The file is
-    read at once if it is there; a line for people tells why it was not used, or where the run
-    resumes.  It is written after the interval, s, or a single step that takes longer, and sooner
-    at snapshots.
+    Used as a context manager: an interrupted run leaves a checkpoint of the last accepted step, and
+    a finished one removes it once the caller has stored the result. An existing file is read at
+    once; a message says why it was not used, or where the run resumes. It is written after
+    `interval` seconds, or a single longer step, and sooner at snapshots.
     """
 
     def __init__(
@@ -88,7 +87,7 @@ class Checkpoint:
             try:
                 self.save()
             except DataFileError as failure:
-                # What interrupted the run is the news; a full disk must not hide it.
+                # The interruption is what matters; a full disk must not hide it.
                 if str(failure) != str(error):
                     self._tell(str(failure))
         if self._saved_steps and self.path.exists():
@@ -97,14 +96,14 @@ class Checkpoint:
             )
 
     def __call__(self, step: Step) -> None:
-        """Observe a step: save it where it is time to."""
+        """Observe a step; save it when it is time."""
         since = self._clock() - self._saved
         is_snapshot = step.state.cycle in self._case.output_cycles
         if since >= (_SNAPSHOT_SHARE if is_snapshot else 1.0) * self._interval:
             self.save()
 
     def save(self) -> None:
-        """Write the run record to the file, as `write_checkpoint` does."""
+        """Write the run record to the file; see `write_checkpoint`."""
         write_checkpoint(self.path, self.record, identity_of(self._case))
         self._saved = self._clock()
         self._saved_steps = len(self.record.history)
@@ -116,7 +115,7 @@ class Checkpoint:
             self.path.unlink(missing_ok=True)
             remove_stale_temporaries(self.path)
         except OSError as error:
-            # What is left over is used by no later run without a check.
+            # No later run uses a left-over file without a check.
             self._tell(f"{self.path}: not removed: {error.strerror}")
 
     @property
@@ -125,7 +124,7 @@ class Checkpoint:
 
 
 def identity_of(case: Case) -> dict[str, Any]:
-    """What a run must have in common with the one that wrote a checkpoint, to resume from it."""
+    """What a run must share with the one that wrote a checkpoint in order to resume from it."""
     return {
         "code": code_digest(),
         "parameters": case.canonical_parameters(),
@@ -134,7 +133,7 @@ def identity_of(case: Case) -> dict[str, Any]:
 
 
 def write_checkpoint(path: Path, record: RunRecord, identity: Mapping[str, Any]) -> None:
-    """Write a run record; the file appears whole or not at all, which is a `DataFileError`."""
+    """Write a run record; the file appears complete, or not at all with a `DataFileError`."""
     arrays: dict[str, NDArray[Any]] = {}
     packed = {"identity": identity, "record": pack(record, "record", arrays)}
     content = np.frombuffer(json.dumps(packed, sort_keys=True).encode(), dtype=np.uint8)
@@ -145,9 +144,9 @@ def write_checkpoint(path: Path, record: RunRecord, identity: Mapping[str, Any])
 
 
 def read_checkpoint(path: Path, identity: Mapping[str, Any]) -> RunRecord | None:
-    """Read what `write_checkpoint` wrote; None where there is no such file.
+    """Read a file written by `write_checkpoint`; None if there is none.
 
-    A `CheckpointError` tells that it is damaged, or that its identity or content is another one.
+    `CheckpointError` if it is damaged or belongs to another run.
     """
     if not path.exists():
         return None
@@ -177,7 +176,7 @@ def read_checkpoint(path: Path, identity: Mapping[str, Any]) -> RunRecord | None
 
 
 def _read_arrays(path: Path) -> dict[str, NDArray[Any]]:
-    """Read the arrays of the container, none larger than what the file holds (a ValueError)."""
+    """Read the arrays of the container; ValueError if one claims to be larger than the file."""
     with ZipFile(path) as container:
         entries = container.infolist()
         if sum(entry.file_size for entry in entries) > path.stat().st_size:
@@ -194,7 +193,7 @@ def _read_arrays(path: Path) -> dict[str, NDArray[Any]]:
 
 
 def _check(record: RunRecord) -> None:
-    """Refuse, by a ValueError, a run record whose numbers no run could have left."""
+    """Raise a ValueError for a run record that no run could have left."""
     states = [*record.snapshots, *([] if record.last is None else [record.last])]
     if bool(record.history) != bool(states):
         raise ValueError("states and history do not match")
@@ -211,10 +210,10 @@ def _check(record: RunRecord) -> None:
 
 
 def pack(value: Any, name: str, arrays: dict[str, NDArray[Any]]) -> Any:
-    """Turn a dataclass into what JSON can hold, and its arrays into ``arrays`` by their names.
+    """Turn a dataclass into JSON, and its arrays into ``arrays`` by name.
 
-    All fields are taken, those of dataclasses in it and in its lists and tuples too. An array
-    that occurs several times is kept once.
+    Nested dataclasses, lists and tuples are included. An array that occurs several times is stored
+    once.
     """
     if isinstance(value, np.ndarray):
         kept = next((known for known, array in arrays.items() if array is value), name)
@@ -229,10 +228,10 @@ def pack(value: Any, name: str, arrays: dict[str, NDArray[Any]]) -> Any:
 
 
 def unpack(kind: Any, packed: Any, arrays: Mapping[str, NDArray[Any]]) -> Any:
-    """Turn back what `pack` has made of a value of a type, given as it is annotated.
+    """Restore a value of an annotated type from the result of `pack`.
 
-    Of a union of dataclasses that one is taken whose fields are those that were packed.  Where
-    something else was packed that is a KeyError, TypeError or ValueError.
+    Of a union of dataclasses, the one with the packed fields is chosen. Raises KeyError, TypeError
+    or ValueError if something else was packed.
     """
     parts = tuple(part for part in get_args(kind) if part is not ...)
     if isinstance(packed, list):

@@ -1,8 +1,7 @@
-"""What jobs leave beside the case files: why cases failed, what they said, what they took.
+"""Records of jobs beside the case files: reasons of failures, logs, resources used.
 
 ``results`` is the folder of a study's results everywhere. Nothing of a result depends on these
-files: one that is cut short, or is something else, is not read, and one that cannot be written
-ends no computation.
+files: truncated or foreign ones are ignored, and a failure to write one ends no computation.
 """
 
 from __future__ import annotations
@@ -30,11 +29,11 @@ _MEBIBYTE = 1 << 20
 
 @dataclass(frozen=True)
 class Failure:
-    """A case that was begun and has no result."""
+    """A case that was started and has no result."""
 
     case_id: str  # the case
-    reason: str  # what went wrong and what to do, for people
-    log: str  # what the case said, a file in the folder of the study's results
+    reason: str  # what went wrong and what to do
+    log: str  # log of the case, a file in the folder of the study's results
     time: str  # when, in UTC (ISO 8601)
 
     def __str__(self) -> str:
@@ -42,9 +41,9 @@ class Failure:
 
 
 def record(results: str | PathLike[str], case_id: str, reason: str = ENDED) -> None:
-    """Keep why a case failed, for people.
+    """Record why a case failed.
 
-    A case that begins is recorded as well: if its process is killed, nobody can do so later.
+    The start of a case is recorded too, because a process that is killed cannot do so later.
     """
     log = (LOGS / f"{case_id}.log").as_posix()
     failure = Failure(case_id, reason, log, datetime.now(UTC).isoformat(timespec="seconds"))
@@ -53,13 +52,13 @@ def record(results: str | PathLike[str], case_id: str, reason: str = ENDED) -> N
 
 
 def forget(results: str | PathLike[str], case_id: str) -> None:
-    """Remove what was recorded of a case, because it has a result now."""
+    """Remove the record of a case that now has a result."""
     with suppress(OSError):
         _failure_file(results, case_id).unlink(missing_ok=True)
 
 
 def failures(results: str | PathLike[str]) -> dict[str, Failure]:
-    """Return the cases that were begun and have no result, by id."""
+    """Return the cases that were started and have no result, by id."""
     found = (_read(file) for file in sorted((Path(results) / LOGS).glob(f"*{_SUFFIX}")))
     return {failure.case_id: failure for failure in found if failure is not None}
 
@@ -78,12 +77,12 @@ def _read(file: Path) -> Failure | None:
 
 
 def log_file(results: str | PathLike[str], case_id: str) -> Path:
-    """Return the file that keeps what a case of a study says while it runs."""
+    """Return the log file of a case of a study."""
     return Path(results) / LOGS / f"{case_id}.log"
 
 
 def log_end(results: str | PathLike[str], case_id: str, most: int = 4000) -> str:
-    """Return the last lines that a case has said, of about ``most`` bytes; "" without a log."""
+    """Return the last lines of the log of a case, about ``most`` bytes; empty without a log."""
     try:
         with open_data(log_file(results, case_id)) as file:
             size = file.seek(0, os.SEEK_END)
@@ -96,7 +95,7 @@ def log_end(results: str | PathLike[str], case_id: str, most: int = 4000) -> str
 
 @dataclass(frozen=True)
 class Spent:
-    """What jobs took, from the tables that Snakemake writes beside them."""
+    """Resources used by jobs, from the tables that Snakemake writes."""
 
     jobs: int  # how many jobs
     seconds: float  # time on the clock, one job after the other
@@ -105,9 +104,10 @@ class Spent:
 
 
 def spent_on_simulations(results: str | PathLike[str]) -> Spent | None:
-    """Add up what the jobs that simulate took, each by its last run; None if nothing was measured.
+    """Sum the resources of the simulation jobs, each by its last run; None if not measured.
 
-    Their tables lie in folders of ``benchmarks/``, those of other rules in ``benchmarks/`` itself.
+    Their tables are in subfolders of ``benchmarks/``, those of other rules in ``benchmarks/``
+    itself.
     """
     rows = []
     for file in sorted((Path(results) / BENCHMARKS).glob("*/**/*.tsv")):

@@ -1,4 +1,4 @@
-"""What a study takes of the machine: memory, cores, time, and the jobs that it is divided into.
+"""Resources of a study: memory, cores, time, and its division into jobs.
 
 Nothing heavy is imported before it is needed: `fretwear plan` and the Snakefile ask this.
 """
@@ -23,7 +23,7 @@ from fretwear.study.plan import Plan
 from fretwear.study.problems import few_of
 from fretwear.units import size_text
 
-# Estimates are above what runs take, by up to a quarter: below that a case might still fit.
+# Estimates exceed actual use by up to a quarter; within that a case may still fit.
 _CERTAIN = 1.25
 _ADVISED = 0.8
 _LEAST_BYTES = 1e6
@@ -67,15 +67,15 @@ _LISTED = 3
 def available_memory(
     proc: Path = Path("/proc"), control_groups: Path = Path("/sys/fs/cgroup")
 ) -> int:
-    """Return the memory in bytes that this process can still get.
+    """Return the memory, bytes, that this process can still allocate.
 
-    The least of what the machine has available, swap space included, and what every Linux control
-    group that the process is in (of a container, of a cluster's job) has left.
+    It is the minimum of the memory available on the machine, swap space included, and the remainder
+    of every Linux control group of the process (container or cluster job).
     """
     import psutil
 
     machine = sys.maxsize
-    # Where nobody knows, the memory counts as large enough.
+    # If unknown, the memory counts as large enough.
     with suppress(OSError):
         machine = psutil.virtual_memory().available + psutil.swap_memory().free
     return max(0, min([machine, *_left_to_control_groups(proc, control_groups)]))
@@ -106,7 +106,7 @@ def _text(path: Path) -> str:
 
 
 def why_too_large(expected: Estimate, available: int) -> str:
-    """Say why a case certainly does not fit in so many bytes of memory; empty where it may."""
+    """Return why a case certainly does not fit in the memory, bytes; empty if it may."""
     if expected.memory_bytes <= _CERTAIN * available:
         return ""
     return (
@@ -116,10 +116,7 @@ def why_too_large(expected: Estimate, available: int) -> str:
 
 
 def require_memory(case: Case) -> None:
-    """Let a case pass that may fit in the memory available now.
-
-    Where it certainly does not, a `MemoryError` tells of a cell that fits.
-    """
+    """Raise a `MemoryError`, with a cell that fits, if a case cannot fit in the memory."""
     available, expected = available_memory(), estimate(case)
     if problem := why_too_large(expected, available):
         coarser = math.sqrt(expected.memory_bytes / max(_ADVISED * available, _LEAST_BYTES))
@@ -136,7 +133,7 @@ def _rounded_up(value: float) -> float:
 
 
 def cores() -> int:
-    """Return how many cores this process may use."""
+    """Return the number of cores that this process may use."""
     try:
         return len(os.sched_getaffinity(0))
     except AttributeError:  # not on Linux
@@ -145,12 +142,12 @@ def cores() -> int:
 
 @dataclass(frozen=True)
 class Batch:
-    """Cases of neighbouring points that one job runs one after the other."""
+    """Cases of neighbouring points that one job runs in turn."""
 
-    # Numbers of its first and last point; some between them may belong to cases of others.
+    # Numbers of its first and last point; points between them may belong to other batches.
     first: int
     last: int
-    case_ids: tuple[str, ...]  # its cases, each at the first point that comes to it
+    case_ids: tuple[str, ...]  # its cases, each at its first point
     seconds: float  # time for all cases on one core, once the job has started
     memory_bytes: int  # memory of the largest case
 
@@ -167,7 +164,7 @@ class Batch:
 
 
 def batches(plan: Plan) -> tuple[Batch, ...]:
-    """Divide the cases of a study into batches: what each job of the workflow runs."""
+    """Divide the cases of a study into batches, one per job of the workflow."""
     single: dict[str, Batch] = {}
     for number, planned in enumerate(plan.points, 1):
         if (each := planned.estimate) is not None and planned.id not in single:
@@ -177,19 +174,18 @@ def batches(plan: Plan) -> tuple[Batch, ...]:
 
 
 def joined(single: Sequence[Batch], cases_each: int | None = None) -> tuple[Batch, ...]:
-    """Join batches of one case to larger ones, in their order.
+    """Join batches of one case to larger ones, in order.
 
-    The same study falls into the same batches on every machine: what a cluster node reads is
-    what the machine that sent the job has read.  A batch has so many cases each or, where that is
-    None, as many as take about `SECONDS_PER_JOB`, but never so many that most cores would have
-    nothing to do.
+    The same study gives the same batches on every machine, so that a cluster node agrees with the
+    machine that sent the job. A batch has a given number of cases or, if None, as many as take
+    about `SECONDS_PER_JOB`, but few enough to keep most cores busy.
     """
     if cases_each is None:
         total = math.fsum(each.seconds for each in single)
         least = min(len(single), LEAST_JOBS)
         spread = min(len(single), JOBS_FOR_MANY_CORES, int(total / SECONDS_WORTH_A_JOB))
         jobs = min(max(least, spread, math.ceil(total / SECONDS_PER_JOB)), MOST_JOBS)
-        # Where the middle of a case falls decides, so that no batch is the one with the rest.
+        # The middle of a case decides, so that no batch is left with the remainder.
         before = accumulate((each.seconds for each in single), initial=0.0)
         numbers = [
             int((earlier + 0.5 * each.seconds) / (total / jobs))
@@ -202,14 +198,14 @@ def joined(single: Sequence[Batch], cases_each: int | None = None) -> tuple[Batc
 
 
 def core_seconds(jobs: Sequence[Batch], speed: float = 1.0) -> float:
-    """Return the time in s that all jobs take on one core of a machine of a certain speed."""
+    """Return the time, s, of all jobs on one core of a machine of given speed."""
     return (math.fsum(job.seconds for job in jobs) + SECONDS_TO_START * len(jobs)) / speed
 
 
 def machine_speed(estimates: Iterable[Estimate]) -> float:
-    """Return how fast this machine transforms, 1 being the one of the cost model's constants.
+    """Return the speed of this machine relative to the one on which the cost model was calibrated.
 
-    Most of a run goes into Fourier transforms, so these are timed: for the sizes in which the
+    Most of a run is spent in Fourier transforms, so these are timed: for the sizes in which the
     cases spend most of their time, on one thread, in processor time, which other work on the
     machine disturbs less than the clock.
     """
@@ -226,12 +222,12 @@ def machine_speed(estimates: Iterable[Estimate]) -> float:
 
 
 def transform_seconds(cells_x: int, cells_y: int) -> float:
-    """Return the processor time in s of one transform of a padded window there and back."""
+    """Return the processor time, s, of a forward and inverse transform of a padded window."""
     # numpy, which the library of units imports anyway: scipy's transforms start in 0.2 s more.
     import numpy as np
 
-    # The C library hands large arrays back to the system at once, whose price is not that of
-    # transforms, until an even larger one was freed.
+    # The C library returns large arrays to the system at once, at a cost that is not that of
+    # transforms, until an even larger one has been freed.
     np.empty(_FREED)
     window = np.zeros((cells_x, 2 * cells_y))
     window[: cells_x // 2] = 1.0
@@ -245,9 +241,9 @@ def transform_seconds(cells_x: int, cells_y: int) -> float:
 
 
 def machine_warnings(plan: Plan, available: int | None = None) -> Iterator[str]:
-    """Iterate over what is likely to go wrong with a study on this machine, with what to do.
+    """Iterate over likely problems of a study on this machine, with remedies.
 
-    The memory, bytes, is what this machine has available now unless it is given.
+    The memory, bytes, defaults to what is available now.
     """
     available = available_memory() if available is None else available
     at_once = min(cores(), len(batches(plan)))

@@ -42,7 +42,7 @@ _CURVES = ("force", "displacement")
 
 @dataclass(frozen=True)
 class Step:
-    """One accepted step of a run, as observers see it."""
+    """One accepted step of a run, as passed to observers."""
 
     state: State  # fields and numbers of the contact
     measures: Measures  # scalars of the whole contact
@@ -54,9 +54,9 @@ Observer = Callable[[Step], None]
 
 @dataclass
 class RunRecord:
-    """What a run has to remember: for its dataset, and to resume where it stopped."""
+    """The record of a run: for its dataset, and to resume where it stopped."""
 
-    # States whose fields the dataset will hold.
+    # States whose fields the dataset holds.
     snapshots: list[State | StrokeState] = field(default_factory=list)
     # A row for every step: ``cycle``, ``error_estimate``, ``convolutions`` spent so far, and
     # every scalar of `Measures`.
@@ -85,7 +85,7 @@ class DoubtfulResultWarning(UserWarning):
 
 @dataclass(frozen=True)
 class Result:
-    """What a run leaves: the dataset of the case, the history of every step, loops of cycles."""
+    """The results of a run: dataset of the case, history of every step, loops of cycles."""
 
     labelled: tuple[Labelled, Labelled, Labelled]
 
@@ -125,12 +125,12 @@ def simulate(
     observers
         Called with each accepted `Step`, cycle 0 included.
     quarter
-        Return only what is computed: one side of the contact along the axes in which it is even,
-        for most a quarter of it. Otherwise the dataset is that of the whole contact.
+        Return only the computed part: one side of the contact along each axis in which it is even,
+        usually a quarter. By default the dataset holds the whole contact.
     threads
-        Threads that share the transforms of a grid; the result is the same to the last bit.
+        Number of threads; the result does not depend on it, to the last bit.
     progress
-        Whether to show a bar of progress, in a terminal or a notebook.
+        Whether to show a progress bar, in a terminal or a notebook.
 
     Returns
     -------
@@ -149,7 +149,7 @@ def simulate(
     Warns
     -----
     DoubtfulResultWarning
-        For each reason to doubt the results, known before or found by the run.
+        For each reason to doubt the results, known beforehand or found by the run.
     """
     require_memory(case)
     before = doubts(case)
@@ -169,7 +169,7 @@ def simulate(
 
 @contextmanager
 def _bar(case: Case) -> Iterator[list[Observer]]:
-    """Yield an observer that moves a bar of progress."""
+    """Yield an observer that updates a progress bar."""
     from rich.progress import Progress
 
     with Progress() as bar:
@@ -224,9 +224,9 @@ def _states(case: Case, problem: WearProblem, start: Any) -> Iterator[Any]:
 
 
 class _Twin:
-    """The same case on wider cells, beside it: what both differ by tells the errors of its results.
+    """The same case on wider cells, run alongside: the difference gives the errors of its results.
 
-    It leaves no trace in checkpoints: a run that resumes begins its twin anew.
+    It is not stored in checkpoints: a resumed run starts its twin anew.
     """
 
     def __init__(self, case: Case, geometry: type[Geometry] | None, threads: int) -> None:
@@ -235,12 +235,12 @@ class _Twin:
         self._workspace = Workspace(problem)
         self._states = _states(coarser, problem, None)
         self._cycles = case.output_cycles
-        # Every scalar at each snapshot, and why there are no more; it joins the warnings.
+        # Every scalar at each snapshot, and why there are no more, for the warnings.
         self.rows: list[dict[str, float]] = []
         self.trouble = ""
 
     def follow(self, snapshots: int) -> None:
-        """Run until so many snapshots are there, or until there is trouble."""
+        """Run up to a number of snapshots, or until an error."""
         try:
             while len(self.rows) < snapshots and not self.trouble:
                 state = next(self._states)
@@ -252,7 +252,7 @@ class _Twin:
 
 
 def _scalars(problem: WearProblem, state: State, turn: Loop) -> dict[str, float]:
-    """Every scalar of a state: the measures of each step, and what its loop tells."""
+    """Every scalar of a state: the measures of each step, and those of its loop."""
     found = asdict(measure(problem.of(state), state))
     full = 4.0 * turn.opening * found["tangential_force"]
     found["sliding_criterion"] = found["dissipated_energy"] / full if full else 0.0
@@ -314,7 +314,7 @@ def _result(
 def wear_problem(
     case: Case, geometry: type[Geometry] | None = None, threads: int = 1, coarseness: float = 1.0
 ) -> WearProblem:
-    """The mechanical problem of a case, on its usual cells or others; rings may be wider."""
+    """The mechanical problem of a case, on its default cells or others; rings may be wider."""
     # A contact at the limit everywhere is the smallest one that carries the load.
     spread = _MARGIN * max(1.0, case.hertz.spread_radius(case.plastic_limit) / case.hertz_radius)
     x, y = case.indenter.half_widths(case.hertz)
@@ -352,7 +352,7 @@ def wear_problem(
 def _snapshot_fields(workspace: Workspace, snapshots: Sequence[State]) -> dict[str, NDArray[Any]]:
     """The fields of a dataset over all snapshots on one plane, from the start as stored.
 
-    Many snapshots in double precision, listed and then stacked, took most of a run's memory.
+    Lists of many snapshots in double precision, then stacked, would take most of a run's memory.
     """
     last = snapshots[-1].geometry
     plane = last.plane(workspace.problem.spacing)

@@ -1,7 +1,7 @@
-"""What the workflow has to know of a study before it plans any job.
+"""What the workflow needs to know of a study before it plans any job.
 
-No scipy, xarray or matplotlib here: the Snakefile is read at every call, also where nothing is to
-be done.
+No scipy, xarray or matplotlib here: the Snakefile is read at every call, even if nothing is left to
+do.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ CAPTION = str(Path(__file__).with_name("caption.rst"))
 def workspace() -> Path:
     """Folder with the workflow, its settings and the studies that come with the package.
 
-    That is the root of a checkout; an installed package has a copy in it.
+    It is the root of a checkout; an installed package contains a copy.
     """
     package = Path(__file__).parents[1]
     installed = package / "workspace"
@@ -52,7 +52,7 @@ _HASH_DIGITS = 12
 _MOST_BYTES = 100_000_000
 _FAILURES_LISTED = 20
 
-# A job that a scheduler ends for a wrong guess is lost; one that asks for too much only waits.
+# A job that exceeds its request is lost; one that requests too much only waits.
 _MEMORY_MARGIN = 2.0
 _TIME_MARGIN = 5.0
 _MINUTES_TO_START = 5
@@ -70,9 +70,9 @@ _CHOICES = {
 
 
 def chosen(config: Mapping[str, object]) -> dict[str, Any]:
-    """Return what ``--config study=NAME keep_older=true threads=4`` asks for, for `StudyJobs.of`.
+    """Return the settings of ``--config study=NAME keep_older=true threads=4`` for `StudyJobs.of`.
 
-    Anything else there is a `StudyError`: a misspelt key must not run the default.
+    Any other key is a `StudyError`: a misspelt key must not run the default.
     """
     values, known = {}, tuple(_CHOICES)
     problems = [
@@ -82,7 +82,7 @@ def chosen(config: Mapping[str, object]) -> dict[str, Any]:
     ]
     for key, (usual, form, rule) in _CHOICES.items():
         value = config.get(key, usual)
-        # Snakemake hands on some words as text, others as what YAML makes of them.
+        # Snakemake passes some words on as text, others as YAML values.
         values[key] = "" if value is None else str(value)
         if not re.fullmatch(form, values[key]):
             problems.append(Problem(key, value, rule))
@@ -106,11 +106,11 @@ def study_file(name: str) -> Path:
 
 @dataclass(frozen=True)
 class StudyJobs:
-    """The jobs of a valid study: their files, what they depend on, and what they take."""
+    """The jobs of a valid study: their files, dependencies and resources."""
 
     study: Study
-    keep_older: bool = False  # whether cases are kept that other code has computed
-    threads: int = 1  # that each case takes
+    keep_older: bool = False  # whether cases computed by other code are kept
+    threads: int = 1  # per case
 
     @classmethod
     def of(cls, name: str, *, keep_older: bool = False, threads: int = 1) -> StudyJobs:
@@ -124,12 +124,12 @@ class StudyJobs:
 
     @property
     def version(self) -> str:
-        """Version of the package: another one merges, draws and reports anew."""
+        """Version of the package: with another one merging, drawing and reporting are repeated."""
         return __version__
 
     @property
     def code(self) -> str:
-        """Digest of the code that computes: another one computes everything anew, or nothing."""
+        """Digest of the code that computes: unless kept, cases of another are computed again."""
         return "any" if self.keep_older else code_digest()
 
     @property
@@ -139,22 +139,22 @@ class StudyJobs:
 
     @property
     def content(self) -> str:
-        """What the study says of its results as JSON, on which all but the cases depends."""
+        """The parts of the study, as JSON, on which everything but the cases depends."""
         content = {key: value for key, value in self.study.content.items() if key != "batch"}
         return json.dumps(content, sort_keys=True, default=str)
 
     @cached_property
     def batches(self) -> Mapping[str, Batch]:
-        """The batches by name: a hash of all that their files hold, wherever the points stand."""
+        """The batches by name, a hash of the contents of their files in any order of points."""
         return {self._name(batch): batch for batch in batches(Plan(self.study))}
 
     @cached_property
     def targets(self) -> tuple[str, ...]:
-        """Names of what the batches leave in `BATCHES` when all of their cases are done.
+        """Names of the files that batches leave in `BATCHES` when all of their cases are done.
 
-        The name ends in the number of a round, which grows when a case file was removed or
-        changed after the batch was done: what the last round left is no longer true, and a job is
-        needed to make it true again. Nothing is written or removed to find that out.
+        A name ends in the number of a round, which increases when a case file was removed or
+        changed after the batch was done: the file of the last round is then outdated, and a job is
+        needed to bring it up to date. Finding this out writes and removes nothing.
         """
         folder = Path(self.folder)
         present = case_files(folder / "cases")
@@ -173,7 +173,7 @@ class StudyJobs:
         return f"{batch.first}-{batch.last}"
 
     def title(self, target: str) -> str:
-        """Return what a batch runs, for people."""
+        """Return a description of a batch."""
         batch = self.batch(target)
         several = f"{len(batch.case_ids)} cases, points {batch.first} to {batch.last}"
         return several if len(batch.case_ids) > 1 else batch.case_ids[0]
@@ -189,17 +189,17 @@ class StudyJobs:
         return _MINUTES_TO_START + math.ceil(_TIME_MARGIN * self.batch(target).seconds / 60.0)
 
     def priority(self, target: str) -> int:
-        """Return how urgent a batch is: the longest first, so that none is left at the end."""
+        """Return the priority of a batch: the longest first, so that none is left at the end."""
         return math.ceil(self.batch(target).seconds)
 
     @property
     def failures(self) -> Mapping[str, Failure]:
-        """The cases that were begun and have no result, by id."""
+        """The cases that were started and have no result, by id."""
         found = failures(self.folder)
         return {case_id: found[case_id] for case_id in found if case_id in self._snapshots}
 
     def verdict(self) -> str:
-        """Say which cases failed and why, for the end of a run that continued."""
+        """Return which cases failed and why, for the end of a run that continued."""
         failed = [
             f"{each.case_id}: {each.reason} (log: {self.folder}/{each.log})"
             for each in self.failures.values()
@@ -229,16 +229,16 @@ def _round(path: Path, batch: Batch, present: Mapping[str, FileTrace]) -> int:
     )
 
 
-# The workflow of a large study cannot read every case file each time it starts. A batch has asked
-# `fretwear.data.files.is_finished_case` of each; as long as their sizes and times stay, so does
-# the answer.
+# The workflow of a large study cannot read every case file each time it starts. A batch has checked
+# each with `fretwear.data.files.is_finished_case`; the answer holds as long as sizes and times are
+# unchanged.
 
 FileTrace = tuple[int, float]
 """Size in bytes and time of the last change, s: tell a file from one that was written later."""
 
 
 def case_files(folder: Path) -> dict[str, FileTrace]:
-    """Return the traces of the case files in a folder, by case id; the files are not opened."""
+    """Return size and time of the case files in a folder, by case id, without opening them."""
     try:
         with os.scandir(folder) as entries:
             found = {each.name[:-3]: each.stat() for each in entries if each.name.endswith(".nc")}
@@ -248,7 +248,7 @@ def case_files(folder: Path) -> dict[str, FileTrace]:
 
 
 def write_finished(path: Path, cases: Path, case_ids: Iterable[str]) -> None:
-    """Write to ``path`` that these cases, whose files lie in the folder ``cases``, are finished."""
+    """Record in ``path`` that these cases, with files in the folder ``cases``, are finished."""
     present = case_files(cases)
     listed = {}
     for case_id in case_ids:
@@ -260,7 +260,7 @@ def write_finished(path: Path, cases: Path, case_ids: Iterable[str]) -> None:
 
 
 def is_finished(path: Path, case_ids: Iterable[str], present: Mapping[str, FileTrace]) -> bool:
-    """Say whether the files of a batch are still as it left them and wrote to ``path``.
+    """Return whether the files of a batch are unchanged since it recorded them in ``path``.
 
     ``present`` are the case files that are there, from `case_files`.
     """

@@ -1,5 +1,5 @@
 """The study "Wear investigation of rough bodies in contact under partial slip conditions".
 
-Its cases among those of a merged study, its claims judged by numbers, its figures under their
-numbers, and the sections of the report that tell them.
+Its cases in a merged study, its claims judged by numbers, its figures under their original numbers,
+and its sections of the report.
 """

@@ -154,8 +154,8 @@ class Evolution:
 class Zones:
     """The stick zone as a disc and the slip zone as the ring around it.
 
-    On a smooth sphere they are just that. On a rough one the disc is the smallest around all
-    stick cells, the ring ends with the outermost cell in contact: valleys belong to both.
+    On a smooth sphere this is exact. On a rough one the disc is the smallest around all cells that
+    stick, and the ring ends at the outermost cell in contact: valleys belong to both.
     """
 
     radius: Array  # distance of every cell from the middle, m, shape (nx, ny)
@@ -204,9 +204,9 @@ def reference_cases(summary: Merged, folder: Path) -> list[ReferenceCases]:
     """Find the cases of a merged study that have the source study's parameters.
 
     There is one group for each sphere radius and slip model of which all four cases are done.
-    First comes the one that figures and verdicts are about: of the radius nearest 10 mm, which
-    stands for the study's own, with the slip that follows the worn shape; second, if there is one,
-    that of the same radius with other slip; then the rest in the order of the study.
+    First comes the one used for figures and verdicts: with the radius nearest 10 mm, which stands
+    for the study's own, and slip that follows the worn shape; second, if there is one, that of the
+    same radius with other slip; then the rest in the order of the study.
     """
     needed = {"status", "case_id", "radius", "slip_model", "plastic_limit", *_SHARED, *_ROUGH}
     if not needed <= set(summary.variables):
@@ -235,7 +235,7 @@ def reference_cases(summary: Merged, folder: Path) -> list[ReferenceCases]:
 
 
 def _all_near(points: Mapping[str, NDArray[Any]], wanted: Mapping[str, float]) -> Mask:
-    """Which points have all of some values; text, such as that of two materials, is near none."""
+    """Return which points have all of the given values; text never matches."""
     near = []
     for name, value in wanted.items():
         numbers = [np.nan if isinstance(given, str) else given for given in points[name]]
@@ -262,7 +262,7 @@ def zone_means(case: Evolution, name: str) -> tuple[Array, Array]:
 def differences(
     smooth: Evolution, rough: Evolution, field: str, cycle: int
 ) -> tuple[float, float, float]:
-    """How far rough and smooth are apart in the slip zone that they have in common.
+    """Difference between rough and smooth in their common slip zone.
 
     Returned are, in the unit of the field, the mean of |rough − smooth|, and the mean and the
     largest value of the smooth one.
@@ -282,7 +282,7 @@ def differences(
 
 
 def largest_on_rings(case: Evolution, name: str, cycle: int) -> tuple[float, float]:
-    """Where in the slip zone a field, averaged over rings, is largest, and its value there.
+    """Position in the slip zone where a field, averaged over rings, is largest, and its value.
 
     The place is 0 at the edge of stick and 1 at the outer rim, the value in the field's unit.
     """

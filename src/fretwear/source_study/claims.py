@@ -50,7 +50,7 @@ class Answer(Enum):
 
 @dataclass(frozen=True)
 class Finding:
-    """What one case, or a smooth and a rough one together, say to a claim."""
+    """The verdict of one case, or of a smooth and a rough one together, on a claim."""
 
     answer: Answer
     numbers: Mapping[str, str]  # what it rests on: each with its unit, by what was measured
@@ -89,12 +89,12 @@ class Judgement:
 
     @property
     def verdict(self) -> Answer:
-        """The answer that all subjects give; where they differ, the claim holds in part."""
+        """The answer common to all subjects; if they differ, the claim holds in part."""
         return self.answers[0] if len(set(self.answers)) == 1 else Answer.IN_PART
 
     @property
     def told(self) -> str:
-        """The answer of each subject in words where they differ; else nothing."""
+        """The answer of each subject in words if they differ, else empty."""
         if len(set(self.answers)) == 1:
             return ""
         return ", ".join(f"{s}: {finding.answer.value}" for s, finding in self.findings.items())
@@ -103,7 +103,7 @@ class Judgement:
 def _claim(
     number: int, words: str, criterion: str, subjects: Mapping[str, Sequence[str]]
 ) -> Callable[[Callable[..., Finding]], Claim]:
-    """Make a claim of the function that finds out whether it holds."""
+    """Make a claim from the function that judges it."""
     return lambda measure: Claim(number, words, criterion, subjects, measure)
 
 
@@ -120,7 +120,7 @@ def percent(share: float) -> str:
 
 
 def _finding(holds: bool, in_part: bool, remark: str, numbers: Mapping[str, str]) -> Finding:
-    """Grade a claim; the remark is for where it does not hold as a whole."""
+    """Grade a claim; the remark applies if it does not hold completely."""
     answer = Answer.HOLDS if holds else Answer.IN_PART if in_part else Answer.FAILS
     return Finding(answer, numbers, "" if holds else remark)
 

@@ -125,7 +125,7 @@ def _profiles(cases: Cases, *, field: Field, titles: Sequence[str]) -> Drawn:
             highest = _ROOM_ABOVE * float(np.nanmax(profile.readable(wave_mean).values))
             frame = replace(frame, left=0.0, top=top if at_edge(field) else min(top, highest))
         elif not at_edge(field):
-            # What a smooth contact shows at its edge differs in size from case to case.
+            # The features at the edge of smooth contacts differ in size between cases.
             frame = replace(frame, top=max(tops))
         draw_profiles(whole, profile, colors, frame, wave_mean if is_rough else None)
         whole.set_title(title if is_rough or both else "")
@@ -158,8 +158,8 @@ def _profiles(cases: Cases, *, field: Field, titles: Sequence[str]) -> Drawn:
 def _top(case: Evolution, profile: HalfProfiles) -> float:
     """The highest value that a panel shows.
 
-    For tractions it is the study's plastic limit or the peak of cycle 0, whichever is higher:
-    the peak that an elastic run comes to at the edge of stick has no limit but the grid.
+    For tractions it is the study's plastic limit or the peak of cycle 0, whichever is higher: the
+    peak of an elastic run at the stick edge is limited only by the grid.
     """
     if not is_traction(profile.field):
         return frame_of([profile]).top
@@ -242,7 +242,7 @@ def _widths(cases: Cases, *, zoom: bool) -> Drawn:
         room = _MARGIN * float(np.ptp(elastic))
         axes.set_ylim(float(elastic.min()) - room, float(elastic.max()) + 4.0 * room)
         every = np.concatenate(list(cycles.values()))
-        # Early steps are fractions of a cycle, in which nothing happens.
+        # Early steps are fractions of a cycle, in which little changes.
         set_cycle_axis(axes, every[(every == 0.0) | (every >= 1.0)])
         words = (
             "The edge of the contact enlarged; the axis of cycles is logarithmic to the right of "
@@ -252,7 +252,7 @@ def _widths(cases: Cases, *, zoom: bool) -> Drawn:
     axes.set_ylim(bottom=0.0)
     axes.margins(x=0.0)
     axes.set_xlabel("Cycle")
-    # Between the lines stands what is between them.
+    # The zone is named between its lines.
     last = max(case.last for case in cases.values())
     lowest, edges = (
         [float(values[-1]) for values in widths.values()] for widths in (stick, contact)

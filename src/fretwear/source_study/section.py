@@ -1,4 +1,4 @@
-"""Sections of a report on the source study: its claims judged, and what simpler slip costs."""
+"""Sections of the report on the source study: its claims, and the simpler slip model."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ _MODELS = {
 
 @dataclass(frozen=True)
 class Judged:
-    """What the cases of one sphere radius and one slip model say to the claims."""
+    """The verdicts of the cases with one sphere radius and one slip model."""
 
     group: ReferenceCases
     judgements: tuple[Judgement, ...]
 
     @property
     def model(self) -> str:
-        """How slip is computed, in words."""
+        """The slip model in words."""
         return _MODELS.get(self.group.slip_model, self.group.slip_model.replace("_", " "))
 
 
@@ -105,12 +105,12 @@ def _ratios(
     for title, case in cases.items():
         both = (case, simple[title])
         compared = compared_results(*(one.dataset.sel(cycle=[cycle]) for one in both))
-        # The pressure of a single cell tells nothing on a rough surface.
+        # The pressure of a single cell is meaningless on a rough surface.
         ratios = {r.variable.label: r.ratio for r in compared if r.variable.is_headline}
         first, second = (one.field("pressure", cycle)[one.zones(cycle).stick] for one in both)
         ratios["Mean pressure in the stick zone"] = float(second.mean() / first.mean())
         for label, ratio in ratios.items():
-            # Next to nothing is nothing to compare with.
+            # Vanishing values cannot be compared.
             rows.setdefault(label, []).append(short(ratio if ratio < _MOST else math.nan))
     return rows
 

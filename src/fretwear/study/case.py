@@ -29,7 +29,7 @@ _SNAPSHOTS = 8
 
 @dataclass(frozen=True)
 class Snapshots(Plain):
-    """The cycles at which the fields are kept, beside 0 and the last: None for ``auto``."""
+    """The cycles, besides 0 and the last, at which fields are kept; None for ``auto``."""
 
     cycle: ClassVar[WholeNumber] = WholeNumber(
         "$N$", "cycle", 0, MAX_CYCLES, 1000, description="A cycle at which the fields are kept."
@@ -38,7 +38,7 @@ class Snapshots(Plain):
     example = "[0, 1000, 30000]"
 
     def read(self, value: object, units_required: bool) -> tuple[int, ...] | None:
-        """Return the cycles; a file, where values have units, tells each once."""
+        """Return the cycles; in a file, where values have units, each may occur only once."""
         if value == "auto":
             return None
         if not is_list(value):
@@ -67,7 +67,7 @@ SNAPSHOTS = Snapshots(
 
 
 class CaseError(ValueError):
-    """Parameters that make no case; its `problems` list everything that is wrong with them."""
+    """Parameters that do not make a valid case; `problems` lists everything that is wrong."""
 
     def __init__(self, problems: Iterable[Problem]) -> None:
         self.problems = tuple(problems)
@@ -82,8 +82,8 @@ class Case(CaseTree):
     """One contact, one loading, one number of cycles: what `simulate` takes.
 
     Values are SI numbers or text with a unit (``load="50 N"``); attributes are SI floats.  The
-    parameters are those of `base` in a study file, and ``output_cycles``, the cycles whose fields
-    are kept beside those of cycle 0 and the last; left out or ``auto``, about eight.
+    parameters are those of `base` in a study file, and ``output_cycles``, the cycles besides 0 and
+    the last at which fields are kept; by default (``auto``) about eight.
 
     The model is that of equal bodies or of bodies whose composite moduli E* and G* stand for
     both.  For two different materials the coupling of normal pressure and tangential
@@ -92,7 +92,7 @@ class Case(CaseTree):
     Raises
     ------
     CaseError
-        With every name that is unknown, value that is wrong and rule that is broken.
+        If names are unknown, values wrong or rules broken; the message lists all of them.
 
     Examples
     --------
@@ -119,7 +119,7 @@ class Case(CaseTree):
 
     @classmethod
     def of(cls, assembled: Mapping[str, Any]) -> Self:
-        """Return the case of members that have been read and checked; some may be missing."""
+        """Return the case made of members already read and checked; some may be missing."""
         case = object.__new__(cls)
         case.__dict__.update({**DEFAULTS, **_suited(assembled)})
         return case
@@ -152,8 +152,7 @@ class Case(CaseTree):
 def snapshots_of(asked: Iterable[int] | None, cycles: int) -> tuple[int, ...]:
     """Return the snapshots in order, each once, with cycle 0 and the last among them.
 
-    Where none are asked for, they are the powers of ten and, as long as they are not eight in all,
-    the largest of three times these.
+    By default they are the powers of ten and, up to eight in all, the largest of three times these.
     """
     if asked is None:
         powers = [10**n for n in range(len(str(cycles))) if 10**n < cycles]
@@ -163,7 +162,7 @@ def snapshots_of(asked: Iterable[int] | None, cycles: int) -> tuple[int, ...]:
 
 
 def _suited(members: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return members that suit each other: cycles of blocks, snapshots, loads per length."""
+    """Make members consistent: cycles of blocks, snapshots, loads per length."""
     suited = dict(members)
     if blocks := members.get("blocks"):
         suited["cycles"] = sum(block.cycles for block in blocks)

@@ -1,4 +1,4 @@
-"""What a case takes: cells, time and memory, from a model with constants in one place."""
+"""What a case costs: cells, time and memory, from a model with its constants in one place."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from functools import lru_cache
 from fretwear.mechanics.surfaces import Indenter
 from fretwear.study.case import Case
 
-# Calibrated with `python -m benchmarks.cost`, which says how well they hold.
+# Calibrated with `python -m benchmarks.cost`, which reports how well they hold.
 SECONDS_TO_START = 1.3
 SECONDS_PER_CASE = 0.1
 SECONDS_PER_CONVOLUTION = 1.6e-4
@@ -30,7 +30,7 @@ CONVOLUTIONS_AS_YIELDING_BEGINS = 135.0
 CONVOLUTIONS_AS_YIELDING_BEGINS_ROUGH = 210.0
 GROWTH_WITH_CELLS = 0.2
 
-# On rings, whose steps may err by a quarter of the tolerance.
+# On rings, whose steps are held to a quarter of the tolerance.
 TIGHTER_ON_RINGS = 4.0
 STEPS_PER_YIELDING_TIME_ON_RINGS = 0.9
 SOLUTIONS_PER_STEP = 8.0
@@ -54,13 +54,12 @@ COMPRESSION = 0.6
 
 @dataclass(frozen=True)
 class Estimate:
-    """What a case is expected to take."""
+    """The expected cost of a case."""
 
-    # Cells of the window at its largest, along x and y, of as much as is computed, or on rings of
-    # what is written.
+    # Cells of the largest window along x and y: those computed or, on rings, those written.
     cells_x: int
     cells_y: int
-    # Steps over the cycles, and half-space convolutions of all of them, or solutions of the rings.
+    # Steps, and half-space convolutions or solutions on rings in all of them.
     steps: float
     convolutions: float
     seconds: float  # time on one core
@@ -74,12 +73,12 @@ class Estimate:
 
 
 def estimate(case: Case) -> Estimate:
-    """Estimate what a case takes.
+    """Estimate the cost of a case.
 
-    The window ends a little outside of the largest contact that the run comes to: on its way to
-    the limiting worn state (`LimitingState`), widened where the stick zone shrinks, or the
-    one that carries the load at the plastic limit, plus the reach of the roughness. The twin by
-    which errors are estimated takes time and memory too.
+    The window ends a little outside the largest contact of the run: that on the way to the limiting
+    worn state (`LimitingState`), widened if the stick zone shrinks, or the one that carries the
+    load at the plastic limit, plus the reach of the roughness. The coarser run for error estimates
+    is included.
     """
     alone = _alone(case)
     if not case.error_estimate:
@@ -95,7 +94,7 @@ def estimate(case: Case) -> Estimate:
 
 
 def _alone(case: Case) -> Estimate:
-    """What a case takes without its twin."""
+    """The cost of a case without the coarser run."""
     dx, dy = case.grid_spacing
     reach = WINDOW_MARGIN * greatest_contact_radius(case)
     sides_x, sides_y = (2 - is_even for is_even in case.even)
@@ -149,7 +148,7 @@ class _Work:
 
 
 def _work(case: Case, cells: int) -> _Work:
-    """Expected steps over the cycles and half-space convolutions of all of them.
+    """Expected numbers of steps and of half-space convolutions.
 
     The steps of an elastic run grow with the wear: the pressure p0 wears a cell e-fold in
     1/(β p0) cycles, β = 4 K_w µ κ, and from fold to fold the steps may be longer. Where the bodies
@@ -190,7 +189,7 @@ def _work_on_rings(case: Case) -> _Work:
 
 
 def greatest_contact_radius(case: Case) -> float:
-    """Return an upper estimate in m of the radius of contact at any time of a run."""
+    """Return an upper bound, m, of the contact radius during a run."""
     if case.loading.stroke:
         return case.scar_half_width + case.loading.stroke
     kind = type(case.indenter)
@@ -205,19 +204,19 @@ def greatest_contact_radius(case: Case) -> float:
     full_plastic = case.hertz.spread_radius(case.plastic_limit)
     rough = 0.0
     if case.rough is not None:
-        # Tips reach out to where the sphere has fallen back by the height of the waves.
+        # Tips can touch as far out as the sphere has receded by the height of the waves.
         rough = 2.0 * case.indenter.curvature_radius * case.rough.tips
     return math.sqrt(max(case.hertz_radius * worn, full_plastic) ** 2 + rough)
 
 
 def _stick_shrinks(case: Case) -> bool:
-    """Whether the edge of stick yields and slip follows: then the contact widens without bound."""
+    """Whether the stick edge yields and slip follows it: then the contact widens without bound."""
     return math.isfinite(case.plastic_limit) and case.slip_model.follows_shape
 
 
 @lru_cache(maxsize=4096)
 def _limiting_radius_ratio(indenter: type[Indenter], load_ratio: float) -> float:
-    """Return a∞/a, the contact radius after infinitely many cycles of smooth elastic bodies."""
+    """Return a∞/a, the relative contact radius of smooth elastic bodies in the limit of wear."""
     unworn = indenter.smooth(radius=1.0, load=1.0, composite_modulus=1.0)
     limiting = indenter.limiting(unworn, min(load_ratio, 0.9999))
     return limiting.contact_radius / unworn.contact_radius

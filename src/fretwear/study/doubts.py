@@ -1,7 +1,6 @@
-"""What makes the results of a case doubtful: one list, for plan, run, dataset and report.
+"""Reasons to doubt the results of a case: one list for plan, run, dataset and report.
 
-Each doubt is a function that says whether it applies to a case, and then tells the numbers of the
-case and what to do.
+Each is a function that decides whether it applies to a case and returns the numbers and a remedy.
 """
 
 from __future__ import annotations
@@ -65,11 +64,11 @@ class Doubt:
 
 
 def yielding_ring_width(case: CaseTree) -> float:
-    """Return the width in m of the ring at the edge of stick that comes to yield.
+    """Return the width, m, of the ring at the stick edge that yields in the course of wear.
 
     Wear moves all pressure of a smooth contact into its stick zone, where it tends to
-    `LimitingState.pressure`; the ring is where that exceeds the plastic limit: zero for an elastic
-    case, the whole stick radius where everything does.
+    `LimitingState.pressure`; the ring is where this exceeds the plastic limit: zero for an elastic
+    case, at most the stick radius.
     """
     if math.isinf(case.plastic_limit):
         return 0.0
@@ -189,7 +188,7 @@ def _roughness_repeats(case: CaseTree) -> Doubt | None:
 
 
 def _measured(case: CaseTree) -> list[Roughness]:
-    """The surfaces that end somewhere."""
+    """The surfaces of finite extent."""
     surfaces = (each for each in (case.roughness, case.counterface) if each is not None)
     return [each for each in surfaces if math.isfinite(min(each.sides))]
 
@@ -238,7 +237,7 @@ def _points_are_few(case: CaseTree) -> Doubt | None:
 
 
 def _coupling_is_no_number(case: CaseTree) -> Doubt | None:
-    """In an elongated contact a traction like the pressure displaces unlike the pressure."""
+    """In an elongated contact, a traction distributed like the pressure displaces differently."""
     others = case.indenter.couplings(case.bodies)
     if not others:
         return None
@@ -253,7 +252,7 @@ def _coupling_is_no_number(case: CaseTree) -> Doubt | None:
 
 
 def _slides_far(case: CaseTree) -> Doubt | None:
-    """Each point is taken to meet the same point of the other body throughout a cycle."""
+    """Each point is assumed to stay opposite the same point of the other body."""
     if not isinstance(case.loading, Displacement):
         return None
     friction, hertz = case.friction_law.least, case.hertz
@@ -291,10 +290,10 @@ _DOUBTS = (
 def doubts(
     case: CaseTree, errors: Mapping[str, float] | None = None, trouble: str = ""
 ) -> tuple[Doubt, ...]:
-    """Return why the results of a valid case are not to be trusted; usually nothing.
+    """Return the reasons to doubt the results of a valid case; usually there are none.
 
-    What a run has found is told as well: the largest estimated error of each result, relative to
-    it, by its words, or why errors could not be estimated.
+    Findings of a run are included: the largest estimated relative error of each result, by its
+    words, or why errors could not be estimated.
     """
     found = [doubt(case) for doubt in _DOUBTS]
     if trouble:
@@ -309,10 +308,10 @@ def doubts(
 
 
 def finer(case: CaseTree, error: float) -> str:
-    """Return the key of a study file that would bring a relative error down to `SMALL_ERROR`.
+    """Return the line of a study file that would reduce a relative error to `SMALL_ERROR`.
 
-    Errors grow with the width of cells as a rule. On rings and strips, which are narrow enough,
-    they come from steps.
+    Errors usually grow with the cell size. On rings and strips, which are narrow enough, they come
+    from the steps.
     """
     of_scar = case.loading.stroke and not case.indenter.is_line
     smaller = max(SMALL_ERROR / error, LEAST_REFINEMENT_OF_SCAR if of_scar else LEAST_REFINEMENT)

@@ -27,18 +27,18 @@ _CYCLES = "cycles"
 
 @dataclass(frozen=True)
 class PartOf(Parameter):
-    """A part with a key of its own: a mapping ``{kind: ..., ...}``, or the name of a kind."""
+    """A part under its own key: a mapping ``{kind: ..., ...}``, or the name of a kind."""
 
     family: type[Part]
     words: str
-    short: str = ""  # the kind whose fields, as keys of the case, may stand for the whole
-    # What it is called to have no such part, "smooth"; empty where there has to be one.
+    short: str = ""  # the kind whose fields may be given as keys of the case instead
+    # The word for having no such part, "smooth"; empty where there must be one.
     none: str = ""
     example: str = ""
     description: str = ""
     must_be_written: bool = False
-    is_second: bool = False  # of its family: its parameters are called after it
-    may_be_partial: bool = True  # whether fields may be given elsewhere, as varied ones are
+    is_second: bool = False  # of its family, after which its parameters are named
+    may_be_partial: bool = True  # whether fields may be given elsewhere, as for varied ones
 
     si_unit = "1"
     unit = NO_UNIT
@@ -50,25 +50,25 @@ class PartOf(Parameter):
 
     @property
     def kinds(self) -> Mapping[str, type[Part]]:
-        """What the part may be, by name, the usual one first."""
+        """The kinds of the part by name, the usual one first."""
         return self.family.kinds()
 
     @property
     def bare(self) -> list[str]:
-        """The kinds of which the name is enough."""
+        """The kinds for which the name alone suffices."""
         return [name for name, kind in self.kinds.items() if not required(kind)]
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """The keys of a case that may stand for the whole."""
+        """The keys of a case that may replace the mapping."""
         return tuple(self.kinds[self.short].parameters()) if self.short else ()
 
     def parameters(self, kind: type[Part]) -> dict[str, Parameter]:
-        """What the fields of a kind are, by name."""
+        """The parameters of a kind by name."""
         return self._called(kind.parameters())
 
     def derived(self, kind: type[Part]) -> dict[str, Parameter]:
-        """What follows from the fields of a kind and is a coordinate too, by name."""
+        """The derived coordinates of a kind by name."""
         return self._called(kind.derived())
 
     def _called(self, known: Mapping[str, Parameter]) -> dict[str, Parameter]:
@@ -85,7 +85,7 @@ class PartOf(Parameter):
         return f"{text}, or none" if text and self.none else text
 
     def read(self, value: object, units_required: bool, varied: Sequence[str] = ()) -> Any:
-        """Return a part; all that is wrong inside of it is told by one `UnreadError`.
+        """Return a part; one `UnreadError` lists all problems inside it.
 
         Where some of its fields are varied, those are left out.
         """
@@ -117,7 +117,7 @@ class PartOf(Parameter):
         return part
 
     def make(self, values: Mapping[str, Any]) -> Part | None:
-        """Make a part of the values of `keys`; None where they make none."""
+        """Make a part from the values of `keys`; None if they are incomplete."""
         return _made([self.kinds[self.short]] if self.short else [], values)
 
     def schema(self) -> dict[str, Any]:
@@ -155,7 +155,7 @@ class PartOf(Parameter):
                 yield from about.coordinates(key, known)
 
     def word_for(self, value: Any) -> str:
-        """Return a part in short that is given as text: ``{kind: wavy, amplitude: 0.3 um}``."""
+        """Return the short form of a part given as text: ``{kind: wavy, amplitude: 0.3 um}``."""
         if value == "none":
             return self.none
         if value in self.kinds:
@@ -172,9 +172,9 @@ class PartOf(Parameter):
 
 @dataclass(frozen=True)
 class Inline:
-    """A part whose fields are keys of a case themselves; its kind is the one whose keys are given.
+    """A part whose fields are keys of the case; its kind is the one whose keys are given.
 
-    Where several kinds are there, one key of each tells it apart: it leads the kind.
+    If there are several kinds, each has a leading key that identifies it.
     """
 
     family: type[Part]
@@ -182,12 +182,12 @@ class Inline:
 
     @property
     def kinds(self) -> tuple[type[Part], ...]:
-        """What the part may be, the usual one first."""
+        """The kinds of the part, the usual one first."""
         return tuple(self.family.kinds().values())
 
     @property
     def parameters(self) -> Mapping[str, Parameter]:
-        """What the fields of all kinds are, by name."""
+        """The parameters of all kinds by name."""
         return {name: each for kind in self.kinds for name, each in kind.parameters().items()}
 
     @property
@@ -197,7 +197,7 @@ class Inline:
 
     @property
     def leading(self) -> dict[str, type[Part]]:
-        """The first key of each kind that has to be given for it and for no other, by name."""
+        """The first required key of each kind that no other kind has, by name of the kind."""
         telling, found = self.telling, dict[str, type[Part]]()
         for kind in self.kinds:
             own = (n for n in kind.parameters() if n in telling and n in required(kind))
@@ -206,17 +206,17 @@ class Inline:
         return found
 
     def needed(self, given: set[str]) -> list[str]:
-        """The keys, beside the leading ones, that the kind of the keys given has to have."""
+        """The keys, besides the leading ones, that the kind of the given keys requires."""
         chosen = (kind for name, kind in self.leading.items() if name in given)
         kind = next(chosen, self.kinds[0])
         return [n for n in kind.parameters() if n in required(kind) and n not in self.telling]
 
     def make(self, values: Mapping[str, Any]) -> Part | None:
-        """Make a part of the values of its fields; None where they make none."""
+        """Make a part from the values of its fields; None if they are incomplete."""
         return _made(self.kinds, values)
 
     def changed(self, part: Part, given: dict[str, Any]) -> Part | None:
-        """A part with other values of some fields, of another kind where these ask for it."""
+        """A part with other values of some fields, and of another kind if these require it."""
         for kind in (type(part), *self.kinds):
             common = kind.parameters().keys() & vars(part).keys()
             if found := _made([kind], {name: vars(part)[name] for name in common} | given):
@@ -224,7 +224,7 @@ class Inline:
         return None
 
     def broken(self, given: set[str], unknown: list[str]) -> Iterator[Problem]:
-        """Find whether the keys of several kinds are given, of none, or of another one."""
+        """Return what is wrong if the keys of no kind, or of several kinds, are given."""
         leading, telling = self.leading, self.telling
         touched = [name for name in leading if name in given]
         if len(touched) > 1:
@@ -246,13 +246,13 @@ class Inline:
 
 
 def fields_are_keys(about: Parameter | Inline, value: Any) -> bool:
-    """Whether the fields of a member of a case, as keys of the case, say the whole of it."""
+    """Whether the fields of a member, as keys of the case, specify it completely."""
     short = about.short if isinstance(about, PartOf) else ""
     return isinstance(about, Inline) or (bool(short) and value.kind == short)
 
 
 def _made(kinds: Iterable[type[Part]], values: Mapping[str, Any]) -> Part | None:
-    """Make a part of the first kind that has all of the values and needs no others."""
+    """Make a part of the first kind that has all of the values and requires no others."""
     for kind in kinds:
         if values.keys() <= kind.parameters().keys() and required(kind) <= values.keys():
             return kind.unchecked(**values)
@@ -261,7 +261,7 @@ def _made(kinds: Iterable[type[Part]], values: Mapping[str, Any]) -> Part | None
 
 @dataclass(frozen=True)
 class Block:
-    """So many cycles with other values of some parameters, in SI units."""
+    """A number of cycles with other values of some parameters, in SI units."""
 
     cycles: int
     values: tuple[tuple[str, Any], ...] = ()
@@ -269,7 +269,7 @@ class Block:
 
 @dataclass(frozen=True)
 class Blocks(Plain):
-    """A list of blocks; blocks of the same values that follow each other are one."""
+    """A list of blocks; consecutive blocks with the same values are merged."""
 
     parts: tuple[Inline, ...]  # what a block may change
     number: WholeNumber  # of cycles

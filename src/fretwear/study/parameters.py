@@ -47,13 +47,13 @@ class Leaf:
 def leaves() -> Mapping[str, tuple[Leaf, ...]]:
     """Return the parameters of a case by name.
 
-    Several kinds of a part may have a parameter of one name; the case's own come first.
+    Several kinds of a part may have a parameter of the same name; those of the case come first.
     """
     return _leaves(kinds_of_parts())
 
 
 def kinds_of_parts() -> tuple[tuple[type[Part], ...], ...]:
-    """Return all kinds of all parts, which a new class makes more."""
+    """Return all kinds of all parts, including classes defined later."""
     parts = (about for about in members().values() if isinstance(about, PartOf | Inline))
     return tuple(tuple(part.family.kinds().values()) for part in parts)
 
@@ -78,7 +78,7 @@ def _leaves(_: tuple[tuple[type[Part], ...], ...]) -> Mapping[str, tuple[Leaf, .
 
 
 def base_names() -> tuple[str, ...]:
-    """Return the keys that `base` may have: parts, and parameters that stand by themselves."""
+    """Return the keys that `base` may have: parts and single parameters."""
     found: dict[str, list[str]] = {}
     for member, about in members().items():
         found[member] = [member] if isinstance(about, Parameter) else []
@@ -94,18 +94,18 @@ def parameter_names() -> tuple[str, ...]:
 
 
 def member_of(name: str) -> str:
-    """Return the member of a case that a name belongs to; a whole one is its own."""
+    """Return the member of a case that a name belongs to or denotes."""
     return leaves()[name][0].member if name in leaves() else name
 
 
 def parameter_of(name: str) -> Parameter:
-    """Return what a name is: a parameter, or a whole part."""
+    """Return the parameter or the whole part with this name."""
     about = members().get(name)
     return about if isinstance(about, Parameter) else leaves()[name][0].parameter
 
 
 def replaced_by(name: str) -> set[str]:
-    """Return the names that cannot stay where one is given anew: ``radius`` by ``indenter``."""
+    """Return the names that a new value of one replaces: ``radius`` by ``indenter``."""
     member = member_of(name)
     about = members().get(member)
     if member in ("cycles", "blocks"):
@@ -123,16 +123,16 @@ def coordinate(name: str) -> str:
 
 
 def parameter(name: str) -> Parameter:
-    """Return what a parameter is, by its name in a study file or as a coordinate.
+    """Return a parameter by its name in a study file or as a coordinate.
 
-    A name that no case has, such as that of a user's own dimension, is that of a plain number.
+    An unknown name, such as that of a user's own dimension, is taken to be a plain number.
     """
     plain = Quantity("1", name, name.replace("_", " "))
     return _by_coordinate(kinds_of_parts()).get(coordinate(name), plain)
 
 
 def value_text(name: str, value: Any) -> str:
-    """Return the value alone, in units for people: ``25 N``, ``smooth``, ``elastic``."""
+    """Return the value in readable units: ``25 N``, ``smooth``, ``elastic``."""
     return parameter(name).text(value)
 
 
@@ -188,9 +188,9 @@ def read_values(
     units_required: bool,
     varied: Mapping[str, Sequence[str]] = MappingProxyType({}),
 ) -> dict[str, Any]:
-    """Read keys as `base` has them; return the valid values, add what is wrong with the others.
+    """Read keys of `base`; return the valid values and collect the problems of the others.
 
-    Of parts of which some fields are `varied` the others are read.
+    If some fields of a part are `varied`, only its other fields are read.
     """
     values: dict[str, Any] = {}
     known = base_names()
@@ -212,9 +212,9 @@ def read_values(
 def read_value(
     name: str, raw: object, varied: Sequence[str] = (), *, units_required: bool = True
 ) -> Any:
-    """Read the value of a parameter or of a whole part, as in a file or (units apart) in Python.
+    """Read the value of a parameter or a part, as given in a file or in Python.
 
-    What is wrong with it is a `QuantityError`, what is wrong inside of a part an `UnreadError`.
+    Raises `QuantityError` for the value itself, `UnreadError` for problems inside a part.
     """
     parameter = parameter_of(name)
     if raw is None and units_required:
@@ -227,7 +227,7 @@ def read_value(
 
 
 def by_member(values: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """Return values by name, those of each member of a case together."""
+    """Return values by name, grouped by the member of the case they belong to."""
     found: dict[str, dict[str, Any]] = {}
     for name, value in values.items():
         found.setdefault(member_of(name), {})[name] = value
@@ -235,7 +235,7 @@ def by_member(values: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
 
 
 def make_member(member: str, values: Mapping[str, Any]) -> Any:
-    """Make a member of a case of its values by name; a `KeyError` tells that they make none."""
+    """Make a member of a case from its values by name; `KeyError` if they are incomplete."""
     if member in values:
         value = values[member]
         return None if isinstance(value, Part) and value.is_trivial else value
@@ -245,10 +245,10 @@ def make_member(member: str, values: Mapping[str, Any]) -> Any:
 
 
 def missing(given: Iterable[str], *, in_file: bool) -> Iterator[Problem]:
-    """Yield what has to be given and is not, and which of alternative keys are too many.
+    """Yield required keys that are missing, and alternative keys that exclude each other.
 
-    All that is given counts, valid or not, and a misspelt key stands for the one that is meant.
-    In a file some of what has a default in Python must be written.
+    Every key given counts, valid or not, and a misspelt key stands for the one meant. A file must
+    state some keys that have a default in Python.
     """
     given = set(given)
     unknown = [key for key in given if key not in parameter_names()]
@@ -278,7 +278,7 @@ def missing(given: Iterable[str], *, in_file: bool) -> Iterator[Problem]:
 
 
 def schema_required() -> list[dict[str, Any]]:
-    """Return what has to stand in `base` or be varied, as conditions of a JSON Schema."""
+    """Return the keys required in `base` or `vary`, as conditions of a JSON Schema."""
     conditions = []
     for problem in missing((), in_file=True):
         about, names = members()[member := member_of(problem.key)], [problem.key]

@@ -1,4 +1,4 @@
-"""The plan of a study: its points with what each will take, before anything is run."""
+"""The plan of a study: its points and what each will cost, before anything is run."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ class Plan:
     """The points of a study in order, with estimates."""
 
     study: Study
-    # How fast the machine is that times are told for, from `fretwear.running.resources`; the table
-    # of points and the batches are the same everywhere.
+    # Speed of the machine for which times are given, from `fretwear.running.resources`; the table
+    # of points and the batches do not depend on it.
     speed: float = 1.0
 
     @property
@@ -39,7 +39,7 @@ class Plan:
 
     @cached_property
     def doubts(self) -> Mapping[Doubt, Mapping[str, str]]:
-        """What makes results doubtful: numbers by case id, for a first case of each kind."""
+        """Reasons to doubt results, with the cases of each: its details by case id."""
         found: dict[str, tuple[Doubt, dict[str, str]]] = {}
         for point in self.points:
             for doubt in doubts(point.case) if point.case is not None else ():
@@ -58,9 +58,9 @@ class Plan:
         return sum(found.file_bytes for found in self.estimates.values())
 
     def derived(self) -> Iterator[tuple[str, str]]:
-        """Iterate over what a study is known by besides its parameters: words and value."""
+        """Iterate over derived quantities of the study: words and value."""
         cases = self.study.cases().values()
-        # Of [indenter, flat], what both lose together.
+        # For a pair [indenter, flat], the wear of both together.
         archard = [case for case in cases if isinstance(case.wear_law, Archard)]
         if wear := [case.wear_law.coefficient(case.friction_law) for case in archard]:
             text = span(wear, lambda value: number_text(1e9 * value, 4))
@@ -109,13 +109,14 @@ def write_points(study: Study, path: str | Path) -> None:
 
 
 def _parameters(point: Point) -> dict[str, float | str]:
-    """Return parameters in SI units; varied ones that are no single number as the file has them."""
+    """Return parameters in SI units; varied ones that are not numbers as written in the file."""
     found: dict[str, float | str] = {}
     for (name, value), label in zip(point.values.items(), point.labels.values(), strict=True):
         found[coordinate(name)] = value if isinstance(value, float | int | str) else label
     if point.case is not None:
         known = point.case.scalar_coordinates()
-        # A table has its first value among the numbers of a dataset, which is no name for it.
+        # A dataset holds the first value of a table as its number, which does not identify the
+        # table.
         tables = {name for name in found if f"{name}_over_cycles" in known}
         found |= {name: value for name, (value, *_) in known.items() if name not in tables}
     return found

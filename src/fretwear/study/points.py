@@ -26,7 +26,7 @@ _SAMPLE_DIGITS = 6
 
 @dataclass(frozen=True)
 class Range:
-    """An interval to sample, in SI units, evenly or evenly in the logarithm."""
+    """An interval to sample, in SI units, uniformly or uniformly in the logarithm."""
 
     low: float
     high: float
@@ -40,7 +40,7 @@ class Range:
             )
         else:
             value = self.low + fraction * (self.high - self.low)
-        # Few digits: the ids of the cases must not hang on the last bit of a logarithm.
+        # Few digits, so that the ids of cases do not depend on the last bit of a logarithm.
         return float(f"{value:.{_SAMPLE_DIGITS}g}")
 
 
@@ -65,7 +65,7 @@ class Grid(Design):
     kind: Literal["grid"] = "grid"
 
     def size(self, lengths: Sequence[int]) -> int:
-        """As many as there are combinations."""
+        """The number of combinations."""
         return math.prod(lengths)
 
     def indices(self, lengths: Sequence[int]) -> Iterator[tuple[int, ...]]:
@@ -80,7 +80,7 @@ class Zip(Design):
     kind: Literal["zip"] = "zip"
 
     def size(self, lengths: Sequence[int]) -> int:
-        """As many as each axis has values."""
+        """The common length of the axes."""
         return lengths[0] if lengths else 1
 
 
@@ -99,19 +99,19 @@ class Sampled(Design):
     engine: ClassVar[str]  # of `scipy.stats.qmc`
 
     def size(self, lengths: Sequence[int]) -> int:  # noqa: ARG002 - as many as wanted
-        """As many as are wanted."""
+        """The number of points asked for."""
         return self.points
 
     def sample(self, axes: Sequence[Range | Sequence[Any]]) -> list[list[Any]]:
-        """Draw the values: for each axis one per point.
+        """Draw one value per point for each axis.
 
-        From a list each value is drawn equally often, as far as the number of points allows.
+        The values of a list are drawn equally often, as far as the number of points allows.
         """
         # scipy.stats takes half a second to import: only sampled designs pay for it.
         from scipy.stats import qmc
 
         with warnings.catch_warnings():
-            # Numbers of points other than powers of two are the user's choice.
+            # scipy warns of numbers of points other than powers of two; they are the user's choice.
             warnings.simplefilter("ignore", UserWarning)
             unit = getattr(qmc, self.engine)(d=len(axes), seed=self.seed).random(self.points)
         return [
@@ -146,19 +146,19 @@ class Axis:
     """One varied parameter."""
 
     name: str  # dotted, as in the file
-    values: tuple[Any, ...]  # in SI units, in the order of the file; sampled designs: one a point
-    written: tuple[Any, ...]  # as a study file would have them
-    place: str  # where they stand in the file: ``vary.load``
+    values: tuple[Any, ...]  # in SI units, in the order of the file; sampled: one per point
+    written: tuple[Any, ...]  # as in a study file
+    place: str  # their place in the file: ``vary.load``
     drawn_from: Range | None = None  # None where the values were listed
 
     @cached_property
     def member(self) -> str:
-        """Member of the case of which this is all or a part."""
+        """Member of the case to which this belongs."""
         return member_of(self.name)
 
     @property
     def key(self) -> str:
-        """Key of `base` of which this is all or a part."""
+        """Key of `base` to which this belongs."""
         return self.name.split(".", 1)[0]
 
     @property
@@ -169,7 +169,7 @@ class Axis:
 
     @cached_property
     def labels(self) -> tuple[str, ...]:
-        """The values in the words of the file."""
+        """The values as written in the file."""
         return tuple(in_words(value) for value in self.written)
 
 
@@ -184,12 +184,12 @@ class Point:
 
     @cached_property
     def id(self) -> str:
-        """Case id; empty where the point is invalid.  Points that come to one case share it."""
+        """Case id, empty if the point is invalid. Points may share a case."""
         return self.case.case_id if self.case is not None else ""
 
     @cached_property
     def estimate(self) -> Estimate | None:
-        """What the case is expected to take; None where the point is invalid."""
+        """Expected cost of the case; None if the point is invalid."""
         return estimate(self.case) if self.case is not None else None
 
     @property
@@ -199,13 +199,13 @@ class Point:
 
     @property
     def labels(self) -> dict[str, str]:
-        """Varied parameters by dotted name, in the words of the file."""
+        """Varied parameters by dotted name, as written in the file."""
         return {a.name: a.labels[i] for a, i in zip(self.axes, self.index, strict=True)}
 
 
 @dataclass(frozen=True)
 class BrokenRule:
-    """A rule that some points break: at which positions of which axes."""
+    """A rule that some points break, with the positions along the axes."""
 
     problem: Problem
     where: tuple[tuple[Axis, int], ...]
@@ -213,7 +213,7 @@ class BrokenRule:
 
 
 class Parameters:
-    """Sound values of a study: fixed ones, axes, and the points as positions along the axes."""
+    """Valid values of a study: fixed ones, axes, and the points as positions along the axes."""
 
     def __init__(
         self, fixed: Mapping[str, Any], axes: tuple[Axis, ...], indices: Sequence[tuple[int, ...]]
@@ -244,11 +244,11 @@ class Parameters:
             yield Point(self.axes, index, None if problem else self.case(index), problem)
 
     def case(self, index: tuple[int, ...]) -> Case:
-        """Return the case of a point from values that have been read and checked one by one."""
+        """Return the case of a point from values already read and checked."""
         return Case.of({**self._constant, **{n: self._member(n, index) for n in self._varied}})
 
     def _member(self, member: str, index: tuple[int, ...]) -> Any:
-        # Points share parts: each combination of the values of one is made once.
+        # Points share parts, so each combination of a part's values is made once.
         axes = self._axes_of.get(member, ())
         key = member, tuple([index[i] for i in axes])
         if key not in self._made:
@@ -274,7 +274,7 @@ class Parameters:
                 axes = enumerate(self.axes)
                 relevant = [i for i, axis in axes if {axis.member, axis.name} & needs]
                 trials.append((rule, relevant, {}))
-        # Point by point, so that the case of a point is made once for all rules.
+        # Point by point, so that each case is made once for all rules.
         for index in self.indices:
             case: Case | None = None
             for rule, relevant, tried in trials:

@@ -1,4 +1,4 @@
-"""What is wrong with a study file, said so that it can be mended."""
+"""Problems of a study file, worded so that they can be fixed."""
 
 from __future__ import annotations
 
@@ -22,25 +22,25 @@ _UNPRINTABLE = re.compile(
 
 
 def printable(text: str) -> str:
-    """Return a text without characters that command a terminal; they are shown as escapes.
+    """Return a text with terminal control characters shown as escapes.
 
-    Among them are those that turn the direction of text, and halves of characters, which stand
-    for bytes of file names that are no text.
+    So are characters that reverse the direction of text, and surrogates, which stand for bytes of
+    file names that are not text.
     """
     return _UNPRINTABLE.sub(lambda found: f"\\u{ord(found[0]):04x}", text)
 
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing wrong with a study; it is put into words when it is told."""
+    """One problem of a study; it is put into words when it is shown."""
 
     key: str  # dotted name as in the file, such as vary.load[1]; empty for the file as a whole
-    given: object  # what stands there; None where nothing does
-    rule: str  # what is wrong or what it must be, as a sentence without its subject
+    given: object  # the value there, or None
+    rule: str  # what is wrong or required, as a sentence without its subject
     remedy: str = ""  # what to do
     line: int | None = None  # of the file, counted from 1
-    known: Sequence[str] = ()  # the words that there are, where one of them may be misspelt
-    written: str = ""  # the word that may be, where it is not what is given
+    known: Sequence[str] = ()  # the valid words, where one may be misspelt
+    written: str = ""  # the word that may be misspelt, if it is not the value
 
     @property
     def value(self) -> str:
@@ -50,7 +50,7 @@ class Problem:
 
     @property
     def hint(self) -> str:
-        """The likely correction, or what to do, or nothing."""
+        """The likely correction or remedy; may be empty."""
         return did_you_mean(self.written or self.given, self.known) or self.remedy
 
     @property
@@ -70,7 +70,7 @@ class Problem:
 
 
 class UnreadError(Exception):
-    """What is wrong inside of a value that could not be read, under keys that begin there."""
+    """Problems inside a value that could not be read, with keys relative to it."""
 
     def __init__(self, problems: Iterable[Problem]) -> None:
         self.problems = tuple(problems)
@@ -78,11 +78,11 @@ class UnreadError(Exception):
 
 
 class Problems(list[Problem]):
-    """What is wrong with what is read, in the order in which it was found."""
+    """The problems found while reading, in order."""
 
     @contextmanager
     def at(self, key: str, given: object) -> Iterator[None]:
-        """Take what is raised in the context for problems of what stands at a key."""
+        """Collect errors raised in the context as problems of a key."""
         try:
             yield
         except QuantityError as wrong:
@@ -98,7 +98,7 @@ class Problems(list[Problem]):
     def add(
         self, key: str, given: object, rule: str, remedy: str = "", known: Sequence[str] = ()
     ) -> None:
-        """Add a problem; where words are known, what is given may be one of them misspelt."""
+        """Add a problem; `known` lists the valid words, one of which may be misspelt."""
         self.append(Problem(key, given, rule, remedy, known=known))
 
     def unknown(
@@ -108,7 +108,7 @@ class Problems(list[Problem]):
         known: Sequence[str],
         rule: str = "is not known",
     ) -> None:
-        """Add the keys at a place that are not known."""
+        """Add the unknown keys at a place."""
         remedy = f"known {'are' if len(known) > 1 else 'is'} {', '.join(known)}"
         for name in (name for name in keys if name not in known):
             key = f"{place}.{name}"
@@ -122,9 +122,9 @@ def read_fields(
     units: bool,
     rule: str = "is not known",
 ) -> dict[str, Any]:
-    """Read the values of a mapping by their names; all that is wrong is one `UnreadError`.
+    """Read the values of a mapping by name; one `UnreadError` lists all problems.
 
-    `units` says whether values have to have units, `rule` what is said of names not known.
+    `units` says whether values need units, `rule` is the message for unknown names.
     """
     problems, values = Problems(), dict[str, Any]()
     for name, parameter in known.items():
@@ -139,10 +139,7 @@ def read_fields(
 
 
 class StudyError(ValueError):
-    """A study file that cannot be run; its `problems` list everything that is wrong with it.
-
-    They stand in the order of the file where lines are known.
-    """
+    """A study file that cannot be run; `problems` lists everything that is wrong, in order."""
 
     def __init__(self, file: Path, problems: Iterable[Problem]) -> None:
         self.file = file
@@ -157,7 +154,7 @@ class StudyError(ValueError):
 
 
 def in_words(value: object) -> str:
-    """Return a value in the words of the file, printable and whole: different values differ."""
+    """Return a value as written in the file, printable; different values give different texts."""
     if value is None:
         return ""
     if isinstance(value, bool):
@@ -175,6 +172,6 @@ def in_words(value: object) -> str:
 
 
 def few_of(things: Sequence[object], most: int = 5) -> list[str]:
-    """Return the first of some things as text, and how many more there are."""
+    """Return the first few items as text, and the number of the others."""
     more = [f"and {len(things) - most} more"] if len(things) > most else []
     return [*map(str, things[:most]), *more]

@@ -1,7 +1,7 @@
 """Rules that tie several parameters of a case together.
 
-Each rule names the parameters it needs, so that the rules whose parameters are valid can be
-tried while others are still wrong: a study file gets all of its problems in one go.
+Each rule names the parameters it needs, so that rules with valid parameters can be checked while
+others are still wrong: all problems of a study file are reported at once.
 """
 
 from __future__ import annotations
@@ -141,7 +141,7 @@ def _plastic_limit_carries_load(case: CaseTree) -> Problem | None:
 
 
 def _cell_resolves_surfaces(case: CaseTree) -> Problem | None:
-    """A wave or an edge of too few cells is another surface."""
+    """A wave or an edge of too few cells would be another surface."""
     if case.cell is None:
         return None
     for name, part in case.surfaces.items():
@@ -166,7 +166,7 @@ def _cell_resolves_surfaces(case: CaseTree) -> Problem | None:
 
 
 def _cell_resolves_contact(case: CaseTree) -> Problem | None:
-    """Contact, stick zone and slip annulus must be wider than the cells they are seen with."""
+    """Contact, stick zone and slip annulus must be wider than the cells."""
     if case.cell is None or (
         case.loading.is_force and not LEAST_LOAD_RATIO <= case.tangential_ratio < 1.0
     ):
@@ -203,7 +203,7 @@ def _just_below(length: float) -> str:
 
 
 def _coarsest_for_contact(case: CaseTree) -> float:
-    """Largest spacing in m that still shows the contact, its stick and slip zones."""
+    """Largest spacing, m, that still resolves the contact, its stick and slip zones."""
     radius, stick = case.hertz_radius, case.stick_radius
     return min(
         radius / LEAST_CELLS_PER_CONTACT_RADIUS,
@@ -229,7 +229,7 @@ def _loads_suit_the_contact(case: CaseTree) -> Problem | None:
 
 
 def _line_has_no_approach(case: CaseTree) -> Problem | None:
-    """The approach of a line contact, and its displacement, count from a place to be chosen."""
+    """The approach of a line contact, and its displacement, depend on the choice of a reference."""
     kind = case.indenter.kind
     if not case.indenter.is_line:
         return None
@@ -282,7 +282,7 @@ def _stroke_is_even(case: CaseTree) -> Problem | None:
 
 
 def _bodies_wear_apart(case: CaseTree) -> Problem | None:
-    """Where bodies are seen to move, what is worn off one of them moves with it."""
+    """If the bodies move, the wear of each moves with it."""
     law = case.wear_law
     seen = case.loading.stroke > SMALL_STROKE * case.hertz_radius
     if not seen or law.shares is not None:
@@ -318,7 +318,7 @@ def _scar_is_small(case: CaseTree) -> Problem | None:
 
 
 def _map_has_no_closed_form(case: CaseTree) -> Problem | None:
-    """What counts in units of the smooth contact needs one that is known before the run."""
+    """Quantities in units of the smooth contact need one that is known before the run."""
     if case.indenter.has_closed_form:
         return None
     kind = case.indenter.kind
@@ -340,7 +340,7 @@ def _sphere_slip_needs_a_sphere(case: CaseTree) -> Problem | None:
 
 
 def _line_is_straight(case: CaseTree) -> Problem | None:
-    """A line contact is the same all along y, and even along x; others are smooth over a stroke."""
+    """A line contact is constant along y and even along x; other strokes need smooth bodies."""
     for name, part in case.surfaces.items():
         if not (case.indenter.is_line or case.loading.stroke) or name == "indenter":
             continue
@@ -414,7 +414,7 @@ def _blocks_are_sound(case: CaseTree) -> Problem | None:
             rule = f"has a block number {number} that lacks a parameter of what it imposes"
             return Problem("blocks", None, rule)
         found = next(filter(None, (rule.find(block) for rule in RULES[:-1])), None)
-        # What is wrong with the base is told there.
+        # Problems of the base are reported there.
         if found is not None and found not in (rule.find(case) for rule in RULES[:-1]):
             rule = f"has a block number {number} whose {found.key} {found.rule}"
             return Problem("blocks", None, rule, found.remedy)
@@ -425,5 +425,5 @@ RULES = (*RULES, Rule(frozenset({*members()} - {"cell", "tolerance"}), _blocks_a
 
 
 def findings(case: CaseTree) -> list[Problem]:
-    """Return every rule that a case with valid single values breaks."""
+    """Return every rule broken by a case whose single values are valid."""
     return [broken for rule in RULES if (broken := rule.find(case)) is not None]

@@ -1,4 +1,4 @@
-"""The sections of a study file: what each may hold, and what is wrong with them in words."""
+"""The sections of a study file: what each may hold, and their problems."""
 
 from __future__ import annotations
 
@@ -40,19 +40,19 @@ _INVALID = Choice("", "", ("stop", "skip"), description="What to do about points
 
 @dataclass(frozen=True)
 class Sections:
-    """The sections of a study file; what is wrong stands as if it were left out."""
+    """The sections of a study file; invalid ones count as left out."""
 
     title: str = ""
     base: Mapping[str, Any] = field(default_factory=dict)
     vary: Mapping[str, Any] = field(default_factory=dict)
     design: Design | None = _GRID  # None where it could not be read
     invalid: str = "stop"
-    batch: int | None = None  # cases of a job; None: as many as take a few minutes
+    batch: int | None = None  # cases per job; None: as many as take a few minutes
     output: Mapping[str, Any] = field(default_factory=dict)
     has_seeds: bool = False  # whether the section `seeds` is what varies them
 
     def place(self, name: str) -> str:
-        """Return the key under which the values of a varied parameter stand."""
+        """Return the key that holds the values of a varied parameter."""
         return "seeds" if self.has_seeds and name == SEEDS else f"vary.{name}"
 
 
@@ -117,9 +117,9 @@ _READ: Mapping[str, Callable[[object], Any]] = {
 
 
 def read_axes(sections: Sections, problems: Problems) -> tuple[Axis, ...]:
-    """Read what is varied; return the sound axes and add what is wrong to `problems`.
+    """Read the varied parameters; return the valid axes and add the rest to `problems`.
 
-    There are none where the design could not be read.
+    Nothing is returned if the design could not be read.
     """
     read: dict[str, Axis | Range] = {}
     vary, design, known = sections.vary, sections.design, parameter_names()
@@ -210,7 +210,7 @@ def _read_axis(name: str, raw: object, design: Design | None, place: str) -> Axi
 
 
 def _identity(value: Any) -> object:
-    """Return what makes two values of an axis the same, whatever their units were."""
+    """Return a key that equal values of an axis share, whatever their units."""
     if isinstance(value, float):
         return f"{value:.11e}"
     if isinstance(value, tuple):
@@ -257,9 +257,9 @@ def _read_range(name: str, raw: Mapping[str, Any], design: Design | None) -> Ran
 def study_schema() -> dict[str, Any]:
     """Return the JSON Schema (2020-12) of a study file, made from what reads it.
 
-    It knows names, kinds of values and their descriptions.  What depends on several values at
-    once (Q < µP, a cell fine enough for the roughness, equal lengths under ``zip``) is checked
-    by `load_study` only.
+    It covers names, kinds of values and their descriptions. Rules on several values at once (Q <
+    µP, a cell fine enough for the roughness, equal lengths under ``zip``) is checked by
+    `load_study` only.
     """
     whole = {"type": "integer", "minimum": 1, "maximum": MAX_POINTS}
     sections = {

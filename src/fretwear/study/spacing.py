@@ -1,4 +1,4 @@
-"""The default grid spacing: what a contact needs to be resolved, up to what it may cost."""
+"""The default grid spacing: what resolves the contact, up to a limit on its cost."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ MOST_CELLS = 30_000
 
 
 def default_spacing(case: CaseTree) -> Spacing:
-    """Return the spacing (dx, dy), m, of a case that gives none.
+    """Return the default spacing (dx, dy), m, of a case.
 
     It resolves the contact, its stick zone, every wave, and the contacts of asperity tips as far as
     `MOST_CELLS` allow. It is rounded down to two digits, which makes it readable and the same on
@@ -37,7 +37,7 @@ def default_spacing(case: CaseTree) -> Spacing:
     half_widths = case.indenter.half_widths(case.hertz)
     sides = math.prod(2 - is_even for is_even in case.even)
     dx, dy = fine
-    # The second time for what the first has widened along one axis only.
+    # The second pass corrects what the first has widened along one axis only.
     for _ in range(2):
         cells = sides * half_widths[0] * half_widths[1] / (dx * dy)
         wider = math.sqrt(max(1.0, cells / MOST_CELLS))
@@ -46,7 +46,7 @@ def default_spacing(case: CaseTree) -> Spacing:
 
 
 def needed_spacing(case: CaseTree) -> Spacing:
-    """Return the spacing (dx, dy), m, that resolves what matters in a contact, at any cost."""
+    """Return the spacing (dx, dy), m, that resolves all features of a contact, at any cost."""
     dx, dy = _of_contact_and_waves(case)
     for (wide_x, wide_y), cells in zones_of_tip(case).values():
         dx, dy = min(dx, wide_x / cells), min(dy, wide_y / cells)
@@ -66,7 +66,7 @@ def _of_contact_and_waves(case: CaseTree) -> Spacing:
     across = CELLS_PER_YIELDING_CONTACT_RADIUS if in_a_ring else CELLS_PER_CONTACT_RADIUS
     contact = min(
         radius / across,
-        # A stick zone that grows needs no cells for what it was at first.
+        # A growing stick zone need not be resolved at its initial size.
         max(stick / CELLS_PER_STICK_RADIUS, 0.0 if case.force_is_held else radius / 128),
         # Slip of tips that stick in part is seen on these.
         (radius - stick) / (CELLS_PER_SLIP_ANNULUS_OF_TIPS if tip else CELLS_PER_SLIP_ANNULUS),
@@ -110,7 +110,7 @@ def tip_contact(case: CaseTree) -> EllipticContact | None:
 
 
 def zones_of_tip(case: CaseTree) -> dict[str, tuple[Spacing, float]]:
-    """Return widths, m, of what a tip asks cells for by its name, and how many it asks for.
+    """Return the zones of a tip that cells must resolve by name: width, m, and number of cells.
 
     These are its contact and, where bodies yield, the band that does at its edge of stick. In the
     middle the pressure under P* is (1 − X)^(1/3) of that under P, and so is the load of a tip.

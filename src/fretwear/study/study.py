@@ -1,4 +1,4 @@
-"""Studies: from a YAML file to points, with everything that is wrong said at once."""
+"""Studies: from a YAML file to points, with all problems reported at once."""
 
 from __future__ import annotations
 
@@ -31,16 +31,16 @@ _LISTED_PER_RULE = 8
 
 @dataclass(frozen=True)
 class Study:
-    """A sound study: every value read, every rule tried."""
+    """A valid study: every value read, every rule checked."""
 
-    file: Path  # where it came from
+    file: Path  # the file it was read from
     title: str  # for people
     axes: tuple[Axis, ...]  # the varied parameters in the order of the file
     design: Design  # how their values are combined
     parameters: Parameters  # fixed values, axes, and the points as positions along the axes
     invalid: Mapping[tuple[int, ...], str]  # points left out, with the reason
     content: Mapping[str, Any]  # plain content of the file, overrides included
-    batch: int | None = None  # cases of a job; None: as many as take a few minutes
+    batch: int | None = None  # cases per job; None: as many as take a few minutes
 
     def _repr_html_(self) -> str:
         """Return what is varied as a table, for notebooks."""
@@ -76,7 +76,7 @@ class Study:
         return tuple(self.parameters.points(self.invalid, slice(first - 1, last)))
 
     def cases(self) -> dict[str, Case]:
-        """Return the cases to run by id: each once, even where several points come to it."""
+        """Return the cases to run by id, each once even if several points share it."""
         return {point.id: point.case for point in self.points() if point.case is not None}
 
     @property
@@ -93,7 +93,7 @@ def load_study(path: str | Path, assignments: Sequence[str] = ()) -> Study:
     Raises
     ------
     StudyError
-        With everything that is wrong with the file and the assignments.
+        If the file or the assignments are invalid; the message lists all problems.
     """
     file = Path(path)
     document = read_document(file)
@@ -122,13 +122,13 @@ def _checked(
     found = Problems()
     sections = read_sections(_located(content, file.parent), found)
     axes = read_axes(sections, found)
-    # Where the design cannot be read, what is fixed is checked all the same.
+    # If the design cannot be read, fixed values are still checked.
     design = sections.design or Grid()
     fixed = _read_base(sections, axes, found)
     asked = sections.output.get("cycles", "auto")
     with found.at("output.cycles", asked):
         fixed["output_cycles"] = SNAPSHOTS.read(asked, True)
-    # A part of what could not be read says nothing.
+    # Parts of unread values are skipped.
     axes = tuple(axis for axis in axes if "." not in axis.name or axis.key in fixed)
     for axis in axes:
         if axis.name == "indenter" and len({part.is_line for part in axis.values}) > 1:
@@ -145,7 +145,7 @@ def _checked(
 
 
 def _located(value: Any, folder: Path) -> Any:
-    """Say of all text that, where it is the name of a file, it is relative to a folder."""
+    """Mark all text as relative to a folder, in case it names a file."""
     if isinstance(value, dict):
         return {key: _located(each, folder) for key, each in value.items()}
     if isinstance(value, list):
@@ -154,9 +154,9 @@ def _located(value: Any, folder: Path) -> Any:
 
 
 def _read_base(sections: Sections, axes: tuple[Axis, ...], problems: Problems) -> dict[str, Any]:
-    """Read the fixed values; of a part of which some fields are varied, the others.
+    """Read the fixed values; if some fields of a part are varied, its other fields.
 
-    A varied parameter may have a value in base as well: that of the study it departs from.
+    A varied parameter may have a value in base as well, which is not used.
     """
     varied = [name for name in sections.vary if name in parameter_names()]
     base, parts = dict(sections.base), dict[str, list[str]]()
@@ -187,7 +187,7 @@ def _read_base(sections: Sections, axes: tuple[Axis, ...], problems: Problems) -
 def _try_rules(
     parameters: Parameters, design: Design, problems: Problems, *, skip: bool
 ) -> dict[tuple[int, ...], str]:
-    """Try the rules between parameters; return the points to skip, report all others."""
+    """Check the rules between parameters; return the points to skip and report other violations."""
     invalid: dict[tuple[int, ...], str] = {}
     listed = Counter[str]()
     for found in parameters.find():
@@ -219,7 +219,7 @@ def _try_rules(
 def _in_order(
     problems: Iterable[Problem], lines: Mapping[str, int], assignments: Sequence[str]
 ) -> list[Problem]:
-    """Give problems the line of their key, and name what was set on the command line as such."""
+    """Add the line of the key to problems, and mark those set on the command line."""
     placed = []
     names = [assignment.partition("=")[0].strip() for assignment in assignments]
     places = [(name, place) for name in names for place in (f"base.{name}", name)]
@@ -238,9 +238,9 @@ def _in_order(
 def override(raw: Mapping[str, Any], assignments: Iterable[str]) -> tuple[dict[str, Any], Problems]:
     """Apply assignments ``name=value`` to the plain content of a study file.
 
-    The value replaces that of `base`, and the parameter is no longer varied.  Setting one of
-    several alternative keys, as the two tangential ones, drops the others; what belongs to both,
-    as `rig_stiffness`, stays.  ``output.cycles`` and ``title`` can be set too.  Returned are a
+    The value replaces that in `base`, and the parameter is no longer varied. Setting one of several
+    alternative keys, such as the two tangential ones, drops the others; keys that belong to both,
+    such as `rig_stiffness`, stay. ``output.cycles`` and ``title`` can be set too. Returned are a
     changed copy, whose values are not checked yet, and what was wrong with the assignments.
     """
     changed, problems = copy.deepcopy(dict(raw)), Problems()

@@ -1,7 +1,7 @@
-"""The tree of a case: its parts and parameters, and what follows from them.
+"""The tree of a case: its parts and parameters, and derived quantities.
 
-The id of a case, its canonical parameters and its coordinates follow from one walk over what is
-declared, so that a parameter cannot be forgotten in one of them.
+The id of a case, its canonical parameters and its coordinates come from one walk over the declared
+fields, so that none of them can miss a parameter.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ MAX_CYCLES = 10**9
 COARSER = 2.0
 """How many times wider the cells of a twin are, by which errors are estimated."""
 
-# Parameters that came later: at their defaults, cases keep the ids that they had before.
+# Parameters added later: with their defaults, cases keep their earlier ids.
 _UNSAID_AT_DEFAULT = ("counterface", "debris_fraction", "blocks", "error_estimate")
 _USUAL_SLIP = Jaeger()
 # What a block of loading may change.
@@ -46,9 +46,10 @@ _OF_BLOCKS = {
 
 @dataclass(frozen=True, kw_only=True)
 class CaseTree:
-    """The parts of a case, in SI units, and what follows from them.
+    """The parts of a case, in SI units, and derived quantities.
 
-    Parameters of parts that are keys by themselves (`load`, `friction`, `radius`) are attributes.
+    Parameters of parts that are also keys of the case (`load`, `friction`, `radius`) are
+    attributes.
     """
 
     indenter: Annotated[
@@ -140,7 +141,7 @@ class CaseTree:
     output_cycles: tuple[int, ...] = ()
 
     def __getattr__(self, name: str) -> Any:
-        # Only asked for what is no field: the parameters of parts whose fields are keys.
+        # Called for names that are not fields: the parameters of parts whose fields are keys.
         for member, about in members().items():
             part = self.__dict__.get(member)
             may_be_open = isinstance(about, Inline) or bool(getattr(about, "short", ""))
@@ -150,7 +151,7 @@ class CaseTree:
 
     @property
     def hertz(self) -> HertzContact:
-        """Contact of the smooth elastic bodies, which gives the scales."""
+        """Contact of the smooth elastic bodies, which sets the scales."""
         return self.indenter.hertz(self.normal, self.bodies.composite_modulus)
 
     @property
@@ -186,7 +187,7 @@ class CaseTree:
     def tangential_ratio(
         self,
     ) -> Annotated[float, Quantity("1", "$Q/µP$", "tangential load ratio")]:
-        """X = Q/(µP), of the unworn smooth contact where a displacement is imposed."""
+        """X = Q/(µP); of the unworn smooth contact if a displacement is imposed."""
         return self.loading.ratio(*self._unworn)
 
     @property
@@ -200,7 +201,7 @@ class CaseTree:
     def displacement_amplitude(
         self,
     ) -> Annotated[float, Quantity("m", "$U$", "displacement amplitude", "um")]:
-        """Amplitude U of the imposed displacement in m, whichever way it was given."""
+        """Amplitude U of the imposed displacement, m, however it was given."""
         return self.loading.displacement(*self._unworn)
 
     @property
@@ -216,7 +217,7 @@ class CaseTree:
 
     @property
     def plain_loading(self) -> Loading:
-        """The loading along x in SI units, whichever way it was given."""
+        """The loading along x in SI units, however it was given."""
         if self.blocks or (self.loading.is_force and not self.force_is_held):
             return self.loading
         return self.loading.plain(*self._unworn)
@@ -231,8 +232,8 @@ class CaseTree:
     def hertz_radius(self) -> Annotated[float, Quantity("m", "$a$", "Hertz contact radius", "um")]:
         """Contact radius a of the smooth elastic bodies, or half-width of the cylinder, in m.
 
-        Of an elliptical contact it is that of the circle of the same area. It gives the scale of
-        contacts that are none of Hertz's theory too, but is no coordinate of theirs.
+        For an elliptical contact, that of the circle of the same area. It also sets the scale of
+        contacts outside Hertz's theory, but is not among their coordinates.
         """
         return self.hertz.contact_radius
 
@@ -260,7 +261,7 @@ class CaseTree:
 
     @property
     def scar_half_width(self) -> float:
-        """Half-width, m, of the contact after a stroke, at the end: what is worn off lay in it.
+        """Half-width, m, of the contact at the end of a run with strokes, from the worn volume.
 
         A segment of the half-width b and the depth b²/2R has the area 2b³/3R, a cap the volume
         πb⁴/4R.
@@ -274,7 +275,7 @@ class CaseTree:
 
     @property
     def surfaces(self) -> dict[str, Indenter | Roughness]:
-        """The parts that make the unworn gap, by the names of the members."""
+        """The parts that make up the unworn gap, by member."""
         several = ((name, getattr(self, name)) for name in ("indenter", "roughness", "counterface"))
         return {name: part for name, part in several if part is not None}
 
@@ -310,7 +311,7 @@ class CaseTree:
         return found
 
     def in_blocks(self) -> Iterator[tuple[float, CaseTree | None]]:
-        """Each block as a case, with the cycle at which it ends; None where it makes none."""
+        """Each block as a case (None if it is not valid), with the cycle at which it ends."""
         end = 0
         for block in self.blocks or (Block(self.cycles),):
             end += block.cycles
@@ -322,14 +323,14 @@ class CaseTree:
             yield end, None if None in changed.values() else self._with(**changed)
 
     def _with(self, **changed: Any) -> Self:
-        """The case with other members, nothing of which is read or checked."""
+        """The case with other members, without reading or checking them."""
         case = object.__new__(type(self))
         case.__dict__.update({**self.__dict__, **changed})
         return case
 
     @property
     def case_id(self) -> str:
-        """``<slug>-<hash>``: main parameters for people, eight digits of a hash of all.
+        """``<slug>-<hash>``: the main parameters, then eight digits of a hash of all parameters.
 
         The characters are letters, digits, ``.``, ``-`` and ``_``, safe in paths and shells;
         numbers count to twelve digits.
@@ -359,7 +360,7 @@ class CaseTree:
         """
         found: list[tuple[str, Parameter, float | str]] = []
         following = dict(derived(CaseTree))
-        # What comes out of a run is no parameter.
+        # Results of a run are not parameters.
         if not self.force_is_held:
             del following["tangential_ratio"], following["tangential_load"]
         if self.loading.is_force or self.loading.stroke:
@@ -374,7 +375,7 @@ class CaseTree:
             elif value is not None or member not in _UNSAID_AT_DEFAULT:
                 found += about.coordinates(member, value)
         for name, known in following.items():
-            # What is called after Hertz is said of no other contact.
+            # Quantities named after Hertz are given for Hertzian contacts only.
             if self.indenter.is_hertzian or not name.startswith("hertz"):
                 words = known.words.replace("radius", self.indenter.extent_words)
                 known = dataclasses.replace(known, words=words)  # type: ignore[type-var]
@@ -388,7 +389,7 @@ class CaseTree:
 
 
 def members() -> Mapping[str, Parameter | Inline]:
-    """Return the fields of a case with what they are, the snapshots excepted."""
+    """Return the fields of a case, except the snapshots, with their declarations."""
     return declared(CaseTree, Parameter | Inline)
 
 

@@ -21,10 +21,10 @@ _TOO_DEEP = f"is nested more than {MAX_DEPTH} levels deep"
 
 _NETCDF = b"\x89HDF"
 _ENTRY = re.compile(r"\s*(-\s|[^#]*?:(\s|$)|[\]}])")
-# YAML 1.2 knows no dates; they stay text, as everything with a tag that is not of its core.
+# YAML 1.2 has no dates; they stay text, like everything with a tag outside its core schema.
 _CORE = tuple(f"tag:yaml.org,2002:{kind}" for kind in ("int", "float", "bool", "null"))
 _BEYOND_CORE = re.compile(r"[+-]?0b|[^'\"]*_")
-# The library still ends lines here.
+# The library still breaks lines here.
 _OLD_BREAKS = re.compile("[\x85\u2028\u2029]")
 _TEXT = ("tag:yaml.org,2002:str", "tag:yaml.org,2002:timestamp", "tag:yaml.org,2002:value")
 
@@ -106,7 +106,7 @@ class Document:
 
 
 def read_document(file: Path) -> Document:
-    """Read a YAML file; `StudyError` where there is none that could be read."""
+    """Read a YAML file; `StudyError` if it is missing or unreadable."""
     text = ""
     try:
         text = _read_text(file)
@@ -123,7 +123,7 @@ def read_document(file: Path) -> Document:
 
 
 def parse_value(text: str) -> Any:
-    """Read one YAML value as a study file would have it (``30 N``, ``none``, ``[0, 100]``)."""
+    """Read one YAML value as in a study file (``30 N``, ``none``, ``[0, 100]``)."""
     try:
         document = Document(text)
     except (YAMLError, QuantityError) as error:
@@ -160,10 +160,10 @@ def _read_text(file: Path) -> str:
 
 
 def _instead_of(file: Path) -> str:
-    """Say which study may be meant by the name of a file that does not exist.
+    """Return a hint at the study meant by the name of a missing file.
 
-    The name of a study without its folder or ending is understood, and so is a misspelt one; where
-    nothing is like it, the studies are listed that there are.
+    A name without folder or ending and a misspelt one are recognised; otherwise the existing
+    studies are listed.
     """
     present = [*_studies_in(file.parent), *_studies_in(STUDIES)]
     same = [path for path in present if file.name in (path.name, path.stem)]
@@ -180,7 +180,7 @@ def _instead_of(file: Path) -> str:
 
 
 def _studies_in(folder: Path) -> list[Path]:
-    """Return the study files of a folder; none where it cannot be read."""
+    """Return the study files of a folder; none if it cannot be read."""
     try:
         return sorted(path for path in folder.iterdir() if path.suffix in ENDINGS)
     except OSError:

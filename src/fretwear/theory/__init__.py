@@ -1,8 +1,8 @@
 """Closed forms: elastic constants, Hertz, partial slip, the limit of infinitely many cycles.
 
 SI units. A sphere is axisymmetric, ``r`` the distance from its axis; a cylinder is in plane
-strain, ``x`` the distance from its middle, and its loads are per length. Arrays of any shape are
-accepted for ``r`` and ``x`` and returned in that shape.
+strain, ``x`` the distance from its centre line, and its loads are per length. Arrays of any shape
+are accepted for ``r`` and ``x`` and returned in that shape.
 """
 
 from fretwear.theory.elliptic import EllipticContact

@@ -1,4 +1,4 @@
-"""Elliptical contact after Hertz, of bodies with unlike curvatures along two directions.
+"""Hertz's elliptical contact of bodies with different curvatures along two directions.
 
 K. L. Johnson (1985), Contact Mechanics, Cambridge University Press, sections 4.2 (Hertz) and 7.2;
 elliptic integrals in the form of B. C. Carlson, Numer. Algor. 10 (1995), 13–26, which has no
@@ -55,7 +55,7 @@ class EllipticContact(HertzContact):
         return self.with_load((approach / self.approach) ** 1.5 * self.load)
 
     def shear_weights(self, angle: float = 0.0) -> tuple[float, float, float]:
-        """How the displacement by a traction weighs Poisson's ratio; see `coupling_ratio`.
+        """Weight of Poisson's ratio in the displacement due to a traction; see `coupling_ratio`.
 
         The traction points along a direction at an angle, rad, to x.
 

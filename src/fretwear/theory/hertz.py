@@ -83,16 +83,16 @@ class HertzContact:
         return self.with_load(load)
 
     def load_at(self, contact_radius: float) -> float:
-        """Load, N, of a contact of some radius, m."""
+        """Load, N, of a contact of given radius, m."""
         return 4.0 * self.composite_modulus * contact_radius**3 / (3.0 * self.radius)
 
     def load_within(self, radius: float) -> float:
-        """Load, N, that a disc of some radius, m, in the middle of the contact carries."""
+        """Load, N, carried by a central disc of given radius, m."""
         outside = max(0.0, 1.0 - (radius / self.contact_radius) ** 2)
         return self.load * (1.0 - outside * math.sqrt(outside))
 
     def spread_pressure(self, radius: float) -> float:
-        """Uniform pressure, Pa, that carries the load on a contact of some radius, m."""
+        """Uniform pressure, Pa, that carries the load on a contact of given radius, m."""
         return self.load / (math.pi * radius**2)
 
     def spread_radius(self, pressure: float) -> float:

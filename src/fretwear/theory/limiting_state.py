@@ -108,8 +108,8 @@ class LimitingState:
     def width_above(self, pressure: float) -> float:
         """Width of the band at the stick edge where p∞ exceeds a pressure (Pa), m.
 
-        Where the pressure is a plastic limit, this is the size of what yields: a grid much coarser
-        than it sees no yielding, or too little.
+        If the pressure is a plastic limit, this is the size of the yielding zone, which a much
+        coarser grid misses or underestimates.
         """
         c, radius = self.stick_radius, self.hertz.radius
         half = self._flatness * pressure * radius / (4.0 * self.hertz.composite_modulus)

@@ -52,7 +52,7 @@ class LineContact(HertzContact):
 
     @property
     def reference(self) -> float:
-        """Distance from the middle at which the approach counts from the surface, R, m.
+        """Distance R, m, from the centre line of the surface point that the approach refers to.
 
         The surface of a loaded half-plane sinks without bound towards its middle, or rises without
         bound away from it.
@@ -81,17 +81,17 @@ class LineContact(HertzContact):
         return 0.5 * self.composite_modulus * self.contact_radius / self.radius
 
     def load_at(self, contact_radius: float) -> float:
-        """Load per length, N/m, of a contact of some half-width, m."""
+        """Load per length, N/m, of a contact of given half-width, m."""
         return 0.25 * math.pi * self.composite_modulus * contact_radius**2 / self.radius
 
     def load_within(self, radius: float) -> float:
-        """Load per length, N/m, that the middle of the contact carries to a distance, m."""
+        """Load per length, N/m, carried within a distance, m, of the centre line."""
         ratio = min(1.0, radius / self.contact_radius)
         inside = math.asin(ratio) + ratio * math.sqrt((1.0 - ratio) * (1.0 + ratio))
         return self.load * inside * 2.0 / math.pi
 
     def spread_pressure(self, radius: float) -> float:
-        """Uniform pressure, Pa, that carries the load on a contact of some half-width, m."""
+        """Uniform pressure, Pa, that carries the load on a contact of given half-width, m."""
         return self.load / (2.0 * radius)
 
     def spread_radius(self, pressure: float) -> float:
@@ -132,7 +132,7 @@ class FlatPunchContact(LineContact):
 
     @property
     def reference(self) -> float:
-        """R + 5b, m: five times where the slope of the edge is one fifth."""
+        """R + 5b, m: five times the distance at which the slope of the edge is one fifth."""
         return self.radius + 5.0 * self.flat_half_width
 
     @property
@@ -158,13 +158,13 @@ class FlatPunchContact(LineContact):
         return float(self.pressure(around).max())
 
     def load_at(self, contact_radius: float) -> float:
-        """P = (E*/2R) [a² arccos(b/a) - b √(a² - b²)], N/m, of a contact of a half-width, m."""
+        """P = (E*/2R) [a² arccos(b/a) - b √(a² - b²)], N/m, for a half-width a, m."""
         angle, root = self._edge(contact_radius)
         inside = contact_radius**2 * angle - self.flat_half_width * root
         return 0.5 * self.composite_modulus / self.radius * inside
 
     def load_within(self, radius: float) -> float:
-        """Load per length, N/m, that the middle of the contact carries to a distance, m."""
+        """Load per length, N/m, carried within a distance, m, of the centre line."""
         edges, loads = self._punches
         return float(loads @ np.arcsin(np.minimum(radius / edges, 1.0))) * 2.0 / math.pi
 
@@ -265,6 +265,6 @@ class LineLimitingState(LimitingState):
 
     @property
     def _deepest(self) -> float:
-        """Where the wear is deepest, m: x² = c² + X a²/2."""
+        """Position of the deepest wear, m: x² = c² + X a²/2."""
         a = self.hertz.contact_radius
         return math.sqrt(self.stick_radius**2 + 0.5 * self.load_ratio * a * a)

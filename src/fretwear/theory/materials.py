@@ -1,8 +1,8 @@
 """Elastic constants of two bodies in contact, combined into those of one half-space.
 
 Every function takes Young's modulus E, Pa, and Poisson's ratio ν, in (-1, 0.5], of the bodies; a
-rigid body is approached by a large modulus.  A modulus that is not positive, or a ratio out of
-its range, raises a ValueError.
+rigid body is approximated by a large modulus. A modulus that is not positive, or a ratio out of
+range, raises a ValueError.
 
 References
 ----------

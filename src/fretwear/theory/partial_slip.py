@@ -45,7 +45,7 @@ def gross_slip_energy(
 
 @dataclass(frozen=True)
 class CattaneoMindlin:
-    """An unworn smooth sphere in partial slip: the load held, the tangential force between ±Q.
+    """An unworn smooth sphere in partial slip: constant load, tangential force between ±Q.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Contact of a body of revolution of any convex profile: a round punch, a profile of one's own.
+"""Contact of a body of revolution with any convex profile: a round punch, a measured profile.
 
 By the method of dimensionality reduction the profile f becomes g(t) = t ∫₀^t f′(r)/√(t² − r²) dr.
 A contact of the radius a has the approach g(a), the load 2E* ∫₀^a (g(a) − g(t)) dt and the pressure
@@ -23,13 +23,13 @@ _POINTS = 400
 
 
 class Reduced(Protocol):
-    """The profile of a body of revolution as the method of dimensionality reduction has it."""
+    """The profile of a body of revolution in the method of dimensionality reduction."""
 
     def __hash__(self) -> int: ...
 
     @property
     def reach(self) -> float:
-        """Radius, m, that no contact is to exceed."""
+        """Radius, m, that no contact may exceed."""
 
     def depth(self, radius: float) -> float:
         """g, m, at a radius in m."""
@@ -43,14 +43,14 @@ class Reduced(Protocol):
 
 @dataclass(frozen=True)
 class RoundedPunch:
-    """A punch that is flat up to the radius b and (r − b)²/2R high beyond, m."""
+    """A punch, flat up to the radius b, with the gap (r − b)²/2R beyond, m."""
 
     flat_radius: float
     edge_radius: float
 
     @property
     def reach(self) -> float:
-        """Where the edge has become steep, m."""
+        """Radius, m, at which the edge has become steep."""
         return self.flat_radius + self.edge_radius
 
     def depth(self, radius: float) -> float:
@@ -142,11 +142,11 @@ class RoundContact(HertzContact):
         return self.with_load(self.load_at(edge))
 
     def load_at(self, contact_radius: float) -> float:
-        """Load, N, of a contact of some radius, m."""
+        """Load, N, of a contact of given radius, m."""
         return _load_at(self.profile, contact_radius, self.composite_modulus)
 
     def load_within(self, radius: float) -> float:
-        """Load, N, that a disc of some radius, m, in the middle of the contact carries."""
+        """Load, N, carried by a central disc of given radius, m."""
         edge = min(radius, self.contact_radius)
         places = (np.arange(_POINTS) + 0.5) / _POINTS * edge
         total = math.fsum(r * self.pressure_at(r) for r in places)

@@ -1,9 +1,9 @@
-"""What the contact solver and the integrator ask of a geometry.
+"""What the contact solver and the integrator require of a geometry.
 
 A geometry is a set of cells: rectangles (`fretwear.mechanics.geometry.grid`), concentric rings
 (`fretwear.mechanics.geometry.rings`) or the strips of a line contact
-(`fretwear.mechanics.geometry.line`). It says where the cells lie, what area each of them stands
-for, and what a larger self is. Its half-space is the elastic bodies on these cells: displacement
+(`fretwear.mechanics.geometry.line`). It defines the positions of the cells, the area of each, and
+how the geometry is enlarged. Its half-space is the elastic bodies on these cells: displacement
 under a pressure, and the linear problem of the cells in contact.
 
 Every field has two axes; on rings and strips the second one has a single cell. In a line contact
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 Mask = NDArray[np.bool_]
-# A field in double or in single precision; what goes in is what comes out.
+# A field in double or single precision; the result has the precision of the argument.
 Real = TypeVar("Real", Array, Single)
 Index = tuple[slice, slice]
 # Whether something is even along x and along y.
@@ -53,15 +53,15 @@ class Zone:
 
 
 class Geometry(Protocol):
-    """Cells around the origin: a value that can be compared, hashed and stored."""
+    """Cells around the origin: an immutable value that can be compared, hashed and stored."""
 
     @property
     def of_tolerance(self) -> float:
-        """Part of the tolerance that a step may err by: less where little else errs."""
+        """Fraction of the tolerance allowed to a step: less where other errors are small."""
 
     @classmethod
     def first(cls, problem: WearProblem) -> Geometry:
-        """The geometry that the first loading of a problem begins with."""
+        """The geometry for the first loading of a problem."""
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -81,11 +81,11 @@ class Geometry(Protocol):
 
     @property
     def unit_area(self) -> float:
-        """Area of the whole contact that a cell of weight 1 stands for, m²."""
+        """Area of the whole contact represented by a cell of weight 1, m²."""
 
     @property
     def weights(self) -> Array | None:
-        """Areas of the cells over the unit; None where all are alike."""
+        """Areas of the cells over the unit; None if all are equal."""
 
     def integral(self, field: Array) -> float:
         """Integral of a field over the whole contact (field unit times m²)."""
@@ -96,25 +96,25 @@ class Geometry(Protocol):
     def half_space(
         self, modulus: float, team: Team = ALONE, parts: dict[Any, Any] | None = None
     ) -> HalfSpace:
-        """The elastic bodies on the cells; ``parts`` are half-spaces made before, to be shared."""
+        """The elastic bodies on the cells; ``parts`` are existing half-spaces to be shared."""
 
     def resized(self, field: Array, other: Any) -> Array:
-        """A field on a larger or smaller self: zero on the cells that this one lacks."""
+        """A field on a larger or smaller geometry: zero on cells that this one lacks."""
 
     def where(self, smaller: Any) -> Index:
-        """Where the cells of a smaller self lie."""
+        """Indices of the cells of a smaller geometry."""
 
     def along(self, axis: int) -> list[tuple[tuple[slice | int, slice | int], Array]]:
         """Cells from the origin along an axis: index, and distances, m; both ways if not even."""
 
     def ahead_of(self, problem: WearProblem, contact: State) -> Geometry:
-        """Another self if the next step needs one, larger or finer elsewhere, or itself."""
+        """A geometry for the next step, larger or refined elsewhere, or this one."""
 
     def holding(self, workspace: Workspace, pressure: Array, approach: float) -> Geometry:
-        """Itself, or the smallest of a row of larger ones that the contact fits into."""
+        """Itself, or the smallest of a series of larger ones that holds the contact."""
 
     def extended(self, other: Any) -> Any:
-        """Its cells, and more of them until they reach as far as another self's."""
+        """Itself, extended to the size of another."""
 
     def plane(self, spacing: tuple[float, float]) -> Any:
         """The grid of rectangles on which fields are written."""
@@ -140,20 +140,20 @@ class HalfSpace(Protocol):
 
     @property
     def matrix(self) -> Array | None:
-        """Influence over `self_influence`, times the weights: for direct solutions, if at hand."""
+        """Influence over `self_influence`, times the weights, for direct solutions; may be None."""
 
     def displacement(self, pressure: Array) -> Array:
         """Normal surface displacement w, m, of a pressure, Pa."""
 
     def relative_displacement(self, pressure: Array) -> tuple[Single, float]:
-        """`displacement` to some parts in 10⁷ in some unit, m, and the unit."""
+        """`displacement` to a few parts in 10⁷, in some unit, m, and the unit."""
 
     def around(self, cells: Mask) -> HalfSpace:
-        """The same bodies on the smallest self that holds some cells and a margin."""
+        """The same bodies on the smallest geometry that holds some cells and a margin."""
 
 
 class Ground:
-    """The unworn bodies of a problem on one geometry, each part made when it is needed."""
+    """The unworn bodies of a problem on one geometry, computed when needed."""
 
     def __init__(self, problem: WearProblem, geometry: Any, parts: dict[Any, Any]) -> None:
         self._problem, self.geometry, self._parts = problem, geometry, parts
@@ -170,7 +170,7 @@ class Ground:
 
 
 class Workspace:
-    """What a run has at hand: the unworn bodies on the two geometries that it asked for last."""
+    """The workspace of a run: the unworn bodies on the two geometries used last."""
 
     def __init__(self, problem: Any) -> None:
         self.problem = problem
@@ -186,5 +186,5 @@ class Workspace:
         return ground
 
     def keep_only(self, geometry: Any) -> None:
-        """Forget the bodies on all geometries but one."""
+        """Drop the bodies on all geometries but one."""
         self._grounds = {geometry: self.on(geometry)}

@@ -1,9 +1,9 @@
-"""Cells one beyond the other from the origin outward: some hundreds, graded, dense matrices.
+"""A few hundred graded cells from the origin outward, with dense matrices.
 
-What concentric rings (`fretwear.mechanics.geometry.rings`) and the strips of a line contact
-(`fretwear.mechanics.geometry.line`) have in common: cells between edges from 0 outward, pressure
-uniform on each, displacements that are means over a cell. So the influence of cells on each other
-is symmetric, and the linear problem of the free cells is solved directly.
+The common part of concentric rings (`fretwear.mechanics.geometry.rings`) and the strips of a line
+contact (`fretwear.mechanics.geometry.line`): cells between edges from 0 outward, uniform pressure
+on each, displacements averaged over a cell. The influence matrix is therefore symmetric, and the
+linear problem of the free cells is solved directly.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ from fretwear.mechanics.team import ALONE, Team
 if TYPE_CHECKING:
     from fretwear.mechanics.state import State, WearProblem
 
-# The contact lies within this part of the cells; by what factor they grow.
+# Fraction of the cells that must hold the contact, and the factor by which they grow.
 _ROOM = 0.88
 _GROWTH = 1.12
-# How many cells of a grid are written at once.
+# Number of cells of a grid written at once.
 _CELLS_AT_ONCE = 50_000
 
 
@@ -47,7 +47,7 @@ class DenseCells:
 
     @property
     def areas(self) -> Array:
-        """What the cells stand for, shape (n, 1): areas, m², or of a line contact widths, m."""
+        """Areas of the cells, m², or widths in a line contact, m, shape (n, 1)."""
         raise NotImplementedError
 
     def influence(self, modulus: float) -> Array:
@@ -61,7 +61,7 @@ class DenseCells:
 
     @property
     def x(self) -> Array:
-        """Where a paraboloid has its mean over a cell, m, shape (n,)."""
+        """Position at which a paraboloid takes its mean over a cell, m, shape (n,)."""
         raise NotImplementedError
 
     @property
@@ -71,7 +71,7 @@ class DenseCells:
 
     @property
     def extent(self) -> tuple[float, float]:
-        """Half-widths of what is written, m."""
+        """Half-widths of the written region, m."""
         return self.edges[-1], self.edges[-1]
 
     @cached_property
@@ -114,7 +114,7 @@ class DenseCells:
         return Zone(area, inner, 2 * steps + 1 - inner)
 
     def _measure(self, distance: Any) -> Any:
-        """What grows with the distance from the origin as the areas do."""
+        """A function of the distance from the origin that is proportional to the area within."""
         return distance
 
     def resized(self, field: NDArray[Any], other: Any) -> NDArray[Any]:
@@ -136,7 +136,7 @@ class DenseCells:
         return means
 
     def where(self, smaller: Any) -> Index:
-        """Where the cells lie that another set has too, if one continues the other."""
+        """Indices of the cells shared with another set, if one extends the other."""
         common = min(len(self.edges), len(smaller.edges))
         alike = self.edges[:common] == smaller.edges[:common]
         return slice(0, common - 1 if alike else 0), slice(0, 1)
@@ -158,7 +158,7 @@ class DenseCells:
         pressure: Array,
         approach: float,  # noqa: ARG002
     ) -> Self:
-        """These cells, or ones that the contact fits into."""
+        """These cells, or more if the contact needs them."""
         return self._around(workspace.problem, pressure)
 
     def _around(self, problem: WearProblem, pressure: Array) -> Self:
@@ -172,7 +172,7 @@ class DenseCells:
         return int(cells[-1]) if cells.size else -1
 
     def _radius(self, field: NDArray[Any]) -> float:
-        """How far from the origin a field is not zero, m."""
+        """Largest distance from the origin at which a field is not zero, m."""
         return self.edges[self._last(field) + 1]
 
     def reaching(self, radius: float) -> Self:
@@ -180,7 +180,7 @@ class DenseCells:
         return self if radius <= _ROOM * self.extent[0] else self._out_to(_GROWTH * self.edges[-1])
 
     def extended(self, other: Any) -> Self:
-        """These cells, and more until they reach as far as others."""
+        """These cells, extended to the size of others."""
         return self if other.edges[-1] <= self.edges[-1] else self._out_to(other.edges[-1])
 
     def _out_to(self, radius: float) -> Self:
@@ -246,7 +246,7 @@ class DenseCells:
         continues = at > np.repeat(low, count)
         row, column = np.divmod(np.repeat(np.arange(count.size), count)[continues], plane.shape[1])
         sides = x[row, 0], x[row + 1, 0], y[0, column], y[0, column + 1]
-        # How much of its cell lies within each part; none before the first, all before the next.
+        # Fraction of its cell within each part.
         within = np.zeros(at.size)
         within[continues] = self._within(sides, parts[at[continues]])
         up_to = np.where(np.append(continues[1:], False), np.append(within[1:], 1.0), 1.0)
@@ -257,12 +257,12 @@ class DenseCells:
         raise NotImplementedError
 
     def _within(self, sides: tuple[Array, Array, Array, Array], radius: Array) -> Array:
-        """Share of rectangles between two x and two y, m, that lies within a distance, m."""
+        """Fraction of rectangles between two x and two y, m, within a distance, m."""
         raise NotImplementedError
 
 
 def interpolated(places: Array, values: Array, others: Array) -> Array:
-    """Values at other places, by monotone cubics: Fritsch and Carlson (1980).
+    """Values at other positions, by monotone cubics: Fritsch and Carlson (1980).
 
     "Monotone piecewise cubic interpolation", SIAM J. Numer. Anal. 17; slopes are the harmonic means
     of Fritsch and Butland (1984). scipy has them too, and takes longer to import than a short run.

@@ -1,4 +1,4 @@
-"""Equal rectangular cells: a window around the origin, its half-space, and how it grows.
+"""Equal rectangular cells: a window around the origin, its half-space, and its growth.
 
 Pressure exists only near the contact, so fields live on a window a little larger than it. A smooth
 contact grows at its border, and pressure near the window's border announces it. Between the
@@ -35,15 +35,15 @@ if TYPE_CHECKING:
 
 # Part of a cell that does not belong to a zone, for each of its sides on the edge of the zone.
 _OPEN_PER_SIDE = (math.pi - 1.0 + math.log(2.0)) / 24.0
-# Cells at the border in which pressure makes a window grow, the same as a part of the window
-# before a step, and the factor of its half-width by which it grows.
+# A window grows, by the last factor of its half-width, if there is pressure in this many cells at
+# its border or, before a step, in this fraction of it.
 _BORDER = 2
 _AHEAD = 0.02
 _GROWTH = 1.12
 # Cells around the zone of a part of the half-space, and how many parts are kept.
 _MARGIN = 4
 _PARTS = 4
-# Influence coefficients are computed so many at a time.
+# Number of influence coefficients computed at a time.
 _BLOCK = 2**15
 
 
@@ -74,7 +74,7 @@ class Grid:
 
     @classmethod
     def first(cls, problem: WearProblem) -> Grid:
-        """The window that the first loading of a problem begins with."""
+        """The window for the first loading of a problem."""
         extent = problem.extent
         if problem.wavelengths is not None:
             # Under a small load the middle may be a valley, and the tips beside it touch.
@@ -110,7 +110,7 @@ class Grid:
         return x, y
 
     def _halves(self, counts: tuple[int, int]) -> tuple[int, int]:
-        """Of so many cells along x and y those on the positive side."""
+        """Numbers of cells along x and y on the positive side."""
         x, y = (n if is_even else n // 2 for n, is_even in zip(counts, self.even, strict=True))
         return x, y
 
@@ -121,8 +121,8 @@ class Grid:
     def zone(self, cells: Mask, radius: float) -> Zone:  # noqa: ARG002
         """The zone of some cells, its area corrected for what those at its edge have open.
 
-        A cell counts as a whole as soon as a part of it belongs to the zone, so a count of cells
-        is too large by a part of a cell for each side of a cell on the edge (Yastrebov, Anciaux and
+        A cell counts completely as soon as a part of it belongs to the zone, so a count of cells is
+        too large by a fraction of a cell for each cell side on the edge (Yastrebov, Anciaux and
         Molinari 2017, "On the accurate computation of the true contact-area in mechanical contact
         of random rough surfaces", Tribol. Int. 114). Axes in which the zone is even are no edges.
         """
@@ -145,7 +145,7 @@ class Grid:
         team: Team = ALONE,
         parts: dict[tuple[int, int], GridHalfSpace] | None = None,
     ) -> GridHalfSpace:
-        """The elastic bodies on the cells; ``parts`` are smaller ones made before."""
+        """The elastic bodies on the cells; ``parts`` are those on smaller windows, to be shared."""
         return GridHalfSpace(self, modulus, team, parts)
 
     def resized(self, field: NDArray[Any], other: Any) -> NDArray[Any]:
@@ -158,7 +158,7 @@ class Grid:
         return result
 
     def where(self, smaller: Any) -> Index:
-        """Where in this window the cells lie that another one has too."""
+        """Indices of the cells of this window shared with another."""
         slices = []
         for own, other, is_even in zip(self.shape, smaller.shape, self.even, strict=True):
             kept = min(own, other)
@@ -167,9 +167,9 @@ class Grid:
         return slices[0], slices[1]
 
     def along(self, axis: int) -> list[tuple[tuple[slice | int, slice | int], Array]]:
-        """Cells from the origin along an axis or nearest to it: index, and distances, m.
+        """Cells on or nearest to an axis: index, and distances from the origin, m.
 
-        One row of them where fields are even, else two: to the positive side and to the other.
+        One row if fields are even, else two, for the positive and the negative side.
         """
         first = [0 if is_even else n // 2 for n, is_even in zip(self.shape, self.even, strict=True)]
         cells = np.arange(self._halves(self.shape)[axis], dtype=np.float64)
@@ -202,7 +202,7 @@ class Grid:
         return self.of_shape((max(shape[0], self.shape[0]), max(shape[1], self.shape[1])))
 
     def extended(self, other: Any) -> Grid:
-        """A larger window of the same cells: the other one."""
+        """The other window, which is larger and has the same cells."""
         return self.of_shape(other.shape)
 
     def plane(self, spacing: tuple[float, float]) -> Grid:  # noqa: ARG002 - it is one
@@ -218,15 +218,15 @@ class Grid:
     def ahead_of(self, problem: WearProblem, contact: State) -> Grid:  # noqa: ARG002
         """A larger window if the next step may bring the contact to the border, or this one.
 
-        A step seldom widens a contact by more than a part in fifty. To grow the window before
-        such a step costs less than to make it twice.
+        A step seldom widens a contact by more than 2 %, and growing the window beforehand costs
+        less than repeating the step.
         """
         nx, ny = self.shape
         ahead = max(_BORDER, math.ceil(_AHEAD * nx)), max(_BORDER, math.ceil(_AHEAD * ny))
         return self.grown(self.touched(contact.pressure, ahead))
 
     def holding(self, workspace: Workspace, pressure: Array, approach: float) -> Grid:
-        """Itself, or the smallest of a row of larger ones that the contact fits into."""
+        """Itself, or the smallest of a series of larger ones that holds the contact."""
         grid = self
         while True:
             held = self.resized(pressure, grid)
@@ -246,7 +246,7 @@ class Grid:
     def touched(
         self, pressure: Array, border: tuple[int, int] = (_BORDER, _BORDER)
     ) -> tuple[bool, bool]:
-        """Whether there is pressure in the outermost cells, so many along x and along y."""
+        """Whether there is pressure in the outermost cells along x and along y."""
         along_x = bool(pressure[-border[0] :].any())
         along_y = bool(pressure[:, -border[1] :].any())
         if not self.even[0]:
@@ -256,7 +256,7 @@ class Grid:
         return along_x, along_y
 
     def _beyond(self, workspace: Workspace, pressure: Array, approach: float) -> tuple[bool, bool]:
-        """Whether the surface touches beyond the window, along x and along y."""
+        """Whether the surfaces touch beyond the window, along x and along y."""
         wide = self._wider(workspace.problem, approach)
         if wide.shape == self.shape:
             return False, False
@@ -274,7 +274,7 @@ class Grid:
         return bool(closed[beyond_x].any()), bool(closed[:, beyond_y].any())
 
     def _wider(self, problem: WearProblem, approach: float) -> Grid:
-        """The window and a wavelength more, as far as the surface lies below the approach."""
+        """The window extended by a wavelength, as far as the surface lies below the approach."""
         wavelengths = problem.wavelengths
         if wavelengths is None:
             return self
@@ -330,7 +330,7 @@ def influence_coefficients(
     composite_modulus
         E*, Pa.
     team
-        Who computes them.
+        Threads that share the work.
 
     Returns
     -------
@@ -364,7 +364,7 @@ class GridHalfSpace:
     team
         Threads that share what is computed.
     parts
-        The same bodies on smaller windows, made before; shared and added to.
+        The same bodies on smaller windows, made before, to be shared.
 
     Attributes
     ----------
@@ -397,7 +397,7 @@ class GridHalfSpace:
     def single(self) -> Convolution[Single]:
         """`displacement` in units of `self_influence`, and its inverse, in single precision.
 
-        Good to some parts in 10⁷: enough for a step to the solution, not for the solution itself.
+        Accurate to a few parts in 10⁷: enough for a step, not for the solution itself.
         """
         return self._convolution.in_single(self.self_influence)
 
@@ -415,7 +415,7 @@ class GridHalfSpace:
         if part is None:
             part = GridHalfSpace(grid, self._modulus, self.team, self._parts)
             if len(self._parts) == _PARTS:
-                # Zones that change their size seldom change it back: the one longest out of use.
+                # Drop the one unused for longest, since zones seldom return to an earlier size.
                 del self._parts[next(iter(self._parts))]
         self._parts[grid.shape] = part
         return part

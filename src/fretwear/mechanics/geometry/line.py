@@ -47,7 +47,7 @@ class Line(DenseCells):
     edges
         Positions of the edges of the strips from 0 outward, m.
     reference
-        Distance from the middle at which the surface stays where it is, m.
+        Distance from the centre line of the point at which displacements are zero, m.
     """
 
     reference: float
@@ -56,7 +56,7 @@ class Line(DenseCells):
     def first(cls, problem: WearProblem) -> Line:
         """Strips for the first loading of a problem, graded to the edge of its stick zone.
 
-        Those of a rough contact, which sticks and slips in many places, are all alike.
+        Strips of a rough contact, which sticks and slips in many places, are equal.
         """
         hertz, outer, wider = problem.hertz, problem.extent[0], problem.coarseness
         assert isinstance(hertz, LineContact)
@@ -109,7 +109,7 @@ class Line(DenseCells):
         return result
 
     def _within(self, sides: tuple[Array, Array, Array, Array], radius: Array) -> Array:
-        """Share of cells of a row that lies within a distance from the middle, m."""
+        """Fraction of cells of a row within a distance from the centre line, m."""
         left, right, _, _ = sides
         return (radius - left) / (right - left)
 

@@ -1,4 +1,4 @@
-"""Concentric rings: a contact with rotational symmetry, some hundreds of cells, dense matrices.
+"""Concentric rings: a contact with rotational symmetry, a few hundred cells, dense matrices.
 
 The pressure is uniform on each ring, and displacements are their means over a ring. So the
 influence of rings on each other is symmetric, and a mean of the paraboloid is its value at the
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 _NARROWEST = 1.0 / 1500.0
 _ACROSS_SLIP, _ACROSS_STICK = 40.0, 200.0
 _WIDEST_IN_SLIP, _WIDEST = 0.006, 0.016
-# Width about the edge of the unworn contact, whose place is known to a part of a ring.
+# Width about the edge of the unworn contact, whose position is known to a fraction of a ring.
 _AT_CONTACT = 0.002
 # Growth of the width with the distance from where it is least.
 _GRADING = 0.2
@@ -42,23 +42,23 @@ _GRADING = 0.2
 # fewer bands are left.
 _ACROSS_BAND = 9.0
 _AHEAD, _BEHIND, _LEFT = 4.0, 1.0, 1.0
-# Rings may be so much wider than they would be made until they are made anew.
+# Rings are replaced when they are wider than new ones by this factor.
 _LENIENT = 1.5
 _SAMPLES = 2001
 
 
 @dataclass(frozen=True)
 class Grading:
-    """What widths the rings of a contact need.
+    """The widths that the rings of a contact need.
 
     Parameters
     ----------
     stick, contact, unworn
         Radii of the edges of stick and contact, m, the latter the largest expected, and unworn.
     narrowest, ahead, behind
-        Width at the edge of stick, m, and how far it stays so inward and outward.
+        Width at the stick edge, m, and the distances, inward and outward, over which it is kept.
     coarseness
-        What all widths are multiplied by.
+        Factor on all widths.
     """
 
     stick: float
@@ -71,7 +71,7 @@ class Grading:
 
     @classmethod
     def of(cls, problem: WearProblem, stick: float, contact: float) -> Grading:
-        """Of a contact with some radii of stick and contact, m."""
+        """The grading for given radii of stick zone and contact, m."""
         hertz, coarseness = problem.hertz, problem.coarseness
         unworn = hertz.contact_radius
         ratio = 1.0 - (min(stick, (1.0 - 1e-9) * contact) / unworn) ** 3
@@ -103,7 +103,7 @@ class Grading:
         return result
 
     def suits(self, rings: Rings) -> bool:
-        """Whether rings are fine enough where they have to be."""
+        """Whether rings are fine enough wherever required."""
         left = _LEFT / _AHEAD * self.ahead
         places = np.array([self.stick - left, self.stick + 0.5 * self.behind, self.contact])
         edges = np.asarray(rings.edges)
@@ -114,7 +114,7 @@ class Grading:
 
 @dataclass(frozen=True)
 class Rings(DenseCells):
-    """Concentric rings around the origin; the edges are their radii."""
+    """Concentric rings around the origin, given by the radii of their edges."""
 
     of_tolerance: ClassVar[float] = 0.25
 
@@ -136,7 +136,7 @@ class Rings(DenseCells):
 
     @classmethod
     def graded(cls, grading: Grading, outer: float) -> Rings:
-        """Rings of some widths, one edge at that of stick, out to a radius, m."""
+        """Rings of graded widths with one edge at the stick radius, out to a radius, m."""
         steps = np.linspace(0.0, 1.0, _SAMPLES)
         inner, outside = (
             grading.stick + length * steps**3 for length in (-grading.stick, outer - grading.stick)
@@ -145,7 +145,7 @@ class Rings(DenseCells):
         return cls((0.0, *edges[0][-2::-1].tolist(), *edges[1][1:].tolist()))
 
     def ahead_of(self, problem: WearProblem, contact: State) -> Rings:
-        """Rings for the next step: they follow the edge of stick and reach far enough."""
+        """Rings for the next step, which follow the stick edge and reach far enough."""
         stick = self._radius(contact.reduced.pressure)
         touched = self._radius(contact.wear + contact.pressure)
         grading = Grading.of(problem, stick, touched)
@@ -189,7 +189,7 @@ class Rings(DenseCells):
         return np.hypot(x, y)
 
     def _within(self, sides: tuple[Array, Array, Array, Array], radius: Array) -> Array:
-        """Share of rectangles between two x and two y, m, that lies within a radius, m."""
+        """Fraction of rectangles between two x and two y, m, within a radius, m."""
         left, right, low, high = sides
         area = _corner(right, high, radius) - _corner(left, high, radius)
         area -= _corner(right, low, radius) - _corner(left, low, radius)
@@ -197,7 +197,7 @@ class Rings(DenseCells):
         return result
 
     def means(self, field: Array, r: Array, width: float) -> Array:
-        """Means of a field over annuli of some mean radii and a width, m."""
+        """Means of a field over annuli of given mean radii and width, m."""
         inner, outer = np.maximum(r - 0.5 * width, 0.0) ** 2, (r + 0.5 * width) ** 2
         square = np.square(self.edges)
         within = np.concatenate([[0.0], np.cumsum(field[:, 0] * np.diff(square))])
@@ -207,7 +207,7 @@ class Rings(DenseCells):
 
 
 def _divided(positions: Array, widths: Array) -> Array:
-    """Positions divided into a whole number of steps of about the widths given along them."""
+    """Positions that divide an interval into a whole number of steps of about the given widths."""
     lengths = np.abs(np.diff(positions))
     count = np.concatenate(
         [[0.0], np.cumsum(0.5 * lengths * (1.0 / widths[1:] + 1.0 / widths[:-1]))]
