@@ -217,14 +217,15 @@ def text(data: Data) -> str:
     )  # fmt: skip
     minutes = math.ceil(sum(each["seconds"] for each in data.values()) / 60)
     return f"""\
-{len(everything)} cases of {BASE["cycles"]} cycles, drawn at random: X = {_range(RATIOS)}, sphere
-and cylinder of {_range(RADII)} mm, {_range(LOADS)} N or {_range(LOADS_OF_LINE)} N/mm, friction 0.3
-to 0.8, waves of {_range(AMPLITUDES)} µm and up to {SLOPES[1]:g}°, plastic limits of
-{_range(LIMITS)} p0. Half of the elliptical, line and rig cases are capped; "rig" has an imposed
-displacement, on a sphere, smooth and rough, and on a cylinder. Each is run as a user gets it, and
-beside it its twin, by which errors are estimated. The truth has cells, rings or strips
-{REFERENCE:g} times narrower, and on rings and strips 1/{FINER:g} of the tolerance; elliptical cases
-are round, and their truth is on rings. A result is the value of a scalar at one of the cycles 0,
+{len(everything)} of {sum(FAMILIES.values())} cases of {BASE["cycles"]} cycles, drawn at random:
+X = {_range(RATIOS)}, sphere and cylinder of {_range(RADII)} mm, {_range(LOADS)} N or
+{_range(LOADS_OF_LINE)} N/mm, friction 0.3 to 0.8, waves of {_range(AMPLITUDES)} µm and up to
+{SLOPES[1]:g}°, plastic limits of {_range(LIMITS)} p0. Half of the elliptical, line and rig cases
+are capped; "rig" has an imposed displacement, on a sphere, smooth and rough, and on a cylinder.
+Each is run as a user gets it, and beside it its twin, by which errors are estimated. The truth has
+cells, rings or strips {REFERENCE:g} times narrower, and on rings and strips 1/{FINER:g} of the
+tolerance; elliptical cases are round, and their truth is on rings.
+A result is the value of a scalar at one of the cycles 0,
 100, 1000 and 3000, if it is more than a hundredth of the largest of them. Half of the cases, every
 other pair, were looked at when the constants of the estimates were chosen.
 

@@ -10,13 +10,16 @@ import pytest
 import xarray as xr
 
 import fretwear
+from fretwear import Case
 from fretwear.data.dataset import compared_results
 from fretwear.data.files import open_case, open_history
 from fretwear.data.safe import CaseFileError
 from fretwear.mechanics.contact import ContactError
+from fretwear.mechanics.geometry.line import Line
 from fretwear.mechanics.roughness import WavyRoughness
 from fretwear.mechanics.slip import Jaeger
-from fretwear.running.simulate import DoubtfulResultWarning, Step, run, simulate
+from fretwear.running.simulate import DoubtfulResultWarning, Step, run, simulate, wear_problem
+from fretwear.study.tree import COARSER
 from fretwear.theory import CattaneoMindlin, HertzContact
 from fretwear.vocabulary import ContactState
 
@@ -34,6 +37,12 @@ CASE = {"cycles": 1000, "cell": ("7 um", "9 um"), "output_cycles": (0, 1, 10, 30
 def make(**changes):
     return make_case(**(CASE | changes))
 
+
+LINE = {
+    "indenter": {"kind": "cylinder", "radius": "10 mm"}, "youngs_modulus": "208 GPa",
+    "poisson_ratio": 0.3, "load": "100 N/mm", "friction": 0.5, "tangential_ratio": 0.5,
+    "wear_coefficient": "7e-13 / Pa", "cycles": 100,
+}  # fmt: skip
 
 KINDS = {
     "smooth": {},
@@ -227,6 +236,14 @@ class SlipOnNarrowCells(Jaeger):
         if problem.spacing[0] > self.widest:
             raise ContactError("no reduced contact: residual 1.0e+00")
         return super().reduced(problem, half_space, *others, **options)
+
+
+@pytest.mark.parametrize("roughness", [None, {**ROUGH, "slope_y": "0 deg"}])
+def test_strips_of_the_twin_of_a_cylinder_are_twice_as_wide(roughness):
+    case = Case(**{**LINE, "roughness": roughness})
+    problems = wear_problem(case), wear_problem(case.coarser, coarseness=COARSER)
+    run, twin = (len(Line.first(each).edges) for each in problems)
+    assert run / twin == pytest.approx(2.0, rel=0.05)
 
 
 def test_a_twin_that_fails_is_told_and_leaves_the_run_as_it_is():
