@@ -264,8 +264,10 @@ def test_a_run_is_the_same_by_however_many_threads(monkeypatch, limit):
     assert (alone.plastic.max() > 0) == np.isfinite(limit)
 
 
-def test_threads_keep_the_order_of_results_and_raise_what_one_of_them_raises():
-    team = Team(2)
+@pytest.mark.parametrize("library", [compiled, None], ids=["compiled", "python"])
+def test_threads_keep_the_order_of_results_and_raise_what_one_of_them_raises(monkeypatch, library):
+    monkeypatch.setattr(team, "library", library)
+    both = Team(2)
     with pytest.raises(ZeroDivisionError):
-        team.each(lambda part: 1 // (part - 7), range(20))
-    assert team.each(lambda part: part**2, range(20)) == [part**2 for part in range(20)]
+        both.each(lambda part: 1 // (part - 7), range(20))
+    assert both.each(lambda part: part**2, range(20)) == [part**2 for part in range(20)]

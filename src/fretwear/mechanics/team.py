@@ -2,12 +2,13 @@
 
 A field is done in parts. What parts there are follows from the field alone, and what they give is
 put together in their order: no bit of a result depends on the number of threads. The threads belong
-to the compiled library, whose kernels need no interpreter; without it a team works alone.
+to the compiled library, whose kernels need no interpreter; without it others share all but them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property, lru_cache
 from hashlib import sha256
 from importlib import import_module
@@ -55,8 +56,11 @@ class Team:
 
         Each thread takes the next part as soon as it has done the last one.
         """
-        if library is None or self.workers < 2 or len(parts) < 2:
+        if self.workers < 2 or len(parts) < 2:
             return [function(part) for part in parts]
+        if library is None:
+            with ThreadPoolExecutor(self.workers) as pool:
+                return list(pool.map(function, parts))
         results: list[_Result] = self.threads.each(function, parts)
         return results
 
