@@ -59,8 +59,7 @@ class Team:
         if self.workers < 2 or len(parts) < 2:
             return [function(part) for part in parts]
         if library is None:
-            with ThreadPoolExecutor(self.workers) as pool:
-                return list(pool.map(function, parts))
+            return list(self._pool.map(function, parts))
         results: list[_Result] = self.threads.each(function, parts)
         return results
 
@@ -88,6 +87,10 @@ class Team:
     def threads(self) -> Any:
         """What compiled kernels are shared by."""
         return library.Threads(self.workers)
+
+    @cached_property
+    def _pool(self) -> ThreadPoolExecutor:
+        return ThreadPoolExecutor(self.workers)
 
 
 ALONE = Team()
