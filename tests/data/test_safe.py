@@ -403,6 +403,8 @@ def test_who_waits_is_told_for_which_process_on_which_machine(path, holder):
 def test_a_lock_dies_with_its_process_however_that_dies(path, holder):
     rival = Lock(path)
     assert not rival._try(quiet)
+    rival.file.write_text("")
+    assert rival.holder() == "another process"
     holder.send_signal(signal.SIGKILL)
     holder.wait()
     assert rival.file.exists(), "nobody was there to remove it"

@@ -6,7 +6,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from fretwear.mechanics.contact import ContactProblem
+from fretwear.mechanics import stages
+from fretwear.mechanics.contact import ContactError, ContactProblem
 from fretwear.mechanics.geometry import Workspace
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.integrator import evolve, first_loading
@@ -304,3 +305,13 @@ def test_wear_of_a_yielding_stage_is_that_of_the_flow_it_ends_with(surface):
     # Sweeps stop at 0.002 of the tolerance 1e-4 of the volume, and converge by halves at least.
     assert error <= 1e-6 * stage.wear.sum()
     assert np.abs(shift).max() > 1e-3 * HERTZ.approach
+
+
+def test_flow_that_does_not_settle_is_an_error(monkeypatch):
+    problem = fretting(16, limit=1.3)
+    *_, state = evolve(problem, [1200])
+    monkeypatch.setattr(stages, "_LARGEST_SWEEPS", 1)
+    solver = StageSolver(Workspace(problem), state.geometry, 1e-4)
+    nothing = np.zeros(state.geometry.shape)
+    with pytest.raises(ContactError):
+        solver.solve(state, nothing, 0.3 / P0, state.pressure, nothing, 1e-6)
