@@ -92,13 +92,13 @@ def test_the_gap_beyond_the_cells_stored_is_that_of_a_wider_window(rough):
     # Cells far away act like forces at their centres.
     tolerance = 1e-4 * float(known.max())
     assert found.values[:, : known.sizes["x"]] == pytest.approx(known.values, abs=tolerance)
-    # Cells next to a loaded one, up to which a case is stored, are off by how it acts on them.
-    loaded = rough["pressure"].isel(y=0).max("cycle") > 0.0
-    narrow = rough.isel(x=slice(0, int(np.flatnonzero(loaded)[-1]) + 1))
-    found = half_profiles(narrow, "gap", 0, reach=float(rough["x"][-1])).values[0]
-    assert found[: known.sizes["x"]] == pytest.approx(
-        known.values[0], abs=0.03 * known.max().item()
-    )
+    # A last cell that is loaded, and worn, acts on itself and on its neighbours.
+    for at, cycle in ((0, 0), (-1, 1000)):
+        loaded = np.flatnonzero(rough["pressure"].isel(y=0, cycle=at) > 0.0)
+        narrow = rough.isel(x=slice(0, int(loaded[-1]) + 1))
+        found = half_profiles(narrow, "gap", cycle, reach=float(rough["x"][-1])).values[0]
+        tolerance = 0.02 * float(known.max())
+        assert found[: known.sizes["x"]] == pytest.approx(known.values[at], abs=tolerance)
     # A contact that is not even has two sides.
     uneven = mirrored(cut).assign(gap=lambda case: case["gap"] + 1e-8 * (case["x"] > 0.0))
     both = half_profiles(uneven, "gap", 100, reach=float(rough["x"][-1]))

@@ -209,6 +209,7 @@ def figures(log: Log, file: StudyFile, results: Results = None) -> None:
 
     # Objects loaded by now stay: scanning them again and again takes a fifth of the time.
     gc.freeze()
+    gc.set_threshold(100_000, 10, 10)
     cases, drawn = folder / "cases", folder / "figures"
     with (
         open_summary(folder / "summary.nc") as summary,

@@ -157,10 +157,15 @@ def _with_gap_outside(
         changed = heights + np.column_stack([forces @ kernel for kernel in kernels])
         return np.asarray(changed[:, 1:] - changed[:, :1])
 
-    right = gaps[:, -1:] + changes(np.concatenate([x[-1:], more]))
+    # What is lost at the last cell is not lost beyond it.
+    ends = gaps[:, [0, -1]]
+    for name in {"wear_depth", "plastic_depth"} & set(dataset):
+        lost = line_near_the_middle(dataset[name]).isel(x=[0, -1]).transpose("cycle", "x")
+        ends = ends - lost.values
+    right = ends[:, 1:] + changes(np.concatenate([x[-1:], more]))
     if x[0] > 0.0:
         return np.concatenate([x, more]), np.concatenate([gaps, right], axis=1)
-    left = (gaps[:, :1] + changes(np.concatenate([x[:1], -more])))[:, ::-1]
+    left = (ends[:, :1] + changes(np.concatenate([x[:1], -more])))[:, ::-1]
     return np.concatenate([-more[::-1], x, more]), np.concatenate([left, gaps, right], axis=1)
 
 
