@@ -191,7 +191,8 @@ def _plastic_pressures(cases: Cases) -> Drawn:
     """Draw the pressure of both contacts with a plastic limit: the whole, and its foot in slip."""
     smooth, rough = cases["smooth plastic"], cases["rough plastic"]
     run_in = smooth.nearest(RUN_IN)
-    shown = [(smooth, run_in, "smooth"), (rough, run_in, "rough"), (smooth, smooth.last, "plastic")]
+    shown = [(smooth, run_in, "smooth"), (rough, run_in, "rough")]
+    shown += [(smooth, smooth.last, "plastic")] * (smooth.last > run_in)
     labels = [
         f"{'rough' if case is rough else 'smooth'} plastic, cycle {cycle_text(cycle)}"
         for case, cycle, _ in shown
