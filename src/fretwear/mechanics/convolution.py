@@ -37,7 +37,7 @@ try:
 except ImportError:
     ducc0 = None
 
-_BLOCK_BYTES = 2**18
+_BLOCK_BYTES = 2**20
 # Threads take columns by whole vectors of the transforms, in so many parts for each of them.
 _COLUMNS = 16
 _PARTS = 4
