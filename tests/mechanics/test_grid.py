@@ -4,12 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import dblquad
 
 from fretwear.mechanics import convolution
 from fretwear.mechanics.geometry import Workspace
-from fretwear.mechanics.geometry.grid import Grid, influence_coefficients
+from fretwear.mechanics.geometry.grid import Grid, fast_shape, influence_coefficients
 from fretwear.mechanics.integrator import evolve, first_loading
 from fretwear.mechanics.loading import NormalLoad
 from fretwear.running.simulate import wear_problem
@@ -176,6 +177,19 @@ def test_the_window_of_a_few_tips_is_small_and_grows_before_the_contact_is_at_it
     assert grown.shape[0] > grid.shape[0]
     assert grown.shape[1] == grid.shape[1]
     assert grid.ahead_of(problem, replace(state, pressure=far)) is grid
+
+
+@given(st.floats(1e-6, 3e-4), st.floats(1e-6, 3e-4), st.sampled_from(EVEN))
+def test_fast_shapes_cover_the_extent_and_have_no_factor_beyond_five(along_x, along_y, even):
+    shape = fast_shape((along_x, along_y), SPACING, even)
+    extent = Grid(shape, SPACING, even).extent
+    assert min(extent[0] / along_x, extent[1] / along_y) >= 1 - 1e-8
+    for n, one_side in zip(shape, even, strict=True):
+        half = n if one_side else n // 2
+        for factor in (2, 3, 5):
+            while half % factor == 0:
+                half //= factor
+        assert half == 1, f"{n} cells are slow to transform"
 
 
 @pytest.mark.parametrize("even", EVEN)
