@@ -44,6 +44,7 @@ def test_every_dependency_is_pinned_to_a_version_in_its_range_and_nothing_else()
 
 
 def test_a_wheel_brings_all_that_init_writes(tmp_path):
+    pytest.importorskip("setuptools", minversion="77")
     for part in ("setup.py", "pyproject.toml", "README.md", "LICENSE", "Snakefile"):
         shutil.copy(REPOSITORY / part, tmp_path)
     for part in ("src", "profiles", "studies"):
