@@ -302,7 +302,7 @@ def doubts(
         found.append(Doubt(what, trouble, remedy))
     words, error = max((errors or {}).items(), key=lambda each: each[1], default=("", 0.0))
     if error > LARGE_ERROR:
-        what = f"is computed on cells so wide that errors come to more than {100 * LARGE_ERROR:g} %"
+        what = f"is computed so coarsely that errors come to more than {100 * LARGE_ERROR:g} %"
         found.append(Doubt(what, f"{words}: {100 * error:.0f} %", f"write {finer(case, error)}"))
     return tuple(doubt for doubt in found if doubt is not None)
 
