@@ -208,12 +208,15 @@ def label_outer(panels: Sequence[Axes], across: int, *, every_x: bool = False) -
     With `every_x` every row has its own x axis and keeps its numbers.
     """
     for index, axes in enumerate(panels):
-        lowest = index + across >= len(panels)
+        lowest, leftmost = index + across >= len(panels), index % across == 0
         axes.tick_params(axis="x", which="both", labelbottom=lowest or every_x)
+        axes.tick_params(axis="y", which="both", labelleft=leftmost)
+        # The layout need not measure an axis without labels, which takes as long as drawing it.
+        axes.xaxis.set_in_layout(lowest or every_x)
+        axes.yaxis.set_in_layout(leftmost)
         if not lowest:
             axes.set_xlabel("")
-        axes.tick_params(axis="y", which="both", labelleft=index % across == 0)
-        if index % across:
+        if not leftmost:
             axes.set_ylabel("")
 
 

@@ -144,10 +144,14 @@ def save_figure(
     """
     engine = figure.get_layout_engine()
     if engine is not None:
-        for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
-            if not axis.label.get_text():
-                # Otherwise matplotlib measures all ticks again for no purpose.
-                axis.set_label_coords(0.0, 0.0)
+        # Otherwise matplotlib measures all ticks again for each side of the axes and for labels
+        # that are empty. Ticks are shorter than the space between axes.
+        for axes in figure.axes:
+            for spine in axes.spines.values():
+                spine.set_in_layout(False)
+            for axis in (axes.xaxis, axes.yaxis):
+                if not axis.label.get_text():
+                    axis.set_label_coords(0.0, 0.0)
         # Once for all files: with an engine left, savefig lays out and draws twice for each.
         dots_per_inch = figure.dpi
         with style_context():
