@@ -86,7 +86,7 @@ def _presence(name: str) -> str:
     if "." in name:
         return "a part of it"
     if isinstance(about, Inline) and name in about.telling:
-        needed = any(name in required(kind) for kind in about.kinds)
+        needed = any(name in required(kind) for kind in about.kinds.values())
         return "one of them" if needed else "may be left out"
     if isinstance(about, PartOf) and about.short:
         others = [member] if name != member else about.keys

@@ -9,7 +9,8 @@ import pytest
 from fretwear.study.plan import Plan, write_points
 from fretwear.study.points import Grid, LatinHypercube, Range, Sobol
 from fretwear.study.problems import StudyError
-from fretwear.study.study import override, select_case
+from fretwear.study.sections import override
+from fretwear.study.study import select_case
 
 from ..studies import SELF_AFFINE, WAVES
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
 from fretwear.parts import Plain, WholeNumber, is_list
-from fretwear.study.members import fields_are_keys
+from fretwear.study.members import PartOf
 from fretwear.study.parameters import (
     DEFAULTS,
     by_member,
@@ -136,7 +136,7 @@ class Case(CaseTree):
         for member, about in members().items():
             value = getattr(self, member)
             given = {member: value}
-            if fields_are_keys(about, value):
+            if isinstance(about, PartOf) and about.are_keys(value):
                 given = {name: vars(value)[name] for name in value.parameters()}
             kept |= given
         # Blocks have cycles of their own.

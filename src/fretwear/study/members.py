@@ -30,7 +30,7 @@ class PartOf(Parameter):
     """A part under its own key: a mapping ``{kind: ..., ...}``, or the name of a kind."""
 
     family: type[Part]
-    words: str
+    words: str = ""
     short: str = ""  # the kind whose fields may be given as keys of the case instead
     # The word for having no such part, "smooth"; empty where there must be one.
     none: str = ""
@@ -59,19 +59,29 @@ class PartOf(Parameter):
         return [name for name, kind in self.kinds.items() if not required(kind)]
 
     @property
-    def keys(self) -> tuple[str, ...]:
+    def open_kinds(self) -> Mapping[str, type[Part]]:
+        """The kinds whose fields may be keys of the case instead, by name."""
+        return {self.short: self.kinds[self.short]} if self.short else {}
+
+    @property
+    def keys(self) -> Mapping[str, Parameter]:
         """The keys of a case that may replace the mapping."""
-        return tuple(self.kinds[self.short].parameters()) if self.short else ()
+        kinds = self.open_kinds.values()
+        return {name: each for kind in kinds for name, each in kind.parameters().items()}
 
-    def parameters(self, kind: type[Part]) -> dict[str, Parameter]:
-        """The parameters of a kind by name."""
-        return self._called(kind.parameters())
+    def are_keys(self, value: Any) -> bool:
+        """Whether the fields of a part, as keys of the case, specify it completely."""
+        return value is not None and value.kind in self.open_kinds
 
-    def derived(self, kind: type[Part]) -> dict[str, Parameter]:
-        """The derived coordinates of a kind by name."""
-        return self._called(kind.derived())
+    def make(self, values: Mapping[str, Any], kinds: Iterable[type[Part]] = ()) -> Part | None:
+        """Make a part of the first kind that has all of the keys and requires no others."""
+        for kind in kinds or self.open_kinds.values():
+            if required(kind) <= values.keys() <= kind.parameters().keys():
+                return kind.unchecked(**values)
+        return None
 
-    def _called(self, known: Mapping[str, Parameter]) -> dict[str, Parameter]:
+    def named(self, known: Mapping[str, Parameter]) -> Mapping[str, Parameter]:
+        """Parameters of a kind by name, of the second of two parts named after it."""
         found = dict(known)
         for name, about in known.items() if self.is_second else ():
             words = re.sub("roughness|surface", self.words, about.words)
@@ -116,16 +126,14 @@ class PartOf(Parameter):
             raise UnreadError([Problem("", None, *part.problem)])
         return part
 
-    def make(self, values: Mapping[str, Any]) -> Part | None:
-        """Make a part from the values of `keys`; None if they are incomplete."""
-        return _made([self.kinds[self.short]] if self.short else [], values)
-
     def schema(self) -> dict[str, Any]:
         """JSON Schema of the value in a study file."""
         choices: list[dict[str, Any]] = [{"const": "none"}] if self.none else []
         choices += [{"enum": self.bare}] if self.bare else []
         for name, kind in self.kinds.items():
-            fields = {field: about.described() for field, about in self.parameters(kind).items()}
+            fields = {
+                field: about.described() for field, about in self.named(kind.parameters()).items()
+            }
             properties = {"kind": {"const": name}, **fields}
             choice = {"type": "object", "additionalProperties": False, "properties": properties}
             needed = [] if self.may_be_partial else sorted(required(kind))
@@ -142,11 +150,11 @@ class PartOf(Parameter):
     def coordinates(self, name: str, value: Any) -> Iterator[tuple[str, Parameter, float | str]]:
         """Yield the coordinates of the fields; zero where there is no part."""
         kind = next(iter(self.kinds.values())) if value is None else type(value)
-        own = self.parameters(kind)
+        own = self.named(kind.parameters())
         if value is not None:
             if not own:
                 yield name, self, value.kind
-            for field, about in self.derived(kind).items():
+            for field, about in self.named(kind.derived()).items():
                 yield from about.coordinates(f"{name}_{field}", getattr(value, field))
         for field, about in own.items():
             known = getattr(about, "absent", None) if value is None else vars(value)[field]
@@ -170,36 +178,28 @@ class PartOf(Parameter):
         return re.sub(r"\bum\b", "µm", text.replace(" deg", "°"))
 
 
-@dataclass(frozen=True)
-class Inline:
+class Inline(PartOf):
     """A part whose fields are keys of the case; its kind is the one whose keys are given.
 
     If there are several kinds, each has a leading key that identifies it.
     """
 
-    family: type[Part]
-    must_be_written = False
-
     @property
-    def kinds(self) -> tuple[type[Part], ...]:
-        """The kinds of the part, the usual one first."""
-        return tuple(self.family.kinds().values())
-
-    @property
-    def parameters(self) -> Mapping[str, Parameter]:
-        """The parameters of all kinds by name."""
-        return {name: each for kind in self.kinds for name, each in kind.parameters().items()}
+    def open_kinds(self) -> Mapping[str, type[Part]]:
+        """All kinds."""
+        return self.kinds
 
     @property
     def telling(self) -> set[str]:
         """The keys that only some kinds have."""
-        return {n for n in self.parameters if not all(n in k.parameters() for k in self.kinds)}
+        kinds = self.kinds.values()
+        return {name for name in self.keys if not all(name in k.parameters() for k in kinds)}
 
     @property
     def leading(self) -> dict[str, type[Part]]:
         """The first required key of each kind that no other kind has, by name of the kind."""
         telling, found = self.telling, dict[str, type[Part]]()
-        for kind in self.kinds:
+        for kind in self.kinds.values():
             own = (n for n in kind.parameters() if n in telling and n in required(kind))
             if (name := next(own, None)) is not None:
                 found.setdefault(name, kind)
@@ -208,18 +208,14 @@ class Inline:
     def needed(self, given: set[str]) -> list[str]:
         """The keys, besides the leading ones, that the kind of the given keys requires."""
         chosen = (kind for name, kind in self.leading.items() if name in given)
-        kind = next(chosen, self.kinds[0])
+        kind = next(chosen, next(iter(self.kinds.values())))
         return [n for n in kind.parameters() if n in required(kind) and n not in self.telling]
-
-    def make(self, values: Mapping[str, Any]) -> Part | None:
-        """Make a part from the values of its fields; None if they are incomplete."""
-        return _made(self.kinds, values)
 
     def changed(self, part: Part, given: dict[str, Any]) -> Part | None:
         """A part with other values of some fields, and of another kind if these require it."""
-        for kind in (type(part), *self.kinds):
+        for kind in (type(part), *self.kinds.values()):
             common = kind.parameters().keys() & vars(part).keys()
-            if found := _made([kind], {name: vars(part)[name] for name in common} | given):
+            if found := self.make({name: vars(part)[name] for name in common} | given, [kind]):
                 return found
         return None
 
@@ -228,13 +224,13 @@ class Inline:
         leading, telling = self.leading, self.telling
         touched = [name for name in leading if name in given]
         if len(touched) > 1:
-            symbol = self.parameters[touched[0]].symbol.strip("$").replace("Q/µP", "Q/(µP)")
+            symbol = self.keys[touched[0]].symbol.strip("$").replace("Q/µP", "Q/(µP)")
             rule = f"is redundant: {touched[0]}, {symbol}, is given too"
             for name in touched[1:]:
                 yield Problem(name, None, rule, "give exactly one of the two")
         elif leading and not touched and not any(nearest(key, [*leading]) for key in unknown):
             first, *others = leading
-            examples = [f"{name}: {self.parameters[name].example}" for name in leading]
+            examples = [f"{name}: {self.keys[name].example}" for name in leading]
             rule = f"is missing, and so is {' and '.join(others)}"
             yield Problem(first, None, rule, f"give exactly one of {' and '.join(examples)}")
         if len(touched) == 1:
@@ -243,20 +239,6 @@ class Inline:
                 needed = [lead for lead, kind in leading.items() if name in kind.parameters()]
                 rule = f"has no meaning with {touched[0]}"
                 yield Problem(name, None, rule, f"it belongs to {' or '.join(needed)}")
-
-
-def fields_are_keys(about: Parameter | Inline, value: Any) -> bool:
-    """Whether the fields of a member, as keys of the case, specify it completely."""
-    short = about.short if isinstance(about, PartOf) else ""
-    return isinstance(about, Inline) or (bool(short) and value.kind == short)
-
-
-def _made(kinds: Iterable[type[Part]], values: Mapping[str, Any]) -> Part | None:
-    """Make a part of the first kind that has all of the values and requires no others."""
-    for kind in kinds:
-        if values.keys() <= kind.parameters().keys() and required(kind) <= values.keys():
-            return kind.unchecked(**values)
-    return None
 
 
 @dataclass(frozen=True)
@@ -300,7 +282,7 @@ class Blocks(Plain):
     @property
     def known(self) -> Mapping[str, Parameter]:
         """What a block may have, by name."""
-        changed = (each for part in self.parts for each in part.parameters.items())
+        changed = (each for part in self.parts for each in part.keys.items())
         return {_CYCLES: self.number, **dict(changed)}
 
     def schema(self) -> dict[str, Any]:

@@ -49,43 +49,38 @@ def leaves() -> Mapping[str, tuple[Leaf, ...]]:
 
     Several kinds of a part may have a parameter of the same name; those of the case come first.
     """
-    return _leaves(kinds_of_parts())
+    return _leaves(_kinds_of_parts())
 
 
-def kinds_of_parts() -> tuple[tuple[type[Part], ...], ...]:
+def _kinds_of_parts() -> tuple[tuple[type[Part], ...], ...]:
     """Return all kinds of all parts, including classes defined later."""
-    parts = (about for about in members().values() if isinstance(about, PartOf | Inline))
-    return tuple(tuple(part.family.kinds().values()) for part in parts)
+    parts = (about for about in members().values() if isinstance(about, PartOf))
+    return tuple(tuple(part.kinds.values()) for part in parts)
 
 
 @cache
 def _leaves(_: tuple[tuple[type[Part], ...], ...]) -> Mapping[str, tuple[Leaf, ...]]:
     found: dict[str, tuple[Leaf, ...]] = {}
     for member, about in members().items():
-        if not isinstance(about, PartOf | Inline):
+        if not isinstance(about, PartOf):
             found[member] = (Leaf(member, member, None, member, about),)
             continue
-        for kind in about.family.kinds().values():
-            known = about.parameters(kind) if isinstance(about, PartOf) else kind.parameters()
-            for field, parameter in known.items():
-                dotted = [] if isinstance(about, Inline) else [f"{member}.{field}"]
-                stands_alone = isinstance(about, Inline) or kind.kind == about.short
-                names = [*([field] if stands_alone else []), *dotted]
+        for name, kind in about.kinds.items():
+            for field, parameter in about.named(kind.parameters()).items():
+                names = [field] if name in about.open_kinds else []
+                names += [] if isinstance(about, Inline) else [f"{member}.{field}"]
                 leaf = Leaf(names[0], member, kind, field, parameter)
-                for name in names:
-                    found[name] = (*found.get(name, ()), leaf)
+                found |= {each: (*found.get(each, ()), leaf) for each in names}
     return found
 
 
 def base_names() -> tuple[str, ...]:
     """Return the keys that `base` may have: parts and single parameters."""
-    found: dict[str, list[str]] = {}
+    found: list[str] = []
     for member, about in members().items():
-        found[member] = [member] if isinstance(about, Parameter) else []
-    for name, (leaf, *_) in leaves().items():
-        if "." not in name and name != leaf.member:
-            found[leaf.member].append(name)
-    return tuple(name for names in found.values() for name in names)
+        found += [] if isinstance(about, Inline) else [member]
+        found += about.keys if isinstance(about, PartOf) else []
+    return tuple(found)
 
 
 def parameter_names() -> tuple[str, ...]:
@@ -100,8 +95,7 @@ def member_of(name: str) -> str:
 
 def parameter_of(name: str) -> Parameter:
     """Return the parameter or the whole part with this name."""
-    about = members().get(name)
-    return about if isinstance(about, Parameter) else leaves()[name][0].parameter
+    return leaves()[name][0].parameter if name in leaves() else members()[name]
 
 
 def replaced_by(name: str) -> set[str]:
@@ -110,10 +104,11 @@ def replaced_by(name: str) -> set[str]:
     about = members().get(member)
     if member in ("cycles", "blocks"):
         return {"cycles", "blocks"} - {name}
+    if isinstance(about, Inline):
+        kind = about.leading.get(name)
+        return {*about.keys} - {*kind.parameters()} if kind else set()
     if isinstance(about, PartOf):
         return {member} if name in about.keys else {*about.keys}
-    if isinstance(about, Inline) and (kind := about.leading.get(name)):
-        return {*about.parameters} - {*kind.parameters()}
     return set()
 
 
@@ -128,7 +123,7 @@ def parameter(name: str) -> Parameter:
     An unknown name, such as that of a user's own dimension, is taken to be a plain number.
     """
     plain = Quantity("1", name, name.replace("_", " "))
-    return _by_coordinate(kinds_of_parts()).get(coordinate(name), plain)
+    return _by_coordinate(_kinds_of_parts()).get(coordinate(name), plain)
 
 
 def value_text(name: str, value: Any) -> str:
@@ -172,10 +167,10 @@ def _by_coordinate(_: tuple[tuple[type[Part], ...], ...]) -> Mapping[str, Parame
             with suppress(TypeError):
                 found |= {n: p for n, p, _ in leaf.parameter.coordinates(name, value)}
     for member, about in members().items():
-        if isinstance(about, PartOf):
+        if isinstance(about, PartOf) and not isinstance(about, Inline):
             found.setdefault(member, about)
             for kind in about.kinds.values():
-                following = about.derived(kind).items()
+                following = about.named(kind.derived()).items()
                 found |= {f"{member}_{name}": each for name, each in following}
     return {**found, **derived(CaseTree)}
 
@@ -239,7 +234,7 @@ def make_member(member: str, values: Mapping[str, Any]) -> Any:
     if member in values:
         value = values[member]
         return None if isinstance(value, Part) and value.is_trivial else value
-    if part := cast("PartOf | Inline", members()[member]).make(values):
+    if part := cast("PartOf", members()[member]).make(values):
         return part
     raise KeyError(member)
 
@@ -256,7 +251,7 @@ def missing(given: Iterable[str], *, in_file: bool) -> Iterator[Problem]:
         rule = "is redundant: blocks have cycles of their own"
         yield Problem("cycles", None, rule, "give one of the two")
     for member, about in members().items():
-        instead = about.keys if isinstance(about, PartOf) else ()
+        instead = () if isinstance(about, Inline) else getattr(about, "keys", ())
         if member in given:
             for name in sorted(given.intersection(instead)):
                 rule = f"is redundant: {member} is given too"
@@ -284,7 +279,7 @@ def schema_required() -> list[dict[str, Any]]:
         about, names = members()[member := member_of(problem.key)], [problem.key]
         if isinstance(about, Inline) and problem.key in about.leading:
             names = [*about.leading]
-        elif isinstance(about, PartOf) and member != problem.key:
+        elif not isinstance(about, Inline) and member != problem.key:
             names.append(member)
         places = [
             {

@@ -1,4 +1,4 @@
-"""Points of a study: how varied values are combined, the cases, and the rules they break."""
+"""Points of a study: the varied values, and how they are combined."""
 
 from __future__ import annotations
 
@@ -6,18 +6,17 @@ import itertools
 import math
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Annotated, Any, ClassVar, Literal
 
-from fretwear.parts import Part, WholeNumber, required
+from fretwear.mechanics.materials import Course
+from fretwear.parts import Part, Quantity, WholeNumber
 from fretwear.study.case import Case
 from fretwear.study.cost import Estimate, estimate
-from fretwear.study.parameters import by_member, leaves, make_member, member_of
-from fretwear.study.problems import Problem, in_words
-from fretwear.study.rules import RULES, Rule
-from fretwear.study.tree import CaseTree, members
+from fretwear.study.parameters import leaves, member_of, parameter_names, parameter_of, read_value
+from fretwear.study.problems import Problems, in_words
+from fretwear.units import QuantityError, exact_text
 
 MAX_POINTS = 200_000
 
@@ -35,9 +34,8 @@ class Range:
     def at(self, fraction: float) -> float:
         """Return the value at a fraction of the way, rounded to six digits."""
         if self.logarithmic:
-            value = math.exp(
-                math.log(self.low) + fraction * (math.log(self.high) - math.log(self.low))
-            )
+            low, high = math.log(self.low), math.log(self.high)
+            value = math.exp(low + fraction * (high - low))
         else:
             value = self.low + fraction * (self.high - self.low)
         # Few digits, so that the ids of cases do not depend on the last bit of a logarithm.
@@ -203,90 +201,134 @@ class Point:
         return {a.name: a.labels[i] for a, i in zip(self.axes, self.index, strict=True)}
 
 
-@dataclass(frozen=True)
-class BrokenRule:
-    """A rule that some points break, with the positions along the axes."""
+def read_axes(
+    vary: Mapping[str, Any], places: Mapping[str, str], design: Design | None, problems: Problems
+) -> tuple[Axis, ...]:
+    """Read the varied parameters; return the valid axes and add the rest to `problems`.
 
-    problem: Problem
-    where: tuple[tuple[Axis, int], ...]
-    points: Sequence[tuple[int, ...]]
+    Nothing is returned if the design could not be read. `places` says where the values are that
+    are not under `vary`.
+    """
+    axes: list[Axis] = []
+    known = parameter_names()
+    for name, raw in vary.items():
+        place = places.get(name, f"vary.{name}")
+        if name not in known:
+            problems.add(place, raw, "is not a case parameter", known=known, written=name)
+            continue
+        with problems.at(place, raw):
+            axes.append(_read_axis(name, raw, design, place))
+    for whole in vary:
+        for part in [name for name in vary if name.startswith(f"{whole}.")][:1]:
+            rule = f"varies the whole of which {part} is a part"
+            problems.add(f"vary.{whole}", None, rule, "vary one or the other")
+    if isinstance(design, Sampled):
+        if not vary:
+            rule = "is missing: a sampled design needs something to vary"
+            problems.add("vary", None, rule, "such as load: {from: 10 N, to: 100 N}")
+        pools = [axis.drawn_from or range(len(axis.values)) for axis in axes]
+        drawn = design.sample(pools) if axes else []
+        return tuple(itertools.starmap(_drawn, zip(axes, drawn, strict=True)))
+    lengths = {axis.name: len(axis.values) for axis in axes}
+    if isinstance(design, Zip):
+        if len(set(lengths.values())) > 1:
+            listed = ", ".join(f"{name} has {length}" for name, length in lengths.items())
+            rule = f"must have lists of equal length under design: zip, but {listed}"
+            problems.add("vary", None, rule, "design: grid takes every combination")
+            return ()
+        seen: dict[object, int] = {}
+        for row, values in enumerate(zip(*(axis.values for axis in axes), strict=True)):
+            if (first := seen.setdefault(_identity(values), row)) != row:
+                given = ", ".join(f"{axis.name} {axis.labels[row]}" for axis in axes)
+                rule = f"make point {row + 1} the same as point {first + 1} under design: zip"
+                problems.add("vary", given, rule, "leave one of them out of every list")
+    if design is None:
+        return ()
+    if (size := design.size([*lengths.values()])) > MAX_POINTS:
+        rule = f"makes {size} points, more than the limit of {MAX_POINTS}"
+        problems.add("vary", None, rule, "split the study")
+        return ()
+    return tuple(axes)
 
 
-class Parameters:
-    """Valid values of a study: fixed ones, axes, and the points as positions along the axes."""
+def _drawn(axis: Axis, drawn: Sequence[Any]) -> Axis:
+    """Return an axis with the values drawn from its range, or at positions in its list."""
+    if axis.drawn_from is None:
+        values, written = (tuple(each[i] for i in drawn) for each in (axis.values, axis.written))
+        return replace(axis, values=values, written=written)
+    quantity = parameter_of(axis.name)
+    assert isinstance(quantity, Quantity)
+    written = tuple(exact_text(value, quantity.dimension) for value in drawn)
+    return replace(axis, values=tuple(drawn), written=written)
 
-    def __init__(
-        self, fixed: Mapping[str, Any], axes: tuple[Axis, ...], indices: Sequence[tuple[int, ...]]
-    ) -> None:
-        self.axes, self.indices = axes, indices
-        # Positions of the axes that vary a member or a part of it, by member.
-        self._axes_of: dict[str, list[int]] = {}
-        for position, axis in enumerate(axes):
-            self._axes_of.setdefault(axis.member, []).append(position)
-        self._fixed = by_member(fixed)
-        self._made: dict[tuple[str, tuple[int, ...]], Any] = {}
-        self._constant: dict[str, Any] = {}
-        self._varied: list[str] = []
-        for member in {**self._fixed, **self._axes_of}:
-            with suppress(KeyError):  # Others that its values need may be wrong.
-                made = self._member(member, (0,) * len(axes))
-                if member in self._axes_of:
-                    self._varied.append(member)
-                else:
-                    self._constant[member] = made
 
-    def points(
-        self, broken: Mapping[tuple[int, ...], str], which: slice = slice(None)
-    ) -> Iterator[Point]:
-        """Iterate over some points; `broken` says why some of them are invalid."""
-        for index in self.indices[which]:
-            problem = broken.get(index, "")
-            yield Point(self.axes, index, None if problem else self.case(index), problem)
+def _read_axis(name: str, raw: object, design: Design | None, place: str) -> Axis:
+    """Read a list, or the range from which values will be drawn."""
+    if isinstance(raw, Mapping):
+        if parts := [each for each in parameter_names() if each.startswith(f"{name}.")]:
+            hint = f"to vary a part of it write {parts[0]}: [{parameter_of(parts[0]).example}, ...]"
+            raise QuantityError(f"must be a list of values of {name}", hint)
+        return Axis(name, (), (), place, _read_range(name, raw, design))
+    if not isinstance(raw, list):
+        hint = f"write [{raw}]" if isinstance(raw, str | float) else ""
+        if isinstance(design, Sampled):
+            hint = "or a range such as {from: 10 N, to: 100 N, scale: log}"
+        raise QuantityError("must be a list of values", hint)
+    if not raw:
+        raise QuantityError("is an empty list", "list at least one value, or leave it out")
+    values: list[Any] = []
+    seen: dict[object, int] = {}
+    problems = Problems()
+    for position, item in enumerate(raw):
+        with problems.at(f"[{position}]", item):
+            values.append(value := read_value(name, item))
+            first = seen.setdefault(_identity(value), position)
+            # Paired lists may repeat a value: only a whole row makes the same point.
+            if first != position and not isinstance(design, Zip):
+                rule = f"is the same value as {place}[{first}], {raw[first]}"
+                raise QuantityError(rule, "leave one of them out")
+    problems.raise_any()
+    return Axis(name, tuple(values), tuple(raw), place)
 
-    def case(self, index: tuple[int, ...]) -> Case:
-        """Return the case of a point from values already read and checked."""
-        return Case.of({**self._constant, **{n: self._member(n, index) for n in self._varied}})
 
-    def _member(self, member: str, index: tuple[int, ...]) -> Any:
-        # Points share parts, so each combination of a part's values is made once.
-        axes = self._axes_of.get(member, ())
-        key = member, tuple([index[i] for i in axes])
-        if key not in self._made:
-            fixed = self._fixed.get(member, {})
-            drawn = {self.axes[i].name: self.axes[i].values[index[i]] for i in axes}
-            base = fixed.get(member)
-            if drawn and isinstance(base, Part):
-                fields = {name.rpartition(".")[2]: value for name, value in drawn.items()}
-                drawn = {member: type(base).unchecked(**{**vars(base), **fields})}
-            self._made[key] = make_member(member, {**fixed, **drawn})
-        return self._made[key]
+def _identity(value: Any) -> object:
+    """Return a key that equal values of an axis share, whatever their units."""
+    if isinstance(value, float):
+        return f"{value:.11e}"
+    if isinstance(value, Part | Course):
+        value = tuple(vars(value).values())
+    return tuple(map(_identity, value)) if isinstance(value, tuple) else value
 
-    def find(self) -> Iterator[BrokenRule]:
-        """Iterate over the broken rules, each tried once for each combination of valid values."""
-        valid = {*self._constant, *self._varied}
-        defaulted = {*members(), "output_cycles"} - required(CaseTree) - {*self._axes_of}
-        known = {*valid, *defaulted, *(("cycles",) if "blocks" in valid else ())}
-        trials: list[tuple[Rule, list[int], dict[Any, tuple[Problem | None, list[Any]]]]] = []
-        for rule in RULES:
-            if {member_of(name) for name in rule.needs} <= known:
-                # Blocks have cycles of their own.
-                needs = rule.needs | ({"blocks"} if "cycles" in rule.needs else set())
-                axes = enumerate(self.axes)
-                relevant = [i for i, axis in axes if {axis.member, axis.name} & needs]
-                trials.append((rule, relevant, {}))
-        # Point by point, so that each case is made once for all rules.
-        for index in self.indices:
-            case: Case | None = None
-            for rule, relevant, tried in trials:
-                positions = tuple([index[i] for i in relevant])
-                if positions not in tried:
-                    case = case or self.case(index)
-                    tried[positions] = rule.find(case), []
-                problem, points = tried[positions]
-                if problem is not None:
-                    points.append(index)
-        for _, relevant, tried in trials:
-            for positions, (problem, points) in tried.items():
-                if problem is not None:
-                    where = zip((self.axes[i] for i in relevant), positions, strict=True)
-                    yield BrokenRule(problem, tuple(where), points)
+
+def _read_range(name: str, raw: Mapping[str, Any], design: Design | None) -> Range:
+    if design is not None and not design.is_sampled:
+        hint = "write a list, or design: {kind: latin_hypercube, points: 64, seed: 1}"
+        raise QuantityError(f"is a range, which design: {design.kind} cannot take", hint)
+    quantity, problems = parameter_of(name), Problems()
+    no_number = QuantityError(
+        "has values that are no single quantity and cannot be drawn from a range",
+        "write a list: its values are drawn",
+    )
+    if not quantity.may_be_drawn:
+        raise no_number
+    problems.unknown("", raw, ("from", "to", "scale"))
+    scale, scales = raw.get("scale", "linear"), ("linear", "log")
+    if scale not in scales:
+        problems.add(".scale", scale, "must be linear or log", known=scales)
+    ends = []
+    for part in ("from", "to"):
+        with problems.at(f".{part}", raw.get(part)):
+            if part not in raw:
+                raise QuantityError("is missing", quantity.such_as(part))
+            ends.append(read_value(name, raw[part]))
+    problems.raise_any()
+    if not all(isinstance(end, float) for end in ends):
+        raise no_number
+    low, high = ends
+    if not low < high < math.inf:
+        rule = f"must be more than vary.{name}.from = {raw['from']}, and finite"
+        problems.add(".to", raw["to"], rule)
+    elif scale == "log" and low <= 0.0:
+        problems.add(".from", raw["from"], "must be larger than 0 on a logarithmic scale")
+    problems.raise_any()
+    return Range(low, high, logarithmic=scale == "log")

@@ -96,10 +96,16 @@ class Problems(list[Problem]):
             raise UnreadError(self)
 
     def add(
-        self, key: str, given: object, rule: str, remedy: str = "", known: Sequence[str] = ()
+        self,
+        key: str,
+        given: object,
+        rule: str,
+        remedy: str = "",
+        known: Sequence[str] = (),
+        written: str = "",
     ) -> None:
-        """Add a problem; `known` lists the valid words, one of which may be misspelt."""
-        self.append(Problem(key, given, rule, remedy, known=known))
+        """Add a problem; `known` lists the valid words, of which one may have been `written`."""
+        self.append(Problem(key, given, rule, remedy, None, known, written))
 
     def unknown(
         self,
@@ -111,8 +117,7 @@ class Problems(list[Problem]):
         """Add the unknown keys at a place."""
         remedy = f"known {'are' if len(known) > 1 else 'is'} {', '.join(known)}"
         for name in (name for name in keys if name not in known):
-            key = f"{place}.{name}"
-            self.append(Problem(key, keys[name], rule, remedy, written=name, known=known))
+            self.add(f"{place}.{name}", keys[name], rule, remedy, known, name)
 
 
 def read_fields(

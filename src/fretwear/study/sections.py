@@ -1,30 +1,31 @@
-"""The sections of a study file: what each may hold, and their problems."""
+"""The sections of a study file: what each may hold, their schema, and changes from outside."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+import copy
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
-from fretwear.mechanics.materials import Course
-from fretwear.parts import Choice, Part, Quantity
+from fretwear.parts import Choice
 from fretwear.study.case import SNAPSHOTS
 from fretwear.study.members import PartOf
 from fretwear.study.parameters import (
     base_names,
     parameter_names,
     parameter_of,
-    read_value,
+    replaced_by,
     schema_required,
 )
-from fretwear.study.points import MAX_POINTS, Axis, Design, Grid, Range, Sampled, Zip
-from fretwear.study.problems import Problem, Problems
-from fretwear.units import QuantityError, exact_text
+from fretwear.study.points import MAX_POINTS, Design, Grid
+from fretwear.study.problems import Problems
+from fretwear.study.yamlfile import parse_value
+from fretwear.units import QuantityError
 
 NAMES = ("title", "base", "vary", "seeds", "design", "invalid", "batch", "output")
 SEEDS = "roughness.seed"
 """What the section `seeds` varies."""
+OPTION = "--set"
 MAX_TITLE = 200
 
 _DESIGN = PartOf(
@@ -49,32 +50,27 @@ class Sections:
     invalid: str = "stop"
     batch: int | None = None  # cases per job; None: as many as take a few minutes
     output: Mapping[str, Any] = field(default_factory=dict)
-    has_seeds: bool = False  # whether the section `seeds` is what varies them
-
-    def place(self, name: str) -> str:
-        """Return the key that holds the values of a varied parameter."""
-        return "seeds" if self.has_seeds and name == SEEDS else f"vary.{name}"
+    places: Mapping[str, str] = field(default_factory=dict)  # of varied values not under `vary`
 
 
 def read_sections(raw: Mapping[str, Any], problems: Problems) -> Sections:
     """Read the sections, and add what is wrong with them to the problems."""
     found: dict[str, Any] = {"design": None} if "design" in raw else {}
-    for name, given in ((name, given) for name, given in raw.items() if name != "seeds"):
+    for name, given in raw.items():
         if read := _READ.get(name):
             with problems.at(name, given):
                 found[name] = read(given)
-            continue
-        known = () if name in parameter_names() else NAMES
-        hint = f"known are {', '.join(NAMES)}" if known else f"put it under base: base.{name}"
-        rule = "is not a section of a study"
-        problems.append(Problem(name, given, rule, hint, written=name, known=known))
+        elif name != "seeds":
+            known = () if name in parameter_names() else NAMES
+            hint = f"known are {', '.join(NAMES)}" if known else f"put it under base: base.{name}"
+            problems.add(name, given, "is not a section of a study", hint, known, name)
     problems.unknown("output", found.get("output", {}), ("cycles",))
     vary = found.get("vary", {})
     if "seeds" in raw and (twice := [name for name in vary if name in (SEEDS, "roughness")]):
         rule = f"would vary what vary.{twice[0]} varies"
         problems.add("seeds", raw["seeds"], rule, "leave one of them out")
     elif "seeds" in raw:
-        found |= {"vary": {**vary, SEEDS: raw["seeds"]}, "has_seeds": True}
+        found |= {"vary": {**vary, SEEDS: raw["seeds"]}, "places": {SEEDS: "seeds"}}
     return Sections(**found)
 
 
@@ -116,142 +112,62 @@ _READ: Mapping[str, Callable[[object], Any]] = {
 }
 
 
-def read_axes(sections: Sections, problems: Problems) -> tuple[Axis, ...]:
-    """Read the varied parameters; return the valid axes and add the rest to `problems`.
+def override(raw: Mapping[str, Any], assignments: Iterable[str]) -> tuple[dict[str, Any], Problems]:
+    """Apply assignments ``name=value`` to the plain content of a study file.
 
-    Nothing is returned if the design could not be read.
+    The value replaces that in `base`, and the parameter is no longer varied. Setting one of several
+    alternative keys, such as the two tangential ones, drops the others; keys that belong to both,
+    such as `rig_stiffness`, stay. ``output.cycles`` and ``title`` can be set too. Returned are a
+    changed copy, whose values are not checked yet, and what was wrong with the assignments.
     """
-    read: dict[str, Axis | Range] = {}
-    vary, design, known = sections.vary, sections.design, parameter_names()
-    for name, raw in vary.items():
-        if name not in known:
-            rule = "is not a case parameter"
-            problems.append(Problem(f"vary.{name}", raw, rule, written=name, known=known))
-            continue
-        with problems.at(place := sections.place(name), raw):
-            read[name] = _read_axis(name, raw, design, place)
-    for whole in vary:
-        for part in [name for name in vary if name.startswith(f"{whole}.")][:1]:
-            rule = f"varies the whole of which {part} is a part"
-            problems.add(f"vary.{whole}", None, rule, "vary one or the other")
-    if isinstance(design, Sampled):
-        if not vary:
-            rule = "is missing: a sampled design needs something to vary"
-            problems.add("vary", None, rule, "such as load: {from: 10 N, to: 100 N}")
-        return _drawn(read, design) if read else ()
-    if design is None:
-        return ()
-    axes = tuple(axis for axis in read.values() if isinstance(axis, Axis))
-    lengths = {axis.name: len(axis.values) for axis in axes}
-    if isinstance(design, Zip):
-        if len(set(lengths.values())) > 1:
-            listed = ", ".join(f"{name} has {length}" for name, length in lengths.items())
-            rule = f"must have lists of equal length under design: zip, but {listed}"
-            problems.add("vary", None, rule, "design: grid takes every combination")
-            return ()
-        seen: dict[object, int] = {}
-        for row, values in enumerate(zip(*(axis.values for axis in axes), strict=True)):
-            first = seen.setdefault(_identity(values), row)
-            if first != row:
-                given = ", ".join(f"{axis.name} {axis.labels[row]}" for axis in axes)
-                rule = f"make point {row + 1} the same as point {first + 1} under design: zip"
-                problems.add("vary", given, rule, "leave one of them out of every list")
-    if (size := design.size([*lengths.values()])) > MAX_POINTS:
-        rule = f"makes {size} points, more than the limit of {MAX_POINTS}"
-        problems.add("vary", None, rule, "split the study")
-        return ()
-    return axes
-
-
-def _drawn(read: Mapping[str, Axis | Range], design: Sampled) -> tuple[Axis, ...]:
-    pools = [
-        axis if isinstance(axis, Range) else [*zip(axis.values, axis.written, strict=True)]
-        for axis in read.values()
-    ]
-    axes = []
-    for (name, source), drawn in zip(read.items(), design.sample(pools), strict=True):
-        if isinstance(source, Range):
-            quantity = parameter_of(name)
-            assert isinstance(quantity, Quantity)
-            written = tuple(exact_text(value, quantity.dimension) for value in drawn)
-            axes.append(Axis(name, tuple(drawn), written, f"vary.{name}", source))
+    changed, problems = copy.deepcopy(dict(raw)), Problems()
+    known = (*parameter_names(), "output.cycles", "title")
+    for assignment in assignments:
+        name, equals, text = assignment.partition("=")
+        name = name.strip()
+        place = f"{OPTION} {name}"
+        if not equals:
+            rule = "must have the form name=value"
+            problems.add(OPTION, assignment, rule, "such as --set 'load=30 N'")
+        elif name not in known:
+            problems.add(place, text, "is not a parameter", known=known, written=name)
         else:
-            values, texts = zip(*drawn, strict=True)
-            axes.append(replace(source, values=values, written=texts))
-    return tuple(axes)
+            with problems.at(place, text):
+                value = parse_value(text)
+                with problems.at(place, value):
+                    assign(changed, name, value)
+    return changed, problems
 
 
-def _read_axis(name: str, raw: object, design: Design | None, place: str) -> Axis | Range:
-    if isinstance(raw, Mapping):
-        if parts := [each for each in parameter_names() if each.startswith(f"{name}.")]:
-            hint = f"to vary a part of it write {parts[0]}: [{parameter_of(parts[0]).example}, ...]"
-            raise QuantityError(f"must be a list of values of {name}", hint)
-        return _read_range(name, raw, design)
-    if not isinstance(raw, list):
-        hint = f"write [{raw}]" if isinstance(raw, str | float) else ""
-        if isinstance(design, Sampled):
-            hint = "or a range such as {from: 10 N, to: 100 N, scale: log}"
-        raise QuantityError("must be a list of values", hint)
-    if not raw:
-        raise QuantityError("is an empty list", "list at least one value, or leave it out")
-    values: list[Any] = []
-    seen: dict[object, int] = {}
-    problems = Problems()
-    for position, item in enumerate(raw):
-        with problems.at(f"[{position}]", item):
-            values.append(value := read_value(name, item))
-            first = seen.setdefault(_identity(value), position)
-            # Paired lists may repeat a value: only a whole row makes the same point.
-            if first != position and not isinstance(design, Zip):
-                rule = f"is the same value as {place}[{first}], {raw[first]}"
-                raise QuantityError(rule, "leave one of them out")
-    problems.raise_any()
-    return Axis(name, tuple(values), tuple(raw), place)
-
-
-def _identity(value: Any) -> object:
-    """Return a key that equal values of an axis share, whatever their units."""
-    if isinstance(value, float):
-        return f"{value:.11e}"
-    if isinstance(value, tuple):
-        return tuple(_identity(item) for item in value)
-    if isinstance(value, Part | Course):
-        return tuple(_identity(item) for item in vars(value).values())
-    return value
-
-
-def _read_range(name: str, raw: Mapping[str, Any], design: Design | None) -> Range:
-    if design is not None and not design.is_sampled:
-        hint = "write a list, or design: {kind: latin_hypercube, points: 64, seed: 1}"
-        raise QuantityError(f"is a range, which design: {design.kind} cannot take", hint)
-    quantity, problems = parameter_of(name), Problems()
-    no_number = QuantityError(
-        "has values that are no single quantity and cannot be drawn from a range",
-        "write a list: its values are drawn",
-    )
-    if not quantity.may_be_drawn:
-        raise no_number
-    problems.unknown("", raw, ("from", "to", "scale"))
-    scale, scales = raw.get("scale", "linear"), ("linear", "log")
-    if scale not in scales:
-        problems.add(".scale", scale, "must be linear or log", known=scales)
-    ends = []
-    for part in ("from", "to"):
-        with problems.at(f".{part}", raw.get(part)):
-            if part not in raw:
-                raise QuantityError("is missing", quantity.such_as(part))
-            ends.append(read_value(name, raw[part]))
-    problems.raise_any()
-    if not all(isinstance(end, float) for end in ends):
-        raise no_number
-    low, high = ends
-    if not low < high < math.inf:
-        rule = f"must be more than vary.{name}.from = {raw['from']}, and finite"
-        problems.add(".to", raw["to"], rule)
-    elif scale == "log" and low <= 0.0:
-        problems.add(".from", raw["from"], "must be larger than 0 on a logarithmic scale")
-    problems.raise_any()
-    return Range(low, high, logarithmic=scale == "log")
+def assign(content: dict[str, Any], name: str, value: Any) -> None:
+    """Give a parameter one value in the plain content of a study file, as for `override`."""
+    if name in ("title", "output.cycles"):
+        section, _, key = name.partition(".")
+        content[section] = {key: value} if key else value
+        return
+    present = (content.get(section) for section in ("base", "vary"))
+    base, vary = (dict(each) if isinstance(each, Mapping) else {} for each in present)
+    content |= {"base": base, "vary": vary}
+    gone = replaced_by(name)
+    for other in gone:
+        base.pop(other, None)
+    for varied in [*vary]:
+        if any(f"{varied}.".startswith(f"{each}.") for each in (*gone, name)):
+            del vary[varied]
+    if SEEDS in (name, f"{name}.seed"):
+        content.pop("seeds", None)
+    whole, _, part = name.partition(".")
+    if part and whole in vary:
+        raise QuantityError(f"cannot be set while vary.{whole} varies the whole of it")
+    if part:
+        given = base.get(whole)
+        value = {**(given if isinstance(given, Mapping) else {}), part: value}
+    base[whole] = value
+    if not vary:
+        del content["vary"]
+        if "seeds" not in content:
+            # A sampled design without anything to sample would be an error of its own.
+            content.pop("design", None)
 
 
 def study_schema() -> dict[str, Any]:
@@ -262,22 +178,14 @@ def study_schema() -> dict[str, Any]:
     `load_study` only.
     """
     whole = {"type": "integer", "minimum": 1, "maximum": MAX_POINTS}
+    title = {"type": "string", "minLength": 1, "maxLength": MAX_TITLE}
+    base = {name: parameter_of(name).described() for name in base_names()}
+    vary = {name: _varied(name) for name in parameter_names()}
     sections = {
-        "title": {
-            "description": "For people; the name of the study is that of its file.",
-            "type": "string",
-            "minLength": 1,
-            "maxLength": MAX_TITLE,
-        },
-        "base": {
-            "description": "One value for every parameter that is not varied.",
-            **_object({name: parameter_of(name).described() for name in base_names()}),
-        },
-        "vary": {
-            "description": "The varied parameters, each with its values.",
-            **_object({name: _varied(name) for name in parameter_names()}),
-        },
-        "seeds": {"description": f"Short for {SEEDS} under vary.", **_varied(SEEDS)},
+        "title": _about("For people; the name of the study is that of its file.", title),
+        "base": _about("One value for every parameter that is not varied.", _object(base)),
+        "vary": _about("The varied parameters, each with its values.", _object(vary)),
+        "seeds": _about(f"Short for {SEEDS} under vary.", _varied(SEEDS)),
         "design": {**_DESIGN.described(), "default": "grid"},
         "invalid": {**_INVALID.described(), "default": "stop"},
         "batch": {
@@ -296,6 +204,10 @@ def study_schema() -> dict[str, Any]:
     }
 
 
+def _about(description: str, content: Mapping[str, Any]) -> dict[str, Any]:
+    return {"description": description, **content}
+
+
 def _object(properties: Mapping[str, Any], *required: str) -> dict[str, Any]:
     keys = {"type": "object", "additionalProperties": False, "properties": properties}
     return {**keys, "required": list(required)} if required else keys
@@ -307,5 +219,5 @@ def _varied(name: str) -> dict[str, Any]:
     if not parameter_of(name).may_be_drawn:
         return listed
     ends = {"from": value, "to": value, "scale": {"enum": ["linear", "log"]}}
-    interval = {"description": "A range, for sampled designs.", **_object(ends, "from", "to")}
+    interval = _about("A range, for sampled designs.", _object(ends, "from", "to"))
     return {"anyOf": [listed, interval]}

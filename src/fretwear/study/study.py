@@ -2,26 +2,35 @@
 
 from __future__ import annotations
 
-import copy
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from fretwear.parts import Part, required
 from fretwear.study.case import SNAPSHOTS, Case
-from fretwear.study.parameters import html_table, missing, parameter_names, read_values, replaced_by
-from fretwear.study.points import Axis, Design, Grid, Parameters, Point
+from fretwear.study.parameters import (
+    by_member,
+    html_table,
+    make_member,
+    member_of,
+    missing,
+    parameter_names,
+    read_values,
+)
+from fretwear.study.points import Axis, Design, Grid, Point, read_axes
 from fretwear.study.problems import Problem, Problems, StudyError, few_of
-from fretwear.study.sections import SEEDS, Sections, read_axes, read_sections
-from fretwear.study.yamlfile import parse_value, read_document
+from fretwear.study.rules import RULES, Rule
+from fretwear.study.sections import OPTION, Sections, assign, override, read_sections
+from fretwear.study.tree import CaseTree, members
+from fretwear.study.yamlfile import read_document
 from fretwear.topography import Located
-from fretwear.units import QuantityError, did_you_mean
-
-OPTION = "--set"
+from fretwear.units import did_you_mean
 
 _MOST_SHOWN = 12
 
@@ -31,16 +40,17 @@ _LISTED_PER_RULE = 8
 
 @dataclass(frozen=True)
 class Study:
-    """A valid study: every value read, every rule checked."""
+    """A study: every value read, every rule checked where `load_study` returned it."""
 
     file: Path  # the file it was read from
     title: str  # for people
     axes: tuple[Axis, ...]  # the varied parameters in the order of the file
     design: Design  # how their values are combined
-    parameters: Parameters  # fixed values, axes, and the points as positions along the axes
-    invalid: Mapping[tuple[int, ...], str]  # points left out, with the reason
+    fixed: Mapping[str, Any]  # values of the other parameters, in SI units
     content: Mapping[str, Any]  # plain content of the file, overrides included
     batch: int | None = None  # cases per job; None: as many as take a few minutes
+    # Points left out, with the reason.
+    invalid: dict[tuple[int, ...], str] = field(default_factory=dict)
 
     def _repr_html_(self) -> str:
         """Return what is varied as a table, for notebooks."""
@@ -59,25 +69,7 @@ class Study:
     @property
     def size(self) -> int:
         """Number of points."""
-        return len(self.parameters.indices)
-
-    @cached_property
-    def _points(self) -> tuple[Point, ...]:
-        return tuple(self.parameters.points(self.invalid))
-
-    def points(self, first: int = 1, last: int | None = None) -> tuple[Point, ...]:
-        """Return the points in order, the last varied parameter fastest.
-
-        Of a large study a few neighbours, by their numbers from 1, come much sooner than all.
-        """
-        last = self.size if last is None else last
-        if (first, last) == (1, self.size):
-            return self._points
-        return tuple(self.parameters.points(self.invalid, slice(first - 1, last)))
-
-    def cases(self) -> dict[str, Case]:
-        """Return the cases to run by id, each once even if several points share it."""
-        return {point.id: point.case for point in self.points() if point.case is not None}
+        return len(self.indices)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -85,6 +77,68 @@ class Study:
         if self.design.kind == "grid":
             return tuple(len(axis.values) for axis in self.axes)
         return (self.size,)
+
+    @cached_property
+    def indices(self) -> Sequence[tuple[int, ...]]:
+        """The points as positions along the axes, the last varied parameter fastest."""
+        return [*self.design.indices([len(axis.values) for axis in self.axes])]
+
+    @cached_property
+    def _points(self) -> tuple[Point, ...]:
+        return self._some_of(self.indices)
+
+    def _some_of(self, indices: Sequence[tuple[int, ...]]) -> tuple[Point, ...]:
+        each = ((index, self.invalid.get(index, "")) for index in indices)
+        return tuple(Point(self.axes, i, None if why else self.case(i), why) for i, why in each)
+
+    def points(self, first: int = 1, last: int | None = None) -> tuple[Point, ...]:
+        """Return the points in order, the last varied parameter fastest.
+
+        Of a large study a few neighbours, by their numbers from 1, come much sooner than all.
+        """
+        some = first > 1 or (last or self.size) < self.size
+        return self._some_of(self.indices[first - 1 : last]) if some else self._points
+
+    def cases(self) -> dict[str, Case]:
+        """Return the cases to run by id, each once even if several points share it."""
+        return {point.id: point.case for point in self.points() if point.case is not None}
+
+    def case(self, index: tuple[int, ...]) -> Case:
+        """Return the case of a point from values already read and checked."""
+        members = {name: self._member(name, index) for name in self.valid if self._given[name][1]}
+        return Case.of({**self.valid, **members})
+
+    @cached_property
+    def valid(self) -> Mapping[str, Any]:
+        """The members of a case whose values are all valid, as in the first point."""
+        found = {}
+        for member in self._given:
+            with suppress(KeyError):  # Others that its values need may be wrong.
+                found[member] = self._member(member, (0,) * len(self.axes))
+        return found
+
+    @cached_property
+    def _given(self) -> Mapping[str, tuple[dict[str, Any], list[int], dict[tuple[int, ...], Any]]]:
+        """Of each member its fixed values by name, the axes that vary others, and those made."""
+        found: dict[str, tuple[dict[str, Any], list[int], dict[tuple[int, ...], Any]]] = {
+            member: (values, [], {}) for member, values in by_member(self.fixed).items()
+        }
+        for position, axis in enumerate(self.axes):
+            found.setdefault(axis.member, ({}, [], {}))[1].append(position)
+        return found
+
+    def _member(self, member: str, index: tuple[int, ...]) -> Any:
+        # Points share parts, so each combination of a part's values is made once.
+        fixed, axes, made = self._given[member]
+        key = tuple([index[i] for i in axes])
+        if key not in made:
+            drawn = {self.axes[i].name: self.axes[i].values[index[i]] for i in axes}
+            base = fixed.get(member)
+            if drawn and isinstance(base, Part):
+                fields = {name.rpartition(".")[2]: value for name, value in drawn.items()}
+                drawn = {member: type(base).unchecked(**{**vars(base), **fields})}
+            made[key] = make_member(member, {**fixed, **drawn})
+        return made[key]
 
 
 def load_study(path: str | Path, assignments: Sequence[str] = ()) -> Study:
@@ -121,9 +175,7 @@ def _checked(
     """Turn the plain content of a study file, assignments applied, into a `Study`."""
     found = Problems()
     sections = read_sections(_located(content, file.parent), found)
-    axes = read_axes(sections, found)
-    # If the design cannot be read, fixed values are still checked.
-    design = sections.design or Grid()
+    axes = read_axes(sections.vary, sections.places, sections.design, found)
     fixed = _read_base(sections, axes, found)
     asked = sections.output.get("cycles", "auto")
     with found.at("output.cycles", asked):
@@ -134,14 +186,15 @@ def _checked(
         if axis.name == "indenter" and len({part.is_line for part in axis.values}) > 1:
             rule = "has cylinders, whose results are per length, beside others"
             found.add("vary.indenter", None, rule, "make two studies of it")
-    parameters = Parameters(fixed, axes, list(design.indices([len(axis.values) for axis in axes])))
-    invalid = _try_rules(parameters, design, found, skip=sections.invalid == "skip")
-    if not (problems or found) and len(invalid) == len(parameters.indices):
-        found.add("vary", None, f"leaves no point to run: {next(iter(invalid.values()))}")
+    title = sections.title or file.stem
+    # If the design cannot be read, fixed values are still checked.
+    study = Study(file, title, axes, sections.design or Grid(), fixed, content, sections.batch)
+    _try_rules(study, found, skip=sections.invalid == "skip")
+    if not (problems or found) and len(study.invalid) == study.size:
+        found.add("vary", None, f"leaves no point to run: {next(iter(study.invalid.values()))}")
     if problems or found:
         raise StudyError(file, _in_order([*problems, *found], lines, assignments))
-    title = sections.title or file.stem
-    return Study(file, title, axes, design, parameters, invalid, content, sections.batch)
+    return study
 
 
 def _located(value: Any, folder: Path) -> Any:
@@ -161,10 +214,10 @@ def _read_base(sections: Sections, axes: tuple[Axis, ...], problems: Problems) -
     varied = [name for name in sections.vary if name in parameter_names()]
     base, parts = dict(sections.base), dict[str, list[str]]()
     for name in varied:
-        whole, _, field = name.partition(".")
-        if field and whole not in sections.vary:
+        whole, _, own = name.partition(".")
+        if own and whole not in sections.vary:
             base.setdefault(whole, {})
-            parts.setdefault(whole, []).append(field)
+            parts.setdefault(whole, []).append(own)
     read = read_values(base, "base.", problems, units_required=True, varied=parts)
     for problem in missing({*base, *varied}, in_file=True):
         key = f"vary.{problem.key}" if problem.key in sections.vary else f"base.{problem.key}"
@@ -174,46 +227,74 @@ def _read_base(sections: Sections, axes: tuple[Axis, ...], problems: Problems) -
         if (part := read.get(whole)) is None:
             continue
         of_kind = [*part.parameters()]
-        for field in (each for each in fields if each not in of_kind):
-            name, rule = f"{whole}.{field}", f"is nothing that {part.kind} has"
-            key, remedy = sections.place(name), f"it has {', '.join(of_kind)}"
-            found = Problem(key, sections.vary[name], rule, remedy, known=of_kind, written=field)
-            problems.append(found)
-        if not all(field in of_kind and f"{whole}.{field}" in known for field in fields):
+        for own in (each for each in fields if each not in of_kind):
+            name, rule = f"{whole}.{own}", f"is nothing that {part.kind} has"
+            key, remedy = sections.places.get(name, f"vary.{name}"), f"it has {', '.join(of_kind)}"
+            problems.add(key, sections.vary[name], rule, remedy, of_kind, own)
+        if not all(own in of_kind and f"{whole}.{own}" in known for own in fields):
             del read[whole]
     return {name: value for name, value in read.items() if name not in varied}
 
 
-def _try_rules(
-    parameters: Parameters, design: Design, problems: Problems, *, skip: bool
-) -> dict[tuple[int, ...], str]:
-    """Check the rules between parameters; return the points to skip and report other violations."""
-    invalid: dict[tuple[int, ...], str] = {}
+def _broken(study: Study) -> Iterator[tuple[Problem, list[tuple[Axis, int]], list[Any]]]:
+    """Yield each broken rule, the positions along the axes that break it, and their points.
+
+    A rule is tried once for each combination of the valid values that it needs.
+    """
+    defaulted = {*members(), "output_cycles"} - required(CaseTree) - {a.member for a in study.axes}
+    blocks = ("cycles",) if "blocks" in study.valid else ()
+    known = {*study.valid, *defaulted, *blocks}
+    trials: list[tuple[Rule, list[int], dict[Any, tuple[Problem | None, list[Any]]]]] = []
+    for rule in RULES:
+        if {member_of(name) for name in rule.needs} <= known:
+            # Blocks have cycles of their own.
+            needs = rule.needs | ({"blocks"} if "cycles" in rule.needs else set())
+            axes = enumerate(study.axes)
+            trials.append((rule, [i for i, a in axes if {a.member, a.name} & needs], {}))
+    # Point by point, so that each case is made once for all rules.
+    for index in study.indices:
+        case: Case | None = None
+        for rule, relevant, tried in trials:
+            positions = tuple([index[i] for i in relevant])
+            if positions not in tried:
+                case = case or study.case(index)
+                tried[positions] = rule.find(case), []
+            problem, points = tried[positions]
+            if problem is not None:
+                points.append(index)
+    for _, relevant, tried in trials:
+        for positions, (problem, points) in tried.items():
+            if problem is not None:
+                axes_of = [study.axes[i] for i in relevant]
+                yield problem, [*zip(axes_of, positions, strict=True)], points
+
+
+def _try_rules(study: Study, problems: Problems, *, skip: bool) -> None:
+    """Check the rules between parameters; leave points out that are to be skipped."""
     listed = Counter[str]()
-    for found in parameters.find():
-        if skip and found.where:
-            for index in found.points:
-                invalid.setdefault(index, found.problem.sentence)
+    for problem, where, points in _broken(study):
+        if skip and where:
+            for index in points:
+                study.invalid.setdefault(index, problem.sentence)
             continue
-        subject = found.problem.key
+        subject = problem.key
         listed[subject] += 1
         if listed[subject] > _LISTED_PER_RULE:
             continue
         # Where in the file to mend it, and at which values it breaks.
         key = "output.cycles" if subject == "output_cycles" else f"base.{subject}"
         others = []
-        for axis, position in found.where:
+        for axis, position in where:
             if axis.key == subject:
-                key = axis.place + ("" if design.is_sampled else f"[{position}]")
+                key = axis.place + ("" if study.design.is_sampled else f"[{position}]")
             else:
                 others.append(f"{axis.name} = {axis.labels[position]}")
         at = f" (at {', '.join(others)})" if others else ""
-        problems.append(replace(found.problem, key=key, rule=f"{found.problem.rule}{at}"))
+        problems.append(replace(problem, key=key, rule=f"{problem.rule}{at}"))
     for subject, count in listed.items():
         if (more := count - _LISTED_PER_RULE) > 0:
             rule = f"is wrong in the same way at {more} more combinations of the varied values"
             problems.add(f"vary ({subject})", None, rule)
-    return invalid
 
 
 def _in_order(
@@ -233,64 +314,6 @@ def _in_order(
             line = lines.get(key)
         placed.append(replace(problem, key=key, line=line))
     return sorted(placed, key=lambda problem: problem.line or len(lines) * 1000)
-
-
-def override(raw: Mapping[str, Any], assignments: Iterable[str]) -> tuple[dict[str, Any], Problems]:
-    """Apply assignments ``name=value`` to the plain content of a study file.
-
-    The value replaces that in `base`, and the parameter is no longer varied. Setting one of several
-    alternative keys, such as the two tangential ones, drops the others; keys that belong to both,
-    such as `rig_stiffness`, stay. ``output.cycles`` and ``title`` can be set too. Returned are a
-    changed copy, whose values are not checked yet, and what was wrong with the assignments.
-    """
-    changed, problems = copy.deepcopy(dict(raw)), Problems()
-    known = (*parameter_names(), "output.cycles", "title")
-    for assignment in assignments:
-        name, equals, text = assignment.partition("=")
-        name = name.strip()
-        place = f"{OPTION} {name}"
-        if not equals:
-            rule = "must have the form name=value"
-            problems.add(OPTION, assignment, rule, "such as --set 'load=30 N'")
-        elif name not in known:
-            rule = "is not a parameter"
-            problems.append(Problem(place, text, rule, written=name, known=known))
-        else:
-            with problems.at(place, text):
-                value = parse_value(text)
-                with problems.at(place, value):
-                    _assign(changed, name, value)
-    return changed, problems
-
-
-def _assign(content: dict[str, Any], name: str, value: Any) -> None:
-    if name in ("title", "output.cycles"):
-        section, _, key = name.partition(".")
-        content[section] = {key: value} if key else value
-        return
-    present = (content.get(section) for section in ("base", "vary"))
-    base, vary = (dict(each) if isinstance(each, Mapping) else {} for each in present)
-    content |= {"base": base, "vary": vary}
-    gone = replaced_by(name)
-    for other in gone:
-        base.pop(other, None)
-    for varied in [*vary]:
-        if any(f"{varied}.".startswith(f"{each}.") for each in (*gone, name)):
-            del vary[varied]
-    if SEEDS in (name, f"{name}.seed"):
-        content.pop("seeds", None)
-    whole, _, part = name.partition(".")
-    if part and whole in vary:
-        raise QuantityError(f"cannot be set while vary.{whole} varies the whole of it")
-    if part:
-        given = base.get(whole)
-        value = {**(given if isinstance(given, Mapping) else {}), part: value}
-    base[whole] = value
-    if not vary:
-        del content["vary"]
-        if "seeds" not in content:
-            # A sampled design without anything to sample would be an error of its own.
-            content.pop("design", None)
 
 
 def select_case(
@@ -323,7 +346,7 @@ def select_case(
             return chosen.case
         content = {**study.content}
         for axis, position in zip(study.axes, chosen.index, strict=True):
-            _assign(content, axis.name, axis.written[position])
+            assign(content, axis.name, axis.written[position])
         content, problems = override(content, assignments)
         changed = _checked(study.file, content, problems, assignments=assignments)
         points = {point.id: point for point in changed.points()}

@@ -23,7 +23,7 @@ from fretwear.mechanics.slip import Jaeger, SlipModel
 from fretwear.mechanics.surfaces import Indenter
 from fretwear.mechanics.wear_laws import WearLaw
 from fretwear.parts import AlongXY, Flag, Parameter, Quantity, WholeNumber, declared, derived
-from fretwear.study.members import Block, Blocks, Inline, PartOf, fields_are_keys
+from fretwear.study.members import Block, Blocks, Inline, PartOf
 from fretwear.study.spacing import default_spacing
 from fretwear.theory import HertzContact
 from fretwear.units import LENGTH, format_quantity
@@ -144,7 +144,7 @@ class CaseTree:
         # Called for names that are not fields: the parameters of parts whose fields are keys.
         for member, about in members().items():
             part = self.__dict__.get(member)
-            may_be_open = isinstance(about, Inline) or bool(getattr(about, "short", ""))
+            may_be_open = isinstance(about, PartOf) and about.open_kinds
             if part is not None and may_be_open and name in part.__dict__:
                 return part.__dict__[name]
         raise AttributeError(f"{type(self).__name__!r} has no attribute {name!r}")
@@ -303,9 +303,9 @@ class CaseTree:
         found: dict[str, Any] = {}
         for member, about in members().items():
             value = getattr(plain, member)
-            if fields_are_keys(about, value):
+            if isinstance(about, PartOf) and about.are_keys(value):
                 found |= value.canonical()
-            elif isinstance(about, Parameter) and member not in unsaid:
+            elif member not in unsaid:
                 found[member] = about.canonical(value)
         del found["kind"]
         return found
@@ -317,7 +317,7 @@ class CaseTree:
             end += block.cycles
             changed: dict[str, Any] = {"blocks": ()}
             for member, about in _OF_BLOCKS.items():
-                known = about.parameters
+                known = about.keys
                 if given := {name: value for name, value in block.values if name in known}:
                     changed[member] = about.changed(getattr(self, member), given)
             yield end, None if None in changed.values() else self._with(**changed)
@@ -368,7 +368,7 @@ class CaseTree:
         for member, about in members().items():
             value: Any = self.grid_spacing if member == "cell" else getattr(self, member)
             if isinstance(about, Inline):
-                for name, each in {**about.parameters, **value.parameters()}.items():
+                for name, each in {**about.keys, **value.parameters()}.items():
                     if name in following or name in vars(value):
                         known = following.pop(name, each)
                         found += known.coordinates(name, getattr(self, name))
@@ -388,9 +388,9 @@ class CaseTree:
         }
 
 
-def members() -> Mapping[str, Parameter | Inline]:
+def members() -> Mapping[str, Parameter]:
     """Return the fields of a case, except the snapshots, with their declarations."""
-    return declared(CaseTree, Parameter | Inline)
+    return declared(CaseTree)
 
 
 def cell_text(cell: Sequence[float]) -> str:
