@@ -23,6 +23,7 @@ import fretwear
 from fretwear.data.files import open_summary
 from fretwear.study.study import load_study, select_case
 
+from ..running.conftest import read_until
 from ..studies import WAVES, base
 
 FRETWEAR = (sys.executable, "-m", "fretwear")
@@ -33,7 +34,6 @@ def test_a_case_chosen_by_its_id_or_its_beginning_is_simulated_and_written(desk,
     case_id = select_case("tiny.yaml", None, ["load=25 N"]).case_id
     chosen = case_id if whole else "P25N"
     result = desk.call("run", "tiny.yaml", "--case", chosen, "-o", "out/one.nc")
-    assert result.exit_code == 0
     assert result.stdout.startswith("out/one.nc: ")
     with fretwear.open_case("out/one.nc") as case:
         assert case.attrs["case_id"] == case_id
@@ -42,9 +42,8 @@ def test_a_case_chosen_by_its_id_or_its_beginning_is_simulated_and_written(desk,
 
 
 def test_a_changed_case_has_the_numbers_of_python_and_tells_its_call(desk):
-    changes = ["load=30 N", "cycles=50"]
-    assert desk.call("run", "tiny.yaml", "--set", changes[0], "--set", changes[1]).exit_code == 0
-    case = select_case(desk.folder / "tiny.yaml", None, changes)
+    desk.call("run", "tiny.yaml", "--set", "load=30 N", "--set", "cycles=50")
+    case = select_case(desk.folder / "tiny.yaml", None, ["load=30 N", "cycles=50"])
     computed = fretwear.simulate(case, quarter=True)
     with fretwear.open_case(f"{case.case_id}.nc") as stored:
         command = "fretwear run tiny.yaml --set 'load=30 N' --set cycles=50"
@@ -56,7 +55,8 @@ def test_a_changed_case_has_the_numbers_of_python_and_tells_its_call(desk):
 @pytest.fixture
 def long_run(desk):
     """The arguments of a run that takes a minute where nobody stops it."""
-    desk.write({"base": base(cycles=7000, cell="0.5 um", roughness=WAVES)})
+    capped = {"plastic_limit": "4500 MPa", "roughness": WAVES}
+    desk.write({"base": base(cycles=30000, cell="0.5 um", **capped)})
     return "run", "tiny.yaml"
 
 
@@ -64,11 +64,7 @@ def long_run(desk):
 def test_a_stopped_run_says_so_and_leaves_no_case_file(desk, long_run, name, status):
     command = (*FRETWEAR, *long_run)
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
-        seen = ""
-        while "cycle 0 of" not in seen:
-            line = process.stderr.readline()
-            assert line, seen
-            seen += line
+        read_until(process, "cycle 0 of")
         process.send_signal(getattr(signal, name))
         message = process.stderr.read()
         assert process.wait(30) == status
@@ -90,8 +86,10 @@ def test_a_run_whose_terminal_is_gone_leaves_its_checkpoint(desk, long_run):
         (*FRETWEAR, *long_run), stderr=far, stdout=far, preexec_fn=as_session
     )
     os.close(far)
-    while b"half-width" not in os.read(near, 4096):
+    seen = b""
+    while b"half-width" not in seen:
         assert process.poll() is None
+        seen += os.read(near, 4096)
     os.close(near)
     assert process.wait(60) == 129
     assert {Path(file).suffix for file in desk.files()} == {".yaml", ".checkpoint"}
@@ -108,25 +106,28 @@ def test_nohup_outlives_its_terminal():
         assert process.wait(60) == 0
 
 
-@pytest.mark.parametrize("how", ["2>/dev/full", "2>&-", "| true"])
-@pytest.mark.usefixtures("desk")
-def test_a_run_whose_messages_find_no_reader_ends_well(how):
-    call = shlex.join([*FRETWEAR, "run", "tiny.yaml", "--set", "load=50 N", "-o", "a.nc"])
-    done = subprocess.run(["bash", "-o", "pipefail", "-c", f"{call} {how}"], check=False)
-    assert done.returncode == 0
-    with fretwear.open_case("a.nc") as case:
-        assert case.attrs["complete"] == 1
+FULL = "fretwear: error: standard output: cannot be written: No space left on device\n"
 
 
-@pytest.mark.parametrize("how", ["| true", ">/dev/full"])
+@pytest.mark.parametrize(
+    ("call", "how", "status", "told"),
+    [
+        *(("run tiny.yaml --case P50N -o a.nc", how, 0, "") for how in ("2>/dev/full", "2>&-")),
+        ("run tiny.yaml --case P50N -o a.nc 2>&1", "| true", 0, ""),
+        ("schema", "| true", 1, ""),
+        ("schema", ">/dev/full", 1, FULL),
+    ],
+)
 @pytest.mark.usefixtures("desk")
-def test_a_table_that_finds_no_reader_ends_without_a_traceback(how):
-    call = shlex.join([*FRETWEAR, "schema"])
-    command = ["bash", "-o", "pipefail", "-c", f"{call} {how}"]
+def test_messages_that_find_no_reader_stop_no_run_and_a_table_ends_without_a_traceback(
+    call, how, status, told
+):
+    command = ["bash", "-o", "pipefail", "-c", f"{shlex.join(FRETWEAR)} {call} {how}"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 1
-    words = "standard output: cannot be written: No space left on device"
-    assert done.stderr == (f"fretwear: error: {words}\n" if "full" in how else "")
+    assert (done.returncode, done.stderr) == (status, told)
+    if "run" in call:
+        with fretwear.open_case("a.nc") as case:
+            assert case.attrs["complete"] == 1
 
 
 HEAVY = ("scipy.fft", "xarray", "netCDF4", "matplotlib")
@@ -134,7 +135,6 @@ HEAVY = ("scipy.fft", "xarray", "netCDF4", "matplotlib")
 
 def test_a_plan_lists_every_point_the_total_and_what_will_go_wrong(desk, content):
     result = desk.call("plan", "tiny.yaml")
-    assert result.exit_code == 0
     header, *points, empty, wear, total = result.stdout.splitlines()
     assert header.split() == ["id", "load", "cells", "time", "memory"]
     assert [line.split()[0][:4] for line in points] == ["P25N", "P50N"]
@@ -198,9 +198,8 @@ def test_what_should_begin_at_once_imports_nothing_heavy(desk, arguments, heavy)
 
 
 def test_merge_keeps_what_is_done_and_marks_what_failed(desk):
-    assert desk.call("batch", "tiny.yaml", "--points", "1-1").exit_code == 0
+    desk.call("batch", "tiny.yaml", "--points", "1-1")
     result = desk.call("merge", "tiny.yaml")
-    assert result.exit_code == 0
     assert "1 points done, 1 failed, 0 invalid" in result.stdout
     with open_summary("results/tiny/summary.nc") as summary:
         assert list(summary["status"].values) == [0, 1]
@@ -215,14 +214,11 @@ def test_merge_keeps_what_is_done_and_marks_what_failed(desk):
     ("command", "needed"), [("merge", "cases"), ("figures", "summary.nc"), ("report", "summary.nc")]
 )
 def test_a_step_without_what_it_needs_fails_with_a_message(desk, command, needed):
-    result = desk.call(command, "tiny.yaml")
-    assert result.exit_code == 1
+    result = desk.call(command, "tiny.yaml", status=1)
     assert "fretwear: error: results/tiny/summary.nc: " in result.stderr
     assert needed in result.stderr
-    assert "Traceback" not in result.stderr
     assert not (desk.folder / "results/tiny/report.html").exists()
-    result = desk.call(command, "tiny.yaml", "--results", "tiny.yaml/results")
-    assert result.exit_code == 2
+    result = desk.call(command, "tiny.yaml", "--results", "tiny.yaml/results", status=2)
     assert "tiny.yaml is not a folder" in result.stderr
 
 
@@ -266,32 +262,11 @@ def test_a_script_gets_the_case_as_json_in_si_units(desk, case_file):
         assert seen["unworn"]["contact_half_width_x"] == float(case["hertz_radius"])
 
 
-def test_show_tells_the_forces_that_come_out_of_a_rig(desk, content):
-    content["base"] |= {
-        "displacement_ratio": 0.7,
-        "rig_stiffness": "28 N/um",
-        "friction": {"cycles": [0, 50], "values": [0.4, 0.6]},
-    }
-    del content["base"]["tangential_ratio"]
-    desk.write(content)
-    assert desk.call("run", "tiny.yaml", "--set", "load=50 N", "-o", "rig.nc").exit_code == 0
-    seen = json.loads(desk.call("show", "rig.nc", "--json").stdout)
-    first, last = (seen["results"]["tangential_force"]["values"][row] for row in (0, -1))
-    assert 0.0 < first < 0.4 * 50.0
-    assert first < last < 0.6 * 50.0
-    assert 0.0 < seen["results"]["sliding_ratio"]["values"][0] < 0.2
-    # The closed forms are those of the friction of cycle 0.
-    closed = seen["unworn"]["tangential_displacement"]
-    assert seen["results"]["tangential_displacement"]["values"][0] == pytest.approx(
-        closed, rel=0.01
-    )
-
-
 def test_show_lists_the_points_of_a_merged_study_for_people_and_scripts(desk, content):
     content["vary"]["cycles"] = [100, 200]
     desk.write(content)
-    assert desk.call("batch", "tiny.yaml", "--points", "1-3").exit_code == 0
-    assert desk.call("merge", "tiny.yaml").exit_code == 0
+    desk.call("batch", "tiny.yaml", "--points", "1-3")
+    desk.call("merge", "tiny.yaml")
     merged = "results/tiny/summary.nc"
     lines = desk.call("show", merged).stdout.splitlines()
     assert lines[2] == "4 points: 3 done, 1 failed, 0 invalid"
@@ -313,9 +288,8 @@ def test_show_lists_the_points_of_a_merged_study_for_people_and_scripts(desk, co
 
 def test_compare_tells_what_differs_by_which_factor_and_draws_both(desk, case_file):
     call = ("run", "tiny.yaml", "--set", "load=25 N", "-o", "other.nc")
-    assert desk.call(*call).exit_code == 0
+    desk.call(*call)
     result = desk.call("compare", "other.nc", case_file)
-    assert result.exit_code == 0
     cells = [re.split(r"\s{2,}", line.strip()) for line in result.stdout.splitlines()]
     rows = {row[0]: row[1:] for row in cells}
     assert rows["normal load"] == ["25 N", "50 N"]
@@ -335,8 +309,8 @@ def test_compare_tells_what_differs_by_which_factor_and_draws_both(desk, case_fi
 
 def test_plot_draws_the_case_beside_it_or_where_it_is_told_to(desk, case_file):
     shutil.copy(case_file, "mine.nc")
-    assert desk.call("plot", "mine.nc").exit_code == 0
-    assert desk.call("plot", case_file, "-o", "a.svg").exit_code == 0
+    desk.call("plot", "mine.nc")
+    desk.call("plot", case_file, "-o", "a.svg")
     assert desk.files() == ["a.svg", "mine.nc", "mine.png", "tiny.yaml"]
     assert (desk.folder / "a.svg").read_text(encoding="utf-8").startswith("<?xml")
     content = (desk.folder / "mine.png").read_bytes()
@@ -349,14 +323,12 @@ def test_animate_writes_a_gif_beside_the_case_and_advises_more_snapshots(
 ):
     shutil.copy(case_file, "mine.nc")
     result = desk.call("animate", "mine.nc", "--dpi", "50")
-    assert result.exit_code == 0
     assert (desk.folder / "mine.gif").read_bytes().startswith(b"GIF89a")
     assert result.stdout.startswith("mine.gif: 3 pictures, ")
     advice = result.stderr.partition("output: {cycles: [")[2].partition("]")[0]
     cycles = [int(cycle) for cycle in advice.split(", ")]
     assert (cycles[0], cycles[-1]) == (0, 200)
     monkeypatch.setenv("PATH", str(desk.folder))
-    result = desk.call("animate", case_file, "-o", "a.mp4")
-    assert result.exit_code == 2
+    result = desk.call("animate", case_file, "-o", "a.mp4", status=2)
     assert "a.gif instead" in result.stderr
     assert not Path("a.mp4").exists()

@@ -54,13 +54,11 @@ def test_a_run_on_a_full_disk_says_so_and_goes_on_when_there_is_space(desk, moun
     call = ("run", "tiny.yaml", "--set", "load=50 N", "-o", disk / "a.nc")
     # Enough for the checkpoint of this small case, too little for its file.
     fill(disk, leaving=100_000)
-    result = desk.call(*call)
-    assert result.exit_code == 1
+    result = desk.call(*call, status=1)
     assert f"{disk / 'a.nc'}: {FULL}" in result.stderr
     assert not (disk / "a.nc").exists()
     (disk / "filler").unlink()
-    again = desk.call(*call)
-    assert again.exit_code == 0
+    desk.call(*call)
     assert [path.name for path in disk.iterdir()] == ["a.nc"]
 
 
@@ -74,8 +72,7 @@ def test_a_step_on_a_full_disk_says_so_and_spoils_nothing(
     shutil.copytree(finished_desk.folder / "results", disk / "tiny")
     fill(disk, leaving=8_000)
     before = everything(disk)
-    result = desk.call(step, "tiny.yaml", "--results", disk / "tiny")
-    assert result.exit_code == 1
+    result = desk.call(step, "tiny.yaml", "--results", disk / "tiny", status=1)
     assert f"{disk}/tiny/{named}" in result.stderr
     assert FULL in result.stderr
     assert everything(disk) == before
@@ -91,8 +88,7 @@ def test_a_folder_that_may_only_be_read_is_refused_before_anything_is_computed(
         (step, "tiny.yaml", "--results", disk / "tiny") for step in ("merge", "figures", "report")
     ]
     for call in [*calls, ("run", "tiny.yaml", "--set", "load=50 N", "-o", disk / "new/a.nc")]:
-        result = desk.call(*call)
-        assert result.exit_code == 2
+        result = desk.call(*call, status=2)
         assert str(disk) in result.stderr
         assert "Read-only file system; choose another place" in result.stderr
         assert "cycle 0" not in result.stderr
@@ -109,8 +105,7 @@ def test_damage_that_shows_only_when_values_are_used_is_told(copied):
                 content[start + 6] ^= 0xFF
     summary.write_bytes(content)
     add_checksum(summary)
-    result = copied.call("figures", "tiny.yaml")
-    assert result.exit_code == 1
+    result = copied.call("figures", "tiny.yaml", status=1)
     assert "NetCDF: HDF error" in result.stderr
     assert "defect" not in result.stderr
 
@@ -150,11 +145,9 @@ def make_folder(path):
 )
 def test_a_damaged_file_is_named_by_what_reads_it(copied, file, damage, step, words):
     damage(Path("results/tiny") / file)
-    result = copied.call(step, "tiny.yaml")
-    assert result.exit_code == 1
+    result = copied.call(step, "tiny.yaml", status=1)
     assert f"results/tiny/{file}: " in result.stderr
     assert words in result.stderr
-    assert "Traceback" not in result.stderr
 
 
 @pytest.mark.parametrize(
@@ -175,8 +168,7 @@ def test_a_link_out_of_the_results_is_refused(copied, tmp_path, place, where):
     before = everything(elsewhere)
     for step in ("batch", "merge", "figures", "report"):
         for option in [()] if place == "results/tiny" else [(), ("--results", "results/tiny")]:
-            result = copied.call(step, "tiny.yaml", *option)
-            assert result.exit_code == 2
+            result = copied.call(step, "tiny.yaml", *option, status=2)
             assert f"{place}: is a link that leads {where} {elsewhere}" in result.stderr
     assert everything(elsewhere) == before
 
@@ -186,17 +178,16 @@ def test_a_link_in_the_place_of_a_file_is_replaced_and_not_written_through(copie
     precious.write_text("mine")
     for name in ("a.nc", "a.checkpoint"):
         Path(name).symlink_to(precious)
-    result = copied.call("run", "tiny.yaml", "--set", "load=50 N", "-o", "a.nc")
-    assert result.exit_code == 0
+    copied.call("run", "tiny.yaml", "--set", "load=50 N", "-o", "a.nc")
     assert precious.read_text() == "mine"
     assert not Path("a.nc").is_symlink()
     # The folder of all results may be a link, and one among them too.
     shutil.move("results", tmp_path / "scratch")
     Path("results").symlink_to(tmp_path / "scratch")
-    assert copied.call("merge", "tiny.yaml").exit_code == 0
+    copied.call("merge", "tiny.yaml")
     Path("results/tiny").rename("results/other")
     Path("results/tiny").symlink_to("other")
-    assert copied.call("merge", "tiny.yaml").exit_code == 0
+    copied.call("merge", "tiny.yaml")
 
 
 TEXT = "\x1b[2J\x9b31m\u202eevil\r\n"

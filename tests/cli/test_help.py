@@ -35,8 +35,7 @@ def test_all_commands_are_listed_and_the_program_alone_prints_its_help(desk):
     assert {"run", "batch", "plan", "show", "plot", "compare", "animate"} <= set(COMMANDS)
     for command in COMMANDS:
         assert f"│ {command} " in text
-    result = desk.call()
-    assert result.exit_code == 2
+    result = desk.call(status=2)
     assert "Usage: fretwear" in result.stdout
 
 
@@ -126,7 +125,7 @@ def test_names_of_parameters_are_offered_and_an_example_that_runs_for_the_last_o
     names = offered("run", "tiny.yaml", "--set", "")
     assert set(names) == {f"{name}=" for name in (*parameter_names(), "output.cycles", "title")}
     assert offered("run", "tiny.yaml", "--set", "lo") == ["load=", "load=50N"]
-    assert desk.call("plan", "tiny.yaml", "--set", "load=50N").exit_code == 0
+    desk.call("plan", "tiny.yaml", "--set", "load=50N")
 
 
 @pytest.mark.skipif(shutil.which("bash") is None, reason="there is no bash on this machine")
@@ -154,13 +153,13 @@ def files(folder):
 
 
 def test_a_new_folder_has_workflow_settings_study_and_gitignore(desk):
-    assert desk.call("init", "new").exit_code == 0
+    desk.call("init", "new")
     assert files(Path("new")) == [*MADE, "studies/demo.yaml"]
-    study = Path("new/studies/demo.yaml").read_text(encoding="utf-8")
-    assert study == (workspace() / "studies/demo.yaml").read_text(encoding="utf-8")
-    assert desk.call("plan", "new/studies/demo.yaml").exit_code == 0
+    for name in (*MADE[1:], "studies/demo.yaml"):
+        assert Path("new", name).read_bytes() == (workspace() / name).read_bytes()
+    desk.call("plan", "new/studies/demo.yaml")
     # A study brings the surfaces that it names.
-    assert desk.call("init", "other", "--study", "measured").exit_code == 0
+    desk.call("init", "other", "--study", "measured")
     assert Path("other/studies/surfaces/ground.nc").is_file()
     assert not Path("other/studies/demo.yaml").exists()
 
@@ -188,18 +187,8 @@ def test_the_studies_that_come_with_the_package_are_listed(desk):
     assert measured.endswith("pip install 'fretwear[surfaces]'")
     assert said.count("pip install") == 1
     assert desk.files() == before
-    result = desk.call("init", "new", "--study", "dmo")
-    assert result.exit_code == 2
+    result = desk.call("init", "new", "--study", "dmo", status=2)
     assert "there are demo, " in result.stderr
-
-
-@pytest.mark.slow
-def test_the_workflow_of_a_new_folder_has_the_whole_study_to_do(desk):
-    desk.call("init", "new")
-    command = [sys.executable, "-m", "snakemake", "--dry-run", "--cores", "2"]
-    said = subprocess.check_output(command, cwd="new", text=True, stderr=subprocess.STDOUT)
-    assert "Writing the report of demo" in said
-    assert said.count("Simulating ") >= 2
 
 
 @pytest.mark.parametrize("command", ["run", "plan", "merge", "figures", "report"])
@@ -209,8 +198,7 @@ def test_all_mistakes_in_a_study_are_named_and_nothing_is_written(desk, content,
     content["vary"]["load"] = ["25 N", "0.025 kN"]
     del content["base"]["wear_coefficient"]
     desk.write(content)
-    result = desk.call(command, "tiny.yaml")
-    assert result.exit_code == 2
+    result = desk.call(command, "tiny.yaml", status=2)
     with pytest.raises(StudyError) as caught:
         load_study("tiny.yaml")
     assert len(caught.value.problems) == 5
@@ -228,7 +216,7 @@ def place(tmp_path_factory):
     desk = Desk(tmp_path_factory.mktemp("mistakes"))
     study = desk.write(tiny_study(), "studies/tiny.yaml")
     good = desk.folder / "results/tiny/cases/good.nc"
-    assert desk.call("run", study, "--case", "P25N", "-o", good).exit_code == 0
+    desk.call("run", study, "--case", "P25N", "-o", good)
     content = good.read_bytes()
     (desk.folder / "cut.nc").write_bytes(content[: len(content) // 2])
     text = study.read_text(encoding="utf-8")
@@ -310,12 +298,10 @@ def test_a_mistake_is_answered_by_one_message_that_tells_what_to_do(place, monke
     monkeypatch.chdir(place.folder)
     typed, *expected = MISTAKES[mistake]
     before = place.files()
-    result = place.call(*typed.split())
-    assert result.exit_code == (1 if mistake in FAILURES else 2)
+    result = place.call(*typed.split(), status=1 if mistake in FAILURES else 2)
     assert result.stderr.count("fretwear: error: ") == 1
     for words in expected:
         assert words in result.stderr
-    assert "Traceback" not in result.output
     assert result.stdout == ""
     assert place.files() == before
 
@@ -324,14 +310,12 @@ def test_a_mistake_is_answered_by_one_message_that_tells_what_to_do(place, monke
 def test_a_folder_that_may_not_be_written_to_is_refused(place, monkeypatch):
     monkeypatch.chdir(place.folder)
     (place.folder / "closed").mkdir(mode=0o500)
-    result = place.call("run", "studies/tiny.yaml", "--case", "P25N", "-o", "closed/a.nc")
-    assert result.exit_code == 2
+    result = place.call("run", "studies/tiny.yaml", "--case", "P25N", "-o", "closed/a.nc", status=2)
     assert "choose another place" in result.stderr
 
 
 def test_a_call_from_a_folder_without_studies_is_told_where_it_looked(desk):
     (desk.folder / "tiny.yaml").unlink()
-    result = desk.call("run", "demo.yaml")
-    assert result.exit_code == 2
+    result = desk.call("run", "demo.yaml", status=2)
     assert f"no study lies in {desk.folder}" in result.stderr
     assert "change to the folder with studies/" in result.stderr

@@ -56,8 +56,7 @@ def at(step):
 @pytest.mark.parametrize("log_format", ["lines", "json"])
 def test_quiet_prints_errors_alone(desk, log_format):
     call = ("run", "tiny.yaml", "-q", "--log-format", log_format)
-    result = desk.call(*call)
-    assert result.exit_code == 2
+    result = desk.call(*call, status=2)
     assert "one must be chosen" in result.stderr
     assert result.stderr.count('"event"') == (log_format == "json")
     result = desk.call(*call, "--set", "load=50 N", "-o", "a.nc")
@@ -135,8 +134,7 @@ def test_an_error_is_an_event_and_the_end_tells_the_status(
     desk, monkeypatch, repository, call, status, exit_status, message
 ):
     monkeypatch.setenv("FRETWEAR_LOG_FORMAT", "json")
-    result = desk.call(*call)
-    assert result.exit_code == exit_status
+    result = desk.call(*call, status=exit_status)
     told = events(result.stderr)
     (error,) = (event for event in told if event["event"] == "error")
     assert message in error["message"]

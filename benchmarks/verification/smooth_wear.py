@@ -1,6 +1,6 @@
 """Write smooth_wear.csv: wear of a smooth sphere by the solver on rings, with its uncertainty.
 
-    python -m tests.mechanics.reference.generate
+    python -m benchmarks.verification.smooth_wear
 
 takes about an hour on one core. Pressures are over p0, heights over a²/R, volumes over a⁴/R, radii
 over a, and τ = 4 K_w µ κ p0 N. An uncertainty is what halving the rings changed plus what is left
@@ -37,7 +37,7 @@ UNITS = np.ones((len(QUANTITIES), 1))
 UNITS[1] = UNIT_HERTZ.peak_pressure
 COARSE = Resolution(swept_width=1 / 320, edge_width=1e-4, widest=0.015, step=0.05)
 FINE = replace(COARSE, swept_width=1 / 640, edge_width=5e-5, widest=0.0075)
-TARGET = Path(__file__).with_name("smooth_wear.csv")
+TARGET = Path(__file__).parents[2] / "tests/mechanics/reference/smooth_wear.csv"
 
 
 def main() -> None:
