@@ -34,6 +34,11 @@ def pytest_collection_modifyitems(items):
     items.sort(key=lambda item: item.path not in slow)
 
 
+def pytest_xdist_auto_num_workers():
+    """Have one worker more than cores: tests wait for processes and disks part of their time."""
+    return len(os.sched_getaffinity(0)) + 1
+
+
 @pytest.fixture(scope="session")
 def made_once(tmp_path_factory):
     """Fill a folder with results that workers side by side share: the first to ask makes them."""

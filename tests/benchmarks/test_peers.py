@@ -61,22 +61,6 @@ def test_contact_mechanics_yields_alike(limit):
 
 
 @pytest.mark.peers
-def test_the_influence_of_tamaas_is_ours():
-    tamaas = pytest.importorskip("tamaas", reason="tamaas is not installed (extra: bench)")
-    grid = window(CELLS, even=(False, False))
-    lengths = [2 * extent for extent in grid.extent]
-    model = tamaas.ModelFactory.createModel(tamaas.model_type.basic_2d, lengths, grid.shape)
-    model.E, model.nu = MODULUS, 0.0
-    tamaas.ModelFactory.registerNonPeriodic(model, "free")
-    pressure = np.random.default_rng(5).uniform(0.0, 1e9, CELLS)
-    theirs = np.zeros(CELLS)
-    model.operators["free"](pressure, theirs)
-    # Both transform with rounding errors only.
-    ours = pressed(grid).half_space.displacement(pressure)
-    np.testing.assert_allclose(theirs, ours, rtol=1e-12)
-
-
-@pytest.mark.peers
 def test_a_peer_solves_from_nothing_and_from_a_start(kind):
     problem = contacts.sphere(64)
     bodies = problem.half_space

@@ -291,7 +291,7 @@ VALUES = (
 OTHER = ("title", "case_id", "source", "parameters", "symmetry", "warnings", "complete", "history")
 
 
-@settings(of_files, max_examples=settings.default.max_examples // 5)
+@settings(of_files, max_examples=settings.default.max_examples // 10)
 @given(data=st.data())
 def test_any_change_is_refused_by_a_sentence_or_shown(case_file, finished_desk, tmp_path, data):
     source = data.draw(st.sampled_from([case_file, finished_desk.folder / "results/summary.nc"]))

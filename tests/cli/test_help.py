@@ -155,7 +155,7 @@ def files(folder):
 def test_a_new_folder_has_workflow_settings_study_and_gitignore(desk):
     desk.call("init", "new")
     assert files(Path("new")) == [*MADE, "studies/demo.yaml"]
-    for name in (*MADE[1:], "studies/demo.yaml"):
+    for name in (*MADE[2:], "studies/demo.yaml"):
         assert Path("new", name).read_bytes() == (workspace() / name).read_bytes()
     desk.call("plan", "new/studies/demo.yaml")
     # A study brings the surfaces that it names.
@@ -189,6 +189,15 @@ def test_the_studies_that_come_with_the_package_are_listed(desk):
     assert desk.files() == before
     result = desk.call("init", "new", "--study", "dmo", status=2)
     assert "there are demo, " in result.stderr
+
+
+@pytest.mark.slow
+def test_the_workflow_of_a_new_folder_has_the_whole_study_to_do(desk):
+    desk.call("init", "new")
+    command = [sys.executable, "-m", "snakemake", "--dry-run", "--cores", "2"]
+    said = subprocess.check_output(command, cwd="new", text=True, stderr=subprocess.STDOUT)
+    assert "Writing the report of demo" in said
+    assert said.count("Simulating ") >= 2
 
 
 @pytest.mark.parametrize("command", ["run", "plan", "merge", "figures", "report"])

@@ -11,25 +11,9 @@ from pathlib import Path
 
 import pytest
 
+from fretwear.data import safe
 from fretwear.data.locks import Lock, locked
-from fretwear.data.safe import (
-    CaseFileError,
-    CaseFilesError,
-    DataFileError,
-    _host,
-    atomic_path,
-    is_of_memory,
-    open_log,
-    read_data,
-    reason_of,
-    remove_stale_temporaries,
-    unexpected,
-    uninterrupted,
-    why_leading_out,
-    why_not_writable,
-    write_error,
-    write_text,
-)
+from fretwear.data.safe import CaseFileError, CaseFilesError, DataFileError, _host
 from fretwear.running.batch import may_happen
 from fretwear.units import size_text
 
@@ -45,8 +29,8 @@ def test_an_error_names_the_file_the_problem_and_the_remedy_and_can_be_copied():
     for error in (errors[0], both):
         assert str(copy.copy(error)) == str(error)
         assert type(copy.copy(error)) is type(error)
-    assert reason_of(ValueError("as it says")) == "as it says"
-    assert reason_of(KeyError()) == "KeyError"
+    assert safe.reason_of(ValueError("as it says")) == "as it says"
+    assert safe.reason_of(KeyError()) == "KeyError"
 
 
 def wrapped():
@@ -68,17 +52,19 @@ def wrapped():
 )
 def test_a_lack_of_memory_is_known_under_all_its_names(error):
     assert may_happen(error)
-    assert reason_of(error).startswith("there is not enough memory")
-    assert not is_of_memory(ValueError("of the memory of Hertz"))
+    assert safe.reason_of(error).startswith("there is not enough memory")
+    assert not safe.is_of_memory(ValueError("of the memory of Hertz"))
 
 
 def test_who_is_to_blame_is_told_by_where_an_error_arose():
     with pytest.raises(TypeError) as own:
         size_text("a lot")
-    assert unexpected(own.value).startswith("this is a defect of fretwear, please report it: TypeE")
+    assert safe.unexpected(own.value).startswith(
+        "this is a defect of fretwear, please report it: TypeE"
+    )
     with pytest.raises(json.JSONDecodeError) as library:
         json.loads("{")
-    assert unexpected(library.value).startswith("a library failed (JSONDecodeError: ")
+    assert safe.unexpected(library.value).startswith("a library failed (JSONDecodeError: ")
 
 
 @pytest.mark.parametrize(
@@ -93,17 +79,17 @@ def test_who_is_to_blame_is_told_by_where_an_error_arose():
     ],
 )
 def test_why_a_file_was_not_written_is_said_in_words(tmp_path, number, words):
-    error = write_error(tmp_path / "a.nc", OSError(number, "text of the system"))
+    error = safe.write_error(tmp_path / "a.nc", OSError(number, "text of the system"))
     assert str(error).startswith(f"{tmp_path / 'a.nc'}: not written")
     assert words in str(error)
 
 
 def test_the_name_appears_on_a_clean_exit_only(tmp_path):
     target = tmp_path / "new" / "folder" / "a.txt"
-    with atomic_path(target) as temporary:
+    with safe.atomic_path(target) as temporary:
         assert temporary.parent == target.parent
         assert not target.exists()
-    write_text(target, "load,µ\r\n1,2\n")
+    safe.write_text(target, "load,µ\r\n1,2\n")
     assert target.read_bytes() == "load,µ\r\n1,2\n".encode()
     assert list(target.parent.iterdir()) == [target]
 
@@ -114,7 +100,7 @@ def test_a_failure_leaves_the_old_file_and_no_temporary(tmp_path, failure):
     target.write_text("old")
 
     def write_half():
-        with atomic_path(target) as temporary:
+        with safe.atomic_path(target) as temporary:
             temporary.write_text("half")
             raise failure
 
@@ -126,14 +112,14 @@ def test_a_failure_leaves_the_old_file_and_no_temporary(tmp_path, failure):
 
 def test_two_writers_of_one_file_do_not_mix(tmp_path):
     target = tmp_path / "a.txt"
-    with atomic_path(target) as first, atomic_path(target) as second:
+    with safe.atomic_path(target) as first, safe.atomic_path(target) as second:
         assert first != second
         first.write_text("first" * 1000)
         second.write_text("second")
     assert target.read_text() == "first" * 1000
     assert list(tmp_path.iterdir()) == [target]
     log = tmp_path / "a.log"
-    with open_log(log) as first, open_log(log) as second:
+    with safe.open_log(log) as first, safe.open_log(log) as second:
         first.write("first\n")
         second.write("second\n")
     assert log.read_text() == "first\nsecond\n"
@@ -142,14 +128,14 @@ def test_two_writers_of_one_file_do_not_mix(tmp_path):
 @pytest.mark.skipif(not Path("/proc").is_dir(), reason="needs /proc")
 def test_a_folder_that_takes_no_files_is_named(tmp_path):
     with pytest.raises(DataFileError, match=r"/proc/fretwear.txt: not written"):
-        write_text(Path("/proc/fretwear.txt"), "")
+        safe.write_text(Path("/proc/fretwear.txt"), "")
     (tmp_path / "results").write_text("")
     target = tmp_path / "results" / "a.txt"
     with pytest.raises(DataFileError, match="is not a folder") as error:
-        write_text(target, "")
+        safe.write_text(target, "")
     assert str(error.value).startswith(str(target))
-    assert why_not_writable(tmp_path) == ""
-    assert "no path with a backslash" in why_not_writable(tmp_path / "back\\slash" / "results")
+    assert safe.why_not_writable(tmp_path) == ""
+    assert "no path with a backslash" in safe.why_not_writable(tmp_path / "back\\slash" / "results")
 
 
 WRITER = """
@@ -168,10 +154,10 @@ def test_what_a_killed_writer_left_is_removed_by_the_next(tmp_path):
     with python(WRITER, target) as writer:
         assert writer.stdout.readline() == "writing\n"
         (left,) = tmp_path.iterdir()
-        assert remove_stale_temporaries(target) == [], "the writer is still alive"
+        assert safe.remove_stale_temporaries(target) == [], "the writer is still alive"
         writer.send_signal(signal.SIGKILL)
     assert not target.exists()
-    write_text(target, "whole")
+    safe.write_text(target, "whole")
     assert list(tmp_path.iterdir()) == [target]
     assert not left.exists()
 
@@ -182,14 +168,14 @@ def test_a_temporary_of_another_machine_is_left_for_a_week_and_that_of_another_f
     other = tmp_path / ".b.a.txt.other-machine.1.0123abcd.tmp"
     eight_days_ago = time.time() - 8 * 24 * 3600
     foreign.write_text("half")
-    assert remove_stale_temporaries(target) == []
+    assert safe.remove_stale_temporaries(target) == []
     other.write_text("half")
     endless = tmp_path / f".a.txt.{_host()}.{10**19}.0123abcd.tmp"  # no process has this number
     endless.write_text("half")
     for file in (foreign, other):
         os.utime(file, (eight_days_ago, eight_days_ago))
-    assert remove_stale_temporaries(target) == [foreign]
-    assert remove_stale_temporaries(tmp_path / "b.a.txt") == [other]
+    assert safe.remove_stale_temporaries(target) == [foreign]
+    assert safe.remove_stale_temporaries(tmp_path / "b.a.txt") == [other]
 
 
 @pytest.fixture
@@ -217,7 +203,7 @@ def test_nothing_elsewhere_is_emptied_in_the_name_of_a_stale_temporary(tmp_path,
     target = tmp_path / "results" / "a.txt"
     left = target.with_name(f".a.txt.{_host()}.999999999.deadbeef.tmp")
     point_to(left, precious, how)
-    write_text(target, "whole")
+    safe.write_text(target, "whole")
     assert precious.read_text() == "mine"
     assert list(target.parent.iterdir()) == [target]
 
@@ -226,7 +212,7 @@ def test_nothing_elsewhere_is_emptied_in_the_name_of_a_stale_temporary(tmp_path,
 def test_a_log_is_never_written_to_elsewhere(tmp_path, precious, how):
     log = tmp_path / "logs" / "a.log"
     point_to(log, precious, how)
-    with open_log(log) as stream:
+    with safe.open_log(log) as stream:
         stream.write("new")
     assert precious.read_text() == "mine"
     assert log.read_text() == "new"
@@ -238,19 +224,19 @@ def test_data_are_read_from_plain_files_alone(tmp_path, precious, how):
     file = tmp_path / "index.json"
     point_to(file, precious, how)
     with pytest.raises(OSError, match=r"symbolic links|not a regular file"):
-        read_data(file, 100)
-    assert read_data(precious, 4) == b"mine"
+        safe.read_data(file, 100)
+    assert safe.read_data(precious, 4) == b"mine"
     with pytest.raises(OSError, match="larger than 3 bytes"):
-        read_data(precious, 3)
+        safe.read_data(precious, 3)
 
 
 def test_results_hold_no_links(tmp_path, precious):
     results = tmp_path / "results" / "demo"
-    assert why_leading_out(results, results.parent) == ""
+    assert safe.why_leading_out(results, results.parent) == ""
     deep = results / "logs" / "simulate" / "a.log"
     point_to(deep, precious, "link")
     for root in (None, results.parent):
-        assert why_leading_out(results, root).startswith(f"{deep}: is a link that leads to")
+        assert safe.why_leading_out(results, root).startswith(f"{deep}: is a link that leads to")
 
 
 def test_a_process_of_another_container_of_the_same_name_is_not_taken_for_dead(
@@ -264,9 +250,9 @@ def test_a_process_of_another_container_of_the_same_name_is_not_taken_for_dead(
     monkeypatch.setattr("fretwear.data.safe._host", lambda: hosts[0])
     live = target.with_name(f".a.txt.{hosts[1]}.999999999.0123abcd.tmp")
     live.write_text("half")
-    assert remove_stale_temporaries(target) == []
+    assert safe.remove_stale_temporaries(target) == []
     monkeypatch.setattr("fretwear.data.safe._host", lambda: hosts[1])
-    assert remove_stale_temporaries(target) == [live]
+    assert safe.remove_stale_temporaries(target) == [live]
 
 
 class AskedError(Exception):
@@ -294,8 +280,8 @@ def test_a_signal_waits_until_the_outermost_work_is_done(ask, asked):
     done = []
 
     def work():
-        with uninterrupted():
-            with uninterrupted():
+        with safe.uninterrupted():
+            with safe.uninterrupted():
                 os.kill(os.getpid(), asked)
                 done.append("inner")
             done.append("outer")
@@ -309,15 +295,15 @@ def test_a_signal_waits_until_the_outermost_work_is_done(ask, asked):
 
 
 def test_without_a_signal_only_a_failure_of_the_work_is_told(ask):
-    with uninterrupted():
+    with safe.uninterrupted():
         pass
-    with pytest.raises(ValueError, match="work"), uninterrupted():
+    with pytest.raises(ValueError, match="work"), safe.uninterrupted():
         raise ValueError("work")
     assert signal.getsignal(signal.SIGINT) is signal.getsignal(signal.SIGTERM) is ask
     entered = []
 
     def work():
-        with uninterrupted():
+        with safe.uninterrupted():
             entered.append(signal.getsignal(signal.SIGINT))
 
     thread = threading.Thread(target=work)

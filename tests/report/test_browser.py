@@ -6,7 +6,7 @@ from selenium.webdriver.common.keys import Keys
 
 from fretwear.data.files import open_case
 
-from .browser import CONTRASTS, MISSING, PHONE, Browser
+from .browser import CONTRASTS, MISSING, Browser
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(bool(MISSING), reason=MISSING or "never")]
 
@@ -243,7 +243,7 @@ def test_what_has_the_focus_is_outlined(opened):
         opened.press(Keys.TAB)
 
 
-@pytest.mark.parametrize("size", [(320, 700), PHONE, (390, 844), (768, 1024), (1400, 900)])
+@pytest.mark.parametrize("size", [(320, 700), (390, 844), (768, 1024), (1400, 900)])
 def test_no_screen_scrolls_sideways_and_each_begins_with_the_answer(browser, file, size):
     browser.open(file, size=size)
     bottom = "return document.querySelectorAll('.answers > div')[arguments[0]]"

@@ -26,6 +26,7 @@ STUDY = {
         roughness=WAVES,
         cell=["1 um", "4 um"],
         cycles=3500,
+        error_estimate=False,
     ),
     "vary": {
         "roughness.amplitude": ["0 um", "0.2 um"],
