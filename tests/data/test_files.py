@@ -1,5 +1,6 @@
 """Files that are written whole, and opened only when they are."""
 
+import tempfile
 from pathlib import Path
 
 import netCDF4
@@ -209,3 +210,23 @@ def test_a_file_that_is_damaged_cut_short_or_longer_is_not_opened(case_path, ope
         case_path.write_bytes(whole + b"x" if share is None else whole[: int(len(whole) * share)])
         with pytest.raises(CaseFileError, match="cut short or changed by another program"):
             opening(case_path)
+
+
+def test_small_files_are_made_in_memory_and_large_ones_in_their_folder(
+    results, tmp_path, monkeypatch
+):
+    memory, used, made = tmp_path / "memory", [], tempfile.NamedTemporaryFile
+    memory.mkdir()
+
+    def noted(**options):
+        used.append(options["dir"])
+        return made(**options)
+
+    monkeypatch.setattr("fretwear.data.files.tempfile.NamedTemporaryFile", noted)
+    monkeypatch.setattr("fretwear.data.files._MEMORY", memory)
+    write_case(*results, tmp_path / "a.nc")
+    monkeypatch.setattr("fretwear.data.files._IN_MEMORY_BYTES", 0)
+    write_case(*results, tmp_path / "b.nc")
+    assert used == [memory]
+    assert list(memory.iterdir()) == []
+    assert (tmp_path / "a.nc").read_bytes() == (tmp_path / "b.nc").read_bytes()

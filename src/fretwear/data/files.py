@@ -9,9 +9,11 @@ is compared before the library opens the file.
 from __future__ import annotations
 
 import os
+import shutil
+import tempfile
 import zlib
 from collections.abc import Hashable, Iterable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -60,6 +62,8 @@ _LENGTH = len(_MARK) + 8 + 1
 _BLOCK_BYTES = 1 << 20
 _COMPLETE = "complete"
 _SUPERBLOCK = 52
+_MEMORY = Path("/dev/shm")
+_IN_MEMORY_BYTES = 64 << 20
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 READS_BACK = "the file reads back differently from what was written"
@@ -76,6 +80,32 @@ def add_checksum(path: Path) -> None:
         line = _checksum_line(stream, path.stat().st_size)
         stream.seek(0, os.SEEK_END)
         stream.write(line)
+
+
+@contextmanager
+def new_netcdf(path: Path, size: int) -> Iterator[netCDF4.Dataset]:
+    """Write a netCDF file with a checksum, given the bytes of its values before compression.
+
+    HDF5 crashes the process if its last write is refused. So it writes into memory, unless the file
+    is large or there is no memory to be used as a folder, and Python copies that to the disk.
+    """
+    with ExitStack() as stack:
+        image = None
+        with suppress(OSError):
+            if size < min(_IN_MEMORY_BYTES, shutil.disk_usage(_MEMORY).free / 2):
+                image = stack.enter_context(tempfile.NamedTemporaryFile(dir=_MEMORY, delete=False))
+        try:
+            file = netCDF4.Dataset(path if image is None else image.name, "w")
+        finally:
+            if image is not None:
+                Path(image.name).unlink()  # it goes with its process, however that ends
+        with file:
+            yield file
+            file.sync()
+        if image is not None:
+            with path.open("wb") as copy:
+                shutil.copyfileobj(image, copy)
+    add_checksum(path)
 
 
 def damage(path: Path, kind: str) -> str:
@@ -279,14 +309,14 @@ def write_case(
     if lacking := _lacking({name: v.dims for name, v in dataset.variables.items()}):
         raise ValueError(f"{path} would not be complete: the dataset lacks {', '.join(lacking)}.")
     groups = {HISTORY_GROUP: history, **({} if loops is None else {LOOP_GROUP: loops})}
+    contents = (dataset, *groups.values())
+    size = sum(np.asarray(v.values).nbytes for each in contents for v in each.variables.values())
     with uninterrupted(), atomic_path(Path(path)) as temporary:
-        with netCDF4.Dataset(temporary, "w") as file:
+        with new_netcdf(temporary, size) as file:
             write_group(file, dataset)
             file.setncattr(_COMPLETE, np.int32(1))
             for name, content in groups.items():
                 write_group(file.createGroup(name), content)
-            file.sync()
-        add_checksum(temporary)
         try:
             with opened_case(temporary) as case_file:
                 check_group(case_file.file, dataset)

@@ -19,9 +19,9 @@ from fretwear.data.files import (
     COMPRESSION,
     HISTORY_GROUP,
     READS_BACK,
-    add_checksum,
     check_attributes,
     check_group,
+    new_netcdf,
     opened_case,
     write_group,
 )
@@ -153,7 +153,6 @@ def merge_study(
             "study_file": json.dumps(study.content, default=str),
         }
         _write(temporary, dataset, done, spool, steps)
-        add_checksum(temporary)
     count, failed, invalid = (int((status == kind).sum()) for kind in PointStatus)
     return Tally(count, failed, invalid, dataset.attrs["warnings"])
 
@@ -278,7 +277,8 @@ def _write(
     told = (RESULTS[n].in_units(dataset[n].attrs["units"]) for n in _HISTORIES[1:])
     for each in (CYCLE, *told):
         large[f"{HISTORY_GROUP}/{each.name}"] = (STEP.name,), "f8", math.nan, each.attributes
-    with netCDF4.Dataset(path, "w") as file:
+    each_point = sum(math.prod(sizes[dim] for dim in dims) for dims, *_ in large.values())
+    with new_netcdf(path, dataset.nbytes + 8 * dataset[STATUS.name].size * each_point) as file:
         for dim in (*points, CYCLE.name, X.name, STEP.name):
             owner = file.createGroup(HISTORY_GROUP) if dim == STEP.name else file
             owner.createDimension(dim, sizes[dim])
@@ -291,7 +291,6 @@ def _write(
         for name, where, values in _rows(dataset, done, spool):
             file[name][where] = values
         write_group(file, dataset)
-        file.sync()
     with netCDF4.Dataset(path) as file:
         file.set_auto_maskandscale(False)
         check_group(file, dataset)
