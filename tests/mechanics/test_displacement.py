@@ -180,7 +180,7 @@ def test_a_stage_foretells_how_slip_follows_the_approach(u, monkeypatch):
 
         return solve
 
-    monkeypatch.setattr("fretwear.mechanics.stages.solve_contact", counted("contact"))
+    monkeypatch.setattr("fretwear.mechanics.integrator.solve_contact", counted("contact"))
     monkeypatch.setattr("fretwear.mechanics.slip.solve_contact", counted("reduced"))
     *_, last = steps(case_of(2000, displacement_ratio=u))
     stages = 2 * last.state.step

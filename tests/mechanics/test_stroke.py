@@ -14,9 +14,8 @@ from fretwear.mechanics.loading import NormalLoad, SlidingAmplitude
 from fretwear.mechanics.materials import Coulomb, Course, ElasticBodies
 from fretwear.mechanics.measures import measure
 from fretwear.mechanics.roughness import BothRough, WavyRoughness
-from fretwear.mechanics.rubbing import Rubbing, positions
 from fretwear.mechanics.slip import ReducedContact, SlipModel
-from fretwear.mechanics.stroke import slide
+from fretwear.mechanics.stroke import Rubbing, positions, slide
 from fretwear.mechanics.surfaces import Cylinder
 from fretwear.mechanics.wear_laws import Archard, EnergyWear, FallingCoefficient
 

@@ -6,14 +6,13 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from fretwear.mechanics import stages
+from fretwear.mechanics import integrator
 from fretwear.mechanics.contact import ContactError, ContactProblem
 from fretwear.mechanics.geometry import Workspace
 from fretwear.mechanics.geometry.grid import Grid
-from fretwear.mechanics.integrator import evolve, first_loading
+from fretwear.mechanics.integrator import Evolution, evolve, first_loading
 from fretwear.mechanics.slip import Jaeger, WearLayer
 from fretwear.mechanics.solver import solve_contact
-from fretwear.mechanics.stages import StageSolver
 from fretwear.mechanics.state import State, in_contact
 
 from .oracles import worst_violation
@@ -247,10 +246,10 @@ def stage_after(problem, cycles, exponent):
     """A state after some cycles and the stage after it, x = ``exponent`` (0.3 p₀ + 0.7 p₁)/p0."""
     *_, state = evolve(problem, [cycles], 1e-3)
     base = state
-    solver = StageSolver(Workspace(problem), state.geometry, 1e-4)
+    steps = Evolution(problem, 1e-4, state)
     known = 0.3 * exponent * base.pressure / P0
     nothing = np.zeros(state.geometry.shape)
-    return base, solver.solve(base, known, 0.7 * exponent / P0, base.pressure, nothing, 1e-6)
+    return base, steps.stage(base, known, 0.7 * exponent / P0, base.pressure, nothing, 1e-6)
 
 
 def exponent_of(base, stage, exponent):
@@ -296,8 +295,8 @@ def test_wear_of_a_yielding_stage_is_that_of_the_flow_it_ends_with(surface):
 def test_flow_that_does_not_settle_is_an_error(monkeypatch):
     problem = fretting(16, limit=1.3)
     *_, state = evolve(problem, [1200])
-    monkeypatch.setattr(stages, "_LARGEST_SWEEPS", 1)
-    solver = StageSolver(Workspace(problem), state.geometry, 1e-4)
+    monkeypatch.setattr(integrator, "_LARGEST_SWEEPS", 1)
+    steps = Evolution(problem, 1e-4, state)
     nothing = np.zeros(state.geometry.shape)
     with pytest.raises(ContactError):
-        solver.solve(state, nothing, 0.3 / P0, state.pressure, nothing, 1e-6)
+        steps.stage(state, nothing, 0.3 / P0, state.pressure, nothing, 1e-6)

@@ -4,44 +4,39 @@ One cycle wears Δw = 4 K_w p s = β p g* with β = 4 K_w µκ, so over the cycl
 equation is stiff: pressure reacts at once to wear of a fraction of a micrometer. Each step is
 TR-BDF2 (`fretwear.mechanics.tr_bdf2`) for the exponent x = β∫p dN, from which wear follows in
 closed form.
+
+A stage requires the pressure whose wear gives the shape that carries it: one normal contact with
+a `fretwear.mechanics.slip.WearLayer`. Where the pressure is at its limit the surface sinks by
+the penetration of that contact. This changes the contact at the reduced load, which is solved
+again on the stage's own shape, in turn with the contact itself, until the wear no longer changes.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from math import sqrt
+from dataclasses import replace
+from math import inf, sqrt
 from typing import Any
 
 import numpy as np
 
-from fretwear.mechanics.contact import Accuracy
+from fretwear.mechanics import tr_bdf2
+from fretwear.mechanics.contact import Accuracy, ContactError
 from fretwear.mechanics.geometry import Array, Workspace
+from fretwear.mechanics.slip import WearLayer
 from fretwear.mechanics.solver import solve_contact
-from fretwear.mechanics.stages import StageSolver, all_worn
 from fretwear.mechanics.state import Stage, State, WearProblem
-from fretwear.mechanics.tr_bdf2 import (
-    ACCEPTED,
-    BEYOND,
-    DIAGONAL,
-    DIFFERENCE,
-    GAMMA,
-    LARGEST_FACTOR,
-    MAIN,
-    OVERESTIMATE,
-    TOLERANCE,
-    WEIGHT,
-    Integrator,
-    WearError,
-    assessed,
-    march,
-)
+from fretwear.mechanics.tr_bdf2 import BEYOND, DIAGONAL, GAMMA, TOLERANCE, WEIGHT, WearError
 
-__all__ = ["WearError", "evolve", "first_loading"]
+__all__ = ["Evolution", "WearError", "evolve", "first_loading"]
 
 _FIRST_STEP = 0.09
 # Fraction of the tolerance for a contact that slides as a whole, whose pressure has twenty times
 # the error of the wear.
 _GLIDING = 0.25
+_LARGEST_SWEEPS = 12
+# A cell with less than this fraction of the mean pressure counts as unloaded.
+_IDLE = 1e-3
 
 
 def evolve(
@@ -78,10 +73,10 @@ def evolve(
         If the first loading does not converge.
     """
 
-    def begin(block: WearProblem, state: State | None, anew: bool) -> Integrator:
-        return _Evolution(block, tolerance, accuracy or Accuracy(), state, anew=anew)
+    def begin(block: WearProblem, state: State | None, anew: bool) -> Evolution:
+        return Evolution(block, tolerance, state, accuracy, anew=anew)
 
-    return march(problem, stops, start, begin)
+    return tr_bdf2.march(problem, stops, start, begin)
 
 
 def first_loading(
@@ -148,8 +143,12 @@ def first_loading(
     )
 
 
-class _Evolution(Integrator):
-    """Of a contact whose bodies are not seen to move."""
+class Evolution(tr_bdf2.Integrator):
+    """The steps of a contact whose bodies are not seen to move, within a block of loading.
+
+    It starts from a state, or ``anew`` with what the state has left of the bodies; by default they
+    are unworn.
+    """
 
     state: State
 
@@ -157,18 +156,18 @@ class _Evolution(Integrator):
         self,
         problem: WearProblem,
         tolerance: float,
-        accuracy: Accuracy,
-        start: State | None,
+        start: State | None = None,
+        accuracy: Accuracy | None = None,
         *,
-        anew: bool,
+        anew: bool = False,
     ) -> None:
-        self.problem, self.accuracy, self.workspace = problem, accuracy, Workspace(problem)
+        self.problem, self.workspace = problem, Workspace(problem)
+        self.accuracy = accuracy or Accuracy()
         if anew or start is None:
-            start = first_loading(problem, accuracy, self.workspace, start)
+            start = first_loading(problem, self.accuracy, self.workspace, start)
         self.state, self.tolerance = start, tolerance * start.geometry.of_tolerance
-        self._team, self._cellwise = problem.team, problem.team.cellwise
-        self._rates = (0.0, 0.0, 0.0)
-        self._solver = StageSolver(self.workspace, start.geometry, self.tolerance, accuracy)
+        self._cellwise = problem.team.cellwise
+        self._convolutions = 0  # since the state
 
     def advance(self, stop: float) -> State:
         """The next accepted state, on cells that suit it."""
@@ -176,143 +175,281 @@ class _Evolution(Integrator):
         found: State = super().advance(stop)
         return found
 
+    def _move_to(self, geometry: Any) -> None:
+        if geometry is not self.state.geometry:
+            self.state = self.state.on(self.workspace, geometry)
+            self.workspace.keep_only(geometry)
+
     def attempt(
         self, step: float, end: float, *, output_step: bool
     ) -> tuple[dict[str, Any], float, bool] | None:
         """Both stages, and what they differ by from embedded formulas."""
-        base, geometry = self.state, self.state.geometry
-        first, second = self._stages(step, end, output_step=output_step)
-        fitting: Any = geometry.holding(self.workspace, second.pressure, second.approach)
-        if fitting is not geometry:
-            self._move_to(fitting)
-            return None
-        error, factor, accepted = self._assess(step, first, second)
-        between = (1.0 - GAMMA) * step
-        change, moved = second.source_since(first, self._team), self._cellwise
-        fields = {
-            **vars(second),
-            "geometry": geometry,
-            "pressure_rate": moved(
-                lambda last, middle, cycles: (last - middle) / cycles,
-                *(second.pressure, first.pressure, between),
-            ),
-            "source_rate": moved(np.divide, change, between),
-            "error_estimate": error,
-            "convolutions": base.convolutions + self._solver.convolutions,
-        }
-        if accepted:
-            self._solver.convolutions = 0
-        return fields, factor, accepted
-
-    def _stages(self, step: float, last: float, *, output_step: bool) -> tuple[Stage, Stage]:
-        """Both stages of TR-BDF2 over a step of so many cycles to one that may be requested."""
-        base, problem = self.state, self.problem
-        now, density = self._wearing(base, base.cycle)
-        middle = base.cycle + GAMMA * step
+        base, problem, cellwise = self.state, self.problem, self._cellwise
+        geometry, accuracy = base.geometry, self.accuracy
+        now, density = problem.worn_by(base, base.cycle, geometry)
+        early, middle = GAMMA * step, base.cycle + GAMMA * step
         # A wear coefficient that follows the power lags by one stage.
         then = problem.at(middle, density)
         p0, rate = base.pressure, now.growth_rate * step
-        early, cellwise = GAMMA * step, self._cellwise
-        first = self._solver.solve(
+        first = self.stage(
             base,
             cellwise(np.multiply, p0, rate * DIAGONAL),
             then.growth_rate * step * DIAGONAL,
             cellwise(lambda p, change: p + early * change, p0, base.pressure_rate),
             cellwise(np.multiply, base.source_rate, early),
-            self.accuracy.first_stage,
-            output_step=False,
+            accuracy.first_stage,
             problem=then,
         )
         p1 = first.pressure
         known = cellwise(lambda p, q: rate * (WEIGHT - DIAGONAL) * (p + q), p0, p1)
-        found, end = then, problem.at(last)
+        found, last = then, problem.at(end)
         if problem.changes:
-            found, reached = self._wearing(first, middle)
-            end = problem.at(last, max(0.0, reached + BEYOND * (reached - density)))
+            found, reached = problem.worn_by(first, middle, geometry)
+            last = problem.at(end, max(0.0, reached + BEYOND * (reached - density)))
             r0, lagged, r1 = (each.growth_rate * step for each in (now, then, found))
             known = WEIGHT * (r0 * p0 + r1 * p1) - DIAGONAL * (r0 * p0 + lagged * p1)
-        self._rates = (now.growth_rate, found.growth_rate, end.growth_rate)
-        second = self._solver.solve(
+        second = self.stage(
             first,
             known,
-            end.growth_rate * step * DIAGONAL,
+            last.growth_rate * step * DIAGONAL,
             cellwise(lambda p, q: q + BEYOND * (q - p), p0, p1),
-            cellwise(np.multiply, first.source_since(base, self._team), BEYOND),
-            self.accuracy.contact,
+            cellwise(np.multiply, first.source_since(base, problem.team), BEYOND),
+            accuracy.contact,
+            problem=last,
             output_step=output_step,
-            problem=end,
         )
-        return first, second
+        fitting: Any = geometry.holding(self.workspace, second.pressure, second.approach)
+        if fitting is not geometry:
+            self._move_to(fitting)
+            return None
+        rates = [each.growth_rate for each in (now, found, last)]
+        error, factor, accepted = self._assess(step, rates, first, second)
+        between = (1.0 - GAMMA) * step
+        fields = {
+            **vars(second),
+            "geometry": geometry,
+            "pressure_rate": cellwise(lambda p, q: (q - p) / between, p1, second.pressure),
+            "source_rate": cellwise(np.divide, second.source_since(first, problem.team), between),
+            "error_estimate": error,
+            "convolutions": base.convolutions + self._convolutions,
+        }
+        if accepted:
+            self._convolutions = 0
+        return fields, factor, accepted
 
-    def _wearing(self, stage: Stage, cycle: float) -> tuple[WearProblem, float]:
-        """The problem as it is at a stage, and its energy per cycle and area, J/m²."""
-        if not self.problem.wear_law.follows_power:
-            return self.problem.at(cycle), 0.0
-        density = self.problem.at(cycle).energy_per_area(stage, self.state.geometry)
-        return self.problem.at(cycle, density), density
+    def _assess(
+        self, step: float, rates: Sequence[float], first: Stage, second: Stage
+    ) -> tuple[float, float, bool]:
+        """Relative error of the wear of a step, factor for the next one, whether to accept it.
 
-    def _assess(self, step: float, first: Stage, second: Stage) -> tuple[float, float, bool]:
-        """Relative error of the wear of a step, factor for the next one, whether to accept it."""
-        geometry, opens = self.state.geometry, 1.0 - self.problem.debris_fraction
-        volume = geometry.integral(second.wear)
+        ``rates`` are β at the start and at the end of both stages, 1/Pa per cycle.
+        """
+        base, integral, cellwise = self.state, self.state.geometry.integral, self._cellwise
+        kept = self.problem.debris_fraction
+        opens, volume = 1.0 - kept, integral(second.wear)
         if volume == 0:
-            return 0.0, LARGEST_FACTOR, True
+            return 0.0, tr_bdf2.LARGEST_FACTOR, True
+
+        def exponent(weights: Sequence[float]) -> Array:
+            """X = β∫p dN over the step by weights of its three pressures."""
+            start, middle, end = (b * step * w for b, w in zip(rates, weights, strict=True))
+            result: Array = cellwise(
+                lambda p0, p1, p2: start * p0 + middle * p1 + end * p2,
+                *(base.pressure, first.pressure, second.pressure),
+            )
+            return result
 
         def lost(gap: Array, difference: Array) -> Array:
             growth = np.expm1(opens * difference) / opens if opens else difference
             result: Array = np.abs(gap * growth)
             return result
 
-        difference = self._exponent(step, first, second, DIFFERENCE)
-        error = geometry.integral(self._cellwise(lost, second.reduced.gap, difference))
+        error = integral(cellwise(lost, second.reduced.gap, exponent(tr_bdf2.DIFFERENCE)))
         if second.yielded or self.problem.slip_moves:
-            error = max(error, self._source_error(step, first, second))
-        error, allowed = error / (OVERESTIMATE * volume), self.tolerance
+            # Slip that changes evenly over the whole step rather than over each stage.
+            x, shift = exponent(tr_bdf2.MAIN), second.source_since(base, self.problem.team)
+            layer = self.problem.slip_model.wear_layer(
+                base.opening, base.reduced.gap, shift, opens * x, 0.0
+            )
+            worn = layer.displacement(second.pressure, self.problem.team)
+            if kept:
+                worn = base.wear + _all_worn(kept, worn - base.opening, base.reduced.gap, shift, x)
+            off = cellwise(lambda worn, wear: np.abs(worn - wear), worn, second.wear)
+            error = max(error, integral(off))
+        error, allowed = error / (tr_bdf2.OVERESTIMATE * volume), self.tolerance
         if not second.reduced.load > 0.0:
-            allowed *= min(1.0, _GLIDING / geometry.of_tolerance)
-        factor, accepted = assessed(error / allowed)
+            allowed *= min(1.0, _GLIDING / base.geometry.of_tolerance)
+        factor, accepted = tr_bdf2.assessed(error / allowed)
         if first.yielded or second.yielded:
             # A cell at the limit sinks until wear, at the rate β p_lim, has freed it. A much longer
             # step would miss the flow in between.
-            exponent = sqrt(self.tolerance / TOLERANCE)
-            longest = exponent / (max(self._rates) * self.problem.limit)
+            longest = sqrt(self.tolerance / TOLERANCE) / (max(rates) * self.problem.limit)
             factor = min(factor, longest / step)
-            accepted &= step <= ACCEPTED * longest
+            accepted &= step <= tr_bdf2.ACCEPTED * longest
         return error, factor, accepted
 
-    def _source_error(self, step: float, first: Stage, second: Stage) -> float:
-        """Wear volume, m³, between slip that changes evenly over each stage or the whole step."""
-        base, kept = self.state, self.problem.debris_fraction
-        exponent = self._exponent(step, first, second, MAIN)
-        shift = second.source_since(base, self._team)
-        whole = self.problem.slip_model.wear_layer(
-            base.opening, base.reduced.gap, shift, (1.0 - kept) * exponent, 0.0
-        )
-        worn = whole.displacement(second.pressure, self._team)
-        if kept:
-            opened = worn - base.opening
-            worn = base.wear + all_worn(kept, opened, base.reduced.gap, shift, exponent)
-        off = self._cellwise(lambda worn, wear: np.abs(worn - wear), worn, second.wear)
-        return base.geometry.integral(off)
+    def stage(
+        self,
+        base: Stage,
+        known: Array,
+        rate: float,
+        start: Array,
+        guess: Array,
+        tolerance: float,
+        *,
+        problem: WearProblem | None = None,
+        output_step: bool = False,
+    ) -> Stage:
+        """One implicit stage from a base on: its exponent is x = known + rate · p, p its pressure.
 
-    def _exponent(
-        self, step: float, first: Stage, second: Stage, weights: Sequence[float]
-    ) -> Array:
-        """Exponent x = β∫p dN over a step by weights of its three pressures."""
-        start, middle, end = (
-            rate * step * weight for rate, weight in zip(self._rates, weights, strict=True)
-        )
-        exponent: Array = self._cellwise(
-            lambda p0, p1, p2: start * p0 + middle * p1 + end * p2,
-            *(self.state.pressure, first.pressure, second.pressure),
-        )
-        return exponent
+        Parameters
+        ----------
+        start, guess
+            First guesses of the pressure, Pa, and of the change of G by plastic flow, m.
+        tolerance
+            Of the contact.
+        problem
+            The problem at the end of the stage, if it changes.
+        output_step
+            Whether the stage ends at a requested cycle: only then the reduced contact is solved to
+            full accuracy, and the residual computed by a separate convolution.
 
-    def _move_to(self, geometry: Any) -> None:
-        """Transfer the state to a larger geometry."""
-        if geometry is not self.state.geometry:
-            self.state = self.state.on(self.workspace, geometry)
-            spent = self._solver.convolutions
-            self._solver = StageSolver(self.workspace, geometry, self.tolerance, self.accuracy)
-            self._solver.convolutions = spent
-            self.workspace.keep_only(geometry)
+        Raises
+        ------
+        ContactError
+            If a contact or the iteration between flow and wear does not converge, or a value is not
+            finite.
+        """
+        problem, accuracy, geometry = problem or self.problem, self.accuracy, self.state.geometry
+        ground, cellwise = self.workspace.on(geometry), self._cellwise
+        bodies, unworn, team = ground.half_space, ground.unworn, problem.team
+        model, moves, kept = problem.slip_model, self.problem.slip_moves, problem.debris_fraction
+        reduced = base.reduced
+        shift = guess if base.yielded else None
+        response, level = None, None
+        if moves:
+            # Cells that begin to stick lose their gap, not more.
+            shift = cellwise(lambda guess, gap: np.maximum(guess, -gap), guess, reduced.gap)
+            if reduced.response is not None and problem.normal.holds_load:
+                response = np.where(shift > guess, 0.0, reduced.response)
+                # Beyond the contact nothing changes G but d*: with the bodies, or with µ.
+                ahead = float(guess[-1, 0] / reduced.response[-1, 0])
+                sliding = problem.sliding(base.load, base.approach)
+                held = reduced.approach + sliding.flexibility * reduced.load
+                level = base.approach + ahead + held - sliding.level
+        opened, opens = ((1.0 - kept) * known, (1.0 - kept) * rate) if kept else (known, rate)
+        sunk = cellwise(np.add, unworn, base.plastic)
+        relaxation, before = 1.0, inf
+        for _ in range(_LARGEST_SWEEPS):
+            layer = model.wear_layer(base.opening, base.reduced.gap, shift, opened, opens)
+            if response is not None and isinstance(layer, WearLayer):
+                layer = replace(layer, response=response, level=level)
+            try:
+                contact = solve_contact(
+                    self.problem.contact(bodies, sunk, layer),
+                    start,
+                    tolerance,
+                    verified=output_step,
+                    effort=accuracy.effort,
+                )
+            except ContactError as error:
+                self._convolutions += error.convolutions
+                raise
+            self._convolutions += contact.convolutions
+            start = contact.pressure
+            layer = layer.at(contact.approach)
+            shift = layer.shift if isinstance(layer, WearLayer) else shift
+            opening = layer.displacement(start, team)
+            gap = cellwise(lambda gap: np.maximum(gap, 0.0), contact.gap)
+            worn = cellwise(np.subtract, opening, base.opening)
+            # Wear needs pressure, so it cannot open a gap: a cell that wore in this stage touches.
+            # A long step removes too much where a cell loses its pressure on the way, and a contact
+            # solved to a tolerance a little too much where hardly any is left; either would stay
+            # open for ever.
+            idle = _IDLE * np.average(start, weights=geometry.weights)
+            beyond = cellwise(
+                lambda p, gap, worn, idle: np.where(
+                    (gap > 0) & (worn > 0) & (p <= idle), np.minimum(gap, worn), 0.0
+                ),
+                *(start, contact.gap, worn, idle),
+            )
+            if beyond.any():
+                for field in (opening, worn, gap):
+                    field -= beyond
+            plastic, yielded = base.plastic, contact.yields and model.follows_shape
+            if contact.yields:
+                plastic = cellwise(np.add, plastic, contact.penetration)
+            load = problem.load_of(geometry, contact)
+            if yielded or moves:
+                reduced = model.reduced(
+                    problem,
+                    bodies,
+                    cellwise(lambda h, opened, sunk: h + opened + sunk, unworn, opening, plastic),
+                    problem.sliding(load, contact.approach),
+                    reduced,
+                    accuracy.reduced if output_step else accuracy.reduced_between,
+                )
+                self._convolutions += reduced.convolutions
+            else:
+                reduced = replace(base.reduced, gap=model.gap_after(base.reduced.gap, worn))
+            wear = opening
+            if kept:
+                exponent = known + rate * start
+                wear = base.wear + _all_worn(kept, worn, base.reduced.gap, shift, exponent)
+            stage = Stage(
+                pressure=start,
+                gap=gap,
+                wear=wear,
+                opening=opening,
+                plastic=plastic,
+                load=load,
+                approach=contact.approach,
+                residual=contact.residual,
+                reduced=reduced,
+                yielded=yielded,
+            )
+            if not yielded and shift is None:
+                break
+            missing = stage.source_since(base, team)
+            if shift is not None:
+                missing = cellwise(np.subtract, missing, shift)
+            # The wear due to the missing flow, or to slip that changes midway.
+            nothing, lost = np.zeros_like(opening), cellwise(np.abs, missing)
+            flow = WearLayer(nothing, lost, None, opened, opens)
+            if moves and not yielded:
+                flow = replace(flow, reduced_gap=nothing, shift=lost)
+            change = geometry.integral(flow.displacement(start, team))
+            enough = accuracy.sweep if response is None else accuracy.following
+            if change <= enough * self.tolerance * geometry.integral(opening):
+                break
+            if change > 0.5 * before:
+                # Flow lets wear catch up, which stops the flow: average the two.
+                relaxation = max(0.5 * relaxation, 0.1)
+            before = change
+            if shift is None:
+                shift = missing
+            else:
+                shift = cellwise(
+                    lambda known, new, part: known + part * new, shift, missing, relaxation
+                )
+            if response is not None:
+                response, level = reduced.response, contact.approach
+        else:
+            raise ContactError(
+                f"slip and wear of a stage did not converge in {_LARGEST_SWEEPS} sweeps"
+            )
+        if not stage.is_finite:
+            raise ContactError("wear of a stage leads to values that are not finite")
+        return stage
+
+
+def _all_worn(
+    kept: float, opened: Array, gap: Array, shift: Array | None, exponent: Array
+) -> Array:
+    """Wear depth of a stage, m, part of which is kept as debris; the rest opens the gap.
+
+    If all of it is kept the gap does not change, and ∫g* dx = x (g*₀ + ΔG/2).
+    """
+    if kept < 1.0:
+        return opened / (1.0 - kept)
+    return exponent * (gap if shift is None else gap + 0.5 * shift)

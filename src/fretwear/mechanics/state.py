@@ -225,16 +225,19 @@ class WearProblem:
 
     def of(self, state: State) -> WearProblem:
         """The problem at the cycle of a state."""
-        now = self.at(state.cycle)
-        block = next(each for each in self.blocks if state.cycle <= each.end)
-        if not block.wear_law.follows_power:
-            return now
-        return self.at(state.cycle, now.energy_per_area(state, state.geometry))
+        return self.worn_by(state, state.cycle, state.geometry)[0]
 
-    def energy_per_area(self, stage: Stage, geometry: Geometry) -> float:
-        """Energy dissipated in a cycle, over the area of contact, J/m²."""
+    def worn_by(self, stage: Stage, cycle: float, geometry: Geometry) -> tuple[WearProblem, float]:
+        """The problem at a cycle, whose wear may follow the power dissipated in a contact.
+
+        And, if so, its energy per cycle and area of contact, J/m².
+        """
+        now = self.at(cycle)
+        if not self.wear_law.follows_power:
+            return now, 0.0
         area = geometry.integral(in_contact(stage).astype(float))
-        return self.dissipated_energy(stage, geometry) / area
+        density = now.dissipated_energy(stage, geometry) / area
+        return self.at(cycle, density), density
 
     def dissipated_energy(self, stage: Stage, geometry: Geometry) -> float:
         """Energy dissipated in a cycle, D = ∬ 4 µ p s dA, J."""
@@ -311,15 +314,14 @@ class State(Stage):
         if geometry == old:
             return self
         ground, problem = workspace.on(geometry), workspace.problem
-        names = ("pressure", "wear", "plastic", "pressure_rate", "source_rate")
+        names = ("pressure", "wear", "opening", "plastic", "pressure_rate", "source_rate")
         fields: dict[str, Any] = {
             name: old.resized(getattr(self, name), geometry) for name in names
         }
-        opening = fields["wear"]
-        if self.opening is not self.wear:
-            opening = old.resized(self.opening, geometry)
+        if self.opening is self.wear:
+            fields["opening"] = fields["wear"]
         fields["pressure"] = np.clip(fields["pressure"], 0.0, problem.limit)
-        shape = ground.unworn + opening + fields["plastic"]
+        shape = ground.unworn + fields["opening"] + fields["plastic"]
         here, there = geometry.where(old), old.where(geometry)
 
         def gap(pressure: Array, approach: float, known: Array) -> Array:
@@ -331,24 +333,22 @@ class State(Stage):
         reduced, spent = self.reduced, 2
         stuck = old.resized(reduced.pressure, geometry)
         if self.wear[there].shape == self.wear.shape and problem.slip_model.follows_shape:
-            found = gap(stuck, reduced.approach, reduced.gap)
             response = reduced.response
             if response is not None:
                 farther = np.full(geometry.shape, response[-1])
                 farther[here], response = response[there], farther
-            reduced = replace(reduced, pressure=stuck, gap=found, response=response)
+            open_by = gap(stuck, reduced.approach, reduced.gap)
+            reduced = replace(reduced, pressure=stuck, gap=open_by, response=response)
         else:
             start = replace(reduced, pressure=np.maximum(stuck, 0.0))
             now = problem.at(self.cycle)
-            reduced = now.slip_model.reduced(
-                now, ground.half_space, shape, now.sliding(self.load, self.approach), start
-            )
+            sliding = now.sliding(self.load, self.approach)
+            reduced = now.slip_model.reduced(now, ground.half_space, shape, sliding, start)
             spent += reduced.convolutions
         return replace(
             self,
             geometry=geometry,
             gap=gap(fields["pressure"], self.approach, self.gap),
-            opening=opening,
             reduced=reduced,
             convolutions=self.convolutions + spent,
             **fields,

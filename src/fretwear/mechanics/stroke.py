@@ -10,8 +10,15 @@ of the indenter, of the shape
 ⟨⟩ being the mean over the stroke from −s to s, 4s the path of a cycle. Both directions and both
 sides are equivalent, so half of the positions suffice; the contact at each is even along y only.
 
-A step is implicit, TR-BDF2 as in `fretwear.mechanics.integrator`, and its stages are solved as one
-problem each by `fretwear.mechanics.rubbing`.
+Steps are those of `fretwear.mechanics.tr_bdf2`. The pressures of an implicit stage are a minimum of
+
+    Σ ω [½ (p, K p) + (h, p)] + ½ c₁ ∫⟨p⟩₁² + ½ c₂ ∫⟨p⟩₂²   under   p ≥ 0,  ∫p = P at each position:
+
+wear that positions share couples them symmetrically and adds to a sum of positive definite forms,
+so a stage is one strictly convex problem. It is solved as one: on given sets of cells in contact,
+the pressures are eliminated position by position, which leaves a positive definite system for the
+wear alone, and cells change sides until each has pressure or a gap. Cells at the plastic limit bear
+it, and what still penetrates there is flow, half of it of each body: the most over all positions.
 """
 
 from __future__ import annotations
@@ -19,31 +26,36 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import ceil, inf
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from fretwear.mechanics import tr_bdf2
+from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.geometry import Array, Mask, Workspace
-from fretwear.mechanics.geometry.line import Line
-from fretwear.mechanics.rubbing import MARGIN, Contacts, Rubbing, positions
+from fretwear.mechanics.geometry.grid import Grid, influence_coefficients
+from fretwear.mechanics.geometry.line import Line, influence_of_cell
+from fretwear.mechanics.loading import SMALL_STROKE
+from fretwear.mechanics.roughness import BothRough
 from fretwear.mechanics.slip import ReducedContact
 from fretwear.mechanics.state import State, WearProblem
-from fretwear.mechanics.tr_bdf2 import (
-    BEYOND,
-    DIAGONAL,
-    DIFFERENCE,
-    GAMMA,
-    MAIN,
-    OVERESTIMATE,
-    TOLERANCE,
-    WEIGHT,
-    Integrator,
-    assessed,
-    march,
-)
+from fretwear.mechanics.tr_bdf2 import BEYOND, DIAGONAL, GAMMA, TOLERANCE, WEIGHT
+from fretwear.theory import LineContact
 
 _GROWTH = 1.2
 _FIRST_STEP = 0.1
+_LEAST_POSITIONS = 8
+_POSITIONS_PER_HALF_WIDTH = 2.0
+_POSITIONS_PER_WAVE = 6.0
+# Cells between a contact and the border.
+_MARGIN = 6
+_LARGEST_SWEEPS = 60
+# More cells than this part of those in contact make a new inverse, or a displacement so far off.
+_FEW = 0.25
+_DIGITS = 1e-10
+# Cells touch where the gap is below this part of the approach.
+_CLOSED = 1e-10
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,12 +84,6 @@ class StrokeState(State):
     def wear_flat(self) -> Array:
         """Wear depth of the flat, m."""
         result: Array = self.worn[0]
-        return result
-
-    @property
-    def wear_rate(self) -> Array:
-        """Wear depth of both bodies in this one cycle, m, in the middle of the stroke."""
-        result: Array = self.rates[1] + self.rates[0]
         return result
 
     def on(self, workspace: Workspace, geometry: Any) -> StrokeState:
@@ -121,14 +127,14 @@ def slide(
         If the step had to be reduced to nothing.
     """
 
-    def begin(block: WearProblem, state: StrokeState | None, anew: bool) -> Integrator:
+    def begin(block: WearProblem, state: StrokeState | None, anew: bool) -> _Slider:
         return _Slider(block, tolerance, state, anew=anew)
 
-    return march(problem, stops, start, begin)
+    return tr_bdf2.march(problem, stops, start, begin)
 
 
-class _Slider(Integrator):
-    """Of a contact that slides as a whole; of two bodies, the flat comes first."""
+class _Slider(tr_bdf2.Integrator):
+    """The steps of a contact that slides as a whole; of two bodies, the flat comes first."""
 
     def __init__(
         self, problem: WearProblem, tolerance: float, start: StrokeState | None, *, anew: bool
@@ -136,13 +142,13 @@ class _Slider(Integrator):
         self.problem, self.tolerance, self.state = problem, tolerance, start
         self.workspace = Workspace(problem)
         # Fraction of the wear that opens the gap: all but the debris.
-        self.kept = 1.0 - problem.debris_fraction
-        self.shares = np.array(problem.wear_law.shares or (1.0, 0.0))[::-1]
+        self.opens = 1.0 - problem.debris_fraction
+        self.shares = np.array(problem.wear_law.shares or (1.0, 0.0))[::-1, None, None]
         x, y = (0, 0) if start is None else start.geometry.shape
         if anew:
             reach = problem.extent[0] + float(positions(problem)[0][-1])
-            x = max(x, ceil(reach / problem.spacing[0]) + 2 * MARGIN)
-            y = max(y, ceil(problem.extent[1] / problem.spacing[1]) + 2 * MARGIN)
+            x = max(x, ceil(reach / problem.spacing[0]) + 2 * _MARGIN)
+            y = max(y, ceil(problem.extent[1] / problem.spacing[1]) + 2 * _MARGIN)
         self._resize(x, 1 if problem.geometry is Line else y)
         if anew:
             self._load()
@@ -155,9 +161,10 @@ class _Slider(Integrator):
 
     def _outgrown(self, found: Contacts) -> bool:
         """Whether the contacts came near the border, and there are more cells now."""
-        sides = self.rubbing.reaches_border(found.pressures)
+        touched, old = found.pressures > 0, self.rubbing.geometry.shape
+        along_x = touched[:, :_MARGIN].any() or touched[:, -_MARGIN:].any()
+        sides = along_x, old[1] > 1 and touched[:, :, -_MARGIN:].any()
         if any(sides):
-            old = self.rubbing.geometry.shape
             self._resize(
                 *(ceil(_GROWTH * n) if side else n for n, side in zip(old, sides, strict=True))
             )
@@ -175,19 +182,18 @@ class _Slider(Integrator):
             if before is not None:
                 closed = closed | (before.pressures > 0).any(axis=0)
                 worn, sunk = before.worn, before.sunk
-            closed = closed.reshape(len(closed), -1)
-            found = rubbing.solve(self._opening(worn, sunk), np.zeros(worn.size), closed)
+            found = rubbing.solve(self.opens * worn + sunk, np.zeros((2, 1, 1)), closed)
             if not self._outgrown(found):
                 break
         cycle, step = (0.0, 0) if before is None else (before.cycle, before.step)
-        growth = self.kept * self.rates(cycle).sum() * hertz.peak_pressure
+        growth = self.opens * self.rates(cycle).sum() * hertz.peak_pressure
         depth = hertz.peak_pressure * float(rubbing.influence[0, 0, 0])
         first = _FIRST_STEP * depth / growth if growth > 0 else inf
-        fields = self._fields(cycle, found, worn, sunk + self._by_body(found.flow), 0.0)
+        fields = self._fields(cycle, found, worn, sunk + found.flow, 0.0)
         self.state = StrokeState(cycle=cycle, next_step=first, step=step, **fields)
 
     def rates(self, cycle: float, energy_density: float = 0.0) -> Array:
-        """Wear depth of both bodies per mean pressure and cycle, m/Pa, shape (2,).
+        """Wear depth of both bodies per mean pressure and cycle, m/Pa, shape (2, 1, 1).
 
         ``energy_density`` is the energy per cycle and area of contact, J/m².
         """
@@ -198,19 +204,9 @@ class _Slider(Integrator):
     def energy_density(self, cycle: float, pressures: Array) -> float:
         """Energy per cycle and area of contact, J/m², in the mean over the stroke."""
         problem, rubbing = self.problem.at(cycle), self.rubbing
-        closed = (pressures > 0).reshape(len(pressures), -1).sum(axis=1)
-        area = 2.0 * rubbing.area * float(rubbing.weights @ closed)
+        area = 2.0 * rubbing.area * float(rubbing.weights @ (pressures > 0).sum(axis=(1, 2)))
         force = problem.friction.coefficient * problem.hertz.load
         return 4.0 * force * problem.loading.stroke / area
-
-    def _opening(self, worn: Array, sunk: Array) -> Array:
-        """What is worn off both bodies or has sunk, m, shape (values,)."""
-        both: Array = (self.kept * worn + sunk).ravel()
-        return both
-
-    def _by_body(self, values: Array) -> Array:
-        """Values of both bodies as fields, shape (2, …)."""
-        return values.reshape(2, *self.rubbing.geometry.shape)
 
     def attempt(
         self, step: float, end: float, *, output_step: bool
@@ -221,36 +217,33 @@ class _Slider(Integrator):
         # Inverses of earlier steps are dropped, because a resumed run does not have them.
         self.rubbing.inverses.clear()
 
-        def stage(
-            known: Array, sunk: Array, cycle: float, energy_density: float, closed: Mask
-        ) -> tuple[Contacts, Array]:
-            rates = self.rates(cycle, energy_density)
-            softness = np.repeat(self.kept * DIAGONAL * step * rates, known[0].size)
-            found = self.rubbing.solve(self._opening(known, sunk), softness, closed)
-            return found, rates[:, None, None] * self._by_body(found.means)
+        def stage(known: Array, sunk: Array, rates: Array, closed: Mask) -> tuple[Contacts, Array]:
+            compliance = self.opens * DIAGONAL * step * rates
+            found = self.rubbing.solve(self.opens * known + sunk, compliance, closed)
+            return found, rates * found.means
 
         middle, started = base.cycle + GAMMA * step, base.rates
         # A wear coefficient that follows the power lags by one stage.
         density = self.energy_density(base.cycle, base.pressures)
-        closed = (base.pressures > 0).reshape(len(base.pressures), -1)
+        lagging = self.rates(middle, density)
         known = base.worn + DIAGONAL * step * started
-        first, between = stage(known, base.sunk, middle, density, closed)
+        first, between = stage(known, base.sunk, lagging, base.pressures > 0)
         reached = self.energy_density(middle, first.pressures)
-        between *= (self.rates(middle, reached) / self.rates(middle, density))[:, None, None]
-        sunk = base.sunk + self._by_body(first.flow)
+        between *= self.rates(middle, reached) / lagging
+        sunk = base.sunk + first.flow
         known = base.worn + WEIGHT * step * (started + between)
         ahead = max(0.0, reached + BEYOND * (reached - density))
-        last, ended = stage(known, sunk, end, ahead, first.pressures > 0)
+        last, ended = stage(known, sunk, self.rates(end, ahead), first.pressures > 0)
         if self._outgrown(last):
             return None
         worn, missed = (
             step * sum(w * rate for w, rate in zip(weights, (started, between, ended), strict=True))
-            for weights in (MAIN, DIFFERENCE)
+            for weights in (tr_bdf2.MAIN, tr_bdf2.DIFFERENCE)
         )
         worn = base.worn + worn
-        error = float(np.abs(missed).sum() / worn.sum()) / (OVERESTIMATE * self.tolerance)
-        sunk = sunk + self._by_body(last.flow)
-        return self._fields(end, last, worn, sunk, error * self.tolerance), *assessed(error)
+        error = float(np.abs(missed).sum() / worn.sum()) / (tr_bdf2.OVERESTIMATE * self.tolerance)
+        fields = self._fields(end, last, worn, sunk + last.flow, error * self.tolerance)
+        return fields, *tr_bdf2.assessed(error)
 
     def _fields(
         self, cycle: float, found: Contacts, worn: Array, sunk: Array, error: float
@@ -258,10 +251,9 @@ class _Slider(Integrator):
         """Fields of the state with the contact in the middle of the stroke."""
         problem, geometry = self.problem.at(cycle), self.rubbing.geometry
         ground = self.workspace.on(geometry)
-        opening, plastic = self.kept * worn.sum(axis=0), sunk.sum(axis=0)
-        pressures = found.pressures.reshape(len(found.pressures), -1, self.rubbing.rows)
+        opening, plastic = self.opens * worn.sum(axis=0), sunk.sum(axis=0)
         # The middle of the stroke is the first position.
-        middle = pressures[0, geometry.shape[0] :]
+        middle = found.pressures[0, geometry.shape[0] :]
         separation = ground.half_space.displacement(middle) + ground.unworn + opening + plastic
         free = (middle > 0) & (middle < problem.limit)
         approach = float(separation[free].mean())
@@ -270,7 +262,7 @@ class _Slider(Integrator):
         slip = problem.loading.stroke / (problem.friction.coefficient * problem.coupling)
         nothing = np.zeros(geometry.shape)
         reduced = ReducedContact(nothing, np.full(geometry.shape, slip), approach - slip, load=0.0)
-        rates = self.rates(cycle, self.energy_density(cycle, pressures))
+        rates = self.rates(cycle, self.energy_density(cycle, found.pressures))
         return {
             "geometry": geometry,
             "pressure": middle,
@@ -286,7 +278,228 @@ class _Slider(Integrator):
             "source_rate": nothing,
             "error_estimate": error,
             "worn": worn,
-            "rates": rates[:, None, None] * self._by_body(found.means),
+            "rates": rates * found.means,
             "sunk": sunk,
-            "pressures": pressures,
+            "pressures": found.pressures,
         }
+
+
+def positions(problem: WearProblem) -> tuple[Array, Array]:
+    """Positions of the indenter from the middle of the stroke to its end, m, and their weights.
+
+    They are those of the trapezoidal rule over the stroke, doubled for a position and its image.
+    """
+    amplitude, half_width = problem.loading.stroke, problem.indenter.half_widths(problem.hertz)[0]
+    wave = problem.wavelengths[0] if problem.wavelengths else 0.0
+    if amplitude <= SMALL_STROKE * half_width:
+        return np.zeros(1), np.full(1, 0.5)
+    wanted = max(_LEAST_POSITIONS / 2, _POSITIONS_PER_HALF_WIDTH * amplitude / half_width)
+    if wave:
+        wanted = max(wanted, _POSITIONS_PER_WAVE * amplitude / wave)
+    count = ceil(wanted)
+    weights = np.full(count + 1, 0.5 / count)
+    weights[[0, -1]] *= 0.5
+    return np.linspace(0.0, amplitude, count + 1), weights
+
+
+def _unworn(problem: WearProblem, x: Any, y: Array, place: float) -> Array:
+    """Gap at zero load and zero approach, m, with the indenter at a place along x.
+
+    A single roughness is that of the flat; of two, the other moves with the indenter.
+    """
+    at, moved, across = x[:, None], (x - place)[:, None], y[None, :]
+    gap = np.broadcast_to(problem.indenter.gap(moved, across), (x.size, y.size))
+    rough = problem.roughness
+    if isinstance(rough, BothRough):
+        return gap + rough.first.height(at, across) + rough.second.height(moved, across)
+    return gap if rough is None else gap + rough.height(at, across)
+
+
+class Contacts(NamedTuple):
+    """The contacts of a stage at all positions, on 2n by m cells."""
+
+    pressures: Array  # Pa, shape (positions, 2n, m); not zero just where the bodies touch
+    means: Array  # over the stroke, at each point of the flat and the indenter, Pa, (2, n, m)
+    flow: Array  # how far each of them sinks where the pressure is at the limit, m
+
+
+class Rubbing:
+    """The contacts of a stroke on equal cells.
+
+    Bodies are even along both axes, so wear has a value for each cell of the quarter, of the flat
+    and then of the indenter, while a contact off the middle of the stroke needs both sides along x.
+    Between cells, the wear of the indenter is linear; what it takes from the pressure is the
+    transpose of that. ``shape`` is that of the quarter, with one cell along y in a line contact.
+    """
+
+    def __init__(self, problem: WearProblem, shape: tuple[int, int]) -> None:
+        from scipy.sparse import csr_matrix
+
+        self.load, self.limit = problem.hertz.load, problem.limit
+        half, self.rows = shape
+        count, (size, _) = 2 * half, problem.spacing
+        self.places, self.weights = positions(problem)
+        modulus = problem.bodies.composite_modulus
+        # Displacement by the distance along x, and the row of either cell.
+        if problem.geometry is Line:
+            assert isinstance(problem.hertz, LineContact)
+            edges, reference = np.arange(half + 1) * size, problem.hertz.reference
+            self.geometry: Any = Line(tuple(edges.tolist()), reference)
+            self.influence = influence_of_cell(count, size, reference, modulus)[:, None, None]
+            self.area, self.y = size, np.zeros(1)
+        else:
+            self.geometry = Grid(shape, problem.spacing)
+            love = influence_coefficients((count, 2 * self.rows), problem.spacing, modulus)
+            row = np.arange(self.rows)
+            self.influence = love[:, abs(row[:, None] - row)] + love[:, row[:, None] + row + 1]
+            self.area, self.y = 2.0 * size * problem.spacing[1], self.geometry.y
+        self._transform = np.fft.rfft(
+            np.concatenate([self.influence, self.influence[:1], self.influence[:0:-1]]), axis=0
+        )
+        self.x = (np.arange(count) - half + 0.5) * size
+        self.cells, values = count * self.rows, half * self.rows
+        self.shapes = [_unworn(problem, self.x, self.y, place).ravel() for place in self.places]
+        # One row a cell, one column a value of the flat's wear, then of the indenter's.
+        self.worn = []
+        along, row = np.divmod(np.arange(self.cells), self.rows)
+        x = self.x[along]
+        of_flat = np.floor(np.abs(x) / size).astype(int) * self.rows + row
+        for place in self.places:
+            distance = np.abs(x - place)
+            lower, part = np.divmod(distance / size - 0.5, 1.0)
+            near, far = (
+                values + np.clip(lower.astype(int) + step, 0, half - 1) * self.rows + row
+                for step in (0, 1)
+            )
+            inside = distance < half * size
+            shares = np.concatenate([np.ones(x.size), (1.0 - part) * inside, part * inside])
+            where = np.tile(np.arange(x.size), 3), np.concatenate([of_flat, near, far])
+            self.worn.append(csr_matrix((shares, where), shape=(x.size, 2 * values)))
+        self.inverses: dict[int, tuple[NDArray[np.intp], Array]] = {}
+
+    def displacement(self, pressure: Array) -> Array:
+        """Of all cells, m, under a pressure, Pa."""
+        field = pressure.reshape(-1, self.rows)
+        waves = np.fft.rfft(field, self.influence.shape[0] * 2, axis=0)
+        moved = np.fft.irfft(np.einsum("kij,kj->ki", self._transform, waves), axis=0)
+        result: Array = moved[: field.shape[0]].ravel()
+        return result
+
+    def _matrix(self, cells: NDArray[np.intp], others: NDArray[np.intp]) -> Array:
+        """Displacement of some cells under a unit pressure on others, m/Pa."""
+        (along, row), (other_along, other_row) = (
+            np.divmod(each, self.rows) for each in (cells[:, None], others)
+        )
+        found: Array = self.influence[np.abs(along - other_along), row, other_row]
+        return found
+
+    def _inverse(self, place: int, cells: NDArray[np.intp]) -> Array:
+        """The inverse of the influence of some cells on each other at a position.
+
+        Few cells change sets between solutions, so the last inverse is corrected by an update of
+        low rank, as long as its accuracy suffices.
+        """
+        known, inverse = self.inverses.get(place, (cells[:0], np.zeros((0, 0))))
+        stays = np.isin(known, cells)
+        kept, gone = np.flatnonzero(stays), np.flatnonzero(~stays)
+        new = np.setdiff1d(cells, known[kept], assume_unique=True)
+        missed = np.inf
+        if gone.size + new.size <= _FEW * cells.size:
+            lost, within = inverse[np.ix_(kept, gone)], inverse[np.ix_(gone, gone)]
+            inverse = inverse[np.ix_(kept, kept)] - lost @ np.linalg.solve(within, lost.T)
+            across = self._matrix(known[kept], new)
+            moved = inverse @ across
+            own = np.linalg.inv(self._matrix(new, new) - across.T @ moved)
+            corner = moved @ own
+            whole = np.block([[inverse + corner @ moved.T, -corner], [-corner.T, own]])
+            order = np.argsort(np.concatenate([known[kept], new]))
+            inverse = whole[np.ix_(order, order)]
+            sinking = np.zeros(self.cells)
+            sinking[cells] = inverse.sum(axis=1)
+            missed = np.abs(self.displacement(sinking)[cells] - 1.0).max()
+        if missed > _DIGITS:
+            inverse = np.asarray(np.linalg.inv(self._matrix(cells, cells)), dtype=np.float64)
+        self.inverses[place] = cells, inverse
+        return inverse
+
+    def solve(self, opening: Array, compliance: Array, closed: Mask) -> Contacts:
+        """The contacts of all positions.
+
+        Parameters
+        ----------
+        opening
+            Earlier wear and plastic depth of flat and indenter, m, shape (2, n, m).
+        compliance
+            Wear of either in this stage per mean pressure, m/Pa, shape (2, 1, 1); not negative.
+        closed
+            First guess of the cells in contact, shape (positions, 2n, m).
+
+        Raises
+        ------
+        ContactError
+            If the set of cells in contact does not settle.
+        """
+        from scipy.linalg import cho_factor, cho_solve
+
+        shape_of_cells, shape_of_bodies = closed.shape, opening.shape
+        compliance = np.broadcast_to(compliance, opening.shape).ravel()
+        opening, closed = opening.ravel(), closed.reshape(len(closed), -1)
+        capped = np.zeros_like(closed)
+        shapes = [
+            shape + worn @ opening for shape, worn in zip(self.shapes, self.worn, strict=True)
+        ]
+        for _ in range(_LARGEST_SWEEPS):
+            parts, touched = [], np.zeros(opening.size, np.bool_)
+            places = zip(self.weights, shapes, self.worn, closed, capped, strict=True)
+            for place, (weight, shape, worn, inside, full) in enumerate(places):
+                free, held = np.flatnonzero(inside & ~full), np.flatnonzero(full)
+                left = self.load - self.limit * self.area * held.size if held.size else self.load
+                if not free.size or left <= 0.0:
+                    raise ContactError("the contact is at the plastic limit all over")
+                # Pressure of no load for a unit displacement of each cell, and that of the load.
+                inverse = self._inverse(place, free)
+                uniform = inverse.sum(axis=1)
+                total = uniform.sum()
+                inverse = inverse - np.outer(uniform, uniform) / total
+                height = shape[free]
+                if held.size:
+                    height = height + self._matrix(free, held).sum(axis=1) * self.limit
+                pressure = np.where(full, self.limit, 0.0)
+                pressure[free] = left * (uniform / (total * self.area)) - inverse @ height
+                parts.append((weight, worn, free, inverse, worn[free], pressure))
+                touched[worn[free].indices] = True
+            values = np.flatnonzero(touched)
+            root = np.sqrt(compliance[values])
+            matrix, right = np.eye(values.size), np.zeros(values.size)
+            for weight, worn, _, inverse, own, pressure in parts:
+                seen = own[:, values]
+                matrix += weight * root[:, None] * (seen.T @ (seen.T @ inverse).T) * root
+                right += weight * root * (worn.T @ pressure)[values]
+            factors = cho_factor(matrix, lower=True, overwrite_a=True, check_finite=False)
+            worn_now = compliance * sum(
+                weight * (worn.T @ pressure) for weight, worn, *_, pressure in parts
+            )
+            worn_now[values] = root * cho_solve(factors, right, check_finite=False)
+            pressures, flow = np.zeros(closed.shape), np.zeros(opening.size)
+            now_closed, now_capped = closed.copy(), capped.copy()
+            for place, (_, worn, free, inverse, own, pressure) in enumerate(parts):
+                pressure[free] -= inverse @ (own @ worn_now)
+                pressures[place] = pressure
+                gap = self.displacement(pressure) + shapes[place] + worn @ worn_now
+                approach = gap[free].mean()
+                touches = gap < (1.0 - _CLOSED) * approach
+                now_closed[place] = np.where(closed[place], pressure > 0, touches)
+                full, sunk = capped[place], approach - gap
+                now_capped[place] = np.where(full, sunk > 0.0, pressure > self.limit)
+                if full.any():
+                    sinking = worn[np.flatnonzero(full)].tocoo()
+                    depth = sunk[full][sinking.row]
+                    np.maximum.at(flow, sinking.col, 0.5 * depth * (sinking.data > 0.0))
+            if np.array_equal(now_closed, closed) and np.array_equal(now_capped, capped):
+                means = np.sum([weight * (worn.T @ p) for weight, worn, *_, p in parts], axis=0)
+                return Contacts(
+                    pressures.reshape(shape_of_cells),
+                    *(each.reshape(shape_of_bodies) for each in (means, flow)),
+                )
+            closed, capped = now_closed, now_capped
+        raise ContactError("the cells in contact over the stroke do not settle")

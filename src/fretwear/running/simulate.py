@@ -388,7 +388,7 @@ def _fields(problem: WearProblem, state: State) -> dict[str, Array]:
     rate = 4.0 * problem.wear_coefficient * state.pressure * slip
     bodies = [share * state.wear for share in problem.wear_law.shares or ()]
     if isinstance(state, StrokeState):
-        rate, bodies = state.wear_rate, [state.wear_indenter, state.wear_flat]
+        rate, bodies = state.rates.sum(axis=0), [state.wear_indenter, state.wear_flat]
     return {
         "pressure": state.pressure,
         "shear_traction": problem.shear_traction(state.pressure, reduced),
