@@ -140,7 +140,7 @@ def test_a_plan_lists_every_point_the_total_and_what_will_go_wrong(desk, content
     assert [line.split()[0][:4] for line in points] == ["P25N", "P50N"]
     assert points[0].split()[1:3] == ["25", "N"]
     assert empty == ""
-    assert wear == "Wear coefficient per load and path: 0.0007 mm³/(N m)."
+    assert wear == "Wear volume per load and sliding distance: 0.0007 mm³/(N m)."
     assert total.startswith("2 points, 2 cases in 2 jobs: about ")
     assert desk.files() == ["tiny.yaml"]
     del content["base"]["cell"]

@@ -19,7 +19,7 @@ from ..studies import run_study, sampled
 
 DEMO = Path(__file__).parents[2] / "studies/demo.yaml"
 NUMBER = r"([\d.]+)"
-RISE = re.compile(rf"(grows|falls) by (a factor of )?{NUMBER}(?: to {NUMBER})?(\u00a0%)?")
+RISE = re.compile(rf"(grows|falls) by (a factor of |up to )?{NUMBER}(?: to {NUMBER})?(\u00a0%)?")
 
 
 def table(summary):
@@ -44,9 +44,9 @@ def pairs(frame, varied, parameter, result):
 def told(text):
     """Return the factors that a sentence tells, smallest and largest, by the verb."""
     found = []
-    for verb, factor, low, high, _ in RISE.findall(text):
-        ends = [float(low), float(high or low)]
-        if not factor:
+    for verb, kind, low, high, _ in RISE.findall(text):
+        ends = [0.0 if kind == "up to " else float(low), float(high or low)]
+        if kind != "a factor of ":
             sign = 1.0 if verb == "grows" else -1.0
             ends = sorted(1.0 + sign * end / 100.0 for end in ends)
         found.append((verb, *ends))
@@ -230,7 +230,7 @@ def test_what_a_seed_does_is_chance_and_told_by_its_deviation():
         {"roughness_seed": [1, 2, 3, 4], "cycle": [1000]},
     )
     told = {answer.name: answer for answer in answers(summary)}["wear_volume"]
-    spread = 100.0 * np.log(values).std(ddof=1)
+    spread = 100.0 * values.std(ddof=1) / values.mean()
     assert told.headline.endswith(f"chance, with a standard deviation of {spread:.1f}\u00a0%.")
     assert "from 1 to 4" not in told.headline
 

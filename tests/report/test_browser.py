@@ -257,16 +257,27 @@ def test_no_screen_scrolls_sideways_and_each_begins_with_the_answer(browser, fil
     )
     assert inside <= size[0]
     assert width <= inside
-    # Of the case table and of the figures nothing is beyond the screen from a laptop on, and on a
-    # phone, where each case is a list.
+    # Results of the case table are on the screen from a laptop on, and on a phone, where each case
+    # is a list; everywhere the numbers of the effects, and figures, in frames of their own.
+    seen = ".answers dd, .pairs li, .paper, figcaption"
     if size[0] >= 1400 or size[0] < 700:
-        beyond = (
-            "return [...document.querySelectorAll('#case-table td, #case-table th, figure img')]"
-            ".filter((one) => one.checkVisibility())"
-            ".filter((one) => one.getBoundingClientRect().right > innerWidth + 1)"
-            ".map((one) => one.outerHTML.slice(0, 80))"
-        )
-        assert browser.ask(beyond) == []
+        seen += ", #case-table td, #case-table th"
+    browser.ask("document.querySelectorAll('.pairs details').forEach((one) => { one.open = true; })")
+    beyond = (
+        "const all = [...document.querySelectorAll(arguments[0])].filter((e) => e.checkVisibility())"
+        ".map((e) => [e.getBoundingClientRect().right > innerWidth + 1, e.outerHTML.slice(0, 80)]);"
+        "return [all.length, all.filter(([is]) => is)]"
+    )
+    count, cut = browser.ask(beyond, seen)
+    assert count > 30
+    assert cut == []
+    # 7 points on a page 190 mm wide are 9 pixels at least; what is wider than the screen can move.
+    for width, share, moves in browser.ask(
+        "return [...document.querySelectorAll('.paper')].map((e) => [e.firstElementChild.clientWidth,"
+        "e.firstElementChild.style.getPropertyValue('--share'), getComputedStyle(e).overflowX])"
+    ):
+        assert 7 * float(width) / (190 / 25.4 * 72 * float(share)) >= 9.0
+        assert moves == "auto"
     for plot in ("profile-plot", "history-plot"):
         drawn = "return document.querySelector(arguments[0]).getBoundingClientRect().right"
         assert browser.ask(drawn, f"#{plot} .main-svg") <= inside + 1

@@ -115,7 +115,7 @@ def test_cases_of_an_older_solver_are_kept_on_request_and_told_everywhere(copy, 
     summary_of = ("results/demo/summary.nc", "--config", "keep_older=true")
     copy.snakemake(*summary_of, status=0)
     assert written(copy).items() - before.items() == {(first, first.stat().st_mtime_ns)}
-    words = "1 of 2 cases were computed by another version of the code"
+    words = "1 of 2 cases was computed by another version of the code"
     assert words in (copy.results / "logs/merge.log").read_text()
     assert "1 of them by another version of the code: kept" in "".join(
         log.read_text() for log in (copy.results / "logs/batches").glob("*.log")

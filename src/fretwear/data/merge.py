@@ -213,8 +213,9 @@ def _read_cases(
         raise CaseFilesError(errors)
     of_cases = digests[status == PointStatus.DONE].tolist()
     older = [digest or "missing" for digest in of_cases if digest != code_digest()]
+    were = f"case{'s' * (len(of_cases) > 1)} {'was' if len(older) == 1 else 'were'}"
     words = (
-        f"{len(older)} of {len(of_cases)} cases were computed by another version of the code: "
+        f"{len(older)} of {len(of_cases)} {were} computed by another version of the code: "
         f"their code_digest is {', '.join(sorted(set(older)))}, not {code_digest()}"
     )
     # Reading just the layout of a study must not import xarray.

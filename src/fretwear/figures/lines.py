@@ -275,5 +275,5 @@ def representative_cases(summary: xr.Dataset) -> RepresentativeCases:
     missed = [words_text(n, v) for n in contrasts for v in levels[n] if v not in shown[n]]
     left_out = f" Not shown: {', '.join(missed)}." if missed else ""
     if len(missed) > _MOST_NAMED:
-        left_out = f" Of the values in between, {len(missed)} are not shown."
+        left_out = f" These are {len(best)} of {len(lines)} cases."
     return RepresentativeCases(contrasts, dict(zip(titles, ids, strict=True)), common, left_out)

@@ -132,10 +132,11 @@ class Finding:
 
     @property
     def spread(self) -> str:
-        """By how much chance changes the result: of two draws the variance is that of one twice."""
-        logarithms = np.log(self.effect.factors[np.isfinite(self.effect.factors)])
-        deviation = math.sqrt(0.5 * float(np.square(logarithms).mean()))
-        return f"a standard deviation of {_digits(100.0 * deviation)}\u00a0%"
+        """By how much chance changes the result, in the quadratic mean over all ensembles."""
+        points = self.effect.points
+        ensembles = [points.results[self.effect.result][line] for line in points.lines[SEED]]
+        squares = [np.nanvar(e, ddof=1) / np.nanmean(e) ** 2 for e in ensembles if np.nansum(e)]
+        return f"a standard deviation of {_digits(100.0 * math.sqrt(np.nanmean(squares)))}\u00a0%"
 
     @property
     def text(self) -> str:
@@ -150,7 +151,9 @@ class Finding:
             known = [claim.text for claim in told if claim.factors.size]
             if len(known) < len(told):
                 known.append(f"vanishes {'elsewhere' if known else 'at one end or both'}")
-            parts.append(f"from {_change(self.effect, *ends)} it {' and '.join(known)}")
+            *others, last = known
+            told_so = f"{', '.join(others)} and {last}" if others else last
+            parts.append(f"from {_change(self.effect, *ends)} it {told_so}")
         return "; ".join(parts)
 
 
@@ -342,8 +345,9 @@ def _by(factors: Array) -> str:
     if low >= 1.0 - _ROUND_OFF and high >= 2.0:
         return f"grows by a factor of {span([low, high], lambda f: fixed_digits(f, _DIGITS))}"
     verb, ends = ("grows", (low, high)) if low >= 1.0 - _ROUND_OFF else ("falls", (high, low))
-    texts = [_digits(100.0 * abs(end - 1.0)) for end in ends]
-    return f"{verb} by {' to '.join(dict.fromkeys(texts))}\u00a0%"
+    least, most = (_digits(100.0 * abs(end - 1.0)) for end in ends)
+    text = most if least == most else f"{least} to {most}" if float(least) else f"up to {most}"
+    return f"{verb} by {text}\u00a0%"
 
 
 def _digits(percent: float) -> str:

@@ -117,7 +117,7 @@ def build_report(
     heading, entry = ("What mattered", "Answer") if len(ids) > 1 else ("Results", "Results")
     page = [Section("answer", heading, answer, entry)]
     if explorer:
-        page += [Section("explorer", "Explorer", body.explorer(*explorer, scripts.plotly, in_line))]
+        page += [Section("explorer", "Explorer", body.explorer(*explorer, scripts.plotly, in_line, len(results)))]
     page += [
         Section("parameters", "Parameters", body.parameters(parameters)),
         Section(
@@ -134,7 +134,7 @@ def build_report(
     page += [
         Section("computation", "How it was computed", computation, "Computation"),
         Section("limits", "Limits of the model", body.limits(kinds), "Limits"),
-        Section("glossary", "Glossary", body.glossary(in_line)),
+        Section("glossary", "Glossary", body.glossary(kinds)),
     ]
     shell = environment().get_template("report.html.j2")
     return shell.render(
@@ -168,7 +168,8 @@ def _answer(
     if len(summary.variables["status"].values.ravel()) > 1 and not any(a.headline for a in found):
         together = "There are no two cases that differ in one parameter alone."
     if found and "stick_half_width_x" not in {answer.name for answer in found}:
-        together = f"{together} After the last cycle nothing sticks in any case.".strip()
+        which = "Nothing sticks" if len(results) == 1 else "In no case does anything stick"
+        together = f"{together} {which} after the last cycle.".strip()
     remarks = [*summary.attrs.get("warnings", "").splitlines(), *_uncertain(plan, results)]
     return Markup(body.answer(warnings, remarks, found, together, images))
 
@@ -201,6 +202,7 @@ def _kinds(cases: Iterable[Case]) -> set[str]:
     known: set[str] = set()
     for case in cases:
         known.add("debris" if case.debris_fraction else "no debris")
+        known.add(case.roughness.kind if case.roughness else "smooth")
         known.add("line" if case.indenter.is_line else "point")
         known.add("stroke" if case.loading.stroke else "force" if case.force_is_held else "varying")
         if not case.indenter.is_line:
@@ -215,9 +217,9 @@ def _lead(plan: Plan, results: Sequence[PointResult]) -> str:
     if words and plan.study.design.kind == "grid":
         counts = [len(axis.values) for axis in plan.study.axes]
         values = [f"{name} ({n} values)" for name, n in zip(words, counts, strict=True)]
-        varied = f": {'all combinations of ' if len(words) > 1 else 'varying '}{_and(values)}"
+        varied = f": {'all combinations of' if len(words) > 1 else 'one for each'} {_and(values)}"
     elif words:
-        varied = f" that vary {_and(words)}"
+        varied = f", in which {_and(words)} {'vary' if len(words) > 1 else 'varies'}"
     done = sum(result.done for result in results)
     rest = "" if done == len(results) else f" Of {len(results)} points, {done} have results."
     count = f"{len(results)} case{'s' if len(results) > 1 else ''}"

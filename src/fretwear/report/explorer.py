@@ -222,7 +222,7 @@ def build_explorer(
         "states": {state.name.lower(): state.value for state in ContactState},
         "profiles": PROFILES,
         "readout": HEADLINES,
-        "histories": _histories(units),
+        "histories": _histories(units, results),
         "axes": _axes(plan, places),
         "points": [
             {
@@ -296,13 +296,13 @@ def _words(
     }
 
 
-def _histories(units: Mapping[str, Unit]) -> list[dict[str, Any]]:
+def _histories(units: Mapping[str, Unit], results: Sequence[PointResult]) -> list[dict[str, Any]]:
     """Return the panels over the cycles: the label of each and the names of its curves."""
     panels = []
     for names in _PANELS:
         # The curves of a panel differ in their first word: contact and stick half-width.
         texts, common = zip(*(RESULTS[name].words.split(maxsplit=1) for name in names), strict=True)
-        label = common[0].capitalize() if len(names) > 1 else RESULTS[names[0]].label
+        label = common[0].capitalize() if len(names) > 1 else variable_of(names[0], results).label
         curves = [{"name": name, "text": text} for name, text in zip(names, texts, strict=True)]
         panels.append({"label": f"{label} ({units[names[0]].name})", "curves": curves})
     return panels

@@ -64,7 +64,7 @@ class Plan:
         archard = [case for case in cases if isinstance(case.wear_law, Archard)]
         if wear := [case.wear_law.coefficient(case.friction_law) for case in archard]:
             text = span(wear, lambda value: number_text(1e9 * value, 4))
-            yield "wear coefficient per load and path", f"{text} mm³/(N m)"
+            yield "wear volume per load and sliding distance", f"{text} mm³/(N m)"
         if any(betas := [dundurs_beta(case) for case in cases]):
             yield "Dundurs' β of the two materials", span(betas, lambda beta: number_text(beta, 2))
 
