@@ -14,6 +14,7 @@ import math
 import re
 import sys
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from decimal import Decimal
 from functools import lru_cache
@@ -53,10 +54,10 @@ ksi = 1000 * psi
 NUMBER_PATTERN = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,4})?"
 _QUANTITY = re.compile(rf"\s*(?P<number>[+-]?{NUMBER_PATTERN})(?P<unit>.*)", re.DOTALL)
 _DECIMAL_COMMA = re.compile(r"\s*[+-]?\d+,\d")
-_UNIT = re.compile(r"[^\W\d_][\w\s*/^().·⋅%°-]*|(?:°|1?\s*/)[\w\s*/^().·⋅-]*")
+_UNIT = re.compile(r"[^\W\d_][\w\s*/^().·⋅%°⁻-]*|(?:°|1?\s*/)[\w\s*/^().·⋅⁻-]*")
 _LONG_OR_STACKED_POWER = re.compile(r"[0-9]{2}|(?:\^|\*\*)\s*-?\w+\s*(?:\^|\*\*)")
-# As tribologists type it: mm3/Nm.
-_POWER = re.compile(r"([A-Za-zµμ])([23])(?!\d)")
+# As tribologists type it: mm3/Nm, mm3 N-1 m-1.
+_POWER = re.compile(r"([A-Za-zµμ])(-?[1-3])(?!\d)")
 _MAX_LENGTH = 60
 _HARDNESS_SCALES = {"hv", "hb", "hbw"}
 _GRAVITY = 9.80665
@@ -326,8 +327,21 @@ def parse_quantity(value: object, dimension: Dimension, *, units_required: bool 
         raise QuantityError(rule, did_you_mean(unit, known, cutoff=0.5)) from error
     if found is None or found.si_unit != dimension.si_unit:
         kind = "another quantity" if found is None else found.name
-        raise QuantityError(f"{dimension.expectation}, but {unit!r} is {kind}")
+        raise QuantityError(
+            f"{dimension.expectation}, but {unit!r} is {kind}",
+            _bracketed(match["number"], unit, dimension),
+        )
     return _finite(float(Decimal(match["number"]) * factor), dimension)
+
+
+def _bracketed(number: str, unit: str, dimension: Dimension) -> str:
+    """Ask whether all after a stroke was meant to be below it, as in mm3/N m; or say nothing."""
+    above, stroke, below = unit.partition("/")
+    meant = f"{above}/({below.strip()})"
+    with suppress(QuantityError):
+        if stroke and (found := _unit(meant)[1]) and found.si_unit == dimension.si_unit:
+            return f"did you mean '{number} {meant}'?"
+    return ""
 
 
 def _no_unit(number: str, dimension: Dimension) -> QuantityError:

@@ -262,7 +262,9 @@ def test_no_screen_scrolls_sideways_and_each_begins_with_the_answer(browser, fil
     seen = ".answers dd, .pairs li, .paper, figcaption"
     if size[0] >= 1400 or size[0] < 700:
         seen += ", #case-table td, #case-table th"
-    browser.ask("document.querySelectorAll('.pairs details').forEach((one) => { one.open = true; })")
+    browser.ask(
+        "document.querySelectorAll('.pairs details').forEach((one) => { one.open = true; })"
+    )
     beyond = (
         "const all = [...document.querySelectorAll(arguments[0])].filter((e) => e.checkVisibility())"
         ".map((e) => [e.getBoundingClientRect().right > innerWidth + 1, e.outerHTML.slice(0, 80)]);"

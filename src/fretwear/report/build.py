@@ -117,7 +117,13 @@ def build_report(
     heading, entry = ("What mattered", "Answer") if len(ids) > 1 else ("Results", "Results")
     page = [Section("answer", heading, answer, entry)]
     if explorer:
-        page += [Section("explorer", "Explorer", body.explorer(*explorer, scripts.plotly, in_line, len(results)))]
+        page += [
+            Section(
+                "explorer",
+                "Explorer",
+                body.explorer(*explorer, scripts.plotly, in_line, len(results)),
+            )
+        ]
     page += [
         Section("parameters", "Parameters", body.parameters(parameters)),
         Section(
