@@ -266,8 +266,8 @@ def test_no_screen_scrolls_sideways_and_each_begins_with_the_answer(browser, fil
         "document.querySelectorAll('.pairs details').forEach((one) => { one.open = true; })"
     )
     beyond = (
-        "const all = [...document.querySelectorAll(arguments[0])].filter((e) => e.checkVisibility())"
-        ".map((e) => [e.getBoundingClientRect().right > innerWidth + 1, e.outerHTML.slice(0, 80)]);"
+        "const found = [...document.querySelectorAll(arguments[0])];"
+        "const all = found.filter((e) => e.checkVisibility()).map((e) => [e.getBoundingClientRect().right > innerWidth + 1, e.outerHTML.slice(0, 80)]);"
         "return [all.length, all.filter(([is]) => is)]"
     )
     count, cut = browser.ask(beyond, seen)
@@ -275,8 +275,8 @@ def test_no_screen_scrolls_sideways_and_each_begins_with_the_answer(browser, fil
     assert cut == []
     # 7 points on a page 190 mm wide are 9 pixels at least; what is wider than the screen can move.
     for width, share, moves in browser.ask(
-        "return [...document.querySelectorAll('.paper')].map((e) => [e.firstElementChild.clientWidth,"
-        "e.firstElementChild.style.getPropertyValue('--share'), getComputedStyle(e).overflowX])"
+        "return [...document.querySelectorAll('.paper img')].map((e) => [e.clientWidth,"
+        "e.style.getPropertyValue('--share'), getComputedStyle(e.parentElement).overflowX])"
     ):
         assert 7 * float(width) / (190 / 25.4 * 72 * float(share)) >= 9.0
         assert moves == "auto"

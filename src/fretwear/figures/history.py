@@ -279,7 +279,8 @@ class CyclePlot:
             together = f", with {_names(layout.paired)}" if layout.paired else ""
             yield f"Colour: {parameter(layout.color).words}{together if layout.is_keyed else ''}."
             if layout.paired and not layout.is_keyed:
-                yield f"From line to line, {_names(layout.paired)} change{'s' * (len(layout.paired) == 1)} too."
+                verb = "changes" if len(layout.paired) == 1 else "change"
+                yield f"From line to line, {_names(layout.paired)} {verb} too."
         if layout.style:
             yield f"Line and filling of marks: {parameter(layout.style).words}."
         for name, total in layout.thinned.items():
