@@ -267,8 +267,9 @@ def test_no_screen_scrolls_sideways_and_each_begins_with_the_answer(browser, fil
     )
     beyond = (
         "const found = [...document.querySelectorAll(arguments[0])];"
-        "const all = found.filter((e) => e.checkVisibility()).map((e) => [e.getBoundingClientRect().right > innerWidth + 1, e.outerHTML.slice(0, 80)]);"
-        "return [all.length, all.filter(([is]) => is)]"
+        "const shown = found.filter((e) => e.checkVisibility());"
+        "const cut = shown.filter((e) => e.getBoundingClientRect().right > innerWidth + 1);"
+        "return [shown.length, cut.map((e) => e.outerHTML.slice(0, 80))]"
     )
     count, cut = browser.ask(beyond, seen)
     assert count > 30
