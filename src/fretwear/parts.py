@@ -39,6 +39,7 @@ from fretwear.units import (
     PerLength,
     Unit,
     format_quantity,
+    listed,
     number_text,
     parse_quantity,
     with_unit,
@@ -412,7 +413,7 @@ class Choice(Plain):
         """Return the word."""
         if value in self.options:
             return str(value)
-        raise QuantityError(f"must be {' or '.join(self.options)}")
+        raise QuantityError(f"must be {listed(self.options, 'or')}")
 
     def schema(self) -> dict[str, Any]:
         """JSON Schema of the value in a study file."""

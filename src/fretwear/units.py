@@ -469,6 +469,12 @@ def size_text(number: float) -> str:
     return f"{number / 1e6:.0f} MB" if number < 1e9 else f"{number / 1e9:.1f} GB"
 
 
+def listed(words: Iterable[str], last: str = "and") -> str:
+    """Join words as a sentence does: ``a, b and c``; there is at least one."""
+    *others, end = words
+    return f"{', '.join(others)} {last} {end}" if others else end
+
+
 def span(values: Iterable[float], text: Callable[[float], str]) -> str:
     """Return the range of some values as text, or a single value if both ends read the same."""
     known = list(values)

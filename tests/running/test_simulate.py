@@ -324,6 +324,10 @@ def test_the_whole_contact_saved_by_xarray_opens_and_compares(datasets, tmp_path
         np.testing.assert_array_equal(history.wear_volume, datasets["rough"].wear_volume)
         compared = compared_results(again, datasets["rough"])
         assert all(each.first == each.second for each in compared)
+        drawn = {axes.get_ylabel() for axes in fretwear.figures.overview(again, history).axes}
+        assert {"Pressure (MPa)", "Gap (µm)"} <= drawn
+    with pytest.raises(TypeError, match=r"takes a case, fretwear.Case\(.*, not a dict"):
+        simulate({"load": "50 N"})
     content = saved.read_bytes()
     for end in (len(content) - 1, len(content) // 2):
         saved.write_bytes(content[:end])

@@ -39,7 +39,11 @@ BAD_VALUES = [
     ({"base/cycles": None}, "is missing", "cycles: 30000"),
     ({"base/tangential_load": "2 N"}, "is redundant", "exactly one"),
     ({"vary/tangential_load": ["2 N"]}, ("vary.tangential_load", ""), "exactly one"),
-    ({"base/tangential_ratio": None}, "is missing, and so is tangential_load", "exactly one"),
+    (
+        {"base/tangential_ratio": None},
+        "is missing, and so are tangential_load, sliding_amplitude",
+        "exactly one",
+    ),
     ({"base/radius": "10 N"}, "must be a length", "is a force"),
     ({"base/friction": "0.5 N"}, "plain number"),
     ({"base/load": 50}, "needs a unit", "'50 N'"),

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 import typer
 
 from fretwear.study.problems import ENDINGS, StudyError, few_of, printable
-from fretwear.units import nearest
+from fretwear.units import listed, nearest
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -269,9 +269,8 @@ def check_output(path: Path, *endings: str) -> Path:
     if path.is_dir():
         raise CommandError(f"{path}: is a folder; name a file in it, such as {path}/x{endings[0]}")
     if path.suffix.lower() not in endings:
-        expected = " or ".join(filter(None, (", ".join(endings[:-1]), endings[-1])))
         example = path.with_suffix(endings[0])
-        raise CommandError(f"{path}: must end in {expected}, such as {example}")
+        raise CommandError(f"{path}: must end in {listed(endings, 'or')}, such as {example}")
     _check_folder(path.parent)
     return path
 

@@ -45,7 +45,7 @@ from fretwear.figures.style import (
     styled,
 )
 from fretwear.study.parameters import parameter, symbol_text
-from fretwear.units import MICROMETRE
+from fretwear.units import MICROMETRE, listed
 from fretwear.vocabulary import Variable
 
 HISTORIES = {
@@ -311,8 +311,7 @@ def _joined(lines: Sequence[Line]) -> tuple[Array, Array]:
 
 
 def _names(names: Sequence[str]) -> str:
-    *before, last = (parameter(name).words for name in names)
-    return f"{', '.join(before)} and {last}" if before else last
+    return listed(parameter(name).words for name in names)
 
 
 def _has_marks(line: Line) -> bool:

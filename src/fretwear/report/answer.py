@@ -20,7 +20,7 @@ from fretwear.data.sensitivity import (
     unit_points,
 )
 from fretwear.study.parameters import parameter, value_text
-from fretwear.units import fixed_digits, number_text, readable_unit, span, with_unit
+from fretwear.units import fixed_digits, listed, number_text, readable_unit, span, with_unit
 from fretwear.vocabulary import HEADLINES, RESULTS, Variable
 
 if TYPE_CHECKING:
@@ -151,9 +151,7 @@ class Finding:
             known = [claim.text for claim in told if claim.factors.size]
             if len(known) < len(told):
                 known.append(f"vanishes {'elsewhere' if known else 'at one end or both'}")
-            *others, last = known
-            told_so = f"{', '.join(others)} and {last}" if others else last
-            parts.append(f"from {_change(self.effect, *ends)} it {told_so}")
+            parts.append(f"from {_change(self.effect, *ends)} it {listed(known)}")
         return "; ".join(parts)
 
 
@@ -322,7 +320,7 @@ def companions(points: Points) -> str:
                 told = f"{_by(factors)} with the {parameter(name).words}"
                 found.setdefault(other, []).append(told)
     return " ".join(
-        f"The {parameter(other).words} is not held constant: it {' and '.join(told)}. The effects "
+        f"The {parameter(other).words} is not held constant: it {listed(told)}. The effects "
         f"of {'these' if len(told) > 1 else 'this'} include that of the {parameter(other).words}."
         for other, told in found.items()
     )

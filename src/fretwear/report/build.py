@@ -39,7 +39,15 @@ from fretwear.study.plan import Plan
 from fretwear.study.problems import StudyError
 from fretwear.study.study import Study
 from fretwear.study.yamlfile import read_document
-from fretwear.units import cycle_text, duration_text, fixed_digits, size_text, span, with_error
+from fretwear.units import (
+    cycle_text,
+    duration_text,
+    fixed_digits,
+    listed,
+    size_text,
+    span,
+    with_error,
+)
 from fretwear.vocabulary import RESULTS, PointStatus
 
 if TYPE_CHECKING:
@@ -223,9 +231,9 @@ def _lead(plan: Plan, results: Sequence[PointResult]) -> str:
     if words and plan.study.design.kind == "grid":
         counts = [len(axis.values) for axis in plan.study.axes]
         values = [f"{name} ({n} values)" for name, n in zip(words, counts, strict=True)]
-        varied = f": {'all combinations of' if len(words) > 1 else 'one for each'} {_and(values)}"
+        varied = f": {'all combinations of' if len(words) > 1 else 'one for each'} {listed(values)}"
     elif words:
-        varied = f", in which {_and(words)} {'vary' if len(words) > 1 else 'varies'}"
+        varied = f", in which {listed(words)} {'vary' if len(words) > 1 else 'varies'}"
     done = sum(result.done for result in results)
     rest = "" if done == len(results) else f" Of {len(results)} points, {done} have results."
     count = f"{len(results)} case{'s' if len(results) > 1 else ''}"
@@ -235,10 +243,6 @@ def _lead(plan: Plan, results: Sequence[PointResult]) -> str:
 def _cycles(plan: Plan) -> str:
     counts = {case.cycles for case in plan.study.cases().values()}
     return span(counts, cycle_text)
-
-
-def _and(parts: Sequence[str]) -> str:
-    return " and ".join([", ".join(parts[:-1]), parts[-1]]) if len(parts) > 1 else parts[0]
 
 
 @dataclass(frozen=True)

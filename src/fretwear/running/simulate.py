@@ -28,7 +28,7 @@ from fretwear.mechanics.team import Team
 from fretwear.running.errors import estimated_errors
 from fretwear.running.resources import require_memory
 from fretwear.study.doubts import doubts
-from fretwear.study.tree import COARSER
+from fretwear.study.tree import COARSER, CaseTree
 from fretwear.vocabulary import BODY_FIELDS, FIELDS, LINE_SCALARS, SCALARS, SYMMETRIES, ContactState
 
 if TYPE_CHECKING:
@@ -151,6 +151,9 @@ def simulate(
     DoubtfulResultWarning
         For each reason to doubt the results, known beforehand or found by the run.
     """
+    if not isinstance(case, CaseTree):
+        example = "fretwear.Case(load='50 N', ...)"
+        raise TypeError(f"simulate() takes a case, {example}, not a {type(case).__name__}.")
     require_memory(case)
     before = doubts(case)
     for doubt in before:

@@ -20,7 +20,7 @@ from fretwear.parts import (
     required,
 )
 from fretwear.study.problems import Problem, Problems, UnreadError, read_fields
-from fretwear.units import NO_UNIT, QuantityError, nearest
+from fretwear.units import NO_UNIT, QuantityError, listed, nearest
 
 _CYCLES = "cycles"
 
@@ -113,10 +113,10 @@ class PartOf(Parameter):
             whole = f"{'an' if self.words[0] in 'aeiou' else 'a'} {self.words}"
             names = [*self.kinds] if self.bare else []
             choices = names or [*(["none"] if self.none else []), whole]
-            raise QuantityError(f"must be {' or '.join(choices)}", self.such_as(self.words), names)
+            raise QuantityError(f"must be {listed(choices, 'or')}", self.such_as(self.words), names)
         name = value.get("kind", next(iter(self.kinds)))
         if name not in [*self.kinds]:
-            rule = f"must be {' or '.join(self.kinds)}"
+            rule = f"must be {listed(self.kinds, 'or')}"
             raise UnreadError([Problem(".kind", name, rule, known=[*self.kinds])])
         kind = self.kinds[name]
         known = {"kind": Choice("", "", (name,)), **kind.parameters()}
@@ -231,14 +231,14 @@ class Inline(PartOf):
         elif leading and not touched and not any(nearest(key, [*leading]) for key in unknown):
             first, *others = leading
             examples = [f"{name}: {self.keys[name].example}" for name in leading]
-            rule = f"is missing, and so is {' and '.join(others)}"
-            yield Problem(first, None, rule, f"give exactly one of {' and '.join(examples)}")
+            rule = f"is missing, and so {'are' if others[1:] else 'is'} {listed(others)}"
+            yield Problem(first, None, rule, f"give exactly one of {listed(examples)}")
         if len(touched) == 1:
             own = leading[touched[0]].parameters()
             for name in sorted((telling - own.keys() - leading.keys()) & given):
                 needed = [lead for lead, kind in leading.items() if name in kind.parameters()]
                 rule = f"has no meaning with {touched[0]}"
-                yield Problem(name, None, rule, f"it belongs to {' or '.join(needed)}")
+                yield Problem(name, None, rule, f"it belongs to {listed(needed, 'or')}")
 
 
 @dataclass(frozen=True)
