@@ -3,6 +3,7 @@
 import math
 import time
 from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict
 from typing import Any
 
@@ -17,7 +18,6 @@ from fretwear.mechanics.measures import measure
 from fretwear.running.errors import estimated_errors
 from fretwear.running.simulate import wear_problem
 from fretwear.study.doubts import LARGE_ERROR, doubts
-from fretwear.study.tree import COARSER
 from fretwear.vocabulary import SCALARS
 
 BASE: dict[str, Any] = {
@@ -40,6 +40,8 @@ REFERENCE, FINER = 4.0, 2.0
 # What is smaller is no result but a trace; what errs less errs by rounding and the reference.
 TRACE, LEAST_ERROR = 0.01, 1e-4
 WITHIN, LARGEST_RATIO = 0.9, 6.0
+# Runs are repeated for so long, s, to time them.
+QUICK = 1.0
 # What is imposed is no result.
 IMPOSED = ("regime", "normal_force")
 JUDGED = [each.name for each in SCALARS if each.is_headline and each.name not in IMPOSED]
@@ -113,20 +115,29 @@ def values(case: Case, wider: float = 1.0, tolerance: float = 1.0) -> tuple[Data
     return found, time.process_time() - began
 
 
+def measured(name: str, case: Case, true: Case) -> Data:
+    """A case, its twin and its truth."""
+    # Of the shortest of several runs, since most are short.
+    runs = [(values(case), values(case.coarser, case.times_coarser))]
+    while sum(each for run in runs for _, each in run) < QUICK:
+        runs.append((values(case), values(case.coarser, case.times_coarser)))
+    (result, _), (twin, _) = runs[0]
+    seconds, beside = (min(run[which][1] for run in runs) for which in (0, 1))
+    # Steps on a grid err far less than its cells.
+    finer = 1.0 if wear_problem(true).geometry is Grid else 1.0 / FINER
+    truth, longer = values(true, 1.0 / REFERENCE, finer)
+    print(f"{name}: {seconds:.1f} s, truth {longer:.0f} s", flush=True)
+    return {
+        "seconds": seconds + beside + longer, "cost": beside / seconds,
+        "result": result, "twin": twin, "truth": truth,
+    }  # fmt: skip
+
+
 def run() -> Data:
-    found = {}
-    for name, case, true in cases():
-        result, seconds = values(case)
-        twin, beside = values(case.coarser, COARSER)
-        # Steps on a grid err far less than its cells.
-        finer = 1.0 if wear_problem(true).geometry is Grid else 1.0 / FINER
-        truth, longer = values(true, 1.0 / REFERENCE, finer)
-        print(f"{name}: {seconds:.1f} s, truth {longer:.0f} s", flush=True)
-        found[name] = {
-            "seconds": seconds + beside + longer, "cost": beside / seconds,
-            "result": result, "twin": twin, "truth": truth,
-        }  # fmt: skip
-    return found
+    """Two cases at a time."""
+    drawn = list(zip(*cases(), strict=True))
+    with ProcessPoolExecutor(2) as pool:
+        return dict(zip(drawn[0], pool.map(measured, *drawn), strict=True))
 
 
 def _numbers(of_run: Data) -> dict[str, NDArray[np.float64]]:
@@ -140,7 +151,7 @@ def judged(entry: Data, case: Case) -> Data:
         [{name: each[name][at] for name in each} for at in range(len(CYCLES))]
         for each in (result, twin)
     ]
-    estimates = estimated_errors(*rows)
+    estimates = estimated_errors(*rows, case.times_coarser)
     found: dict[str, list[float]] = {"true": [], "estimated": []}
     largest = {}
     for name, right in truth.items():

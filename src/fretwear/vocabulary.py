@@ -78,7 +78,7 @@ class Variable:
     @property
     def error(self) -> Variable:
         """The estimated discretisation error of this variable, in the same unit."""
-        words, comment = f"estimated error of the {self.words}", "by a run on cells twice as wide"
+        words, comment = f"estimated error of the {self.words}", "by a run on wider cells"
         return Variable(f"{self.name}_error", self.si_unit, "", comment, self.unit, words)
 
     def in_units(self, si_unit: str) -> Variable:

@@ -1,7 +1,7 @@
 """How far results are from those of infinitely narrow cells and short steps: estimates.
 
-A run and its twin on cells twice as wide, to four times the tolerance, differ by as much as the run
-itself is off, if errors grow with the width of a cell, and by more if they grow faster.
+If errors grow with the width of a cell, a run is off by what it and its twin on k times wider
+cells, to k² times the tolerance, differ by, over k − 1; and by less if they grow faster.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-# Beyond what two runs differ by, on half of the cases of the page of verification.
-_SAFETY = 1.2
+# Beyond that, on half of the cases of the page of verification.
+_SAFETY = 1.3
 # Words in the names of what follows from the place of the edges of contact and stick. These lie
 # somewhere in a cell, so that one of the scalars is the same in both runs now and then, and stays
 # so for a whole elastic run, or jumps by a row of asperities: the median of all of them says how
@@ -21,26 +21,31 @@ _OF_EDGES = ("area", "half_width", "stick")
 
 
 def estimated_errors(
-    rows: Sequence[Mapping[str, float]], coarser: Sequence[Mapping[str, float]]
+    rows: Sequence[Mapping[str, float]], coarser: Sequence[Mapping[str, float]], times: float
 ) -> dict[str, NDArray[np.float64]]:
     """Estimated errors of some scalars at the snapshots of a run, in the units of the scalars.
 
-    What two runs differ by at one snapshot may be small by chance: what they differ by as a rule,
-    relative to the value, counts if it is more.
+    What two runs differ by at one snapshot may be small by chance: what they differ by in the
+    median snapshot, relative to the value, counts if it is more. It is that of the logarithms, so
+    that a hard snapshot beside an easy one does not count for both.
 
     Parameters
     ----------
     rows, coarser
         The scalars by name at each snapshot: of the run, and of its twin.
+    times
+        How many times wider the cells of the twin are.
     """
     apart, sizes, usual = {}, {}, {}
     for name in rows[0]:
         values, others = (np.array([row[name] for row in each]) for each in (rows, coarser))
         apart[name] = np.abs(values - others)
-        sizes[name] = size = np.maximum(np.abs(values), np.abs(others))
-        relative = np.divide(apart[name], size, out=np.zeros(size.shape), where=size > 0)
-        usual[name] = float(np.sqrt(np.mean(np.square(relative))))
+        sizes[name] = np.maximum(np.abs(values), np.abs(others))
+        differs = apart[name] > 0
+        logarithms = np.log(apart[name][differs] / sizes[name][differs])
+        usual[name] = float(np.exp(np.median(logarithms))) if differs.any() else 0.0
     of_edges = [name for name in usual if any(word in name for word in _OF_EDGES)]
     known = float(np.median([usual[name] for name in of_edges] or [0.0]))
     usual.update((name, max(usual[name], known)) for name in of_edges)
-    return {name: _SAFETY * np.maximum(apart[name], usual[name] * sizes[name]) for name in apart}
+    part = _SAFETY / (times - 1.0)
+    return {name: part * np.maximum(apart[name], usual[name] * sizes[name]) for name in apart}

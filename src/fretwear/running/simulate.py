@@ -28,7 +28,7 @@ from fretwear.mechanics.team import Team
 from fretwear.running.errors import estimated_errors
 from fretwear.running.resources import require_memory
 from fretwear.study.doubts import doubts
-from fretwear.study.tree import COARSER, CaseTree
+from fretwear.study.tree import CaseTree
 from fretwear.vocabulary import BODY_FIELDS, FIELDS, LINE_SCALARS, SCALARS, SYMMETRIES, ContactState
 
 if TYPE_CHECKING:
@@ -234,7 +234,7 @@ class _Twin:
 
     def __init__(self, case: Case, geometry: type[Geometry] | None, threads: int) -> None:
         coarser = case.coarser
-        problem = wear_problem(coarser, geometry, threads, COARSER)
+        problem = wear_problem(coarser, geometry, threads, case.times_coarser)
         self._workspace = Workspace(problem)
         self._states = _states(coarser, problem, None)
         self._cycles = case.output_cycles
@@ -284,9 +284,11 @@ def _result(
     of_both = zip(record.snapshots, loops, strict=True)
     rows = [_scalars(problem, state, turn) for state, turn in of_both]
     fields = _snapshot_fields(workspace, record.snapshots)
+    errors = {}
     if twin is not None:
         twin.follow(len(rows))
-    errors = {} if twin is None or twin.trouble else estimated_errors(rows, twin.rows)
+        if not twin.trouble:
+            errors = estimated_errors(rows, twin.rows, case.times_coarser)
     scalars = {name: np.array([row[name] for row in rows]) for name in rows[0]}
     if in_line:
         symmetry = "even_x"

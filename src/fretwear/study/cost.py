@@ -38,8 +38,8 @@ SOLUTIONS_PER_YIELDING_STEP = 5.0
 SOLUTIONS_PER_NARROWNESS = 6.5
 SECONDS_PER_SOLUTION = 2.5e-4
 
-# A solution on half as many rings or strips, relative to one on all.
-DENSE_COARSER = 0.4
+# A solution on a third or half of the rings or strips, relative to one on all.
+DENSE_COARSER = 0.35
 
 WINDOW_MARGIN = 1.15
 FOLDS_TO_LIMITING_STATE = 8.0

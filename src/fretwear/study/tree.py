@@ -30,9 +30,6 @@ from fretwear.units import LENGTH, format_quantity
 
 MAX_CYCLES = 10**9
 
-COARSER = 2.0
-"""How many times wider the cells of a twin are, by which errors are estimated."""
-
 # Parameters added later: with their defaults, cases keep their earlier ids.
 _UNSAID_AT_DEFAULT = ("counterface", "debris_fraction", "blocks", "error_estimate")
 _USUAL_SLIP = Jaeger()
@@ -285,10 +282,19 @@ class CaseTree:
         return self.cell or default_spacing(self)
 
     @property
+    def times_coarser(self) -> float:
+        """How many times wider the cells of its twin are, by which errors are estimated.
+
+        Twice as wide is all that details that a grid must resolve, and scars of a stroke, bear.
+        """
+        plain = all(math.isinf(min(part.finest)) for part in self.surfaces.values())
+        return 3.0 if plain and not self.loading.stroke else 2.0
+
+    @property
     def coarser(self) -> Self:
-        """Its twin: cells `COARSER` times wider, a tolerance larger by the square of that."""
-        dx, dy = self.grid_spacing
-        return self._with(cell=(COARSER * dx, COARSER * dy), tolerance=COARSER**2 * self.tolerance)
+        """Its twin: cells `times_coarser` wider, a tolerance larger by the square of that."""
+        times, (dx, dy) = self.times_coarser, self.grid_spacing
+        return self._with(cell=(times * dx, times * dy), tolerance=times**2 * self.tolerance)
 
     def canonical_parameters(self) -> dict[str, Any]:
         """Return every parameter but the snapshots, in SI units, in a form that JSON can hold.

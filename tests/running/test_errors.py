@@ -1,0 +1,51 @@
+"""Estimated errors of results: that they hold, and are no larger than they must be."""
+
+import numpy as np
+import pytest
+
+from fretwear import Case
+from fretwear.running.errors import estimated_errors
+from fretwear.running.simulate import run
+
+DEMO = {
+    "radius": "10 mm", "youngs_modulus": "208 GPa", "poisson_ratio": 0.3, "load": "40 N",
+    "friction": 0.6, "tangential_ratio": 0.8, "wear_coefficient": "7e-13 / Pa", "cycles": 7000,
+    "output_cycles": (10, 100, 1000, 3000),
+}  # fmt: skip
+
+
+def estimates(deviations, times=2.0):
+    """Estimates of a scalar of 1 whose twin deviates at the snapshots as given."""
+    rows = [{"approach": 1.0} for _ in deviations]
+    twin = [{"approach": 1.0 - each} for each in deviations]
+    return estimated_errors(rows, twin, times)["approach"]
+
+
+def test_a_hard_snapshot_leaves_the_errors_of_the_others_as_they_are():
+    easy, hard = estimates([1e-4] * 5), estimates([1e-4] * 4 + [0.1])
+    np.testing.assert_allclose(hard[:4], easy[:4])
+    assert hard[4] > 0.1
+    # Even where there is only one other.
+    assert estimates([1e-5, 0.1])[0] < 0.02
+
+
+def test_runs_that_agree_by_chance_are_no_more_accurate_than_usual():
+    assert estimates([1e-3, 0.0, 1e-3, 2e-3])[1] == pytest.approx(estimates([1e-3])[0])
+
+
+def test_wider_cells_of_a_twin_leave_the_error_of_the_run_as_it_is():
+    np.testing.assert_allclose(estimates([1e-3], 2.0), estimates([2e-3], 3.0))
+
+
+def test_smooth_results_are_within_errors_that_are_small_at_first_loading():
+    case = Case(**DEMO)
+    dataset = run(case).dataset
+    finer = run(case.replace(tolerance=0.1 * case.tolerance, error_estimate=False)).dataset
+    for name in ("approach", "wear_volume", "dissipated_energy", "stick_area"):
+        found, error = (np.asarray(dataset[each]) for each in (name, f"{name}_error"))
+        assert (np.abs(found - finer[name]) <= error + 1e-4 * np.abs(found)).all()
+        assert error[0] <= 1e-3 * np.abs(found[0])
+    # The energy falls to a tenth of a percent, and its error grows from snapshot to snapshot.
+    energy = dataset.dissipated_energy_error / dataset.dissipated_energy
+    assert float(energy[-1]) < 0.05
+    assert dataset.attrs["warnings"] == ""
