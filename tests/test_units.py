@@ -156,11 +156,12 @@ def test_any_text_is_a_finite_number_or_a_quantity_error(text, dimension):
 
 
 def test_usual_units_are_what_pint_makes_of_them_and_read_without_it():
-    for text, (factor, dimension) in units._plain_units().items():
-        found = units._registry().parse_units(units._expression(text.replace("⁻¹", "^-1")))
-        in_si = units._registry().Quantity(Decimal(1), found).to_root_units().magnitude
+    registry, dimensions = units._registry()
+    for text, (factor, dimension) in units._PLAIN_UNITS.items():
+        found = registry.parse_units(units._expression(text.replace("⁻¹", "^-1")))
+        in_si = registry.Quantity(Decimal(1), found).to_root_units().magnitude
         assert float(in_si) == float(factor)
-        assert units._dimensionalities()[found.dimensionality] == dimension
+        assert dimensions[found.dimensionality] == dimension
     code = (
         "import sys; from fretwear.units import LENGTH, parse_quantity; "
         "parse_quantity('0.2 um', LENGTH); assert 'pint' not in sys.modules"

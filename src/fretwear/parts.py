@@ -113,7 +113,10 @@ class Parameter(ABC):
 
     def allows(self, value: float) -> bool:
         """Say whether a coordinate may have this value."""
-        return not math.isnan(value)
+        with suppress(QuantityError):
+            self.read(value, False)
+            return True
+        return value == getattr(self, "absent", math.nan)
 
     def word_for(self, value: Any) -> str:
         """Return the word for a special value, such as "elastic"; empty for other values."""
@@ -208,7 +211,7 @@ class Quantity(Parameter):
             except QuantityError:
                 rule = f"{error.rule}, or none" if self.infinite else error.rule
                 raise QuantityError(rule, error.hint) from error
-        if not self._contains(number):
+        if not all(holds(number, bound) for _, holds, _, bound in self._bounds):
             raise QuantityError(f"must be {self.range_text()}")
         if number > _LARGEST or (0.0 in (self.above, self.at_least) and 0.0 < number < _SMALLEST):
             raise QuantityError(f"must lie between {_SMALLEST:g} and {_LARGEST:g} in SI units")
@@ -234,14 +237,6 @@ class Quantity(Parameter):
     def _bounds(self) -> list[tuple[str, Callable[[float, float], bool], str, float]]:
         found = ((*each, getattr(self, name)) for name, each in _BOUNDS.items())
         return [each for each in found if each[-1] is not None]
-
-    def _contains(self, number: float) -> bool:
-        return all(holds(number, bound) for _, holds, _, bound in self._bounds)
-
-    def allows(self, value: float) -> bool:
-        """Say whether a coordinate may have this value."""
-        special = (self.absent, math.inf if self.infinite else None)
-        return value in special or (not math.isnan(value) and self._contains(value))
 
     def range_text(self) -> str:
         """The range in words, such as "larger than -1 and at most 0.5"."""
@@ -361,10 +356,6 @@ class WholeNumber(Plain):
             raise QuantityError(f"must be at least {self.at_least} and at most {self.at_most}")
         return int(number)
 
-    def allows(self, value: float) -> bool:
-        """Say whether a coordinate may have this value."""
-        return self.at_least <= value <= self.at_most
-
     def schema(self) -> dict[str, Any]:
         """JSON Schema of the value in a study file."""
         number = {"type": "integer", "minimum": self.at_least, "maximum": self.at_most}
@@ -387,10 +378,6 @@ class Flag(Plain):
     def schema(self) -> dict[str, Any]:
         """JSON Schema of the value in a study file."""
         return {"type": "boolean"}
-
-    def allows(self, value: float) -> bool:
-        """Say whether a coordinate may have this value."""
-        return value in (0.0, 1.0)
 
     def word_for(self, value: Any) -> str:
         """Return yes or no."""
@@ -547,10 +534,10 @@ def _kinds(family: type[Any]) -> Mapping[str, type[Any]]:
 
 
 @cache
-def declared(cls: Any, what: Any = Parameter) -> Mapping[str, Any]:
+def declared(cls: Any) -> Mapping[str, Parameter]:
     """Return the fields of a class that are annotated by a `Parameter`, bases first."""
     hints = get_type_hints(cls, include_extras=True).items()
-    return {name: found for name, hint in hints for found in _annotations(hint, what)}
+    return {name: found for name, hint in hints for found in _annotations(hint)}
 
 
 @cache
@@ -565,10 +552,10 @@ def derived(cls: Any) -> Mapping[str, Parameter]:
     }
 
 
-def _annotations(hint: Any, what: Any = Parameter) -> list[Any]:
+def _annotations(hint: Any) -> list[Any]:
     """Return what annotates a type, described by the text beside it if there is one."""
     metadata = getattr(hint, "__metadata__", ())
-    found = [each for each in metadata if isinstance(each, what)]
+    found: list[Any] = [each for each in metadata if isinstance(each, Parameter)]
     said = "".join(each for each in metadata if isinstance(each, str))
     return [dataclasses.replace(each, description=said) for each in found] if said else found
 

@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from decimal import Decimal
-from functools import lru_cache
+from functools import cache, lru_cache
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
@@ -196,56 +196,47 @@ _READABLE = {
 }
 
 
-@lru_cache(maxsize=1)
-def _registry() -> pint.UnitRegistry[Any]:
+@cache
+def _registry() -> tuple[pint.UnitRegistry[Any], dict[Any, Dimension]]:
+    """Return what reads units, and the kinds of quantity by dimensionality."""
     # pint costs a fifth of a second to import: only those who give units pay for it.
     import pint
 
-    registry: pint.UnitRegistry[Any] = pint.UnitRegistry(
-        None, cache_folder=None, non_int_type=Decimal
-    )
+    registry: Any = pint.UnitRegistry(None, cache_folder=None, non_int_type=Decimal)
     registry.load_definitions(_DEFINITIONS.strip().splitlines())
-    return registry
-
-
-@lru_cache(maxsize=1)
-def _dimensionalities() -> dict[Any, Dimension]:
-    parse = _registry().parse_units
-    return {
-        parse(_expression(dimension.typed)).dimensionality: dimension for dimension in DIMENSIONS
-    }
+    parsed = ((registry.parse_units(_expression(each.typed)), each) for each in DIMENSIONS)
+    return registry, {units.dimensionality: dimension for units, dimension in parsed}
 
 
 def _expression(unit: str) -> str:
     return f"1{unit}" if unit.startswith("/") else unit
 
 
-@lru_cache(maxsize=1)
-def _plain_units() -> dict[str, tuple[Decimal, Dimension]]:
-    """The units listed here that are plain names; pint reads all others."""
-    listed = ((unit, each) for each in DIMENSIONS for unit in (Unit(each.typed), *each.units))
-    return {
-        spelled: (Decimal(_DEGREE) if unit is DEGREE else Decimal(repr(unit.size)), dimension)
-        for unit, dimension in listed
-        for spelled in (unit.typed, unit.name)
-        if spelled
-    }
+# The units listed here are plain names; pint reads all others.
+_PLAIN_UNITS = {
+    spelled: (Decimal(_DEGREE) if unit is DEGREE else Decimal(repr(unit.size)), dimension)
+    for dimension in DIMENSIONS
+    for unit in (Unit(dimension.typed), *dimension.units)
+    for spelled in (unit.typed, unit.name)
+    if spelled
+}
 
 
 @lru_cache(maxsize=1024)
 def _unit(text: str) -> tuple[Decimal, Dimension | None]:
     """Return the SI value of a unit and its kind (None: a kind that no parameter has)."""
-    if text in _plain_units():
-        return _plain_units()[text]
+    if text in _PLAIN_UNITS:
+        return _PLAIN_UNITS[text]
     readable = _UNIT.fullmatch(text) and not _LONG_OR_STACKED_POWER.search(text)
     if not readable or len(text) > _MAX_LENGTH:
         raise QuantityError(f"has a unit that cannot be read: {text!r}")
+    registry, dimensions = _registry()
     try:
-        units = _registry().parse_units(_expression(_POWER.sub(r"\1^\2", text)))
-        in_si = _registry().Quantity(Decimal(1), units).to_root_units()
+        units = registry.parse_units(_expression(_POWER.sub(r"\1^\2", text)))
+        in_si = registry.Quantity(Decimal(1), units).to_root_units()
     except Exception as error:  # pint lets tokenizer, arithmetic and attribute errors through
         raise QuantityError(f"has an unknown unit {text!r}") from error
-    return Decimal(in_si.magnitude), _dimensionalities().get(units.dimensionality)
+    return Decimal(in_si.magnitude), dimensions.get(units.dimensionality)
 
 
 def nearest(name: object, known: Iterable[str], cutoff: float = 0.6) -> str:
@@ -301,11 +292,10 @@ def parse_quantity(value: object, dimension: Dimension, *, units_required: bool 
         return number
     if not isinstance(value, str) or len(value) > _MAX_LENGTH:
         raise QuantityError(dimension.expectation)
-    if _DECIMAL_COMMA.match(value):
-        raise QuantityError(dimension.expectation, "write a decimal point, not a comma")
     match = _QUANTITY.fullmatch(value)
-    if match is None or not match["number"].isascii():
-        raise QuantityError(dimension.expectation)
+    if match is None or _DECIMAL_COMMA.match(value) or not match["number"].isascii():
+        hint = "write a decimal point, not a comma" if _DECIMAL_COMMA.match(value) else ""
+        raise QuantityError(dimension.expectation, hint)
     unit = match["unit"].strip()
     if not unit:
         if not dimension.is_plain_number:

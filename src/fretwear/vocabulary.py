@@ -6,10 +6,11 @@ Datasets, tables, figures, report and messages take the words of a quantity from
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from enum import IntEnum
-from typing import Any
+from typing import Any, TypeVar
 
 from fretwear.units import MEGAPASCAL, MICROMETRE, NO_UNIT, PER_LENGTH, PERCENT, Unit
 
@@ -147,101 +148,83 @@ CODE_DIGEST = Variable(
 )
 STATUS = Variable("status", "", words="what became of the point", dtype="int8")
 
+_V = TypeVar("_V", bound=Variable)
+_UNITS = {"": None, "1": NO_UNIT, "MPa": MEGAPASCAL, "µm": MICROMETRE, "%": PERCENT}
+
+
+def _rows(kind: type[_V], table: str) -> tuple[_V, ...]:
+    """Read a table of name, SI unit, symbol, unit for people, words, marks, comment.
+
+    Marks are † for a value that means little by itself, log for one that may have a logarithmic
+    axis, and free for one whose axis need not start at zero. Indented lines continue a comment.
+    """
+    return tuple(
+        kind(
+            *(name, si_unit, symbol, comment, _UNITS[unit], words),
+            from_zero="free" not in marks,
+            may_be_logarithmic="log" in marks,
+            is_headline="†" not in marks,
+        )
+        for row in re.sub(r"\n +", " ", table.strip()).splitlines()
+        for name, si_unit, symbol, unit, words, marks, comment in [
+            [cell.strip() for cell in row.split("|")]
+        ]
+    )
+
+
 FIELDS: tuple[Field, ...] = (
-    Field("pressure", "Pa", "$p$", "normal pressure at the load P", MEGAPASCAL),
-    Field(
-        "shear_traction",
-        "Pa",
-        "$q$",
-        "along x at the tangential load +Q; at -Q it has the opposite sign",
-        MEGAPASCAL,
+    *_rows(
+        Field,
+        """
+pressure       | Pa | $p$ | MPa | | | normal pressure at the load P
+shear_traction | Pa | $q$ | MPa | | |
+    along x at the tangential load +Q; at -Q it has the opposite sign
+slip           | m  | $s$ |     | slip amplitude | |
+    from zero tangential load to +Q; the path of a whole cycle is four times this
+wear_depth     | m  | $w$ | µm  | | | of both bodies together since cycle 0
+wear_rate      | m  |     |     | wear depth per cycle | | in the cycle that begins here
+plastic_depth  | m  |     |     | | | permanent sinking since cycle 0
+""",
     ),
-    Field(
-        "slip",
-        "m",
-        "$s$",
-        "from zero tangential load to +Q; the path of a whole cycle is four times this",
-        words="slip amplitude",
-    ),
-    Field("wear_depth", "m", "$w$", "of both bodies together since cycle 0", MICROMETRE),
-    Field("wear_rate", "m", "", "in the cycle that begins here", words="wear depth per cycle"),
-    Field("plastic_depth", "m", "", "permanent sinking since cycle 0"),
     Field("gap", "m", "$g$", "between the surfaces at the load P", MICROMETRE, outside=math.nan),
     Field(
         "contact_state", "", words="state of the contact", dtype="int8", flags=tuple(ContactState)
     ),
 )
 
-SCALARS: tuple[Variable, ...] = (
-    Variable("approach", "m", "$δ$", "of the bodies", MICROMETRE),
-    Variable("tangential_displacement", "m", "$δ_x$", "of distant points at +Q"),
-    Variable("normal_force", "N", "$P$", "of the whole contact"),
-    Variable("tangential_force", "N", "$Q$", "as it comes out", words="tangential force amplitude"),
-    Variable("regime", "1", "", "0 partial slip, 1 gross slip", NO_UNIT, "sliding regime"),
-    Variable(
-        "sliding_ratio",
-        "1",
-        "$A$",
-        "dissipated energy over 4 U Q, U the displacement amplitude, of the rig if there is one",
-        NO_UNIT,
-    ),
-    Variable(
-        "sliding_criterion",
-        "1",
-        "$B$",
-        "dissipated energy over 4 U0 Q, U0 the displacement at which the force of the loop "
-        "vanishes; at the snapshots only",
-        NO_UNIT,
-        "energy sliding criterion",
-    ),
-    *(
-        Variable(
-            f"{zone}_half_width_{axis}",
-            "m",
-            f"${letter}_{axis}$",
-            f"outermost edge on the line of cells nearest {other} = 0",
-            MICROMETRE,
-            f"{zone} half-width along {axis}",
-            from_zero=False,
-        )
-        for zone, letter in (("contact", "a"), ("stick", "c"))
-        for axis, other in ("xy", "yx")
-    ),
-    Variable("contact_area", "m2"),
-    Variable("stick_area", "m2"),
-    Variable(
-        "mean_stick_pressure",
-        "Pa",
-        r"$\bar{p}_\mathrm{stick}$",
-        "load in the stick zone over its area; zero where nothing sticks",
-        MEGAPASCAL,
-    ),
-    Variable(
-        "stick_load_share",
-        "1",
-        r"$P_\mathrm{stick}/P$",
-        unit=PERCENT,
-        words="stick share of the load",
-    ),
-    *(
-        Variable(f"{name}_pressure", "Pa", symbol, comment, MEGAPASCAL, is_headline=False)
-        for name, symbol, comment in (
-            ("peak", r"$p_\mathrm{max}$", "of a single cell"),
-            ("central", "$p(0)$", "of the cell nearest the origin"),
-        )
-    ),
-    Variable("wear_volume", "m3", "$V$", "of both bodies since cycle 0", may_be_logarithmic=True),
-    Variable(
-        "maximum_wear_depth", "m", r"$w_\mathrm{max}$", "of both bodies together since cycle 0"
-    ),
-    Variable("plastic_volume", "m3", "", "displaced since cycle 0"),
-    Variable(
-        "dissipated_energy",
-        "J",
-        r"$E_\mathrm{d}$",
-        words="dissipated energy per cycle",
-        may_be_logarithmic=True,
-    ),
+SCALARS = _rows(
+    Variable,
+    r"""
+approach                | m  | $δ$   | µm | | | of the bodies
+tangential_displacement | m  | $δ_x$ |    | | | of distant points at +Q
+normal_force            | N  | $P$   |    | | | of the whole contact
+tangential_force        | N  | $Q$   |    | tangential force amplitude | | as it comes out
+regime                  | 1  |       | 1  | sliding regime | | 0 partial slip, 1 gross slip
+sliding_ratio           | 1  | $A$   | 1  | | |
+    dissipated energy over 4 U Q, U the displacement amplitude, of the rig if there is one
+sliding_criterion       | 1  | $B$   | 1  | energy sliding criterion | |
+    dissipated energy over 4 U0 Q, U0 the displacement at which the force of the loop vanishes; at
+    the snapshots only
+contact_half_width_x    | m  | $a_x$ | µm | contact half-width along x | free | outermost edge
+    on the line of cells nearest y = 0
+contact_half_width_y    | m  | $a_y$ | µm | contact half-width along y | free | outermost edge
+    on the line of cells nearest x = 0
+stick_half_width_x      | m  | $c_x$ | µm | stick half-width along x | free | outermost edge
+    on the line of cells nearest y = 0
+stick_half_width_y      | m  | $c_y$ | µm | stick half-width along y | free | outermost edge
+    on the line of cells nearest x = 0
+contact_area            | m2 | | | | |
+stick_area              | m2 | | | | |
+mean_stick_pressure     | Pa | $\bar{p}_\mathrm{stick}$ | MPa | | |
+    load in the stick zone over its area; zero where nothing sticks
+stick_load_share        | 1  | $P_\mathrm{stick}/P$ | % | stick share of the load | |
+peak_pressure           | Pa | $p_\mathrm{max}$ | MPa | | † | of a single cell
+central_pressure        | Pa | $p(0)$ | MPa | | † | of the cell nearest the origin
+wear_volume             | m3 | $V$    | | | log | of both bodies since cycle 0
+maximum_wear_depth      | m  | $w_\mathrm{max}$ | | | | of both bodies together since cycle 0
+plastic_volume          | m3 |        | | | | displaced since cycle 0
+dissipated_energy       | J  | $E_\mathrm{d}$ | | dissipated energy per cycle | log |
+""",
 )
 
 AT_SNAPSHOTS = ("sliding_criterion",)
@@ -253,44 +236,32 @@ def of_steps(scalars: Iterable[Variable]) -> tuple[Variable, ...]:
     return tuple(scalar for scalar in scalars if scalar.name not in AT_SNAPSHOTS)
 
 
-_SUBSCRIPTS = {body: rf"_\mathrm{{{body}}}$" for body in ("indenter", "flat")}
-
-BODY_FIELDS: tuple[Field, ...] = tuple(
-    Field(
-        f"wear_depth_{body}",
-        "m",
-        f"$w{at}",
-        "since cycle 0",
-        MICROMETRE,
-        f"wear depth of the {body}",
-    )
-    for body, at in _SUBSCRIPTS.items()
+BODY_FIELDS = _rows(
+    Field,
+    r"""
+wear_depth_indenter | m | $w_\mathrm{indenter}$ | µm | wear depth of the indenter || since cycle 0
+wear_depth_flat | m | $w_\mathrm{flat}$ | µm | wear depth of the flat || since cycle 0
+""",
 )
 """Fields where the wear coefficients of both bodies are known."""
 
-BODY_SCALARS: tuple[Variable, ...] = tuple(
-    Variable(
-        f"wear_volume_{body}",
-        "m3",
-        f"$V{at}",
-        "since cycle 0",
-        words=f"wear volume of the {body}",
-        may_be_logarithmic=True,
-    )
-    for body, at in _SUBSCRIPTS.items()
+BODY_SCALARS = _rows(
+    Variable,
+    r"""
+wear_volume_indenter | m3 | $V_\mathrm{indenter}$ || wear volume of the indenter | log |
+    since cycle 0
+wear_volume_flat | m3 | $V_\mathrm{flat}$ || wear volume of the flat | log | since cycle 0
+""",
 )
 
 PHASE = Variable("phase", "1", words="part of a cycle, from +Q over -Q back to +Q")
-LOOP: tuple[Variable, ...] = (
-    Variable("force", "N", "$Q$", "round a cycle", words="tangential force"),
-    Variable(
-        "displacement",
-        "m",
-        "$δ$",
-        "of distant points round a cycle, of the rig if there is one",
-        MICROMETRE,
-        "tangential displacement",
-    ),
+LOOP = _rows(
+    Variable,
+    """
+force        | N | $Q$ | | tangential force | | round a cycle
+displacement | m | $δ$ | µm | tangential displacement | |
+    of distant points round a cycle, of the rig if there is one
+""",
 )
 """The loop of a cycle, dimensions ``(cycle, phase)``."""
 

@@ -24,7 +24,6 @@ from fretwear.cli.common import (
     Status,
     say,
 )
-from fretwear.cli.init import init
 from fretwear.cli.show import compare, show
 from fretwear.cli.supervise import Stopped
 from fretwear.study.problems import StudyError
@@ -193,7 +192,7 @@ def _add(function: Callable[..., None], example: str, panel: str | None = None) 
     app.command(cls=_Command, rich_help_panel=panel, epilog=epilog)(function)
 
 
-_add(init, "fretwear init my-study")
+_add(commands.init, "fretwear init my-study")
 _add(commands.plan, "fretwear plan studies/demo.yaml")
 _add(commands.run, "fretwear run studies/demo.yaml --case ID --set 'load=30 N'")
 _add(show, "fretwear show results/demo/cases/ID.nc")

@@ -107,26 +107,21 @@ class Log:
         """Tell programs that the command ends."""
         if self._command is not None:
             command, started = self._command
-            status, seconds = _END_STATUS.get(exit_status, "stopped"), self._clock() - started
-            fields = {"command": command, "status": status, "exit_status": exit_status}
-            self._say("end", {**fields, "seconds": seconds, "file": self._file})
+            which = {"command": command, "status": _END_STATUS.get(exit_status, "stopped")}
+            numbers = {"exit_status": exit_status, "seconds": self._clock() - started}
+            self._say("end", {**which, **numbers, "file": self._file})
 
     def error(
-        self,
-        message: str,
-        exit_status: int,
-        *,
-        event: str = "error",
-        defect: Exception | None = None,
+        self, message: str, exit_status: int, event: str = "error", defect: Exception | None = None
     ) -> None:
         """Report what ends the command: an error with a remedy, or who ``stopped`` it.
 
         A defect is reported with its traceback.
         """
-        fields = {"message": message, "exit_status": exit_status}
         trace = "" if defect is None else "".join(traceback.format_exception(defect)).rstrip()
         if self._is_json:
-            self._write(event, {**fields, **({"traceback": trace} if trace else {})})
+            told = {"traceback": trace} if trace else {}
+            self._write(event, {"message": message, "exit_status": exit_status, **told})
         else:
             self._print(f"{message}\n{trace}".rstrip(), f"fretwear: {event}: ")
 
@@ -157,12 +152,14 @@ class Log:
         timing = self._batch or _time_left({case.case_id: case}, self._clock)
         timing.begin(case.case_id, case.cycles)
         name = f"case {timing.number} of {timing.count}" if timing.count > 1 else ""
-        title = f"{name}: {case.case_id}" if name else f"case {case.case_id}"
         which: dict[str, Any] = {"case_id": case.case_id}
         which |= {"case_number": timing.number, "case_count": timing.count}
-        self._say("case_start", {**which, "cycles": case.cycles, "file": str(file)}, title)
+        begun = {**which, "cycles": case.cycles, "file": str(file)}
+        self._say(
+            "case_start", begun, f"{name}: {case.case_id}" if name else f"case {case.case_id}"
+        )
         last: Step | None = None
-        told: float | None = None
+        told = -math.inf
 
         def observe(step: Step) -> None:
             nonlocal last, told
@@ -170,21 +167,22 @@ class Log:
             last, now = step, timing.seconds
             show(step)
             interval = min(_LONGEST_INTERVAL, max(_SHORTEST_INTERVAL, _INTERVAL_SHARE * now))
-            if step.state.cycle >= step.last_cycle or told is None or now - told >= interval:
-                told = now
-                # A bar shows every step; lines would only repeat it.
-                text = "" if self._has_bar else step_text(step, timing.seconds_left)
-                numbers = {
-                    "cycle": step.state.cycle,
-                    "cycles": step.last_cycle,
-                    "step": step.state.step,
-                    "error_estimate": step.state.error_estimate,
-                    **{name: getattr(step.measures, name) for name in _MEASURES},
-                    "seconds": now,
-                    "seconds_left": timing.seconds_left,
-                    "batch_seconds_left": timing.batch_seconds_left,
-                }
-                self._say("step", {**which, **numbers}, text)
+            if step.state.cycle < step.last_cycle and now - told < interval:
+                return
+            told = now
+            numbers = {
+                "cycle": step.state.cycle,
+                "cycles": step.last_cycle,
+                "step": step.state.step,
+                "error_estimate": step.state.error_estimate,
+                **{name: getattr(step.measures, name) for name in _MEASURES},
+                "seconds": now,
+                "seconds_left": timing.seconds_left,
+                "batch_seconds_left": timing.batch_seconds_left,
+            }
+            # A bar shows every step; lines would only repeat it.
+            text = "" if self._has_bar else step_text(step, timing.seconds_left)
+            self._say("step", {**which, **numbers}, text)
 
         status, text = "done", ""
         try:
@@ -277,27 +275,26 @@ class Log:
 class TimeLeft:
     """The time left for a case, and for all cases of its batch.
 
-    It follows from the plan and from the last steps. Steps grow by orders of magnitude over a
-    run, each takes about as long as the one before, and where the bodies yield they stop growing.
-    Extrapolating the speed of the last steps in cycles per second therefore overestimates the time
-    at first, and extrapolating their growth underestimates it: the geometric mean of both is used,
-    combined with the plan, whose weight falls as cycles are done.
-
-    Constructed from the estimated time of each case, s, by its id.
+    It follows from the plan, the estimated time of each case, s, by its id, and from the last
+    steps. Steps grow by orders of magnitude over a run, each takes about as long as the one before,
+    and where the bodies yield they stop growing. Extrapolating the speed of the last steps in
+    cycles per second therefore overestimates the time at first, and extrapolating their growth
+    underestimates it: the geometric mean of both is used, combined with the plan, whose weight
+    falls as cycles are done.
     """
 
     def __init__(self, planned: Mapping[str, float], clock: Callable[[], float]) -> None:
-        self._clock = clock
-        self._ahead = dict(planned)
+        self._clock, self._ahead = clock, dict(planned)
         self._planned_before = self._taken_before = 0.0
-        self.count = len(planned)  # how many cases there are
+        self._slowness = 1.0
+        self.number, self.count = 0, len(planned)  # of cases that have begun, of all
 
     def begin(self, case_id: str, cycles: int) -> None:
         """Start a case; its planned time is corrected by that of the cases before it."""
+        self.number += 1
         self._case_planned = self._ahead.pop(case_id)
         self._expected = self._left = max(self._slowness * self._case_planned, 1e-3)
         self._cycles = cycles
-        self._first_cycle: float | None = None
         self._recent: deque[tuple[float, float]] = deque(maxlen=_RECENT_STEPS)
         self._started = self._noted = self._clock()
         self.share = 0.0  # of the time of the case that is over, from 0 to 1; never falls
@@ -305,18 +302,16 @@ class TimeLeft:
     def note(self, cycle: float) -> None:
         """Record a step that has reached a cycle."""
         self._noted = self._clock()
-        self._recent.append((self._noted, cycle))
-        if self._first_cycle is None:
-            # A run that resumes from a checkpoint has less to do than its plan says.
-            self._first_cycle = cycle
-            self._expected *= (self._cycles - cycle) / self._cycles
         taken, to_do = self._noted - self._started, self._cycles - cycle
+        if not self._recent:  # a run that resumes from a checkpoint has less to do than planned
+            self._expected *= to_do / self._cycles
+        self._recent.append((self._noted, cycle))
         self._left = self._foretold(to_do, taken) if to_do > 0.0 else 0.0
         if taken or not self._left:
             self.share = max(self.share, taken / (taken + self._left) if self._left else 1.0)
 
     def _foretold(self, to_do: float, taken: float) -> float:
-        """Return the total time predicted after some seconds, s."""
+        """Return the time left as predicted after some seconds, s."""
         by_plan = max(self._expected - taken, _SMALLEST_SHARE * max(self._expected, taken))
         times, cycles = zip(*self._recent, strict=True)
         sizes = [after - before for before, after in pairwise(cycles)]
@@ -336,11 +331,8 @@ class TimeLeft:
         self._left = 0.0
         self._planned_before += self._case_planned
         self._taken_before += self.seconds
-
-    @property
-    def number(self) -> int:
-        """How many cases have begun."""
-        return self.count - len(self._ahead)
+        if self._planned_before:
+            self._slowness = self._taken_before / self._planned_before
 
     @property
     def seconds(self) -> float:
@@ -356,10 +348,6 @@ class TimeLeft:
     def batch_seconds_left(self) -> float:
         """Time until the last case ends, s."""
         return self.seconds_left + self._slowness * sum(self._ahead.values())
-
-    @property
-    def _slowness(self) -> float:
-        return self._taken_before / self._planned_before if self._planned_before else 1.0
 
 
 def step_text(step: Step, seconds_left: float) -> str:

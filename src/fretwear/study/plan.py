@@ -7,7 +7,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import IO
 
 from fretwear.mechanics.wear_laws import Archard
 from fretwear.study.cost import Estimate
@@ -84,28 +83,21 @@ class Plan:
             time = duration_text(found.seconds / self.speed)
             yield (point.id, *labels, cells, time, size_text(found.memory_bytes))
 
-    def write_csv(self, stream: IO[str]) -> None:
-        """Write the table of points: id, every parameter in SI units, cells, estimates, problem.
-
-        The stream should be opened with ``newline=""``.
-        """
-        names = dict.fromkeys(name for point in self.points for name in _parameters(point))
-        estimates = ("cells", "estimated_seconds", "estimated_memory_bytes")
-        writer = csv.DictWriter(stream, ["id", *names, *estimates, "problem"], restval="")
-        writer.writeheader()
-        for point in self.points:
-            row: dict[str, object] = {"id": point.id, "problem": point.problem}
-            row.update(_parameters(point))
-            if (found := point.estimate) is not None:
-                values = (found.cells, f"{found.seconds:.3g}", found.memory_bytes)
-                row.update(zip(estimates, values, strict=True))
-            writer.writerow(row)
-
 
 def write_points(study: Study, path: str | Path) -> None:
-    """Write the table of points of a study as CSV."""
+    """Write the points as CSV: id, every parameter in SI units, cells, estimates, problem."""
+    points = [(point, _parameters(point)) for point in study.points()]
+    names = dict.fromkeys(name for _, parameters in points for name in parameters)
+    estimates = ("cells", "estimated_seconds", "estimated_memory_bytes")
     with Path(path).open("w", newline="", encoding="utf-8") as stream:
-        Plan(study).write_csv(stream)
+        writer = csv.DictWriter(stream, ["id", *names, *estimates, "problem"], restval="")
+        writer.writeheader()
+        for point, parameters in points:
+            row: dict[str, object] = {"id": point.id, "problem": point.problem, **parameters}
+            if (found := point.estimate) is not None:
+                values = (found.cells, f"{found.seconds:.3g}", found.memory_bytes)
+                row |= zip(estimates, values, strict=True)
+            writer.writerow(row)
 
 
 def _parameters(point: Point) -> dict[str, float | str]:

@@ -109,17 +109,30 @@ def read_document(file: Path) -> Document:
     """Read a YAML file; `StudyError` if it is missing or unreadable."""
     text = ""
     try:
-        text = _read_text(file)
+        _check_file(file)
+        with file.open("rb") as stream:
+            content = stream.read(MAX_BYTES + 1)
+        if len(content) > MAX_BYTES:
+            raise QuantityError(f"is larger than {MAX_BYTES // 1000} kB, the limit for study files")
+        if content.startswith(_NETCDF):
+            rule = "is a netCDF file, not a study file"
+            raise QuantityError(rule, f"fretwear show {file} describes it")
+        text = content.decode("utf-8-sig")
         document = Document(text)
         if document.is_empty:
             raise QuantityError("the file is empty", "a study needs base and vary")
+        return document
     except YAMLError as error:
-        raise StudyError(file, [_not_yaml(error, text)]) from error
+        problem = _not_yaml(error, text)
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        rule = f"is not UTF-8 text (line {line}, byte {error.start})"
+        problem = Problem("", None, rule, "save it as UTF-8")
     except QuantityError as error:
-        raise StudyError(file, [Problem("", None, error.rule, error.hint)]) from error
+        problem = Problem("", None, error.rule, error.hint)
     except OSError as error:
-        raise StudyError(file, [Problem("", None, f"cannot be read: {error.strerror}")]) from error
-    return document
+        problem = Problem("", None, f"cannot be read: {error.strerror}")
+    raise StudyError(file, [problem])
 
 
 def parse_value(text: str) -> Any:
@@ -133,7 +146,7 @@ def parse_value(text: str) -> Any:
     return "" if document.is_empty else document.data
 
 
-def _read_text(file: Path) -> str:
+def _check_file(file: Path) -> None:
     if "\0" in str(file):
         raise QuantityError("is not a usable file name")
     if file.is_dir():
@@ -144,27 +157,10 @@ def _read_text(file: Path) -> str:
         raise QuantityError("there is no such file", _instead_of(file))
     if not file.is_file():
         raise QuantityError("is not a regular file")
-    with file.open("rb") as stream:
-        content = stream.read(MAX_BYTES + 1)
-    if len(content) > MAX_BYTES:
-        raise QuantityError(f"is larger than {MAX_BYTES // 1000} kB, the limit for study files")
-    if content.startswith(_NETCDF):
-        rule = "is a netCDF file, not a study file"
-        raise QuantityError(rule, f"fretwear show {file} describes it")
-    try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = content.count(b"\n", 0, error.start) + 1
-        rule = f"is not UTF-8 text (line {line}, byte {error.start})"
-        raise QuantityError(rule, "save it as UTF-8") from error
 
 
 def _instead_of(file: Path) -> str:
-    """Return a hint at the study meant by the name of a missing file.
-
-    A name without folder or ending and a misspelt one are recognised; otherwise the existing
-    studies are listed.
-    """
+    """Return a hint at the study meant by a name without folder or ending, or at those there."""
     present = [*_studies_in(file.parent), *_studies_in(STUDIES)]
     same = [path for path in present if file.name in (path.name, path.stem)]
     similar = nearest(file.name, [path.name for path in present], cutoff=0.75)
