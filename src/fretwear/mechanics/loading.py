@@ -63,16 +63,19 @@ def load_slug(load: float) -> str:
 class Normal(Pressed):
     """The normal loading."""
 
-    holds_load: ClassVar[bool] = False  # whether it is the load that is held while the bodies wear
-
     def hertz(self, smooth: HertzContact) -> HertzContact:
         """Unworn smooth contact, from the same under any load."""
         raise NotImplementedError
 
     @property
     def given(self) -> tuple[float | None, float | None]:
-        """Load P, N, or approach d, m; the other is None."""
+        """Load P, N, or approach d, m, whichever is held while the bodies wear, and None."""
         raise NotImplementedError
+
+    @property
+    def holds_load(self) -> bool:
+        """Whether it is the load that is held."""
+        return self.given[0] is not None
 
 
 @dataclass(frozen=True)
@@ -85,8 +88,6 @@ class NormalLoad(Normal):
         "Constant normal load P, of a cylinder per length, such as 18.5 N/mm. Or give indentation.",
     ]
     kind: Literal["load"] = "load"
-
-    holds_load: ClassVar[bool] = True
 
     def hertz(self, smooth: HertzContact) -> HertzContact:
         """Contact under P."""
@@ -130,27 +131,40 @@ class Indentation(Normal):
 
 
 class Loading(Pressed):
-    """The tangential loading, which oscillates along x between an amplitude and its negative."""
+    """The tangential loading, which oscillates along x between an amplitude and its negative.
+
+    A force unless a kind says otherwise: all of it follows from `load_ratio`. ``friction`` is µ,
+    ``coupling`` κ, and ``hertz`` the unworn smooth contact.
+    """
 
     is_force: ClassVar[bool] = True  # then the reduced contact follows from the load alone
     # Whether a fraction of the load of gross sliding is imposed, which does not depend on friction.
     is_ratio: ClassVar[bool] = False
 
+    def load_ratio(self, friction: float, load: float) -> float:
+        """X = Q/(µP) under a load P, N; 1 if the contact slides as a whole."""
+        raise NotImplementedError
+
     def sliding(
-        self, friction: float, coupling: float, load: float, approach: float, flexibility: float
+        self,
+        friction: float,
+        coupling: float,  # noqa: ARG002 - of a force
+        load: float,
+        approach: float,  # noqa: ARG002
+        flexibility: float,  # noqa: ARG002
     ) -> Sliding:
-        """What the reduced contact has to satisfy, by µ, κ, and P, N, and d, m, of the contact.
+        """What the reduced contact of one with P, N, and d, m, has to satisfy: P* = (1 − X) P.
 
         ``flexibility`` is that of what is in series with the contact, m/N.
         """
-        raise NotImplementedError
+        return Sliding(load * (1.0 - self.load_ratio(friction, load)))
 
-    def ratio(self, friction: float, coupling: float, hertz: HertzContact) -> float:
-        """X = Q/(µP) of the unworn smooth sphere; 1 where it slides as a whole."""
-        raise NotImplementedError
+    def ratio(self, friction: float, coupling: float, hertz: HertzContact) -> float:  # noqa: ARG002
+        """X = Q/(µP) of the unworn smooth contact; 1 where it slides as a whole."""
+        return self.load_ratio(friction, hertz.load)
 
     def amplitude(self, friction: float, coupling: float, hertz: HertzContact) -> float:
-        """Tangential load amplitude Q, N, of the unworn smooth sphere."""
+        """Tangential load amplitude Q, N, of the unworn smooth contact."""
         return type(hertz.load)(self.ratio(friction, coupling, hertz) * friction * hertz.load)
 
     def displacement(self, friction: float, coupling: float, hertz: HertzContact) -> float:
@@ -188,11 +202,7 @@ class TangentialRatio(Loading):
 
     is_ratio: ClassVar[bool] = True
 
-    def sliding(self, friction: float, coupling: float, load: float, *_: Any) -> Sliding:  # noqa: ARG002
-        """P* = (1 − X) P."""
-        return Sliding(load * (1.0 - self.tangential_ratio))
-
-    def ratio(self, *_: Any) -> float:
+    def load_ratio(self, *_: float) -> float:
         """X = Q/(µP), as given."""
         return self.tangential_ratio
 
@@ -215,13 +225,9 @@ class TangentialLoad(Loading):
     ]
     kind: Literal["tangential_load"] = "tangential_load"
 
-    def sliding(self, friction: float, coupling: float, load: float, *_: Any) -> Sliding:  # noqa: ARG002
-        """P* = P − Q/µ."""
-        return Sliding(load * (1.0 - self.tangential_load / (friction * load)))
-
-    def ratio(self, friction: float, coupling: float, hertz: HertzContact) -> float:  # noqa: ARG002
+    def load_ratio(self, friction: float, load: float) -> float:
         """X = Q/(µP)."""
-        return self.tangential_load / (friction * hertz.load)
+        return self.tangential_load / (friction * load)
 
     def amplitude(self, *_: Any) -> float:
         """Q, N, as given."""
@@ -252,14 +258,7 @@ class SlidingAmplitude(Loading):
         """Amplitude of sliding, m."""
         return self.sliding_amplitude
 
-    def sliding(
-        self, friction: float, coupling: float, load: float, approach: float, *_: Any
-    ) -> Sliding:
-        """No load: nothing sticks."""
-        del load
-        return Sliding(None, approach - self.sliding_amplitude / (friction * coupling))
-
-    def ratio(self, *_: Any) -> float:
+    def load_ratio(self, *_: float) -> float:
         """X = 1: the contact slides as a whole."""
         return 1.0
 

@@ -129,16 +129,13 @@ class OverCycles(Quantity):
 
     def schema(self) -> dict[str, Any]:
         """JSON Schema of the value in a study file."""
-        one = super().schema()
-        listed = {"type": "array", "minItems": 1}
+        one, listed = super().schema(), {"type": "array", "minItems": 1}
+        lists = {"cycles": _CYCLE.schema(), "values": one}
         course = {
             "type": "object",
             "additionalProperties": False,
-            "required": ["cycles", "values"],
-            "properties": {
-                "cycles": {**listed, "items": _CYCLE.schema()},
-                "values": {**listed, "items": one},
-            },
+            "required": [*lists],
+            "properties": {name: {**listed, "items": each} for name, each in lists.items()},
         }
         return {"anyOf": [one, course]}
 
@@ -207,14 +204,23 @@ class Coulomb(Friction):
     kind: Literal["coulomb"] = "coulomb"
 
     @property
+    def _values(self) -> tuple[float, ...]:
+        return self.friction.values if isinstance(self.friction, Course) else (self.friction,)
+
+    @property
     def coefficient(self) -> float:
         """Coefficient of friction µ, at cycle 0 where it changes."""
-        return self.friction.values[0] if isinstance(self.friction, Course) else self.friction
+        return self._values[0]
 
     @property
     def least(self) -> float:
         """Smallest coefficient of all cycles."""
-        return min(self.friction.values) if isinstance(self.friction, Course) else self.friction
+        return min(self._values)
+
+    @property
+    def kinks(self) -> tuple[float, ...]:
+        """Cycles at which the coefficient does not change smoothly."""
+        return self.friction.cycles if isinstance(self.friction, Course) else ()
 
     def at(self, cycle: float) -> Friction:
         """The friction of a cycle."""
@@ -223,14 +229,7 @@ class Coulomb(Friction):
         return Coulomb.unchecked(friction=self.friction.at(cycle))
 
     @property
-    def kinks(self) -> tuple[float, ...]:
-        """Cycles at which the coefficient does not change smoothly."""
-        return self.friction.cycles if isinstance(self.friction, Course) else ()
-
-    @property
     def slug(self) -> str:
         """``mu0.5``, ``mu0.2to0.6``."""
-        if isinstance(self.friction, Course):
-            first, *_, last = self.friction.values
-            return f"mu{first:.4g}to{last:.4g}"
-        return f"mu{self.friction:.4g}"
+        first, *later = self._values
+        return f"mu{first:.4g}" + (f"to{later[-1]:.4g}" if later else "")

@@ -25,12 +25,10 @@ class OfBodies(PerBody):
 
     def coordinates(self, name: str, value: Any) -> Iterator[tuple[str, Parameter, float | str]]:
         """Yield the value for both together, and those of each body if known."""
+        yield name, self, _total(value)
         if isinstance(value, tuple):
-            yield name, self, sum(value)
             for (suffix, words), each in zip(self.suffixes, value, strict=True):
                 yield f"{name}_{suffix}", replace(self, words=f"{self.words} {words}"), each
-        else:
-            yield name, self, value
 
 
 def _total(value: float | tuple[float, float]) -> float:
@@ -106,14 +104,9 @@ class PerEnergy(OfBodies):
 
     def schema(self) -> dict[str, Any]:
         """JSON Schema of the value in a study file."""
-        known = declared(FallingCoefficient)
-        mapping = {
-            "type": "object",
-            "additionalProperties": False,
-            "required": [*known],
-            "properties": {name: about.schema() for name, about in known.items()},
-        }
-        return {"anyOf": [*super().schema()["anyOf"], mapping]}
+        known = {name: about.schema() for name, about in declared(FallingCoefficient).items()}
+        mapping = {"type": "object", "additionalProperties": False, "properties": known}
+        return {"anyOf": [*super().schema()["anyOf"], {**mapping, "required": [*known]}]}
 
     def canonical(self, value: Any) -> Any:
         """Return the value, both, or the mapping."""
