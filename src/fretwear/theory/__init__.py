@@ -9,13 +9,7 @@ from fretwear.theory.elliptic import EllipticContact
 from fretwear.theory.hertz import HertzContact
 from fretwear.theory.limiting_state import LimitingState
 from fretwear.theory.line_contact import FlatPunchContact, LineContact, LineLimitingState
-from fretwear.theory.materials import (
-    composite_modulus,
-    composite_shear_modulus,
-    coupling_ratio,
-    require_positive,
-    shear_modulus,
-)
+from fretwear.theory.materials import composite_modulus, coupling_ratio, require_positive
 from fretwear.theory.partial_slip import CattaneoMindlin, LinePartialSlip, gross_slip_energy
 from fretwear.theory.punch import RoundContact, RoundedPunch
 
@@ -31,9 +25,7 @@ __all__ = [
     "RoundContact",
     "RoundedPunch",
     "composite_modulus",
-    "composite_shear_modulus",
     "coupling_ratio",
     "gross_slip_energy",
     "require_positive",
-    "shear_modulus",
 ]

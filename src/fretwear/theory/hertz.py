@@ -24,33 +24,17 @@ FloatArray = NDArray[np.float64]
 class HertzContact:
     """A smooth elastic sphere pressed on an elastic half-space without friction.
 
-    Parameters
-    ----------
-    radius : float
-        Radius R of the sphere, m (composite radius for two curved bodies).
-    load : float
-        Normal load P, N.
-    composite_modulus : float
-        Composite modulus E*, Pa.
-
-    Raises
-    ------
-    ValueError
-        If a parameter is not a positive, finite number.
-
-    Notes
-    -----
-    Hertz (1882); Johnson (1985), section 4.2 and, for the surface outside, equation 3.42.
+    Hertz (1882); Johnson (1985), section 4.2 and, for the surface outside, equation 3.42. A
+    parameter that is not a positive, finite number raises a ValueError.
     """
 
-    radius: float
-    load: float
-    composite_modulus: float
+    radius: float  #: R of the sphere, m (composite radius for two curved bodies)
+    load: float  #: normal load P, N
+    composite_modulus: float  #: E*, Pa
 
     def __post_init__(self) -> None:
-        require_positive(
-            radius=self.radius, load=self.load, composite_modulus=self.composite_modulus
-        )
+        names = ("radius", "load", "composite_modulus")
+        require_positive(**{name: getattr(self, name) for name in names})
 
     @property
     def contact_radius(self) -> float:
@@ -108,8 +92,8 @@ class HertzContact:
     def gap(self, r: ArrayLike) -> FloatArray:
         """Gap between the deformed surfaces in m, zero inside the contact, at distances ``r`` in m.
 
-        Outside, g = [ (r² - 2a²) acos(a/r) + a √(r² - a²) ] / (π R). The two terms cancel to
-        order (r - a)^(3/2) at the edge, so a series replaces them there.
+        Outside, g = [ (r² - 2a²) acos(a/r) + a √(r² - a²) ] / (π R); near the edge, where both
+        terms cancel to order (r - a)^(3/2), a series.
         """
         a = self.contact_radius
         ratio = np.maximum(np.asarray(r, dtype=float) / a, 1.0)

@@ -28,28 +28,15 @@ class LimitingState:
     Wear stops when the slip zone carries no load: all pressure has moved into the stick zone,
     which wear cannot change and which ends like the edge of a flat punch.
 
-    Parameters
-    ----------
-    hertz : HertzContact
-        The unworn normal contact.
-    load_ratio : float
-        Tangential load over the load of gross sliding, X = Q / µP, in [0, 1).
-
-    Raises
-    ------
-    ValueError
-        If the load ratio lies outside [0, 1).
-
-    Notes
-    -----
     The stick zone is indented by d∞ over its radius c; outside, the worn shape follows the surface
     of the deformed half-space, f∞(r), until it meets the unworn sphere r²/2R at a∞. Superposition
     of a Hertzian contact and a flat punch: Johnson (1985), sections 3.4 and 4.2; the same with the
-    method of dimensionality reduction: Popov and Heß (2015).
+    method of dimensionality reduction: Popov and Heß (2015). A load ratio outside [0, 1) raises a
+    ValueError.
     """
 
-    hertz: HertzContact
-    load_ratio: float
+    hertz: HertzContact  #: the unworn normal contact
+    load_ratio: float  #: tangential load over the load of gross sliding, X = Q/µP
 
     # 2E*/R over the slope of the Hertzian pressure against √(c² - r²).
     _flatness: ClassVar[float] = math.pi
@@ -102,8 +89,16 @@ class LimitingState:
         return np.asarray(np.where(distance <= c, self._stick_contact.pressure(r) + punch, 0.0))
 
     def wear_depth(self, r: ArrayLike) -> FloatArray:
-        """Wear of both bodies together in m, at distances ``r`` in m."""
-        return np.asarray(np.maximum(self._height(r), 0.0))
+        """Wear of both bodies together in m, at distances ``r`` in m: f∞ - r²/2R where positive.
+
+        Written as the surface beside a flat punch minus the Hertzian gap, both zero at r = c, so
+        that nothing cancels there.
+        """
+        c = self.stick_radius
+        distance = np.maximum(np.abs(np.asarray(r, dtype=float)), c)
+        beside = self._beside(np.sqrt((distance - c) * (distance + c)), c)
+        height = (2.0 / math.pi) * self._punch_approach * beside - self._stick_contact.gap(distance)
+        return np.asarray(np.maximum(height, 0.0))
 
     def width_above(self, pressure: float) -> float:
         """Width of the band at the stick edge where p∞ exceeds a pressure (Pa), m.
@@ -156,19 +151,6 @@ class LimitingState:
         punch = self._punch_approach * (edge**2 * angle - c * root) / math.pi
         sphere = edge**2 * (edge**2 - 4.0 * c**2) * angle + c * root * (edge**2 + 2.0 * c**2)
         return 2.0 * math.pi * (punch - sphere / (4.0 * math.pi * self.hertz.radius))
-
-    def _height(self, r: ArrayLike) -> FloatArray:
-        """f∞(r) - r²/2R outside the stick zone, m.
-
-        Written as the surface beside a flat punch minus the Hertzian gap, both zero at r = c, so
-        that nothing cancels there.
-        """
-        c = self.stick_radius
-        distance = np.maximum(np.abs(np.asarray(r, dtype=float)), c)
-        beside = self._beside(np.sqrt((distance - c) * (distance + c)), c)
-        return np.asarray(
-            (2.0 / math.pi) * self._punch_approach * beside - self._stick_contact.gap(distance)
-        )
 
     def _beside(self, root: FloatArray, c: float) -> FloatArray:
         """Shape of the surface beside a flat punch, at distances given as √(r² - c²)."""

@@ -20,53 +20,18 @@ def require_positive(**values: float) -> None:
             raise ValueError(f"{name} is {value!r}, but must be a positive, finite number")
 
 
-def _require_elastic(body: str, youngs_modulus: float, poisson_ratio: float) -> None:
-    require_positive(**{f"youngs_modulus{body}": youngs_modulus})
-    if not -1.0 < poisson_ratio <= 0.5:
-        raise ValueError(
-            f"poisson_ratio{body} is {poisson_ratio!r}, but a Poisson's ratio lies in (-1, 0.5]"
-        )
-
-
-def shear_modulus(youngs_modulus: float, poisson_ratio: float) -> float:
-    """Shear modulus of one isotropic body, G = E / (2 (1 + ν)), in Pa."""
-    _require_elastic("", youngs_modulus, poisson_ratio)
-    return youngs_modulus / (2.0 * (1.0 + poisson_ratio))
-
-
 def composite_modulus(
     youngs_modulus_1: float, poisson_ratio_1: float, youngs_modulus_2: float, poisson_ratio_2: float
 ) -> float:
     """Modulus of normal contact, 1/E* = (1 - ν1²)/E1 + (1 - ν2²)/E2, in Pa: Johnson, eq. 4.31."""
-    _require_elastic("_1", youngs_modulus_1, poisson_ratio_1)
-    _require_elastic("_2", youngs_modulus_2, poisson_ratio_2)
     bodies = (youngs_modulus_1, poisson_ratio_1), (youngs_modulus_2, poisson_ratio_2)
+    for number, (modulus, ratio) in enumerate(bodies, start=1):
+        require_positive(**{f"youngs_modulus_{number}": modulus})
+        if not -1.0 < ratio <= 0.5:
+            raise ValueError(
+                f"poisson_ratio_{number} is {ratio!r}, but a Poisson's ratio lies in (-1, 0.5]"
+            )
     return 1.0 / sum((1.0 - ratio**2) / modulus for modulus, ratio in bodies)
-
-
-def composite_shear_modulus(
-    youngs_modulus_1: float,
-    poisson_ratio_1: float,
-    youngs_modulus_2: float,
-    poisson_ratio_2: float,
-    weight: float = 0.5,
-) -> float:
-    """Modulus of tangential contact, 1/G* = (2 - ν1)/4G1 + (2 - ν2)/4G2, in Pa: Mindlin (1949).
-
-    A traction q distributed like a normal pressure p moves the surfaces by the normal displacement
-    times E*/G*; exact for the circular contact of a sphere on its average over directions, and
-    pointwise where the anisotropy of the tangential kernel is neglected. A traction moves what lies
-    in its own direction more than what lies beside it, which in other contacts has another weight w
-    than 1/2: 1/G* = (1 - ν1 + w ν1)/2G1 + …; see `EllipticContact.shear_weights`.
-    """
-    _require_elastic("_1", youngs_modulus_1, poisson_ratio_1)
-    _require_elastic("_2", youngs_modulus_2, poisson_ratio_2)
-    # (2 − ν)/4G with G = E/(2 (1 + ν)).
-    beside = 2.0 * (1.0 - weight)
-    bodies = (youngs_modulus_1, poisson_ratio_1), (youngs_modulus_2, poisson_ratio_2)
-    return 1.0 / sum(
-        (2.0 - beside * ratio) * (1.0 + ratio) / (2.0 * modulus) for modulus, ratio in bodies
-    )
 
 
 def coupling_ratio(
@@ -78,7 +43,17 @@ def coupling_ratio(
 ) -> float:
     """Tangential over normal compliance, κ = E*/G*; (2 - ν)/(2 (1 - ν)) for equal bodies.
 
-    ``weight`` is as for `composite_shear_modulus`.
+    The modulus of tangential contact is 1/G* = (2 - ν1)/4G1 + (2 - ν2)/4G2: Mindlin (1949). A
+    traction q distributed like a normal pressure p moves the surfaces by the normal displacement
+    times κ; exact for the circular contact of a sphere on its average over directions, and
+    pointwise where the anisotropy of the tangential kernel is neglected. A traction moves what lies
+    in its own direction more than what lies beside it, which in other contacts has another weight w
+    than 1/2: 1/G* = (1 - ν1 + w ν1)/2G1 + …; see `EllipticContact.shear_weights`.
     """
-    materials = (youngs_modulus_1, poisson_ratio_1, youngs_modulus_2, poisson_ratio_2)
-    return composite_modulus(*materials) / composite_shear_modulus(*materials, weight)
+    # (2 − ν)/4G with G = E/(2 (1 + ν)).
+    bodies = (youngs_modulus_1, poisson_ratio_1), (youngs_modulus_2, poisson_ratio_2)
+    normal, beside = composite_modulus(*bodies[0], *bodies[1]), 2.0 * (1.0 - weight)
+    shear = 1.0 / sum(
+        (2.0 - beside * ratio) * (1.0 + ratio) / (2.0 * modulus) for modulus, ratio in bodies
+    )
+    return normal / shear

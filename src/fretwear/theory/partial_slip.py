@@ -26,16 +26,8 @@ def gross_slip_energy(
     """Energy dissipated in one cycle of a contact that slides as a whole, J, or J/m of a cylinder.
 
     4µP (U − 0.8 U_t) of a sphere; of a cylinder 4µP (U − U_t) and what slips before it slides,
-    2µ²κP²/πE*.
-
-    Parameters
-    ----------
-    hertz : HertzContact
-        The normal contact.
-    friction, coupling : float
-        µ and κ.
-    displacement : float
-        Amplitude U of the displacement of distant points, m, above U_t = µκ δ.
+    2µ²κP²/πE*. ``friction`` is µ, ``coupling`` κ, and ``displacement`` the amplitude U, m, of
+    distant points, above U_t = µκ δ.
     """
     stored = 0.8 * hertz.approach
     if isinstance(hertz, LineContact):
@@ -47,33 +39,16 @@ def gross_slip_energy(
 class CattaneoMindlin:
     """An unworn smooth sphere in partial slip: constant load, tangential force between ±Q.
 
-    Parameters
-    ----------
-    hertz : HertzContact
-        The normal contact, under the load P.
-    friction : float
-        Coefficient of friction µ.
-    tangential_load : float
-        Amplitude Q of the tangential force, N; zero to below µP.
-    coupling : float
-        Ratio κ = E*/G* of tangential to normal compliance.
-
-    Raises
-    ------
-    ValueError
-        If friction or coupling is not positive, or Q lies outside [0, µP).
-
-    Notes
-    -----
     Cattaneo (1938), Mindlin (1949). In the form of Ciavarella (1998) and Jäger (1998) the traction
     at +Q is µ (p - p*), p* being the pressure under the reduced load P* = P - Q/µ, whose contact
-    is the stick zone and whose gap g* gives the slip.
+    is the stick zone and whose gap g* gives the slip. A ValueError says that friction or coupling
+    is not positive, or Q not in [0, µP).
     """
 
-    hertz: HertzContact
-    friction: float
-    tangential_load: float
-    coupling: float
+    hertz: HertzContact  #: the normal contact, under the load P
+    friction: float  #: coefficient of friction µ
+    tangential_load: float  #: amplitude Q of the tangential force, N
+    coupling: float  #: tangential over normal compliance κ = E*/G*
 
     def __post_init__(self) -> None:
         require_positive(friction=self.friction, coupling=self.coupling)
@@ -102,8 +77,8 @@ class CattaneoMindlin:
     @property
     def tangential_displacement(self) -> float:
         """Displacement of the bodies at +Q, δ_x = µ κ (δ(P) - δ(P*)), m."""
-        relative_approach = self.hertz.approach - self.stick_contact.approach
-        return self.friction * self.coupling * relative_approach
+        pressed = self.hertz.approach - self.stick_contact.approach
+        return self.friction * self.coupling * pressed
 
     def shear_traction(self, r: ArrayLike) -> FloatArray:
         """Traction in the direction of Q at +Q, µ (p - p*) in Pa, at distances ``r`` in m."""
@@ -121,8 +96,6 @@ class CattaneoMindlin:
     def dissipated_energy(self) -> float:
         """Energy dissipated in one full cycle +Q → -Q → +Q, J.
 
-        Notes
-        -----
         Mindlin and Deresiewicz (1953), J. Appl. Mech. 20, 327–344; Johnson (1985), section 7.4:
         D = (36 µ² P² / 10 a G*) { 1 - (1-X)^(5/3) - (5X/6) [1 + (1-X)^(2/3)] }. The braces cancel
         to 5 X³ / 162 for small X, so the series is used there.
