@@ -6,7 +6,6 @@ import subprocess
 from pathlib import Path
 
 import pytest
-import yaml
 from typer.testing import CliRunner
 
 from fretwear.cli import app
@@ -24,24 +23,6 @@ def call(*arguments):
     result = CliRunner().invoke(app, [str(argument) for argument in arguments])
     assert result.exit_code == 0, result.stderr
     return result.stdout
-
-
-@pytest.fixture(scope="module")
-def coarse_demo(tmp_path_factory):
-    """The default study with all its cases, on coarse grids and over few cycles."""
-    folder = tmp_path_factory.mktemp("demo")
-    content = yaml.safe_load((REPOSITORY / "studies/demo.yaml").read_text(encoding="utf-8"))
-    content["base"].update(cycles=30, cell="6 um")
-    content["base"]["roughness"].update(slope_x="0.3 deg", slope_y="0.3 deg")
-    content["output"] = {"cycles": [0, 10]}
-    study = folder / "studies/demo.yaml"
-    study.parent.mkdir()
-    study.write_text(yaml.safe_dump(content), encoding="utf-8")
-    results = folder / "results/demo"
-    for case_id in load_study(study).cases():
-        call("run", study, "--case", case_id, "-o", results / "cases" / f"{case_id}.nc")
-    call("merge", study, "--results", results)
-    return folder
 
 
 def test_continuous_integration_runs_the_two_commands_as_they_stand_here():

@@ -68,30 +68,27 @@ def test_dimensions_are_the_varied_names_in_the_order_of_the_study(make_study, s
     assert json.loads(summary.attrs["study_file"])["vary"] == LOADS
 
 
+LISTS = {"friction": [0.6, 0.3], "load": ["20 N", "50 N"]}
+RANGES = {"load": {"from": "20 N", "to": "50 N"}, "friction": {"from": 0.3, "to": 0.6}}
+DRAWN = {"kind": "latin_hypercube", "points": 3, "seed": 1}
+
+
 @pytest.mark.parametrize(
-    ("vary", "sections", "dims"),
+    ("vary", "design", "dims"),
     [
-        (
-            {"plastic_limit": ["none", "4500 MPa"], "friction": [0.6, 0.3], "load": ["50 N"]},
-            {},
-            ("plastic_limit", "friction", "load", "cycle"),
-        ),
-        ({}, {}, ("cycle",)),
-        ({"load": ["20 N", "50 N"], "friction": [0.3, 0.6]}, {"design": "zip"}, ("point", "cycle")),
-        (
-            {"load": {"from": "20 N", "to": "50 N"}, "friction": {"from": 0.3, "to": 0.6}},
-            {"design": {"kind": "latin_hypercube", "points": 3, "seed": 1}},
-            ("point", "cycle"),
-        ),
+        ({"plastic_limit": ["none"], **LISTS}, "grid", ("plastic_limit", "friction", "load")),
+        ({}, "grid", ()),
+        (LISTS, "zip", ("point",)),
+        (RANGES, DRAWN, ("point",)),
     ],
 )
-def test_dimensions_follow_from_the_design(make_study, summary_of, vary, sections, dims):
-    study = make_study(vary, **sections)
+def test_dimensions_follow_from_the_design(make_study, summary_of, vary, design, dims):
+    study = make_study(vary, design=design)
     summary = summary_of(study)
-    assert summary.wear_volume.dims == dims
-    assert summary.gap_profile.dims == (*dims, "x")
+    assert summary.wear_volume.dims == (*dims, "cycle")
+    assert summary.gap_profile.dims == (*dims, "cycle", "x")
     assert (summary.status == PointStatus.DONE).all()
-    if dims[0] == "point":
+    if "point" in dims:
         assert summary.point.values.tolist() == list(range(len(study.cases())))
         for name in vary:
             assert summary[name].dims == ("point",)

@@ -22,15 +22,10 @@ def site(tmp_path_factory):
     """The built site; the pictures, which take minutes, are those of the last whole build."""
     folder = tmp_path_factory.mktemp("site")
     command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-d", folder / "trees"]
-    settings = [
-        "-D",
-        "run_examples=0",
-        "-D",
-        "suppress_warnings=myst.header,image.not_readable,download.not_readable",
-    ]
-    done = subprocess.run(
-        [*command, *settings, DOCS, folder / "html"], capture_output=True, text=True, check=False
-    )
+    command += ["-D", "run_examples=0", "-D"]
+    command += ["suppress_warnings=myst.header,image.not_readable,download.not_readable"]
+    command += [DOCS, folder / "html"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return folder / "html"
 

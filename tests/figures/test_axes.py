@@ -8,7 +8,6 @@ import xml.etree.ElementTree as ET
 from itertools import pairwise
 
 import matplotlib
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
@@ -29,31 +28,18 @@ from fretwear.figures.style import (
     text_colour,
 )
 
+PANELS = [f"{field}_profiles" for field in ("pressure", "shear", "gap", "wear", "wear_rate")]
+PANELS += ["wear_map", "contact_half_width", "stick_half_width", "wear_volume", "dissipated_energy"]
 
-@pytest.mark.parametrize(
-    "draw",
-    [
-        figures.pressure_profiles,
-        figures.shear_profiles,
-        figures.gap_profiles,
-        figures.wear_profiles,
-        figures.wear_rate_profiles,
-        figures.wear_map,
-        figures.contact_half_width,
-        figures.stick_half_width,
-        figures.wear_volume,
-        figures.dissipated_energy,
-    ],
-)
-def test_a_panel_is_drawn_into_axes_that_are_there(draw, smooth):
-    figure, (left, right) = plt.subplots(1, 2)
-    try:
-        assert draw(smooth, ax=right) is figure
-        assert right.has_data()
-        assert not left.has_data()
-        assert "(" in right.get_ylabel()
-    finally:
-        plt.close(figure)
+
+@pytest.mark.parametrize("name", PANELS)
+def test_a_panel_is_drawn_into_axes_that_are_there(name, smooth):
+    figure = Figure()
+    left, right = figure.subplots(1, 2)
+    assert getattr(figures, name)(smooth, ax=right) is figure
+    assert right.has_data()
+    assert not left.has_data()
+    assert "(" in right.get_ylabel()
 
 
 def test_one_case_goes_into_one_axes_a_study_of_many_panels_does_not(small_study, smooth):
@@ -186,14 +172,13 @@ def _grid(levels):
     return xr.Dataset({"wear_volume": ((*levels, "cycle"), table)}, {**coords, "cycle": cycles})
 
 
-def _list(values):
-    count = len(next(iter(values.values())))
+def _list(volumes, **values):
     coords = {name: ("point", list(column)) for name, column in values.items()}
-    coords["case_id"] = ("point", [f"case-{i}" for i in range(count)])
-    table = np.ones((count, 2))
+    coords["case_id"] = ("point", [f"case-{number}" for number in range(len(volumes))])
+    table = np.stack([0 * volumes, volumes], axis=1)
     return xr.Dataset(
         {"wear_volume": (("point", "cycle"), table)},
-        {**coords, "point": np.arange(count), "cycle": [0.0, 10.0]},
+        {**coords, "point": np.arange(len(volumes)), "cycle": [0.0, 10.0]},
     )
 
 
@@ -251,21 +236,14 @@ def test_many_values_are_thinned_evenly_and_a_fifth_name_is_held_at_its_last():
 
 def test_points_drawn_at_random_are_told_by_panels_and_one_colour_bar():
     loads, ratios = np.linspace(20.0, 60.0, 30), np.linspace(0.9, 0.5, 30)
-    sampled = xr.Dataset(
-        {"wear_volume": (("point", "cycle"), np.ones((30, 3)))},
-        {
-            "load": ("point", loads),
-            "tangential_ratio": ("point", ratios),
-            "plastic_limit": ("point", [np.inf, 4.5e9] * 15),
-            "cycle": [0.0, 10.0, 100.0],
-        },
-    )
+    limits = [np.inf, 4.5e9] * 15
+    sampled = _list(np.ones(30), load=loads, tangential_ratio=ratios, plastic_limit=limits)
     lines = study_lines(sampled, "wear_volume")
     layout = choose_layout(lines)
     assert (layout.across, layout.color, layout.style) == (("plastic_limit",), "load", None)
     assert layout.paired == ("tangential_ratio",)
     assert len(shown_lines(lines, layout)) == 30
-    study = _list({"load": [1.0, 2.0, 3.0, 4.0, 5.0], "friction": [0.1, 0.2, 0.3, 0.4, 0.5]})
+    study = _list(np.ones(5), load=[1.0, 2.0, 3.0, 4.0, 5.0], friction=[0.1, 0.2, 0.3, 0.4, 0.5])
     layout = choose_layout(study_lines(study, "wear_volume"))
     assert (layout.rows, layout.across) == ((), ())
     assert layout.color in ("load", "friction")
@@ -302,18 +280,8 @@ def test_a_study_of_other_names_takes_the_extremes_of_its_first_two(small_study)
     chosen = representative_cases(summary)
     assert chosen.contrasts == ()
     assert list(chosen.ids.values()) == [str(summary["case_id"].item())]
-    loads, frictions = [20.0, 40.0, 30.0, 25.0], [0.3, 0.4, 0.5, 0.6]
-    volumes = np.array([[0.0, 3.0], [0.0, 9.0], [0.0, 1.0], [0.0, 2.0]])
-    sampled = xr.Dataset(
-        {"wear_volume": (("point", "cycle"), volumes)},
-        {
-            "load": ("point", loads),
-            "friction": ("point", frictions),
-            "case_id": ("point", ["a", "b", "c", "d"]),
-            "cycle": [0.0, 10.0],
-        },
-    )
-    assert list(representative_cases(sampled).ids.values()) == ["c", "b"]
+    sampled = _list(np.array([3.0, 9.0, 1.0, 2.0]), load=[20, 40, 30, 25], friction=[3, 4, 5, 6])
+    assert list(representative_cases(sampled).ids.values()) == ["case-2", "case-1"]
     with pytest.raises(ValueError, match="no case to choose"):
         representative_cases(small_study.summary.where(False))
 

@@ -18,19 +18,11 @@ from selenium.webdriver.support.ui import Select, WebDriverWait
 CHROMIUM, DRIVER = shutil.which("chromium"), shutil.which("chromedriver")
 MISSING = "" if CHROMIUM and DRIVER else "Debian's chromium and chromium-driver are not installed"
 
-_FLAGS = (
-    "--headless=new",
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-dev-shm-usage",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-)
+_FLAGS = "--headless=new --no-sandbox --no-first-run --disable-gpu --disable-dev-shm-usage"
+_FLAGS += " --disable-quic --disable-sync --disable-component-update"
+_FLAGS += " --disable-background-networking"
 _PATIENCE = 60
-DESKTOP, PHONE = (1280, 900), (375, 812)
+DESKTOP = (1280, 900)
 
 # Contrast of every visible text with what is painted behind it, as WCAG 2 computes it.
 CONTRASTS = """
@@ -67,7 +59,7 @@ class Browser:
     def __init__(self, profile: Path) -> None:
         options = Options()
         options.binary_location = str(CHROMIUM)
-        for flag in (*_FLAGS, f"--user-data-dir={profile}"):
+        for flag in (*_FLAGS.split(), f"--user-data-dir={profile}"):
             options.add_argument(flag)
         options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
         self.driver = webdriver.Chrome(options=options, service=Service(str(DRIVER)))

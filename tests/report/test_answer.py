@@ -2,7 +2,6 @@
 
 import re
 from itertools import combinations
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,12 +11,10 @@ from scipy.stats import qmc
 from fretwear.data.effects import Points
 from fretwear.report.answer import Claim, answers, companions
 from fretwear.report.results import Level, PointResult, over_seeds
-from fretwear.study.study import load_study
 from fretwear.vocabulary import HEADLINES, PointStatus
 
-from ..studies import run_study, sampled
+from ..studies import sampled
 
-DEMO = Path(__file__).parents[2] / "studies/demo.yaml"
 NUMBER = r"([\d.]+)"
 RISE = re.compile(rf"(grows|falls) by (a factor of |up to )?{NUMBER}(?: to {NUMBER})?(\u00a0%)?")
 
@@ -127,11 +124,8 @@ def test_every_sentence_holds_for_every_pair_of_a_study_with_holes(finished):
 
 
 @pytest.mark.slow
-def test_every_sentence_on_the_default_study_holds_for_all_pairs(tmp_path):
-    coarse = ["cell=6 um", "roughness.slope_x=0.3 deg", "roughness.slope_y=0.3 deg"]
-    study = load_study(DEMO, ["cycles=300", "output.cycles=[300]", *coarse])
-    run_study(study, tmp_path)
-    summary = xr.load_dataset(tmp_path / "summary.nc")
+def test_every_sentence_on_the_default_study_holds_for_all_pairs(coarse_demo):
+    summary = xr.load_dataset(coarse_demo / "results/demo/summary.nc")
     frame, varied = table(summary)
     for answer in answers(summary):
         assert {finding.effect.parameter for finding in answer.findings} == set(varied)

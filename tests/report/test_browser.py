@@ -39,20 +39,6 @@ def opened(browser, file):
     return browser
 
 
-def stored(finished, case_id, field, cycle, size):
-    with open_case(finished.cases / f"{case_id}.nc") as case:
-        return case[field].isel(y=0).sel(cycle=cycle).values.astype(float) / size
-
-
-def elastic_id(finished):
-    (found,) = (
-        planned.id
-        for planned in finished.plan.points
-        if list(planned.labels.values()) == ["40 N", "0.4", "0.3 um", "none"]
-    )
-    return found
-
-
 def test_it_opens_without_errors_asks_for_nothing_and_runs_no_other_script(opened, file):
     assert opened.requests() == [file.as_uri()]
     assert opened.errors() == []
@@ -72,7 +58,10 @@ def test_it_opens_without_errors_asks_for_nothing_and_runs_no_other_script(opene
 
 def test_the_slider_shows_profiles_and_zones_of_its_cycle(opened, finished):
     opened.choose("a", **CASE)
-    case_id = elastic_id(finished)
+    points = {tuple(point.labels.values()): point.id for point in finished.plan.points}
+    case_id = points["40 N", "0.4", "0.3 um", "none"]
+    with open_case(finished.cases / f"{case_id}.nc") as case:
+        stored = case.isel(y=0).load()
     title = opened.ask("return document.getElementById('profile-plot').layout.yaxis4.title.text")
     length = {"Wear depth (µm)": 1e-6, "Wear depth (nm)": 1e-9}[title]
     fields = {"pressure": 1e6, "shear_traction": 1e6, "gap": length, "wear_depth": length}
@@ -81,22 +70,19 @@ def test_the_slider_shows_profiles_and_zones_of_its_cycle(opened, finished):
         assert opened.find("#cycle-shown").text == str(cycle)
         for name, size in fields.items():
             shown = opened.curve(f"a {name}")
-            expected = stored(finished, case_id, name, cycle, size)[: shown.size]
+            expected = stored[name].sel(cycle=cycle).values[: shown.size] / size
             assert shown == pytest.approx(expected, abs=1e-4 * float(np.ptp(expected)))
-    opened.choose("a", **CASE)
-    case_id = elastic_id(finished)
-    with open_case(finished.cases / f"{case_id}.nc") as case:
-        cell = 1e6 * float(case["cell_x"])
     for place, cycle in ((0, 0), (LAST, 1000)):
         opened.move(place)
-        states = stored(finished, case_id, "contact_state", cycle, 1)
+        states = stored["contact_state"].sel(cycle=cycle).values
         for name, state in (("stick", 2), ("slip", 1)):
             lengths = opened.ask(
                 "return document.getElementById('profile-plot').data"
                 ".find((trace) => trace.name === arguments[0]).x",
                 f"a {name}",
             )
-            assert sum(lengths) == pytest.approx(cell * (states == state).sum())
+            expected = 1e6 * float(stored["cell_x"]) * (states == state).sum()
+            assert sum(lengths) == pytest.approx(expected)
 
 
 def test_the_histories_mark_the_cycle_shown(opened):

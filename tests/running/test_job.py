@@ -75,18 +75,6 @@ def test_of_two_processes_one_computes_and_the_other_waits_for_its_file(run, tmp
     assert names(tmp_path / "out/a.nc") == ["a.nc"]
 
 
-def holding(path, then):
-    """A lock that another job is told of; when that is, something happens and it is released."""
-    lock = Lock(path)
-    lock.acquire(print)
-
-    def tell(_):
-        then()
-        lock.release()
-
-    return tell
-
-
 @pytest.mark.parametrize(
     ("changes", "is_taken_over"),
     [({}, True), ({"friction": 0.6}, False), ({"output_cycles": (7,)}, False), (None, False)],
@@ -100,8 +88,12 @@ def test_after_waiting_only_a_whole_file_of_the_same_run_is_taken(
         write_case(result.dataset, result.history, path)
         if changes is None:
             flip(path)
+        lock.release()
 
-    outcome = simulate_to_file(case, path, tell=holding(path, write), command="test")
+    # The job is told of the lock of another, which writes its file then.
+    lock = Lock(path)
+    lock.acquire(print)
+    outcome = simulate_to_file(case, path, tell=lambda _: write(), command="test")
     assert outcome.is_taken_over is is_taken_over
     with open_case(path) as dataset:
         assert dataset.attrs["case_id"] == case.case_id

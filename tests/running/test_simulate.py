@@ -10,7 +10,6 @@ import pytest
 import xarray as xr
 
 import fretwear
-from fretwear import Case
 from fretwear.data.dataset import compared_results, mirrored
 from fretwear.data.files import open_case, open_history
 from fretwear.data.safe import CaseFileError
@@ -36,12 +35,6 @@ CASE = {"cycles": 1000, "cell": ("7 um", "9 um"), "output_cycles": (0, 1, 10, 30
 def make(**changes):
     return make_case(**(CASE | changes))
 
-
-LINE = {
-    "indenter": {"kind": "cylinder", "radius": "10 mm"}, "youngs_modulus": "208 GPa",
-    "poisson_ratio": 0.3, "load": "100 N/mm", "friction": 0.5, "tangential_ratio": 0.5,
-    "wear_coefficient": "7e-13 / Pa", "cycles": 100,
-}  # fmt: skip
 
 KINDS = {
     "smooth": {},
@@ -269,7 +262,9 @@ class SlipOnNarrowCells(Jaeger):
 
 @pytest.mark.parametrize(("amplitude", "times"), [("0 um", 3.0), ("0.2 um", 2.0)])
 def test_strips_of_the_twin_of_a_cylinder_are_wider(amplitude, times):
-    case = Case(**LINE, roughness={**ROUGH, "slope_y": "0 deg", "amplitude": amplitude})
+    cylinder = {"radius": None, "indenter": {"kind": "cylinder", "radius": "10 mm"}, "cell": None}
+    waves = {**ROUGH, "slope_y": "0 deg", "amplitude": amplitude}
+    case = make_case(**cylinder, load="100 N/mm", tangential_ratio=0.5, roughness=waves)
     problems = wear_problem(case), wear_problem(case.coarser, coarseness=case.times_coarser)
     run, twin = (len(Line.first(each).edges) for each in problems)
     assert run / twin == pytest.approx(times, rel=0.05)

@@ -179,17 +179,14 @@ def test_a_chosen_case_can_be_changed_without_losing_a_bit_of_the_rest(studies, 
     assert len(studies.load(content, ["load=30 N"]).cases()) == 1
 
 
-@pytest.fixture
-def table(tmp_path):
-    def written(study):
-        write_points(study, tmp_path / "points.csv")
-        with (tmp_path / "points.csv").open(newline="", encoding="utf-8") as stream:
-            return list(csv.DictReader(stream))
-
-    return written
+def table(study):
+    file = study.file.with_name("points.csv")
+    write_points(study, file)
+    with file.open(newline="", encoding="utf-8") as stream:
+        return list(csv.DictReader(stream))
 
 
-def test_the_table_of_points_is_in_si_units_to_the_last_bit(table, studies, content):
+def test_the_table_of_points_is_in_si_units_to_the_last_bit(studies, content):
     content["vary"]["plastic_limit"] = ["none", "4500 MPa"]
     study = studies.load(content)
     rows = table(study)
@@ -211,9 +208,7 @@ def test_the_table_of_points_is_in_si_units_to_the_last_bit(table, studies, cont
     assert float(rough["youngs_modulus_2"]) == 70e9
 
 
-def test_invalid_points_are_in_the_table_with_the_reason_and_doubts_once_each(
-    table, studies, content
-):
+def test_invalid_points_are_in_the_table_with_the_reason_and_doubts_once_each(studies, content):
     content["invalid"] = "skip"
     content["vary"] = {"tangential_ratio": [0.8, 1.5]}
     good, bad = table(studies.load(content))

@@ -59,14 +59,8 @@ def test_the_same_case_said_otherwise_has_the_same_id():
     st.one_of(st.just(math.inf), st.floats(1e8, 1e12)),
 )
 def test_ids_are_safe_in_paths_and_shells(load, friction, ratio, limit):
-    case = study_case(
-        load=load,
-        friction=friction,
-        tangential_load=None,
-        tangential_ratio=ratio,
-        plastic_limit=limit,
-        cell=None,
-    )
+    given = {"load": load, "friction": friction, "tangential_ratio": ratio}
+    case = study_case(**given, tangential_load=None, plastic_limit=limit, cell=None)
     assert re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_.-]{1,100}", case.case_id)
 
 
