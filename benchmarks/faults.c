@@ -78,6 +78,7 @@ extern char **environ;
 /* Puts a copy of the folder in its place for this process alone, with all that is open there. */
 static void enter_copy(const char *copy) {
     static char of[OPENED][256];
+    static struct stat nameless[OPENED];
     struct stat about;
     char link[64], said[PATH_MAX + 128];
     char *command[] = {"cp", "-a", folder, (char *)copy, NULL};
@@ -96,13 +97,16 @@ static void enter_copy(const char *copy) {
     for (int file = 3; file < OPENED; file++) {
         if (of[file][0] != '/' || fstat(file, &about) || !S_ISREG(about.st_mode)) continue;
         int flags = fcntl(file, F_GETFL) & ~(O_CREAT | O_EXCL | O_TRUNC);
-        int same = syscall(SYS_openat, AT_FDCWD, of[file], flags & ~O_TMPFILE, 0);
-        if (same < 0 && strncmp(of[file], folder, strlen(folder))) continue;
+        int first = 3;
+        while (first < file && (nameless[first].st_ino != about.st_ino || nameless[first].st_dev != about.st_dev)) first++;
+        snprintf(link, sizeof link, "/proc/self/fd/%d", first);
+        int same = syscall(SYS_openat, AT_FDCWD, first < file ? link : of[file], flags & ~O_TMPFILE, 0);
         if (same < 0 && (same = memfd_create("nameless", 0)) >= 0) { /* has no name, or lost it */
             static char block[1 << 16];
             ssize_t n;
             for (off_t at = 0; (n = syscall(SYS_pread64, file, block, sizeof block, at)) > 0; at += n)
                 syscall(SYS_pwrite64, same, block, n, at);
+            nameless[file] = about;
         }
         syscall(SYS_lseek, same, syscall(SYS_lseek, file, 0, SEEK_CUR), SEEK_SET);
         syscall(SYS_dup3, same, file, O_CLOEXEC);

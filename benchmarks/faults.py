@@ -1,13 +1,14 @@
 """Fail every operation of a small study, and the power, and see what is left.
 
 ``python -m benchmarks.faults`` writes the table of docs/reliability.md; ``--every N`` tries every
-N-th point only. One process, into which ``faults.c`` is preloaded, computes, merges, draws and
-reports a study. At each of its operations on the files of the results, and at each new place where
-it takes memory, it forks once for each fault. The child goes on in a copy of the folder, where
-this operation fails or a signal arrives, until its command ends. Each different folder that is left
-is then given to the same commands again, undisturbed; one that a command has left before is not
-followed again. The clock stands still, so that the same results are the same bytes. As root on
-Linux: the copy is mounted in the place of the folder.
+N-th point only. A process, into which ``faults.c`` is preloaded, computes, merges, draws and
+reports a study; another, beside it, does so for the faults of memory. At each of its operations on
+the files of the results, and at each new place where it takes memory, it forks once for each fault.
+The child goes on in a copy of the folder, where this operation fails or a signal arrives, until its
+command ends. Each different folder that is left is then given to the same commands again,
+undisturbed; one that a command has left before is not followed again. The clock stands still, so
+that the same results are the same bytes. As root on Linux: the copy is mounted in the place of the
+folder.
 """
 
 from __future__ import annotations
@@ -488,6 +489,35 @@ def write_rows(begin: str, head: str, rows: dict[str, str], end: str) -> None:
     PAGE.write_text(f"{before}{begin}{head}{table}\n{end}{after}", encoding="utf-8")
 
 
+def in_two(library: Path, options: argparse.Namespace) -> int:
+    """Try the faults of memory in one process and the others beside it; write the table of all."""
+    build = ["cc", "-shared", "-fPIC", "-O1", "-o", library, HERE / "faults.c", "-ldl"]
+    subprocess.run(build, check=True)
+    environment = {**os.environ, "LD_PRELOAD": str(library), "OMP_NUM_THREADS": "1"}
+    command = [sys.executable, "-m", "benchmarks.faults", *sys.argv[1:]]
+    memory = (f"(?=no memory).*({options.only})", "0")
+    others = (f"(?!no memory).*({options.only})", str(options.power))
+    started = [
+        subprocess.Popen(
+            [*command, "--only", only, "--power", power],
+            env=environment, stdout=subprocess.PIPE, text=True,
+        )
+        for only, power in (others, memory)
+    ]  # fmt: skip
+    said = [process.communicate()[0] for process in started]
+    print(*said, sep="\n", flush=True)
+    lines = "\n".join(said).splitlines()
+    rows = {row.split(" | ")[0][2:]: row for row in lines if row.startswith("| ")}
+    if options.every == 1 and options.commands == len(COMMANDS):
+        head = (
+            "| fault | points tried | results lost or changed | tracebacks without a message "
+            "| ends without a word | hangs | files touched outside | files left over "
+            "| taken for a defect | crashes of a library |\n|---" + "|---:" * 9 + "|\n"
+        )
+        write_rows(BEGIN, head, rows, END)
+    return int(any(process.returncode for process in started))
+
+
 def main() -> None:
     """Run all faults and write the table."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -501,33 +531,20 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place).resolve()
         if not os.environ.get("LD_PRELOAD", "").endswith("faults.so"):
-            library = folder / "faults.so"
-            build = ["cc", "-shared", "-fPIC", "-O1", "-o", library, HERE / "faults.c", "-ldl"]
-            subprocess.run(build, check=True)
-            environment = {**os.environ, "LD_PRELOAD": str(library), "OMP_NUM_THREADS": "1"}
-            command = [sys.executable, "-m", "benchmarks.faults", *sys.argv[1:]]
-            sys.exit(subprocess.run(command, env=environment, check=False).returncode)
+            sys.exit(in_two(folder / "faults.so", options))
         library = ctypes.CDLL(os.environ["LD_PRELOAD"])
         library.faults_operations.restype = ctypes.c_long
         library.faults_freeze()
         (folder / "warm").mkdir()
         warm(folder / "warm", COMMANDS[: options.commands])
         trials = Trials(folder, library, options.commands)
-        chosen = {name: each for name, each in FAULTS.items() if re.search(options.only, name)}
+        chosen = {name: each for name, each in FAULTS.items() if re.match(options.only, name)}
         tallies = trials.sweep(chosen, options.every, folder / "record")
         if options.power:
             tallies.append(trials.without_power(folder / "record", options.power))
-        if re.search(options.only, "start"):
+        if re.match(options.only, "start"):
             tallies += trials.at_start()
-    rows = {tally.name: tally.row() for tally in tallies}
-    print("\n".join(rows.values()), flush=True)
-    if options.every == 1 and options.commands == len(COMMANDS):
-        head = (
-            "| fault | points tried | results lost or changed | tracebacks without a message "
-            "| ends without a word | hangs | files touched outside | files left over "
-            "| taken for a defect | crashes of a library |\n|---" + "|---:" * 9 + "|\n"
-        )
-        write_rows(BEGIN, head, rows, END)
+    print("\n".join(tally.row() for tally in tallies), flush=True)
     sys.exit(any(each for tally in tallies for each in tally.found))
 
 
