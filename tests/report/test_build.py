@@ -28,7 +28,7 @@ from fretwear.vocabulary import HEADLINES, RESULTS
 
 from ..studies import base, run_study, write_study
 
-VOID = {"meta", "link", "br", "img", "input", "hr", "mspace"}
+VOID = {"meta", "link", "br", "img", "input", "hr", "mspace", "wbr"}
 
 
 class Page(HTMLParser):

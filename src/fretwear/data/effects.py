@@ -121,32 +121,17 @@ def _cell(value: Any) -> Any:
 
 @dataclass(frozen=True)
 class Points:
-    """The finished points of a study as rows.
+    """The n finished points of a study as rows."""
 
-    Attributes
-    ----------
-    levels : mapping of str to tuple
-        The distinct values of each varied parameter: numbers in increasing order, text as in the
-        study.
-    places : array of int and shape (n, k)
-        Index of the level of each parameter at each point.
-    variables : mapping of str to Variable
-        The variables of the results, which may be per length in a line contact.
-    results : mapping of str to array of shape (n,)
-        Every scalar after the last cycle, SI units. A dissipated energy below a thousandth of its
-        first value is NaN: wear has ceased, and the rest is rounding.
-    parameters : mapping of str to array of shape (n,)
-        Every numeric parameter that differs between points.
-    ids : tuple of str
-        Case ids.
-    """
-
+    # The distinct values of each varied parameter: numbers increasing, text as in the study.
     levels: Mapping[str, tuple[Value, ...]]
-    places: Rows
-    variables: Mapping[str, Variable]
+    places: Rows  # shape (n, k): index of the level of each parameter at each point
+    variables: Mapping[str, Variable]  # of the results, in a line contact some are per length
+    # Every scalar after the last cycle, SI units, shape (n,). A dissipated energy below a
+    # thousandth of its first value is NaN: wear has ceased, and the rest is rounding.
     results: Mapping[str, Array]
-    parameters: Mapping[str, Array]
-    ids: tuple[str, ...]
+    parameters: Mapping[str, Array]  # numeric ones that differ between points, shape (n,)
+    ids: tuple[str, ...]  # of the cases
 
     @classmethod
     def of(cls, summary: Merged) -> Points:
@@ -222,29 +207,15 @@ class Points:
 
 @dataclass(frozen=True)
 class Effect:
-    """The effect of a parameter on a result, pair by pair.
-
-    Attributes
-    ----------
-    points : Points
-        The points of the study.
-    parameter, result : str
-        Names of the parameter and the result.
-    low, high : array of int and shape (m,)
-        Rows of the points of each pair, that with the lower level first.
-    line : array of int and shape (m,)
-        Number of the line of points, in which nothing else differs, that each pair belongs to.
-    factors : array of shape (m,)
-        Result at `high` over that at `low`; NaN where one of them is zero or has ceased.
-    """
+    """The effect of a parameter on a result, for each of m pairs of points."""
 
     points: Points
     parameter: str
     result: str
-    low: Rows
-    high: Rows
-    line: Rows
-    factors: Array
+    low: Rows  # of the point of each pair that has the lower level
+    high: Rows  # of the other
+    line: Rows  # number of the line of points, in which nothing else differs, of each pair
+    factors: Array  # result at `high` over that at `low`; NaN where one is zero or has ceased
 
     @cached_property
     def _ends(self) -> tuple[Rows, Rows]:

@@ -29,36 +29,21 @@ _CERTAINTY = (2.5, 97.5)
 
 @dataclass(frozen=True)
 class Indices:
-    """The share of the variance of a result that each parameter explains.
+    """The share of the variance of a result that each of d parameters explains."""
 
-    Attributes
-    ----------
-    first, total : array of shape (d,)
-        Indices of each parameter alone, and with all its interactions.
-    first_range, total_range : array of shape (2, d)
-        Their 95 % intervals, from the covariance of the coefficients of the emulator.
-    quality : float
-        Share of the variance that the emulator predicts at points left out of it, 1 at best.
-    of_logarithm : bool
-        Whether they refer to the logarithm of the result.
-    """
-
-    first: Array
-    total: Array
+    first: Array  # shape (d,): each parameter alone
+    total: Array  # with all its interactions
+    # 95 % intervals, shape (2, d), from the covariance of the coefficients of the emulator.
     first_range: Array
     total_range: Array
-    quality: float
-    of_logarithm: bool = False
+    quality: float  # share of the variance predicted at points left out of the emulator, 1 at best
+    of_logarithm: bool = False  # whether they refer to the logarithm of the result
 
 
 def unit_points(summary: Merged) -> tuple[Array, tuple[int, ...]]:
-    """Return the finished points of a sampled study in the unit cube.
+    """Return the finished points of a sampled study in the unit cube, shape (n, d).
 
-    Returns
-    -------
-    array of shape (n, d), tuple of d int
-        Positions from 0 to 1 in the range of each parameter; and for each parameter the number of
-        listed values it was drawn from, 0 for a range.
+    With it comes for each parameter the number of listed values it was drawn from, 0 for a range.
     """
     points = Points.of(summary)
     columns, sizes = [], []

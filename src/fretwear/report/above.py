@@ -33,19 +33,11 @@ _LEVELS = 255
 
 @dataclass(frozen=True)
 class View:
-    """A contact from above at some snapshots; SI units.
+    """A contact from above at k snapshots; SI units."""
 
-    Attributes
-    ----------
-    x, y : array of shape (n,), (m,)
-        Middles of squares of cells, to a little beyond the contact.
-    fields : mapping of str to array of shape (k, n, m)
-        Means over these squares of the fields of `MAPS`.
-    """
-
-    x: Array
-    y: Array
-    fields: Mapping[str, Array]
+    x: Array  # shape (n,): middles of squares of cells, to a little beyond the contact
+    y: Array  # shape (m,)
+    fields: Mapping[str, Array]  # shape (k, n, m): means of the fields of `MAPS` over the squares
 
     def packed(self, units: Mapping[str, Unit]) -> dict[str, Any]:
         """Return what JSON has of it: each map in steps of a 255th of its largest value."""
@@ -60,17 +52,10 @@ class View:
 
 
 class Above(NamedTuple):
-    """What is shown of the surfaces of a case beside its profiles.
+    """What is shown of the surfaces of a case beside its profiles."""
 
-    Attributes
-    ----------
-    view : View or None
-        The contact from above; None where it is even along both axes.
-    heights : pair of arrays or None
-        Heights, m, above which each per cent of a rough contact lies, before and after wear.
-    """
-
-    view: View | None = None
+    view: View | None = None  # the contact from above, where it is not even along both axes
+    # Heights, m, above which each per cent of a rough contact lies, before and after wear.
     heights: tuple[Array, Array] | None = None
 
 

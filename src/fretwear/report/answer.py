@@ -35,25 +35,13 @@ _NUMERICS = ("hertz_", "cell_", "tolerance")
 
 @dataclass(frozen=True)
 class Claim:
-    """What some pairs of cases say of a parameter, and which pairs these are.
+    """What some pairs of cases say of a parameter, and which pairs these are."""
 
-    Attributes
-    ----------
-    effect : Effect
-        The parameter, the result and the factors of all pairs.
-    pairs : array of bool and shape (m,)
-        The pairs of which it is said.
-    low, high : int
-        From which level to which: places among the levels of the parameter.
-    where : str
-        In which of the cases, in words; empty: in all.
-    """
-
-    effect: Effect
-    pairs: NDArray[np.bool_]
-    low: int
-    high: int
-    where: str = ""
+    effect: Effect  # the parameter, the result and the factors of all m pairs
+    pairs: NDArray[np.bool_]  # shape (m,): of which pairs it is said
+    low: int  # from which level of the parameter, by its place among them
+    high: int  # to which
+    where: str = ""  # in which of the cases, in words; empty: in all
 
     @classmethod
     def whole(cls, effect: Effect) -> Claim:
@@ -157,31 +145,17 @@ class Finding:
 
 @dataclass(frozen=True)
 class Answer:
-    """What a study says of one result.
-
-    Attributes
-    ----------
-    name, label : str
-        The result, and what it is called.
-    values : str
-        Its range after the last cycle.
-    headline : str
-        Which parameter matters most; empty where no two cases differ in one parameter alone.
-    rest : str
-        More about it, which a narrow screen leaves out.
-    findings : tuple of Finding
-        What every parameter does, the most important first; none for a sampled study.
-    indices : Indices or None
-        Of a sampled study whose emulator is good enough.
-    """
+    """What a study says of one result."""
 
     name: str
     label: str
-    values: str
+    values: str  # its range after the last cycle
+    # Which parameter matters most; empty where no two cases differ in one parameter alone.
     headline: str
-    rest: str = ""
+    rest: str = ""  # more about it, which a narrow screen leaves out
+    # What every parameter does, the most important first; none for a sampled study.
     findings: tuple[Finding, ...] = ()
-    indices: Indices | None = None
+    indices: Indices | None = None  # of a sampled study whose emulator is good enough
 
 
 def answers(summary: Merged) -> Iterator[Answer]:

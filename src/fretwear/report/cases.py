@@ -21,48 +21,26 @@ _LIBRARIES = ("numpy", "scipy", "xarray", "netCDF4", "matplotlib")
 
 
 class Residuals(NamedTuple):
-    """How well stored fields meet the equations.
+    """How well stored fields meet the equations."""
 
-    Attributes
-    ----------
-    load, tangential_load : float
-        By how much the integral of the pressure misses P, and that of the shear traction Q,
-        relative to these.
-    complementarity : float
-        Largest product of pressure and gap in a cell, relative to the peak pressure times the
-        Hertz approach a²/R: that of rough bodies may be zero.
-    """
-
-    load: float
-    tangential_load: float
+    load: float  # by how much the integral of the pressure misses P, relative to it
+    tangential_load: float  # and that of the shear traction Q
+    # Largest product of pressure and gap in a cell, relative to the peak pressure times the Hertz
+    # approach a²/R: that of rough bodies may be zero.
     complementarity: float
 
 
 @dataclass(frozen=True)
 class Numerics:
-    """How one case was computed.
+    """How one case was computed."""
 
-    Attributes
-    ----------
-    source : str
-        Version of the program that wrote the file.
-    parameters : mapping of str to float
-        Parameters by name, those that are numbers.
-    cells, steps, convolutions : int
-        Numbers of cells stored, of accepted steps, and of convolutions.
-    error : float
-        Largest error estimate of a step.
-    residuals : Residuals
-        Of the worst snapshot.
-    """
-
-    source: str
-    parameters: Mapping[str, float]
-    cells: int
-    steps: int
+    source: str  # version of the program that wrote the file
+    parameters: Mapping[str, float]  # those that are numbers
+    cells: int  # that are stored
+    steps: int  # that were accepted
     convolutions: int
-    error: float
-    residuals: Residuals
+    error: float  # largest estimate of the error of a step
+    residuals: Residuals  # of the worst snapshot
 
 
 def examine(path: Path) -> Numerics:
@@ -103,16 +81,10 @@ def examine(path: Path) -> Numerics:
 def residuals(
     fields: Mapping[str, NDArray[np.floating]], parameters: Mapping[str, float], copies: int
 ) -> Residuals:
-    """Integrate and multiply the fields of one snapshot.
+    """Integrate and multiply the fields of one snapshot: pressure, shear traction and gap.
 
-    Parameters
-    ----------
-    fields : mapping of str to array of shape (nx, ny), or (nx,) in a line contact
-        ``pressure``, ``shear_traction`` and ``gap`` in SI units.
-    parameters : mapping of str to float
-        Parameters of the case.
-    copies : int
-        How many of the stored part make the whole contact.
+    They are SI, of shape (nx, ny), or (nx,) in a line contact; so many `copies` of the stored part
+    make the whole contact.
     """
     pressure, shear, gap = (fields[name].astype(np.float64) for name in _EXAMINED)
     area = copies * parameters["cell_x"] * (parameters["cell_y"] if pressure.ndim == 2 else 1.0)

@@ -19,7 +19,7 @@ from fretwear.data.merge import PROFILES as MERGED
 from fretwear.data.positions import representative_cycles
 from fretwear.report.above import MAPS, MOST_SQUARES, Above
 from fretwear.report.page import compressed
-from fretwear.report.results import PointResult, levels_of, variable_of
+from fretwear.report.results import PointResult, display_units, levels_of, variable_of
 from fretwear.study.case import Case
 from fretwear.study.parameters import parameter
 from fretwear.study.plan import Plan
@@ -50,33 +50,15 @@ class Explorer(NamedTuple):
 
 
 class Curves(NamedTuple):
-    """One case along x on the line nearest y = 0, and over the cycles; SI units.
+    """One case along x on the line nearest y = 0, and over the cycles; SI units."""
 
-    Attributes
-    ----------
-    x : array of shape (n,)
-        Positions, to a little beyond the largest contact.
-    cycles : array of shape (k,)
-        Snapshots; of more than 60, representative ones.
-    profiles : mapping of str to array of shape (k, n)
-        The fields of `PROFILES`.
-    states : array of int8 and shape (k, n)
-        State of the contact.
-    numbers : mapping of str to array of shape (k,)
-        The `HEADLINES` at every snapshot.
-    history : mapping of str to array of shape (m,)
-        ``cycle``, half-widths and wear volume at every step.
-    friction : float or None
-        Coefficient of friction, where it is the same in all cycles.
-    """
-
-    x: Array
-    cycles: Array
-    profiles: Mapping[str, Array]
-    states: NDArray[np.int8]
-    numbers: Mapping[str, Array]
-    history: Mapping[str, Array]
-    friction: float | None
+    x: Array  # shape (n,): positions, to a little beyond the largest contact
+    cycles: Array  # shape (k,): snapshots; of more than 60, representative ones
+    profiles: Mapping[str, Array]  # shape (k, n): the fields of `PROFILES`
+    states: NDArray[np.int8]  # shape (k, n): state of the contact
+    numbers: Mapping[str, Array]  # shape (k,): the `HEADLINES` at every snapshot
+    history: Mapping[str, Array]  # at every step: ``cycle``, half-widths and wear volume
+    friction: float | None  # its coefficient, where it is the same in all cycles
 
 
 def read_curves(path: Path, plan: Plan, places: Sequence[int]) -> dict[str, Curves]:
@@ -132,22 +114,9 @@ def _curves(
 def held_points(plan: Plan, results: Sequence[PointResult], most: int = _MOST_CASES) -> list[int]:
     """Select points that span the study evenly and whose profiles are not too long together.
 
-    A grid stays one: its axes are thinned, the longest first, and keep their ends, so that every
+    They are increasing positions in ``plan.points``, at least one of a point that is done. A grid
+    stays one: its axes are thinned, the longest first, and keep their ends, so that every
     combination of the remaining values is there.
-
-    Parameters
-    ----------
-    plan : Plan
-        The study's plan.
-    results : sequence of PointResult
-        What became of its points, in their order.
-    most : int
-        How many points at most.
-
-    Returns
-    -------
-    list of int
-        Positions in ``plan.points``, increasing; at least one that is done, if there is one.
     """
     count = len(plan.points)
     lengths = [
@@ -156,9 +125,8 @@ def held_points(plan: Plan, results: Sequence[PointResult], most: int = _MOST_CA
         for point in (plan.points[place] for place in evenly(count, _MOST_CASES))
         if point.case is not None and point.estimate is not None
     ]
-    most = (
-        min(most, max(1, _MOST_VALUES * len(lengths) // max(1, sum(lengths)))) if lengths else most
-    )
+    if lengths:
+        most = min(most, max(1, _MOST_VALUES * len(lengths) // max(1, sum(lengths))))
     if plan.study.design.kind == "grid" and count > most:
         kept = set(product(*thinned_levels([len(axis.values) for axis in plan.study.axes], most)))
         places = [place for place, planned in enumerate(plan.points) if planned.index in kept]
@@ -190,30 +158,18 @@ def build_explorer(
     curves: Mapping[str, Curves],
     above: Mapping[str, Above],
 ) -> Explorer | None:
-    """Pack what can be explored of a study.
+    """Pack what can be explored of a study; None when no case is done.
 
-    Parameters
-    ----------
-    plan : Plan
-        The study's plan.
-    results : sequence of PointResult
-        What became of its points, in their order.
-    places : sequence of int
-        The points it holds, from `held_points`.
-    curves : mapping of str to Curves
-        Their cases, by id, from `read_curves`.
-    above : mapping of str to Above
-        Their surfaces, by id, from `read_above`.
-
-    Returns
-    -------
-    Explorer or None
-        None when no case is done.
+    These are the points at the `places` from `held_points`, with curves and surfaces by case id
+    from `read_curves` and `read_above`.
     """
     if not curves:
         return None
     ids = list(curves)
-    units = _units(list(curves.values()), results)
+    units = display_units(results)
+    # Depths and gaps are compared by eye.
+    units |= dict.fromkeys(("gap", "wear_depth"), units["maximum_wear_depth"])
+    units |= {name: RESULTS[name].unit or units[name] for name in PROFILES}
     heights = [each for one in above.values() for each in one.heights or ()]
     height = readable_unit(np.concatenate([np.zeros(1), *heights]), "m")
     held = [results[place] for place in places]
@@ -261,21 +217,6 @@ def _axes(plan: Plan, places: Sequence[int]) -> list[dict[str, Any]]:
         words = parameter(axis.coordinate).words
         axes.append({"words": words, "levels": [[level, texts[level]] for level in levels]})
     return axes
-
-
-def _units(curves: Sequence[Curves], results: Sequence[PointResult]) -> dict[str, Unit]:
-    """Return the unit of every result, one for all cases; depths and gaps have the same."""
-
-    def fitting(name: str) -> Unit:
-        values = np.concatenate([each.numbers[name] for each in curves])
-        return readable_unit(values, variable_of(name, results).si_unit)
-
-    depths = ("gap", "wear_depth", "maximum_wear_depth")
-    depth = fitting("maximum_wear_depth")
-    return {
-        name: depth if name in depths else variable_of(name, results).unit or fitting(name)
-        for name in (*PROFILES, *HEADLINES)
-    }
 
 
 def _words(
@@ -347,16 +288,7 @@ def run_lengths(states: Array) -> list[int]:
 def differences(row: Array) -> dict[str, Any]:
     """Round a row to a 10 000th of its largest value; neighbours differ by small integers then.
 
-    Parameters
-    ----------
-    row : array of shape (n,)
-        The values; NaN where there is none.
-
-    Returns
-    -------
-    dict
-        ``scale`` and ``steps``: a value is `scale` times the sum of all steps up to its own,
-        which is None where there is no value.
+    A value is ``scale`` times the sum of all ``steps`` up to its own, None where it is NaN.
     """
     known = np.isfinite(row)
     scale = float(np.abs(row[known]).max(initial=0.0)) / _LEVELS

@@ -48,34 +48,18 @@ class Ensemble(NamedTuple):
 
 @dataclass(frozen=True)
 class PointResult:
-    """What became of one point of a study.
+    """What became of one point of a study."""
 
-    Attributes
-    ----------
-    number : int
-        Place in the study, from 1.
-    id : str
-        Case id, empty when invalid.
-    status, reason : PointStatus, str
-        Whether it is done, and why not.
-    levels : mapping of str to Level
-        Varied values by the name of their parameter.
-    values : mapping of str to float
-        The `HEADLINES` after the last cycle in SI units; empty when not done.
-    errors : mapping of str to float
-        Estimated errors of these, relative to them, as far as they are known.
-    in_line : bool
-        Whether it is a line contact, whose volumes and energies are per length.
-    """
-
-    number: int
-    id: str
+    number: int  # place in the study, from 1
+    id: str  # of the case, empty when invalid
     status: PointStatus
-    reason: str
-    levels: Mapping[str, Level]
+    reason: str  # why it is not done
+    levels: Mapping[str, Level]  # varied values by the name of their parameter
+    # The `HEADLINES` after the last cycle in SI units; empty when not done.
     values: Mapping[str, float] = field(default_factory=dict)
+    # Estimated errors of these, relative to them, as far as they are known.
     errors: Mapping[str, float] = field(default_factory=dict)
-    in_line: bool = False
+    in_line: bool = False  # a line contact, whose volumes and energies are per length
 
     @property
     def done(self) -> bool:
@@ -91,19 +75,8 @@ class PointResult:
 def point_results(plan: Plan, summary: Merged, failures: Mapping[str, str]) -> list[PointResult]:
     """Return the key results of every point, in the order of the study.
 
-    Parameters
-    ----------
-    plan : Plan
-        The study's plan.
-    summary : xarray.Dataset
-        The merged study.
-    failures : mapping of str to str
-        Reasons by case id, for points that failed.
-
-    Raises
-    ------
-    DataFileError
-        When `summary` is not that of the plan's study as it is now.
+    `failures` are reasons by case id. It is a `DataFileError` when the summary is not that of the
+    plan's study as it is now.
     """
     layout = StudyLayout(plan.study)
     _check_points(plan, layout, summary)
