@@ -26,7 +26,13 @@ compiled = pytest.importorskip(
 SHAPES = [(1, 1), (3, 5), (7, 13), (40, 67), (2, 40_000)]
 
 
+# Of the wear of a stage: none, tiny, common and huge.
+EXPONENTS = (0.0, 1e-15, 1e-9, 2e-5, 4e-5, 150.0, 1e4)
+
+
 class Fields:
+    """Fields of one shape, drawn in the order in which they are asked for."""
+
     def __init__(self, shape, seed=0):
         self.shape, self._random = shape, np.random.default_rng(seed)
 
@@ -49,69 +55,63 @@ class Fields:
         """Open cells, free ones and ones at the limit of 1."""
         return np.clip(self._random.normal(0.5, 0.8, self.shape), 0.0, 1.0)
 
+    def loaded(self):
+        return self.pressure() + 0.1
 
-def calls(f):
-    """What each kernel is called with, by its name and a variant."""
-    return {
-        "inner": lambda: (f.single(), f.single()),
-        "inner of doubles": lambda: (f.double(), f.double()),
-        "total": lambda: (f.single(),),
-        "project_mean": lambda: (0.3, f.inside(), f.single()),
-        "weigh": lambda: (f.single(), f.single(), f.single()),
-        "update_direction": lambda: (0.7, f.single(), f.single()),
-        "add_layer": lambda: (f.single(), f.single(), f.single()),
-        "add_layer without a layer": lambda: (None, f.single(), f.single()),
-        "advance": lambda: (0.7, *(f.single() for _ in range(5))),
-        "recover_displacement": lambda: (f.single(), f.single(), f.single(), 0.3, f.single()),
-        "recover_displacement without a layer": lambda: (
-            f.single(), None, f.single(), 0.3, f.single(),
-        ),
-        "level": lambda: (1.0, f.double(), f.double(), f.pressure()),
-        "level saturated": lambda: (1.0, f.double(), f.double(), np.ones(f.shape)),
-        "evaluate": lambda: (f.double(), f.pressure(), 1.0, 0.3, 0.1, f.double(), f.mask()),
-        "evaluate elastic": lambda: (
-            f.double(), f.pressure() + 0.1, np.inf, 0.3, 0.1, f.double(), f.mask(),
-        ),
-        "evaluate saturated": lambda: (
-            f.double(), np.ones(f.shape), 1.0, 0.3, 0.1, f.double(), f.mask(),
-        ),
-        "scale_step": lambda: (
-            f.pressure(), f.double(), f.single(), 0.3, f.single(), 0.01, f.double(),
-        ),
-        "descent": lambda: (f.double(), f.double()),
-        "move": lambda: (
-            0.8, f.double(), 1.0, f.single(), 0.3, 0.1, f.double(), f.pressure(), f.double(),
-            f.double(),
-        ),
-        "scale_and_clip": lambda: (1.3, 1.0, 1.0, None, f.pressure()),
-        "scale_and_clip weighted": lambda: (0.7, 1.0, 0.9, f.positive(), f.pressure()),
-        "scale_and_clip elastic": lambda: (1.3, np.inf, np.inf, None, f.double()),
-        "wear": lambda: (*_stage(f), f.double(), f.double()),
-        "wear without flow": lambda: (*_stage(f), None, f.double()),
-        "wear_slope": lambda: (*_stage(f, start=False), f.double(), 1.7, f.single()),
-        "wear_slope without flow": lambda: (
-            *_stage(f, start=False), None, 1.7, f.single(),
-        ),
-    }  # fmt: skip
+    def full(self):
+        return np.ones(self.shape)
+
+    def relieved(self):
+        """Pressure of none in the cells that have the exponents of ``known`` alone."""
+        pressure = self.pressure()
+        pressure.flat[: len(EXPONENTS)] = 0.0
+        return pressure
+
+    def known(self):
+        known = 2.0 * self.positive()
+        known.flat[: len(EXPONENTS)] = EXPONENTS[: known.size]
+        return known
+
+
+# What each kernel is called with, by its name and a variant: fields by their kind.
+STAGE = ("relieved", 1.7, "known")
+CALLS = {
+    "inner": ("single", "single"),
+    "inner of doubles": ("double", "double"),
+    "total": ("single",),
+    "project_mean": (0.3, "inside", "single"),
+    "weigh": ("single", "single", "single"),
+    "update_direction": (0.7, "single", "single"),
+    "add_layer": ("single", "single", "single"),
+    "add_layer without a layer": (None, "single", "single"),
+    "advance": (0.7, *("single",) * 5),
+    "recover_displacement": ("single", "single", "single", 0.3, "single"),
+    "recover_displacement without a layer": ("single", None, "single", 0.3, "single"),
+    "level": (1.0, "double", "double", "pressure"),
+    "level saturated": (1.0, "double", "double", "full"),
+    "evaluate": ("double", "pressure", 1.0, 0.3, 0.1, "double", "mask"),
+    "evaluate elastic": ("double", "loaded", np.inf, 0.3, 0.1, "double", "mask"),
+    "evaluate saturated": ("double", "full", 1.0, 0.3, 0.1, "double", "mask"),
+    "scale_step": ("pressure", "double", "single", 0.3, "single", 0.01, "double"),
+    "descent": ("double", "double"),
+    "move": (0.8, "double", 1.0, "single", 0.3, 0.1, "double", "pressure", "double", "double"),
+    "scale_and_clip": (1.3, 1.0, 1.0, None, "pressure"),
+    "scale_and_clip weighted": (0.7, 1.0, 0.9, "positive", "pressure"),
+    "scale_and_clip elastic": (1.3, np.inf, np.inf, None, "double"),
+    "wear": (*STAGE, "positive", "positive", "double", "double"),
+    "wear without flow": (*STAGE, "positive", "positive", None, "double"),
+    "wear_slope": (*STAGE, "positive", "double", 1.7, "single"),
+    "wear_slope without flow": (*STAGE, "positive", None, 1.7, "single"),
+}
 
 
 PASSES = {name: each for name, each in vars(kernels).items() if isinstance(each, kernels.Pass)}
 IN_NUMPY = {name: each.in_numpy for name, each in PASSES.items()}
-VARIANTS = list(calls(Fields((1, 1))))
-NAMES = {variant.split()[0] for variant in VARIANTS}
+NAMES = {variant.split()[0] for variant in CALLS}
 
 
 def arguments(variant, f):
-    return calls(f)[variant]()
-
-
-def _stage(f, *, start=True):
-    """Pressure, rate, known exponent, wear, reduced gap; exponents of 0, tiny, common and huge."""
-    pressure, known = f.pressure(), 2.0 * f.positive()
-    for exponent in (0.0, 1e-15, 1e-9, 2e-5, 4e-5, 150.0, 1e4):
-        cell = tuple(f._random.integers(0, f.shape))
-        pressure[cell], known[cell] = 0.0, exponent
-    return [pressure, 1.7, known, *([f.positive()] if start else []), f.positive()]
+    return [getattr(f, each)() if isinstance(each, str) else each for each in CALLS[variant]]
 
 
 def as_tuple(result):
@@ -136,7 +136,7 @@ def test_every_kernel_is_compiled_and_compared():
 
 
 @pytest.mark.parametrize("shape", SHAPES, ids=str)
-@pytest.mark.parametrize("variant", VARIANTS)
+@pytest.mark.parametrize("variant", CALLS)
 def test_a_compiled_pass_does_what_numpy_does(variant, shape):
     name = variant.split()[0]
     ours, theirs = (arguments(variant, Fields(shape)) for _ in range(2))
@@ -166,7 +166,7 @@ def test_a_compiled_pass_does_what_numpy_does(variant, shape):
     assert changed <= writes.get(name, 1)
 
 
-@pytest.mark.parametrize("variant", VARIANTS)
+@pytest.mark.parametrize("variant", CALLS)
 def test_a_team_does_what_one_thread_does_to_the_last_bit(variant):
     """On more cells than go unshared."""
     name, shape = variant.split()[0], (500, 400)
@@ -205,8 +205,10 @@ def test_fields_to_be_read_lie_as_they_like_and_those_to_be_written_are_taken_as
     field, other, step = f.double(), f.double(), f.single()
     expected = IN_NUMPY["inner"](field, other)
     wide = np.repeat(field, 2, axis=1)
-    for same in (np.asfortranarray(field), wide[:, ::2]):
+    for same in (np.asfortranarray(field), wide[:, ::2], np.broadcast_to(field, (6, 9))):
         assert kernels.inner(ALONE, same, other) == pytest.approx(expected, rel=1e-14)
+    whole = step.round()
+    assert kernels.descent(ALONE, field, whole) == pytest.approx(IN_NUMPY["descent"](field, whole))
     for wrong in (f.double(), "field", None, np.zeros(3, np.float32)):
         with pytest.raises(TypeError):
             kernels.total(ALONE, wrong)
