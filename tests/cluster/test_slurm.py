@@ -14,7 +14,7 @@ from fretwear.data.files import open_summary
 from fretwear.running.workflow import StudyJobs
 from fretwear.study.study import load_study
 
-from .checkout import documented_commands, eventually
+from .conftest import documented_commands, eventually
 
 OFF = "needs a cluster made of this machine alone: .ci/with-slurm pytest tests/cluster"
 

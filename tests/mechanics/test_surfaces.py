@@ -291,11 +291,7 @@ def test_a_flat_punch_is_moved_over_the_slope_of_its_loop():
     """U = µ [δ(P) − δ(P*)] + µ F (P − P*), F what C_t has beyond dδ/dP of the contact."""
     indenter = {"kind": "flat_punch", "flat_half_width": "100 um", "edge_radius": "10 mm"}
     given = case(
-        indenter,
-        20e3,
-        None,
-        displacement_ratio=0.6,
-        tangential_compliance="0.02 um/(N/mm)",
+        indenter, 20e3, None, displacement_ratio=0.6, tangential_compliance="0.02 um/(N/mm)"
     )
     problem = wear_problem(given)
     state = first_loading(problem)
