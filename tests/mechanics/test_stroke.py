@@ -173,7 +173,7 @@ def rubbing(stroke, coefficients=(1e-14, 1e-14), cells=8, **changes):
     return fretting(cells, loading=loading, wear_law=law, **changes)
 
 
-@pytest.mark.parametrize("problem", [sliding(0.04 * A, cells=16), rubbing(0.04)])
+@pytest.mark.parametrize("problem", [sliding(0.04 * A, cells=16), rubbing(0.04, 2e-14)])
 def test_a_short_stroke_is_a_fixed_contact(problem):
     """Against the integrator of contacts that stay where they are, with the same slip."""
     assert positions(problem)[0] == [0.0]

@@ -44,8 +44,24 @@ class Sliding:
         return load, hertz.with_load(load).approach
 
 
-class Pressed(Part):
-    """Parts with loads, which are forces or, in a line contact, forces per length."""
+class Imposed(Part):
+    """What is imposed, a parameter of the name of its kind.
+
+    Loads are forces or, in a line contact, forces per length.
+    """
+
+    letter: ClassVar[str] = ""  # stands for it in the id of a case
+
+    @property
+    def slug(self) -> str:
+        """Letter and value: ``P50N``, of a line contact ``P18.5N_mm``; ``d2.2um``, ``X0.8``."""
+        if not self.letter:
+            return self.kind
+        value, about = getattr(self, self.kind), self.parameters()[self.kind]
+        scale, unit = {"N": (1.0, "N"), "m": (1e6, "um"), "1": (1.0, "")}[about.si_unit]
+        if isinstance(value, PerLength):
+            scale, unit = 1e-3, "N_mm"
+        return f"{self.letter}{value * scale:.4g}{unit}"
 
     def in_line(self) -> Self:
         """The same in a line contact: bare numbers are forces per length."""
@@ -54,13 +70,7 @@ class Pressed(Part):
         return replace(self, **per_length) if per_length else self  # type: ignore[type-var]
 
 
-def load_slug(load: float) -> str:
-    """Return a force, or a force per length, for the id of a case: ``50N``, ``18.5N_mm``."""
-    number, unit = (load * 1e-3, "N_mm") if isinstance(load, PerLength) else (load, "N")
-    return f"{number:.4g}{unit}"
-
-
-class Normal(Pressed):
+class Normal(Imposed):
     """The normal loading."""
 
     def hertz(self, smooth: HertzContact) -> HertzContact:
@@ -88,6 +98,7 @@ class NormalLoad(Normal):
         "Constant normal load P, of a cylinder per length, such as 18.5 N/mm. Or give indentation.",
     ]
     kind: Literal["load"] = "load"
+    letter: ClassVar[str] = "P"
 
     def hertz(self, smooth: HertzContact) -> HertzContact:
         """Contact under P."""
@@ -97,11 +108,6 @@ class NormalLoad(Normal):
     def given(self) -> tuple[float, None]:
         """The load P."""
         return self.load, None
-
-    @property
-    def slug(self) -> str:
-        """``P50N``, of a line contact ``P18.5N_mm``."""
-        return f"P{load_slug(self.load)}"
 
 
 @dataclass(frozen=True)
@@ -114,6 +120,7 @@ class Indentation(Normal):
         "Constant approach d of the bodies, instead of load.",
     ]
     kind: Literal["indentation"] = "indentation"
+    letter: ClassVar[str] = "d"
 
     def hertz(self, smooth: HertzContact) -> HertzContact:
         """Contact at the approach d."""
@@ -124,13 +131,8 @@ class Indentation(Normal):
         """The approach d."""
         return None, self.indentation
 
-    @property
-    def slug(self) -> str:
-        """``d2.2um``."""
-        return f"d{self.indentation * 1e6:.4g}um"
 
-
-class Loading(Pressed):
+class Loading(Imposed):
     """The tangential loading, which oscillates along x between an amplitude and its negative.
 
     A force unless a kind says otherwise: all of it follows from `load_ratio`. ``friction`` is µ,
@@ -199,17 +201,13 @@ class TangentialRatio(Loading):
         "Tangential load as Q/(µP), less than 1. Or give tangential_load.",
     ]
     kind: Literal["tangential_ratio"] = "tangential_ratio"
+    letter: ClassVar[str] = "X"
 
     is_ratio: ClassVar[bool] = True
 
     def load_ratio(self, *_: float) -> float:
         """X = Q/(µP), as given."""
         return self.tangential_ratio
-
-    @property
-    def slug(self) -> str:
-        """``X0.8``, where Q is not constant."""
-        return f"X{self.tangential_ratio:.4g}"
 
 
 @dataclass(frozen=True)
@@ -224,6 +222,7 @@ class TangentialLoad(Loading):
         "Tangential load Q, less than µP. Or give tangential_ratio.",
     ]
     kind: Literal["tangential_load"] = "tangential_load"
+    letter: ClassVar[str] = "Q"
 
     def load_ratio(self, friction: float, load: float) -> float:
         """X = Q/(µP)."""
@@ -232,11 +231,6 @@ class TangentialLoad(Loading):
     def amplitude(self, *_: Any) -> float:
         """Q, N, as given."""
         return self.tangential_load
-
-    @property
-    def slug(self) -> str:
-        """``Q20N``."""
-        return f"Q{load_slug(self.tangential_load)}"
 
 
 @dataclass(frozen=True)
@@ -250,6 +244,7 @@ class SlidingAmplitude(Loading):
         "nothing goes into the elasticity of bodies and rig: half the stroke.",
     ]
     kind: Literal["sliding_amplitude"] = "sliding_amplitude"
+    letter: ClassVar[str] = "s"
 
     is_force: ClassVar[bool] = False
 
@@ -269,11 +264,6 @@ class SlidingAmplitude(Loading):
     def plain(self, *_: Any) -> Loading:
         """The same."""
         return self
-
-    @property
-    def slug(self) -> str:
-        """``s24.24um``."""
-        return f"s{self.sliding_amplitude * 1e6:.4g}um"
 
 
 @dataclass(frozen=True)
@@ -362,6 +352,7 @@ class DisplacementAmplitude(Displacement):
         "Amplitude U of the tangential displacement of distant points.",
     ]
     kind: Literal["displacement_amplitude"] = "displacement_amplitude"
+    letter: ClassVar[str] = "U"
 
     def displacement(self, *_: Any) -> float:
         """U, m, as given."""
@@ -379,7 +370,7 @@ class DisplacementAmplitude(Displacement):
     def slug(self) -> str:
         """``U1um``, and ``U1um-S28Npum`` over a rig."""
         rig = "" if math.isinf(self.rig_stiffness) else f"-S{self.rig_stiffness * 1e-6:.4g}Npum"
-        return f"U{self.displacement_amplitude * 1e6:.4g}um{rig}"
+        return super().slug + rig
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -217,27 +217,30 @@ class _Slider(tr_bdf2.Integrator):
         # Inverses of earlier steps are dropped, because a resumed run does not have them.
         self.rubbing.inverses.clear()
 
-        def stage(known: Array, sunk: Array, rates: Array, closed: Mask) -> tuple[Contacts, Array]:
+        def stage(known: Array, sunk: Array, rates: Array, closed: Mask) -> Contacts:
             compliance = self.opens * DIAGONAL * step * rates
-            found = self.rubbing.solve(self.opens * known + sunk, compliance, closed)
-            return found, rates * found.means
+            return self.rubbing.solve(self.opens * known + sunk, compliance, closed)
 
         middle, started = base.cycle + GAMMA * step, base.rates
         # A wear coefficient that follows the power lags by one stage.
         density = self.energy_density(base.cycle, base.pressures)
-        lagging = self.rates(middle, density)
         known = base.worn + DIAGONAL * step * started
-        first, between = stage(known, base.sunk, lagging, base.pressures > 0)
+        first = stage(known, base.sunk, self.rates(middle, density), base.pressures > 0)
         reached = self.energy_density(middle, first.pressures)
-        between *= self.rates(middle, reached) / lagging
+        between = self.rates(middle, reached) * first.means
         sunk = base.sunk + first.flow
         known = base.worn + WEIGHT * step * (started + between)
         ahead = max(0.0, reached + BEYOND * (reached - density))
-        last, ended = stage(known, sunk, self.rates(end, ahead), first.pressures > 0)
+        rates = self.rates(end, ahead)
+        last = stage(known, sunk, rates, first.pressures > 0)
         if self._outgrown(last):
             return None
         worn, missed = (
-            step * sum(w * rate for w, rate in zip(weights, (started, between, ended), strict=True))
+            step
+            * sum(
+                w * rate
+                for w, rate in zip(weights, (started, between, rates * last.means), strict=True)
+            )
             for weights in (tr_bdf2.MAIN, tr_bdf2.DIFFERENCE)
         )
         worn = base.worn + worn
