@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from fretwear.parts import Parameter, Part, Quantity
-from fretwear.theory import HertzContact, LineContact
-from fretwear.theory.limiting_state import find_root
+from fretwear.theory import HertzContact, LineContact, find_root
 from fretwear.units import PerLength
 
 SMALL_STROKE = 0.05

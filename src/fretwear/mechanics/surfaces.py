@@ -22,10 +22,10 @@ from fretwear.theory import (
     LineContact,
     LineLimitingState,
     LinePartialSlip,
+    Reduced,
     RoundContact,
     RoundedPunch,
 )
-from fretwear.theory.punch import Reduced
 from fretwear.topography import Source, SourceFile, read_profile
 from fretwear.units import QuantityError
 

@@ -5,13 +5,23 @@ strain, ``x`` the distance from its centre line, and its loads are per length. A
 are accepted for ``r`` and ``x`` and returned in that shape.
 """
 
-from fretwear.theory.elliptic import EllipticContact
-from fretwear.theory.hertz import HertzContact
-from fretwear.theory.limiting_state import LimitingState
-from fretwear.theory.line_contact import FlatPunchContact, LineContact, LineLimitingState
+from fretwear.theory.line_contact import FlatPunchContact, LineContact
 from fretwear.theory.materials import composite_modulus, coupling_ratio, require_positive
-from fretwear.theory.partial_slip import CattaneoMindlin, LinePartialSlip, gross_slip_energy
-from fretwear.theory.punch import RoundContact, RoundedPunch
+from fretwear.theory.partial_slip import (
+    CattaneoMindlin,
+    LimitingState,
+    LineLimitingState,
+    LinePartialSlip,
+    gross_slip_energy,
+)
+from fretwear.theory.point_contact import (
+    EllipticContact,
+    HertzContact,
+    Reduced,
+    RoundContact,
+    RoundedPunch,
+    find_root,
+)
 
 __all__ = [
     "CattaneoMindlin",
@@ -22,10 +32,12 @@ __all__ = [
     "LineContact",
     "LineLimitingState",
     "LinePartialSlip",
+    "Reduced",
     "RoundContact",
     "RoundedPunch",
     "composite_modulus",
     "coupling_ratio",
+    "find_root",
     "gross_slip_energy",
     "require_positive",
 ]

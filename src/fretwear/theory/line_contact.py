@@ -3,12 +3,8 @@
 References
 ----------
 K. L. Johnson (1985), Contact Mechanics, Cambridge University Press, sections 4.2 and 7.2.
-M. Ciavarella (1998), The generalized Cattaneo partial slip plane contact problem,
-Int. J. Solids Struct. 35, 2349–2362.
 M. Ciavarella, D. A. Hills, G. Monno (1998), The influence of rounded edges on indentation by a
 flat punch, J. Mech. Eng. Sci. 212, 319–328.
-M. Ciavarella, D. A. Hills (1999), A note on some oscillating contact problems subject to wear,
-J. Mech. Eng. Sci. 213, 851–857 (the limit of many cycles).
 """
 
 from __future__ import annotations
@@ -16,14 +12,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import ClassVar, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fretwear.theory.hertz import FloatArray, HertzContact
-from fretwear.theory.limiting_state import LimitingState, find_root
 from fretwear.theory.materials import require_positive
+from fretwear.theory.point_contact import FloatArray, HertzContact, find_root
 
 _PUNCHES = 200
 
@@ -208,63 +203,3 @@ class FlatPunchContact(LineContact):
         weights = half * np.sin(angles) * math.pi / _PUNCHES
         loads = edges * np.arccos(self.flat_half_width / edges) * weights
         return edges, loads * (self.composite_modulus / self.radius)
-
-
-@dataclass(frozen=True)
-class LineLimitingState(LimitingState):
-    """A smooth cylinder after infinitely many cycles under constant load amplitudes.
-
-    As a `LimitingState`, with loads per length: Ciavarella and Hills (1999).
-    """
-
-    hertz: LineContact
-
-    _flatness: ClassVar[float] = 4.0
-
-    @property
-    def stick_radius(self) -> float:
-        """Half-width of the stick zone c = a (1 - X)^(1/2), m."""
-        return self._stick_contact.contact_radius
-
-    @property
-    def _punch_approach(self) -> float:
-        """πS/E*, m, of the pressure S/√(c² - x²) of the flat punch, which carries X P = πS."""
-        return self.load_ratio * self.hertz.load / self.hertz.composite_modulus
-
-    @property
-    def approach(self) -> float:
-        """Approach, m, from the surface at the distance R as in `LineContact.approach`."""
-        rise = math.log(2.0 * self.hertz.reference / self.stick_radius)
-        return self._stick_contact.approach + 2.0 / math.pi * self._punch_approach * rise
-
-    @cached_property
-    def contact_radius(self) -> float:
-        """Half-width a∞ = c cosh t at which the worn shape meets the cylinder, m.
-
-        There the height is zero: sinh 2t / 2t = 1 / (1 - X).
-        """
-        if self.load_ratio == 0.0:
-            return self.stick_radius
-        total = 1.0 / (1.0 - self.load_ratio)
-        most = 1.0 + math.log(2.0 * total)
-        root = find_root(lambda t: total - math.sinh(2.0 * t) / (2.0 * t), 1e-12, most)
-        return self.stick_radius * math.cosh(root)
-
-    @property
-    def wear_volume(self) -> float:
-        """Volume per length of worn material of both bodies together, m²."""
-        c = self.stick_radius
-        ratio = self.contact_radius / c
-        root = math.sqrt((ratio - 1.0) * (ratio + 1.0))
-        below = ratio * math.asinh(root) - root
-        cylinder = 0.5 * c**3 / self.hertz.radius * (root**3 / 3.0 - below)
-        return 2.0 * (2.0 / math.pi * self._punch_approach * c * below - cylinder)
-
-    def _beside(self, root: FloatArray, c: float) -> FloatArray:
-        return np.asarray(np.arcsinh(root / c))
-
-    @property
-    def _deepest(self) -> float:
-        """Position of the deepest wear, m: x² = c² + X a²/2."""
-        a = self.hertz.contact_radius
-        return math.sqrt(self.stick_radius**2 + 0.5 * self.load_ratio * a * a)

@@ -1,0 +1,381 @@
+"""Closed forms of smooth point contacts: of spheres, ellipsoids and bodies of revolution.
+
+The contact of any convex profile f of revolution follows from the method of dimensionality
+reduction, by which the profile becomes g(t) = t ∫₀^t f′(r)/√(t² − r²) dr. A contact of the radius a
+has the approach g(a), the load 2E* ∫₀^a (g(a) − g(t)) dt and the pressure
+(E*/π) ∫_r^a g′(t)/√(t² − r²) dt.
+
+References
+----------
+H. Hertz (1882), Über die Berührung fester elastischer Körper, J. reine angew. Math. 92, 156–171.
+K. L. Johnson (1985), Contact Mechanics, Cambridge University Press, chapters 3 and 4, and section
+7.2.
+B. C. Carlson (1995), Numer. Algor. 10, 13–26 (elliptic integrals in a form that has no special case
+for a circle).
+V. L. Popov, M. Heß (2015), Method of Dimensionality Reduction in Contact Mechanics and Friction,
+Springer.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import cached_property, lru_cache
+from typing import Protocol, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fretwear.theory.materials import require_positive
+
+FloatArray = NDArray[np.float64]
+
+_DIRECTIONS = 720
+_POINTS = 400
+
+
+@dataclass(frozen=True)
+class HertzContact:
+    """A smooth elastic sphere pressed on an elastic half-space without friction.
+
+    Hertz (1882); Johnson (1985), section 4.2 and, for the surface outside, equation 3.42. A
+    parameter that is not a positive, finite number raises a ValueError.
+    """
+
+    radius: float  #: R of the sphere, m (composite radius for two curved bodies)
+    load: float  #: normal load P, N
+    composite_modulus: float  #: E*, Pa
+
+    def __post_init__(self) -> None:
+        names = ("radius", "load", "composite_modulus")
+        require_positive(**{name: getattr(self, name) for name in names})
+
+    @property
+    def contact_radius(self) -> float:
+        """Contact radius a = (3 P R / 4 E*)^(1/3), m."""
+        return math.cbrt(0.75 * self.load * self.radius / self.composite_modulus)
+
+    @property
+    def approach(self) -> float:
+        """Approach of the bodies δ = a²/R, m."""
+        return self.contact_radius**2 / self.radius
+
+    @property
+    def mean_pressure(self) -> float:
+        """P / π a², Pa."""
+        return self.spread_pressure(self.contact_radius)
+
+    @property
+    def peak_pressure(self) -> float:
+        """Pressure at the centre p0 = 3 P / (2 π a²), Pa."""
+        return 1.5 * self.load / (math.pi * self.contact_radius**2)
+
+    def with_load(self, load: float) -> Self:
+        """Contact of the same bodies under another load (N)."""
+        return replace(self, load=load)
+
+    def with_approach(self, approach: float) -> Self:
+        """Contact of the same bodies at an approach (m): P = (4/3) E* √R δ^1.5."""
+        require_positive(approach=approach)
+        load = 4.0 / 3.0 * self.composite_modulus * math.sqrt(self.radius) * approach**1.5
+        return self.with_load(load)
+
+    def load_at(self, contact_radius: float) -> float:
+        """Load, N, of a contact of given radius, m."""
+        return 4.0 * self.composite_modulus * contact_radius**3 / (3.0 * self.radius)
+
+    def load_within(self, radius: float) -> float:
+        """Load, N, carried by a central disc of given radius, m."""
+        outside = max(0.0, 1.0 - (radius / self.contact_radius) ** 2)
+        return self.load * (1.0 - outside * math.sqrt(outside))
+
+    def spread_pressure(self, radius: float) -> float:
+        """Uniform pressure, Pa, that carries the load on a contact of given radius, m."""
+        return self.load / (math.pi * radius**2)
+
+    def spread_radius(self, pressure: float) -> float:
+        """Radius, m, of the contact that carries the load at a uniform pressure, Pa."""
+        return math.sqrt(self.load / (math.pi * pressure))
+
+    def pressure(self, r: ArrayLike) -> FloatArray:
+        """Pressure p0 √(1 - r²/a²) in Pa, zero outside the contact, at distances ``r`` in m."""
+        distance = np.asarray(r, dtype=float)
+        inside = np.maximum(1.0 - (distance / self.contact_radius) ** 2, 0.0)
+        return np.asarray(self.peak_pressure * np.sqrt(inside))
+
+    def gap(self, r: ArrayLike) -> FloatArray:
+        """Gap between the deformed surfaces in m, zero inside the contact, at distances ``r`` in m.
+
+        Outside, g = [ (r² - 2a²) acos(a/r) + a √(r² - a²) ] / (π R); near the edge, where both
+        terms cancel to order (r - a)^(3/2), a series.
+        """
+        a = self.contact_radius
+        ratio = np.maximum(np.asarray(r, dtype=float) / a, 1.0)
+        root = np.sqrt((ratio - 1.0) * (ratio + 1.0))
+        exact = (ratio**2 - 2.0) * np.arctan(root) + root
+        series = root**3 * (4.0 / 3.0 - root**2 * (8.0 / 15.0 - root**2 * 12.0 / 35.0))
+        return np.asarray(np.where(root < 0.01, series, exact) * (a * a / (math.pi * self.radius)))
+
+
+@dataclass(frozen=True)
+class EllipticContact(HertzContact):
+    """Elastic contact of bodies with the gap x²/2R_x + y²/2R_y.
+
+    ``radius`` is that of the sphere whose contact has the same area at every load.
+    """
+
+    axis_ratio: float = 1.0  # half-axis along y over that along x
+
+    @classmethod
+    def of(
+        cls, radius_x: float, radius_y: float, load: float, composite_modulus: float
+    ) -> EllipticContact:
+        """Contact of bodies by their relative radii of curvature, m."""
+        ratio = _axis_ratio(radius_x / radius_y)
+        # 1/2R_x = (p₀/E*) (b/a²) R_D(0, b²/a², 1)/3 with half-axes a, b along x, y.
+        integral = _carlson_d(ratio**2, 1.0) / 3.0
+        radius = 4.0 / math.pi * radius_x * integral * ratio * math.sqrt(ratio)
+        return cls(radius, load, composite_modulus, ratio)
+
+    @property
+    def half_widths(self) -> tuple[float, float]:
+        """Half-axes of the ellipse along x and along y, m."""
+        root = math.sqrt(self.axis_ratio)
+        return self.contact_radius / root, self.contact_radius * root
+
+    @property
+    def approach(self) -> float:
+        """δ = (p₀/E*) b K, m."""
+        along_x, along_y = self.half_widths
+        integral = _complete(min(along_x, along_y) / max(along_x, along_y))[0]
+        return integral * min(along_x, along_y) * self.peak_pressure / self.composite_modulus
+
+    def with_approach(self, approach: float) -> Self:
+        """Contact of the same bodies at an approach (m): P grows with δ^1.5."""
+        return self.with_load((approach / self.approach) ** 1.5 * self.load)
+
+    def shear_weights(self, angle: float = 0.0) -> tuple[float, float, float]:
+        """Weight of Poisson's ratio in the displacement due to a traction; see `coupling_ratio`.
+
+        The traction points along a direction at an angle, rad, to x.
+
+        Returns
+        -------
+        In the centre, and for the curvatures of the displacement along x and along y: for a circle
+        1/2 and, at no angle, 1/4 and 3/4.
+        """
+        return _shear_weights(*self.half_widths, angle)
+
+
+@lru_cache(maxsize=64)
+def _shear_weights(along_x: float, along_y: float, angle: float) -> tuple[float, float, float]:
+    sums = [[0.0, 0.0] for _ in range(3)]
+    # Along a line in the direction φ through a point, the pressure integrates to a quadratic
+    # form of its place.
+    for step in range(_DIRECTIONS):
+        direction = (step + 0.5) * math.pi / _DIRECTIONS
+        cos, sin = math.cos(direction) ** 2, math.sin(direction) ** 2
+        aligned = math.cos(direction - angle) ** 2
+        reach = 1.0 / math.sqrt(cos / along_x**2 + sin / along_y**2)
+        for total, weight in zip(sums, (reach, reach**3 * sin, reach**3 * cos), strict=True):
+            total[0] += weight * aligned
+            total[1] += weight
+    centre, x, y = (weighted / plain for weighted, plain in sums)
+    return centre, x, y
+
+
+@lru_cache(maxsize=4096)
+def _axis_ratio(radius_ratio: float) -> float:
+    """b/a of the half-axes along y and x from R_x/R_y: R_x/R_y = R_D(0, 1, k²)/R_D(0, k², 1)."""
+    low, high = 1e-6, 1e6
+    for _ in range(100):
+        middle = math.sqrt(low * high)
+        found = _carlson_d(1.0, middle**2) / _carlson_d(middle**2, 1.0)
+        # The more the ellipse extends along y, the flatter the gap along y.
+        low, high = (low, middle) if found < radius_ratio else (middle, high)
+    return math.sqrt(low * high)
+
+
+def _carlson_d(second: float, third: float) -> float:
+    """R_D(0, y, z): 3D/z^(3/2) for z > y, else 3B/(z √y), with D as below and B = K − D."""
+    complete, difference = _complete(math.sqrt(min(second, third) / max(second, third)))
+    if third > second:
+        return 3.0 * difference / (third * math.sqrt(third))
+    return 3.0 * (complete - difference) / (third * math.sqrt(second))
+
+
+def _complete(complement: float) -> tuple[float, float]:
+    """K and D = (K − E)/k² of the complementary modulus k′, by the arithmetic-geometric mean.
+
+    With the differences c of the means, D/K = 1/2 + Σ 2^(n−1) c_n²/k² over n ≥ 1.
+    """
+    mean, root = 0.5 * (1.0 + complement), math.sqrt(complement)
+    difference = 0.5 * (1.0 - complement)
+    term, share = 0.25 * (1.0 - complement) / (1.0 + complement), 0.5
+    while abs(term) > 1e-17:
+        share += term
+        mean, root = 0.5 * (mean + root), math.sqrt(mean * root)
+        term *= 2.0 * (difference / (4.0 * mean)) ** 2
+        difference *= difference / (4.0 * mean)
+    complete = math.pi / (mean + root)
+    return complete, share * complete
+
+
+class Reduced(Protocol):
+    """The profile of a body of revolution in the method of dimensionality reduction."""
+
+    def __hash__(self) -> int: ...
+
+    @property
+    def reach(self) -> float:
+        """Radius, m, that no contact may exceed."""
+
+    def depth(self, radius: float) -> float:
+        """g, m, at a radius in m."""
+
+    def slope(self, radii: FloatArray) -> FloatArray:
+        """g′ at radii in m."""
+
+    def integral(self, radius: float) -> float:
+        """∫₀^a g dt, m², up to a radius in m."""
+
+
+@dataclass(frozen=True)
+class RoundedPunch:
+    """A punch, flat up to the radius b, with the gap (r − b)²/2R beyond, m."""
+
+    flat_radius: float
+    edge_radius: float
+
+    @property
+    def reach(self) -> float:
+        """Radius, m, at which the edge has become steep."""
+        return self.flat_radius + self.edge_radius
+
+    def depth(self, radius: float) -> float:
+        """G = (t/R)(√(t² − b²) − b arccos(b/t)), m."""
+        root, angle = self._edge(radius)
+        return radius / self.edge_radius * (root - self.flat_radius * angle)
+
+    def slope(self, radii: FloatArray) -> FloatArray:
+        """g′ = (2√(t² − b²) − b arccos(b/t))/R."""
+        outside = np.maximum(radii, self.flat_radius)
+        root = np.sqrt(outside**2 - self.flat_radius**2)
+        angle = np.arccos(self.flat_radius / outside)
+        result: FloatArray = (2.0 * root - self.flat_radius * angle) / self.edge_radius
+        return result
+
+    def integral(self, radius: float) -> float:
+        """∫₀^a g dt, m²."""
+        root, angle = self._edge(radius)
+        flat = self.flat_radius
+        return (root**3 / 3.0 - 0.5 * flat * (radius**2 * angle - flat * root)) / self.edge_radius
+
+    def _edge(self, radius: float) -> tuple[float, float]:
+        outside = max(radius, self.flat_radius)
+        root = math.sqrt(outside**2 - self.flat_radius**2)
+        return root, math.acos(self.flat_radius / outside)
+
+
+@dataclass(frozen=True)
+class RoundContact(HertzContact):
+    """Elastic contact of a body of revolution with a flat.
+
+    ``radius`` is that of the sphere whose contact has the same radius under this load.
+    """
+
+    profile: Reduced = field(kw_only=True)
+
+    @classmethod
+    @lru_cache(maxsize=4096)
+    def under(cls, profile: Reduced, load: float, composite_modulus: float) -> Self:
+        """Contact under a load, N."""
+
+        def missing(radius: float) -> float:
+            return load - _load_at(profile, radius, composite_modulus)
+
+        edge = profile.reach
+        if missing(edge) < 0.0:
+            edge = find_root(missing, 1e-9 * edge, edge)
+        radius = 4.0 * composite_modulus * edge**3 / (3.0 * load)
+        return cls(radius, load, composite_modulus, profile=profile)
+
+    @property
+    def approach(self) -> float:
+        """δ = g(a), m."""
+        return self.profile.depth(self.contact_radius)
+
+    @property
+    def central_pressure(self) -> float:
+        """p(0), Pa."""
+        return float(self.pressure_at(0.0))
+
+    @cached_property
+    def peak_pressure(self) -> float:
+        """Largest pressure, Pa: anywhere, as a rule where the profile leaves a flat."""
+        radii = np.linspace(0.0, 1.0, 201)[:-1] * self.contact_radius
+        around = max(radii, key=self.pressure_at) + np.linspace(-1.0, 1.0, 101) * radii[1]
+        return max(self.pressure_at(abs(radius)) for radius in around)
+
+    def pressure_at(self, radius: float) -> float:
+        """Pressure, Pa, at a distance from the axis, m.
+
+        (E*/π) ∫ g′(t)/√(t² − r²) dt by t² = r² + v², where the integrand is bounded.
+        """
+        edge = self.contact_radius
+        if radius >= edge:
+            return 0.0
+        length = math.sqrt(edge**2 - radius**2)
+        at = np.hypot(radius, (np.arange(_POINTS) + 0.5) / _POINTS * length)
+        total = float((self.profile.slope(at) / at).sum())
+        return total * length / (_POINTS * math.pi) * self.composite_modulus
+
+    def with_load(self, load: float) -> Self:
+        """Contact of the same bodies under another load (N)."""
+        return self.under(self.profile, load, self.composite_modulus)
+
+    def with_approach(self, approach: float) -> Self:
+        """Contact of the same bodies at an approach (m)."""
+        profile = self.profile
+        edge = find_root(lambda radius: approach - profile.depth(radius), 0.0, profile.reach)
+        return self.with_load(self.load_at(edge))
+
+    def load_at(self, contact_radius: float) -> float:
+        """Load, N, of a contact of given radius, m."""
+        return _load_at(self.profile, contact_radius, self.composite_modulus)
+
+    def load_within(self, radius: float) -> float:
+        """Load, N, carried by a central disc of given radius, m."""
+        edge = min(radius, self.contact_radius)
+        places = (np.arange(_POINTS) + 0.5) / _POINTS * edge
+        total = math.fsum(r * self.pressure_at(r) for r in places)
+        return 2.0 * math.pi * edge / _POINTS * total
+
+
+def _load_at(profile: Reduced, radius: float, modulus: float) -> float:
+    return 2.0 * modulus * (radius * profile.depth(radius) - profile.integral(radius))
+
+
+def find_root(falling: Callable[[float], float], low: float, high: float) -> float:
+    """Zero of a function, positive at ``low`` and negative at ``high``, to rounding.
+
+    The Illinois variant of regula falsi: Dowell and Jarratt (1971), BIT 11, 168-174.
+    """
+    above, below, last = falling(low), falling(high), 0
+    for _ in range(200):
+        middle = (low * below - high * above) / (below - above)
+        if not low < middle < high:
+            middle = 0.5 * (low + high)
+        value = falling(middle)
+        if value == 0.0 or not low < middle < high:
+            return middle
+        if value > 0.0:
+            low, above = middle, value
+            below *= 0.5 if last > 0 else 1.0
+            last = 1
+        else:
+            high, below = middle, value
+            above *= 0.5 if last < 0 else 1.0
+            last = -1
+    return 0.5 * (low + high)
