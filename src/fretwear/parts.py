@@ -448,6 +448,12 @@ def pair(value: float | tuple[float, float]) -> tuple[float, float]:
     return value if isinstance(value, tuple) else (value, value)
 
 
+def keys_schema(properties: Mapping[str, Any], needed: Sequence[str] = ()) -> dict[str, Any]:
+    """Return the JSON Schema of a mapping that may have these keys and no others."""
+    keys = {"type": "object", "additionalProperties": False, "properties": properties}
+    return {**keys, "required": [*needed]} if needed else keys
+
+
 def is_list(value: object) -> TypeGuard[Sequence[Any]]:
     """Whether a value is a list of values, not text."""
     return isinstance(value, Sequence) and not isinstance(value, str | bytes)

@@ -18,6 +18,7 @@ from fretwear.parts import (
     QuantityError,
     WholeNumber,
     is_list,
+    keys_schema,
     pair,
 )
 from fretwear.theory import composite_modulus, coupling_ratio
@@ -129,15 +130,9 @@ class OverCycles(Quantity):
 
     def schema(self) -> dict[str, Any]:
         """JSON Schema of the value in a study file."""
-        one, listed = super().schema(), {"type": "array", "minItems": 1}
-        lists = {"cycles": _CYCLE.schema(), "values": one}
-        course = {
-            "type": "object",
-            "additionalProperties": False,
-            "required": [*lists],
-            "properties": {name: {**listed, "items": each} for name, each in lists.items()},
-        }
-        return {"anyOf": [one, course]}
+        each = {"cycles": _CYCLE.schema(), "values": (one := super().schema())}
+        lists = {n: {"type": "array", "minItems": 1, "items": items} for n, items in each.items()}
+        return {"anyOf": [one, keys_schema(lists, [*lists])]}
 
     def canonical(self, value: Any) -> Any:
         """Return the value, or the mapping."""

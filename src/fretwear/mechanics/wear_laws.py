@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Any, Literal
 
 from fretwear.mechanics.materials import Friction
-from fretwear.parts import Parameter, Part, PerBody, Quantity, QuantityError, declared
+from fretwear.parts import Parameter, Part, PerBody, Quantity, QuantityError, declared, keys_schema
 
 
 @dataclass(frozen=True)
@@ -105,8 +105,7 @@ class PerEnergy(OfBodies):
     def schema(self) -> dict[str, Any]:
         """JSON Schema of the value in a study file."""
         known = {name: about.schema() for name, about in declared(FallingCoefficient).items()}
-        mapping = {"type": "object", "additionalProperties": False, "properties": known}
-        return {"anyOf": [*super().schema()["anyOf"], {**mapping, "required": [*known]}]}
+        return {"anyOf": [*super().schema()["anyOf"], keys_schema(known, [*known])]}
 
     def canonical(self, value: Any) -> Any:
         """Return the value, both, or the mapping."""

@@ -16,6 +16,7 @@ from fretwear.parts import (
     Quantity,
     WholeNumber,
     is_list,
+    keys_schema,
     means_none,
     required,
 )
@@ -131,13 +132,11 @@ class PartOf(Parameter):
         choices: list[dict[str, Any]] = [{"const": "none"}] if self.none else []
         choices += [{"enum": self.bare}] if self.bare else []
         for name, kind in self.kinds.items():
-            fields = {
-                field: about.described() for field, about in self.named(kind.parameters()).items()
-            }
-            properties = {"kind": {"const": name}, **fields}
-            choice = {"type": "object", "additionalProperties": False, "properties": properties}
+            named = self.named(kind.parameters()).items()
+            fields = {field: about.described() for field, about in named}
             needed = [] if self.may_be_partial else sorted(required(kind))
-            choices.append({**choice, "required": ["kind", *needed]} if needed else choice)
+            needed = ["kind", *needed] if needed else []
+            choices.append(keys_schema({"kind": {"const": name}, **fields}, needed))
         return {"anyOf": choices}
 
     def canonical(self, value: Any) -> Any:
@@ -288,8 +287,7 @@ class Blocks(Plain):
     def schema(self) -> dict[str, Any]:
         """JSON Schema of the value in a study file."""
         known = {name: about.schema() for name, about in self.known.items()}
-        block = {"type": "object", "additionalProperties": False, "required": [_CYCLES]}
-        return {"type": "array", "minItems": 1, "items": {**block, "properties": known}}
+        return {"type": "array", "minItems": 1, "items": keys_schema(known, [_CYCLES])}
 
     def canonical(self, value: Any) -> Any:
         """Return a list of mappings."""

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from fretwear.parts import Choice
+from fretwear.parts import Choice, keys_schema
 from fretwear.study.case import SNAPSHOTS
 from fretwear.study.members import PartOf
 from fretwear.study.parameters import (
@@ -183,8 +183,8 @@ def study_schema() -> dict[str, Any]:
     vary = {name: _varied(name) for name in parameter_names()}
     sections = {
         "title": _about("For people; the name of the study is that of its file.", title),
-        "base": _about("One value for every parameter that is not varied.", _object(base)),
-        "vary": _about("The varied parameters, each with its values.", _object(vary)),
+        "base": _about("One value for every parameter that is not varied.", keys_schema(base)),
+        "vary": _about("The varied parameters, each with its values.", keys_schema(vary)),
         "seeds": _about(f"Short for {SEEDS} under vary.", _varied(SEEDS)),
         "design": {**_DESIGN.described(), "default": "grid"},
         "invalid": {**_INVALID.described(), "default": "stop"},
@@ -193,13 +193,13 @@ def study_schema() -> dict[str, Any]:
             "default": "auto",
             "anyOf": [{"const": "auto"}, whole],
         },
-        "output": _object({"cycles": SNAPSHOTS.described()}),
+        "output": keys_schema({"cycles": SNAPSHOTS.described()}),
     }
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "fretwear study",
         "description": "A study of fretting wear: base values, varied values, output.",
-        **_object(sections),
+        **keys_schema(sections),
         "allOf": schema_required(),
     }
 
@@ -208,16 +208,11 @@ def _about(description: str, content: Mapping[str, Any]) -> dict[str, Any]:
     return {"description": description, **content}
 
 
-def _object(properties: Mapping[str, Any], *required: str) -> dict[str, Any]:
-    keys = {"type": "object", "additionalProperties": False, "properties": properties}
-    return {**keys, "required": list(required)} if required else keys
-
-
 def _varied(name: str) -> dict[str, Any]:
     value = parameter_of(name).described()
     listed = {"type": "array", "items": value, "minItems": 1, "uniqueItems": True}
     if not parameter_of(name).may_be_drawn:
         return listed
     ends = {"from": value, "to": value, "scale": {"enum": ["linear", "log"]}}
-    interval = _about("A range, for sampled designs.", _object(ends, "from", "to"))
+    interval = _about("A range, for sampled designs.", keys_schema(ends, ["from", "to"]))
     return {"anyOf": [listed, interval]}
