@@ -28,6 +28,8 @@
 enum { OPEN = 1, WRITE = 2, FSYNC = 4, RENAME = 8, MKDIR = 16, UNLINK = 32, TRUNCATE = 64, MEMORY = 128, LIBRARY = 256 };
 enum { FILES = 4096, LARGE = 2048, PLACES = 1 << 18, SECONDS = 60, STACK = 1 << 20, CALLS = 24, OPENED = 256 };
 
+#define MEMORY_FOLDER "/dev/shm"
+
 struct fault { long kinds, error, sent, every, chosen; };
 
 static char folder[PATH_MAX], copies[PATH_MAX];
@@ -91,7 +93,7 @@ static void enter_copy(const char *copy) {
         of[file][n > 0 ? n : 0] = 0;
     }
     if (unshare(CLONE_NEWNS) || mount(NULL, "/", NULL, MS_REC | MS_PRIVATE, NULL) || mount(copy, folder, NULL, MS_BIND, NULL)
-        || chdir(folder))
+        || mount("none", MEMORY_FOLDER, "tmpfs", 0, NULL) || chdir(folder))
         _exit(98);
     /* Files elsewhere too, such as fonts: parent and child would move one position in them. */
     for (int file = 3; file < OPENED; file++) {
@@ -100,14 +102,15 @@ static void enter_copy(const char *copy) {
         int first = 3;
         while (first < file && (nameless[first].st_ino != about.st_ino || nameless[first].st_dev != about.st_dev)) first++;
         snprintf(link, sizeof link, "/proc/self/fd/%d", first);
-        int same = syscall(SYS_openat, AT_FDCWD, first < file ? link : of[file], flags & ~O_TMPFILE, 0);
-        if (same < 0 && (same = memfd_create("nameless", 0)) >= 0) { /* has no name, or lost it */
-            static char block[1 << 16];
-            ssize_t n;
-            for (off_t at = 0; (n = syscall(SYS_pread64, file, block, sizeof block, at)) > 0; at += n)
-                syscall(SYS_pwrite64, same, block, n, at);
-            nameless[file] = about;
-        }
+        const char *name = first < file ? link : of[file];
+        int is_kept = strncmp(name, MEMORY_FOLDER, strlen(MEMORY_FOLDER)) || strstr(name, " (deleted)");
+        int same = syscall(SYS_openat, AT_FDCWD, name, (flags & ~O_TMPFILE) | (is_kept ? 0 : O_CREAT), 0600);
+        if (same < 0 && (same = memfd_create("nameless", 0)) >= 0) /* has no name, or lost it */
+            nameless[file] = about, is_kept = 0;
+        static char block[1 << 16];
+        ssize_t n;
+        for (off_t at = 0; !is_kept && (n = syscall(SYS_pread64, file, block, sizeof block, at)) > 0; at += n)
+            syscall(SYS_pwrite64, same, block, n, at);
         syscall(SYS_lseek, same, syscall(SYS_lseek, file, 0, SEEK_CUR), SEEK_SET);
         syscall(SYS_dup3, same, file, O_CLOEXEC);
         syscall(SYS_close, same);

@@ -247,7 +247,8 @@ class Trials:
                     shutil.rmtree(copy)
                 os.write(answer, b"x")
         os.close(answer)
-        assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+        status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        assert status == 0, (self.folder / "said.txt").read_text(encoding="utf-8")
         seen = json.loads((self.folder / "operations.json").read_text())
         for tally, what in zip(tallies, wanted, strict=True):
             tally.of = sum(seen[bit] for bit in range(KINDS) if what.kinds >> bit & 1)
