@@ -63,9 +63,8 @@ def test_every_text_stands_free_and_every_cycle_is_named(
 
 
 def test_a_figure_is_as_wide_as_journal_columns_and_wear_is_drawn_downwards(smooth):
-    for columns, millimetres in ((1, 90.0), (2, 190.0)):
-        figure = figures.pressure_profiles(smooth, columns=columns)
-        assert figure.get_figwidth() * 25.4 == pytest.approx(millimetres)
+    widths = [figures.pressure_profiles(smooth, columns=n).get_figwidth() for n in (1, 2)]
+    assert widths == pytest.approx([90.0 / 25.4, 190.0 / 25.4])
     with pytest.raises(ValueError, match="columns = 3"):
         figures.pressure_profiles(smooth, columns=3)
     low, high = figures.wear_profiles(smooth).axes[0].get_ylim()
@@ -122,9 +121,8 @@ def test_only_the_cycles_and_the_case_asked_for_are_drawn(smooth, small_study):
 
 
 def test_panels_have_one_case_each_and_one_key_to_the_cycles(smooth, rough, check_texts):
-    figure = figures.compare_profiles(
-        {"smooth": smooth, "rough": rough, "again": smooth}, "wear_depth"
-    )
+    cases = {"smooth": smooth, "rough": rough, "again": smooth}
+    figure = figures.compare_profiles(cases, "wear_depth")
     assert [axes.get_title(loc="left") for axes in figure.axes] == ["smooth", "rough", "again"]
     words = check_texts(figure)
     assert words.count("cycle") == 1
@@ -206,15 +204,12 @@ def test_the_outline_of_a_scar_at_an_angle_is_not_an_ellipse_along_the_axes(smoo
 def test_a_mirrored_case_gives_the_same_map_and_profiles(smooth_run, tmp_path):
     write_case(smooth_run.dataset, smooth_run.history, tmp_path / "case.nc")
     with open_case(tmp_path / "case.nc", full=True) as whole:
-        map_of_whole = take_wear_map(whole, None)
-        profiles = [line.get_xydata() for line in figures.gap_profiles(whole).axes[0].get_lines()]
-    quarter = take_wear_map(smooth_run.dataset, None)
-    for line, drawn in zip(
-        figures.gap_profiles(smooth_run.dataset).axes[0].get_lines(), profiles, strict=True
-    ):
-        np.testing.assert_allclose(line.get_xydata(), drawn)
-    np.testing.assert_array_equal(map_of_whole.depth, quarter.depth)
-    np.testing.assert_allclose(map_of_whole.contact_edge, quarter.contact_edge)
+        maps = [take_wear_map(each, None) for each in (whole, smooth_run.dataset)]
+        axes = [figures.gap_profiles(each).axes[0] for each in (whole, smooth_run.dataset)]
+        for one, other in zip(*(each.get_lines() for each in axes), strict=True):
+            np.testing.assert_allclose(one.get_xydata(), other.get_xydata())
+    np.testing.assert_array_equal(maps[0].depth, maps[1].depth)
+    np.testing.assert_allclose(maps[0].contact_edge, maps[1].contact_edge)
 
 
 def test_the_image_is_to_scale_and_says_its_units(rough, check_texts):
