@@ -36,6 +36,7 @@ def pytest_collection_modifyitems(items):
     items.sort(key=lambda item: item.path not in slow)
 
 
+@pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers():
     """Have one worker more than cores: tests wait for processes and disks part of their time."""
     return len(os.sched_getaffinity(0)) + 1
