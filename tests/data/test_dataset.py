@@ -17,7 +17,7 @@ from fretwear.data.dataset import (
     different_parameters,
 )
 from fretwear.data.labels import history_line, labelled_case, labelled_history
-from fretwear.data.positions import positions_inside, resampled
+from fretwear.data.stack import positions_inside, resampled
 from fretwear.study.case import Case
 from fretwear.vocabulary import AT_SNAPSHOTS, SCALARS
 

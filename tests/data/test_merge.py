@@ -23,11 +23,16 @@ from fretwear.data.files import (
     write_case,
     write_group,
 )
-from fretwear.data.layout import NOT_DONE
 from fretwear.data.merge import PROFILES, Tally, merge_study
-from fretwear.data.positions import MOST_POSITIONS, Window, common_positions
 from fretwear.data.safe import CaseFilesError, DataFileError
-from fretwear.data.stack import _StackedField, open_study
+from fretwear.data.stack import (
+    MOST_POSITIONS,
+    NOT_DONE,
+    Window,
+    _StackedField,
+    common_positions,
+    open_study,
+)
 from fretwear.vocabulary import FIELDS, SCALARS, PointStatus
 
 from ..studies import WAVES, flip

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from fretwear.data.dataset import mirrored
 from fretwear.data.merge import PROFILES
-from fretwear.data.positions import representative_cycles
+from fretwear.data.stack import representative_cycles
 from fretwear.study.case import Case
 from fretwear.vocabulary import FIELDS, RESULTS, ContactState, Field, Variable
 

@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from fretwear.data.positions import representative_cycles
+from fretwear.data.stack import representative_cycles
 from fretwear.figures.axes import Place, label_curves, label_outer, make_panels, outside_key
 from fretwear.figures.datasets import (
     BEYOND_CONTACT,

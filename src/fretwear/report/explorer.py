@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretwear.data.files import HISTORY_GROUP, opened_summary
-from fretwear.data.layout import StudyLayout
 from fretwear.data.merge import PROFILES as MERGED
-from fretwear.data.positions import representative_cycles
+from fretwear.data.merge import StudyLayout
+from fretwear.data.stack import representative_cycles
 from fretwear.report.above import MAPS, MOST_SQUARES, Above
 from fretwear.report.page import compressed
 from fretwear.report.results import PointResult, display_units, levels_of, variable_of

@@ -11,7 +11,7 @@ from statistics import mean, stdev
 from typing import TYPE_CHECKING, NamedTuple
 
 from fretwear.data.effects import LEAST_SEEDS, SEED, final_results
-from fretwear.data.layout import StudyLayout
+from fretwear.data.merge import StudyLayout
 from fretwear.data.safe import DataFileError
 from fretwear.study.parameters import value_text, words_text
 from fretwear.study.plan import Plan
