@@ -117,6 +117,7 @@ def test_values_for_people(value, dimension, expected):
         ("5.7", ANGLE, ["needs a unit", "'5.7 deg'"]),
         ("7e-13", COMPLIANCE, ["needs a unit", "'7e-13 / Pa'"]),
         ("50 gpa", PRESSURE, ["unknown unit 'gpa'", "did you mean 'GPa'"]),
+        ("0.2 um1", LENGTH, ["unknown unit 'um1'", "did you mean 'um'"]),
         ("0.3 N", NUMBER, ["a plain number", "without a unit"]),
         ("fifty N", FORCE, ["a force such as 50 N"]),
         ("", FORCE, ["a force"]),

@@ -57,7 +57,7 @@ _DECIMAL_COMMA = re.compile(r"\s*[+-]?\d+,\d")
 _UNIT = re.compile(r"[^\W\d_][\w\s*/^().·⋅%°⁻-]*|(?:°|1?\s*/)[\w\s*/^().·⋅⁻-]*")
 _LONG_OR_STACKED_POWER = re.compile(r"[0-9]{2}|(?:\^|\*\*)\s*-?\w+\s*(?:\^|\*\*)")
 # As tribologists type it: mm3/Nm, mm3 N-1 m-1.
-_POWER = re.compile(r"([A-Za-zµμ])(-?[1-3])(?!\d)")
+_POWER = re.compile(r"([A-Za-zµμ])(-[1-3]|[23])(?!\d)")
 _MAX_LENGTH = 60
 _HARDNESS_SCALES = {"hv", "hb", "hbw"}
 _GRAVITY = 9.80665
