@@ -33,8 +33,9 @@ def test_runs_that_agree_by_chance_are_no_more_accurate_than_usual():
     assert estimates([1e-3, 0.0, 1e-3, 2e-3])[1] == pytest.approx(estimates([1e-3])[0])
 
 
-def test_wider_cells_of_a_twin_leave_the_error_of_the_run_as_it_is():
-    np.testing.assert_allclose(estimates([1e-3], 2.0), estimates([2e-3], 3.0))
+def test_the_wider_the_cells_of_a_twin_the_less_of_what_it_differs_by_counts():
+    estimate = estimates([1e-3], 2.0)
+    assert 0.5 * estimate < estimates([1e-3], 3.0) < estimate / np.sqrt(2.0)
 
 
 def test_smooth_results_are_within_errors_that_are_small_at_first_loading():
