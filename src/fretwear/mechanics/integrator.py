@@ -182,7 +182,7 @@ class Evolution(tr_bdf2.Integrator):
 
     def attempt(
         self, step: float, end: float, *, output_step: bool
-    ) -> tuple[dict[str, Any], float, bool] | None:
+    ) -> tuple[State, float, bool] | None:
         """Both stages, and what they differ by from embedded formulas."""
         base, problem, cellwise = self.state, self.problem, self._cellwise
         geometry, accuracy = base.geometry, self.accuracy
@@ -225,17 +225,20 @@ class Evolution(tr_bdf2.Integrator):
         rates = [each.growth_rate for each in (now, found, last)]
         error, factor, accepted = self._assess(step, rates, first, second)
         between = (1.0 - GAMMA) * step
-        fields = {
+        state = State(
             **vars(second),
-            "geometry": geometry,
-            "pressure_rate": cellwise(lambda p, q: (q - p) / between, p1, second.pressure),
-            "source_rate": cellwise(np.divide, second.source_since(first, problem.team), between),
-            "error_estimate": error,
-            "convolutions": base.convolutions + self._convolutions,
-        }
+            cycle=end,
+            geometry=geometry,
+            next_step=step,
+            pressure_rate=cellwise(lambda p, q: (q - p) / between, p1, second.pressure),
+            source_rate=cellwise(np.divide, second.source_since(first, problem.team), between),
+            step=base.step + 1,
+            error_estimate=error,
+            convolutions=base.convolutions + self._convolutions,
+        )
         if accepted:
             self._convolutions = 0
-        return fields, factor, accepted
+        return state, factor, accepted
 
     def _assess(
         self, step: float, rates: Sequence[float], first: Stage, second: Stage

@@ -228,9 +228,9 @@ class WearProblem:
         return self.worn_by(state, state.cycle, state.geometry)[0]
 
     def worn_by(self, stage: Stage, cycle: float, geometry: Geometry) -> tuple[WearProblem, float]:
-        """The problem at a cycle, whose wear may follow the power dissipated in a contact.
+        """The problem at a cycle, with the wear coefficient of a contact, and its energy density.
 
-        And, if so, its energy per cycle and area of contact, J/m².
+        The energy per cycle and area of contact, J/m², is 0 unless wear follows the power.
         """
         now = self.at(cycle)
         if not self.wear_law.follows_power:

@@ -189,8 +189,8 @@ class _Slider(tr_bdf2.Integrator):
         growth = self.opens * self.rates(cycle).sum() * hertz.peak_pressure
         depth = hertz.peak_pressure * float(rubbing.influence[0, 0, 0])
         first = _FIRST_STEP * depth / growth if growth > 0 else inf
-        fields = self._fields(cycle, found, worn, sunk + found.flow, 0.0)
-        self.state = StrokeState(cycle=cycle, next_step=first, step=step, **fields)
+        state = self._state(cycle, step, found, worn, sunk + found.flow)
+        self.state = replace(state, next_step=first)
 
     def rates(self, cycle: float, energy_density: float = 0.0) -> Array:
         """Wear depth of both bodies per mean pressure and cycle, m/Pa, shape (2, 1, 1).
@@ -210,7 +210,7 @@ class _Slider(tr_bdf2.Integrator):
 
     def attempt(
         self, step: float, end: float, *, output_step: bool
-    ) -> tuple[dict[str, Any], float, bool] | None:
+    ) -> tuple[StrokeState, float, bool] | None:
         """Both stages, and what they differ by from embedded formulas."""
         del output_step
         base: StrokeState = self.state
@@ -235,23 +235,21 @@ class _Slider(tr_bdf2.Integrator):
         last = stage(known, sunk, rates, first.pressures > 0)
         if self._outgrown(last):
             return None
+        ended = rates * last.means
         worn, missed = (
-            step
-            * sum(
-                w * rate
-                for w, rate in zip(weights, (started, between, rates * last.means), strict=True)
-            )
+            step * sum(w * rate for w, rate in zip(weights, (started, between, ended), strict=True))
             for weights in (tr_bdf2.MAIN, tr_bdf2.DIFFERENCE)
         )
         worn = base.worn + worn
         error = float(np.abs(missed).sum() / worn.sum()) / (tr_bdf2.OVERESTIMATE * self.tolerance)
-        fields = self._fields(end, last, worn, sunk + last.flow, error * self.tolerance)
-        return fields, *tr_bdf2.assessed(error)
+        state = self._state(end, base.step + 1, last, worn, sunk + last.flow)
+        state = replace(state, error_estimate=error * self.tolerance)
+        return state, *tr_bdf2.assessed(error)
 
-    def _fields(
-        self, cycle: float, found: Contacts, worn: Array, sunk: Array, error: float
-    ) -> dict[str, Any]:
-        """Fields of the state with the contact in the middle of the stroke."""
+    def _state(
+        self, cycle: float, step: int, found: Contacts, worn: Array, sunk: Array
+    ) -> StrokeState:
+        """The state with the contact in the middle of the stroke."""
         problem, geometry = self.problem.at(cycle), self.rubbing.geometry
         ground = self.workspace.on(geometry)
         opening, plastic = self.opens * worn.sum(axis=0), sunk.sum(axis=0)
@@ -266,25 +264,27 @@ class _Slider(tr_bdf2.Integrator):
         nothing = np.zeros(geometry.shape)
         reduced = ReducedContact(nothing, np.full(geometry.shape, slip), approach - slip, load=0.0)
         rates = self.rates(cycle, self.energy_density(cycle, found.pressures))
-        return {
-            "geometry": geometry,
-            "pressure": middle,
-            "gap": np.where(middle > 0, 0.0, np.maximum(gap, 0.0)),
-            "wear": worn.sum(axis=0),
-            "opening": opening,
-            "plastic": plastic,
-            "load": problem.hertz.load,
-            "approach": approach,
-            "residual": float(residual),
-            "reduced": reduced,
-            "pressure_rate": nothing,
-            "source_rate": nothing,
-            "error_estimate": error,
-            "worn": worn,
-            "rates": rates * found.means,
-            "sunk": sunk,
-            "pressures": found.pressures,
-        }
+        return StrokeState(
+            cycle=cycle,
+            next_step=0.0,
+            geometry=geometry,
+            pressure=middle,
+            gap=np.where(middle > 0, 0.0, np.maximum(gap, 0.0)),
+            wear=worn.sum(axis=0),
+            opening=opening,
+            plastic=plastic,
+            load=problem.hertz.load,
+            approach=approach,
+            residual=float(residual),
+            reduced=reduced,
+            pressure_rate=nothing,
+            source_rate=nothing,
+            step=step,
+            worn=worn,
+            rates=rates * found.means,
+            sunk=sunk,
+            pressures=found.pressures,
+        )
 
 
 def positions(problem: WearProblem) -> tuple[Array, Array]:

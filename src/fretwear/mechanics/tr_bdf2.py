@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from math import isfinite, sqrt
 from typing import Any, TypeVar
 
@@ -68,17 +69,11 @@ class Integrator(ABC):
     @abstractmethod
     def attempt(
         self, step: float, end: float, *, output_step: bool
-    ) -> tuple[dict[str, Any], float, bool] | None:
+    ) -> tuple[Any, float, bool] | None:
         """A step of so many cycles to one that may be requested; None to try again on more cells.
 
-        Returns
-        -------
-        Fields of the state at the end, what to multiply the step by, and whether to keep it.
-
-        Raises
-        ------
-        ContactError, numpy.linalg.LinAlgError
-            If the step is too long for a contact to converge.
+        It returns the state at its end, what to multiply the step by, and whether to keep it, and
+        raises a ContactError or numpy.linalg.LinAlgError if it is too long to converge.
         """
 
     def advance(self, stop: float) -> Any:
@@ -102,17 +97,16 @@ class Integrator(ABC):
                 continue
             if found is None:
                 continue
-            fields, factor, accepted = found
+            state, factor, accepted = found
             if accepted:
                 break
-            wanted, error_found = step * factor, fields["error_estimate"]
-            trouble = f"the error is estimated as {error_found:.1e} instead of {self.tolerance:.1e}"
+            wanted, estimate = step * factor, state.error_estimate
+            trouble = f"the error is estimated as {estimate:.1e} instead of {self.tolerance:.1e}"
         following = step * factor
         if step < wanted and factor >= 1.0:
             # The step was cut short by a stop, which says nothing about the next one.
             following = max(following, wanted)
-        before = self.state.step
-        self.state = type(self.state)(cycle=end, next_step=following, step=before + 1, **fields)
+        self.state = replace(state, next_step=following)
         return self.state
 
 
