@@ -205,6 +205,19 @@ FALLING = {"wear_coefficient": None, "energy_wear_coefficient": ENERGY}
 BLOCKS = {"cycles": None, "blocks": [{"cycles": 9}, {"cycles": 9, "tangential_ratio": 0.5}]}
 
 
+@pytest.mark.parametrize("law", [{"wear_coefficient": "4.8e-14 / Pa"}, FALLING])
+def test_bodies_whose_wear_is_known_together_slide_over_a_short_stroke(law):
+    """Where a twentieth of the half-width bounds the stroke, both wear in one place."""
+    found = run(steel(**{**SLIDING, **law, "sliding_amplitude": "1 um", "cycles": 50})).dataset
+    assert "wear_depth_flat" not in found
+    rate = found.wear_rate[-1] / found.pressure[-1].where(found.pressure[-1] > 0) / 4e-6
+    assert float(rate.max()) == pytest.approx(float(rate.min()), rel=1e-5)
+    volume = float(rate.mean()) * 4e-6 * 18.5e3 * 50
+    assert float(found.wear_volume[-1]) == pytest.approx(volume, rel=0.02)
+    known = law.get("wear_coefficient")
+    assert known is None or float(rate.mean()) == pytest.approx(4.8e-14, rel=1e-5)
+
+
 @pytest.mark.parametrize(
     ("case", "changes", "parts"),
     [

@@ -393,7 +393,8 @@ def _fields(problem: WearProblem, state: State) -> dict[str, Array]:
     rate = 4.0 * problem.wear_coefficient * state.pressure * slip
     bodies = [share * state.wear for share in problem.wear_law.shares or ()]
     if isinstance(state, StrokeState):
-        rate, bodies = state.rates.sum(axis=0), [state.wear_indenter, state.wear_flat]
+        rate = state.rates.sum(axis=0)
+        bodies = [state.wear_indenter, state.wear_flat] if bodies else []
     return {
         "pressure": state.pressure,
         "shear_traction": problem.shear_traction(state.pressure, reduced),
