@@ -17,6 +17,7 @@ CASE = {
     "plastic_limit": "elastic",
 }
 LAST = 4
+WHITE = "rgb(255, 255, 255)"
 
 
 @pytest.fixture(scope="module")
@@ -229,65 +230,59 @@ def test_what_has_the_focus_is_outlined(opened):
         opened.press(Keys.TAB)
 
 
-@pytest.mark.parametrize("size", [(320, 700), (390, 844), (768, 1024), (1400, 900)])
-def test_no_screen_scrolls_sideways_and_each_begins_with_the_answer(browser, file, size):
-    browser.open(file, size=size)
+def test_no_screen_scrolls_sideways_and_each_begins_with_the_answer(opened):
     bottom = "return document.querySelectorAll('.answers > div')[arguments[0]]"
     bottom += ".getBoundingClientRect().bottom"
-    # All of it on a laptop; on a phone what is most asked for.
-    if size[0] >= 390:
-        assert browser.ask(bottom, 5 if size[0] > 1000 else 1) <= size[1]
-    browser.find("#compare").click()
-    width, inside = browser.ask(
-        "return [document.documentElement.scrollWidth, document.documentElement.clientWidth]"
-    )
-    assert inside <= size[0]
-    assert width <= inside
-    # Results of the case table are on the screen from a laptop on, and on a phone, where each case
-    # is a list; everywhere the numbers of the effects, and figures, in frames of their own.
-    seen = ".answers dd, .pairs li, .paper, figcaption"
-    if size[0] >= 1400 or size[0] < 700:
-        seen += ", #case-table td, #case-table th"
-    browser.ask(
-        "document.querySelectorAll('.pairs details').forEach((one) => { one.open = true; })"
-    )
     beyond = (
         "const found = [...document.querySelectorAll(arguments[0])];"
         "const shown = found.filter((e) => e.checkVisibility());"
         "const cut = shown.filter((e) => e.getBoundingClientRect().right > innerWidth + 1);"
         "return [shown.length, cut.map((e) => e.outerHTML.slice(0, 80))]"
     )
-    count, cut = browser.ask(beyond, seen)
-    assert count > 30
-    assert cut == []
-    # 7 points on a page 190 mm wide are 9 pixels at least; what is wider than the screen can move.
-    for width, share, moves in browser.ask(
-        "return [...document.querySelectorAll('.paper img')].map((e) => [e.clientWidth,"
-        "e.style.getPropertyValue('--share'), getComputedStyle(e.parentElement).overflowX])"
-    ):
-        assert 7 * float(width) / (190 / 25.4 * 72 * float(share)) >= 9.0
-        assert moves == "auto"
-    for plot in ("profile-plot", "history-plot"):
-        drawn = "return document.querySelector(arguments[0]).getBoundingClientRect().right"
-        assert browser.ask(drawn, f"#{plot} .main-svg") <= inside + 1
+    opened.find("#compare").click()
+    for size in ((320, 700), (390, 844), (768, 1024), (1400, 900)):
+        opened.resize(size)
+        opened.wait(f"return innerWidth === {size[0]}")
+        details = "document.querySelectorAll('.pairs details').forEach((e) => { e.open = %s; })"
+        opened.ask(f"scrollTo(0, 0); {details % 'false'}")
+        # All of the answer on a laptop; on a phone what is most asked for.
+        if size[0] >= 390:
+            assert opened.ask(bottom, 5 if size[0] > 1000 else 1) <= size[1]
+        # Plots follow the width of the window a moment later.
+        opened.wait("const e = document.documentElement; return e.scrollWidth <= e.clientWidth")
+        # Results of the case table are on the screen from a laptop on, and on a phone, where each
+        # case is a list; everywhere the numbers of the effects, and figures in frames of their own.
+        seen = ".answers dd, .pairs li, .paper, figcaption"
+        if size[0] >= 1400 or size[0] < 700:
+            seen += ", #case-table td, #case-table th"
+        opened.ask(details % "true")
+        count, cut = opened.ask(beyond, seen)
+        assert count > 30
+        assert cut == []
+        # 7 points on a page 190 mm wide are 9 pixels at least; what is too wide can be moved.
+        for width, share, moves in opened.ask(
+            "return [...document.querySelectorAll('.paper img')].map((e) => [e.clientWidth,"
+            "e.style.getPropertyValue('--share'), getComputedStyle(e.parentElement).overflowX])"
+        ):
+            assert 7 * float(width) / (190 / 25.4 * 72 * float(share)) >= 9.0
+            assert moves == "auto"
+        for plot in ("profile-plot", "history-plot"):
+            drawn = f"document.querySelector('#{plot} .main-svg').getBoundingClientRect().right"
+            opened.wait(f"return {drawn} <= document.documentElement.clientWidth + 1")
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_every_text_can_be_read_on_what_is_behind_it(browser, file, scheme):
-    browser.open(file, prefers_color_scheme=scheme)
-    browser.find("#compare").click()
-    browser.ask("document.querySelectorAll('details').forEach((one) => { one.open = true; })")
-    ground = browser.ask("return getComputedStyle(document.body).backgroundColor")
-    assert (ground == "rgb(255, 255, 255)") == (scheme == "light")
-    assert browser.ask(CONTRASTS) == []
-
-
-def test_the_plots_follow_the_scheme(opened):
+def test_every_text_can_be_read_on_what_is_behind_it_and_plots_follow_the_scheme(opened):
+    opened.find("#compare").click()
+    opened.ask("document.querySelectorAll('details').forEach((one) => { one.open = true; })")
     color = "return document.getElementById('profile-plot').data.at(-1).line.color"
     light = opened.ask(color)
+    assert opened.ask("return getComputedStyle(document.body).backgroundColor") == WHITE
+    assert opened.ask(CONTRASTS) == []
     dark = {"features": [{"name": "prefers-color-scheme", "value": "dark"}]}
     opened.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", dark)
     opened.wait(f"{color} !== '{light}'")
+    assert opened.ask("return getComputedStyle(document.body).backgroundColor") != WHITE
+    assert opened.ask(CONTRASTS) == []
 
 
 def test_who_wants_less_motion_gets_none_and_paper_no_controls(browser, file):
@@ -298,8 +293,7 @@ def test_who_wants_less_motion_gets_none_and_paper_no_controls(browser, file):
     browser.open(file, media="print", prefers_color_scheme="dark")
     for selector in ("nav", ".filters", ".controls", ".cycle-bar"):
         assert not browser.find(selector).is_displayed()
-    ground = browser.ask("return getComputedStyle(document.body).backgroundColor")
-    assert ground == "rgb(255, 255, 255)"
+    assert browser.ask("return getComputedStyle(document.body).backgroundColor") == WHITE
     assert browser.find("#profile-plot").is_displayed()
 
 

@@ -227,7 +227,7 @@ def test_bodies_whose_wear_is_known_together_slide_over_a_short_stroke(law):
         (LINE, {"tangential_load": "20 N/mm"}, ("µP = 9.25 N/mm",)),
         (LINE, {"load": "18.5 MPa"}, ("load", "must be a force")),
         (LINE, {"load": "1000 kN/mm"}, ("too much for this cylinder", "N/mm would do")),
-        (LINE, {"roughness": RIDGES}, ("the same along y", "slope_y: 0 deg")),
+        (LINE, {"roughness": RIDGES}, ("uniform along y", "slope_y: 0 deg")),
         (LINE, {"cell": ["1 um", "2 um"]}, ("cell", "along y", "write cell: 1 um")),
         (FLAT, {"load": "50 N"}, ("load of a flat_punch is per length", "18.5 N/mm")),
         (FLAT, {"load": None, "indentation": "1 um"}, ("indentation", "write load")),
@@ -241,7 +241,7 @@ def test_bodies_whose_wear_is_known_together_slide_over_a_short_stroke(law):
         (SLIDING, HELD, ("displacement_amplitude", "needs tangential_compliance", "0.1 um/(N/mm)")),
         (SLIDING, {**SOFT, "rig_stiffness": "20 N/um"}, ("leave rig_stiffness out",)),
         (SLIDING, {**SPHERE, **SOFT}, ("tangential_compliance", "write rig_stiffness")),
-        (SLIDING, {"load": None, "indentation": "1 um"}, ("indentation", "depends on from where")),
+        (SLIDING, {"load": None, "indentation": "1 um"}, ("indentation", "has no natural zero")),
         (SLIDING, {**SPHERE, **CROSSED}, ("sliding_amplitude", "even along x and y")),
         (SLIDING, {**SPHERE, "load": None, "indentation": "1 um"}, ("the load is held", "11.8 N")),
         (

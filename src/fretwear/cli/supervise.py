@@ -24,7 +24,7 @@ _WORDS = {
 _SAME_WISH_SECONDS = 1.0
 _LONGEST_CLEANING_SECONDS = 60.0
 _PARENT_DEATH_SIGNAL = 1  # of prctl, Linux
-_WHY = ": out of memory, or a failing disk? The same command goes on from what is there, unchanged"
+_WHY = ": out of memory, or a failing disk? The same command resumes from what is there"
 
 
 class Stopped(BaseException):

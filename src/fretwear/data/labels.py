@@ -101,34 +101,17 @@ def labelled_case(
 ) -> Labelled:
     """Label the results of one case, along ``cycle``, ``x`` and ``y``.
 
-    Parameters
-    ----------
-    case : Case
-        Its parameters become scalar coordinates and the attribute ``parameters``.
-    x, y : array_like, shape (nx,) and (ny,)
-        Cell centres in m, increasing; all positive along axes in which the contact is even.
-        ``y`` is None in a line contact, whose fields have no y.
-    cycles : array_like, shape (ncycles,)
-        Cycle number of each snapshot, increasing from 0.
-    fields : mapping of str to array_like, shape (ncycles, nx, ny)
-        Every variable of `FIELDS`, SI units, and those of `BODY_FIELDS` where they are known.
-    scalars : mapping of str to array_like, shape (ncycles,)
-        Every variable of `SCALARS`, SI units, for the whole contact, and those of `BODY_SCALARS`
-        where they are known.
-    errors : mapping of str to array_like, shape (ncycles,)
-        Estimated error of each of these scalars, by its name; may be empty.
-    trouble : str
-        Why they are missing although the case asks for them.
-    symmetry : {"even_xy", "even_x", "even_y", "none"}
-        Along which axes the contact is even; the arrays hold one side only.
-    title, command : str
-        Attributes; by default the title names the case id.
+    The parameters of the `case` become scalar coordinates and the attribute ``parameters``. `x` and
+    `y` are cell centres in m, increasing, all positive along axes in which the contact is even by
+    `symmetry` and only one side is held; `y` is None in a line contact, whose fields have no y.
+    `cycles`, of shape (ncycles,), increase from 0. `fields`, of shape (ncycles, nx, ny), are all of
+    `FIELDS` and those of `BODY_FIELDS` that are known; `scalars`, of shape (ncycles,), are all of
+    `SCALARS`, for the whole contact, and those of `BODY_SCALARS` that are known; all in SI units.
+    `errors` are the estimated errors of scalars by their names, or empty; `trouble` says why they
+    are missing although the case asks for them. By default the title names the case id.
 
-    Raises
-    ------
-    ValueError
-        If variables are missing, unknown, of the wrong shape or not finite, or a coordinate does
-        not increase; the message lists all of them.
+    It is a ValueError if variables are missing, unknown, of the wrong shape or not finite, or a
+    coordinate does not increase; the message lists all of them.
     """
     coordinates = {
         variable.name: _labelled(variable, (variable.name,), np.atleast_1d(np.asarray(values)))

@@ -63,30 +63,14 @@ _DERIVED = ("hertz_radius", "hertz_pressure", "")
 def build_report(
     plan: Plan, summary: Merged, folder: Path, *, sections: Iterable[Section] = ()
 ) -> str:
-    """Build the report of a study as one self-contained HTML page.
+    """Build the report of a study as one self-contained HTML page, which loads nothing.
 
-    Parameters
-    ----------
-    plan : Plan
-        The study with its points.
-    summary : xarray.Dataset
-        The merged study.
-    folder : pathlib.Path
-        Folder of the study's results: the case files in ``cases``; the figures with their index,
-        from `fretwear.figures.study.write_study_figures`, in ``figures``; and, where they are
-        there, ``logs`` and ``benchmarks``.
-    sections : iterable of Section
-        More sections, placed after the figures.
+    `folder` is that of the results: the case files in ``cases``; the figures with their index, from
+    `fretwear.figures.study.write_study_figures`, in ``figures``; and, where they are there,
+    ``logs`` and ``benchmarks``. More `sections` come after the figures.
 
-    Returns
-    -------
-    str
-        HTML that loads nothing from anywhere.
-
-    Raises
-    ------
-    DataFileError
-        When `summary` is not that of the plan's study as it is now, or a file is missing.
+    It is a `DataFileError` when the summary is not that of the plan's study as it is now, or a file
+    is missing.
     """
     reasons = {case_id: str(failure) for case_id, failure in failures(folder).items()}
     results = point_results(plan, summary, reasons)
@@ -117,34 +101,24 @@ def build_report(
     body: Any = environment().get_template("sections.html.j2").module
     table = base64.b64encode(results_table(summary).encode("utf-8")).decode("ascii")
     kinds = _kinds(cases)
-    in_line = "point" not in kinds
-    computation = body.computation(facts, plan.study.file.name, study_text(plan.study), kinds)
-
     answering = [image for image in images if image.entry.category == ANSWER_CATEGORY]
-    answer = _answer(body, plan, summary, results, answering)
+    others = [image for image in images if image not in answering]
     heading, entry = ("What mattered", "Answer") if len(ids) > 1 else ("Results", "Results")
+    answer = _answer(body, plan, summary, results, answering)
+    computation = body.computation(facts, plan.study.file.name, study_text(plan.study), kinds)
+    listed_cases = _cases(body, parameters, results, table)
     page = [Section("answer", heading, answer, entry)]
     if explorer:
-        page += [
-            Section(
-                "explorer",
-                "Explorer",
-                body.explorer(*explorer, scripts.plotly, in_line, len(results)),
-            )
-        ]
-    page += [
-        Section("parameters", "Parameters", body.parameters(parameters)),
-        Section(
-            "cases", "Cases and key results", _cases(body, parameters, results, table), "Cases"
-        ),
-    ]
-    others = [image for image in images if image not in answering]
+        content = body.explorer(*explorer, scripts.plotly, "point" not in kinds, len(results))
+        page.append(Section("explorer", "Explorer", content))
+    page.append(Section("parameters", "Parameters", body.parameters(parameters)))
+    page.append(Section("cases", "Cases and key results", listed_cases, "Cases"))
     if others:
-        page += [Section("figures", "Figures", body.figures(others, len(answering)))]
+        page.append(Section("figures", "Figures", body.figures(others, len(answering))))
     page += sections
     if undone:
-        title = "Points without results"
-        page += [Section("undone", title, body.undone(undone), "Without results")]
+        content = body.undone(undone)
+        page.append(Section("undone", "Points without results", content, "Without results"))
     page += [
         Section("computation", "How it was computed", computation, "Computation"),
         Section("limits", "Limits of the model", body.limits(kinds), "Limits"),
@@ -247,15 +221,12 @@ def _cycles(plan: Plan) -> str:
 
 @dataclass(frozen=True)
 class ParameterRow:
-    """A parameter of the study: its name in the study file (or none), words and values.
+    """A parameter of the study."""
 
-    `choices` has the distinct values of a varied parameter, `values` as many as can be listed.
-    """
-
-    name: str
+    name: str  # in the study file; may be empty
     words: str
-    values: str
-    choices: tuple[str, ...] = ()
+    values: str  # as many as can be listed
+    choices: tuple[str, ...] = ()  # the distinct values of a varied parameter
 
     @property
     def derived(self) -> bool:
@@ -325,12 +296,12 @@ def _cases(
     varied = [row for row in parameters if row.choices]
     ensembles = []
     for levels, count, spread in over_seeds(results):
-        texts = []
+        cells = []
         for name, unit in units.items():
             shown, deviation = (unit.of(each) for each in spread[name])
             part = f" ({100 * deviation / abs(shown):.2g} %)" if shown else ""
-            texts.append(f"{with_error(shown, deviation)}{part}")
-        ensembles.append((levels, count, texts))
+            cells.append((f"{with_error(shown, deviation)}{part}", "", ""))
+        ensembles.append((levels, count, cells))
     return Markup(body.cases(columns, varied, rows, len(results), table, ensembles))
 
 

@@ -172,18 +172,19 @@ def build_explorer(
     units |= {name: RESULTS[name].unit or units[name] for name in PROFILES}
     heights = [each for one in above.values() for each in one.heights or ()]
     height = readable_unit(np.concatenate([np.zeros(1), *heights]), "m")
-    held = [results[place] for place in places]
+    held, axes = [results[place] for place in places], _axes(plan, places)
     header = {
         "words": _words(units, height, results),
         "states": {state.name.lower(): state.value for state in ContactState},
         "profiles": PROFILES,
         "readout": HEADLINES,
         "histories": _histories(units, results),
-        "axes": _axes(plan, places),
+        "axes": axes
+        or [{"words": "point", "levels": [(r.number, f"{r.number}: {r.title}") for r in held]}],
         "points": [
             {
                 "number": result.number,
-                "index": plan.points[place].index,
+                "index": plan.points[place].index if axes else [result.number],
                 "title": result.title,
                 "status": result.status.word,
                 "reason": result.reason,

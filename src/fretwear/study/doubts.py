@@ -202,7 +202,7 @@ def _units_are_unlikely(case: CaseTree) -> Doubt | None:
         ):
             continue
         return Doubt(
-            "is that of a surface whose units are hardly right",
+            "is that of a surface whose units are probably wrong",
             _lengths(
                 side=side,
                 distance_of_points=distance,
@@ -232,7 +232,7 @@ def _points_are_few(case: CaseTree) -> Doubt | None:
     return Doubt(
         "is computed on a surface measured at few points",
         _lengths(distance=distance, contact_radius=case.hertz_radius),
-        f"measure {FEW_POINTS} points a contact radius or more: what lies between is not known",
+        f"measure {FEW_POINTS} points per contact radius or more: what lies between is not known",
     )
 
 
@@ -247,7 +247,7 @@ def _coupling_is_no_number(case: CaseTree) -> Doubt | None:
         "is elongated, so that no single κ relates slip to the gap of the reduced contact",
         f"κ is {case.coupling:.4g} in the centre and taken everywhere, but "
         f"{' and '.join(f'{other:.4g}' for other in others)} by the curvatures",
-        f"take slip and wear for uncertain by up to {100.0 * error:.0f} %",
+        f"treat slip and wear as uncertain by up to {100.0 * error:.0f} %",
     )
 
 

@@ -234,7 +234,7 @@ def _line_has_no_approach(case: CaseTree) -> Problem | None:
     if not case.indenter.is_line:
         return None
     if not case.normal.holds_load:
-        rule = f"cannot be given of a {kind}: how deep a line contact is depends on from where"
+        rule = f"cannot be given for a {kind}: the depth of a line contact has no natural zero"
         return Problem(case.normal.kind, None, rule, "write load: 18.5 N/mm")
     if not isinstance(case.loading, Displacement):
         return None
@@ -243,7 +243,7 @@ def _line_has_no_approach(case: CaseTree) -> Problem | None:
         return Problem("rig_stiffness", None, rule, "leave rig_stiffness out")
     if case.loading.tangential_compliance:
         return None
-    rule = f"of a {kind} needs tangential_compliance: how far it moves depends on its size"
+    rule = f"needs tangential_compliance for a {kind}: it depends on the size of the body"
     hint = (
         "write tangential_compliance: 0.1 um/(N/mm), the slope of the loop after a reversal, or "
         "give sliding_amplitude or tangential_ratio instead"
@@ -271,7 +271,7 @@ def _stroke_is_even(case: CaseTree) -> Problem | None:
     if not case.loading.stroke:
         return None
     if not (case.normal.holds_load or case.indenter.is_line):
-        rule = "does not go with sliding_amplitude, over which the load is held"
+        rule = "cannot be combined with sliding_amplitude, over which the load is held"
         return Problem(
             case.normal.kind, None, rule, f"write load: {force_text(case.hertz.load, 3)}"
         )
@@ -323,7 +323,7 @@ def _map_has_no_closed_form(case: CaseTree) -> Problem | None:
         return None
     kind = case.indenter.kind
     if not case.normal.holds_load:
-        rule = f"cannot be given of a {kind}, whose smooth contact is not known before the run"
+        rule = f"cannot be given for a {kind}, whose smooth contact is not known before the run"
         return Problem(case.normal.kind, None, rule, "write load: 50 N")
     if not isinstance(case.loading, DisplacementRatio):
         return None
@@ -346,17 +346,17 @@ def _line_is_straight(case: CaseTree) -> Problem | None:
             continue
         if not case.indenter.is_line:
             rule = (
-                "does not go with sliding_amplitude: waves that pass each other would have to be "
-                "resolved all over the scar at every position of the stroke"
+                "cannot be combined with sliding_amplitude: waves passing each other would have to "
+                "be resolved all over the scar at every position of the stroke"
             )
-            hint = f"write {name}: none, or take a cylinder, of which a strip tells all"
+            hint = f"write {name}: none, or take a cylinder, of which a strip stands for the whole"
             return Problem(name, part.kind, rule, hint)
         if case.loading.stroke and name == "counterface" and case.roughness is None:
-            rule = "is of the indenter where the flat is rough too"
+            rule = "belongs to the indenter where the flat is rough too"
             return Problem(name, part.kind, rule, "write it as roughness, which is of the flat")
         if not (part.even[0] and math.isinf(part.finest[1])):
             kind = case.indenter.kind
-            rule = f"cannot be on a {kind}: a line contact is even along x and the same along y"
+            rule = f"cannot be on a {kind}: a line contact is even along x and uniform along y"
             return Problem(name, part.kind, rule, f"write {name}: none, or waves of slope_y: 0 deg")
     return None
 
@@ -405,9 +405,7 @@ def _blocks_are_sound(case: CaseTree) -> Problem | None:
     """Each block has to be a case by itself, and either all of them slide over a stroke or none."""
     slides = {bool(block.loading.stroke) for _, block in case.in_blocks() if block is not None}
     if len(slides) > 1:
-        rule = (
-            "has blocks with sliding_amplitude and blocks without: bodies are seen to move or not"
-        )
+        rule = "has blocks with sliding_amplitude and blocks without: give it in all or in none"
         return Problem("blocks", None, rule, "run them as two studies")
     for number, (_, block) in enumerate(case.in_blocks() if case.blocks else (), start=1):
         if block is None:

@@ -197,7 +197,7 @@ def _not_yaml(error: YAMLError, text: str) -> Problem:
     told = [i for i, each in enumerate(lines[: number + 1]) if re.match(r"\s*[^\s#]", each)]
     near = told[-2:] if number in told else told[-1:]
     if "\t" in line[: len(line) - len(line.lstrip())]:
-        hint = "a tab is no indentation in YAML: use spaces"
+        hint = "YAML does not allow tabs as indentation: use spaces"
     elif lacking := [i for i in near if not _ENTRY.match(lines[i])]:
         number = lacking[-1]
         hint = f"a colon and a space must follow the key: {lines[number].strip()!r}"

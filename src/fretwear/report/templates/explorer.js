@@ -16,8 +16,13 @@
     if (typeof DecompressionStream === "undefined") {
       throw new Error("this browser cannot unpack compressed data; one of 2023 or later can");
     }
-    study = await unpackedStudy();
-    await startPlotly();
+    const header = await unpacked("explorer-data").json();
+    const cases = header.cases.map(unpackedCase);
+    study = { ...header, points: header.points.map((point) => ({ ...point, data: cases[point.case] })) };
+    const script = document.createElement("script");
+    script.textContent = await unpacked("plotly-source").text();
+    document.head.append(script);
+    if (typeof Plotly === "undefined") throw new Error("plotly did not start");
   } catch (error) {
     status.textContent = `The explorer cannot start: ${error.message}. The figures below show the same quantities.`;
     return;
@@ -26,23 +31,9 @@
 
   /* ---- Data ---- */
 
-  async function unpacked(id) {
+  function unpacked(id) {
     const bytes = Uint8Array.from(atob(get(id).textContent), (letter) => letter.charCodeAt(0));
-    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
-    return new Response(stream).arrayBuffer();
-  }
-
-  async function startPlotly() {
-    const script = document.createElement("script");
-    script.textContent = new TextDecoder().decode(await unpacked("plotly-source"));
-    document.head.append(script);
-    if (typeof Plotly === "undefined") throw new Error("plotly did not start");
-  }
-
-  async function unpackedStudy() {
-    const header = JSON.parse(new TextDecoder().decode(await unpacked("explorer-data")));
-    const cases = header.cases.map(unpackedCase);
-    return { ...header, points: header.points.map((point) => ({ ...point, data: cases[point.case] })) };
+    return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip")));
   }
 
   /* One case: profiles over x and histories over the cycles, in the units of the header. */
@@ -405,9 +396,8 @@
     ];
   }
 
-  /* ---- Selecting cases: a control for each varied parameter of a grid, else one for all points ---- */
+  /* ---- Selecting cases: a control for each axis ---- */
 
-  const byIndex = new Map(study.points.map((point, place) => [point.index.join(), place]));
   const selected = { a: study.start, b: null };
   const selects = { a: [], b: [] };
   let cycles = [];
@@ -417,33 +407,27 @@
 
   function makeControls(key) {
     const place = document.querySelector(`#case-${key} .choices`);
-    const points = study.points.map((point, at) => [at, `${point.number}: ${point.title}`]);
-    const controls = study.axes.length ? study.axes : [{ words: "point", levels: points }];
-    selects[key] = controls.map(({ words: label, levels }) => {
-      if (levels.length < 2) return null;
+    selects[key] = study.axes.map(({ words: label, levels }) => {
       const wrapper = document.createElement("label");
       const control = document.createElement("select");
-      for (const [value, text] of levels) control.append(new Option(text, value));
+      control.append(...levels.map(([value, text]) => new Option(text, value)));
       control.addEventListener("change", () => pick(key));
       wrapper.append(label, control);
-      place.append(wrapper);
+      if (levels.length > 1) place.append(wrapper);
       return control;
     });
     if (!place.childElementCount) place.append(study.points[0].title);
   }
 
   function pick(key) {
-    const values = selects[key].map((control, axis) => control?.value ?? study.axes[axis].levels[0][0]);
-    selected[key] = study.axes.length ? byIndex.get(values.join()) ?? -1 : Number(values[0]);
+    const index = selects[key].map(({ value }) => value).join();
+    selected[key] = study.points.findIndex((point) => point.index.join() === index);
     update();
   }
 
   function select(key, place) {
     selected[key] = place;
-    const values = study.axes.length ? study.points[place].index : [place];
-    selects[key].forEach((control, axis) => {
-      if (control) control.value = values[axis];
-    });
+    selects[key].forEach((control, axis) => { control.value = study.points[place].index[axis]; });
   }
 
   /* A second case that differs from a point in as few and as late parameters as can be. */
