@@ -37,8 +37,7 @@ static struct fault faults[32];
 static int fault_count, record = -1, told = -1, heard = -1, armed, is_child, is_frozen;
 static long operations[32], *outside;
 static int serial_of[FILES], lock_of[FILES], serials;
-static struct { uint64_t key; long count; } places[PLACES];
-static uint64_t here; /* of what Python writes of its stack to no file */
+static uint64_t places[PLACES], here; /* of what Python writes of its stack to no file */
 
 void faults_arm(const char *below, const char *where, const struct fault *all, int count, int say, int hear,
                 const char *log) {
@@ -57,9 +56,9 @@ void faults_freeze(void) { is_frozen = 1; }
 long faults_operations(int kind) { return operations[__builtin_ctz(kind)]; }
 int faults_is_child(void) { return is_child; }
 
-/* How many operations of a kind have come from here: the same lines of all functions of Python, and
-   the same calls in the libraries below, but for memory that is told of as an exception. */
-static long count_here(int kind) {
+/* Whether memory is taken here for the first time: in the same lines of all functions of Python and, where no
+   exception tells of it, by the same calls in the libraries below. */
+static int is_new_place(int kind) {
     static void (*dump)(int, void *);
     static void *(*thread)(void);
     if (!dump) dump = dlsym(RTLD_DEFAULT, "_Py_DumpTraceback"), thread = dlsym(RTLD_DEFAULT, "PyGILState_GetThisThreadState");
@@ -70,9 +69,10 @@ static long count_here(int kind) {
     if (kind != MEMORY) write(STACK, calls, backtrace(calls, CALLS) * sizeof *calls);
     armed = 1;
     uint64_t at = here % PLACES;
-    while (places[at].key && places[at].key != here) at = (at + 1) % PLACES;
-    places[at].key = here;
-    return ++places[at].count;
+    while (places[at] && places[at] != here) at = (at + 1) % PLACES;
+    int is_new = !places[at];
+    places[at] = here;
+    return is_new;
 }
 
 extern char **environ;
@@ -143,8 +143,7 @@ static int branches(int fault, int kind, long number) {
         return is_child = armed = 1;
     }
     int status = ending_of(child, &hung);
-    int size = snprintf(line, sizeof line, "%d %d %ld %lu %d %d %ld\n", fault, kind, number,
-                        here, status, hung, *outside);
+    int size = snprintf(line, sizeof line, "%d %d %ld %d %d %ld\n", fault, kind, number, status, hung, *outside);
     syscall(SYS_write, told, line, size);
     syscall(SYS_read, heard, line, 1);
     armed = 1;
@@ -156,9 +155,8 @@ static int fails(int kind) {
     long number = operations[__builtin_ctz(kind)]++;
     int is_wanted = 0;
     for (int fault = 0; fault < fault_count; fault++) is_wanted |= faults[fault].kinds & kind;
-    long count = is_wanted ? count_here(kind) : 0;
-    /* Of writes the first, second, fourth, eighth, ... from here; memory is refused once. */
-    if ((kind == WRITE && count & (count - 1)) || (kind >= MEMORY && count > 1)) return 0;
+    /* Memory is refused once at each place. */
+    if (!is_wanted || (kind >= MEMORY && !is_new_place(kind))) return 0;
     for (int fault = 0; fault < fault_count; fault++) {
         struct fault *what = faults + fault;
         if (!(what->kinds & kind) || what->chosen++ % what->every || !branches(fault, kind, number)) continue;

@@ -228,10 +228,9 @@ class Trials:
         os.close(say)
         os.close(answered)
         states: dict[object, tuple[Path, list[tuple[Tally, str]]]] = {}
-        endings: dict[tuple[int, int], list[tuple[int, str]]] = {}
         with os.fdopen(hear) as events:
             for line in events:
-                fault, kind, number, place, status, hung, outside = map(int, line.split())
+                fault, kind, number, status, hung, outside = map(int, line.split())
                 copy = self.copies / f"{fault}-{kind}-{number}"
                 said_file = copy.with_name(f"{copy.name}.said")
                 said = said_file.read_text(encoding="utf-8", errors="replace")
@@ -239,8 +238,6 @@ class Trials:
                 point = f"{kind}:{number}"
                 if tallies[fault].note(point, said, status, hung=bool(hung), outside=outside):
                     print(tallies[fault].name, point, status, said[-3000:], flush=True)
-                words = re.sub(r"P\d+N-\S+|[\d.]+", "", said)
-                endings.setdefault((fault, place), []).append((status, words))
                 kept, points = states.setdefault(state_of(copy), (copy, []))
                 points.append((tallies[fault], point))
                 if kept != copy:
@@ -252,16 +249,8 @@ class Trials:
         seen = json.loads((self.folder / "operations.json").read_text())
         for tally, what in zip(tallies, wanted, strict=True):
             tally.of = sum(seen[bit] for bit in range(KINDS) if what.kinds >> bit & 1)
-        several = [each for each in endings.values() if len(each) > 1]
-        unlike = [set(each) for each in several if len(set(each)) > 1]
-        print(
-            f"{time.monotonic() - begun:.0f} s, {sum(each.points for each in tallies)} points at "
-            f"{len(endings)} places, several at {len(several)}, which end in several ways at "
-            f"{len(unlike)}; {len(states)} states",
-            *unlike,
-            sep="\n",
-            flush=True,
-        )
+        tried = sum(each.points for each in tallies)
+        print(f"{time.monotonic() - begun:.0f} s, {tried} points, {len(states)} states", flush=True)
         for copy, points in states.values():
             shutil.rmtree(self.home)
             copy.rename(self.home)
