@@ -38,9 +38,15 @@ with atheris.instrument_imports(include=["fretwear", "ruamel"]):
     from fretwear.figures.index import FigureEntry, read_figure_index
     from fretwear.running.batch import simulate_to_file
     from fretwear.running.checkpoint import Checkpoint, identity_of, read_checkpoint
-    from fretwear.running.records import failures, log_end, record, spent_on_simulations
     from fretwear.running.simulate import run
-    from fretwear.running.workflow import is_finished, write_finished
+    from fretwear.running.workflow import (
+        failures,
+        is_finished,
+        log_end,
+        record,
+        spent_on_simulations,
+        write_finished,
+    )
     from fretwear.study.problems import StudyError
     from fretwear.study.study import load_study
     from fretwear.study.yamlfile import read_document

@@ -15,7 +15,7 @@ import fretwear
 from fretwear.cli import app
 from fretwear.data.locks import Lock, locked
 from fretwear.data.safe import Unfailing
-from fretwear.running.records import (
+from fretwear.running.workflow import (
     ENDED,
     failures,
     forget,
@@ -204,7 +204,7 @@ def test_cases_whose_logs_cannot_be_written_are_computed_all_the_same(bench, mon
         return Unfailing(Path("/dev/full").open("a", buffering=1))
 
     if how == "on a full disk":
-        for module in ("batch", "records"):
+        for module in ("batch", "workflow"):
             monkeypatch.setattr(f"fretwear.running.{module}.open_log", full)
     else:
         bench.results.mkdir(parents=True)

@@ -12,8 +12,14 @@ import pytest
 import fretwear
 from fretwear.data.files import open_summary
 from fretwear.data.safe import DataFileError
-from fretwear.running.records import failures, record
-from fretwear.running.workflow import StudyJobs, chosen, study_file, write_finished
+from fretwear.running.workflow import (
+    StudyJobs,
+    chosen,
+    failures,
+    record,
+    study_file,
+    write_finished,
+)
 from fretwear.study.problems import StudyError
 
 from ..studies import WAVES, write_study

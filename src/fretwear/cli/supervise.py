@@ -110,7 +110,7 @@ def supervise(case_ids: Collection[str], results: Path) -> None:
     and a folder of results.
     """
     from fretwear.data.safe import Unfailing
-    from fretwear.running.records import ENDED, failures
+    from fretwear.running.workflow import ENDED, failures
 
     vanished: set[str] = set()
     while hasattr(os, "fork"):

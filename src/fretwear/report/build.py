@@ -31,7 +31,7 @@ from fretwear.report.results import (
     point_results,
     variable_of,
 )
-from fretwear.running.records import failures, log_end, spent_on_simulations
+from fretwear.running.workflow import failures, log_end, spent_on_simulations
 from fretwear.study.case import Case
 from fretwear.study.doubts import SMALL_ERROR, finer
 from fretwear.study.parameters import parameter, value_text

@@ -26,9 +26,9 @@ from fretwear.data.safe import (
 from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.integrator import WearError
 from fretwear.running.checkpoint import SECONDS_BETWEEN, Checkpoint
-from fretwear.running.records import failures, forget, log_file, record
 from fretwear.running.resources import require_memory
 from fretwear.running.simulate import run
+from fretwear.running.workflow import failures, forget, log_file, record
 from fretwear.study.doubts import doubts
 from fretwear.version import code_digest
 
