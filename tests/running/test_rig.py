@@ -218,6 +218,14 @@ def test_bodies_whose_wear_is_known_together_slide_over_a_short_stroke(law):
     assert known is None or float(rate.mean()) == pytest.approx(4.8e-14, rel=1e-5)
 
 
+def test_bodies_share_wear_that_falls_with_the_power():
+    each = {"slow": ["2e-4 mm^3/J", "3e-4 mm^3/J"], "fast": ["4e-5 mm^3/J", "6e-5 mm^3/J"]}
+    law = {"wear_coefficient": None, "energy_wear_coefficient": {**ENERGY, **each}}
+    last = run(steel(**law, cell="8 um", cycles=50)).dataset.isel(cycle=-1)
+    for body, share in (("indenter", 0.4), ("flat", 0.6)):
+        np.testing.assert_allclose(last[f"wear_depth_{body}"], share * last.wear_depth, rtol=1e-6)
+
+
 @pytest.mark.parametrize(
     ("case", "changes", "parts"),
     [

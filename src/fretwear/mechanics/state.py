@@ -103,7 +103,8 @@ class WearProblem:
         friction = self.friction.at(cycle)
         law = self.wear_law
         if law.follows_power:
-            law = Archard(law.coefficient(friction, energy_density))
+            worn, shares = law.coefficient(friction, energy_density), law.shares
+            law = Archard(worn if shares is None else (shares[0] * worn, shares[1] * worn))
         return replace(self, friction=friction, wear_law=law)
 
     @property

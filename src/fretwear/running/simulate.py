@@ -378,8 +378,8 @@ def _snapshot_fields(workspace: Workspace, snapshots: Sequence[State]) -> dict[s
             if not problem.loading.stroke:
                 path = 4.0 * problem.wear_coefficient * written["pressure"][loaded]
                 written["slip"][loaded] = written["wear_rate"][loaded] / path
-        for name, values in written.items():
-            fields[name][row] = values[:, 0] if in_line else values
+        for name, values in fields.items():
+            values[row] = written[name][:, 0] if in_line else written[name]
     return fields
 
 
