@@ -20,26 +20,20 @@ from fretwear.units import LENGTH, PRESSURE, format_quantity
 NEARLY_GROSS = 0.9999
 """Load ratio that stands for gross slip where a limiting state of partial slip is asked for."""
 
-
 GREATEST_DUNDURS = 0.1
 """Largest |β|/µ at which the coupling of pressure and slip between unlike bodies is small."""
-
 
 FEW_POINTS = 20
 """Points of a measured surface on a contact radius below which it hardly has a roughness."""
 
-
 GREATEST_MEASURED_SLOPE = 1.0
 """Steepest slope that a profilometer shows of a surface; a steeper one has wrong units."""
-
 
 FEW_CELLS = 5
 """Cells on a stick radius below which its edge is hardly one."""
 
-
 GREATEST_SLOPE = 0.3
 """Steepest slope of a roughness that half-space theory, which takes slopes for small, may have."""
-
 
 SMALL_ERROR, LARGE_ERROR = 0.02, 0.05
 """Relative errors of results: above the first they are marked, above the second doubtful."""
