@@ -79,6 +79,10 @@ CALLS = {
     "inner": ("single", "single"),
     "inner of doubles": ("double", "double"),
     "total": ("single",),
+    "largest": ("single",),
+    "largest of doubles": ("double",),
+    "times": ("single", "single", "single"),
+    "times a number": ("double", 0.3, "single"),
     "project_mean": (0.3, "inside", "single"),
     "weigh": ("single", "single", "single"),
     "update_direction": (0.7, "single", "single"),
@@ -128,9 +132,17 @@ def test_without_the_compiled_ones_numpy_does_the_arithmetic():
     assert kernels.inner.compiled is not None
 
 
+# Offered by processors that have vectors for them.
+WINDOWS = {"SingleWindow", "DoubleWindow"}
+with_windows = pytest.mark.skipif(
+    not hasattr(compiled, "DoubleWindow"), reason="this processor's vectors are too short"
+)
+
+
 def test_every_kernel_is_compiled_and_compared():
     offered = {name for name in vars(compiled) if not name.startswith("_")}
-    assert offered - {"source", "Threads"} == NAMES == set(PASSES) - {"times", "largest"}
+    others = {"source", "Threads", "product", *WINDOWS}
+    assert offered - others == NAMES == set(PASSES)
     for name in NAMES:
         assert PASSES[name].compiled is getattr(compiled, name)
 
@@ -162,8 +174,63 @@ def test_a_compiled_pass_does_what_numpy_does(variant, shape):
             changed += not np.array_equal(one, was)
     # Nothing but what a kernel is to change has changed.
     writes = {"advance": 2, "move": 3, "evaluate": 2}
-    writes |= dict.fromkeys(("inner", "total", "descent", "level"), 0)
+    writes |= dict.fromkeys(("inner", "total", "largest", "descent", "level"), 0)
     assert changed <= writes.get(name, 1)
+
+
+WITHOUT_SYMMETRY = [(4, 6), (10, 12), (54, 40), (32, 108), (512, 600)]
+
+
+@with_windows
+@pytest.mark.parametrize("shape", WITHOUT_SYMMETRY, ids=str)
+def test_the_compiled_convolution_does_what_numpy_does_by_however_many_threads(monkeypatch, shape):
+    random = np.random.default_rng(3)
+    kernel, field = random.random((shape[0] + 1, shape[1] + 1)), random.standard_normal(shape)
+    kernel[0, 0] = 0.3 * kernel.size
+    ours, *shared = (
+        convolution.Convolution.with_kernel(kernel.copy(), (False, False), Team(workers))
+        for workers in (1, 2, 3)
+    )
+    assert type(ours) is convolution.WholeConvolution
+    for each in shared:
+        np.testing.assert_array_equal(each(field), ours(field))
+    single = field.astype(np.float32)
+    found = [ours(field), ours.in_single(2.0)(single), ours.in_single(2.0).inverse(7.0)(+single)]
+    monkeypatch.setattr(convolution, "library", None)
+    theirs = convolution.Convolution.with_kernel(kernel, (False, False))
+    expected = [
+        theirs(field), theirs.in_single(2.0)(single), theirs.in_single(2.0).inverse(7.0)(+single)
+    ]  # fmt: skip
+    for one, other, rtol in zip(found, expected, (1e-14, 2e-6, 2e-6), strict=True):
+        assert one.dtype == other.dtype
+        np.testing.assert_allclose(one, other, atol=rtol * np.abs(other).max())
+
+
+@with_windows
+def test_a_compiled_convolution_refuses_fields_of_other_windows():
+    window, threads = compiled.DoubleWindow(4, 6), ALONE.threads
+    spectrum, field = np.ones((4, compiled.DoubleWindow.lanes)), np.ones((4, 6))
+    window.convolve(threads, field, [spectrum], field.copy())
+    for fields in ((field, [spectrum], field[:2].copy()), (field, [spectrum[:3]], field.copy())):
+        with pytest.raises(ValueError, match="must be of"):
+            window.convolve(threads, *fields)
+    for spectra in ([spectrum] * 2, []):
+        with pytest.raises(ValueError, match="one spectrum or four"):
+            window.convolve(threads, field, spectra, field.copy())
+    with pytest.raises(ValueError, match="even numbers"):
+        compiled.DoubleWindow(3, 4).convolve(threads, field, [spectrum], field.copy())
+    with pytest.raises(ValueError, match="2, 3 and 5"):
+        compiled.DoubleWindow(14, 4)
+
+
+def test_the_product_of_matrices_is_that_of_numpy():
+    f = Fields((70, 9))
+    left, right = f.double(), np.random.default_rng(1).random((9, 130))
+    expected = np.einsum("ik,kj->ij", left, right)
+    for one, other in ((left, right), (np.asfortranarray(left), np.repeat(right, 2, 1)[:, ::2])):
+        np.testing.assert_allclose(kernels.product(one, other), expected, atol=1e-14)
+    with pytest.raises(ValueError, match="must fit"):
+        kernels.product(left, right[:8])
 
 
 @pytest.mark.parametrize("variant", CALLS)
@@ -238,6 +305,8 @@ def test_a_run_is_the_same_without_the_compiled_kernels(monkeypatch, limit):
     *_, by_compiled = evolve(problem, [300], accuracy=CONVERGED)
     for each in PASSES.values():
         monkeypatch.setattr(each, "compiled", None)
+    for module in (convolution, kernels):
+        monkeypatch.setattr(module, "library", None)
     *_, by_numpy = evolve(problem, [300], accuracy=CONVERGED)
     assert by_compiled.step == by_numpy.step
     scale = by_numpy.wear.max()

@@ -13,7 +13,10 @@ they are; for the odd one the field is split into its even and odd halves, and t
 taken, of the odd half in reverse order, which turns sines into cosines up to a sign that the
 inverse undoes. A cell of a whole window thus costs as much as one of a quarter.
 
-Transforms are made by ducc0 where it is installed, which is up to twice as fast here, else by
+Where neither axis is even, the compiled library does all of it if there is one: by complex
+transforms of the same two branches, of lines that hold a frequency along x.
+
+Other transforms are made by ducc0 where it is installed, which is up to twice as fast here, else by
 scipy.fft; both give the same to rounding. None is normalized: a transform and its inverse (III
 undoes II, IV and Hartley's undo themselves) together multiply by twice the number of cells on the
 positive side.
@@ -30,7 +33,7 @@ from typing import Any, Generic
 import numpy as np
 
 from fretwear.mechanics.geometry import Array, Even, Index, Real, Single
-from fretwear.mechanics.team import ALONE, Team, blocks_of_rows
+from fretwear.mechanics.team import ALONE, Team, blocks_of_rows, library
 
 try:
     import ducc0
@@ -143,6 +146,10 @@ class Convolution(Generic[Real]):
         spectrum = dct(1, kernel, (0, 1), workers=team.workers)
         # What two transforms along each of the axes of the padded window leave.
         spectrum /= 4 * (kernel.shape[0] - 1) * (kernel.shape[1] - 1)
+        # A length that is a product of 2, 3 and 5 divides a power of 30.
+        is_fast = not any(pow(30, 64, offsets - 1) for offsets in kernel.shape)
+        if is_fast and not any(even) and hasattr(library, "SingleWindow"):
+            return WholeConvolution([spectrum[x::2, y::2] for x in (0, 1) for y in (0, 1)], team)
         rows = [spectrum[: -1 if even[0] else None : 2], spectrum[1::2]]
         if not even[0]:
             rows[1] = 0.5 * rows[1]
@@ -278,6 +285,58 @@ class Convolution(Generic[Real]):
         self._y.forward(rows)
         rows *= spectrum
         self._y.backward(rows)
+
+
+class WholeConvolution(Convolution[Real]):
+    """The same by the compiled library, which shares all of it, where a field is not even at all.
+
+    Parameters
+    ----------
+    spectra
+        Of the kernel, by branch of the frequency along x and along y: for half of the frequencies
+        along both axes, divided by the number of cells of the padded window.
+    """
+
+    def __init__(self, spectra: Sequence[Real], team: Team) -> None:
+        self._precision = spectra[0].dtype
+        self._shape = rows, columns = 2 * len(spectra[-1]), 2 * spectra[-1].shape[1]
+        self.team, self._given = team.for_cells(rows * columns), tuple[Any, ...](spectra)
+        kind = library.SingleWindow if self._precision == np.float32 else library.DoubleWindow
+        self._window = kind(rows, columns)
+        # Forth and back, a field is doubled.
+        self._factors: list[Any] = team.each(
+            lambda each: _by_lanes(0.5 * each, kind.lanes), spectra
+        )
+
+    def in_single(self, unit: float) -> Convolution[Single]:
+        """The same in single precision, with the kernel in some unit."""
+        single = self.team.each(lambda each: (each / unit).astype(np.float32), self._given)
+        return WholeConvolution(single, self.team)
+
+    def __call__(self, field: Real) -> Real:
+        """The convolution of a field, which is not changed."""
+        result = np.empty_like(field)
+        self._window.convolve(self.team.threads, field, self._factors, result)
+        return result
+
+    def inverse(self, added: float = 0.0) -> Callable[[Real], Real]:
+        """That of `Convolution`."""
+        cells = self._shape[0] * self._shape[1]
+        factor = 0.5 / cells / (8 * cells * self._factors[0] + self._precision.type(added))
+
+        def divided(field: Real) -> Real:
+            self._window.convolve(self.team.threads, field, [factor], field)
+            return field
+
+        return divided
+
+
+def _by_lanes(spectrum: Real, lanes: int) -> Real:
+    """The rows of a spectrum as lanes of vectors."""
+    more = -len(spectrum) % lanes
+    padded = np.pad(spectrum, ((0, more), (0, 0)), mode="edge")
+    blocks = padded.reshape(-1, lanes, spectrum.shape[1]).swapaxes(1, 2)
+    return np.ascontiguousarray(blocks).reshape(-1, lanes)
 
 
 def _by_branch(spectrum: Array, is_even: bool) -> Iterator[Array]:

@@ -178,7 +178,8 @@ class FreeCells:
         team = self._team
         start = kernels.in_single(team, residual, unit)
         kernels.times(team, start, self._inside, start)
-        left, pressure = team.cellwise(np.copy, start, dtype=np.float32), np.zeros_like(start)
+        left, pressure = np.empty_like(start), np.zeros_like(start)
+        kernels.times(team, start, self._inside, left)
         direction: Single | None = None
         alpha = target = energy = 0.0
         uniform = kernels.inner(team, self.uniform, left)

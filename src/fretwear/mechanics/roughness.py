@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretwear.mechanics.geometry import Array, Even
+from fretwear.mechanics.kernels import product
 from fretwear.parts import Part, Quantity, WholeNumber
 
 MAX_SLOPE = math.pi / 4.0
@@ -330,11 +331,12 @@ class SelfAffineRoughness(Roughness):
         waves = self._waves * np.outer(*means)
         # Of the columns to both sides of x = 0 alike, those of one side tell those of the other.
         half = len(x) // 2 if np.array_equal(x, -x[::-1]) else 0
-        # By einsum: with BLAS the last bits would depend on its number of threads.
-        sums = np.einsum("jq,kq->kj", np.exp(1j * np.outer(y, along_y)), waves)
+        phases = np.outer(along_y, y)
+        cosines, sines, real, imaginary = np.cos(phases), np.sin(phases), waves.real, waves.imag
+        cosine = product(real, cosines) - product(imaginary, sines)
+        sine = product(imaginary, cosines) + product(real, sines)
         phases = np.outer(x[half:], along_x)
-        even = np.einsum("ik,kj->ij", np.cos(phases), sums.real)
-        odd = np.einsum("ik,kj->ij", np.sin(phases), sums.imag)
+        even, odd = product(np.cos(phases), cosine), product(np.sin(phases), sine)
         result: Array = np.concatenate([(even + odd)[::-1][:half], even - odd])
         return result
 

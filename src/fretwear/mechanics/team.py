@@ -38,7 +38,7 @@ _Part = TypeVar("_Part")
 _Result = TypeVar("_Result")
 # Fields of so few cells are not worth sharing, as measured. Others are done in a few equal parts:
 # between two parts a thread needs the interpreter, and may have to wait for it.
-_SMALL, _PARTS = 2**17, 8
+_SMALL, _PARTS = 2**17, 4
 
 
 class Team:
