@@ -14,10 +14,11 @@ DEMO = {
 }  # fmt: skip
 
 
-def estimates(deviations, times=2.0):
-    """Estimates of a scalar of 1 whose twin deviates at the snapshots as given."""
-    rows = [{"approach": 1.0} for _ in deviations]
-    twin = [{"approach": 1.0 - each} for each in deviations]
+def estimates(deviations, times=2.0, values=None):
+    """Estimates of a scalar, 1 by default, whose twin deviates at the snapshots as given."""
+    values = values or [1.0] * len(deviations)
+    rows = [{"approach": value} for value in values]
+    twin = [{"approach": value - each} for value, each in zip(values, deviations, strict=True)]
     return estimated_errors(rows, twin, times)["approach"]
 
 
@@ -31,6 +32,12 @@ def test_a_hard_snapshot_leaves_the_errors_of_the_others_as_they_are():
 
 def test_runs_that_agree_by_chance_are_no_more_accurate_than_usual():
     assert estimates([1e-3, 0.0, 1e-3, 2e-3])[1] == pytest.approx(estimates([1e-3])[0])
+
+
+def test_what_has_just_begun_says_nothing_of_the_errors_of_the_end():
+    begun = estimates([2e-3, 1e-3], values=[4e-3, 1.0])
+    assert begun[1] == pytest.approx(estimates([1e-3])[0])
+    assert begun[0] > 2e-3
 
 
 def test_the_wider_the_cells_of_a_twin_the_less_of_what_it_differs_by_counts():

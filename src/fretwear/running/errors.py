@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 
 # Standard deviations in an estimate, on half of the cases of the page of verification.
 _DEVIATIONS = 2.0
+# Values below this part of the largest have just begun, and say nothing of the others.
+_TRACE = 0.01
 # Words in the names of what follows from the place of the edges of contact and stick. These lie
 # somewhere in a cell, so that one of the scalars is the same in both runs now and then, and stays
 # so for a whole elastic run, or jumps by a row of asperities: the upper quartile of all of them
@@ -43,7 +45,8 @@ def estimated_errors(
         values, others = (np.array([row[name] for row in each]) for each in (rows, coarser))
         apart[name] = np.abs(values - others)
         sizes[name] = np.maximum(np.abs(values), np.abs(others))
-        differs = apart[name] > 0
+        counts = np.abs(values) > _TRACE * np.abs(values).max()
+        differs = counts & (apart[name] > 0)
         logarithms = np.log(apart[name][differs] / sizes[name][differs])
         usual[name] = float(np.exp(np.median(logarithms))) if differs.any() else 0.0
     of_edges = [name for name in usual if any(word in name for word in _OF_EDGES)]
