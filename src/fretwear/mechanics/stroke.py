@@ -119,13 +119,7 @@ def slide(
     tolerance: float = TOLERANCE,
     start: StrokeState | None = None,
 ) -> Iterator[StrokeState]:
-    """Integrate the wear of both bodies over the cycles; parameters as of `evolve`.
-
-    Raises
-    ------
-    WearError
-        If the step had to be reduced to nothing.
-    """
+    """Integrate the wear of both bodies over the cycles; parameters and errors as of `evolve`."""
 
     def begin(block: WearProblem, state: StrokeState | None, anew: bool) -> _Slider:
         return _Slider(block, tolerance, state, anew=anew)
@@ -243,8 +237,7 @@ class _Slider(tr_bdf2.Integrator):
         worn = base.worn + worn
         error = float(np.abs(missed).sum() / worn.sum()) / (tr_bdf2.OVERESTIMATE * self.tolerance)
         state = self._state(end, base.step + 1, last, worn, sunk + last.flow)
-        state = replace(state, error_estimate=error * self.tolerance)
-        return state, *tr_bdf2.assessed(error)
+        return replace(state, error_estimate=error * self.tolerance), *tr_bdf2.assessed(error)
 
     def _state(
         self, cycle: float, step: int, found: Contacts, worn: Array, sunk: Array
@@ -296,10 +289,9 @@ def positions(problem: WearProblem) -> tuple[Array, Array]:
     wave = problem.wavelengths[0] if problem.wavelengths else 0.0
     if amplitude <= SMALL_STROKE * half_width:
         return np.zeros(1), np.full(1, 0.5)
-    wanted = max(_LEAST_POSITIONS / 2, _POSITIONS_PER_HALF_WIDTH * amplitude / half_width)
-    if wave:
-        wanted = max(wanted, _POSITIONS_PER_WAVE * amplitude / wave)
-    count = ceil(wanted)
+    of_waves = _POSITIONS_PER_WAVE * amplitude / wave if wave else 0.0
+    of_contact = _POSITIONS_PER_HALF_WIDTH * amplitude / half_width
+    count = ceil(max(_LEAST_POSITIONS / 2, of_contact, of_waves))
     weights = np.full(count + 1, 0.5 / count)
     weights[[0, -1]] *= 0.5
     return np.linspace(0.0, amplitude, count + 1), weights
