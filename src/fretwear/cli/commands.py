@@ -298,7 +298,7 @@ def figures(log: Log, file: StudyFile, results: Results = None) -> None:
         open_history(folder / "summary.nc") as history,
     ):
         extra = source_figures(summary, cases)
-        entries = write_study_figures(summary, cases, drawn, extra, history, study.cases())
+        entries = write_study_figures(summary, cases, drawn, extra, history, study.cases)
     log.result(drawn, f"{len(entries)} figures", figures=len(entries))
 
 

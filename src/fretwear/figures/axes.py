@@ -30,6 +30,8 @@ Place = Literal["outside upper left", "outside lower left"]
 
 MOST_LABELLED = 6
 """Curves that are labelled beside themselves; more have a key."""
+MOST_WITH_MINOR_TICKS = 4
+"""Panels whose axes have minor ticks; those of more are too small for them."""
 
 _ZERO_GAP = 0.7
 _CYCLE_MARGIN = 1.25
@@ -211,9 +213,6 @@ def label_outer(panels: Sequence[Axes], across: int, *, every_x: bool = False) -
         lowest, leftmost = index + across >= len(panels), index % across == 0
         axes.tick_params(axis="x", which="both", labelbottom=lowest or every_x)
         axes.tick_params(axis="y", which="both", labelleft=leftmost)
-        # The layout need not measure an axis without labels, which takes as long as drawing it.
-        axes.xaxis.set_in_layout(lowest or every_x)
-        axes.yaxis.set_in_layout(leftmost)
         if not lowest:
             axes.set_xlabel("")
         if not leftmost:

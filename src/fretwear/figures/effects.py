@@ -14,7 +14,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter, NullFormatter
+from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
 
 from fretwear.data.effects import SEED, Array, Points
 from fretwear.data.sensitivity import (
@@ -26,6 +26,7 @@ from fretwear.data.sensitivity import (
     unit_points,
 )
 from fretwear.figures.axes import (
+    MOST_WITH_MINOR_TICKS,
     ValueAxis,
     label_outer,
     make_panels,
@@ -40,6 +41,7 @@ from fretwear.figures.style import (
     MUTED,
     JournalFigure,
     look,
+    place_label,
     sequential_colormap,
     sequential_colours,
     styled,
@@ -98,6 +100,9 @@ def effects(summary: xr.Dataset, quantities: Sequence[str] = HEADLINES) -> Figur
             _draw_effect(axes, points, varied, axis.unit.of(results), divider, looks)
         axis.set_limits(row[0], np.ones(len(points.ids)), results)
         row[0].set_ylabel(axis.wrapped_label, fontsize=6.0)
+        place_label(row[0].yaxis)
+        for axes in row if down * across > MOST_WITH_MINOR_TICKS else ():
+            axes.yaxis.set_minor_locator(NullLocator())
     for axes, varied in zip(grid[-1], points.levels, strict=True):
         if not points.lines[varied] and varied in points.parameters:
             axes.set_xlabel(parameter_label(varied))
@@ -110,7 +115,6 @@ def effects(summary: xr.Dataset, quantities: Sequence[str] = HEADLINES) -> Figur
         texts = [value_text(varied, levels[int(place)]) for place in shown]
         axes.set_xticks(shown, texts, fontsize=5.5, rotation=30 if sum(map(len, texts)) > 26 else 0)
     label_outer(list(grid.flat), across)
-    figure.align_ylabels(grid[:, 0])
     keyed = {level: pair for level, pair in looks.items() if pair[1]}
     if keyed:
         handles = [Line2D([], [], color=color, marker=mark) for color, mark in keyed.values()]
@@ -298,10 +302,10 @@ def scatter_matrix(summary: xr.Dataset, quantity: str = "wear_volume") -> Figure
         else:
             row[0].set_yscale("log" if axis.is_logarithmic else "linear")
         row[0].set_ylabel(labels[name] if name else axis.wrapped_label, fontsize=6.0)
+        place_label(row[0].yaxis)
     for axes, name in zip(grid[-1], names, strict=True):
         _scale(axes.xaxis, columns[name])
         axes.set_xlabel(parameter_label(name), fontsize=6.0)
-    figure.align_ylabels(grid[:, 0])
     add_scale(figure, list(grid[-1]), ScalarMappable(norm, sequential_colormap()), axis.label)
     return figure
 

@@ -20,6 +20,7 @@ from matplotlib.ticker import FuncFormatter, NullLocator
 from fretwear.data.effects import LEAST_SEEDS, SEED
 from fretwear.figures.axes import (
     MOST_LABELLED,
+    MOST_WITH_MINOR_TICKS,
     ValueAxis,
     label_curves,
     label_outer,
@@ -61,7 +62,6 @@ ZONES = {"contact": CATEGORICAL[0], "stick": INK}
 HALF_WIDTH_LABEL = "Half-width along x (µm)"
 
 _MOST_MARKS = 12
-_MOST_WITH_MINOR_TICKS = 4
 
 
 @styled
@@ -164,7 +164,7 @@ class CyclePlot:
             row_of_lines = _matching(lines, contents[index : index + across])
             if index % across == 0 and row_of_lines:
                 axis.set_limits(panel, *_joined(row_of_lines))
-            if len(panels) > _MOST_WITH_MINOR_TICKS:
+            if len(panels) > MOST_WITH_MINOR_TICKS:
                 panel.xaxis.set_minor_locator(NullLocator())
                 panel.yaxis.set_minor_locator(NullLocator())
         label_outer(panels, across)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import asdict
 from itertools import chain
@@ -63,13 +63,13 @@ def study_figures(
     summary: xr.Dataset,
     cases: Path,
     history: xr.Dataset | None = None,
-    known: Mapping[str, Case] | None = None,
+    known: Callable[[], Mapping[str, Case]] = dict,
 ) -> Iterator[StudyFigure]:
     """Yield the figures of a merged study, whose case files are in the folder `cases`.
 
     Effects of the parameters come first, then the results of all cases over the cycles, from the
     `history` at every step, then profiles, bearing areas and wear maps of a few representative
-    cases; `known` are the cases of the study by id, for the heights of their surfaces. A study
+    cases; `known` returns the cases of the study by id, for the heights of rough surfaces. A study
     without finished points has no figures.
     """
     if not study_lines(summary, "wear_volume"):
@@ -96,18 +96,20 @@ def study_figures(
             caption = _profile_caption(field_of(quantity), where, opened) + chosen.left_out
             figure = compare_profiles(opened, quantity)
             yield StudyFigure(f"{name}{suffix}", caption, PROFILE_CATEGORY, figure)
-        known = known or {}
+        waves = any(Case(**json.loads(each.attrs["parameters"])).rough for each in opened.values())
+        # Making all cases of a study takes a while; they know where the files of surfaces are.
+        surfaces = known() if waves else {}
         rough = {
             title: each
             for title, each in opened.items()
-            if (case := known.get(each.attrs["case_id"])) and has_bearing_area(case)
+            if (case := surfaces.get(each.attrs["case_id"])) and has_bearing_area(case)
         }
         if rough:
             caption = (
                 f"Bearing area before and after wear{where}: the share of the contact above each "
                 "height of the roughness, less wear and plastic depth; 0 is the mean before."
             )
-            figure = compare_bearing_areas(rough, known)
+            figure = compare_bearing_areas(rough, surfaces)
             yield StudyFigure(f"bearing_area{suffix}", caption, MAP_CATEGORY, figure)
         # A line contact has no map: it is the same all along y.
         if all("y" in case.dims for case in opened.values()):
@@ -121,7 +123,7 @@ def write_study_figures(
     folder: Path,
     extra: Iterable[StudyFigure] = (),
     history: xr.Dataset | None = None,
-    known: Mapping[str, Case] | None = None,
+    known: Callable[[], Mapping[str, Case]] = dict,
 ) -> list[FigureEntry]:
     """Write every figure of `study_figures` as SVG and PNG to a folder, and an index of them.
 
