@@ -2,6 +2,7 @@
 
 import base64
 import csv
+import gzip
 import json
 import re
 import shutil
@@ -330,3 +331,6 @@ def test_the_texts_on_a_line_contact_with_debris_are_about_it(tmp_path):
         assert wrong not in text, wrong
     for right in ("plane strain", "Debris stays where it was worn off", "strip of half-width"):
         assert right in text
+    (packed,) = re.findall(r'id="explorer-data">(.*?)<', page)
+    histories = json.loads(gzip.decompress(base64.b64decode(packed)))["histories"]
+    assert histories[1]["label"].startswith("Wear volume per length (")

@@ -429,10 +429,8 @@ def open_history(path: str | PathLike[str]) -> xr.Dataset:
     NaN after the last step of a case; ``cycle`` lies along the steps. Errors are those of
     `open_case`.
     """
-    with suppress(DataFileError), open_summary(path) as summary:
-        history = open_lazily(path, group=HISTORY_GROUP)
-        coordinates = summary.drop_vars([CYCLE.name, X.name]).coords
-        return history.set_coords(CYCLE.name).assign_coords(coordinates)
+    with suppress(DataFileError):
+        return MergedStudy.checked(path).history()
     with opened_case(path, own=False) as file:
         file.check_values()
         if HISTORY_GROUP in file.file.groups:
@@ -455,7 +453,7 @@ def open_loops(path: str | PathLike[str]) -> xr.Dataset:
 
 @contextmanager
 def opened_summary(path: Path) -> Iterator[netCDF4.Dataset]:
-    """Open a merged study with the netCDF library after checking it, as `open_summary` does."""
+    """Open a merged study with the netCDF library; `DataFileError` if it is missing or damaged."""
     if problem := damage(path, "merged study"):
         raise DataFileError(path, problem, _MERGE_AGAIN)
     with _opened(path) as file:
@@ -464,29 +462,53 @@ def opened_summary(path: Path) -> Iterator[netCDF4.Dataset]:
         yield file
 
 
-def read_summary(path: str | PathLike[str]) -> Labelled:
-    """Read a merged study except its profiles and histories, without importing xarray.
+@dataclass(frozen=True)
+class MergedStudy:
+    """A merged study whose file has been checked once, and the ways to read it."""
 
-    Errors are those of `open_summary`.
-    """
+    path: Path
+
+    @classmethod
+    def checked(cls, path: str | PathLike[str]) -> MergedStudy:
+        """Return the merged study of a file; `DataFileError` if that is missing or damaged."""
+        with opened_summary(Path(path)):
+            return cls(Path(path))
+
+    def dataset(self) -> xr.Dataset:
+        """Open it lazily."""
+        return open_lazily(self.path)
+
+    def history(self) -> xr.Dataset:
+        """Open the histories of its cases lazily."""
+        history = open_lazily(self.path, group=HISTORY_GROUP)
+        with self.dataset() as summary:
+            coordinates = summary.drop_vars([CYCLE.name, X.name]).coords
+            return history.set_coords(CYCLE.name).assign_coords(coordinates)
+
+    def results(self) -> Labelled:
+        """Read all of it but profiles and histories, without importing xarray."""
+        with _opened(self.path) as file:
+            return _results(file)
+
+
+def _results(file: netCDF4.Dataset) -> Labelled:
     from fretwear.data.labels import Column, Labelled
 
     columns: dict[str, Column] = {}
-    with opened_summary(Path(path)) as file:
-        coordinates = set(file.dimensions)
-        for name, variable in file.variables.items():
-            attributes = {key: variable.getncattr(key) for key in variable.ncattrs()}
-            coordinates |= {*attributes.pop("coordinates", "").split()}
-            if X.name in variable.dimensions[1:]:
-                continue
-            is_text = variable.dtype.kind == "S"
-            dims = variable.dimensions[:-1] if is_text else variable.dimensions
-            values = np.asarray(variable[...])
-            if is_text:
-                values = np.char.decode(values, "utf-8") if values.dtype.kind == "S" else values
-                attributes.pop("_Encoding", None)
-            columns[name] = Column(dims, values, attributes)
-        attrs = {key: file.getncattr(key) for key in file.ncattrs()}
+    coordinates = set(file.dimensions)
+    for name, variable in file.variables.items():
+        attributes = {key: variable.getncattr(key) for key in variable.ncattrs()}
+        coordinates |= {*attributes.pop("coordinates", "").split()}
+        if X.name in variable.dimensions[1:]:
+            continue
+        is_text = variable.dtype.kind == "S"
+        dims = variable.dimensions[:-1] if is_text else variable.dimensions
+        values = np.asarray(variable[...])
+        if is_text:
+            values = np.char.decode(values, "utf-8") if values.dtype.kind == "S" else values
+            attributes.pop("_Encoding", None)
+        columns[name] = Column(dims, values, attributes)
+    attrs = {key: file.getncattr(key) for key in file.ncattrs()}
     coordinates |= {*attrs.pop("coordinates", "").split()}
     beside = {name: column for name, column in columns.items() if name in coordinates}
     return Labelled({n: c for n, c in columns.items() if n not in beside}, beside, attrs)
@@ -494,6 +516,4 @@ def read_summary(path: str | PathLike[str]) -> Labelled:
 
 def open_summary(path: str | PathLike[str]) -> xr.Dataset:
     """Open a merged study lazily, as `open_case` opens a case; errors are `DataFileError`."""
-    with opened_summary(Path(path)):
-        pass
-    return open_lazily(path)
+    return MergedStudy.checked(path).dataset()
