@@ -195,6 +195,10 @@ and is left out):
 
 {worn}
 
+At X = 0.9 and a limit of 10 p0, which takes 1061 steps, the volume is within 0.24 %, the plastic
+volume 0.77 %, the deepest wear 0.13 % and the stick area, down to 4 % of the first, 0.70 %
+(measured once).
+
 Rough and capped, cycle 0, on the default cells against a quarter of their width (allowed:
 {100 * REQUIRED_ROUGH:g} %). These tips hardly yield, and a plastic volume is an excess over the
 limit: it is right because heights are means over a cell, not those of its centre. Where the bound
