@@ -1,5 +1,6 @@
 """Files that are written whole, and opened only when they are."""
 
+import os
 import tempfile
 from pathlib import Path
 
@@ -204,6 +205,16 @@ def test_a_file_that_is_damaged_cut_short_or_longer_is_not_opened(case_path, ope
         case_path.write_bytes(whole + b"x" if share is None else whole[: int(len(whole) * share)])
         with pytest.raises(CaseFileError, match="cut short or changed by another program"):
             opening(case_path)
+
+
+def test_a_pipe_in_the_place_of_a_case_file_is_refused_and_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "case.nc")
+    # With a writer a reader does not wait for ever, but fails in another way.
+    writer = os.open(tmp_path / "case.nc", os.O_RDWR)
+    os.write(writer, b"x")
+    with pytest.raises(CaseFileError, match="it is not a file"):
+        open_case(tmp_path / "case.nc")
+    os.close(writer)
 
 
 def test_small_files_are_made_in_memory_and_large_ones_in_their_folder(

@@ -241,6 +241,8 @@ def _not_saved(path: Path, problem: str) -> CaseFileError | None:
     The superblock of an HDF5 file says where the file ends. One of ours that was cut short ends
     before that, and one that was damaged still has its checksum, which does not fit.
     """
+    if not path.is_file():  # a pipe would be waited for
+        return CaseFileError(path, problem, _CHECK_NAME)
     try:
         with path.open("rb") as stream:
             head = stream.read(_SUPERBLOCK).ljust(_SUPERBLOCK, b"\0")
