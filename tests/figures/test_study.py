@@ -15,6 +15,7 @@ from scipy.stats import qmc
 from fretwear import figures
 from fretwear.data.files import open_history
 from fretwear.data.safe import DataFileError
+from fretwear.figures.cases import headline
 from fretwear.figures.effects import (
     effect_map,
     effects,
@@ -403,3 +404,12 @@ def test_a_sample_with_two_snapshots_shows_every_point():
         if left <= x <= right and low <= y <= high and line.get_marker() not in ("", "None")
     }
     assert shown >= {round(float(volume) * 1e18, 3) for volume in volumes}
+
+
+def test_a_case_of_blocks_is_named_by_the_values_of_its_blocks(smooth):
+    blocks = [{"cycles": 20, "tangential_ratio": 0.3}, {"cycles": 30, "tangential_ratio": 0.9}]
+    given = json.dumps(json.loads(smooth.attrs["parameters"]) | {"blocks": blocks})
+    assert "0.3 → 0.9" in headline(smooth.assign_attrs(parameters=given))
+    blocks[1] = {"cycles": 30, "tangential_load": 9.0}
+    given = json.dumps(json.loads(smooth.attrs["parameters"]) | {"blocks": blocks})
+    assert "Q/" not in headline(smooth.assign_attrs(parameters=given))

@@ -7,10 +7,15 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from fretwear.figures.datasets import half_profiles
+from fretwear.figures.style import JournalFigure
+from fretwear.running.simulate import simulate
 from fretwear.source_study.cases import TITLES, reference_cases
 from fretwear.source_study.claims import judge
-from fretwear.source_study.figures import source_figures
+from fretwear.source_study.figures import _draw_waves, source_figures
 from fretwear.source_study.section import excess_shear, source_sections
+
+from ..studies import WAVES, steel
 
 
 @pytest.fixture(scope="module")
@@ -154,6 +159,22 @@ def test_no_text_of_a_figure_is_cut_off_or_covered(figures, check_texts, name):
     words = check_texts(figures[whole].figure)
     if name[3:5].isdigit() and int(name[3:5]) not in (7, 15, 16):
         assert {"cycle", "0", "100", "1000", "x (µm)"} <= set(words)
+
+
+def marks_on_tips(**changes):
+    """The least number of marks on a whole tip in contact, in the enlarged part of a figure."""
+    case = steel(roughness=WAVES, plastic_limit="none", cycles=1, **changes)
+    axes = JournalFigure(1, 50.0).subplots()
+    _draw_waves(axes, half_profiles(simulate(case), "pressure", [0]), {0: "black"})
+    x, y = next(line for line in axes.lines if line.get_marker() == ".").get_data()
+    ends = np.flatnonzero(np.diff(y > 0.0, prepend=False, append=False)).reshape(-1, 2)
+    whole = (x[ends[:, 0]] > axes.get_xlim()[0]) & (x[ends[:, 1] - 1] < axes.get_xlim()[1])
+    return np.diff(ends)[whole].min()
+
+
+def test_a_tip_in_contact_has_enough_points_on_the_default_cells_and_not_on_coarse_ones():
+    assert marks_on_tips() >= 7
+    assert marks_on_tips(cell=["1 um", "4 um"]) < 7
 
 
 @pytest.mark.parametrize("number", [5, 6, 9, 11, 14])

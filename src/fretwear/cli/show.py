@@ -25,8 +25,15 @@ from fretwear.cli.common import (
     option,
     say,
 )
-from fretwear.units import Unit, in_unit, readable_unit, with_error
-from fretwear.vocabulary import FORCES, HEADLINES, RESULTS, SYMMETRIES, PointStatus
+from fretwear.units import in_unit, readable_unit, with_error
+from fretwear.vocabulary import (
+    FORCES,
+    HEADLINES,
+    RESULTS,
+    SYMMETRIES,
+    PointStatus,
+    Variable,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -158,8 +165,7 @@ def case_lines(content: dict[str, Any]) -> Iterator[str]:
         values = [result["values"][0], result["values"][-1], content["unworn"].get(name)]
         units, errors = result["units"], result["errors"] or [None]
         about = RESULTS[name].in_units(units)
-        usual = about.unit if units == "1" else None
-        texts, unit = _texts(values, units, [errors[0], errors[-1], None], usual)
+        texts, unit = _texts(values, about, [errors[0], errors[-1], None])
         rows.append((about.marked, *texts, unit))
     yield from aligned(rows)
     yield from ("", _MARK, _UNWORN)
@@ -203,8 +209,9 @@ def study_lines(content: dict[str, Any]) -> Iterator[str]:
         values = [point[name] for point in listed]
         if name in _STUDY_RESULTS:
             errors = [point.get(_STUDY_ERRORS[name]) for point in listed]
-            texts, unit = _texts(values, units[name], errors)
-            columns.append([f"{RESULTS[name].in_units(units[name]).words} ({unit})", *texts])
+            about = RESULTS[name].in_units(units[name])
+            texts, unit = _texts(values, about, errors)
+            columns.append([f"{about.words} ({unit})", *texts])
         else:
             columns.append([name, *(_told(name, value, units[name])[1] for value in values)])
     states = [point["status"] for point in listed]
@@ -234,7 +241,7 @@ def comparison_lines(a: xr.Dataset, b: xr.Dataset) -> Iterator[str]:
     rows = [("", f"A, {at[0]}", f"B, {at[1]}", "", "B/A")]
     for result in compared_results(a, b):
         both = result.first, result.second
-        values, unit = _texts(both, result.variable.si_unit, result.errors)
+        values, unit = _texts(both, result.variable, result.errors)
         ratio = f"{result.ratio:.3g}" if result.first else "-"
         rows.append((result.variable.marked, *values, unit, ratio))
     yield from aligned(rows)
@@ -300,13 +307,13 @@ def _told(
 
 
 def _texts(
-    values: Sequence[float | None],
-    si_unit: str,
-    errors: Sequence[float | None] = (),
-    usual: Unit | None = None,
+    values: Sequence[float | None], about: Variable, errors: Sequence[float | None] = ()
 ) -> tuple[list[str], str]:
-    """Write results with their errors in one readable unit; return them and the unit."""
-    unit = usual or readable_unit([value for value in values if value is not None], si_unit)
+    """Write values of a result with their errors in one readable unit; return them and the unit."""
+    known = [value for value in values if value is not None]
+    # A ratio that is written without a unit elsewhere has none here.
+    usual = about.unit if about.si_unit == "1" else None
+    unit = usual or readable_unit(known, about.si_unit)
     texts = [
         "-" if value is None else with_error(unit.of(value), unit.of(error or 0.0), _DIGITS)
         for value, error in zip_longest(values, errors)

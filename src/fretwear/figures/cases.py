@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -27,7 +28,7 @@ from fretwear.figures.profiles import (
     is_traction,
 )
 from fretwear.figures.style import CATEGORICAL, LINE_STYLES, MUTED, JournalFigure, styled
-from fretwear.study.parameters import symbol_text
+from fretwear.study.parameters import replaced_by, symbol_text, value_text
 from fretwear.units import MICROMETRE, cycle_text, in_unit, number_text, readable_unit
 from fretwear.vocabulary import RESULTS
 
@@ -92,10 +93,16 @@ def overview(
 
 
 def headline(case: xr.Dataset, names: Sequence[str] = _HEADLINE) -> str:
-    """Return the parameters that identify a case, in symbols."""
-    there = (case[name] for name in names if name in case.coords)
-    values = ((str(n.name), in_unit(n.item(), n.attrs.get("units", ""))) for n in there)
-    return ", ".join(symbol_text(*each) for each in values)
+    """Return the parameters that identify a case, in symbols, each value once that blocks give."""
+    blocks = json.loads(case.attrs.get("parameters", "{}")).get("blocks") or [{}]
+    replaced = {name for block in blocks for key in block for name in replaced_by(key)}
+    told = []
+    for known in (case[name] for name in names if name in case.coords and name not in replaced):
+        name, unit = str(known.name), known.attrs.get("units", "")
+        values = dict.fromkeys(block.get(name, known.item()) for block in blocks)
+        first, *others = (in_unit(value, unit) for value in values)
+        told.append(" → ".join([symbol_text(name, first), *(value_text(name, n) for n in others)]))
+    return ", ".join(told)
 
 
 @dataclass(frozen=True)
