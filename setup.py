@@ -30,17 +30,20 @@ class BuildWithWorkspace(build_py):
             shutil.copy("Snakefile", workspace)
 
 
-KERNELS = Path("src/fretwear/mechanics/kernels.cpp")
+MECHANICS = Path("src/fretwear/mechanics")
+SOURCES = [MECHANICS / name for name in ("kernels.cpp", "threads.h", "transforms.h")]
+DIGEST = sha256(b"".join(source.read_bytes() for source in SOURCES)).hexdigest()
 
 setup(
     cmdclass={"build_py": BuildWithWorkspace},
     ext_modules=[
         Pybind11Extension(
             "fretwear.mechanics.compiled_kernels",
-            [KERNELS.as_posix()],
+            [SOURCES[0].as_posix()],
+            depends=[source.as_posix() for source in SOURCES],
             cxx_std=17,
             # A library left from other sources tells itself by this.
-            define_macros=[("KERNELS_SHA256", f'"{sha256(KERNELS.read_bytes()).hexdigest()}"')],
+            define_macros=[("KERNELS_SHA256", f'"{DIGEST}"')],
             extra_compile_args=[] if sys.platform == "win32" else FLAGS,
             optional=True,
         )

@@ -28,7 +28,7 @@ def code_digest() -> str:
     digest = hashlib.sha256()
     places = (package / name for name in (*_SOURCES, *_DRIVERS))
     files = (file for place in places for file in (place, *place.rglob("*")))
-    for file in sorted(file for file in files if file.suffix in (".py", ".cpp")):
+    for file in sorted(file for file in files if file.suffix in (".py", ".cpp", ".h")):
         content = file.read_bytes()
         digest.update(f"{file.relative_to(package).as_posix()} {len(content)}\n".encode())
         digest.update(content)

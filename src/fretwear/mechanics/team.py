@@ -24,15 +24,16 @@ try:
     library: Any = import_module("fretwear.mechanics.compiled_kernels")
 except ImportError:
     library = None
-_source = Path(__file__).with_name("kernels.cpp")
-_digest = sha256(_source.read_bytes()).hexdigest() if library and _source.exists() else ""
-if _digest and getattr(library, "source", "") != _digest:
-    warn(
-        f"{library.__file__} was compiled from another kernels.cpp; NumPy does the arithmetic "
-        "until the package is installed again: pip install -e .",
-        stacklevel=1,
-    )
-    library = None
+_sources = [Path(__file__).with_name(name) for name in ("kernels.cpp", "threads.h", "transforms.h")]
+if library and all(source.exists() for source in _sources):
+    _digest = sha256(b"".join(source.read_bytes() for source in _sources)).hexdigest()
+    if getattr(library, "source", "") != _digest:
+        warn(
+            f"{library.__file__} was compiled from another kernels.cpp; NumPy does the arithmetic "
+            "until the package is installed again: pip install -e .",
+            stacklevel=1,
+        )
+        library = None
 
 _Part = TypeVar("_Part")
 _Result = TypeVar("_Result")

@@ -1,0 +1,388 @@
+// Convolution of a field on a window that is even along neither axis: see convolution.py.
+//
+// Several lines are transformed at a time, one in each lane of a vector. Spectra of the kernel are real
+// and even: two columns are the real and the imaginary part of one line, and what belongs to a frequency
+// along x is a line of complex numbers along y, whose parts lie in a row and in the one that mirrors it.
+// Where processors have no vectors of this length, other transforms are faster.
+
+#pragma once
+
+#include "threads.h"
+
+#if defined(TRANSFORMS)
+
+template <class T>
+struct VectorOf {
+    typedef T type __attribute__((vector_size(32)));
+};
+template <class T>
+using Vector = typename VectorOf<T>::type;
+template <class T>
+constexpr Index LANES = 32 / sizeof(T);
+
+// A complex number of each line.
+template <class T>
+struct Lines {
+    alignas(32) Vector<T> re;
+    alignas(32) Vector<T> im;
+
+    INLINED Lines turned(T c, T s) const { return {re * c - im * s, im * c + re * s}; }
+};
+
+// The factors of a length that is a product of 2, 3 and 5, and what the transforms multiply by.
+template <class T>
+struct Plan {
+    Index count;
+    std::vector<Index> factors;
+    std::vector<std::complex<T>> turns, shifts;
+
+    explicit Plan(Index count) : count(count) {
+        Index left = count;
+        for (const Index factor : {4, 2, 3, 5})
+            for (; left % factor == 0; left /= factor) {
+                factors.push_back(factor);
+                for (Index p = 0; p < left / factor; p++)
+                    for (Index k = 1; k < factor; k++) turns.push_back(turn(2.0 * p * k / left));
+            }
+        if (left != 1) throw std::invalid_argument("lengths must be products of 2, 3 and 5");
+        for (Index j = 0; j < count; j++) shifts.push_back(turn(1.0 * j / count));
+    }
+
+    static std::complex<T> turn(double part) {
+        constexpr double PI = 3.14159265358979323846;
+        return std::complex<T>(std::polar(1.0, -PI * part));
+    }
+};
+
+template <Index R, class T>
+INLINED static void butterfly(Lines<T> *a) {
+    if constexpr (R == 2) {
+        const Lines<T> b = a[1];
+        a[1] = {a[0].re - b.re, a[0].im - b.im};
+        a[0] = {a[0].re + b.re, a[0].im + b.im};
+    } else if constexpr (R == 4) {
+        const Lines<T> even[2] = {{a[0].re + a[2].re, a[0].im + a[2].im},
+                                  {a[1].re + a[3].re, a[1].im + a[3].im}};
+        const Lines<T> odd[2] = {{a[0].re - a[2].re, a[0].im - a[2].im},
+                                 {a[1].re - a[3].re, a[1].im - a[3].im}};
+        a[0] = {even[0].re + even[1].re, even[0].im + even[1].im};
+        a[1] = {odd[0].re + odd[1].im, odd[0].im - odd[1].re};
+        a[2] = {even[0].re - even[1].re, even[0].im - even[1].im};
+        a[3] = {odd[0].re - odd[1].im, odd[0].im + odd[1].re};
+    } else {
+        // Of an odd number of terms: those of two opposite frequencies are alike but for signs.
+        constexpr Index H = R / 2;
+        constexpr double COS[3][2] = {{-0.5, 0}, {}, {0.30901699437494742, -0.80901699437494742}};
+        constexpr double SIN[3][2] = {
+            {0.86602540378443865, 0}, {}, {0.95105651629515357, 0.58778525229247313}};
+        Lines<T> sum[H], difference[H], first = a[0];
+        for (Index j = 0; j < H; j++) {
+            sum[j] = {a[1 + j].re + a[R - 1 - j].re, a[1 + j].im + a[R - 1 - j].im};
+            difference[j] = {a[1 + j].re - a[R - 1 - j].re, a[1 + j].im - a[R - 1 - j].im};
+            a[0] = {a[0].re + sum[j].re, a[0].im + sum[j].im};
+        }
+        for (Index k = 1; k <= H; k++) {
+            Lines<T> even = first, odd = {};
+            for (Index j = 0; j < H; j++) {
+                const Index turns = (j + 1) * k % R, place = std::min(turns, R - turns) - 1;
+                const T c = COS[R - 3][place], s = (turns > H ? -1 : 1) * SIN[R - 3][place];
+                even = {even.re + c * sum[j].re, even.im + c * sum[j].im};
+                odd = {odd.re + s * difference[j].re, odd.im + s * difference[j].im};
+            }
+            a[k] = {even.re + odd.im, even.im - odd.re};
+            a[R - k] = {even.re - odd.im, even.im + odd.re};
+        }
+    }
+}
+
+// One factor of a transform after Stockham, which leaves the frequencies in their order.
+template <Index R, class T>
+INLINED static void pass(Index left, Index done, const std::complex<T> *turns,
+                         const Lines<T> *RESTRICT from, Lines<T> *RESTRICT to) {
+    for (Index p = 0; p < left / R; p++)
+        for (Index q = 0; q < done; q++) {
+            Lines<T> a[R];
+            for (Index j = 0; j < R; j++) a[j] = from[q + done * (p + left / R * j)];
+            butterfly<R>(a);
+            to[q + done * R * p] = a[0];
+            for (Index k = 1; k < R; k++) {
+                const std::complex<T> by = turns[(R - 1) * p + k - 1];
+                to[q + done * (R * p + k)] = a[k].turned(by.real(), by.imag());
+            }
+        }
+}
+
+// The transform of some lines, which are overwritten: in one of the two buffers.
+template <class T>
+INLINED static Lines<T> *transformed(const Plan<T> &plan, Lines<T> *lines, Lines<T> *other) {
+    Index left = plan.count, done = 1;
+    const std::complex<T> *turns = plan.turns.data();
+    for (const Index factor : plan.factors) {
+        if (factor == 4) pass<4>(left, done, turns, lines, other);
+        if (factor == 2) pass<2>(left, done, turns, lines, other);
+        if (factor == 3) pass<3>(left, done, turns, lines, other);
+        if (factor == 5) pass<5>(left, done, turns, lines, other);
+        turns += left / factor * (factor - 1);
+        left /= factor;
+        done *= factor;
+        std::swap(lines, other);
+    }
+    return lines;
+}
+
+VECTORIZED static Lines<float> *transform(const Plan<float> &plan, Lines<float> *lines,
+                                          Lines<float> *other) {
+    return transformed(plan, lines, other);
+}
+VECTORIZED static Lines<double> *transform(const Plan<double> &plan, Lines<double> *lines,
+                                           Lines<double> *other) {
+    return transformed(plan, lines, other);
+}
+
+template <class T>
+INLINED static Vector<T> loaded(const T *from, Index count) {
+    Vector<T> result = {};
+    if (count >= LANES<T>) std::memcpy(&result, from, sizeof result);
+    else if (count > 0) std::memcpy(&result, from, count * sizeof(T));
+    return result;
+}
+
+template <class T>
+INLINED static void store(const Vector<T> &vector, T *to, Index count) {
+    if (count >= LANES<T>) std::memcpy(to, &vector, sizeof vector);
+    else if (count > 0) std::memcpy(to, &vector, count * sizeof(T));
+}
+
+// Turn rows of a square of vectors into columns: exchange its blocks, then those of each block.
+template <Index D, class T, Index... L>
+INLINED static void exchange(Vector<T> *rows, std::integer_sequence<Index, L...>) {
+    constexpr Index N = sizeof...(L);
+    for (Index i = 0; i < N; i++) {
+        if (i & D) continue;
+        const Vector<T> one = rows[i], other = rows[i + D];
+        rows[i] = __builtin_shufflevector(one, other, (L & D ? N + L - D : L)...);
+        rows[i + D] = __builtin_shufflevector(one, other, (L & D ? N + L : L + D)...);
+    }
+}
+
+template <class T>
+INLINED static void transpose(Vector<T> *rows) {
+    constexpr auto lanes = std::make_integer_sequence<Index, LANES<T>>();
+    if constexpr (LANES<T> == 8) exchange<4, T>(rows, lanes);
+    exchange<2, T>(rows, lanes);
+    exchange<1, T>(rows, lanes);
+}
+
+// The transform of lines and, if asked for, that at the frequencies between: in some of four buffers.
+template <class T>
+INLINED static std::array<Lines<T> *, 4> branches(const Plan<T> &plan, Lines<T> *work, bool odd) {
+    const Index n = plan.count;
+    Lines<T> *shifted = work + 2 * n;
+    if (odd)
+        for (Index j = 0; j < n; j++)
+            shifted[j] = work[j].turned(plan.shifts[j].real(), plan.shifts[j].imag());
+    Lines<T> *even = transform(plan, work, work + n);
+    Lines<T> *between = odd ? transform(plan, shifted, work + 3 * n) : shifted;
+    return {even, even == work ? work + n : work, between,
+            between == shifted ? work + 3 * n : shifted};
+}
+
+// The inverse of both, of which the conjugates are given, but for the number of terms: conjugate, too.
+template <class T>
+INLINED static Lines<T> *joined(const Plan<T> &plan, std::array<Lines<T> *, 4> at, bool odd) {
+    Lines<T> *result = transform(plan, at[0], at[1]);
+    if (!odd) return result;
+    const Lines<T> *between = transform(plan, at[2], at[3]);
+    for (Index j = 0; j < plan.count; j++) {
+        const Lines<T> part = between[j].turned(plan.shifts[j].real(), plan.shifts[j].imag());
+        result[j] = {result[j].re + part.re, result[j].im + part.im};
+    }
+    return result;
+}
+
+// A field by frequency along x: the real parts in the first rows, the imaginary ones in those that
+// mirror them, both twice. Of columns from a place on, as many as two vectors have.
+template <class T>
+INLINED static void into_rows(const Plan<T> &plan, Index columns, Index column, const T *field,
+                              T *even, T *odd, Lines<T> *work) {
+    const Index n = plan.count, width = LANES<T>;
+    const Index first = columns - column, second = first - width;
+    for (Index j = 0; j < n; j++) {
+        const T *at = field + j * columns + column;
+        work[j] = {loaded(at, first), loaded(at + width, second)};
+    }
+    const auto found = branches(plan, work, odd);
+    for (Index branch = 0; branch < (odd ? 2 : 1); branch++) {
+        const Lines<T> *lines = found[2 * branch];
+        T *rows = (branch ? odd : even) + column;
+        for (Index k = 0; k <= n / 2 - branch; k++) {
+            const Index mirror = branch ? n - 1 - k : (n - k) % n;
+            const Lines<T> one = lines[k], other = lines[mirror];
+            store<T>(one.re + other.re, rows + k * columns, first);
+            store<T>(one.im + other.im, rows + k * columns + width, second);
+            if (k == mirror) continue;
+            store<T>(one.im - other.im, rows + mirror * columns, first);
+            store<T>(other.re - one.re, rows + mirror * columns + width, second);
+        }
+    }
+}
+
+// The inverse, of what is given once.
+template <class T>
+INLINED static void from_rows(const Plan<T> &plan, Index columns, Index column, T *field,
+                              const T *odd, Lines<T> *work) {
+    const Index n = plan.count, width = LANES<T>;
+    const Index first = columns - column, second = first - width;
+    for (Index branch = 0; branch < (odd ? 2 : 1); branch++) {
+        const T *rows = (branch ? odd : field) + column;
+        Lines<T> *lines = work + 2 * branch * n;
+        for (Index k = 0; k <= n / 2 - branch; k++) {
+            const Index mirror = branch ? n - 1 - k : (n - k) % n;
+            const Lines<T> real = {loaded(rows + k * columns, first),
+                                   loaded(rows + k * columns + width, second)};
+            Lines<T> imaginary = {};
+            if (k != mirror)
+                imaginary = {loaded(rows + mirror * columns, first),
+                             loaded(rows + mirror * columns + width, second)};
+            lines[k] = {real.re - imaginary.im, -real.im - imaginary.re};
+            lines[mirror] = {real.re + imaginary.im, imaginary.re - real.im};
+        }
+    }
+    const Lines<T> *result = joined(plan, {work, work + n, work + 2 * n, work + 3 * n}, odd);
+    for (Index j = 0; j < n; j++) {
+        T *at = field + j * columns + column;
+        store<T>(result[j].re, at, first);
+        store<T>(-result[j].im, at + width, second);
+    }
+}
+
+// Multiply the transforms along y of as many lines as a vector has lanes by spectra, which are given
+// for half of the frequencies by lane.
+template <class T>
+INLINED static void multiply_lines(const Plan<T> &plan, Index rows, bool is_odd, Index line, T *field,
+                                   const T *even, const T *odd, Lines<T> *work) {
+    const Index n = plan.count, width = LANES<T>, count = rows / 2 + (is_odd ? 0 : 1);
+    T *real[LANES<T>] = {}, *imaginary[LANES<T>] = {};
+    for (Index l = 0; l < std::min(width, count - line); l++) {
+        const Index row = line + l, mirror = is_odd ? rows - 1 - row : (rows - row) % rows;
+        real[l] = field + row * n;
+        if (mirror != row) imaginary[l] = field + mirror * n;
+    }
+    Vector<T> re[LANES<T>], im[LANES<T>];
+    for (Index first = 0; first < n; first += width) {
+        for (Index l = 0; l < width; l++) {
+            re[l] = loaded(real[l] + first, real[l] ? n - first : 0);
+            im[l] = loaded(imaginary[l] + first, imaginary[l] ? n - first : 0);
+        }
+        transpose<T>(re);
+        transpose<T>(im);
+        for (Index l = 0; l < std::min(width, n - first); l++) work[first + l] = {re[l], im[l]};
+    }
+    const auto found = branches(plan, work, odd);
+    for (Index branch = 0; branch < (odd ? 2 : 1); branch++) {
+        const T *spectrum = branch ? odd : even;
+        Lines<T> *lines = found[2 * branch];
+        for (Index k = 0; k < n; k++) {
+            const Index place = std::min(k, n - branch - k);
+            const Vector<T> factor = loaded(spectrum + place * width, width);
+            lines[k] = {lines[k].re * factor, -lines[k].im * factor};
+        }
+    }
+    const Lines<T> *result = joined(plan, found, odd);
+    for (Index first = 0; first < n; first += width) {
+        for (Index l = 0; l < width; l++) {
+            const Lines<T> each = first + l < n ? result[first + l] : Lines<T>{};
+            re[l] = each.re;
+            im[l] = -each.im;
+        }
+        transpose<T>(re);
+        transpose<T>(im);
+        for (Index l = 0; l < width; l++) {
+            store<T>(re[l], real[l] + first, real[l] ? n - first : 0);
+            store<T>(im[l], imaginary[l] + first, imaginary[l] ? n - first : 0);
+        }
+    }
+}
+
+#define FOR_BOTH(T)                                                                                  \
+    VECTORIZED static void to_rows(const Plan<T> &plan, Index columns, Index column, const T *field, \
+                                   T *even, T *odd, Lines<T> *work) {                                \
+        into_rows(plan, columns, column, field, even, odd, work);                                    \
+    }                                                                                                \
+    VECTORIZED static void to_field(const Plan<T> &plan, Index columns, Index column, T *field,      \
+                                    const T *odd, Lines<T> *work) {                                  \
+        from_rows(plan, columns, column, field, odd, work);                                          \
+    }                                                                                                \
+    VECTORIZED static void by_spectra(const Plan<T> &plan, Index rows, bool is_odd, Index line,      \
+                                      T *field, const T *even, const T *odd, Lines<T> *work) {       \
+        multiply_lines(plan, rows, is_odd, line, field, even, odd, work);                            \
+    }
+FOR_BOTH(float)
+FOR_BOTH(double)
+
+// The convolution on a window of some shape, or its part at the frequencies of the window repeated.
+template <class T>
+class Window {
+  public:
+    Window(Index rows, Index columns) : along_x(rows), along_y(columns) {}
+
+    // Spectra by branch of the frequency along x and along y; those of odd ones may be missing.
+    void convolve(Threads &threads, const Field<const T> &field,
+                  const std::vector<Field<const T>> &spectra, const Field<T> &result) {
+        const Index rows = along_x.count, columns = along_y.count, width = LANES<T>;
+        require(rows % 2 == 0 && columns % 2 == 0, "a window must have even numbers of cells");
+        for (const auto &each : {field.size(), result.size()})
+            require(each == rows * columns, "fields must be of the window's shape");
+        const bool both = spectra.size() == 4;
+        require(both || spectra.size() == 1, "there must be one spectrum or four");
+        const Index lines[2] = {rows / 2 + 1, rows / 2}, terms[2] = {columns / 2 + 1, columns / 2};
+        for (Index i = 0; i < static_cast<Index>(spectra.size()); i++)
+            require(spectra[i].size() >= blocks(lines[i / 2], width) * terms[i % 2] * width,
+                    "spectra must be of the window's frequencies");
+        const py::gil_scoped_release while_others_compute;
+        if (both) between.resize(rows * columns);
+        T *odd = both ? between.data() : nullptr;
+        const Index strips = blocks(columns, 2 * width), even_lines = blocks(lines[0], width);
+        // Threads work far apart, because two columns may lie in one line of the cache.
+        const auto column = [=](Index part) {
+            return (part % 2 ? (strips + 1) / 2 + part / 2 : part / 2) * 2 * width;
+        };
+        threads.share(strips, [&](Index part) {
+            to_rows(along_x, columns, column(part), field.data, result.data, odd, room());
+        });
+        threads.share(even_lines + (both ? blocks(lines[1], width) : 0), [&](Index part) {
+            const bool is_odd = part >= even_lines;
+            const Index block = is_odd ? part - even_lines : part;
+            const auto spectrum = [&](Index branch) {
+                return spectra[2 * is_odd + branch].data + block * terms[branch] * width;
+            };
+            by_spectra(along_y, rows, is_odd, block * width, is_odd ? odd : result.data, spectrum(0),
+                       both ? spectrum(1) : nullptr, room());
+        });
+        threads.share(strips, [&](Index part) {
+            to_field(along_x, columns, column(part), result.data, odd, room());
+        });
+    }
+
+  private:
+    const Plan<T> along_x, along_y;
+    std::vector<T> between;
+
+    static Index blocks(Index count, Index size) { return (count + size - 1) / size; }
+
+    // Buffers of a thread.
+    Lines<T> *room() const {
+        thread_local std::vector<Lines<T>> lines;
+        lines.resize(std::max<std::size_t>(lines.size(), 4 * std::max(along_x.count, along_y.count)));
+        return lines.data();
+    }
+};
+
+template <class T>
+static void bind_window(py::module_ &module, const char *name) {
+    py::class_<Window<T>>(module, name)
+        .def(py::init<Index, Index>())
+        .def("convolve", &Window<T>::convolve)
+        .def_property_readonly_static("lanes", [](py::object) { return LANES<T>; });
+}
+#endif
