@@ -23,6 +23,7 @@ from fretwear.figures.effects import (
     scatter_matrix,
     sensitivity,
 )
+from fretwear.figures.history import CyclePlot
 from fretwear.figures.index import (
     INDEX_NAME,
     FigureEntry,
@@ -229,10 +230,15 @@ def test_a_few_lines_are_labelled_beside_themselves_and_many_get_a_colour_bar(
 
 def test_seeds_are_an_ensemble_drawn_by_its_mean_and_deviation(small_study, check_texts):
     # Three surfaces as if they differed by chance alone.
-    summary = small_study.summary.isel(friction=0, plastic_limit=0, drop=True)
-    summary = summary.isel(roughness_amplitude=[0, 1, 1])
-    summary = summary.rename(roughness_amplitude="roughness_seed")
-    summary = summary.assign_coords(roughness_seed=[1.0, 2.0, 3.0])
+    def ensemble(dataset):
+        dataset = dataset.isel(friction=0, plastic_limit=0, drop=True)
+        dataset = dataset.isel(roughness_amplitude=[0, 1, 1])
+        dataset = dataset.rename(roughness_amplitude="roughness_seed")
+        return dataset.assign_coords(roughness_seed=[1.0, 2.0, 3.0])
+
+    summary = ensemble(small_study.summary)
+    with open_history(small_study.cases.parent / "summary.nc") as steps:
+        history = ensemble(steps.load())
     figure = figures.wear_volume(summary)
     among = summary["wear_volume"].sel(load=40.0)
     mean, deviation = among.mean("roughness_seed"), among.std("roughness_seed", ddof=1)
@@ -244,6 +250,14 @@ def test_seeds_are_an_ensemble_drawn_by_its_mean_and_deviation(small_study, chec
     highest = band[np.isclose(band[:, 0], 1000.0), 1].max()
     assert highest == pytest.approx(size * float(mean[-1] + deviation[-1]), rel=1e-9)
     assert any("means of 3 seeds" in text for text in check_texts(figure))
+    # At every step of any of them, where the history is known.
+    mean = CyclePlot.of(summary, "wear_volume", history).lines[-1]
+    steps = [history.isel(load=-1, roughness_seed=seed).dropna("step") for seed in range(3)]
+    np.testing.assert_array_equal(mean.cycles, np.unique(np.concatenate([s.cycle for s in steps])))
+    at = [np.interp(mean.cycles, each.cycle, each.wear_volume) for each in steps]
+    np.testing.assert_allclose(mean.quantity, np.mean(at, axis=0), rtol=1e-12)
+    np.testing.assert_allclose(mean.deviation, np.std(at, axis=0, ddof=1), rtol=1e-9, atol=1e-30)
+    assert len(mean.cycles) > mean.marks.shape[1]
 
 
 def drawn(count):

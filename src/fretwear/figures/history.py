@@ -30,7 +30,15 @@ from fretwear.figures.axes import (
     set_cycle_axis,
 )
 from fretwear.figures.datasets import check_dataset, variable_of
-from fretwear.figures.lines import Array, Layout, Line, choose_layout, shown_lines, study_lines
+from fretwear.figures.lines import (
+    Array,
+    Layout,
+    Line,
+    choose_layout,
+    means_over,
+    shown_lines,
+    study_lines,
+)
 from fretwear.figures.maps import add_scale
 from fretwear.figures.style import (
     CATEGORICAL,
@@ -95,16 +103,14 @@ contact_half_width, stick_half_width, wear_volume, dissipated_energy = (
 class CyclePlot:
     """What a figure of a result over the cycles shows, drawn and told.
 
-    `lines` are those of the study, or their means over the seeds of an ensemble, as far as the
-    layout shows them, with a standard deviation over `seeds` of these; `cases` says in words how
-    many there are.
+    `lines` are those of the study, or their means over the `seeds` of an ensemble, as far as the
+    layout shows them; `cases` says in words how many there are.
     """
 
     variable: Variable
     lines: Sequence[Line]
     layout: Layout
     axis: ValueAxis
-    deviation: xr.DataArray | None
     seeds: int
     cases: str
     is_dense: bool
@@ -122,20 +128,18 @@ class CyclePlot:
         cases = f"{len(lines)} of {points} cases, those done"
         if points == len(lines):
             cases = "one case" if points == 1 else f"all {points} cases"
-        values, deviation = dataset[variable.name], None
-        seeds = values.sizes.get(SEED, 0)
-        if seeds >= LEAST_SEEDS:
+        seeds = dataset[variable.name].sizes.get(SEED, 0)
+        if seeds < LEAST_SEEDS:
+            seeds = 0
+        else:
             # Seeds are chance: their mean is shown, and how far they are from it.
-            history, deviation = None, values.std(SEED, ddof=1)
-            mean = values.mean(SEED, keep_attrs=True)
-            others = [each for each, about in dataset.variables.items() if SEED in about.dims]
-            lines = study_lines(dataset.drop_vars(others).assign({mean.name: mean}), variable.name)
+            lines = means_over(SEED, lines, dataset)
         layout = choose_layout(lines)
         lines = shown_lines(lines, layout)
         cycles, known = _joined(lines)
         axis = ValueAxis.of(variable, known[(cycles == 0.0) | (cycles >= 1.0)])
         is_dense = history is not None
-        return cls(variable, lines, layout, axis, deviation, seeds, cases, is_dense)
+        return cls(variable, lines, layout, axis, seeds, cases, is_dense)
 
     @styled
     def draw(self, columns: Columns = 2, ax: Axes | None = None) -> Figure:
@@ -172,7 +176,7 @@ class CyclePlot:
             figure.supylabel(axis.label, fontsize=7.5)
         else:
             panels[0].set_ylabel(axis.label)
-        if self.deviation is not None:
+        if self.seeds:
             note = f"Lines are means of {self.seeds} seeds, bands their standard deviation."
             figure.supxlabel(note, fontsize=7.0)
         few = len(panels) == 1 and 1 < len(lines) <= MOST_LABELLED
@@ -219,9 +223,8 @@ class CyclePlot:
         if has_marks and not at_steps:
             heights = unit.of(line.marks[1])
             panel.plot(line.marks[0], heights, ls="none", label="_snapshots", **color, **marks)
-        if self.deviation is not None:
-            apart = self.deviation.isel(line.point).interp(cycle=line.cycles).values
-            low, high = unit.of(values - apart), unit.of(values + apart)
+        if line.deviation is not None:
+            low, high = unit.of(values - line.deviation), unit.of(values + line.deviation)
             panel.fill_between(line.cycles, low, high, alpha=0.2, lw=0.0, label="_band", **color)
         return curve
 
@@ -271,7 +274,7 @@ class CyclePlot:
     def _sentences(self) -> Iterator[str]:
         layout = self.layout
         yield f"{self.variable.label} against the number of cycles, {self.cases}."
-        if self.deviation is not None:
+        if self.seeds:
             yield f"Mean and standard deviation over {self.seeds} seeds."
         if layout.rows or layout.across:
             yield f"Panels: {_names([*layout.rows, *layout.across])}."

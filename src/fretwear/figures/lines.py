@@ -40,7 +40,8 @@ class Line:
     """One point of a study: its place, its varied values and one quantity over the cycles.
 
     `cycles` and `quantity` are of every step where these are known, else of the snapshots, which
-    are `marks` of shape (2, k): cycles and values; none of a history alone.
+    are `marks` of shape (2, k): cycles and values; none of a history alone. A mean over seeds has
+    the standard `deviation` of the quantity.
     """
 
     point: Mapping[str, int]
@@ -48,6 +49,7 @@ class Line:
     cycles: Array
     quantity: Array
     marks: Array
+    deviation: Array | None = None
 
 
 def study_lines(
@@ -85,6 +87,30 @@ def study_lines(
         known = np.isfinite(dense[at])
         lines.append(Line(point, values, dense_cycles[at][known], dense[at][known], marks))
     return lines
+
+
+def means_over(dim: str, lines: Sequence[Line], summary: xr.Dataset) -> list[Line]:
+    """Return the means and deviations of the lines that differ along a dimension alone.
+
+    They are taken at every cycle of any of them, between steps along straight lines. What varies
+    along the dimension is no value of theirs.
+    """
+    groups: dict[tuple[tuple[str, int], ...], list[Line]] = {}
+    for line in lines:
+        point = tuple(place for place in line.point.items() if place[0] != dim)
+        groups.setdefault(point, []).append(line)
+    kept = [name for name in lines[0].values if dim not in summary[name].dims]
+    means = []
+    for point, group in groups.items():
+        cycles = np.unique(np.concatenate([line.cycles for line in group]))
+        marked = np.unique(np.concatenate([line.marks[0] for line in group]))
+        values = np.stack([np.interp(cycles, line.cycles, line.quantity) for line in group])
+        mean = values.mean(axis=0)
+        deviation = values.std(axis=0, ddof=1) if len(group) > 1 else None
+        marks = np.stack([marked, np.interp(marked, cycles, mean)])
+        known = {name: group[0].values[name] for name in kept}
+        means.append(Line(dict(point), known, cycles, mean, marks, deviation))
+    return means
 
 
 def _over_cycles(dataset: xr.Dataset, variable: str, dims: Sequence[str]) -> tuple[Array, Array]:
