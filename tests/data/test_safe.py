@@ -154,7 +154,9 @@ def test_what_a_killed_writer_left_is_removed_by_the_next(tmp_path):
     with python(WRITER, target) as writer:
         assert writer.stdout.readline() == "writing\n"
         (left,) = tmp_path.iterdir()
-        assert safe.remove_stale_temporaries(target) == [], "the writer is still alive"
+        assert safe.remove_stale_temporaries(target.parent, target.name) == [], (
+            "the writer is still alive"
+        )
         writer.send_signal(signal.SIGKILL)
     assert not target.exists()
     safe.write_text(target, "whole")
@@ -168,14 +170,14 @@ def test_a_temporary_of_another_machine_is_left_for_a_week_and_that_of_another_f
     other = tmp_path / ".b.a.txt.other-machine.1.0123abcd.tmp"
     eight_days_ago = time.time() - 8 * 24 * 3600
     foreign.write_text("half")
-    assert safe.remove_stale_temporaries(target) == []
+    assert safe.remove_stale_temporaries(target.parent, target.name) == []
     other.write_text("half")
     endless = tmp_path / f".a.txt.{_host()}.{10**19}.0123abcd.tmp"  # no process has this number
     endless.write_text("half")
     for file in (foreign, other):
         os.utime(file, (eight_days_ago, eight_days_ago))
-    assert safe.remove_stale_temporaries(target) == [foreign]
-    assert safe.remove_stale_temporaries(tmp_path / "b.a.txt") == [other]
+    assert safe.remove_stale_temporaries(target.parent, target.name) == [foreign]
+    assert safe.remove_stale_temporaries(tmp_path, "b.a.txt") == [other]
 
 
 @pytest.fixture
@@ -250,9 +252,9 @@ def test_a_process_of_another_container_of_the_same_name_is_not_taken_for_dead(
     monkeypatch.setattr("fretwear.data.safe._host", lambda: hosts[0])
     live = target.with_name(f".a.txt.{hosts[1]}.999999999.0123abcd.tmp")
     live.write_text("half")
-    assert safe.remove_stale_temporaries(target) == []
+    assert safe.remove_stale_temporaries(target.parent, target.name) == []
     monkeypatch.setattr("fretwear.data.safe._host", lambda: hosts[1])
-    assert safe.remove_stale_temporaries(target) == [live]
+    assert safe.remove_stale_temporaries(target.parent, target.name) == [live]
 
 
 class AskedError(Exception):

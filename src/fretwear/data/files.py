@@ -35,10 +35,12 @@ from fretwear.version import code_digest
 from fretwear.vocabulary import (
     BODY_FIELDS,
     CASE_DIMS,
+    CASE_ID,
     CODE_DIGEST,
     CYCLE,
     FIELDS,
     LINE_DIMS,
+    STATUS,
     STEP,
     X,
     Y,
@@ -490,6 +492,9 @@ class MergedStudy:
     def results(self) -> Labelled:
         """Read all of it but profiles and histories, without importing xarray."""
         with _opened(self.path) as file:
+            if not {STATUS.name, CASE_ID.name} <= file.variables.keys():
+                problem = "not all of its variables can be read; is memory short?"
+                raise DataFileError(self.path, problem, _MERGE_AGAIN)
             return _results(file)
 
 

@@ -6,6 +6,7 @@ import json
 import math
 import tempfile
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from os import PathLike
@@ -27,7 +28,13 @@ from fretwear.data.files import (
     write_group,
 )
 from fretwear.data.labels import CONVENTIONS, Column, history_line
-from fretwear.data.safe import CaseFileError, CaseFilesError, DataFileError, atomic_path
+from fretwear.data.safe import (
+    CaseFileError,
+    CaseFilesError,
+    DataFileError,
+    atomic_path,
+    remove_stale_temporaries,
+)
 from fretwear.data.stack import (
     Window,
     common_positions,
@@ -256,6 +263,9 @@ def merge_study(
             f"not written, because no case of the study is done in {cases}",
             "Run the study; if it was run, its log says why every case failed",
         )
+    with suppress(OSError):
+        # What a power failure has left beside cases that are done: nobody writes these again.
+        remove_stale_temporaries(Path(cases))
     with (
         atomic_path(Path(path)) as temporary,
         # Opening every case file again, once the common positions are known, would take longer than

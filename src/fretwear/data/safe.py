@@ -290,7 +290,7 @@ def atomic_path(path: Path) -> Iterator[Path]:
     temporary = path.with_name(f".{path.name}.{_host()}.{os.getpid()}.{secrets.token_hex(4)}.tmp")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        remove_stale_temporaries(path)
+        remove_stale_temporaries(path.parent, path.name)
         # The netCDF library calls every failure to make a file a lack of permission.
         temporary.touch(exist_ok=False)
     except OSError as cause:
@@ -316,22 +316,23 @@ def write_text(path: Path, text: str) -> None:
         temporary.write_text(text, encoding="utf-8", newline="")
 
 
-def remove_stale_temporaries(path: Path) -> list[Path]:
-    """Remove temporary files that killed processes have left.
+def remove_stale_temporaries(folder: Path, of: str | None = None) -> list[Path]:
+    """Remove temporary files that killed processes have left: of one file in a folder, or of all.
 
     A temporary file of this machine is stale when its process is gone; one of another machine or
     container (a shared folder) when nothing has been written to it for a week.
     """
     import psutil
 
-    temporary = re.compile(rf"\.{re.escape(path.name)}\.([^.]+)\.(\d{{1,9}})\.[0-9a-f]{{8}}\.tmp")
+    name = ".+" if of is None else re.escape(of)
+    temporary = re.compile(rf"\.{name}\.([^.]+)\.(\d{{1,9}})\.[0-9a-f]{{8}}\.tmp")
     removed = []
-    for candidate in path.parent.iterdir():
-        name = temporary.fullmatch(candidate.name)
-        if name is None:
+    for candidate in folder.iterdir():
+        found = temporary.fullmatch(candidate.name)
+        if found is None:
             continue
-        if name[1] == _host():
-            is_stale = not psutil.pid_exists(int(name[2]))
+        if found[1] == _host():
+            is_stale = not psutil.pid_exists(int(found[2]))
         else:
             try:
                 is_stale = time.time() - candidate.lstat().st_mtime > _FOREIGN_LIFETIME

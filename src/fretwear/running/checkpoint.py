@@ -113,7 +113,7 @@ class Checkpoint:
         self._is_discarded = True
         try:
             self.path.unlink(missing_ok=True)
-            remove_stale_temporaries(self.path)
+            remove_stale_temporaries(self.path.parent, self.path.name)
         except OSError as error:
             # No later run uses a left-over file without a check.
             self._tell(f"{self.path}: not removed: {error.strerror}")
