@@ -16,6 +16,7 @@ import pytest
 import xarray as xr
 
 from fretwear.data.files import (
+    MergedStudy,
     add_checksum,
     open_case,
     open_history,
@@ -24,7 +25,7 @@ from fretwear.data.files import (
     write_group,
 )
 from fretwear.data.merge import PROFILES, Tally, merge_study
-from fretwear.data.safe import CaseFilesError, DataFileError
+from fretwear.data.safe import CaseFilesError, DataFileError, _host
 from fretwear.data.stack import (
     MOST_POSITIONS,
     NOT_DONE,
@@ -189,8 +190,14 @@ def test_what_is_not_done_is_nan_and_says_why(make_study, run_study, tmp_path):
     cases = run_study(study)
     failed = next(p for p in study.points() if p.case and p.case.load == 50.0)
     (cases / f"{failed.id}.nc").unlink()
+    # Left beside a case that is done, which nobody writes again, and by a process that is at work.
+    left, live = (cases / f".a.nc.{_host()}.{pid}.0123abcd.tmp" for pid in (999_999_999, 1))
+    left.touch()
+    live.touch()
     tally = merge_study(study, cases, tmp_path / "summary.nc")
     assert tally == Tally(done=2, failed=1, invalid=1)
+    assert not left.exists()
+    live.unlink()
     with open_summary(tmp_path / "summary.nc") as summary:
         assert summary.status.dtype == np.int8
         assert summary.status.sel(load=50.0, tangential_load=8.0) == PointStatus.FAILED
@@ -279,6 +286,10 @@ def test_a_damaged_or_older_summary_is_not_opened(make_study, merged, tmp_path):
     add_checksum(older)
     with pytest.raises(DataFileError, match=r"lacks contact_state_profile.*Merge the study again"):
         open_summary(older)
+    with xr.open_dataset(path, engine="netcdf4") as summary:
+        summary.drop_vars("status").to_netcdf(older)
+    with pytest.raises(DataFileError, match=r"not all of its variables.*Merge the study again"):
+        MergedStudy(older).results()
     path.write_bytes(path.read_bytes()[:-100])
     with pytest.raises(DataFileError, match=r"cut short.*Merge the study again"):
         open_summary(path)
