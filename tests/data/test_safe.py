@@ -12,8 +12,7 @@ from pathlib import Path
 import pytest
 
 from fretwear.data import safe
-from fretwear.data.locks import Lock, locked
-from fretwear.data.safe import CaseFileError, CaseFilesError, DataFileError, _host
+from fretwear.data.safe import CaseFileError, CaseFilesError, DataFileError, Lock, _host
 from fretwear.running.batch import may_happen
 from fretwear.units import size_text
 
@@ -23,7 +22,6 @@ from .conftest import python
 def test_an_error_names_the_file_the_problem_and_the_remedy_and_can_be_copied():
     errors = [CaseFileError(Path(name), "it is damaged", "Run it") for name in ("a.nc", "b.nc")]
     both = CaseFilesError(errors)
-    assert str(errors[0]) == "a.nc: it is damaged. Run it"
     assert str(both) == "a.nc: it is damaged. Run it\nb.nc: it is damaged. Run it"
     assert both.path == Path("a.nc")
     for error in (errors[0], both):
@@ -164,20 +162,31 @@ def test_what_a_killed_writer_left_is_removed_by_the_next(tmp_path):
     assert not left.exists()
 
 
-def test_a_temporary_of_another_machine_is_left_for_a_week_and_that_of_another_file_alone(tmp_path):
-    target = tmp_path / "a.txt"
-    foreign = tmp_path / ".a.txt.other-machine.1.0123abcd.tmp"
-    other = tmp_path / ".b.a.txt.other-machine.1.0123abcd.tmp"
+def test_a_temporary_of_another_machine_or_container_is_left_for_a_week(tmp_path, monkeypatch):
+    spaces = iter(["pid:[1]", "pid:[2]"])
+    monkeypatch.setattr("fretwear.data.safe.os.readlink", lambda _: next(spaces))
+    mine, container = (_host.__wrapped__() for _ in range(2))
+    assert mine != container, "containers may share a host name"
+    monkeypatch.setattr("fretwear.data.safe._host", lambda: mine)
+    gone, far, near, other = (
+        tmp_path / f".{name}.{host}.{process}.0123abcd.tmp"
+        for name, host, process in (
+            ("a.txt", mine, 999_999_999),
+            ("a.txt", "other-machine", 1),
+            ("a.txt", container, 999_999_999),
+            ("b.a.txt", "other-machine", 1),
+        )
+    )
+    endless = tmp_path / f".a.txt.{mine}.{10**19}.0123abcd.tmp"  # no process has this number
     eight_days_ago = time.time() - 8 * 24 * 3600
-    foreign.write_text("half")
-    assert safe.remove_stale_temporaries(target.parent, target.name) == []
-    other.write_text("half")
-    endless = tmp_path / f".a.txt.{_host()}.{10**19}.0123abcd.tmp"  # no process has this number
-    endless.write_text("half")
-    for file in (foreign, other):
+    for file in (gone, far, near, other, endless):
+        file.write_text("half")
+    assert safe.remove_stale_temporaries(tmp_path, "a.txt") == [gone]
+    for file in (far, other):
         os.utime(file, (eight_days_ago, eight_days_ago))
-    assert safe.remove_stale_temporaries(target.parent, target.name) == [foreign]
+    assert safe.remove_stale_temporaries(tmp_path, "a.txt") == [far]
     assert safe.remove_stale_temporaries(tmp_path, "b.a.txt") == [other]
+    assert {*tmp_path.iterdir()} == {near, endless}
 
 
 @pytest.fixture
@@ -197,36 +206,25 @@ def point_to(name, precious, how):
         (name.symlink_to if how == "link" else name.hardlink_to)(precious)
 
 
-HOW = pytest.mark.parametrize("how", ["link", "second name", "pipe"])
-
-
-@HOW
-def test_nothing_elsewhere_is_emptied_in_the_name_of_a_stale_temporary(tmp_path, precious, how):
+@pytest.mark.parametrize("how", ["link", "second name", "pipe"])
+def test_nothing_elsewhere_is_read_emptied_or_written_to(tmp_path, precious, how):
     target = tmp_path / "results" / "a.txt"
     left = target.with_name(f".a.txt.{_host()}.999999999.deadbeef.tmp")
-    point_to(left, precious, how)
+    log, lock, index = (target.with_name(name) for name in ("a.log", ".a.nc.lock", "index.json"))
+    for name in (left, log, lock, index):
+        point_to(name, precious, how)
     safe.write_text(target, "whole")
-    assert precious.read_text() == "mine"
-    assert list(target.parent.iterdir()) == [target]
-
-
-@HOW
-def test_a_log_is_never_written_to_elsewhere(tmp_path, precious, how):
-    log = tmp_path / "logs" / "a.log"
-    point_to(log, precious, how)
     with safe.open_log(log) as stream:
         stream.write("new")
+    with pytest.raises(DataFileError, match=str(target.with_name("a.nc"))):
+        Lock(target.with_name("a.nc")).acquire()
+    if how != "second name":
+        with pytest.raises(OSError, match=r"symbolic links|not a regular file"):
+            safe.read_data(index, 100)
     assert precious.read_text() == "mine"
     assert log.read_text() == "new"
     assert not log.is_symlink()
-
-
-@pytest.mark.parametrize("how", ["link", "pipe"])
-def test_data_are_read_from_plain_files_alone(tmp_path, precious, how):
-    file = tmp_path / "index.json"
-    point_to(file, precious, how)
-    with pytest.raises(OSError, match=r"symbolic links|not a regular file"):
-        safe.read_data(file, 100)
+    assert {*target.parent.iterdir()} == {target, log, lock, index}
     assert safe.read_data(precious, 4) == b"mine"
     with pytest.raises(OSError, match="larger than 3 bytes"):
         safe.read_data(precious, 3)
@@ -239,22 +237,6 @@ def test_results_hold_no_links(tmp_path, precious):
     point_to(deep, precious, "link")
     for root in (None, results.parent):
         assert safe.why_leading_out(results, root).startswith(f"{deep}: is a link that leads to")
-
-
-def test_a_process_of_another_container_of_the_same_name_is_not_taken_for_dead(
-    tmp_path, monkeypatch
-):
-    target = tmp_path / "a.txt"
-    spaces = iter(["pid:[1]", "pid:[2]"])
-    monkeypatch.setattr("fretwear.data.safe.os.readlink", lambda _: next(spaces))
-    hosts = [_host.__wrapped__() for _ in range(2)]
-    assert hosts[0] != hosts[1]
-    monkeypatch.setattr("fretwear.data.safe._host", lambda: hosts[0])
-    live = target.with_name(f".a.txt.{hosts[1]}.999999999.0123abcd.tmp")
-    live.write_text("half")
-    assert safe.remove_stale_temporaries(target.parent, target.name) == []
-    monkeypatch.setattr("fretwear.data.safe._host", lambda: hosts[1])
-    assert safe.remove_stale_temporaries(target.parent, target.name) == [live]
 
 
 class AskedError(Exception):
@@ -297,8 +279,6 @@ def test_a_signal_waits_until_the_outermost_work_is_done(ask, asked):
 
 
 def test_without_a_signal_only_a_failure_of_the_work_is_told(ask):
-    with safe.uninterrupted():
-        pass
     with pytest.raises(ValueError, match="work"), safe.uninterrupted():
         raise ValueError("work")
     assert signal.getsignal(signal.SIGINT) is signal.getsignal(signal.SIGTERM) is ask
@@ -311,24 +291,24 @@ def test_without_a_signal_only_a_failure_of_the_work_is_told(ask):
     thread = threading.Thread(target=work)
     thread.start()
     thread.join()
-    assert entered == [signal.getsignal(signal.SIGINT)]
+    assert entered == [ask], "only the main thread receives signals"
 
 
 HOLDER = """
 import sys
 from pathlib import Path
-from fretwear.data.locks import locked
-with locked(Path(sys.argv[1]), print):
+from fretwear.data.safe import Lock
+with Lock(Path(sys.argv[1]), print):
     print("held")
     sys.stdin.readline()
 """
 COUNTER = """
 import sys
 from pathlib import Path
-from fretwear.data.locks import locked
+from fretwear.data.safe import Lock
 path = Path(sys.argv[1])
 for _ in range(30):
-    with locked(path, lambda line: None):
+    with Lock(path):
         number = int(path.read_text())
         # Two inside at once would lose a count here.
         path.write_text("")
@@ -357,24 +337,23 @@ def quiet(line):
 def test_a_lock_without_rivals_leaves_nothing_behind_and_one_on_a_removed_file_does_not_count(
     path, monkeypatch
 ):
-    with locked(path, quiet) as lock:
-        assert not lock.waited
-        assert lock.file.exists()
-        lock.ensure(quiet)
+    with Lock(path, quiet) as first:
+        assert not first.waited
+        first.ensure()
+        opened = os.open(first.file, os.O_RDWR)
     assert list(path.parent.iterdir()) == []
-    first, second, third = (Lock(path) for _ in range(3))
-    first.acquire(quiet)
-    opened = os.open(first.file, os.O_RDWR)
-    first.release()
-    second.acquire(quiet)
-    with monkeypatch.context() as patch:
-        # The third opened the file before it was removed, and nobody else holds a lock on that.
+    with Lock(path, quiet), monkeypatch.context() as patch:
+        # This one opened the file before it was removed, and nobody else holds a lock on that.
         patch.setattr(os, "open", lambda *_: opened)
-        assert not third._try(quiet)
-    second.release()
+        assert not Lock(path, quiet)._try()
 
 
-def test_who_waits_is_told_for_which_process_on_which_machine(path, holder):
+def test_who_waits_is_told_for_which_process_on_which_machine_and_can_be_interrupted(path, holder):
+    with python(HOLDER, path) as waiting:
+        assert "waiting" in waiting.stdout.readline()
+        waiting.send_signal(signal.SIGINT)
+        waiting.communicate(timeout=30)
+    assert holder.poll() is None
     told = []
 
     def tell(line):
@@ -382,37 +361,36 @@ def test_who_waits_is_told_for_which_process_on_which_machine(path, holder):
         holder.communicate("go\n")
 
     host = os.uname().nodename
-    with locked(path, tell) as lock:
+    with Lock(path, tell) as lock:
         assert lock.waited
         assert lock.holder() == f"process {os.getpid()} on {host}"
     assert told == [f"{path}: process {holder.pid} on {host} is computing this; waiting for it"]
 
 
 def test_a_lock_dies_with_its_process_however_that_dies(path, holder):
-    rival = Lock(path)
-    assert not rival._try(quiet)
+    rival = Lock(path, quiet)
+    assert not rival._try()
     rival.file.write_text("")
     assert rival.holder() == "another process"
     holder.send_signal(signal.SIGKILL)
     holder.wait()
     assert rival.file.exists(), "nobody was there to remove it"
-    rival.acquire(quiet)
-    assert not rival.waited
-    rival.release()
+    with rival:
+        assert not rival.waited
 
 
 def test_a_lock_whose_file_was_removed_is_not_held_beside_another(path, holder):
-    with locked(path.with_name("b.nc"), quiet) as lock:
+    with Lock(path.with_name("b.nc"), quiet) as lock:
         lock.file.unlink()
-        lock.ensure(quiet)
+        lock.ensure()
         assert lock.file.exists(), "nobody has come, so it is taken again"
-    mine = Lock(path)
+    mine = Lock(path, quiet)
     # A lock got on the file of another name: as if the holder had come after a removal.
     mine._descriptor = os.open(path.parent / "removed", os.O_CREAT | os.O_RDWR)
     with pytest.raises(DataFileError, match=f"process {holder.pid} on .* is computing it now"):
-        mine.ensure(quiet)
+        mine.ensure()
     mine.release()
-    assert not Lock(path)._try(quiet), "the other one still holds its lock"
+    assert not Lock(path)._try(), "the other one still holds its lock"
 
 
 @pytest.mark.parametrize("number", [errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP])
@@ -422,8 +400,8 @@ def test_a_file_system_without_locks_is_told(path, monkeypatch, number):
 
     monkeypatch.setattr("fcntl.flock", refuse)
     told = []
-    with locked(path, told.append) as lock:
-        lock.ensure(quiet)
+    with Lock(path, told.append) as lock:
+        lock.ensure()
     assert told == [f"{path}: no locks on this file system; let one process compute it"]
 
 
@@ -433,21 +411,3 @@ def test_many_processes_are_never_inside_at_once(path):
     counters = [python(COUNTER, path) for _ in range(4)]
     assert [counter.wait() for counter in counters] == [0] * 4
     assert path.read_text() == "120"
-
-
-def test_a_link_in_the_place_of_the_lock_is_not_followed(path, tmp_path):
-    path.parent.mkdir()
-    precious = tmp_path / "precious"
-    precious.write_text("mine")
-    Lock(path).file.symlink_to(precious)
-    with pytest.raises(DataFileError, match=str(path)):
-        Lock(path).acquire(quiet)
-    assert precious.read_text() == "mine"
-
-
-def test_waiting_can_be_interrupted(path, holder):
-    with python(HOLDER, path) as waiting:
-        assert "waiting" in waiting.stdout.readline()
-        waiting.send_signal(signal.SIGINT)
-        waiting.communicate(timeout=30)
-    assert holder.poll() is None

@@ -13,8 +13,7 @@ from typer.testing import CliRunner
 
 import fretwear
 from fretwear.cli import app
-from fretwear.data.locks import Lock, locked
-from fretwear.data.safe import Unfailing
+from fretwear.data.safe import Lock, Unfailing
 from fretwear.running.workflow import (
     ENDED,
     failures,
@@ -187,7 +186,7 @@ def test_what_a_killed_process_left_is_removed_and_its_case_comes_last(bench, wh
     left = [first.with_suffix(".checkpoint"), Lock(first).file]
     for file in left:
         file.touch()
-    with locked(second, print) as held:
+    with Lock(second) as held:
         bench.batch()
         assert held.file.exists()
     assert not any(file.exists() for file in left)

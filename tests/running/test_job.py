@@ -13,8 +13,7 @@ import pytest
 import xarray as xr
 
 from fretwear.data.files import open_case, open_history, write_case
-from fretwear.data.locks import Lock
-from fretwear.data.safe import DataFileError
+from fretwear.data.safe import DataFileError, Lock
 from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.integrator import WearError
 from fretwear.mechanics.slip import Jaeger
@@ -92,7 +91,7 @@ def test_after_waiting_only_a_whole_file_of_the_same_run_is_taken(
 
     # The job is told of the lock of another, which writes its file then.
     lock = Lock(path)
-    lock.acquire(print)
+    lock.acquire()
     outcome = simulate_to_file(case, path, tell=lambda _: write(), command="test")
     assert outcome.is_taken_over is is_taken_over
     with open_case(path) as dataset:
@@ -118,7 +117,7 @@ def test_a_job_whose_lock_another_has_taken_leaves_without_writing(case, path):
         if not rivals:
             rivals.append(Lock(path))
             rivals[0].file.unlink()
-            rivals[0].acquire(print)
+            rivals[0].acquire()
 
     told = []
     with pytest.raises(DataFileError, match="was removed from outside"):

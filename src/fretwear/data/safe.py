@@ -1,8 +1,9 @@
-"""Files that are complete or absent, links that are never followed, errors that say what to do."""
+"""Files that are complete or absent, one writer to each, links never followed, errors that help."""
 
 from __future__ import annotations
 
 import errno
+import fcntl
 import hashlib
 import os
 import re
@@ -15,12 +16,11 @@ import tempfile
 import threading
 import time
 import traceback
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import cache
 from io import StringIO
 from pathlib import Path
-from types import FrameType
 from typing import Any, BinaryIO, Self, TextIO
 
 _AGAIN = "run the same command again"
@@ -52,8 +52,9 @@ _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _OF_MEMORY = re.compile(r"(out of|not enough) memory|alloc", re.IGNORECASE)
 _PACKAGE = Path(__file__).parents[1]
 
-# A link is not followed, a pipe is not waited for.
-_PLAINLY = os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK
+_HELD_BY_ANOTHER = {errno.EWOULDBLOCK, errno.EACCES}
+_NO_LOCKS_HERE = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL}
+_SECONDS_BETWEEN_TRIES = (0.1, 2.0)
 
 
 class DataFileError(Exception):
@@ -61,9 +62,7 @@ class DataFileError(Exception):
 
     def __init__(self, path: Path, problem: str, remedy: str) -> None:
         super().__init__(path, problem, remedy)
-        self.path = path
-        self.problem = problem
-        self.remedy = remedy
+        self.path, self.problem, self.remedy = path, problem, remedy
 
     def __str__(self) -> str:
         return f"{self.path}: {self.problem}. {self.remedy}"
@@ -79,11 +78,10 @@ class CaseFilesError(CaseFileError):
     def __init__(self, errors: Sequence[CaseFileError]) -> None:
         super().__init__(*errors[0].args)
         self.errors = tuple(errors)
-        # Exceptions are copied by calling their class with `args`.
-        self.args = (self.errors,)
+        self.args = (self.errors,)  # of which copies are made
 
     def __str__(self) -> str:
-        return "\n".join(str(error) for error in self.errors)
+        return "\n".join(map(str, self.errors))
 
 
 def is_of_netcdf(error: BaseException) -> bool:
@@ -148,16 +146,11 @@ def why_not_writable(path: Path) -> str:
 
     Nothing is left behind: instead of a missing folder, its nearest parent is tested.
     """
-    if "\\" in str(path.absolute()):
-        place = path.absolute()
+    place = path.absolute()
+    if "\\" in str(place):
         return f"{place}: cannot be written to: the netCDF library knows no path with a backslash"
-    existing = Path("/")
     # A path below a file counts as missing, and so does one whose folder may not be entered.
-    for candidate in (path, *path.absolute().parents):
-        with suppress(OSError):
-            candidate.lstat()
-            existing = candidate
-            break
+    existing = next(each for each in (path, *place.parents) if os.path.lexists(each))
     if not existing.is_dir():
         return f"{path}: cannot be written to, because {existing} is not a folder"
     try:
@@ -181,34 +174,32 @@ def why_leading_out(folder: Path, root: Path | None = None) -> str:
             f"{folder}: is a link that leads out of {root}, to {folder.resolve()}; remove it, "
             f"make {root} itself the link, or name the folder by --results"
         )
-    for link in _links(folder):
-        return (
-            f"{link}: is a link that leads to {link.readlink()}; remove it: the results of a study "
-            "hold no links, lest something else be overwritten"
-        )
+    for place, folders, files in os.walk(folder):
+        for link in (Path(place, name) for name in sorted([*folders, *files])):
+            if link.is_symlink():
+                return (
+                    f"{link}: is a link that leads to {link.readlink()}; remove it: the results of "
+                    "a study hold no links, lest something else be overwritten"
+                )
     return ""
 
 
-def _links(folder: Path) -> Iterator[Path]:
-    try:
-        with os.scandir(folder) as entries:
-            found = sorted(entries, key=lambda entry: entry.name)
-    except OSError:
-        return
-    for entry in found:
-        if entry.is_symlink():
-            yield Path(entry)
-        elif entry.is_dir(follow_symlinks=False):
-            yield from _links(Path(entry))
+def _open_plainly(path: Path, flags: int) -> int:
+    """Open a regular file; if it is written to, one that has no other name elsewhere.
+
+    A link is not followed, a pipe is not waited for.
+    """
+    descriptor = os.open(path, flags | os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK, 0o666)
+    status, is_written = os.fstat(descriptor), flags & (os.O_WRONLY | os.O_RDWR)
+    if not stat.S_ISREG(status.st_mode) or (is_written and status.st_nlink > 1):
+        os.close(descriptor)
+        raise OSError(errno.EINVAL, "is not a regular file of one name", str(path))
+    return descriptor
 
 
 def open_data(path: Path) -> BinaryIO:
     """Open a file of a results folder for reading; OSError if it is not a regular file."""
-    stream = os.fdopen(os.open(path, os.O_RDONLY | _PLAINLY), "rb")
-    if not stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
-        stream.close()
-        raise OSError(errno.EINVAL, "is not a regular file", str(path))
-    return stream
+    return os.fdopen(_open_plainly(path, os.O_RDONLY), "rb")
 
 
 def read_data(path: Path, most: int) -> bytes:
@@ -254,26 +245,17 @@ def open_log(path: Path) -> Unfailing:
     A left-over process may still write to it, so a log is emptied rather than replaced.
     """
     stream = None
-    flags = os.O_WRONLY | os.O_APPEND | _PLAINLY
+    flags = os.O_WRONLY | os.O_APPEND
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
         try:
-            descriptor = os.open(path, flags)
-            check_own(descriptor)
+            descriptor = _open_plainly(path, flags)
             os.ftruncate(descriptor, 0)
         except OSError:
             path.unlink(missing_ok=True)
-            descriptor = os.open(path, flags | os.O_CREAT | os.O_EXCL, 0o666)
+            descriptor = _open_plainly(path, flags | os.O_CREAT | os.O_EXCL)
         stream = os.fdopen(descriptor, "a", 1, encoding="utf-8", errors="backslashreplace")
     return Unfailing(stream)
-
-
-def check_own(descriptor: int) -> None:
-    """Refuse and close what is not a regular file, or has hard links."""
-    status = os.fstat(descriptor)
-    if not stat.S_ISREG(status.st_mode) or status.st_nlink > 1:
-        os.close(descriptor)
-        raise OSError(errno.EMLINK, "has another name elsewhere, or is not a regular file")
 
 
 @contextmanager
@@ -331,13 +313,10 @@ def remove_stale_temporaries(folder: Path, of: str | None = None) -> list[Path]:
         found = temporary.fullmatch(candidate.name)
         if found is None:
             continue
-        if found[1] == _host():
-            is_stale = not psutil.pid_exists(int(found[2]))
-        else:
-            try:
+        is_stale = found[1] == _host() and not psutil.pid_exists(int(found[2]))
+        if found[1] != _host():
+            with suppress(OSError):
                 is_stale = time.time() - candidate.lstat().st_mtime > _FOREIGN_LIFETIME
-            except OSError:
-                continue
         if is_stale:
             _remove(candidate)
             removed.append(candidate)
@@ -370,8 +349,7 @@ def _remove(path: Path) -> None:
     # After a failure HDF5 keeps the file open until the process ends, which would hold the space
     # of a file that is removed but not emptied.
     with suppress(OSError):
-        descriptor = os.open(path, os.O_WRONLY | _PLAINLY)
-        check_own(descriptor)
+        descriptor = _open_plainly(path, os.O_WRONLY)
         os.ftruncate(descriptor, 0)
         os.close(descriptor)
     with suppress(OSError):
@@ -387,19 +365,12 @@ def uninterrupted() -> Iterator[None]:
     the file then waits for it for ever. Only the main thread receives signals; in others there is
     nothing to defer.
     """
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
     received: list[int] = []
-
-    def note(number: int, frame: FrameType | None) -> None:
-        del frame
-        received.append(number)
-
+    is_main = threading.current_thread() is threading.main_thread()
     # None stands for a handler that is not Python's and could not be put back.
-    before = {number: handler for number in _SIGNALS if (handler := signal.getsignal(number))}
+    before = {n: handler for n in _SIGNALS if is_main and (handler := signal.getsignal(n))}
     for number in before:
-        signal.signal(number, note)
+        signal.signal(number, lambda number, _: received.append(number))
     try:
         yield
     finally:
@@ -407,3 +378,113 @@ def uninterrupted() -> Iterator[None]:
             signal.signal(number, handler)
         if received:
             signal.raise_signal(received[0])
+
+
+class Lock:
+    """The lock of a file, which this process holds within a ``with`` statement.
+
+    It is a lock of the operating system on a small file beside the other and ends with its
+    process, however that ends, so none is ever stale. Linux passes it on to the server of a
+    network file system, so it holds between the nodes of a cluster as well. The small file says
+    who has the lock. It is removed with the lock; a lock on a file that has been removed meanwhile
+    does not count, so that no two processes hold locks on two files of one name. That is told by
+    the name, since a network file system keeps a removed file that is open under another one.
+
+    `tell` takes a line for people: for whom this process waits. On a file system without locks
+    there is nothing to wait for: this is told, and that two processes would do the same work twice.
+    Their files would still not be mixed.
+    """
+
+    def __init__(self, path: Path, tell: Callable[[str], None] = lambda _: None) -> None:
+        self.path, self._tell = path, tell
+        self.file = path.with_name(f".{path.name}.lock")
+        self.waited = False
+        self._descriptor: int | None = None
+
+    def acquire(self) -> Self:
+        """Wait until this process has the lock."""
+        pause, longest = _SECONDS_BETWEEN_TRIES
+        while not self._try():
+            if not self.waited:
+                self._tell(f"{self.path}: {self.holder()} is computing this; waiting for it")
+            self.waited = True
+            time.sleep(pause)
+            pause = min(1.5 * pause, longest)
+        return self
+
+    def ensure(self) -> None:
+        """Make sure that this process still has the lock before it writes.
+
+        A `DataFileError` tells where somebody has removed the lock's file and another process has
+        got a lock since.
+        """
+        if self._descriptor is None or self._is_current(self._descriptor):
+            return
+        self.release()
+        if not self._try():
+            raise DataFileError(
+                self.path,
+                f"not written, because its lock {self.file} was removed from outside and "
+                f"{self.holder()} is computing it now",
+                f"Leave it to that process, or stop it and {_AGAIN}",
+            )
+
+    def release(self, *_: object) -> None:
+        """Give the lock back and remove its file."""
+        if self._descriptor is None:
+            return
+        if self._is_current(self._descriptor):
+            with suppress(OSError):
+                self.file.unlink()
+        os.close(self._descriptor)
+        self._descriptor = None
+
+    __enter__, __exit__ = acquire, release
+
+    def remove_if_abandoned(self) -> None:
+        """Remove the file that a killed process or a power failure has left, if nobody holds it."""
+        with suppress(OSError, DataFileError):
+            if self.file.exists() and self._try():
+                self.release()
+
+    def holder(self) -> str:
+        """Say which process on which machine has the lock."""
+        name = b""
+        with suppress(OSError):
+            name = read_data(self.file, 200)
+        return name.decode(errors="replace").strip() or "another process"
+
+    def _try(self) -> bool:
+        """Try to get the lock; True as well where there are no locks."""
+        try:
+            self.file.parent.mkdir(parents=True, exist_ok=True)
+            # Network file systems want the file open for writing.
+            descriptor = _open_plainly(self.file, os.O_RDWR | os.O_CREAT)
+        except OSError as cause:
+            raise write_error(self.path, cause) from cause
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as cause:
+            os.close(descriptor)
+            if cause.errno in _NO_LOCKS_HERE:
+                self._tell(f"{self.path}: no locks on this file system; let one process compute it")
+                return True
+            if cause.errno in _HELD_BY_ANOTHER:
+                return False
+            raise write_error(self.path, cause) from cause
+        if not self._is_current(descriptor):
+            os.close(descriptor)
+            return False
+        self._descriptor = descriptor
+        # A full disk must not stop those who can do without the name of the holder.
+        with suppress(OSError):
+            os.ftruncate(descriptor, 0)
+            os.pwrite(descriptor, f"process {os.getpid()} on {socket.gethostname()}\n".encode(), 0)
+        return True
+
+    def _is_current(self, descriptor: int) -> bool:
+        """Tell whether the file that is locked is the one of this name."""
+        try:
+            return os.path.samestat(os.fstat(descriptor), self.file.stat())
+        except OSError:
+            return False

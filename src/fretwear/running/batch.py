@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from fretwear.data.files import finished_by, is_finished_case, open_history, write_case
-from fretwear.data.locks import Lock, locked
 from fretwear.data.safe import (
     DataFileError,
+    Lock,
     Unfailing,
     is_of_memory,
     is_of_netcdf,
@@ -81,7 +81,7 @@ def simulate_to_file(
     before = doubts(case)
     for doubt in before:
         tell(f"warning: {doubt}")
-    with locked(path, tell) as lock:
+    with Lock(path, tell) as lock:
         if lock.waited and is_finished_case(path, case):
             with open_history(path) as known:
                 steps = known.sizes["step"] - 1
@@ -94,7 +94,7 @@ def simulate_to_file(
                 threads=threads,
                 command=command,
             )
-            lock.ensure(tell)
+            lock.ensure()
             with uninterrupted():
                 dataset, history, loops = result.labelled
                 write_case(dataset, history, path, loops)
