@@ -110,7 +110,7 @@ for name in sys.argv[1:]:
     print(code_digest.__wrapped__())
     file.unlink() if kept is None else file.write_bytes(kept)
 """
-COMPUTING = ("mechanics/kernels.cpp", "mechanics/transforms.h", "theory/materials.py", "units.py")
+COMPUTING = ("mechanics/kernels.cpp", "mechanics/transforms.h", "theory/__init__.py", "units.py")
 DRIVERS = ("study/case.py", "parts.py", "running/simulate.py", "data/labels.py")
 OTHERS = ("figures/maps.py", "report/build.py", "cli/show.py", "running/batch.py")
 

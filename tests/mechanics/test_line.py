@@ -103,7 +103,7 @@ def test_a_punch_with_rounded_edges(share):
     assert found.contact_half_width_x == pytest.approx(1e-4 / share, rel=1e-3)
     stick = hertz.with_load(0.5 * load)
     assert found.stick_half_width_x == pytest.approx(stick.contact_radius, rel=1e-4)
-    assert found.central_pressure == pytest.approx(hertz.central_pressure, rel=1e-4)
+    assert found.central_pressure == pytest.approx(float(hertz.pressure(0.0)), rel=1e-4)
     assert found.peak_pressure == pytest.approx(hertz.peak_pressure, rel=1e-3)
     assert found.approach == pytest.approx(hertz.approach, rel=1e-5)
     *_, last = evolve(problem, [1e4 / (problem.growth_rate * hertz.peak_pressure)])

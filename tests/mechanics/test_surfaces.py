@@ -263,7 +263,10 @@ def test_a_round_punch_is_that_of_the_method_of_dimensionality_reduction(flat):
     assert contact.approach == near(approach, rel=3e-6)
     for ratio, stick in zip((0.2, 0.5, 0.8), sticks, strict=True):
         assert contact.with_load((1 - ratio) * load).contact_radius == near(stick, rel=3e-6)
-    assert contact.load_within(1.0) == near(load, rel=2e-4)
+    # The midpoints of rings carry the load.
+    rings = (np.arange(400) + 0.5) / 400
+    carried = 2.0 * math.pi * (rings * contact.pressure(rings)).mean()
+    assert carried == near(load, rel=2e-4)
     at_depth = contact.with_approach(contact.approach)
     assert at_depth.load == near(load, rel=1e-9)
 
@@ -328,7 +331,7 @@ def test_first_loading_at_the_default_cell_is_that_of_the_closed_form(indenter, 
     state = first_loading(problem)
     found = measure(problem, state)
     area = problem.hertz.load / contact.mean_pressure
-    center = getattr(contact, "central_pressure", contact.peak_pressure)
+    center = float(contact.pressure(0.0))
     assert state.geometry.integral(state.pressure) == near(load, rel=1e-9)
     assert found.approach == near(contact.approach, rel=1e-4)
     assert found.central_pressure == near(center, rel=1e-3)

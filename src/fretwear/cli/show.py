@@ -261,7 +261,7 @@ def _unworn(dataset: xr.Dataset) -> dict[str, float]:
     is_hertzian, is_even = type(hertz) in (HertzContact, LineContact), all(case.indenter.even)
     found = {
         "contact_area": hertz.load / hertz.mean_pressure,
-        "central_pressure": getattr(hertz, "central_pressure", hertz.peak_pressure),
+        "central_pressure": float(hertz.pressure(0.0)),
         "peak_pressure": hertz.peak_pressure,
         "approach": hertz.approach,
     }
@@ -287,10 +287,10 @@ def _unworn(dataset: xr.Dataset) -> dict[str, float]:
         found["stick_half_width_x"] = case.indenter.half_widths(stick)[0]
     if is_hertzian:
         sliding = case.indenter.partial_slip(hertz, friction, case.tangential_load, coupling)
-        stick_load = hertz.load_within(stick.contact_radius)
+        share = sliding.stick_load_share
         found |= {
-            "mean_stick_pressure": stick_load / found["stick_area"],
-            "stick_load_share": stick_load / hertz.load,
+            "mean_stick_pressure": share * hertz.load / found["stick_area"],
+            "stick_load_share": share,
             "dissipated_energy": sliding.dissipated_energy,
         }
     return found

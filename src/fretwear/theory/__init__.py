@@ -6,7 +6,6 @@ are accepted for ``r`` and ``x`` and returned in that shape.
 """
 
 from fretwear.theory.line_contact import FlatPunchContact, LineContact
-from fretwear.theory.materials import composite_modulus, coupling_ratio, require_positive
 from fretwear.theory.partial_slip import (
     CattaneoMindlin,
     LimitingState,
@@ -20,6 +19,8 @@ from fretwear.theory.point_contact import (
     Reduced,
     RoundContact,
     RoundedPunch,
+    composite_modulus,
+    coupling_ratio,
     find_root,
 )
 
@@ -39,5 +40,4 @@ __all__ = [
     "coupling_ratio",
     "find_root",
     "gross_slip_energy",
-    "require_positive",
 ]

@@ -17,8 +17,12 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fretwear.theory.materials import require_positive
-from fretwear.theory.point_contact import FloatArray, HertzContact, find_root
+from fretwear.theory.point_contact import (
+    FloatArray,
+    HertzContact,
+    find_root,
+    require_positive,
+)
 
 _PUNCHES = 200
 
@@ -34,11 +38,9 @@ class LineContact(HertzContact):
     def with_approach(self, approach: float) -> Self:
         """Contact of the same bodies at an approach (m) as `approach` counts it."""
         require_positive(approach=approach)
-
-        def missing(half_width: float) -> float:
-            return approach - self.with_load(self.load_at(half_width)).approach
-
-        return self.with_load(self.load_at(find_root(missing, 1e-12 * self.radius, self.radius)))
+        most = self.composite_modulus * self.reference
+        load = find_root(lambda p: approach - self.with_load(p).approach, 1e-12 * most, most)
+        return self.with_load(load)
 
     @property
     def contact_radius(self) -> float:
@@ -66,11 +68,6 @@ class LineContact(HertzContact):
         return scale * math.log(2.0 * self.reference / self.contact_radius)
 
     @property
-    def central_pressure(self) -> float:
-        """Central pressure, Pa."""
-        return float(self.pressure(0.0))
-
-    @property
     def peak_pressure(self) -> float:
         """Peak pressure p0 = E* a / 2R, Pa."""
         return 0.5 * self.composite_modulus * self.contact_radius / self.radius
@@ -78,12 +75,6 @@ class LineContact(HertzContact):
     def load_at(self, contact_radius: float) -> float:
         """Load per length, N/m, of a contact of given half-width, m."""
         return 0.25 * math.pi * self.composite_modulus * contact_radius**2 / self.radius
-
-    def load_within(self, radius: float) -> float:
-        """Load per length, N/m, carried within a distance, m, of the centre line."""
-        ratio = min(1.0, radius / self.contact_radius)
-        inside = math.asin(ratio) + ratio * math.sqrt((1.0 - ratio) * (1.0 + ratio))
-        return self.load * inside * 2.0 / math.pi
 
     def spread_pressure(self, radius: float) -> float:
         """Uniform pressure, Pa, that carries the load on a contact of given half-width, m."""
@@ -138,12 +129,6 @@ class FlatPunchContact(LineContact):
         rounded = (0.5 * edge**2 + flat**2) * angle - 1.5 * flat * root
         return self.load * self.compliance + rounded / (math.pi * self.radius)
 
-    def with_approach(self, approach: float) -> Self:
-        """Contact of the same bodies at an approach (m) as `approach` counts it."""
-        most = self.composite_modulus * self.reference
-        load = find_root(lambda p: approach - self.with_load(p).approach, 1e-12 * most, most)
-        return self.with_load(load)
-
     @cached_property
     def peak_pressure(self) -> float:
         """Largest pressure, Pa, on the rounded edges."""
@@ -157,11 +142,6 @@ class FlatPunchContact(LineContact):
         angle, root = self._edge(contact_radius)
         inside = contact_radius**2 * angle - self.flat_half_width * root
         return 0.5 * self.composite_modulus / self.radius * inside
-
-    def load_within(self, radius: float) -> float:
-        """Load per length, N/m, carried within a distance, m, of the centre line."""
-        edges, loads = self._punches
-        return float(loads @ np.arcsin(np.minimum(radius / edges, 1.0))) * 2.0 / math.pi
 
     def pressure(self, r: ArrayLike) -> FloatArray:
         """Pressure in Pa, zero outside the contact, at positions ``r`` in m."""
@@ -183,7 +163,13 @@ class FlatPunchContact(LineContact):
     def gap(self, r: ArrayLike) -> FloatArray:
         """Gap between the deformed surfaces in m, zero inside the contact, at ``r`` in m."""
         distance = np.maximum(np.abs(np.asarray(r, dtype=float)), self.contact_radius)
-        edges, loads = self._punches
+        # The half-widths of flat punches, m, and the loads per length that they carry, N/m.
+        angles = (np.arange(_PUNCHES) + 0.5) * math.pi / _PUNCHES
+        half = 0.5 * (self.contact_radius - self.flat_half_width)
+        edges = self.flat_half_width + half * (1.0 - np.cos(angles))
+        weights = half * np.sin(angles) * math.pi / _PUNCHES
+        loads = edges * np.arccos(self.flat_half_width / edges) * weights
+        loads *= self.composite_modulus / self.radius
         risen = np.arccosh(np.maximum(distance[..., None] / edges, 1.0)) @ loads
         scale = 2.0 / (math.pi * self.composite_modulus)
         height = (distance - self.flat_half_width) ** 2 / (2.0 * self.radius)
@@ -193,13 +179,3 @@ class FlatPunchContact(LineContact):
         """arccos(b/a) and √(a² - b²)."""
         flat = self.flat_half_width
         return math.acos(min(flat / edge, 1.0)), math.sqrt(max(edge**2 - flat**2, 0.0))
-
-    @cached_property
-    def _punches(self) -> tuple[FloatArray, FloatArray]:
-        """Half-widths of flat punches, m, and the loads per length that they carry, N/m."""
-        angles = (np.arange(_PUNCHES) + 0.5) * math.pi / _PUNCHES
-        half = 0.5 * (self.contact_radius - self.flat_half_width)
-        edges = self.flat_half_width + half * (1.0 - np.cos(angles))
-        weights = half * np.sin(angles) * math.pi / _PUNCHES
-        loads = edges * np.arccos(self.flat_half_width / edges) * weights
-        return edges, loads * (self.composite_modulus / self.radius)

@@ -25,8 +25,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fretwear.theory.line_contact import LineContact
-from fretwear.theory.materials import require_positive
-from fretwear.theory.point_contact import FloatArray, HertzContact, find_root
+from fretwear.theory.point_contact import FloatArray, HertzContact, find_root, require_positive
 
 
 def gross_slip_energy(
@@ -84,6 +83,12 @@ class CattaneoMindlin:
         return self.stick_contact.contact_radius
 
     @property
+    def stick_load_share(self) -> float:
+        """Share of the load that the stick zone carries."""
+        outside = max(0.0, 1.0 - (self.stick_radius / self.hertz.contact_radius) ** 2)
+        return 1.0 - outside * math.sqrt(outside)
+
+    @property
     def tangential_displacement(self) -> float:
         """Displacement of the bodies at +Q, δ_x = µ κ (δ(P) - δ(P*)), m."""
         pressed = self.hertz.approach - self.stick_contact.approach
@@ -126,6 +131,12 @@ class LinePartialSlip(CattaneoMindlin):
     """An unworn cylinder in partial slip: loads are per length, and κ = 1 in plane strain."""
 
     coupling: float = 1.0
+
+    @property
+    def stick_load_share(self) -> float:
+        """Share of the load that the stick zone carries."""
+        ratio = self.stick_radius / self.hertz.contact_radius
+        return 2.0 / math.pi * (math.asin(ratio) + ratio * math.sqrt((1.0 - ratio) * (1.0 + ratio)))
 
     @property
     def dissipated_energy(self) -> float:
@@ -237,15 +248,6 @@ class LimitingState:
         # The smaller root of w² - 2 half w + product = 0 in w = √(c² - r²).
         root = product / (half + math.sqrt(discriminant))
         return c if root >= c else root * root / (c + math.sqrt((c - root) * (c + root)))
-
-    def worn_shape(self, r: ArrayLike) -> FloatArray:
-        """Height of the worn body above its lowest point in m, at distances ``r`` in m.
-
-        r²/2R inside the stick zone and beyond a∞; between them, of a sphere,
-        f∞ = [ r² asin(c/r) - c √(r² - c²) ] / (π R) + d∞ [ 1 - (2/π) asin(c/r) ].
-        """
-        unworn = np.asarray(r, dtype=float) ** 2 / (2.0 * self.hertz.radius)
-        return np.asarray(unworn + self.wear_depth(r))
 
     @cached_property
     def contact_radius(self) -> float:

@@ -1,4 +1,4 @@
-"""Closed forms of smooth point contacts: of spheres, ellipsoids and bodies of revolution.
+"""Elastic constants of two bodies, and closed forms of their smooth point contacts.
 
 The contact of any convex profile f of revolution follows from the method of dimensionality
 reduction, by which the profile becomes g(t) = t ∫₀^t f′(r)/√(t² − r²) dr. A contact of the radius a
@@ -8,8 +8,8 @@ has the approach g(a), the load 2E* ∫₀^a (g(a) − g(t)) dt and the pressure
 References
 ----------
 H. Hertz (1882), Über die Berührung fester elastischer Körper, J. reine angew. Math. 92, 156–171.
-K. L. Johnson (1985), Contact Mechanics, Cambridge University Press, chapters 3 and 4, and section
-7.2.
+R. D. Mindlin (1949), Compliance of elastic bodies in contact, J. Appl. Mech. 16, 259–268.
+K. L. Johnson (1985), Contact Mechanics, Cambridge University Press, chapters 3, 4 and 7.
 B. C. Carlson (1995), Numer. Algor. 10, 13–26 (elliptic integrals in a form that has no special case
 for a circle).
 V. L. Popov, M. Heß (2015), Method of Dimensionality Reduction in Contact Mechanics and Friction,
@@ -27,12 +27,61 @@ from typing import Protocol, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fretwear.theory.materials import require_positive
-
 FloatArray = NDArray[np.float64]
 
 _DIRECTIONS = 720
-_POINTS = 400
+# Midpoints of an interval of unit length.
+_MIDPOINTS = (np.arange(400) + 0.5) / 400
+
+
+def require_positive(**values: float) -> None:
+    """Raise a ValueError naming the first value that is not a positive, finite number."""
+    for name, value in values.items():
+        if not (math.isfinite(value) and value > 0.0):
+            raise ValueError(f"{name} is {value!r}, but must be a positive, finite number")
+
+
+def composite_modulus(
+    youngs_modulus_1: float, poisson_ratio_1: float, youngs_modulus_2: float, poisson_ratio_2: float
+) -> float:
+    """Modulus of normal contact, 1/E* = (1 - ν1²)/E1 + (1 - ν2²)/E2, in Pa: Johnson, eq. 4.31.
+
+    Young's moduli E are in Pa; that of a rigid body is large. One that is not positive, or a
+    Poisson's ratio outside (-1, 0.5], raises a ValueError.
+    """
+    bodies = (youngs_modulus_1, poisson_ratio_1), (youngs_modulus_2, poisson_ratio_2)
+    for number, (modulus, ratio) in enumerate(bodies, start=1):
+        require_positive(**{f"youngs_modulus_{number}": modulus})
+        if not -1.0 < ratio <= 0.5:
+            raise ValueError(
+                f"poisson_ratio_{number} is {ratio!r}, but a Poisson's ratio lies in (-1, 0.5]"
+            )
+    return 1.0 / sum((1.0 - ratio**2) / modulus for modulus, ratio in bodies)
+
+
+def coupling_ratio(
+    youngs_modulus_1: float,
+    poisson_ratio_1: float,
+    youngs_modulus_2: float,
+    poisson_ratio_2: float,
+    weight: float = 0.5,
+) -> float:
+    """Tangential over normal compliance, κ = E*/G*; (2 - ν)/(2 (1 - ν)) for equal bodies.
+
+    The modulus of tangential contact is 1/G* = (2 - ν1)/4G1 + (2 - ν2)/4G2: Mindlin (1949). A
+    traction q distributed like a normal pressure p moves the surfaces by the normal displacement
+    times κ; exact for the circular contact of a sphere on its average over directions, and
+    pointwise where the anisotropy of the tangential kernel is neglected. A traction moves what lies
+    in its own direction more than what lies beside it, which in other contacts has another weight w
+    than 1/2: 1/G* = (1 - ν1 + w ν1)/2G1 + …; see `EllipticContact.shear_weights`.
+    """
+    # (2 − ν)/4G with G = E/(2 (1 + ν)).
+    bodies = (youngs_modulus_1, poisson_ratio_1), (youngs_modulus_2, poisson_ratio_2)
+    normal, beside = composite_modulus(*bodies[0], *bodies[1]), 2.0 * (1.0 - weight)
+    shear = 1.0 / sum(
+        (2.0 - beside * ratio) * (1.0 + ratio) / (2.0 * modulus) for modulus, ratio in bodies
+    )
+    return normal / shear
 
 
 @dataclass(frozen=True)
@@ -84,11 +133,6 @@ class HertzContact:
     def load_at(self, contact_radius: float) -> float:
         """Load, N, of a contact of given radius, m."""
         return 4.0 * self.composite_modulus * contact_radius**3 / (3.0 * self.radius)
-
-    def load_within(self, radius: float) -> float:
-        """Load, N, carried by a central disc of given radius, m."""
-        outside = max(0.0, 1.0 - (radius / self.contact_radius) ** 2)
-        return self.load * (1.0 - outside * math.sqrt(outside))
 
     def spread_pressure(self, radius: float) -> float:
         """Uniform pressure, Pa, that carries the load on a contact of given radius, m."""
@@ -156,33 +200,21 @@ class EllipticContact(HertzContact):
         return self.with_load((approach / self.approach) ** 1.5 * self.load)
 
     def shear_weights(self, angle: float = 0.0) -> tuple[float, float, float]:
-        """Weight of Poisson's ratio in the displacement due to a traction; see `coupling_ratio`.
+        """Weights of Poisson's ratio in the displacement due to a traction; see `coupling_ratio`.
 
-        The traction points along a direction at an angle, rad, to x.
-
-        Returns
-        -------
-        In the centre, and for the curvatures of the displacement along x and along y: for a circle
-        1/2 and, at no angle, 1/4 and 3/4.
+        The traction points along a direction at an angle, rad, to x. The weights are
+        those in the centre and for the curvatures of the displacement along x and along y: for a
+        circle 1/2 and, at no angle, 1/4 and 3/4. Along a line through a point, the pressure
+        integrates to a quadratic form of its place.
         """
-        return _shear_weights(*self.half_widths, angle)
-
-
-@lru_cache(maxsize=64)
-def _shear_weights(along_x: float, along_y: float, angle: float) -> tuple[float, float, float]:
-    sums = [[0.0, 0.0] for _ in range(3)]
-    # Along a line in the direction φ through a point, the pressure integrates to a quadratic
-    # form of its place.
-    for step in range(_DIRECTIONS):
-        direction = (step + 0.5) * math.pi / _DIRECTIONS
-        cos, sin = math.cos(direction) ** 2, math.sin(direction) ** 2
-        aligned = math.cos(direction - angle) ** 2
-        reach = 1.0 / math.sqrt(cos / along_x**2 + sin / along_y**2)
-        for total, weight in zip(sums, (reach, reach**3 * sin, reach**3 * cos), strict=True):
-            total[0] += weight * aligned
-            total[1] += weight
-    centre, x, y = (weighted / plain for weighted, plain in sums)
-    return centre, x, y
+        direction = (np.arange(_DIRECTIONS) + 0.5) * math.pi / _DIRECTIONS
+        cos, sin = np.cos(direction) ** 2, np.sin(direction) ** 2
+        along_x, along_y = self.half_widths
+        reach = 1.0 / np.sqrt(cos / along_x**2 + sin / along_y**2)
+        weights = np.stack([reach, reach**3 * sin, reach**3 * cos])
+        aligned = weights @ np.cos(direction - angle) ** 2
+        centre, x, y = (aligned / weights.sum(axis=1)).tolist()
+        return centre, x, y
 
 
 @lru_cache(maxsize=4096)
@@ -263,8 +295,7 @@ class RoundedPunch:
         outside = np.maximum(radii, self.flat_radius)
         root = np.sqrt(outside**2 - self.flat_radius**2)
         angle = np.arccos(self.flat_radius / outside)
-        result: FloatArray = (2.0 * root - self.flat_radius * angle) / self.edge_radius
-        return result
+        return np.asarray((2.0 * root - self.flat_radius * angle) / self.edge_radius)
 
     def integral(self, radius: float) -> float:
         """∫₀^a g dt, m²."""
@@ -291,13 +322,9 @@ class RoundContact(HertzContact):
     @lru_cache(maxsize=4096)
     def under(cls, profile: Reduced, load: float, composite_modulus: float) -> Self:
         """Contact under a load, N."""
-
-        def missing(radius: float) -> float:
-            return load - _load_at(profile, radius, composite_modulus)
-
-        edge = profile.reach
-        if missing(edge) < 0.0:
-            edge = find_root(missing, 1e-9 * edge, edge)
+        edge, load_at = profile.reach, cls(1.0, load, composite_modulus, profile=profile).load_at
+        if load < load_at(edge):
+            edge = find_root(lambda radius: load - load_at(radius), 1e-9 * edge, edge)
         radius = 4.0 * composite_modulus * edge**3 / (3.0 * load)
         return cls(radius, load, composite_modulus, profile=profile)
 
@@ -306,30 +333,24 @@ class RoundContact(HertzContact):
         """δ = g(a), m."""
         return self.profile.depth(self.contact_radius)
 
-    @property
-    def central_pressure(self) -> float:
-        """p(0), Pa."""
-        return float(self.pressure_at(0.0))
-
     @cached_property
     def peak_pressure(self) -> float:
         """Largest pressure, Pa: anywhere, as a rule where the profile leaves a flat."""
         radii = np.linspace(0.0, 1.0, 201)[:-1] * self.contact_radius
-        around = max(radii, key=self.pressure_at) + np.linspace(-1.0, 1.0, 101) * radii[1]
-        return max(self.pressure_at(abs(radius)) for radius in around)
+        around = radii[self.pressure(radii).argmax()] + np.linspace(-1.0, 1.0, 101) * radii[1]
+        return float(self.pressure(around).max())
 
-    def pressure_at(self, radius: float) -> float:
-        """Pressure, Pa, at a distance from the axis, m.
+    def pressure(self, r: ArrayLike) -> FloatArray:
+        """Pressure in Pa, zero outside the contact, at distances ``r`` in m.
 
         (E*/π) ∫ g′(t)/√(t² − r²) dt by t² = r² + v², where the integrand is bounded.
         """
-        edge = self.contact_radius
-        if radius >= edge:
-            return 0.0
-        length = math.sqrt(edge**2 - radius**2)
-        at = np.hypot(radius, (np.arange(_POINTS) + 0.5) / _POINTS * length)
-        total = float((self.profile.slope(at) / at).sum())
-        return total * length / (_POINTS * math.pi) * self.composite_modulus
+        distance, edge = np.abs(np.asarray(r, dtype=float)), self.contact_radius
+        length = np.sqrt(np.maximum(edge**2 - distance**2, 0.0))
+        at = np.hypot(distance[..., None], _MIDPOINTS * length[..., None])
+        total = (self.profile.slope(at) / at).sum(axis=-1)
+        scale = _MIDPOINTS.size * math.pi
+        return np.asarray(total * length / scale * self.composite_modulus)
 
     def with_load(self, load: float) -> Self:
         """Contact of the same bodies under another load (N)."""
@@ -343,18 +364,8 @@ class RoundContact(HertzContact):
 
     def load_at(self, contact_radius: float) -> float:
         """Load, N, of a contact of given radius, m."""
-        return _load_at(self.profile, contact_radius, self.composite_modulus)
-
-    def load_within(self, radius: float) -> float:
-        """Load, N, carried by a central disc of given radius, m."""
-        edge = min(radius, self.contact_radius)
-        places = (np.arange(_POINTS) + 0.5) / _POINTS * edge
-        total = math.fsum(r * self.pressure_at(r) for r in places)
-        return 2.0 * math.pi * edge / _POINTS * total
-
-
-def _load_at(profile: Reduced, radius: float, modulus: float) -> float:
-    return 2.0 * modulus * (radius * profile.depth(radius) - profile.integral(radius))
+        spared = contact_radius * self.profile.depth(contact_radius)
+        return 2.0 * self.composite_modulus * (spared - self.profile.integral(contact_radius))
 
 
 def find_root(falling: Callable[[float], float], low: float, high: float) -> float:
