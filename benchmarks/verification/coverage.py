@@ -15,8 +15,7 @@ from fretwear import Case
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.measures import measure
-from fretwear.running.errors import estimated_errors
-from fretwear.running.simulate import wear_problem
+from fretwear.running.simulate import estimated_errors, wear_problem
 from fretwear.study.doubts import LARGE_ERROR, doubts
 from fretwear.vocabulary import SCALARS
 
@@ -147,11 +146,7 @@ def _numbers(of_run: Data) -> dict[str, NDArray[np.float64]]:
 def judged(entry: Data, case: Case) -> Data:
     """True and estimated errors of a case relative to the values, and whether it is warned of."""
     result, twin, truth = (_numbers(entry[each]) for each in ("result", "twin", "truth"))
-    rows = [
-        [{name: each[name][at] for name in each} for at in range(len(CYCLES))]
-        for each in (result, twin)
-    ]
-    estimates = estimated_errors(*rows, case.times_coarser)
+    estimates = estimated_errors(result, twin, case.times_coarser)
     found: dict[str, list[float]] = {"true": [], "estimated": []}
     largest = {}
     for name, right in truth.items():

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from fretwear import Case
-from fretwear.running.errors import estimated_errors
-from fretwear.running.simulate import run
+from fretwear.running.simulate import estimated_errors, run
 
 DEMO = {
     "radius": "10 mm", "youngs_modulus": "208 GPa", "poisson_ratio": 0.3, "load": "40 N",
@@ -16,10 +15,9 @@ DEMO = {
 
 def estimates(deviations, times=2.0, values=None):
     """Estimates of a scalar, 1 by default, whose twin deviates at the snapshots as given."""
-    values = values or [1.0] * len(deviations)
-    rows = [{"approach": value} for value in values]
-    twin = [{"approach": value - each} for value, each in zip(values, deviations, strict=True)]
-    return estimated_errors(rows, twin, times)["approach"]
+    values = np.array(values or [1.0] * len(deviations))
+    twin = values - deviations
+    return estimated_errors({"approach": values}, {"approach": twin}, times)["approach"]
 
 
 def test_a_hard_snapshot_leaves_the_errors_of_the_others_as_they_are():

@@ -1,13 +1,13 @@
-"""A case in, a dataset out: case, problem, steps, run record, dataset."""
+"""A case in, a dataset out: case, problem, steps, run record, dataset with estimated errors."""
 
 from __future__ import annotations
 
+import math
 import warnings
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
-from math import inf
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,12 +20,11 @@ from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.line import Line
 from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.integrator import WearError, evolve
-from fretwear.mechanics.loop import Loop, loop
+from fretwear.mechanics.loop import loop
 from fretwear.mechanics.measures import Measures, measure
 from fretwear.mechanics.state import State, WearProblem, in_contact
 from fretwear.mechanics.stroke import StrokeState, slide
 from fretwear.mechanics.team import Team
-from fretwear.running.errors import estimated_errors
 from fretwear.running.resources import require_memory
 from fretwear.study.doubts import doubts
 from fretwear.study.tree import CaseTree
@@ -37,7 +36,16 @@ if TYPE_CHECKING:
     from fretwear.study.case import Case
 
 _MARGIN = 1.15
-_CURVES = ("force", "displacement")
+
+# Standard deviations in an estimated error, on half of the cases of the page of verification.
+_DEVIATIONS = 2.0
+# Values below this part of the largest have just begun, and say nothing of the others.
+_TRACE = 0.01
+# Words in the names of what follows from the place of the edges of contact and stick. These lie
+# somewhere in a cell, so that one of the scalars is the same in both runs now and then, and stays
+# so for a whole elastic run, or jumps by a row of asperities: the upper quartile of all of them
+# says how well the edges are known.
+_OF_EDGES = ("area", "half_width", "stick")
 
 
 @dataclass(frozen=True)
@@ -67,14 +75,9 @@ class RunRecord:
     def add(self, step: Step, *, keep_fields: bool) -> None:
         """Add a step."""
         self.last = state = step.state
-        self.history.append(
-            {
-                "cycle": state.cycle,
-                "error_estimate": state.error_estimate,
-                "convolutions": state.convolutions,
-                **asdict(step.measures),
-            }
-        )
+        numbers = {name: getattr(state, name) for name in ("cycle", "error_estimate")}
+        numbers["convolutions"] = state.convolutions
+        self.history.append(numbers | asdict(step.measures))
         if keep_fields:
             self.snapshots.append(state)
 
@@ -151,6 +154,8 @@ def simulate(
     DoubtfulResultWarning
         For each reason to doubt the results, known beforehand or found by the run.
     """
+    from rich.progress import Progress
+
     if not isinstance(case, CaseTree):
         example = "fretwear.Case(load='50 N', ...)"
         raise TypeError(f"simulate() takes a case, {example}, not a {type(case).__name__}.")
@@ -158,9 +163,13 @@ def simulate(
     before = doubts(case)
     for doubt in before:
         warnings.warn(str(doubt), DoubtfulResultWarning, stacklevel=2)
-    bar: AbstractContextManager[list[Observer]] = _bar(case) if progress else nullcontext([])
-    with bar as shown:
-        dataset = run(case, [*observers, *shown], threads=threads).dataset
+    with Progress(disable=not progress) as bar:
+        task = bar.add_task(case.case_id, total=case.cycles)
+
+        def show(step: Step) -> None:
+            bar.update(task, completed=step.state.cycle)
+
+        dataset = run(case, [*observers, show], threads=threads).dataset
     for found in dataset.attrs["warnings"].splitlines()[len(before) :]:
         warnings.warn(found, DoubtfulResultWarning, stacklevel=2)
     if quarter:
@@ -170,150 +179,169 @@ def simulate(
     return mirrored(dataset)
 
 
-@contextmanager
-def _bar(case: Case) -> Iterator[list[Observer]]:
-    """Yield an observer that updates a progress bar."""
-    from rich.progress import Progress
-
-    with Progress() as bar:
-        task = bar.add_task(case.case_id, total=case.cycles)
-        yield [lambda step: bar.update(task, completed=step.state.cycle)]
-
-
 def run(
     case: Case,
     observers: Sequence[Observer] = (),
     *,
     record: RunRecord | None = None,
-    geometry: type[Geometry] | None = None,
     threads: int = 1,
-    title: str = "",
     command: str = "fretwear.simulate",
 ) -> Result:
     """Run a case as `simulate` does, and keep its history too.
 
     The record takes every step; one that an earlier run has left makes this one resume there, with
-    the same result to the last bit. A geometry is that of other cells than the usual ones of the
-    case; title and command are attributes of the dataset.
+    the same result to the last bit. The command is an attribute of the dataset.
+
+    A twin on wider cells runs alongside, from which errors are estimated. It is not stored in
+    checkpoints: a resumed run starts its twin anew.
     """
     record = RunRecord() if record is None else record
-    problem = wear_problem(case, geometry, threads)
-    twin = _Twin(case, geometry, threads) if case.error_estimate else None
-    for step in _steps(case, problem, record.last):
-        record.add(step, keep_fields=step.state.cycle in case.output_cycles)
+    problem = wear_problem(case, threads=threads)
+    twin = _scalars_of_twin(case, threads) if case.error_estimate else iter(())
+    coarser: list[dict[str, float]] = []
+    trouble = ""
+
+    def follow() -> None:
+        nonlocal trouble
+        try:
+            coarser.extend(islice(twin, len(record.snapshots) - len(coarser)))
+        except (ContactError, WearError) as error:
+            trouble = str(error) or type(error).__name__
+
+    for state in _states(case, problem, record.last):
+        step = Step(state, measure(problem.of(state), state), case.cycles)
+        record.add(step, keep_fields=state.cycle in case.output_cycles)
         for observer in observers:
             observer(step)
-        if twin is not None:
-            twin.follow(len(record.snapshots))
-    return _result(case, record, problem, twin, title, command)
+        follow()
+    follow()
+    return _result(case, problem, record, coarser, trouble, command)
 
 
 def steps(
     case: Case, *, start: State | None = None, geometry: type[Geometry] | None = None
 ) -> Iterator[Step]:
     """Yield each accepted step of a case: cycle 0 and all others, or those after ``start``."""
-    return _steps(case, wear_problem(case, geometry), start)
-
-
-def _steps(case: Case, problem: WearProblem, start: State | None) -> Iterator[Step]:
+    problem = wear_problem(case, geometry)
     for state in _states(case, problem, start):
         yield Step(state, measure(problem.of(state), state), case.cycles)
 
 
-def _states(case: Case, problem: WearProblem, start: Any) -> Iterator[Any]:
-    stops = [float(cycle) for cycle in case.output_cycles]
-    march = slide if problem.loading.stroke else evolve
-    return march(problem, stops, case.tolerance, start)
+def _states(case: Case, problem: WearProblem, start: Any = None) -> Iterator[Any]:
+    march: Any = slide if problem.loading.stroke else evolve
+    return march(problem, [*map(float, case.output_cycles)], case.tolerance, start)  # type: ignore[no-any-return]
 
 
-class _Twin:
-    """The same case on wider cells, run alongside: the difference gives the errors of its results.
-
-    It is not stored in checkpoints: a resumed run starts its twin anew.
-    """
-
-    def __init__(self, case: Case, geometry: type[Geometry] | None, threads: int) -> None:
-        coarser = case.coarser
-        problem = wear_problem(coarser, geometry, threads, case.times_coarser)
-        self._workspace = Workspace(problem)
-        self._states = _states(coarser, problem, None)
-        self._cycles = case.output_cycles
-        # Every scalar at each snapshot, and why there are no more, for the warnings.
-        self.rows: list[dict[str, float]] = []
-        self.trouble = ""
-
-    def follow(self, snapshots: int) -> None:
-        """Run up to a number of snapshots, or until an error."""
-        try:
-            while len(self.rows) < snapshots and not self.trouble:
-                state = next(self._states)
-                if state.cycle in self._cycles:
-                    turn = loop(self._workspace, state, contacts=1)
-                    self.rows.append(_scalars(self._workspace.problem, state, turn))
-        except (ContactError, WearError) as error:
-            self.trouble = str(error) or type(error).__name__
+def _scalars_of_twin(case: Case, threads: int) -> Iterator[dict[str, float]]:
+    """Yield every scalar of the same case on wider cells at each snapshot."""
+    problem = wear_problem(case.coarser, None, threads, case.times_coarser)
+    workspace = Workspace(problem)
+    for state in _states(case.coarser, problem):
+        if state.cycle in case.output_cycles:
+            yield _scalars(workspace, state, loop(workspace, state, contacts=1).opening)
 
 
-def _scalars(problem: WearProblem, state: State, turn: Loop) -> dict[str, float]:
+def _scalars(workspace: Workspace, state: State, opening: float) -> dict[str, float]:
     """Every scalar of a state: the measures of each step, and those of its loop."""
-    found = asdict(measure(problem.of(state), state))
-    full = 4.0 * turn.opening * found["tangential_force"]
+    found = asdict(measure(workspace.problem.of(state), state))
+    full = 4.0 * opening * found["tangential_force"]
     found["sliding_criterion"] = found["dissipated_energy"] / full if full else 0.0
-    for body, share in zip(("indenter", "flat"), problem.wear_law.shares or (), strict=False):
+    shares = workspace.problem.wear_law.shares or ()
+    for body, share in zip(("indenter", "flat"), shares, strict=False):
         found[f"wear_volume_{body}"] = share * found["wear_volume"]
     return found
 
 
 def _result(
     case: Case,
-    record: RunRecord,
     problem: WearProblem,
-    twin: _Twin | None,
-    title: str,
+    record: RunRecord,
+    coarser: Sequence[Mapping[str, float]],
+    trouble: str,
     command: str,
 ) -> Result:
-    columns = {name: np.array([row[name] for row in record.history]) for name in record.history[0]}
-    steps_at = columns.pop("cycle")
-    of_steps, convolutions = columns.pop("error_estimate"), columns.pop("convolutions")
-    cycles = [state.cycle for state in record.snapshots]
-    plane = record.snapshots[-1].geometry.plane(problem.spacing)
-    in_line = case.indenter.is_line
-    symmetry = next(name for name, even in SYMMETRIES.items() if even == plane.even)
-    workspace = Workspace(problem)
-    loops = [loop(workspace, state) for state in record.snapshots]
-    of_both = zip(record.snapshots, loops, strict=True)
-    rows = [_scalars(problem, state, turn) for state, turn in of_both]
-    fields = _snapshot_fields(workspace, record.snapshots)
+    workspace, snapshots = Workspace(problem), record.snapshots
+    loops = [loop(workspace, state) for state in snapshots]
+    of_both = zip(snapshots, loops, strict=True)
+    rows = [_scalars(workspace, state, each.opening) for state, each in of_both]
+    scalars, columns = _columns(rows), _columns(record.history)
     errors = {}
-    if twin is not None:
-        twin.follow(len(rows))
-        if not twin.trouble:
-            errors = estimated_errors(rows, twin.rows, case.times_coarser)
-    scalars = {name: np.array([row[name] for row in rows]) for name in rows[0]}
+    if coarser and not trouble:
+        errors = estimated_errors(scalars, _columns(coarser), case.times_coarser)
+    steps_at, of_steps = columns.pop("cycle"), columns.pop("error_estimate")
+    spent = np.diff(columns.pop("convolutions"), prepend=0)
+    plane = snapshots[-1].geometry.plane(problem.spacing)
+    symmetry = next(name for name, even in SYMMETRIES.items() if even == plane.even)
+    in_line = case.indenter.is_line
     if in_line:
         symmetry = "even_x"
         columns, scalars, errors = (
             {name: values for name, values in each.items() if not name.endswith("_y")}
             for each in (columns, scalars, errors)
         )
+    cycles = [state.cycle for state in snapshots]
     dataset = labelled_case(
         case,
         plane.x,
         None if in_line else plane.y,
         cycles,
-        fields,
+        _snapshot_fields(workspace, snapshots),
         scalars,
         errors,
-        trouble="" if twin is None else twin.trouble,
+        trouble=trouble,
         symmetry=symmetry,
-        title=title,
         command=command,
     )
     variables = LINE_SCALARS if in_line else SCALARS
-    spent = np.diff(convolutions, prepend=0)
     history = labelled_history(steps_at, columns, of_steps, spent, variables)
-    curves = {name: np.array([getattr(each, name) for each in loops]) for name in _CURVES}
+    curves = {n: np.array([getattr(each, n) for each in loops]) for n in ("force", "displacement")}
     return Result((dataset, history, labelled_loops(cycles, curves, in_line=in_line)))
+
+
+def _columns(rows: Sequence[Mapping[str, float]]) -> dict[str, NDArray[np.float64]]:
+    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
+
+
+def estimated_errors(
+    scalars: Mapping[str, NDArray[np.float64]],
+    coarser: Mapping[str, NDArray[np.float64]],
+    times: float,
+) -> dict[str, NDArray[np.float64]]:
+    """Estimate how far results are from those of infinitely narrow cells and short steps.
+
+    A run and its twin on k times wider cells, to k² times the tolerance, differ by k − 1 times the
+    error of the run if errors grow with the width of a cell, and by √(k² + 1) times its standard
+    deviation if they follow from where edges happen to fall in cells. √(k² − 1) lies between.
+
+    What two runs differ by at one snapshot may be small by chance: what they differ by in the
+    median snapshot, relative to the value, counts if it is more. It is that of the logarithms, so
+    that a hard snapshot beside an easy one does not count for both.
+
+    Parameters
+    ----------
+    scalars, coarser
+        The scalars by name at the snapshots, shape (n,): of the run, and of its twin.
+    times
+        How many times wider the cells of the twin are.
+
+    Returns
+    -------
+    dict
+        The estimates by name at the snapshots, shape (n,), in the units of the scalars.
+    """
+    apart, sizes, usual = {}, {}, {}
+    for name, values in scalars.items():
+        apart[name] = np.abs(values - coarser[name])
+        sizes[name] = np.maximum(np.abs(values), np.abs(coarser[name]))
+        counts = np.abs(values) > _TRACE * np.abs(values).max()
+        differs = counts & (apart[name] > 0)
+        logarithms = np.log(apart[name][differs] / sizes[name][differs])
+        usual[name] = float(np.exp(np.median(logarithms))) if differs.any() else 0.0
+    of_edges = [name for name in usual if any(word in name for word in _OF_EDGES)]
+    known = float(np.percentile([usual[name] for name in of_edges] or [0.0], 75.0))
+    usual.update((name, max(usual[name], known)) for name in of_edges)
+    part = _DEVIATIONS / math.sqrt(times**2 - 1.0)
+    return {name: part * np.maximum(apart[name], usual[name] * sizes[name]) for name in apart}
 
 
 def wear_problem(
@@ -349,7 +377,7 @@ def wear_problem(
             problem, normal=block.normal, loading=loading, friction=block.friction_law, end=end
         )
         if following is None or now != replace(following, end=end, following=None):
-            following = replace(now, end=end if following else inf, following=following)
+            following = replace(now, end=end if following else math.inf, following=following)
     assert following is not None
     return following
 
@@ -361,11 +389,9 @@ def _snapshot_fields(workspace: Workspace, snapshots: Sequence[State]) -> dict[s
     """
     last = snapshots[-1].geometry
     plane = last.plane(workspace.problem.spacing)
-    in_line = workspace.problem.indenter.is_line
-    shape = (len(snapshots), *(plane.shape[:1] if in_line else plane.shape))
-    shared = workspace.problem.wear_law.shares is not None
-    known = (*FIELDS, *(BODY_FIELDS if shared else ()))
-    fields = {field.name: np.empty(shape, dtype=field.dtype) for field in known}
+    shape = plane.shape[:1] if workspace.problem.indenter.is_line else plane.shape
+    known = (*FIELDS, *(BODY_FIELDS if workspace.problem.wear_law.shares else ()))
+    stored = {each.name: np.empty((len(snapshots), *shape), each.dtype) for each in known}
     for row, snapshot in enumerate(snapshots):
         state = snapshot.on(workspace, snapshot.geometry.extended(last))
         problem = workspace.problem.of(state)
@@ -378,9 +404,9 @@ def _snapshot_fields(workspace: Workspace, snapshots: Sequence[State]) -> dict[s
             if not problem.loading.stroke:
                 path = 4.0 * problem.wear_coefficient * written["pressure"][loaded]
                 written["slip"][loaded] = written["wear_rate"][loaded] / path
-        for name, values in fields.items():
-            values[row] = written[name][:, 0] if in_line else written[name]
-    return fields
+        for name, values in stored.items():
+            values[row] = written[name].reshape(shape)
+    return stored
 
 
 def _fields(problem: WearProblem, state: State) -> dict[str, Array]:
