@@ -20,7 +20,7 @@ from fretwear.parts import AlongXY, Part, PerBody, Quantity, WholeNumber, requir
 from fretwear.study.case import Case
 from fretwear.study.members import Inline, PartOf
 from fretwear.study.parameters import member_of, parameter_names, parameter_of
-from fretwear.study.sections import study_schema
+from fretwear.study.study import study_schema
 from fretwear.study.tree import CaseTree, members
 from fretwear.vocabulary import (
     CONVOLUTIONS,

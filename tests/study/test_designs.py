@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 
 from fretwear.study.plan import Plan, write_points
-from fretwear.study.points import Grid, LatinHypercube, Range, Sobol
+from fretwear.study.points import Grid
 from fretwear.study.problems import StudyError
-from fretwear.study.sections import override
-from fretwear.study.study import select_case
+from fretwear.study.study import override, select_case
 
 from ..studies import SELF_AFFINE, WAVES
 
@@ -41,19 +40,24 @@ def test_seeds_are_short_for_varying_that_of_the_roughness(studies, content):
         assert told == [f"seeds[{key}]" if key else "seeds" for key in keys]
 
 
-def test_samples_spread_evenly_and_their_seed_decides_them():
-    design = LatinHypercube(points=50, seed=3)
-    linear, logarithmic = design.sample([Range(1.0, 2.0), Range(1.0, 100.0, True)])
-    assert sorted(int((value - 1.0) * 50) for value in linear) == list(range(50))
-    slices = sorted(int(math.log(value) / math.log(100.0) * 50) for value in logarithmic)
-    assert slices == list(range(50))
-    x, y = Sobol(points=64, seed=1).sample([Range(0.0, 1.0), Range(0.0, 1.0)])
-    counts, _, _ = np.histogram2d(x, y, bins=2, range=[[0, 1], [0, 1]])
+def test_samples_spread_evenly_and_their_seed_decides_them(studies, content):
+    def drawn(kind, points, seed=1, **vary):
+        design = {"kind": kind, "points": points, "seed": seed}
+        study = studies.load(content | {"design": design, "vary": vary})
+        return [axis.values for axis in study.axes]
+
+    decades = {"from": "1 N", "to": "100 N", "scale": "log"}
+    quarter = {"from": 0.25, "to": 0.5}
+    friction, load = drawn("latin_hypercube", 50, friction=quarter, load=decades)
+    assert sorted(int((value - 0.25) * 200) for value in friction) == list(range(50))
+    assert sorted(int(math.log(value, 100.0) * 50) for value in load) == list(range(50))
+    x, y = drawn("sobol", 64, friction=quarter, tangential_ratio=quarter)
+    counts, _, _ = np.histogram2d(x, y, bins=2, range=[[0.25, 0.5], [0.25, 0.5]])
     assert counts.tolist() == [[16, 16], [16, 16]]
-    (drawn,) = LatinHypercube(points=30).sample([["a", "b", "c"]])
-    assert sorted(drawn) == ["a"] * 10 + ["b"] * 10 + ["c"] * 10
-    for kind in (LatinHypercube, Sobol):
-        one, same, other = (kind(9, seed).sample([Range(1.0, 2.0)]) for seed in (1, 1, 2))
+    (listed,) = drawn("latin_hypercube", 30, cycles=[100, 200, 300])
+    assert sorted(listed) == [100] * 10 + [200] * 10 + [300] * 10
+    for kind in ("latin_hypercube", "sobol"):
+        one, same, other = (drawn(kind, 9, seed, friction=quarter) for seed in (1, 1, 2))
         assert one == same != other
 
 

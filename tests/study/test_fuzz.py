@@ -13,8 +13,7 @@ from fretwear.running.resources import batches, core_seconds
 from fretwear.study.parameters import parameter_names
 from fretwear.study.plan import Plan
 from fretwear.study.problems import StudyError
-from fretwear.study.sections import NAMES as SECTIONS
-from fretwear.study.study import Study, load_study
+from fretwear.study.study import SECTIONS, Study, load_study
 
 # fmt: off
 ODD = (

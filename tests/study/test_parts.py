@@ -25,7 +25,7 @@ from fretwear.study.parameters import (
     symbol_text,
     words_text,
 )
-from fretwear.study.sections import study_schema
+from fretwear.study.study import study_schema
 from fretwear.topography import Source, SourceFile
 
 from ..studies import SELF_AFFINE, WAVES, steel

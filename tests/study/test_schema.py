@@ -5,8 +5,7 @@ import pytest
 import yaml
 
 from fretwear.study.parameters import base_names
-from fretwear.study.sections import study_schema
-from fretwear.study.study import load_study
+from fretwear.study.study import load_study, study_schema
 
 jsonschema = pytest.importorskip("jsonschema")
 STUDIES = Path(__file__).parents[2] / "studies"

@@ -174,7 +174,7 @@ def plan(
 
 def schema() -> None:
     """Print the JSON Schema of the study file, for editors that complete and check it."""
-    from fretwear.study.sections import study_schema
+    from fretwear.study.study import study_schema
 
     say(json.dumps(study_schema(), indent=2, ensure_ascii=False))
 

@@ -11,9 +11,9 @@ from typing import Any, cast
 
 from fretwear.parts import Parameter, Part, Quantity, derived
 from fretwear.study.members import Inline, PartOf
-from fretwear.study.problems import Problem, Problems
+from fretwear.study.problems import Problem, Problems, read_given
 from fretwear.study.tree import CaseTree, members
-from fretwear.units import QuantityError, nearest
+from fretwear.units import nearest
 
 DEFAULTS = {each.name: each.default for each in fields(CaseTree) if each.default is not MISSING}
 """Members of a case that need not be given, with what they are then."""
@@ -211,14 +211,8 @@ def read_value(
 
     Raises `QuantityError` for the value itself, `UnreadError` for problems inside a part.
     """
-    parameter = parameter_of(name)
-    if raw is None and units_required:
-        can_be_none = getattr(parameter, "none", "") or getattr(parameter, "infinite", "")
-        remedy = f"write {name}: none if that is meant" if can_be_none else parameter.such_as(name)
-        raise QuantityError("has no value", remedy)
-    if varied and isinstance(parameter, PartOf):
-        return parameter.read(raw, units_required, varied)
-    return parameter.read(raw, units_required)
+    more = (varied,) if varied else ()
+    return read_given(name, parameter_of(name), raw, units_required, *more)
 
 
 def by_member(values: Mapping[str, Any]) -> dict[str, dict[str, Any]]:

@@ -5,22 +5,30 @@ from __future__ import annotations
 import itertools
 import math
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from fretwear.mechanics.materials import Course
-from fretwear.parts import Part, Quantity, WholeNumber
+from fretwear.parts import Choice, Part, Quantity, WholeNumber
 from fretwear.study.case import Case
 from fretwear.study.cost import Estimate, estimate
-from fretwear.study.parameters import leaves, member_of, parameter_names, parameter_of, read_value
-from fretwear.study.problems import Problems, in_words
+from fretwear.study.parameters import (
+    coordinate,
+    leaves,
+    member_of,
+    parameter_names,
+    parameter_of,
+    read_value,
+)
+from fretwear.study.problems import Problem, Problems, UnreadError, in_words, read_fields
 from fretwear.units import QuantityError, exact_text
 
-MAX_POINTS = 200_000
+if TYPE_CHECKING:
+    from fretwear.study.study import Study
 
-_SAMPLE_DIGITS = 6
+MAX_POINTS = 200_000
 
 
 @dataclass(frozen=True)
@@ -33,27 +41,19 @@ class Range:
 
     def at(self, fraction: float) -> float:
         """Return the value at a fraction of the way, rounded to six digits."""
-        if self.logarithmic:
-            low, high = math.log(self.low), math.log(self.high)
-            value = math.exp(low + fraction * (high - low))
-        else:
-            value = self.low + fraction * (self.high - self.low)
+        ends = self.low, self.high
+        low, high = map(math.log, ends) if self.logarithmic else ends
+        value = low + fraction * (high - low)
         # Few digits, so that the ids of cases do not depend on the last bit of a logarithm.
-        return float(f"{value:.{_SAMPLE_DIGITS}g}")
+        return float(f"{math.exp(value) if self.logarithmic else value:.6g}")
 
 
 class Design(Part):
-    """How the varied values are combined."""
+    """How the varied values are combined: value by value, unless a kind says otherwise."""
 
-    is_sampled: ClassVar[bool] = False  # whether values are drawn from ranges rather than listed
-
-    def size(self, lengths: Sequence[int]) -> int:
-        """Return the number of points for axes of these lengths."""
-        raise NotImplementedError
-
-    def indices(self, lengths: Sequence[int]) -> Iterator[tuple[int, ...]]:
-        """Iterate over the points as positions along the axes, the last axis fastest."""
-        return ((number,) * len(lengths) for number in range(self.size(lengths)))
+    def indices(self, lengths: Sequence[int]) -> Iterable[tuple[int, ...]]:
+        """Iterate over the points as positions along axes of these lengths, the last fastest."""
+        return ((number,) * len(lengths) for number in range(max(lengths, default=1)))
 
 
 @dataclass(frozen=True)
@@ -62,13 +62,9 @@ class Grid(Design):
 
     kind: Literal["grid"] = "grid"
 
-    def size(self, lengths: Sequence[int]) -> int:
-        """The number of combinations."""
-        return math.prod(lengths)
-
-    def indices(self, lengths: Sequence[int]) -> Iterator[tuple[int, ...]]:
+    def indices(self, lengths: Sequence[int]) -> Iterable[tuple[int, ...]]:
         """Each position along each axis."""
-        return itertools.product(*(range(length) for length in lengths))
+        return itertools.product(*map(range, lengths))
 
 
 @dataclass(frozen=True)
@@ -76,10 +72,6 @@ class Zip(Design):
     """First value with first, second with second."""
 
     kind: Literal["zip"] = "zip"
-
-    def size(self, lengths: Sequence[int]) -> int:
-        """The common length of the axes."""
-        return lengths[0] if lengths else 1
 
 
 @dataclass(frozen=True)
@@ -93,18 +85,10 @@ class Sampled(Design):
         int, WholeNumber("seed", "seed", 0, 2**32 - 1, 1, description="The same: the same points.")
     ] = 0
 
-    is_sampled = True
     engine: ClassVar[str]  # of `scipy.stats.qmc`
 
-    def size(self, lengths: Sequence[int]) -> int:  # noqa: ARG002 - as many as wanted
-        """The number of points asked for."""
-        return self.points
-
-    def sample(self, axes: Sequence[Range | Sequence[Any]]) -> list[list[Any]]:
-        """Draw one value per point for each axis.
-
-        The values of a list are drawn equally often, as far as the number of points allows.
-        """
+    def drawn(self, axes: Sequence[Axis]) -> list[Axis]:
+        """Return axes with one value per point, those of lists equally often where it works out."""
         # scipy.stats takes half a second to import: only sampled designs pay for it.
         from scipy.stats import qmc
 
@@ -112,15 +96,7 @@ class Sampled(Design):
             # scipy warns of numbers of points other than powers of two; they are the user's choice.
             warnings.simplefilter("ignore", UserWarning)
             unit = getattr(qmc, self.engine)(d=len(axes), seed=self.seed).random(self.points)
-        return [
-            [
-                axis.at(fraction)
-                if isinstance(axis, Range)
-                else axis[min(int(fraction * len(axis)), len(axis) - 1)]
-                for fraction in column.tolist()
-            ]
-            for axis, column in zip(axes, unit.T, strict=True)
-        ]
+        return [axis.at(column.tolist()) for axis, column in zip(axes, unit.T, strict=True)]
 
 
 @dataclass(frozen=True)
@@ -162,23 +138,43 @@ class Axis:
     @property
     def coordinate(self) -> str:
         """Name as a dataset coordinate."""
-        names = [leaf.name for leaf in leaves().get(self.name, ())]
-        return (names[0] if names else self.name).replace(".", "_")
+        known = leaves().get(self.name)
+        return coordinate(known[0].name if known else self.name)
 
     @cached_property
     def labels(self) -> tuple[str, ...]:
         """The values as written in the file."""
         return tuple(in_words(value) for value in self.written)
 
+    def at(self, fractions: Iterable[float]) -> Axis:
+        """Return the axis with the values at fractions of its range, or of its list."""
+        if self.drawn_from is None:
+            last = len(self.values) - 1
+            chosen = [min(int(fraction * (last + 1)), last) for fraction in fractions]
+            values, written = (tuple(of[i] for i in chosen) for of in (self.values, self.written))
+        else:
+            values, quantity = tuple(map(self.drawn_from.at, fractions)), parameter_of(self.name)
+            assert isinstance(quantity, Quantity)
+            written = tuple(exact_text(value, quantity.dimension) for value in values)
+        return replace(self, values=values, written=written)
+
 
 @dataclass(frozen=True)
 class Point:
     """One point of a study."""
 
-    axes: tuple[Axis, ...] = field(repr=False)
+    study: Study = field(repr=False)
     index: tuple[int, ...]  # position along each axis (zip and sampled designs: the same along all)
-    case: Case | None  # what to run; None where the point is invalid
-    problem: str = ""  # why it is invalid
+
+    @property
+    def problem(self) -> str:
+        """Why it is invalid; empty where it is not."""
+        return self.study.invalid.get(self.index, "")
+
+    @cached_property
+    def case(self) -> Case | None:
+        """What to run; None where the point is invalid."""
+        return None if self.problem else self.study.case(self.index)
 
     @cached_property
     def id(self) -> str:
@@ -193,12 +189,12 @@ class Point:
     @property
     def values(self) -> dict[str, Any]:
         """Varied parameters by dotted name, in SI units."""
-        return {a.name: a.values[i] for a, i in zip(self.axes, self.index, strict=True)}
+        return {a.name: a.values[i] for a, i in zip(self.study.axes, self.index, strict=True)}
 
     @property
     def labels(self) -> dict[str, str]:
         """Varied parameters by dotted name, as written in the file."""
-        return {a.name: a.labels[i] for a, i in zip(self.axes, self.index, strict=True)}
+        return {a.name: a.labels[i] for a, i in zip(self.study.axes, self.index, strict=True)}
 
 
 def read_axes(
@@ -206,8 +202,8 @@ def read_axes(
 ) -> tuple[Axis, ...]:
     """Read the varied parameters; return the valid axes and add the rest to `problems`.
 
-    Nothing is returned if the design could not be read. `places` says where the values are that
-    are not under `vary`.
+    Nothing is returned if the design, None, could not be read. `places` says where the values are
+    that are not under `vary`.
     """
     axes: list[Axis] = []
     known = parameter_names()
@@ -226,13 +222,11 @@ def read_axes(
         if not vary:
             rule = "is missing: a sampled design needs something to vary"
             problems.add("vary", None, rule, "such as load: {from: 10 N, to: 100 N}")
-        pools = [axis.drawn_from or range(len(axis.values)) for axis in axes]
-        drawn = design.sample(pools) if axes else []
-        return tuple(itertools.starmap(_drawn, zip(axes, drawn, strict=True)))
-    lengths = {axis.name: len(axis.values) for axis in axes}
+        return tuple(design.drawn(axes) if axes else ())
+    lengths = [len(axis.values) for axis in axes]
     if isinstance(design, Zip):
-        if len(set(lengths.values())) > 1:
-            listed = ", ".join(f"{name} has {length}" for name, length in lengths.items())
+        if len(set(lengths)) > 1:
+            listed = ", ".join(f"{axis.name} has {len(axis.values)}" for axis in axes)
             rule = f"must have lists of equal length under design: zip, but {listed}"
             problems.add("vary", None, rule, "design: grid takes every combination")
             return ()
@@ -242,24 +236,11 @@ def read_axes(
                 given = ", ".join(f"{axis.name} {axis.labels[row]}" for axis in axes)
                 rule = f"make point {row + 1} the same as point {first + 1} under design: zip"
                 problems.add("vary", given, rule, "leave one of them out of every list")
-    if design is None:
-        return ()
-    if (size := design.size([*lengths.values()])) > MAX_POINTS:
+    size = math.prod(lengths) if isinstance(design, Grid) else max(lengths, default=1)
+    if design is not None and size > MAX_POINTS:
         rule = f"makes {size} points, more than the limit of {MAX_POINTS}"
         problems.add("vary", None, rule, "split the study")
-        return ()
-    return tuple(axes)
-
-
-def _drawn(axis: Axis, drawn: Sequence[Any]) -> Axis:
-    """Return an axis with the values drawn from its range, or at positions in its list."""
-    if axis.drawn_from is None:
-        values, written = (tuple(each[i] for i in drawn) for each in (axis.values, axis.written))
-        return replace(axis, values=values, written=written)
-    quantity = parameter_of(axis.name)
-    assert isinstance(quantity, Quantity)
-    written = tuple(exact_text(value, quantity.dimension) for value in drawn)
-    return replace(axis, values=tuple(drawn), written=written)
+    return tuple(axes) if design is not None and size <= MAX_POINTS else ()
 
 
 def _read_axis(name: str, raw: object, design: Design | None, place: str) -> Axis:
@@ -301,34 +282,22 @@ def _identity(value: Any) -> object:
 
 
 def _read_range(name: str, raw: Mapping[str, Any], design: Design | None) -> Range:
-    if design is not None and not design.is_sampled:
+    if not isinstance(design, Sampled | None):
         hint = "write a list, or design: {kind: latin_hypercube, points: 64, seed: 1}"
         raise QuantityError(f"is a range, which design: {design.kind} cannot take", hint)
-    quantity, problems = parameter_of(name), Problems()
-    no_number = QuantityError(
-        "has values that are no single quantity and cannot be drawn from a range",
-        "write a list: its values are drawn",
-    )
-    if not quantity.may_be_drawn:
-        raise no_number
-    problems.unknown("", raw, ("from", "to", "scale"))
-    scale, scales = raw.get("scale", "linear"), ("linear", "log")
-    if scale not in scales:
-        problems.add(".scale", scale, "must be linear or log", known=scales)
-    ends = []
-    for part in ("from", "to"):
-        with problems.at(f".{part}", raw.get(part)):
-            if part not in raw:
-                raise QuantityError("is missing", quantity.such_as(part))
-            ends.append(read_value(name, raw[part]))
-    problems.raise_any()
-    if not all(isinstance(end, float) for end in ends):
-        raise no_number
-    low, high = ends
+    quantity, scales = parameter_of(name), Choice("", "", ("linear", "log"))
+    known = {"from": quantity, "to": quantity, "scale": scales}
+    read = read_fields(raw, known, ("from", "to"), True) if quantity.may_be_drawn else {}
+    low, high, scale = read.get("from"), read.get("to"), read.get("scale")
+    if not isinstance(low, float) or not isinstance(high, float):
+        raise QuantityError(
+            "has values that are no single quantity and cannot be drawn from a range",
+            "write a list: its values are drawn",
+        )
     if not low < high < math.inf:
         rule = f"must be more than vary.{name}.from = {raw['from']}, and finite"
-        problems.add(".to", raw["to"], rule)
-    elif scale == "log" and low <= 0.0:
-        problems.add(".from", raw["from"], "must be larger than 0 on a logarithmic scale")
-    problems.raise_any()
+        raise UnreadError([Problem(".to", raw["to"], rule)])
+    if scale == "log" and low <= 0.0:
+        rule = "must be larger than 0 on a logarithmic scale"
+        raise UnreadError([Problem(".from", raw["from"], rule)])
     return Range(low, high, logarithmic=scale == "log")

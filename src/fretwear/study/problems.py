@@ -135,12 +135,21 @@ def read_fields(
     for name, parameter in known.items():
         with problems.at(f".{name}", raw.get(name)):
             if name in raw:
-                values[name] = parameter.read(raw[name], units)
+                values[name] = read_given(name, parameter, raw[name], units)
             elif name in needed:
                 raise QuantityError("is missing", parameter.such_as(name))
     problems.unknown("", raw, [*known], rule)
     problems.raise_any()
     return values
+
+
+def read_given(name: str, parameter: Parameter, raw: object, units: bool, *varied: Any) -> Any:
+    """Read a value, of which parts may be varied; a file, where values have units, must give it."""
+    if raw is None and units:
+        can_be_none = getattr(parameter, "none", "") or getattr(parameter, "infinite", "")
+        remedy = f"write {name}: none if that is meant" if can_be_none else parameter.such_as(name)
+        raise QuantityError("has no value", remedy)
+    return parameter.read(raw, units, *varied)
 
 
 class StudyError(ValueError):

@@ -2,40 +2,57 @@
 
 from __future__ import annotations
 
+import copy
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
-from fretwear.parts import Part, required
+from fretwear.parts import Choice, Part, keys_schema, required
 from fretwear.study.case import SNAPSHOTS, Case
+from fretwear.study.members import PartOf
 from fretwear.study.parameters import (
+    base_names,
     by_member,
     html_table,
     make_member,
     member_of,
     missing,
     parameter_names,
+    parameter_of,
     read_values,
+    replaced_by,
+    schema_required,
 )
-from fretwear.study.points import Axis, Design, Grid, Point, read_axes
+from fretwear.study.points import MAX_POINTS, Axis, Design, Grid, Point, Sampled, read_axes
 from fretwear.study.problems import Problem, Problems, StudyError, few_of
 from fretwear.study.rules import RULES, Rule
-from fretwear.study.sections import OPTION, Sections, assign, override, read_sections
 from fretwear.study.tree import CaseTree, members
-from fretwear.study.yamlfile import read_document
+from fretwear.study.yamlfile import parse_value, read_document
 from fretwear.topography import Located
-from fretwear.units import did_you_mean
+from fretwear.units import QuantityError, did_you_mean
+
+SECTIONS = ("title", "base", "vary", "seeds", "design", "invalid", "batch", "output")
+OPTION = "--set"
+SEEDS = "roughness.seed"
+"""What the section `seeds` varies."""
+MAX_TITLE = 200
 
 _MOST_SHOWN = 12
-
-_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")
 _LISTED_PER_RULE = 8
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")
+_DESIGN = PartOf(
+    Design,
+    "design",
+    example="{kind: latin_hypercube, points: 64, seed: 1}",
+    description="How the varied values are combined.",
+    may_be_partial=False,
+)
+_INVALID = Choice("", "", ("stop", "skip"), description="What to do about points such as Q >= µP.")
 
 
 @dataclass(frozen=True)
@@ -54,12 +71,9 @@ class Study:
 
     def _repr_html_(self) -> str:
         """Return what is varied as a table, for notebooks."""
-        most = _MOST_SHOWN
-        rows = (
-            (axis.name, ", ".join([*axis.labels[:most], *(["…"] if axis.labels[most:] else [])]))
-            for axis in self.axes
-        )
-        return html_table(f"{self.title}: {self.size} points, design {self.design.kind}", rows)
+        shown = ((axis.name, few_of(axis.labels, _MOST_SHOWN)) for axis in self.axes)
+        head = f"{self.title}: {self.size} points, design {self.design.kind}"
+        return html_table(head, ((name, ", ".join(labels)) for name, labels in shown))
 
     @property
     def name(self) -> str:
@@ -85,19 +99,11 @@ class Study:
 
     @cached_property
     def _points(self) -> tuple[Point, ...]:
-        return self._some_of(self.indices)
-
-    def _some_of(self, indices: Sequence[tuple[int, ...]]) -> tuple[Point, ...]:
-        each = ((index, self.invalid.get(index, "")) for index in indices)
-        return tuple(Point(self.axes, i, None if why else self.case(i), why) for i, why in each)
+        return tuple(Point(self, index) for index in self.indices)
 
     def points(self, first: int = 1, last: int | None = None) -> tuple[Point, ...]:
-        """Return the points in order, the last varied parameter fastest.
-
-        Of a large study a few neighbours, by their numbers from 1, come much sooner than all.
-        """
-        some = first > 1 or (last or self.size) < self.size
-        return self._some_of(self.indices[first - 1 : last]) if some else self._points
+        """Return the points in order, from one to another of their numbers, which begin at 1."""
+        return self._points[first - 1 : last]
 
     def cases(self) -> dict[str, Case]:
         """Return the cases to run by id, each once even if several points share it."""
@@ -120,12 +126,12 @@ class Study:
     @cached_property
     def _given(self) -> Mapping[str, tuple[dict[str, Any], list[int], dict[tuple[int, ...], Any]]]:
         """Of each member its fixed values by name, the axes that vary others, and those made."""
-        found: dict[str, tuple[dict[str, Any], list[int], dict[tuple[int, ...], Any]]] = {
-            member: (values, [], {}) for member, values in by_member(self.fixed).items()
+        fixed = by_member(self.fixed)
+        varied = by_member({axis.name: position for position, axis in enumerate(self.axes)})
+        return {
+            member: (fixed.get(member, {}), [*varied.get(member, {}).values()], {})
+            for member in {**fixed, **varied}
         }
-        for position, axis in enumerate(self.axes):
-            found.setdefault(axis.member, ({}, [], {}))[1].append(position)
-        return found
 
     def _member(self, member: str, index: tuple[int, ...]) -> Any:
         # Points share parts, so each combination of a part's values is made once.
@@ -161,20 +167,64 @@ def load_study(path: str | Path, assignments: Sequence[str] = ()) -> Study:
     if not isinstance(document.data, Mapping):
         rule = "must hold keys such as base and vary, not a single value or a list"
         raise StudyError(file, [Problem("", document.data, rule), *problems])
-    content, wrong = override(document.data, assignments)
-    return _checked(file, content, [*problems, *wrong], document.lines, assignments)
+    return _checked(file, document.data, assignments, problems, document.lines)
+
+
+def select_case(
+    path: str | Path, case_id: str | None = None, assignments: Sequence[str] = ()
+) -> Case:
+    """Return one case of a study file, changed by assignments ``name=value``.
+
+    It is chosen by its id in the study as it stands, or the beginning of just one id, and changed
+    after that.  Without an id the study, with the assignments applied, must come to a single case.
+
+    Raises
+    ------
+    StudyError
+        The study or the changed case is not valid, or there is no such case.
+    """
+    study = load_study(path, () if case_id else assignments)
+    points = {point.id: point for point in study.points() if point.id}
+    if case_id:
+        found = [case_id] if case_id in points else [n for n in points if n.startswith(case_id)]
+        if len(found) != 1:
+            rule = f"is the beginning of {len(found)} ids"
+            hint = f"give more of it, to choose one of{_listed(found)}"
+            if not found:
+                rule = f"is not one of the {len(points)} cases of this study"
+                hint = did_you_mean(case_id, points) or "fretwear plan lists the cases"
+            raise StudyError(study.file, [Problem("--case", case_id, rule, hint)])
+        points = {found[0]: points[found[0]]}
+        if assignments:
+            content = {**study.content}
+            for axis, position in zip(study.axes, points[found[0]].index, strict=True):
+                assign(content, axis.name, axis.written[position])
+            changed = _checked(study.file, content, assignments)
+            points = {point.id: point for point in changed.points()}
+    if len(points) > 1:
+        rule = f"has {len(points)} cases, and one must be chosen"
+        hint = f"give --case ID, one of{_listed([*points])}"
+        raise StudyError(study.file, [Problem("", None, rule, hint)])
+    only = next(iter(points.values())).case
+    assert only is not None
+    return only
+
+
+def _listed(ids: Sequence[str]) -> str:
+    return "".join(f"\n    {line}" for line in few_of(ids))
 
 
 def _checked(
     file: Path,
-    content: Mapping[str, Any],
-    problems: Sequence[Problem],
-    lines: Mapping[str, int] = MappingProxyType({}),
-    assignments: Sequence[str] = (),
+    given: Mapping[str, Any],
+    assignments: Sequence[str],
+    problems: Sequence[Problem] = (),
+    lines: Mapping[str, int] | None = None,
 ) -> Study:
-    """Turn the plain content of a study file, assignments applied, into a `Study`."""
-    found = Problems()
-    sections = read_sections(_located(content, file.parent), found)
+    """Turn the plain content of a study file, changed by assignments, into a `Study`."""
+    content, wrong = override(given, assignments)
+    before, found = [*problems, *wrong], Problems()
+    sections = _read_sections(_located(content, file.parent), found)
     axes = read_axes(sections.vary, sections.places, sections.design, found)
     fixed = _read_base(sections, axes, found)
     asked = sections.output.get("cycles", "auto")
@@ -190,10 +240,10 @@ def _checked(
     # If the design cannot be read, fixed values are still checked.
     study = Study(file, title, axes, sections.design or Grid(), fixed, content, sections.batch)
     _try_rules(study, found, skip=sections.invalid == "skip")
-    if not (problems or found) and len(study.invalid) == study.size:
+    if not (before or found) and len(study.invalid) == study.size:
         found.add("vary", None, f"leaves no point to run: {next(iter(study.invalid.values()))}")
-    if problems or found:
-        raise StudyError(file, _in_order([*problems, *found], lines, assignments))
+    if before or found:
+        raise StudyError(file, _in_order([*before, *found], lines or {}, assignments))
     return study
 
 
@@ -206,7 +256,65 @@ def _located(value: Any, folder: Path) -> Any:
     return Located.at(value, folder) if type(value) is str else value
 
 
-def _read_base(sections: Sections, axes: tuple[Axis, ...], problems: Problems) -> dict[str, Any]:
+@dataclass(frozen=True)
+class _Sections:
+    """The sections of a study file; invalid ones count as left out."""
+
+    title: str = ""
+    base: Mapping[str, Any] = field(default_factory=dict)
+    vary: Mapping[str, Any] = field(default_factory=dict)
+    design: Design | None = Grid()  # noqa: RUF009 - frozen; None where it could not be read
+    invalid: str = "stop"
+    batch: int | None = None
+    output: Mapping[str, Any] = field(default_factory=dict)
+    places: Mapping[str, str] = field(default_factory=dict)  # of varied values not under `vary`
+
+
+def _read_sections(raw: Mapping[str, Any], problems: Problems) -> _Sections:
+    """Read the sections, and add what is wrong with them to the problems."""
+    found: dict[str, Any] = {"design": None} if "design" in raw else {}
+    for name, given in raw.items():
+        if name not in SECTIONS:
+            known = () if name in parameter_names() else SECTIONS
+            hint = f"known are {', '.join(known)}" if known else f"put it under base: base.{name}"
+            problems.add(name, given, "is not a section of a study", hint, known, name)
+        elif name != "seeds":
+            with problems.at(name, given):
+                found[name] = _read_section(name, given)
+    problems.unknown("output", found.get("output", {}), ("cycles",))
+    vary = found.get("vary", {})
+    if "seeds" in raw and (twice := [name for name in vary if name in (SEEDS, "roughness")]):
+        rule = f"would vary what vary.{twice[0]} varies"
+        problems.add("seeds", raw["seeds"], rule, "leave one of them out")
+    elif "seeds" in raw:
+        found |= {"vary": {**vary, SEEDS: raw["seeds"]}, "places": {SEEDS: "seeds"}}
+    return _Sections(**found)
+
+
+def _read_section(name: str, given: object) -> Any:
+    if name in ("design", "invalid"):
+        return (_DESIGN if name == "design" else _INVALID).read(given, True)
+    if name == "title":
+        if not isinstance(given, str) or not given.strip():
+            raise QuantityError("must be text", "put it in quotes")
+        if not given.isprintable():
+            raise QuantityError("must be one line of printable text")
+        if len(given.strip()) > MAX_TITLE:
+            raise QuantityError(f"must have at most {MAX_TITLE} characters")
+        return given.strip()
+    if name == "batch":
+        if given != "auto" and not (type(given) is int and 1 <= given <= MAX_POINTS):
+            rule = f"must be auto, or a whole number of cases from 1 to {MAX_POINTS}"
+            raise QuantityError(rule, "auto gives a job a few minutes of work", ("auto",))
+        return None if given == "auto" else given
+    if given is None:
+        raise QuantityError("is empty", "leave it out, or fill it")
+    if not isinstance(given, Mapping):
+        raise QuantityError("must hold keys with values, one to a line")
+    return given
+
+
+def _read_base(sections: _Sections, axes: tuple[Axis, ...], problems: Problems) -> dict[str, Any]:
     """Read the fixed values; if some fields of a part are varied, its other fields.
 
     A varied parameter may have a value in base as well, which is not used.
@@ -236,17 +344,16 @@ def _read_base(sections: Sections, axes: tuple[Axis, ...], problems: Problems) -
     return {name: value for name, value in read.items() if name not in varied}
 
 
-def _broken(study: Study) -> Iterator[tuple[Problem, list[tuple[Axis, int]], list[Any]]]:
-    """Yield each broken rule, the positions along the axes that break it, and their points.
+def _try_rules(study: Study, problems: Problems, *, skip: bool) -> None:
+    """Check the rules between parameters; leave points out that are to be skipped.
 
     A rule is tried once for each combination of the valid values that it needs.
     """
     defaulted = {*members(), "output_cycles"} - required(CaseTree) - {a.member for a in study.axes}
-    blocks = ("cycles",) if "blocks" in study.valid else ()
-    known = {*study.valid, *defaulted, *blocks}
+    blocks = {"cycles"} if "blocks" in study.valid else set()
     trials: list[tuple[Rule, list[int], dict[Any, tuple[Problem | None, list[Any]]]]] = []
     for rule in RULES:
-        if {member_of(name) for name in rule.needs} <= known:
+        if {member_of(name) for name in rule.needs} <= {*study.valid} | defaulted | blocks:
             # Blocks have cycles of their own.
             needs = rule.needs | ({"blocks"} if "cycles" in rule.needs else set())
             axes = enumerate(study.axes)
@@ -262,39 +369,35 @@ def _broken(study: Study) -> Iterator[tuple[Problem, list[tuple[Axis, int]], lis
             problem, points = tried[positions]
             if problem is not None:
                 points.append(index)
+    counts = Counter[str]()
     for _, relevant, tried in trials:
         for positions, (problem, points) in tried.items():
-            if problem is not None:
-                axes_of = [study.axes[i] for i in relevant]
-                yield problem, [*zip(axes_of, positions, strict=True)], points
-
-
-def _try_rules(study: Study, problems: Problems, *, skip: bool) -> None:
-    """Check the rules between parameters; leave points out that are to be skipped."""
-    listed = Counter[str]()
-    for problem, where, points in _broken(study):
-        if skip and where:
-            for index in points:
-                study.invalid.setdefault(index, problem.sentence)
-            continue
-        subject = problem.key
-        listed[subject] += 1
-        if listed[subject] > _LISTED_PER_RULE:
-            continue
-        # Where in the file to mend it, and at which values it breaks.
-        key = "output.cycles" if subject == "output_cycles" else f"base.{subject}"
-        others = []
-        for axis, position in where:
-            if axis.key == subject:
-                key = axis.place + ("" if study.design.is_sampled else f"[{position}]")
-            else:
-                others.append(f"{axis.name} = {axis.labels[position]}")
-        at = f" (at {', '.join(others)})" if others else ""
-        problems.append(replace(problem, key=key, rule=f"{problem.rule}{at}"))
-    for subject, count in listed.items():
+            if problem is None:
+                continue
+            if skip and relevant:
+                for index in points:
+                    study.invalid.setdefault(index, problem.sentence)
+                continue
+            subject = problem.key
+            counts[subject] += 1
+            if counts[subject] > _LISTED_PER_RULE:
+                continue
+            # Where in the file to mend it, and at which values it breaks.
+            key = "output.cycles" if subject == "output_cycles" else f"base.{subject}"
+            others = []
+            for axis, position in zip((study.axes[i] for i in relevant), positions, strict=True):
+                if axis.key == subject:
+                    key = axis.place + (
+                        "" if isinstance(study.design, Sampled) else f"[{position}]"
+                    )
+                else:
+                    others.append(f"{axis.name} = {axis.labels[position]}")
+            at = f" (at {', '.join(others)})" if others else ""
+            problems.append(replace(problem, key=key, rule=f"{problem.rule}{at}"))
+    for subject, count in counts.items():
         if (more := count - _LISTED_PER_RULE) > 0:
-            rule = f"is wrong in the same way at {more} more combinations of the varied values"
-            problems.add(f"vary ({subject})", None, rule)
+            told = f"is wrong in the same way at {more} more combinations of the varied values"
+            problems.add(f"vary ({subject})", None, told)
 
 
 def _in_order(
@@ -305,59 +408,116 @@ def _in_order(
     names = [assignment.partition("=")[0].strip() for assignment in assignments]
     places = [(name, place) for name in names for place in (f"base.{name}", name)]
     for problem in problems:
-        key = problem.key
+        line = lines.get(problem.key) if problem.line is None and problem.key else problem.line
         for name, place in places:
-            if key == place or key.startswith((f"{place}.", f"{place}[")):
-                key = f"{OPTION} {name}{key.removeprefix(place)}"
-        line = problem.line
-        if line is None and key == problem.key and key:
-            line = lines.get(key)
-        placed.append(replace(problem, key=key, line=line))
+            if f"{problem.key}.".startswith((f"{place}.", f"{place}[")):
+                problem = replace(problem, key=f"{OPTION} {name}{problem.key[len(place) :]}")
+                line = problem.line
+        placed.append(replace(problem, line=line))
     return sorted(placed, key=lambda problem: problem.line or len(lines) * 1000)
 
 
-def select_case(
-    path: str | Path, case_id: str | None = None, assignments: Sequence[str] = ()
-) -> Case:
-    """Return one case of a study file, changed by assignments ``name=value``.
+def override(raw: Mapping[str, Any], assignments: Iterable[str]) -> tuple[dict[str, Any], Problems]:
+    """Apply assignments ``name=value`` to the plain content of a study file.
 
-    It is chosen by its id in the study as it stands, or the beginning of just one id, and changed
-    after that.  Without an id the study, with the assignments applied, must come to a single case.
-
-    Raises
-    ------
-    StudyError
-        The study or the changed case is not valid, or there is no such case.
+    The value replaces that in `base`, and the parameter is no longer varied. Setting one of several
+    alternative keys, such as the two tangential ones, drops the others; keys that belong to both,
+    such as `rig_stiffness`, stay. ``output.cycles`` and ``title`` can be set too. Returned are a
+    changed copy, whose values are not checked yet, and what was wrong with the assignments.
     """
-    study = load_study(path, () if case_id else assignments)
-    points = {point.id: point for point in study.points() if point.case is not None}
-    if case_id:
-        found = [name for name in points if name == case_id]
-        found = found or [name for name in points if name.startswith(case_id)]
-        if len(found) != 1:
-            rule = f"is the beginning of {len(found)} ids"
-            hint = f"give more of it, to choose one of{_listed(found)}"
-            if not found:
-                rule = f"is not one of the {len(points)} cases of this study"
-                hint = did_you_mean(case_id, points) or "fretwear plan lists the cases"
-            raise StudyError(study.file, [Problem("--case", case_id, rule, hint)])
-        chosen = points[found[0]]
-        if not assignments and chosen.case is not None:
-            return chosen.case
-        content = {**study.content}
-        for axis, position in zip(study.axes, chosen.index, strict=True):
-            assign(content, axis.name, axis.written[position])
-        content, problems = override(content, assignments)
-        changed = _checked(study.file, content, problems, assignments=assignments)
-        points = {point.id: point for point in changed.points()}
-    if len(points) > 1:
-        rule = f"has {len(points)} cases, and one must be chosen"
-        hint = f"give --case ID, one of{_listed(list(points))}"
-        raise StudyError(study.file, [Problem("", None, rule, hint)])
-    only = next(iter(points.values())).case
-    assert only is not None
-    return only
+    changed, problems = copy.deepcopy(dict(raw)), Problems()
+    known = (*parameter_names(), "output.cycles", "title")
+    for assignment in assignments:
+        name, equals, text = assignment.partition("=")
+        name = name.strip()
+        place = f"{OPTION} {name}"
+        if not equals:
+            rule = "must have the form name=value"
+            problems.add(OPTION, assignment, rule, "such as --set 'load=30 N'")
+        elif name not in known:
+            problems.add(place, text, "is not a parameter", known=known, written=name)
+        else:
+            with problems.at(place, text):
+                value = parse_value(text)
+                with problems.at(place, value):
+                    assign(changed, name, value)
+    return changed, problems
 
 
-def _listed(ids: Sequence[str]) -> str:
-    return "".join(f"\n    {line}" for line in few_of(ids))
+def assign(content: dict[str, Any], name: str, value: Any) -> None:
+    """Give a parameter one value in the plain content of a study file, as for `override`."""
+    if name in ("title", "output.cycles"):
+        section, _, key = name.partition(".")
+        content[section] = {key: value} if key else value
+        return
+    present = (content.get(section) for section in ("base", "vary"))
+    base, vary = (dict(each) if isinstance(each, Mapping) else {} for each in present)
+    content |= {"base": base, "vary": vary}
+    gone = replaced_by(name)
+    for other in gone:
+        base.pop(other, None)
+    for varied in [*vary]:
+        if any(f"{varied}.".startswith(f"{each}.") for each in (*gone, name)):
+            del vary[varied]
+    if SEEDS in (name, f"{name}.seed"):
+        content.pop("seeds", None)
+    whole, _, part = name.partition(".")
+    if part and whole in vary:
+        raise QuantityError(f"cannot be set while vary.{whole} varies the whole of it")
+    if part:
+        given = base.get(whole)
+        value = {**(given if isinstance(given, Mapping) else {}), part: value}
+    base[whole] = value
+    if not vary:
+        del content["vary"]
+        if "seeds" not in content:
+            # A sampled design without anything to sample would be an error of its own.
+            content.pop("design", None)
+
+
+def study_schema() -> dict[str, Any]:
+    """Return the JSON Schema (2020-12) of a study file, made from what reads it.
+
+    It covers names, kinds of values and their descriptions. Rules on several values at once (Q <
+    µP, a cell fine enough for the roughness, equal lengths under ``zip``) is checked by
+    `load_study` only.
+    """
+    whole = {"type": "integer", "minimum": 1, "maximum": MAX_POINTS}
+    title = {"type": "string", "minLength": 1, "maxLength": MAX_TITLE}
+    base = {name: parameter_of(name).described() for name in base_names()}
+    vary = {name: _varied(name) for name in parameter_names()}
+    sections = {
+        "title": _about("For people; the name of the study is that of its file.", title),
+        "base": _about("One value for every parameter that is not varied.", keys_schema(base)),
+        "vary": _about("The varied parameters, each with its values.", keys_schema(vary)),
+        "seeds": _about(f"Short for {SEEDS} under vary.", _varied(SEEDS)),
+        "design": {**_DESIGN.described(), "default": "grid"},
+        "invalid": {**_INVALID.described(), "default": "stop"},
+        "batch": {
+            "description": "Cases of a job; auto: as many as take a few minutes.",
+            "default": "auto",
+            "anyOf": [{"const": "auto"}, whole],
+        },
+        "output": keys_schema({"cycles": SNAPSHOTS.described()}),
+    }
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "fretwear study",
+        "description": "A study of fretting wear: base values, varied values, output.",
+        **keys_schema(sections),
+        "allOf": schema_required(),
+    }
+
+
+def _about(description: str, content: Mapping[str, Any]) -> dict[str, Any]:
+    return {"description": description, **content}
+
+
+def _varied(name: str) -> dict[str, Any]:
+    value = parameter_of(name).described()
+    listed = {"type": "array", "items": value, "minItems": 1, "uniqueItems": True}
+    if not parameter_of(name).may_be_drawn:
+        return listed
+    ends = {"from": value, "to": value, "scale": {"enum": ["linear", "log"]}}
+    interval = _about("A range, for sampled designs.", keys_schema(ends, ["from", "to"]))
+    return {"anyOf": [listed, interval]}
