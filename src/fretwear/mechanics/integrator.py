@@ -1,34 +1,54 @@
-"""Archard wear over many fretting cycles: implicit, adaptive steps.
+"""Wear over many fretting cycles: implicit, adaptive steps.
+
+Steps are those of TR-BDF2, two implicit stages of one weight, second order, L-stable, and an
+embedded third order: Bank et al., "Transient simulation of silicon devices and circuits", IEEE
+Trans. Electron Devices 32 (1985); coefficients and embedded weights as in Hosea and Shampine,
+"Analysis and implementation of TR-BDF2", Appl. Numer. Math. 20 (1996).
 
 One cycle wears Δw = 4 K_w p s = β p g* with β = 4 K_w µκ, so over the cycles dW/dN = β p g*. The
-equation is stiff: pressure reacts at once to wear of a fraction of a micrometer. Each step is
-TR-BDF2 (`fretwear.mechanics.tr_bdf2`) for the exponent x = β∫p dN, from which wear follows in
-closed form.
+equation is stiff: pressure reacts at once to wear of a fraction of a micrometer. Steps are taken
+for the exponent x = β∫p dN, from which wear follows in closed form.
 
 A stage requires the pressure whose wear gives the shape that carries it: one normal contact with
 a `fretwear.mechanics.slip.WearLayer`. Where the pressure is at its limit the surface sinks by
 the penetration of that contact. This changes the contact at the reduced load, which is solved
 again on the stage's own shape, in turn with the contact itself, until the wear no longer changes.
+Contacts that slide as a whole have stages of their own: `fretwear.mechanics.stroke`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from math import inf, sqrt
+from math import inf, isfinite, sqrt
 from typing import Any
 
 import numpy as np
 
-from fretwear.mechanics import tr_bdf2
 from fretwear.mechanics.contact import Accuracy, ContactError
 from fretwear.mechanics.geometry import Array, Workspace
 from fretwear.mechanics.slip import WearLayer
 from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.state import Stage, State, WearProblem
-from fretwear.mechanics.tr_bdf2 import BEYOND, DIAGONAL, GAMMA, TOLERANCE, WEIGHT, WearError
 
-__all__ = ["Evolution", "WearError", "evolve", "first_loading"]
+# First stage at γ = 2 − √2; both stages are implicit with the same weight, which makes them alike.
+GAMMA = 2.0 - sqrt(2.0)
+DIAGONAL = 0.5 * GAMMA
+WEIGHT = 0.25 * sqrt(2.0)
+MAIN = (WEIGHT, WEIGHT, DIAGONAL)
+EMBEDDED = ((1.0 - WEIGHT) / 3.0, (3.0 * WEIGHT + 1.0) / 3.0, DIAGONAL / 3.0)
+# What the embedded formula has more of the rates at the start, in between and at the end.
+DIFFERENCE = tuple(e - m for e, m in zip(EMBEDDED, MAIN, strict=True))
+# The second stage over the first, to foretell what goes on as it did.
+BEYOND = (1.0 - GAMMA) / GAMMA
+
+TOLERANCE = 0.01
+# The embedded formulas differ from the step by about ten times its error in wear volume, as runs
+# with far smaller steps show; a third of the difference is still on the safe side.
+OVERESTIMATE = 3.0
+_ACCEPTED, _SAFETY = 1.2, 0.85
+_SMALLEST_STEP, _SMALLEST_FACTOR, _LARGEST_FACTOR = 1e-6, 0.2, 5.0
 
 _FIRST_STEP = 0.09
 # Fraction of the tolerance for a contact that slides as a whole, whose pressure has twenty times
@@ -37,6 +57,98 @@ _GLIDING = 0.25
 _LARGEST_SWEEPS = 12
 # A cell with less than this fraction of the mean pressure counts as unloaded.
 _IDLE = 1e-3
+
+
+class WearError(RuntimeError):
+    """The integration cannot continue; the last accepted state is valid."""
+
+
+def assessed(error: float) -> tuple[float, bool]:
+    """Factor for the next step from an error in units of the tolerance; whether to accept it."""
+    if not isfinite(error):
+        return _SMALLEST_FACTOR, False
+    factor = _SAFETY * max(error, 1e-6) ** (-1.0 / 3.0)
+    return min(max(factor, _SMALLEST_FACTOR), _LARGEST_FACTOR), error <= _ACCEPTED
+
+
+class Integrator(ABC):
+    """Produces the accepted states in turn.
+
+    ``tolerance`` is the error of the wear of a step relative to the wear volume, ``state`` the last
+    accepted one.
+    """
+
+    tolerance: float
+    state: Any
+
+    @abstractmethod
+    def attempt(
+        self, step: float, end: float, *, output_step: bool
+    ) -> tuple[Any, float, bool] | None:
+        """A step of so many cycles to one that may be requested; None to try again on more cells.
+
+        It returns the state at its end, what to multiply the step by, and whether to keep it, and
+        raises a ContactError or numpy.linalg.LinAlgError if it is too long to converge.
+        """
+
+    def advance(self, stop: float) -> Any:
+        """The next accepted state, at ``stop`` or before; a `WearError` if no step is accurate."""
+        wanted, trouble = self.state.next_step, "wear asks for shorter ones"
+        while True:
+            now, left = self.state.cycle, stop - self.state.cycle
+            # Steps of one length up to a stop, rather than a short one at the end.
+            step = left if wanted >= left else min(wanted, max(0.5 * left, 0.5 * wanted))
+            if step < _SMALLEST_STEP:
+                raise WearError(
+                    f"no step after cycle {now:.6g} is accurate, down to {step:.1e} cycles: "
+                    f"{trouble}; the contact at cycle {now:.6g} has a residual of "
+                    f"{self.state.residual:.1e}"
+                )
+            end = stop if step == left else now + step
+            try:
+                found = self.attempt(step, end, output_step=step == left)
+            except (ContactError, np.linalg.LinAlgError) as error:
+                wanted, trouble = 0.5 * step, str(error)
+                continue
+            if found is None:
+                continue
+            state, factor, accepted = found
+            if accepted:
+                break
+            wanted, estimate = step * factor, state.error_estimate
+            trouble = f"the error is estimated as {estimate:.1e} instead of {self.tolerance:.1e}"
+        following = step * factor
+        if step < wanted and factor >= 1.0:
+            # The step was cut short by a stop, which says nothing about the next one.
+            following = max(following, wanted)
+        self.state = replace(state, next_step=following)
+        return self.state
+
+
+def march(
+    problem: WearProblem,
+    stops: Sequence[float],
+    start: Any,
+    begin: Callable[[WearProblem, Any, bool], Integrator],
+) -> Iterator[Any]:
+    """Yield each accepted state of all blocks of a problem, up to the last of some stops.
+
+    ``begin`` makes the integrator of a block from the state before, if there is one, and whether
+    the bodies are to be loaded anew.
+    """
+    state, first = start, 0.0
+    for block in problem.blocks:
+        if state is None or state.cycle < block.end:
+            integrator = begin(block, state, state is None or state.cycle == first > 0.0)
+            if state is None:
+                yield integrator.state
+            # Neither a step nor its error estimate may span a kink.
+            kinks = {kink for kink in (*block.friction.kinks, block.end) if kink < stops[-1]}
+            for stop in sorted({*stops, *kinks}):
+                while first <= integrator.state.cycle < min(stop, block.end):
+                    yield integrator.advance(stop)
+            state = integrator.state
+        first = block.end
 
 
 def evolve(
@@ -76,7 +188,7 @@ def evolve(
     def begin(block: WearProblem, state: State | None, anew: bool) -> Evolution:
         return Evolution(block, tolerance, state, accuracy, anew=anew)
 
-    return tr_bdf2.march(problem, stops, start, begin)
+    return march(problem, stops, start, begin)
 
 
 def first_loading(
@@ -92,20 +204,16 @@ def first_loading(
     """
     workspace, accuracy = workspace or Workspace(problem), accuracy or Accuracy()
     geometry: Any = problem.geometry.first(problem) if before is None else before.geometry
-    cycle, step, spent = 0.0, 0, 0
-    if before is not None:
-        cycle, step, spent = before.cycle, before.step, before.convolutions
+    cycle, step, spent = (getattr(before, name, 0) for name in ("cycle", "step", "convolutions"))
     while True:
-        ground = workspace.on(geometry)
-        nothing = np.zeros(geometry.shape)
-        wear, opening, plastic, pressure = nothing, nothing, nothing, None
-        if before is not None:
-            before = before.on(workspace, geometry)
-            wear, opening, plastic = before.wear, before.opening, before.plastic
-            pressure = before.pressure
+        ground, nothing = workspace.on(geometry), np.zeros(geometry.shape)
+        before = before and before.on(workspace, geometry)
+        wear, opening, plastic = (
+            getattr(before, name, nothing) for name in ("wear", "opening", "plastic")
+        )
         contact = solve_contact(
             problem.contact(ground.half_space, ground.unworn + opening + plastic),
-            pressure,
+            getattr(before, "pressure", None),
             tolerance=accuracy.contact,
             effort=accuracy.effort,
         )
@@ -124,7 +232,7 @@ def first_loading(
         tolerance=accuracy.first_reduced,
     )
     return State(
-        cycle=cycle,
+        cycle=float(cycle),
         geometry=geometry,
         pressure=contact.pressure,
         gap=np.maximum(contact.gap, 0.0),
@@ -143,7 +251,7 @@ def first_loading(
     )
 
 
-class Evolution(tr_bdf2.Integrator):
+class Evolution(Integrator):
     """The steps of a contact whose bodies are not seen to move, within a block of loading.
 
     It starts from a state, or ``anew`` with what the state has left of the bodies; by default they
@@ -247,48 +355,43 @@ class Evolution(tr_bdf2.Integrator):
 
         ``rates`` are β at the start and at the end of both stages, 1/Pa per cycle.
         """
-        base, integral, cellwise = self.state, self.state.geometry.integral, self._cellwise
-        kept = self.problem.debris_fraction
+        base, problem, cellwise = self.state, self.problem, self._cellwise
+        integral, gap, kept = base.geometry.integral, base.reduced.gap, problem.debris_fraction
         opens, volume = 1.0 - kept, integral(second.wear)
         if volume == 0:
-            return 0.0, tr_bdf2.LARGEST_FACTOR, True
+            return 0.0, _LARGEST_FACTOR, True
 
-        def exponent(weights: Sequence[float]) -> Array:
+        def exponent(weights: Sequence[float]) -> Any:
             """X = β∫p dN over the step by weights of its three pressures."""
             start, middle, end = (b * step * w for b, w in zip(rates, weights, strict=True))
-            result: Array = cellwise(
+            return cellwise(
                 lambda p0, p1, p2: start * p0 + middle * p1 + end * p2,
                 *(base.pressure, first.pressure, second.pressure),
             )
-            return result
 
-        def lost(gap: Array, difference: Array) -> Array:
-            growth = np.expm1(opens * difference) / opens if opens else difference
-            result: Array = np.abs(gap * growth)
-            return result
+        def lost(gap: Array, difference: Array) -> Any:
+            return np.abs(gap * (np.expm1(opens * difference) / opens if opens else difference))
 
-        error = integral(cellwise(lost, second.reduced.gap, exponent(tr_bdf2.DIFFERENCE)))
-        if second.yielded or self.problem.slip_moves:
+        error = integral(cellwise(lost, second.reduced.gap, exponent(DIFFERENCE)))
+        if second.yielded or problem.slip_moves:
             # Slip that changes evenly over the whole step rather than over each stage.
-            x, shift = exponent(tr_bdf2.MAIN), second.source_since(base, self.problem.team)
-            layer = self.problem.slip_model.wear_layer(
-                base.opening, base.reduced.gap, shift, opens * x, 0.0
-            )
-            worn = layer.displacement(second.pressure, self.problem.team)
+            x, shift = exponent(MAIN), second.source_since(base, problem.team)
+            layer = problem.slip_model.wear_layer(base.opening, gap, shift, opens * x, 0.0)
+            worn = layer.displacement(second.pressure, problem.team)
             if kept:
-                worn = base.wear + _all_worn(kept, worn - base.opening, base.reduced.gap, shift, x)
+                worn = base.wear + _all_worn(kept, worn - base.opening, gap, shift, x)
             off = cellwise(lambda worn, wear: np.abs(worn - wear), worn, second.wear)
             error = max(error, integral(off))
-        error, allowed = error / (tr_bdf2.OVERESTIMATE * volume), self.tolerance
+        error, allowed = error / (OVERESTIMATE * volume), self.tolerance
         if not second.reduced.load > 0.0:
             allowed *= min(1.0, _GLIDING / base.geometry.of_tolerance)
-        factor, accepted = tr_bdf2.assessed(error / allowed)
+        factor, accepted = assessed(error / allowed)
         if first.yielded or second.yielded:
             # A cell at the limit sinks until wear, at the rate β p_lim, has freed it. A much longer
             # step would miss the flow in between.
-            longest = sqrt(self.tolerance / TOLERANCE) / (max(rates) * self.problem.limit)
+            longest = sqrt(self.tolerance / TOLERANCE) / (max(rates) * problem.limit)
             factor = min(factor, longest / step)
-            accepted &= step <= tr_bdf2.ACCEPTED * longest
+            accepted &= step <= _ACCEPTED * longest
         return error, factor, accepted
 
     def stage(
@@ -305,34 +408,23 @@ class Evolution(tr_bdf2.Integrator):
     ) -> Stage:
         """One implicit stage from a base on: its exponent is x = known + rate · p, p its pressure.
 
-        Parameters
-        ----------
-        start, guess
-            First guesses of the pressure, Pa, and of the change of G by plastic flow, m.
-        tolerance
-            Of the contact.
-        problem
-            The problem at the end of the stage, if it changes.
-        output_step
-            Whether the stage ends at a requested cycle: only then the reduced contact is solved to
-            full accuracy, and the residual computed by a separate convolution.
-
-        Raises
-        ------
-        ContactError
-            If a contact or the iteration between flow and wear does not converge, or a value is not
-            finite.
+        ``start`` and ``guess`` are first guesses of the pressure, Pa, and of the change of G by
+        plastic flow, m; ``tolerance`` is that of the contact, and ``problem`` that at the end of
+        the stage, if it changes. Only one that ends at a requested cycle, an ``output_step``,
+        solves the reduced contact to full accuracy and has its residual from a separate
+        convolution. A ContactError says that a contact or the iteration between flow and wear does
+        not converge, or that a value is not finite.
         """
         problem, accuracy, geometry = problem or self.problem, self.accuracy, self.state.geometry
         ground, cellwise = self.workspace.on(geometry), self._cellwise
         bodies, unworn, team = ground.half_space, ground.unworn, problem.team
         model, moves, kept = problem.slip_model, self.problem.slip_moves, problem.debris_fraction
-        reduced = base.reduced
+        reduced, gap_before = base.reduced, base.reduced.gap
         shift = guess if base.yielded else None
         response, level = None, None
         if moves:
             # Cells that begin to stick lose their gap, not more.
-            shift = cellwise(lambda guess, gap: np.maximum(guess, -gap), guess, reduced.gap)
+            shift = cellwise(lambda guess, gap: np.maximum(guess, -gap), guess, gap_before)
             if reduced.response is not None and problem.normal.holds_load:
                 response = np.where(shift > guess, 0.0, reduced.response)
                 # Beyond the contact nothing changes G but d*: with the bodies, or with µ.
@@ -344,7 +436,7 @@ class Evolution(tr_bdf2.Integrator):
         sunk = cellwise(np.add, unworn, base.plastic)
         relaxation, before = 1.0, inf
         for _ in range(_LARGEST_SWEEPS):
-            layer = model.wear_layer(base.opening, base.reduced.gap, shift, opened, opens)
+            layer = model.wear_layer(base.opening, gap_before, shift, opened, opens)
             if response is not None and isinstance(layer, WearLayer):
                 layer = replace(layer, response=response, level=level)
             try:
@@ -394,11 +486,10 @@ class Evolution(tr_bdf2.Integrator):
                 )
                 self._convolutions += reduced.convolutions
             else:
-                reduced = replace(base.reduced, gap=model.gap_after(base.reduced.gap, worn))
+                reduced = replace(base.reduced, gap=model.gap_after(gap_before, worn))
             wear = opening
             if kept:
-                exponent = known + rate * start
-                wear = base.wear + _all_worn(kept, worn, base.reduced.gap, shift, exponent)
+                wear = base.wear + _all_worn(kept, worn, gap_before, shift, known + rate * start)
             stage = Stage(
                 pressure=start,
                 gap=gap,

@@ -30,6 +30,8 @@ Where worn surfaces conform, pressure and gap vanish together: a contact read of
 collapse to the stick zone after many cycles.
 """
 
+# Fields of a state that other cells take over as they are.
+FIELDS = ("pressure", "wear", "opening", "plastic", "pressure_rate", "source_rate")
 # Columns of cells whose heights are computed at a time.
 _COLUMNS = 64
 
@@ -315,9 +317,8 @@ class State(Stage):
         if geometry == old:
             return self
         ground, problem = workspace.on(geometry), workspace.problem
-        names = ("pressure", "wear", "opening", "plastic", "pressure_rate", "source_rate")
         fields: dict[str, Any] = {
-            name: old.resized(getattr(self, name), geometry) for name in names
+            name: old.resized(getattr(self, name), geometry) for name in FIELDS
         }
         if self.opening is self.wear:
             fields["opening"] = fields["wear"]

@@ -10,7 +10,7 @@ of the indenter, of the shape
 ⟨⟩ being the mean over the stroke from −s to s, 4s the path of a cycle. Both directions and both
 sides are equivalent, so half of the positions suffice; the contact at each is even along y only.
 
-Steps are those of `fretwear.mechanics.tr_bdf2`. The pressures of an implicit stage are a minimum of
+The pressures of an implicit stage of `fretwear.mechanics.integrator` are a minimum of
 
     Σ ω [½ (p, K p) + (h, p)] + ½ c₁ ∫⟨p⟩₁² + ½ c₂ ∫⟨p⟩₂²   under   p ≥ 0,  ∫p = P at each position:
 
@@ -31,16 +31,16 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fretwear.mechanics import tr_bdf2
+from fretwear.mechanics import integrator
 from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.geometry import Array, Mask, Workspace
 from fretwear.mechanics.geometry.grid import Grid, influence_coefficients
 from fretwear.mechanics.geometry.line import Line, influence_of_cell
+from fretwear.mechanics.integrator import BEYOND, DIAGONAL, GAMMA, TOLERANCE, WEIGHT, Integrator
 from fretwear.mechanics.loading import SMALL_STROKE
 from fretwear.mechanics.roughness import BothRough
 from fretwear.mechanics.slip import ReducedContact
-from fretwear.mechanics.state import State, WearProblem
-from fretwear.mechanics.tr_bdf2 import BEYOND, DIAGONAL, GAMMA, TOLERANCE, WEIGHT
+from fretwear.mechanics.state import FIELDS, State, WearProblem
 from fretwear.theory import LineContact
 
 _GROWTH = 1.2
@@ -51,9 +51,6 @@ _POSITIONS_PER_WAVE = 6.0
 # Cells between a contact and the border.
 _MARGIN = 6
 _LARGEST_SWEEPS = 60
-# More cells than this part of those in contact make a new inverse, or a displacement so far off.
-_FEW = 0.25
-_DIGITS = 1e-10
 # Cells touch where the gap is below this part of the approach.
 _CLOSED = 1e-10
 
@@ -75,16 +72,14 @@ class StrokeState(State):
     pressures: Array
 
     @property
-    def wear_indenter(self) -> Array:
+    def wear_indenter(self) -> Any:
         """Wear depth of the indenter in its own coordinates, m."""
-        result: Array = self.worn[1]
-        return result
+        return self.worn[1]
 
     @property
-    def wear_flat(self) -> Array:
+    def wear_flat(self) -> Any:
         """Wear depth of the flat, m."""
-        result: Array = self.worn[0]
-        return result
+        return self.worn[0]
 
     def on(self, workspace: Workspace, geometry: Any) -> StrokeState:
         """The same state on more cells; its gap is computed where it was not known."""
@@ -92,16 +87,15 @@ class StrokeState(State):
         if geometry.shape == old.shape:
             return self
         ground = workspace.on(geometry)
-        fields = ("pressure", "wear", "opening", "plastic", "pressure_rate", "source_rate")
         longer: dict[str, Any] = {
-            name: old.resized(getattr(self, name), geometry) for name in fields
+            name: old.resized(getattr(self, name), geometry) for name in FIELDS
         }
         for name in ("worn", "rates", "sunk"):
             longer[name] = np.stack([old.resized(each, geometry) for each in getattr(self, name)])
         moved = ground.half_space.displacement(longer["pressure"])
         gap = moved + ground.unworn + longer["opening"] + longer["plastic"] - self.approach
         gap[geometry.where(old)] = self.gap
-        more, rows = (new - was for new, was in zip(geometry.shape, old.shape, strict=True))
+        more, rows = np.subtract(geometry.shape, old.shape)
         slipped = np.full(geometry.shape, self.reduced.gap[0, 0])
         return replace(
             self,
@@ -124,10 +118,10 @@ def slide(
     def begin(block: WearProblem, state: StrokeState | None, anew: bool) -> _Slider:
         return _Slider(block, tolerance, state, anew=anew)
 
-    return tr_bdf2.march(problem, stops, start, begin)
+    return integrator.march(problem, stops, start, begin)
 
 
-class _Slider(tr_bdf2.Integrator):
+class _Slider(Integrator):
     """The steps of a contact that slides as a whole; of two bodies, the flat comes first."""
 
     def __init__(
@@ -155,14 +149,12 @@ class _Slider(tr_bdf2.Integrator):
 
     def _outgrown(self, found: Contacts) -> bool:
         """Whether the contacts came near the border, and there are more cells now."""
-        touched, old = found.pressures > 0, self.rubbing.geometry.shape
-        along_x = touched[:, :_MARGIN].any() or touched[:, -_MARGIN:].any()
-        sides = along_x, old[1] > 1 and touched[:, :, -_MARGIN:].any()
-        if any(sides):
-            self._resize(
-                *(ceil(_GROWTH * n) if side else n for n, side in zip(old, sides, strict=True))
-            )
-        return any(sides)
+        touched, (x, y) = found.pressures > 0, self.rubbing.geometry.shape
+        wider = bool(touched[:, :_MARGIN].any() or touched[:, -_MARGIN:].any())
+        higher = y > 1 and bool(touched[:, :, -_MARGIN:].any())
+        if wider or higher:
+            self._resize(ceil(_GROWTH * x) if wider else x, ceil(_GROWTH * y) if higher else y)
+        return wider or higher
 
     def _load(self) -> None:
         """The state at the beginning of a block of loading."""
@@ -192,8 +184,7 @@ class _Slider(tr_bdf2.Integrator):
         ``energy_density`` is the energy per cycle and area of contact, J/m².
         """
         coefficient = self.problem.at(cycle, energy_density).wear_coefficient
-        result: Array = 4.0 * self.problem.loading.stroke * coefficient * self.shares
-        return result
+        return np.asarray(4.0 * self.problem.loading.stroke * coefficient * self.shares)
 
     def energy_density(self, cycle: float, pressures: Array) -> float:
         """Energy per cycle and area of contact, J/m², in the mean over the stroke."""
@@ -208,8 +199,6 @@ class _Slider(tr_bdf2.Integrator):
         """Both stages, and what they differ by from embedded formulas."""
         del output_step
         base: StrokeState = self.state
-        # Inverses of earlier steps are dropped, because a resumed run does not have them.
-        self.rubbing.inverses.clear()
 
         def stage(known: Array, sunk: Array, rates: Array, closed: Mask) -> Contacts:
             compliance = self.opens * DIAGONAL * step * rates
@@ -232,12 +221,12 @@ class _Slider(tr_bdf2.Integrator):
         ended = rates * last.means
         worn, missed = (
             step * sum(w * rate for w, rate in zip(weights, (started, between, ended), strict=True))
-            for weights in (tr_bdf2.MAIN, tr_bdf2.DIFFERENCE)
+            for weights in (integrator.MAIN, integrator.DIFFERENCE)
         )
-        worn = base.worn + worn
-        error = float(np.abs(missed).sum() / worn.sum()) / (tr_bdf2.OVERESTIMATE * self.tolerance)
+        worn, allowed = base.worn + worn, integrator.OVERESTIMATE * self.tolerance
+        error = float(np.abs(missed).sum() / worn.sum()) / allowed
         state = self._state(end, base.step + 1, last, worn, sunk + last.flow)
-        return replace(state, error_estimate=error * self.tolerance), *tr_bdf2.assessed(error)
+        return replace(state, error_estimate=error * self.tolerance), *integrator.assessed(error)
 
     def _state(
         self, cycle: float, step: int, found: Contacts, worn: Array, sunk: Array
@@ -370,51 +359,31 @@ class Rubbing:
             shares = np.concatenate([np.ones(x.size), (1.0 - part) * inside, part * inside])
             where = np.tile(np.arange(x.size), 3), np.concatenate([of_flat, near, far])
             self.worn.append(csr_matrix((shares, where), shape=(x.size, 2 * values)))
-        self.inverses: dict[int, tuple[NDArray[np.intp], Array]] = {}
+        self._inverses: dict[int, tuple[Any, Any]] = {}
 
     def displacement(self, pressure: Array) -> Array:
         """Of all cells, m, under a pressure, Pa."""
         field = pressure.reshape(-1, self.rows)
         waves = np.fft.rfft(field, self.influence.shape[0] * 2, axis=0)
         moved = np.fft.irfft(np.einsum("kij,kj->ki", self._transform, waves), axis=0)
-        result: Array = moved[: field.shape[0]].ravel()
-        return result
+        return np.ravel(moved[: field.shape[0]])
 
-    def _matrix(self, cells: NDArray[np.intp], others: NDArray[np.intp]) -> Array:
+    def _matrix(self, cells: NDArray[np.intp], others: NDArray[np.intp]) -> Any:
         """Displacement of some cells under a unit pressure on others, m/Pa."""
-        (along, row), (other_along, other_row) = (
-            np.divmod(each, self.rows) for each in (cells[:, None], others)
-        )
-        found: Array = self.influence[np.abs(along - other_along), row, other_row]
-        return found
+        along, row = np.divmod(cells[:, None], self.rows)
+        other_along, other_row = np.divmod(others, self.rows)
+        return self.influence[np.abs(along - other_along), row, other_row]
 
-    def _inverse(self, place: int, cells: NDArray[np.intp]) -> Array:
-        """The inverse of the influence of some cells on each other at a position.
+    def _inverse(self, place: int, cells: NDArray[np.intp]) -> Any:
+        """The inverse of the influence of some cells on each other, the last one at a position."""
+        from scipy.linalg.lapack import dpotrf, dpotri
 
-        Few cells change sets between solutions, so the last inverse is corrected by an update of
-        low rank, as long as its accuracy suffices.
-        """
-        known, inverse = self.inverses.get(place, (cells[:0], np.zeros((0, 0))))
-        stays = np.isin(known, cells)
-        kept, gone = np.flatnonzero(stays), np.flatnonzero(~stays)
-        new = np.setdiff1d(cells, known[kept], assume_unique=True)
-        missed = np.inf
-        if gone.size + new.size <= _FEW * cells.size:
-            lost, within = inverse[np.ix_(kept, gone)], inverse[np.ix_(gone, gone)]
-            inverse = inverse[np.ix_(kept, kept)] - lost @ np.linalg.solve(within, lost.T)
-            across = self._matrix(known[kept], new)
-            moved = inverse @ across
-            own = np.linalg.inv(self._matrix(new, new) - across.T @ moved)
-            corner = moved @ own
-            whole = np.block([[inverse + corner @ moved.T, -corner], [-corner.T, own]])
-            order = np.argsort(np.concatenate([known[kept], new]))
-            inverse = whole[np.ix_(order, order)]
-            sinking = np.zeros(self.cells)
-            sinking[cells] = inverse.sum(axis=1)
-            missed = np.abs(self.displacement(sinking)[cells] - 1.0).max()
-        if missed > _DIGITS:
-            inverse = np.asarray(np.linalg.inv(self._matrix(cells, cells)), dtype=np.float64)
-        self.inverses[place] = cells, inverse
+        known, inverse = self._inverses.get(place, (None, None))
+        if not np.array_equal(known, cells):
+            inverse, _ = dpotri(dpotrf(self._matrix(cells, cells), lower=1)[0], lower=1)
+            above = np.triu_indices(cells.size, 1)
+            inverse[above] = inverse.T[above]
+            self._inverses[place] = cells, inverse
         return inverse
 
     def solve(self, opening: Array, compliance: Array, closed: Mask) -> Contacts:
