@@ -16,7 +16,6 @@ import pytest
 import xarray as xr
 
 from fretwear.data.files import (
-    MergedStudy,
     add_checksum,
     open_case,
     open_history,
@@ -286,10 +285,6 @@ def test_a_damaged_or_older_summary_is_not_opened(make_study, merged, tmp_path):
     add_checksum(older)
     with pytest.raises(DataFileError, match=r"lacks contact_state_profile.*Merge the study again"):
         open_summary(older)
-    with xr.open_dataset(path, engine="netcdf4") as summary:
-        summary.drop_vars("status").to_netcdf(older)
-    with pytest.raises(DataFileError, match=r"not all of its variables.*Merge the study again"):
-        MergedStudy(older).results()
     path.write_bytes(path.read_bytes()[:-100])
     with pytest.raises(DataFileError, match=r"cut short.*Merge the study again"):
         open_summary(path)

@@ -285,16 +285,15 @@ def figures(log: Log, file: StudyFile, results: Results = None) -> None:
     """Draw the figures of a merged study, as SVG and PNG, into figures/."""
     study, folder = study_and_results(file, results)
 
-    from fretwear.data.files import MergedStudy
+    from fretwear.data.files import open_history, open_summary
     from fretwear.figures.study import write_study_figures
     from fretwear.source_study.figures import source_figures
 
     # Objects loaded by now stay: scanning them again and again takes a fifth of the time.
     gc.freeze()
     gc.set_threshold(100_000, 10, 10)
-    cases, drawn = folder / "cases", folder / "figures"
-    merged = MergedStudy.checked(folder / "summary.nc")
-    with merged.dataset() as summary, merged.history() as history:
+    cases, drawn, merged = folder / "cases", folder / "figures", folder / "summary.nc"
+    with open_summary(merged) as summary, open_history(merged) as history:
         extra = source_figures(summary, cases)
         entries = write_study_figures(summary, cases, drawn, extra, history, study.cases)
     log.result(drawn, f"{len(entries)} figures", figures=len(entries))
@@ -305,14 +304,14 @@ def report(log: Log, file: StudyFile, results: Results = None) -> None:
     """Write the report of a merged study and its figures to report.html."""
     study, folder = study_and_results(file, results)
 
-    from fretwear.data.files import MergedStudy
+    from fretwear.data.files import read_summary
     from fretwear.data.safe import write_text
     from fretwear.figures.index import INDEX_NAME
     from fretwear.report import build_report
     from fretwear.source_study.section import source_sections
     from fretwear.study.plan import Plan
 
-    summary = MergedStudy.checked(folder / "summary.nc").results()
+    summary = read_summary(folder / "summary.nc")
     index = folder / "figures" / INDEX_NAME
     if not index.is_file():
         rule = "there is no such file; draw the figures before the report:"

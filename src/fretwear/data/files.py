@@ -1,13 +1,17 @@
 """Files of datasets: written completely or not at all, checked before they are opened.
 
 Every file ends with a checksum, a line after its content, which libraries for netCDF-4 and HDF5
-ignore. The netCDF library does not detect incomplete files: an unfinished one opens without an
-error, and one with a damaged structure can hang or crash the process that opens it. So the checksum
-is compared before the library opens the file.
+ignore. It is compared before the netCDF library opens the file: that opens unfinished ones without
+an error, and a damaged structure can hang or crash the process.
+
+A checksum does not tell who wrote the file. So before its arrays are read: that they are no larger
+than it can hold, that numbers are numbers, coordinates increase, and parameters lie in their range.
 """
 
 from __future__ import annotations
 
+import json
+import math
 import os
 import shutil
 import tempfile
@@ -23,7 +27,6 @@ import netCDF4
 import numpy as np
 from numpy.typing import NDArray
 
-from fretwear.data.checks import case_problem, summary_problem, value_problem
 from fretwear.data.safe import (
     CaseFileError,
     DataFileError,
@@ -31,19 +34,25 @@ from fretwear.data.safe import (
     is_of_netcdf,
     uninterrupted,
 )
-from fretwear.version import code_digest
+from fretwear.study.parameters import parameter
 from fretwear.vocabulary import (
     BODY_FIELDS,
     CASE_DIMS,
     CASE_ID,
     CODE_DIGEST,
+    CONVOLUTIONS,
     CYCLE,
+    ERROR_ESTIMATE,
     FIELDS,
     LINE_DIMS,
     STATUS,
     STEP,
+    SYMMETRIES,
+    PointStatus,
+    Variable,
     X,
     Y,
+    of_steps,
     scalars_of,
 )
 
@@ -58,22 +67,34 @@ LOOP_GROUP = "loop"
 COMPRESSION: dict[str, Any] = {"zlib": True, "complevel": 1, "shuffle": True, "fletcher32": True}
 """How large variables are stored: each chunk with a checksum of the netCDF library's own."""
 
+_NO_CHECKSUM = "unfinished, cut short or changed by another program"
+READS_BACK = "the file reads back differently from what was written"
+
 _STORED_SMALL = {field.name for field in (*FIELDS, *BODY_FIELDS)}
 _MARK = b"\nfretwear crc32 "
 _LENGTH = len(_MARK) + 8 + 1
 _BLOCK_BYTES = 1 << 20
 _COMPLETE = "complete"
-_SUPERBLOCK = 52
+_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _MEMORY = Path("/dev/shm")
 _IN_MEMORY_BYTES = 64 << 20
-_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
-READS_BACK = "the file reads back differently from what was written"
 _CHECK_NAME = "Check the name, or run the case"
 _CHECK_FOLDER = "Check the name: case files lie in the folder cases/ of a study's results"
 _CHECK_KIND = "Check the name; if it is the rest of a case file, run the case again"
 _RUN_AGAIN = "Remove the file and run the case again"
 _MERGE_AGAIN = "Merge the study again"
+
+# Fields compress to a half as a rule, and to a tenth where the bodies hardly touch.
+_MOST_EXPANSION = 100
+_ALWAYS_ALLOWED = 10_000_000
+_MOST_TEXT = 10_000_000
+# Attributes by which a library changes the stored numbers.
+_CHANGING = {"scale_factor", "add_offset", "_Unsigned", "missing_value", "dtype", "valid_range"}
+_CASE_TEXTS = ("title", "source", "case_id", "parameters", "symmetry")
+_STUDY_TEXTS = ("title", "source", "study", "design", "study_file")
+_OF_STORAGE = ("_Encoding", "coordinates")
+_OPTIONAL_TEXTS = ("warnings", "history", CODE_DIGEST.name)
 
 
 def add_checksum(path: Path) -> None:
@@ -82,6 +103,32 @@ def add_checksum(path: Path) -> None:
         line = _checksum_line(stream, path.stat().st_size)
         stream.seek(0, os.SEEK_END)
         stream.write(line)
+
+
+def damage(path: Path, kind: str) -> str:
+    """Return what is wrong with a file that ends with a checksum; empty if it is intact."""
+    if not path.is_file():
+        return "it is not a file" if path.exists() else "there is no such file"
+    try:
+        with path.open("rb") as stream:
+            content = path.stat().st_size - _LENGTH
+            stream.seek(max(content, 0))
+            found = stream.read()
+            if not found.startswith(_MARK):
+                return f"it is not a complete {kind}: {_NO_CHECKSUM}"
+            stream.seek(0)
+            is_whole = found == _checksum_line(stream, content)
+    except OSError as cause:
+        return f"it cannot be read ({cause.strerror or cause})"
+    return "" if is_whole else "it is damaged: its checksum does not match"
+
+
+def _checksum_line(stream: BinaryIO, content: int) -> bytes:
+    checksum = 0
+    while content > 0 and (block := stream.read(min(content, _BLOCK_BYTES))):
+        checksum = zlib.crc32(block, checksum)
+        content -= len(block)
+    return _MARK + f"{checksum:08x}\n".encode()
 
 
 @contextmanager
@@ -108,226 +155,6 @@ def new_netcdf(path: Path, size: int) -> Iterator[netCDF4.Dataset]:
             with path.open("wb") as copy:
                 shutil.copyfileobj(image, copy)
     add_checksum(path)
-
-
-def damage(path: Path, kind: str) -> str:
-    """Return what is wrong with a file that ends with a checksum; empty if it is intact."""
-    if not path.exists():
-        return "there is no such file"
-    if not path.is_file():
-        return "it is not a file"
-    try:
-        with path.open("rb") as stream:
-            content = path.stat().st_size - _LENGTH
-            stream.seek(max(content, 0))
-            found = stream.read()
-            if not found.startswith(_MARK):
-                why = "unfinished, cut short or changed by another program"
-                return f"it is not a complete {kind}: {why}"
-            stream.seek(0)
-            is_whole = found == _checksum_line(stream, content)
-    except OSError as cause:
-        return f"it cannot be read ({cause.strerror or cause})"
-    return "" if is_whole else "it is damaged: its checksum does not match"
-
-
-def _checksum_line(stream: BinaryIO, content: int) -> bytes:
-    checksum = 0
-    while content > 0 and (block := stream.read(min(content, _BLOCK_BYTES))):
-        checksum = zlib.crc32(block, checksum)
-        content -= len(block)
-    return _MARK + f"{checksum:08x}\n".encode()
-
-
-def open_lazily(path: str | PathLike[str], group: str | None = None) -> xr.Dataset:
-    """Open a netCDF file or one of its groups; fields are read when used, text at once."""
-    import xarray as xr
-
-    # Registers the accessor of datasets.
-    import fretwear.data.dataset  # noqa: F401
-
-    try:
-        dataset = xr.open_dataset(
-            path, engine="netcdf4", group=group, decode_times=False, decode_timedelta=False
-        )
-    except (OSError, RuntimeError, ValueError, TypeError, LookupError, AttributeError) as cause:
-        raise DataFileError(Path(path), f"it cannot be read ({cause})", _CHECK_KIND) from cause
-    # Of what is not there the netCDF library says nothing where memory is short.
-    if not (dataset.variables and (dataset.attrs or group)):
-        raise DataFileError(Path(path), "it cannot be read (nothing was found in it)", _CHECK_KIND)
-    for name, coordinate in dataset.coords.items():
-        if coordinate.dtype.kind == "O":
-            # xarray's own `astype` would import dask.
-            dataset[name] = coordinate.copy(data=coordinate.to_numpy().astype(str))
-    return dataset
-
-
-@dataclass(frozen=True)
-class CaseFile:
-    """An open, intact case file."""
-
-    path: Path
-    file: netCDF4.Dataset
-
-    def attribute(self, name: str) -> str:
-        """A global attribute; empty if there is none."""
-        return str(self.file.getncattr(name)) if name in self.file.ncattrs() else ""
-
-    def read(self, name: str, index: Any = np.s_[...]) -> NDArray[Any]:
-        """Read a variable or a part of it."""
-        return np.asarray(self.file[name][index])
-
-    @property
-    def is_line(self) -> bool:
-        """Whether it holds a line contact, whose fields have no y."""
-        return Y.name not in self.file.variables
-
-    def unusable(self, problem: str) -> CaseFileError:
-        """Return an error that says why the file cannot be used."""
-        return CaseFileError(self.path, problem, _RUN_AGAIN)
-
-    def check_values(self) -> None:
-        """Refuse scalars and parameters that no run could have left; fields are not checked."""
-        if problem := value_problem(self.file):
-            raise self.unusable(problem)
-
-
-@contextmanager
-def _opened(path: Path) -> Iterator[netCDF4.Dataset]:
-    try:
-        file = netCDF4.Dataset(path, "r")
-    except (OSError, RuntimeError, LookupError, AttributeError) as cause:
-        raise CaseFileError(path, f"it is not a netCDF file ({cause})", _RUN_AGAIN) from cause
-    try:
-        with file:
-            file.set_auto_maskandscale(False)
-            yield file
-    except (RuntimeError, LookupError, AttributeError) as cause:
-        # As the library tells of a structure that is damaged below the checksum of the file.
-        if not is_of_netcdf(cause):
-            raise
-        raise CaseFileError(path, f"it cannot be read ({cause})", _RUN_AGAIN) from cause
-
-
-@contextmanager
-def opened_case(path: str | PathLike[str], *, own: bool = True) -> Iterator[CaseFile]:
-    """Open a case file after checking it, which reads it once.
-
-    Unless it must be our `own`, a dataset saved by xarray is accepted, which has neither checksum
-    nor history. `CaseFileError` if it is missing, unfinished, truncated, damaged or not a case
-    file.
-    """
-    path = Path(path)
-    problem = damage(path, "case file")
-    is_ours = not problem
-    if problem and ((error := _not_saved(path, problem)) or own):
-        raise error or CaseFileError(path, problem, _RUN_AGAIN)
-    with _opened(path) as file:
-        case_file = CaseFile(path, file)
-        if "case_id" not in file.ncattrs():
-            raise CaseFileError(path, "it is not the file of one case", _CHECK_FOLDER)
-        if is_ours and (_COMPLETE not in file.ncattrs() or file.getncattr(_COMPLETE) != 1):
-            raise case_file.unusable("the run that wrote it did not finish")
-        lacking = _lacking({name: v.dimensions for name, v in file.variables.items()})
-        lacking += [HISTORY_GROUP] if is_ours and HISTORY_GROUP not in file.groups else []
-        if lacking:
-            raise case_file.unusable(f"it lacks {', '.join(lacking)}")
-        if problem := case_problem(file, path.stat().st_size, own=is_ours):
-            raise case_file.unusable(problem)
-        yield case_file
-
-
-def _not_saved(path: Path, problem: str) -> CaseFileError | None:
-    """Return why a file without our checksum is no case; None where xarray has left it whole.
-
-    The superblock of an HDF5 file says where the file ends. One of ours that was cut short ends
-    before that, and one that was damaged still has its checksum, which does not fit.
-    """
-    if not path.is_file():  # a pipe would be waited for
-        return CaseFileError(path, problem, _CHECK_NAME)
-    try:
-        with path.open("rb") as stream:
-            head = stream.read(_SUPERBLOCK).ljust(_SUPERBLOCK, b"\0")
-            size = stream.seek(0, os.SEEK_END)
-            stream.seek(max(0, size - _LENGTH))
-            is_ours = _MARK.strip() in stream.read()
-    except OSError:
-        return CaseFileError(path, problem, _CHECK_NAME)
-    if not head.startswith(_SIGNATURE):
-        # It may be precious, a study file for example, so nobody is told to remove it.
-        return CaseFileError(path, "it is not a netCDF-4 file, which case files are", _CHECK_KIND)
-    end = {0: 40, 1: 44}.get(head[len(_SIGNATURE)], 28)
-    is_whole = int.from_bytes(head[end : end + 8], "little") == size and not is_ours
-    return None if is_whole else CaseFileError(path, problem, _RUN_AGAIN)
-
-
-def _lacking(dims: Mapping[Hashable, tuple[Hashable, ...]]) -> list[str]:
-    """Return the variables of a case that are missing or have wrong dimensions."""
-    of_case = CASE_DIMS if Y.name in dims else LINE_DIMS
-    expected = {
-        **{name: (name,) for name in of_case},
-        **{scalar.name: of_case[:1] for scalar in scalars_of(of_case)},
-        **{field.name: of_case for field in FIELDS},
-    }
-    return [name for name, right in expected.items() if dims.get(name) != right]
-
-
-def finished_by(path: str | PathLike[str], case: Case) -> str | None:
-    """Return the digest of the code that computed a case; None without its file.
-
-    The file is read once to compare its checksum. It must hold the same case with the same
-    snapshots.
-    """
-    try:
-        with opened_case(path) as file:
-            same = file.attribute("case_id") == case.case_id
-            cycles = file.read(CYCLE.name)
-            digest = file.attribute(CODE_DIGEST.name)
-    except CaseFileError:
-        return None
-    return digest if same and np.array_equal(cycles, case.output_cycles) else None
-
-
-def is_finished_case(path: str | PathLike[str], case: Case) -> bool:
-    """Return whether the file is the one that this code would write for this case."""
-    return finished_by(path, case) == code_digest()
-
-
-def write_case(
-    dataset: xr.Dataset | Labelled,
-    history: xr.Dataset | Labelled,
-    path: str | PathLike[str],
-    loops: xr.Dataset | Labelled | None = None,
-) -> None:
-    """Write a case file; it appears under its name only when it is whole, and replaces another.
-
-    The dataset is that of `fretwear.data.labels.labelled_case`; what `labelled_history` and
-    `labelled_loops` return become the groups ``history`` and ``loop``. Fields are compressed by
-    zlib (level 1, shuffled), one cycle to a chunk, each chunk with the checksum of the netCDF
-    library for those who read the file without fretwear. A checksum of the whole file ends it, and
-    all of it is read back before it gets its name.
-
-    It is a ValueError if the dataset lacks variables of a case, a `DataFileError` if the disk is
-    full or the folder, which is made if necessary, cannot be written to.
-    """
-    if lacking := _lacking({name: v.dims for name, v in dataset.variables.items()}):
-        raise ValueError(f"{path} would not be complete: the dataset lacks {', '.join(lacking)}.")
-    groups = {HISTORY_GROUP: history, **({} if loops is None else {LOOP_GROUP: loops})}
-    contents = (dataset, *groups.values())
-    size = sum(np.asarray(v.values).nbytes for each in contents for v in each.variables.values())
-    with uninterrupted(), atomic_path(Path(path)) as temporary:
-        with new_netcdf(temporary, size) as file:
-            write_group(file, dataset)
-            file.setncattr(_COMPLETE, np.int32(1))
-            for name, content in groups.items():
-                write_group(file.createGroup(name), content)
-        try:
-            with opened_case(temporary) as case_file:
-                check_group(case_file.file, dataset)
-                for name, content in groups.items():
-                    check_group(case_file.file[name], content)
-        except CaseFileError as cause:
-            raise RuntimeError(READS_BACK) from cause
 
 
 def write_group(group: Any, content: xr.Dataset | Labelled) -> None:
@@ -396,6 +223,298 @@ def _stored(
         yield name, values, dims, attributes
 
 
+def write_case(
+    dataset: xr.Dataset | Labelled,
+    history: xr.Dataset | Labelled,
+    path: str | PathLike[str],
+    loops: xr.Dataset | Labelled | None = None,
+) -> None:
+    """Write a case file; it appears under its name only when it is whole, and replaces another.
+
+    The dataset is that of `fretwear.data.labels.labelled_case`; what `labelled_history` and
+    `labelled_loops` return become the groups ``history`` and ``loop``. Fields are compressed by
+    zlib (level 1, shuffled), one cycle to a chunk, each chunk with the checksum of the netCDF
+    library for those who read the file without fretwear. A checksum of the whole file ends it, and
+    all of it is read back before it gets its name.
+
+    It is a ValueError if the dataset lacks variables of a case, a `DataFileError` if the disk is
+    full or the folder, which is made if necessary, cannot be written to.
+    """
+    if lacking := _lacking({name: v.dims for name, v in dataset.variables.items()}):
+        raise ValueError(f"{path} would not be complete: the dataset lacks {', '.join(lacking)}.")
+    groups = {HISTORY_GROUP: history, **({} if loops is None else {LOOP_GROUP: loops})}
+    contents = (dataset, *groups.values())
+    size = sum(np.asarray(v.values).nbytes for each in contents for v in each.variables.values())
+    with uninterrupted(), atomic_path(Path(path)) as temporary:
+        with new_netcdf(temporary, size) as file:
+            write_group(file, dataset)
+            file.setncattr(_COMPLETE, np.int32(1))
+            for name, content in groups.items():
+                write_group(file.createGroup(name), content)
+        try:
+            with opened_case(temporary) as case_file:
+                check_group(case_file.file, dataset)
+                for name, content in groups.items():
+                    check_group(case_file.file[name], content)
+        except CaseFileError as cause:
+            raise RuntimeError(READS_BACK) from cause
+
+
+def _lacking(dims: Mapping[Hashable, tuple[Hashable, ...]]) -> list[str]:
+    """Return the variables of a case that are missing or have wrong dimensions."""
+    of_case = CASE_DIMS if Y.name in dims else LINE_DIMS
+    expected = {
+        **{name: (name,) for name in of_case},
+        **{scalar.name: of_case[:1] for scalar in scalars_of(of_case)},
+        **{field.name: of_case for field in FIELDS},
+    }
+    return [name for name, right in expected.items() if dims.get(name) != right]
+
+
+@dataclass(frozen=True)
+class CaseFile:
+    """An open, intact case file."""
+
+    path: Path
+    file: netCDF4.Dataset
+
+    def attribute(self, name: str) -> str:
+        """A global attribute; empty if there is none."""
+        return str(self.file.getncattr(name)) if name in self.file.ncattrs() else ""
+
+    def read(self, name: str, index: Any = np.s_[...]) -> NDArray[Any]:
+        """Read a variable or a part of it."""
+        return np.asarray(self.file[name][index])
+
+    @property
+    def is_line(self) -> bool:
+        """Whether it holds a line contact, whose fields have no y."""
+        return Y.name not in self.file.variables
+
+    def unusable(self, problem: str) -> CaseFileError:
+        """Return an error that says why the file cannot be used."""
+        return CaseFileError(self.path, problem, _RUN_AGAIN)
+
+    def check_values(self) -> None:
+        """Refuse scalars and parameters that no run could have left; fields are not checked."""
+        for problem in _value_problems(self.file):
+            raise self.unusable(problem)
+
+
+@contextmanager
+def opened_case(path: str | PathLike[str], *, own: bool = True) -> Iterator[CaseFile]:
+    """Open a case file after checking it, which reads it once; `CaseFileError` if it is unfit.
+
+    Unless it must be our `own`, a dataset saved by xarray will do, without checksum and history.
+    """
+    path = Path(path)
+    problem = damage(path, "case file")
+    if problem:
+        _refuse_unsaved(path, problem, own=own)
+    with _opened(path, _RUN_AGAIN, problem) as file:
+        if CASE_ID.name not in file.ncattrs():
+            raise CaseFileError(path, "it is not the file of one case", _CHECK_FOLDER)
+        case_file = CaseFile(path, file)
+        for found in _case_problems(file, path.stat().st_size, own=not problem):
+            raise case_file.unusable(found)
+        yield case_file
+
+
+@contextmanager
+def opened_summary(path: str | PathLike[str]) -> Iterator[netCDF4.Dataset]:
+    """Open a merged study with the netCDF library; `DataFileError` if it is missing or damaged."""
+    path = Path(path)
+    if problem := damage(path, "merged study"):
+        raise DataFileError(path, problem, _MERGE_AGAIN)
+    with _opened(path, _MERGE_AGAIN) as file:
+        for found in _summary_problems(file, path.stat().st_size):
+            raise DataFileError(path, found, _MERGE_AGAIN)
+        yield file
+
+
+@contextmanager
+def _opened(path: Path, remedy: str, problem: str = "") -> Iterator[netCDF4.Dataset]:
+    try:
+        file = netCDF4.Dataset(path)
+    except (OSError, RuntimeError, LookupError, AttributeError) as cause:
+        why = problem or f"it is not a netCDF file ({cause})"
+        raise CaseFileError(path, why, remedy) from cause
+    try:
+        with file:
+            file.set_auto_maskandscale(False)
+            yield file
+    except (RuntimeError, LookupError, AttributeError) as cause:
+        # As the library tells of a structure that is damaged below the checksum of the file.
+        if not is_of_netcdf(cause):
+            raise
+        raise CaseFileError(path, f"it cannot be read ({cause})", remedy) from cause
+
+
+def _refuse_unsaved(path: Path, problem: str, *, own: bool) -> None:
+    """Refuse a file without our checksum that must be our `own` or was never saved by xarray.
+
+    A damaged one still ends with its checksum, and the HDF5 library opens none that was cut short.
+    """
+    head, tail = None, b""
+    with suppress(OSError):
+        if path.is_file():  # a pipe would be waited for
+            with path.open("rb") as stream:
+                head = stream.read(len(_SIGNATURE))
+                stream.seek(max(0, stream.seek(0, os.SEEK_END) - _LENGTH))
+                tail = stream.read()
+    if head is None:
+        raise CaseFileError(path, problem, _CHECK_NAME)
+    if head != _SIGNATURE:
+        # It may be precious, a study file for example, so nobody is told to remove it.
+        raise CaseFileError(path, "it is not a netCDF-4 file, which case files are", _CHECK_KIND)
+    if own or _MARK.strip() in tail:
+        raise CaseFileError(path, problem, _RUN_AGAIN)
+
+
+# Of what is wrong with an open file the first is told and no more is read: each check relies on
+# those before.
+
+
+def _case_problems(file: netCDF4.Dataset, size: int, *, own: bool) -> Iterator[str]:
+    """Yield what is wrong with a case file before its arrays are read."""
+    if own and str(vars(file).get(_COMPLETE)) != "1":
+        yield "the run that wrote it did not finish"
+    lacking = _lacking({name: variable.dimensions for name, variable in file.variables.items()})
+    lacking += [HISTORY_GROUP] if own and HISTORY_GROUP not in file.groups else []
+    if lacking:
+        yield f"it lacks {', '.join(lacking)}"
+    yield from _size_problems((file, *file.groups.values()), size, words=not own)
+    yield from _text_problems(file, _CASE_TEXTS)
+    if file.getncattr("symmetry") not in SYMMETRIES:
+        yield f"its symmetry is none of {', '.join(SYMMETRIES)}"
+    for axis in (CYCLE, X, Y):
+        if axis.name in file.variables:
+            yield from _axis_problems(file[axis.name], axis)
+
+
+def _value_problems(file: netCDF4.Dataset) -> Iterator[str]:
+    """Yield which number of a case file no run could have left; fields are used as they are."""
+    scalars = scalars_of(file.variables)
+    errors = (each.error for each in scalars if each.error.name in file.variables)
+    yield from _variable_problems(file, FIELDS, file[FIELDS[0].name].dimensions, finite=False)
+    yield from _variable_problems(file, (*scalars, *errors), (CYCLE.name,))
+    # Files saved by xarray have no history.
+    if HISTORY_GROUP in file.groups:
+        steps = (*of_steps(scalars), ERROR_ESTIMATE, CONVOLUTIONS, STEP, CYCLE)
+        yield from _variable_problems(file[HISTORY_GROUP], steps, (STEP.name,))
+    yield from _parameter_problems(file)
+
+
+def _summary_problems(file: netCDF4.Dataset, size: int) -> Iterator[str]:
+    yield from _size_problems((file,), size)
+    yield from _text_problems(file, _STUDY_TEXTS)
+    required = {CYCLE.name, X.name, STATUS.name, CASE_ID.name, "contact_state_profile"}
+    if lacking := required - file.variables.keys():
+        yield f"it lacks {', '.join(sorted(lacking))}"
+    dims = (*file[STATUS.name].dimensions, CYCLE.name)
+    yield from _variable_problems(file, scalars_of(file.variables), dims, finite=False)
+    for axis in (CYCLE, X):
+        yield from _axis_problems(file[axis.name], axis)
+    if not np.isin(file[STATUS.name][...], list(PointStatus)).all():
+        yield "its status has unknown values"
+    yield from _parameter_problems(file)
+
+
+def _size_problems(groups: Iterable[Any], size: int, *, words: bool = False) -> Iterator[str]:
+    announced = 0
+    for name, variable in ((n, v) for group in groups for n, v in group.variables.items()):
+        if words and variable.dtype is str and not variable.dimensions:
+            continue  # as xarray saves it
+        if not isinstance(variable.dtype, np.dtype) or variable.dtype.kind not in "ifuS":
+            yield f"{name} holds neither numbers nor plain text"
+        announced += math.prod(variable.shape) * variable.dtype.itemsize
+        if changing := _CHANGING & set(variable.ncattrs()):
+            yield f"{name} has the attribute {min(changing)}, which changes its meaning"
+    if announced > _ALWAYS_ALLOWED and announced > _MOST_EXPANSION * size:
+        yield f"it announces {announced / 1e6:.0f} MB of values but has {size / 1e6:.1f} MB"
+
+
+def _text_problems(file: netCDF4.Dataset, names: Iterable[str]) -> Iterator[str]:
+    known = vars(file)
+    for name in (*names, *(each for each in _OPTIONAL_TEXTS if each in known)):
+        text = known.get(name)
+        if not isinstance(text, str) or len(text) > _MOST_TEXT:
+            yield f"its attribute {name} is not text"
+        elif name in ("parameters", "study_file"):
+            content = None
+            with suppress(ValueError, RecursionError):
+                content = json.loads(text)
+            if not isinstance(content, dict):
+                yield f"its attribute {name} is not a JSON object"
+
+
+def _axis_problems(known: Any, axis: Variable) -> Iterator[str]:
+    if known.dimensions != (axis.name,) or known.dtype.kind != "f" or not known.size:
+        yield f"{axis.name} is not an axis"
+    values = known[...]
+    if not (np.isfinite(values).all() and (np.diff(values) > 0).all()):
+        yield f"{axis.name} does not increase from value to value"
+    if axis is CYCLE and values[0] < 0:
+        yield f"{axis.name} begins before 0"
+
+
+def _variable_problems(
+    group: Any, expected: Iterable[Variable], dims: tuple[str, ...], *, finite: bool = True
+) -> Iterator[str]:
+    for variable in expected:
+        name, known = variable.name, group.variables.get(variable.name)
+        if known is None or known.dimensions != dims or known.dtype.kind not in "if":
+            yield f"it lacks {group.name}/{name}".replace("//", "")
+        unit = vars(known).get("units", "")
+        if unit != variable.si_unit:
+            yield f"{name} is in {unit or 'no unit'}, not in {variable.si_unit or 'any'}"
+        if finite and not np.isfinite(known[...]).all():
+            yield f"{name} holds values that are not finite"
+
+
+def _parameter_problems(file: netCDF4.Dataset) -> Iterator[str]:
+    """Check the parameters, which are scalars or have a value for each point."""
+    for name, variable in file.variables.items():
+        if getattr(variable.dtype, "kind", "") != "f" or CYCLE.name in variable.dimensions:
+            continue
+        for value in np.unique(variable[...]).tolist():
+            is_missing = math.isnan(value) and variable.dimensions
+            if not is_missing and not parameter(name).allows(value):
+                yield f"{name} is {value:g}, which is out of its range"
+
+
+def finished_by(path: str | PathLike[str], case: Case) -> str | None:
+    """Return the digest of the code that computed a case; None without a file of its snapshots."""
+    with suppress(CaseFileError), opened_case(path) as file:
+        is_same = file.attribute(CASE_ID.name) == case.case_id
+        if is_same and np.array_equal(file.read(CYCLE.name), case.output_cycles):
+            return file.attribute(CODE_DIGEST.name)
+    return None
+
+
+def open_lazily(path: str | PathLike[str], group: str | None = None) -> xr.Dataset:
+    """Open a netCDF file or one of its groups; fields are read when used, text at once."""
+    import xarray as xr
+
+    # Registers the accessor of datasets.
+    import fretwear.data.dataset  # noqa: F401
+
+    try:
+        dataset = xr.open_dataset(
+            path, engine="netcdf4", group=group, decode_times=False, decode_timedelta=False
+        )
+    except (OSError, RuntimeError, ValueError, TypeError, LookupError, AttributeError) as cause:
+        raise DataFileError(Path(path), f"it cannot be read ({cause})", _CHECK_KIND) from cause
+    # Of what is not there the netCDF library says nothing where memory is short.
+    if not (dataset.variables and (dataset.attrs or group)):
+        raise DataFileError(Path(path), "it cannot be read (nothing was found in it)", _CHECK_KIND)
+    for name, coordinate in dataset.coords.items():
+        if coordinate.dtype.kind == "O":
+            # xarray's own `astype` would import dask.
+            dataset[name] = coordinate.copy(data=coordinate.to_numpy().astype(str))
+    return dataset
+
+
 def open_case(path: str | PathLike[str], full: bool = False) -> xr.Dataset:
     """Open a case file lazily: values are read when used.
 
@@ -433,8 +552,10 @@ def open_history(path: str | PathLike[str]) -> xr.Dataset:
     NaN after the last step of a case; ``cycle`` lies along the steps. Errors are those of
     `open_case`.
     """
-    with suppress(DataFileError):
-        return MergedStudy.checked(path).history()
+    with suppress(DataFileError), open_summary(path) as summary:
+        coordinates = summary.drop_vars([CYCLE.name, X.name]).coords
+        history = open_lazily(path, group=HISTORY_GROUP)
+        return history.set_coords(CYCLE.name).assign_coords(coordinates)
     with opened_case(path, own=False) as file:
         file.check_values()
         if HISTORY_GROUP in file.file.groups:
@@ -455,72 +576,25 @@ def open_loops(path: str | PathLike[str]) -> xr.Dataset:
     return open_lazily(path, group=LOOP_GROUP)
 
 
-@contextmanager
-def opened_summary(path: Path) -> Iterator[netCDF4.Dataset]:
-    """Open a merged study with the netCDF library; `DataFileError` if it is missing or damaged."""
-    if problem := damage(path, "merged study"):
-        raise DataFileError(path, problem, _MERGE_AGAIN)
-    with _opened(path) as file:
-        if problem := summary_problem(file, path.stat().st_size):
-            raise DataFileError(path, problem, _MERGE_AGAIN)
-        yield file
-
-
-@dataclass(frozen=True)
-class MergedStudy:
-    """A merged study whose file has been checked once, and the ways to read it."""
-
-    path: Path
-
-    @classmethod
-    def checked(cls, path: str | PathLike[str]) -> MergedStudy:
-        """Return the merged study of a file; `DataFileError` if that is missing or damaged."""
-        with opened_summary(Path(path)):
-            return cls(Path(path))
-
-    def dataset(self) -> xr.Dataset:
-        """Open it lazily."""
-        return open_lazily(self.path)
-
-    def history(self) -> xr.Dataset:
-        """Open the histories of its cases lazily."""
-        history = open_lazily(self.path, group=HISTORY_GROUP)
-        with self.dataset() as summary:
-            coordinates = summary.drop_vars([CYCLE.name, X.name]).coords
-            return history.set_coords(CYCLE.name).assign_coords(coordinates)
-
-    def results(self) -> Labelled:
-        """Read all of it but profiles and histories, without importing xarray."""
-        with _opened(self.path) as file:
-            if not {STATUS.name, CASE_ID.name} <= file.variables.keys():
-                problem = "not all of its variables can be read; is memory short?"
-                raise DataFileError(self.path, problem, _MERGE_AGAIN)
-            return _results(file)
-
-
-def _results(file: netCDF4.Dataset) -> Labelled:
-    from fretwear.data.labels import Column, Labelled
-
-    columns: dict[str, Column] = {}
-    coordinates = set(file.dimensions)
-    for name, variable in file.variables.items():
-        attributes = {key: variable.getncattr(key) for key in variable.ncattrs()}
-        coordinates |= {*attributes.pop("coordinates", "").split()}
-        if X.name in variable.dimensions[1:]:
-            continue
-        is_text = variable.dtype.kind == "S"
-        dims = variable.dimensions[:-1] if is_text else variable.dimensions
-        values = np.asarray(variable[...])
-        if is_text:
-            values = np.char.decode(values, "utf-8") if values.dtype.kind == "S" else values
-            attributes.pop("_Encoding", None)
-        columns[name] = Column(dims, values, attributes)
-    attrs = {key: file.getncattr(key) for key in file.ncattrs()}
-    coordinates |= {*attrs.pop("coordinates", "").split()}
-    beside = {name: column for name, column in columns.items() if name in coordinates}
-    return Labelled({n: c for n, c in columns.items() if n not in beside}, beside, attrs)
-
-
 def open_summary(path: str | PathLike[str]) -> xr.Dataset:
     """Open a merged study lazily, as `open_case` opens a case; errors are `DataFileError`."""
-    return MergedStudy.checked(path).dataset()
+    with opened_summary(path):
+        pass
+    return open_lazily(path)
+
+
+def read_summary(path: str | PathLike[str]) -> Labelled:
+    """Read a merged study but its profiles and histories, without importing xarray."""
+    from fretwear.data.labels import Column, Labelled
+
+    data_vars, coords = dict[str, Column](), dict[str, Column]()
+    with opened_summary(path) as file:
+        beside = {*file.dimensions, *vars(file[STATUS.name]).get("coordinates", "").split()}
+        for name, variable in file.variables.items():
+            if X.name in variable.dimensions[1:]:
+                continue
+            dims = variable.dimensions[: -1 if variable.dtype.kind == "S" else None]
+            attrs = {k: v for k, v in vars(variable).items() if k not in _OF_STORAGE}
+            column = Column(dims, np.asarray(variable[...]), attrs)
+            (coords if name in beside else data_vars)[name] = column
+        return Labelled(data_vars, coords, vars(file))

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
-from fretwear.data.files import finished_by, is_finished_case, open_history, write_case
+from fretwear.data.files import finished_by, open_history, write_case
 from fretwear.data.safe import (
     DataFileError,
     Lock,
@@ -82,7 +82,7 @@ def simulate_to_file(
     for doubt in before:
         tell(f"warning: {doubt}")
     with Lock(path, tell) as lock:
-        if lock.waited and is_finished_case(path, case):
+        if lock.waited and finished_by(path, case) == code_digest():
             with open_history(path) as known:
                 steps = known.sizes["step"] - 1
             return Outcome(steps, time.monotonic() - started, is_taken_over=True)

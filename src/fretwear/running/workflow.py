@@ -242,7 +242,7 @@ def _round(path: Path, batch: Batch, present: Mapping[str, FileTrace]) -> int:
 
 
 # The workflow of a large study cannot read every case file each time it starts. A batch has checked
-# each with `fretwear.data.files.is_finished_case`; the answer holds as long as sizes and times are
+# each with `fretwear.data.files.finished_by`; the answer holds as long as sizes and times are
 # unchanged.
 
 FileTrace = tuple[int, float]
