@@ -17,11 +17,10 @@ from sphinx.application import Sphinx
 
 from fretwear.data.merge import PROFILES
 from fretwear.parts import AlongXY, Part, PerBody, Quantity, WholeNumber, required
-from fretwear.study.case import Case
+from fretwear.study.case import Case, members
 from fretwear.study.members import Inline, PartOf
 from fretwear.study.parameters import member_of, parameter_names, parameter_of
 from fretwear.study.study import study_schema
-from fretwear.study.tree import CaseTree, members
 from fretwear.vocabulary import (
     CONVOLUTIONS,
     CYCLE,
@@ -91,9 +90,9 @@ def _presence(name: str) -> str:
     if isinstance(about, PartOf) and about.short:
         others = [member] if name != member else about.keys
         return "needed, or " + ", ".join(f"`{other}`" for other in others)
-    if member in required(CaseTree) or about.must_be_written:
+    if member in required(Case) or about.must_be_written:
         return "needed"
-    default = getattr(CaseTree, member)
+    default = getattr(Case, member)
     if isinstance(default, Part):
         default = default.kind
     if default == ():

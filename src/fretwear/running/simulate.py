@@ -26,14 +26,12 @@ from fretwear.mechanics.state import State, WearProblem, in_contact
 from fretwear.mechanics.stroke import StrokeState, slide
 from fretwear.mechanics.team import Team
 from fretwear.running.resources import require_memory
+from fretwear.study.case import Case
 from fretwear.study.doubts import doubts
-from fretwear.study.tree import CaseTree
 from fretwear.vocabulary import BODY_FIELDS, FIELDS, LINE_SCALARS, SCALARS, SYMMETRIES, ContactState
 
 if TYPE_CHECKING:
     import xarray as xr
-
-    from fretwear.study.case import Case
 
 _MARGIN = 1.15
 
@@ -156,7 +154,7 @@ def simulate(
     """
     from rich.progress import Progress
 
-    if not isinstance(case, CaseTree):
+    if not isinstance(case, Case):
         example = "fretwear.Case(load='50 N', ...)"
         raise TypeError(f"simulate() takes a case, {example}, not a {type(case).__name__}.")
     require_memory(case)

@@ -13,8 +13,8 @@ from fretwear.mechanics.loading import SMALL_STROKE, Displacement
 from fretwear.mechanics.materials import ElasticBodies
 from fretwear.mechanics.roughness import Roughness
 from fretwear.parts import pair
+from fretwear.study.case import Case, cell_text
 from fretwear.study.spacing import rounded_down, zones_of_tip
-from fretwear.study.tree import CaseTree, cell_text
 from fretwear.units import LENGTH, PRESSURE, format_quantity
 
 NEARLY_GROSS = 0.9999
@@ -57,7 +57,7 @@ class Doubt:
         return f"The contact {self.what} ({self.detail}); {self.remedy}"
 
 
-def yielding_ring_width(case: CaseTree) -> float:
+def yielding_ring_width(case: Case) -> float:
     """Return the width, m, of the ring at the stick edge that yields in the course of wear.
 
     Wear moves all pressure of a smooth contact into its stick zone, where it tends to
@@ -77,7 +77,7 @@ def _lengths(**lengths: float) -> str:
     return ", ".join(told).replace("_", " ")
 
 
-def _ring_is_unseen(case: CaseTree) -> Doubt | None:
+def _ring_is_unseen(case: Case) -> Doubt | None:
     """Rings follow the edge of stick, with several of them across the band that yields."""
     ring, cell = yielding_ring_width(case), math.sqrt(math.prod(case.grid_spacing))
     of_tips = case.is_on_rings or case.indenter.is_line or zones_of_tip(case)
@@ -92,7 +92,7 @@ def _ring_is_unseen(case: CaseTree) -> Doubt | None:
     )
 
 
-def _tips_are_coarse(case: CaseTree) -> Doubt | None:
+def _tips_are_coarse(case: Case) -> Doubt | None:
     coarsest, told = 2.0, ""
     for zone, (widths, cells) in zones_of_tip(case).items():
         for wide, cell in zip(widths, case.grid_spacing, strict=True):
@@ -109,7 +109,7 @@ def _tips_are_coarse(case: CaseTree) -> Doubt | None:
     )
 
 
-def dundurs_beta(case: CaseTree) -> float:
+def dundurs_beta(case: Case) -> float:
     """Dundurs' β = ½ |(1−2ν1)/G1 − (1−2ν2)/G2| / ((1−ν1)/G1 + (1−ν2)/G2), 0 for equal bodies.
 
     It couples pressure and slip, which the model neglects.
@@ -123,7 +123,7 @@ def dundurs_beta(case: CaseTree) -> float:
     return 0.5 * difference / ((1.0 - nu1) * first + (1.0 - nu2) * second)
 
 
-def _bodies_are_unlike(case: CaseTree) -> Doubt | None:
+def _bodies_are_unlike(case: Case) -> Doubt | None:
     beta, friction = dundurs_beta(case), case.friction_law.coefficient
     if beta <= GREATEST_DUNDURS * friction:
         return None
@@ -134,7 +134,7 @@ def _bodies_are_unlike(case: CaseTree) -> Doubt | None:
     )
 
 
-def _limit_is_low(case: CaseTree) -> Doubt | None:
+def _limit_is_low(case: Case) -> Doubt | None:
     mean = case.hertz.mean_pressure
     if case.plastic_limit >= mean:
         return None
@@ -146,7 +146,7 @@ def _limit_is_low(case: CaseTree) -> Doubt | None:
     )
 
 
-def _stick_is_coarse(case: CaseTree) -> Doubt | None:
+def _stick_is_coarse(case: Case) -> Doubt | None:
     radius, cell = case.stick_radius, max(case.grid_spacing)
     if radius >= FEW_CELLS * cell or case.is_on_rings or not case.force_is_held:
         return None
@@ -157,7 +157,7 @@ def _stick_is_coarse(case: CaseTree) -> Doubt | None:
     )
 
 
-def _slopes_are_steep(case: CaseTree) -> Doubt | None:
+def _slopes_are_steep(case: Case) -> Doubt | None:
     if case.rough is None:
         return None
     slope = case.rough.steepest
@@ -170,7 +170,7 @@ def _slopes_are_steep(case: CaseTree) -> Doubt | None:
     )
 
 
-def _roughness_repeats(case: CaseTree) -> Doubt | None:
+def _roughness_repeats(case: Case) -> Doubt | None:
     period = math.inf if case.rough is None else min(case.rough.period)
     if period >= 3.0 * case.hertz_radius:
         return None
@@ -181,13 +181,13 @@ def _roughness_repeats(case: CaseTree) -> Doubt | None:
     )
 
 
-def _measured(case: CaseTree) -> list[Roughness]:
+def _measured(case: Case) -> list[Roughness]:
     """The surfaces of finite extent."""
     surfaces = (each for each in (case.roughness, case.counterface) if each is not None)
     return [each for each in surfaces if math.isfinite(min(each.sides))]
 
 
-def _units_are_unlikely(case: CaseTree) -> Doubt | None:
+def _units_are_unlikely(case: Case) -> Doubt | None:
     for surface in _measured(case):
         side, distance = min(surface.sides), max(surface.finest) / 2.0
         if (
@@ -208,7 +208,7 @@ def _units_are_unlikely(case: CaseTree) -> Doubt | None:
     return None
 
 
-def _surface_is_small(case: CaseTree) -> Doubt | None:
+def _surface_is_small(case: Case) -> Doubt | None:
     side = min((min(each.sides) for each in _measured(case)), default=math.inf)
     if side >= 3.0 * case.hertz_radius:
         return None
@@ -219,7 +219,7 @@ def _surface_is_small(case: CaseTree) -> Doubt | None:
     )
 
 
-def _points_are_few(case: CaseTree) -> Doubt | None:
+def _points_are_few(case: Case) -> Doubt | None:
     distance = max((max(each.finest) / 2.0 for each in _measured(case)), default=0.0)
     if distance <= case.hertz_radius / FEW_POINTS:
         return None
@@ -230,7 +230,7 @@ def _points_are_few(case: CaseTree) -> Doubt | None:
     )
 
 
-def _coupling_is_no_number(case: CaseTree) -> Doubt | None:
+def _coupling_is_no_number(case: Case) -> Doubt | None:
     """In an elongated contact, a traction distributed like the pressure displaces differently."""
     others = case.indenter.couplings(case.bodies)
     if not others:
@@ -245,7 +245,7 @@ def _coupling_is_no_number(case: CaseTree) -> Doubt | None:
     )
 
 
-def _slides_far(case: CaseTree) -> Doubt | None:
+def _slides_far(case: Case) -> Doubt | None:
     """Each point is assumed to stay opposite the same point of the other body."""
     if not isinstance(case.loading, Displacement):
         return None
@@ -282,7 +282,7 @@ _DOUBTS = (
 
 
 def doubts(
-    case: CaseTree, errors: Mapping[str, float] | None = None, trouble: str = ""
+    case: Case, errors: Mapping[str, float] | None = None, trouble: str = ""
 ) -> tuple[Doubt, ...]:
     """Return the reasons to doubt the results of a valid case; usually there are none.
 
@@ -301,7 +301,7 @@ def doubts(
     return tuple(doubt for doubt in found if doubt is not None)
 
 
-def finer(case: CaseTree, error: float) -> str:
+def finer(case: Case, error: float) -> str:
     """Return the line of a study file that would reduce a relative error to `SMALL_ERROR`.
 
     Errors usually grow with the cell size. On rings and strips, which are narrow enough, they come

@@ -10,12 +10,12 @@ from types import MappingProxyType
 from typing import Any, cast
 
 from fretwear.parts import Parameter, Part, Quantity, derived
+from fretwear.study.case import Case, members
 from fretwear.study.members import Inline, PartOf
 from fretwear.study.problems import Problem, Problems, read_given
-from fretwear.study.tree import CaseTree, members
 from fretwear.units import nearest
 
-DEFAULTS = {each.name: each.default for each in fields(CaseTree) if each.default is not MISSING}
+DEFAULTS = {each.name: each.default for each in fields(Case) if each.default is not MISSING}
 """Members of a case that need not be given, with what they are then."""
 
 _HARDNESS = "write plastic_limit: the pressure at which a surface yields is about the hardness"
@@ -172,7 +172,7 @@ def _by_coordinate(_: tuple[tuple[type[Part], ...], ...]) -> Mapping[str, Parame
             for kind in about.kinds.values():
                 following = about.named(kind.derived()).items()
                 found |= {f"{member}_{name}": each for name, each in following}
-    return {**found, **derived(CaseTree)}
+    return {**found, **derived(Case)}
 
 
 def read_values(

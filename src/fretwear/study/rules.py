@@ -16,8 +16,8 @@ from fretwear.mechanics.loading import (
     DisplacementRatio,
     TangentialRatio,
 )
+from fretwear.study.case import Case, cell_text, members
 from fretwear.study.problems import Problem
-from fretwear.study.tree import CaseTree, cell_text, members
 from fretwear.units import LENGTH, PRESSURE, Force, PerLength, force_text, format_quantity
 
 LEAST_CELLS_PER_CONTACT_RADIUS = 8
@@ -43,10 +43,10 @@ class Rule:
     """A rule, and the members or single parameters of a case that it needs."""
 
     needs: frozenset[str]
-    find: Callable[[CaseTree], Problem | None]
+    find: Callable[[Case], Problem | None]
 
 
-def _ratio_slides(case: CaseTree) -> Problem | None:
+def _ratio_slides(case: Case) -> Problem | None:
     """Q ≥ µP slides as a whole: no stick zone, outside of the model."""
     if not isinstance(case.loading, TangentialRatio):
         return None
@@ -60,7 +60,7 @@ def _ratio_slides(case: CaseTree) -> Problem | None:
     )
 
 
-def _load_slides(case: CaseTree) -> Problem | None:
+def _load_slides(case: Case) -> Problem | None:
     """Q ≥ µP as in `_ratio_slides`, where Q itself or a displacement is given."""
     if isinstance(case.loading, TangentialRatio):
         return None
@@ -76,7 +76,7 @@ def _load_slides(case: CaseTree) -> Problem | None:
     )
 
 
-def _sticks(case: CaseTree) -> Problem | None:
+def _sticks(case: Case) -> Problem | None:
     """Hardly any tangential load sticks as a whole: no slip, no wear."""
     if case.tangential_ratio >= LEAST_LOAD_RATIO:
         return None
@@ -91,7 +91,7 @@ def _sticks(case: CaseTree) -> Problem | None:
     )
 
 
-def _contact_small(case: CaseTree) -> Problem | None:
+def _contact_small(case: Case) -> Problem | None:
     """The half-space needs a contact much smaller than the sphere (`GREATEST_CONTACT`)."""
     radius = case.indenter.curvature_radius
     if case.hertz_radius <= GREATEST_CONTACT * case.indenter.curvature_radius:
@@ -115,7 +115,7 @@ def _contact_small(case: CaseTree) -> Problem | None:
     )
 
 
-def _plastic_limit_carries_load(case: CaseTree) -> Problem | None:
+def _plastic_limit_carries_load(case: Case) -> Problem | None:
     """The capped pressure must carry P on a contact that half-space theory can describe.
 
     Neither elastic wear nor the cap itself bounds the contact: where the pressure is at the
@@ -140,7 +140,7 @@ def _plastic_limit_carries_load(case: CaseTree) -> Problem | None:
     )
 
 
-def _cell_resolves_surfaces(case: CaseTree) -> Problem | None:
+def _cell_resolves_surfaces(case: Case) -> Problem | None:
     """A wave or an edge of too few cells would be another surface."""
     if case.cell is None:
         return None
@@ -165,7 +165,7 @@ def _cell_resolves_surfaces(case: CaseTree) -> Problem | None:
     return None
 
 
-def _cell_resolves_contact(case: CaseTree) -> Problem | None:
+def _cell_resolves_contact(case: Case) -> Problem | None:
     """Contact, stick zone and slip annulus must be wider than the cells."""
     if case.cell is None or (
         case.loading.is_force and not LEAST_LOAD_RATIO <= case.tangential_ratio < 1.0
@@ -184,7 +184,7 @@ def _cell_resolves_contact(case: CaseTree) -> Problem | None:
     )
 
 
-def _snapshots_within_run(case: CaseTree) -> Problem | None:
+def _snapshots_within_run(case: Case) -> Problem | None:
     """Snapshots lie between cycle 0 and the last."""
     beyond = [cycle for cycle in case.output_cycles if cycle > case.cycles]
     if not beyond:
@@ -202,7 +202,7 @@ def _just_below(length: float) -> str:
     return format_quantity(math.floor(length / 10.0**digits * (1 + 1e-9)) * 10.0**digits, LENGTH)
 
 
-def _coarsest_for_contact(case: CaseTree) -> float:
+def _coarsest_for_contact(case: Case) -> float:
     """Largest spacing, m, that still resolves the contact, its stick and slip zones."""
     radius, stick = case.hertz_radius, case.stick_radius
     return min(
@@ -212,7 +212,7 @@ def _coarsest_for_contact(case: CaseTree) -> float:
     )
 
 
-def _loads_suit_the_contact(case: CaseTree) -> Problem | None:
+def _loads_suit_the_contact(case: Case) -> Problem | None:
     """A line contact is loaded by forces per length, every other by forces."""
     kind = case.indenter.kind
     parts = (case.normal, case.loading)
@@ -228,7 +228,7 @@ def _loads_suit_the_contact(case: CaseTree) -> Problem | None:
     return None
 
 
-def _line_has_no_approach(case: CaseTree) -> Problem | None:
+def _line_has_no_approach(case: Case) -> Problem | None:
     """The approach of a line contact, and its displacement, depend on the choice of a reference."""
     kind = case.indenter.kind
     if not case.indenter.is_line:
@@ -251,7 +251,7 @@ def _line_has_no_approach(case: CaseTree) -> Problem | None:
     return Problem(case.loading.kind, None, rule, hint)
 
 
-def _line_has_one_spacing(case: CaseTree) -> Problem | None:
+def _line_has_one_spacing(case: Case) -> Problem | None:
     if case.cell is None or not case.indenter.is_line or case.cell[0] == case.cell[1]:
         return None
     rule = f"has a spacing along y, along which a {case.indenter.kind} is the same everywhere"
@@ -259,7 +259,7 @@ def _line_has_one_spacing(case: CaseTree) -> Problem | None:
     return Problem("cell", cell_text(case.cell), rule, hint)
 
 
-def _compliance_is_of_a_line(case: CaseTree) -> Problem | None:
+def _compliance_is_of_a_line(case: Case) -> Problem | None:
     loading = case.loading
     if case.indenter.is_line or not getattr(loading, "tangential_compliance", 0.0):
         return None
@@ -267,7 +267,7 @@ def _compliance_is_of_a_line(case: CaseTree) -> Problem | None:
     return Problem("tangential_compliance", None, rule, "write rig_stiffness for that of the rig")
 
 
-def _stroke_is_even(case: CaseTree) -> Problem | None:
+def _stroke_is_even(case: Case) -> Problem | None:
     if not case.loading.stroke:
         return None
     if not (case.normal.holds_load or case.indenter.is_line):
@@ -281,7 +281,7 @@ def _stroke_is_even(case: CaseTree) -> Problem | None:
     return Problem(case.loading.kind, None, rule, "turn its axes into x and y")
 
 
-def _bodies_wear_apart(case: CaseTree) -> Problem | None:
+def _bodies_wear_apart(case: Case) -> Problem | None:
     """If the bodies move, the wear of each moves with it."""
     law = case.wear_law
     seen = case.loading.stroke > SMALL_STROKE * case.hertz_radius
@@ -296,7 +296,7 @@ def _bodies_wear_apart(case: CaseTree) -> Problem | None:
     return Problem(name, text, rule, hint)
 
 
-def _scar_is_small(case: CaseTree) -> Problem | None:
+def _scar_is_small(case: Case) -> Problem | None:
     """The half-space needs a scar much smaller than the indenter."""
     if not case.loading.stroke or _loads_suit_the_contact(case):
         return None
@@ -317,7 +317,7 @@ def _scar_is_small(case: CaseTree) -> Problem | None:
     return Problem(case.loading.kind, stroke, rule, "lower it, the cycles or the wear coefficients")
 
 
-def _map_has_no_closed_form(case: CaseTree) -> Problem | None:
+def _map_has_no_closed_form(case: Case) -> Problem | None:
     """Quantities in units of the smooth contact need one that is known before the run."""
     if case.indenter.has_closed_form:
         return None
@@ -331,7 +331,7 @@ def _map_has_no_closed_form(case: CaseTree) -> Problem | None:
     return Problem(case.loading.kind, None, rule, "write displacement_amplitude: 1 um")
 
 
-def _sphere_slip_needs_a_sphere(case: CaseTree) -> Problem | None:
+def _sphere_slip_needs_a_sphere(case: Case) -> Problem | None:
     kind, model = case.indenter.kind, case.slip_model.kind
     if model != "cattaneo_mindlin" or kind in ("sphere", "cylinder"):
         return None
@@ -339,7 +339,7 @@ def _sphere_slip_needs_a_sphere(case: CaseTree) -> Problem | None:
     return Problem("slip_model", model, rule, "write slip_model: jaeger")
 
 
-def _line_is_straight(case: CaseTree) -> Problem | None:
+def _line_is_straight(case: Case) -> Problem | None:
     """A line contact is constant along y and even along x; other strokes need smooth bodies."""
     for name, part in case.surfaces.items():
         if not (case.indenter.is_line or case.loading.stroke) or name == "indenter":
@@ -361,7 +361,7 @@ def _line_is_straight(case: CaseTree) -> Problem | None:
     return None
 
 
-def _surfaces_are_sound(case: CaseTree) -> Problem | None:
+def _surfaces_are_sound(case: Case) -> Problem | None:
     """A surface may have a rule between its own parameters, and each body has one."""
     for name, part in case.surfaces.items():
         if part.problem is not None:
@@ -401,7 +401,7 @@ RULES: tuple[Rule, ...] = (
 )
 
 
-def _blocks_are_sound(case: CaseTree) -> Problem | None:
+def _blocks_are_sound(case: Case) -> Problem | None:
     """Each block has to be a case by itself, and either all of them slide over a stroke or none."""
     slides = {bool(block.loading.stroke) for _, block in case.in_blocks() if block is not None}
     if len(slides) > 1:
@@ -422,6 +422,6 @@ def _blocks_are_sound(case: CaseTree) -> Problem | None:
 RULES = (*RULES, Rule(frozenset({*members()} - {"cell", "tolerance"}), _blocks_are_sound))
 
 
-def findings(case: CaseTree) -> list[Problem]:
+def findings(case: Case) -> list[Problem]:
     """Return every rule broken by a case whose single values are valid."""
     return [broken for rule in RULES if (broken := rule.find(case)) is not None]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from fretwear.theory import EllipticContact, HertzContact, LimitingState
 
 if TYPE_CHECKING:
-    from fretwear.study.tree import CaseTree
+    from fretwear.study.case import Case
 
 Spacing = tuple[float, float]
 
@@ -26,7 +26,7 @@ MOST_CELLS = 30_000
 """Computed cells of the unworn contact up to which its tips are resolved by default."""
 
 
-def default_spacing(case: CaseTree) -> Spacing:
+def default_spacing(case: Case) -> Spacing:
     """Return the default spacing (dx, dy), m, of a case.
 
     It resolves the contact, its stick zone, every wave, and the contacts of asperity tips as far as
@@ -45,7 +45,7 @@ def default_spacing(case: CaseTree) -> Spacing:
     return rounded_down(dx), rounded_down(dy)
 
 
-def needed_spacing(case: CaseTree) -> Spacing:
+def needed_spacing(case: Case) -> Spacing:
     """Return the spacing (dx, dy), m, that resolves all features of a contact, at any cost."""
     dx, dy = _of_contact_and_waves(case)
     for (wide_x, wide_y), cells in zones_of_tip(case).values():
@@ -53,7 +53,7 @@ def needed_spacing(case: CaseTree) -> Spacing:
     return dx, dy
 
 
-def _of_contact_and_waves(case: CaseTree) -> Spacing:
+def _of_contact_and_waves(case: Case) -> Spacing:
     """Spacing that resolves the contact, its stick zone and every wave.
 
     Contact radius, stick radius and slip annulus are those of the smooth elastic sphere. A smooth
@@ -82,7 +82,7 @@ def _of_contact_and_waves(case: CaseTree) -> Spacing:
     return dx, dx if case.indenter.is_line else dy
 
 
-def _closing_pressure(case: CaseTree) -> float:
+def _closing_pressure(case: Case) -> float:
     """Mean pressure E*·slope/2, Pa, that presses waves flat; zero where smooth.
 
     Johnson, Greenwood and Higginson (1985), Int. J. Mech. Sci. 27, 383-396.
@@ -90,7 +90,7 @@ def _closing_pressure(case: CaseTree) -> float:
     return 0.0 if case.rough is None else 0.5 * case.composite_modulus * case.rough.steepest
 
 
-def tip_contact(case: CaseTree) -> EllipticContact | None:
+def tip_contact(case: Case) -> EllipticContact | None:
     """Return the elastic contact of the tip in the middle under its share of the load.
 
     None where there are no tips of known shape, or where they are pressed flat. The share is that
@@ -109,7 +109,7 @@ def tip_contact(case: CaseTree) -> EllipticContact | None:
     return EllipticContact.of(radius_x, radius_y, load, case.composite_modulus)
 
 
-def zones_of_tip(case: CaseTree) -> dict[str, tuple[Spacing, float]]:
+def zones_of_tip(case: Case) -> dict[str, tuple[Spacing, float]]:
     """Return the zones of a tip that cells must resolve by name: width, m, and number of cells.
 
     These are its contact and, where bodies yield, the band that does at its edge of stick. In the

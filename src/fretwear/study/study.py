@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from fretwear.parts import Choice, Part, keys_schema, required
-from fretwear.study.case import SNAPSHOTS, Case
+from fretwear.study.case import SNAPSHOTS, Case, members
 from fretwear.study.members import PartOf
 from fretwear.study.parameters import (
     base_names,
@@ -31,7 +31,6 @@ from fretwear.study.parameters import (
 from fretwear.study.points import MAX_POINTS, Axis, Design, Grid, Point, Sampled, read_axes
 from fretwear.study.problems import Problem, Problems, StudyError, few_of
 from fretwear.study.rules import RULES, Rule
-from fretwear.study.tree import CaseTree, members
 from fretwear.study.yamlfile import parse_value, read_document
 from fretwear.topography import Located
 from fretwear.units import QuantityError, did_you_mean
@@ -349,7 +348,7 @@ def _try_rules(study: Study, problems: Problems, *, skip: bool) -> None:
 
     A rule is tried once for each combination of the valid values that it needs.
     """
-    defaulted = {*members(), "output_cycles"} - required(CaseTree) - {a.member for a in study.axes}
+    defaulted = {*members(), "output_cycles"} - required(Case) - {a.member for a in study.axes}
     blocks = {"cycles"} if "blocks" in study.valid else set()
     trials: list[tuple[Rule, list[int], dict[Any, tuple[Problem | None, list[Any]]]]] = []
     for rule in RULES:
