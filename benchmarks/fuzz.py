@@ -36,8 +36,7 @@ with atheris.instrument_imports(include=["fretwear", "ruamel"]):
     from fretwear.data.merge import merge_study
     from fretwear.data.safe import DataFileError
     from fretwear.figures.index import FigureEntry, read_figure_index
-    from fretwear.running.batch import simulate_to_file
-    from fretwear.running.checkpoint import Checkpoint, identity_of, read_checkpoint
+    from fretwear.running.batch import Checkpoint, identity_of, read_checkpoint, simulate_to_file
     from fretwear.running.simulate import run
     from fretwear.running.workflow import (
         failures,

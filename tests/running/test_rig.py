@@ -16,7 +16,7 @@ from fretwear.figures import overview
 from fretwear.figures.index import INDEX_NAME
 from fretwear.figures.study import study_figures
 from fretwear.report import build_report
-from fretwear.running.checkpoint import read_checkpoint, write_checkpoint
+from fretwear.running.batch import read_checkpoint, write_checkpoint
 from fretwear.running.simulate import RunRecord, run, steps
 from fretwear.study.cost import estimate
 from fretwear.study.plan import Plan

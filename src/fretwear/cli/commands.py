@@ -7,7 +7,7 @@ import json
 import re
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -240,11 +240,11 @@ def batch(
         supervise({point.id for point in study.points(first, last)}, folder)
 
     from fretwear.cli.progress import Log
-    from fretwear.running.batch import BatchRun
+    from fretwear.running.batch import run_batch
     from fretwear.running.workflow import write_finished
 
-    runs = BatchRun(study, folder, log, lambda to: Log(stream=to), keep_older, threads)
-    outcome = runs.run(first, last)
+    how: Any = {"keep_older": keep_older, "threads": threads}
+    outcome = run_batch(study, folder, (first, last), log, lambda to: Log(stream=to), **how)
     count, found = len(outcome.case_ids), len(outcome.found)
     if failed := outcome.failed:
         listed = "".join(f"\n  {case_id}: {reason}" for case_id, reason in failed.items())

@@ -1,41 +1,236 @@
-"""One case to one file, and a batch of cases each to a file of its own."""
+"""Cases to files: one writer to each, a checkpoint beside it, one case or a batch of them.
+
+An interrupted run loses at most a minute, and resumes bit for bit. A checkpoint is the run record:
+two lines of JSON, the second with the shapes of the arrays that follow, and a checksum.
+"""
 
 from __future__ import annotations
 
+import json
+import math
 import shlex
 import time
 import traceback
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager, suppress
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import fields, is_dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Self, cast, get_args, get_origin, get_type_hints
 
-from fretwear.data.files import finished_by, open_history, write_case
+import numpy as np
+from numpy.typing import NDArray
+
+from fretwear.data.files import add_checksum, damage, finished_by, open_history, write_case
 from fretwear.data.safe import (
     DataFileError,
     Lock,
     Unfailing,
+    atomic_path,
     is_of_memory,
     is_of_netcdf,
     open_log,
     reason_of,
+    remove_stale_temporaries,
     unexpected,
     uninterrupted,
 )
 from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.integrator import WearError
-from fretwear.running.checkpoint import SECONDS_BETWEEN, Checkpoint
 from fretwear.running.resources import require_memory
-from fretwear.running.simulate import run
+from fretwear.running.simulate import Observer, RunRecord, Step, run
 from fretwear.running.workflow import failures, forget, log_file, record
 from fretwear.study.doubts import doubts
 from fretwear.version import code_digest
 
 if TYPE_CHECKING:
-    from fretwear.running.simulate import Observer
     from fretwear.study.case import Case
     from fretwear.study.study import Study
+
+SECONDS_BETWEEN = 30.0
+_SNAPSHOT_SHARE = 0.2
+_ARRAY = "array"
+_START_ANEW = "The run starts at cycle 0"
+
+
+class CheckpointError(DataFileError):
+    """A checkpoint that cannot be used: damaged, or of another run."""
+
+
+class Checkpoint:
+    """The checkpoint of a run: an observer that keeps the run record on disk.
+
+    Used as a context manager: an interrupted run leaves a checkpoint of the last accepted step. The
+    caller discards that of a finished run once the result is stored. An existing file is read at
+    once; a message says why it was not used, or where the run resumes. It is written after
+    `interval` seconds, or a single longer step, and sooner at snapshots.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        case: Case,
+        tell: Callable[[str], None],
+        interval: float = SECONDS_BETWEEN,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self.path, self._case, self._tell = path, case, tell
+        self._interval, self._clock, self._saved = interval, clock, clock()
+        self.record = RunRecord()
+        try:
+            self.record = read_checkpoint(path, identity_of(case)) or self.record
+        except CheckpointError as error:
+            tell(str(error))
+        self._saved_steps = len(self.record.history)
+        if self._saved_steps:
+            tell(f"{path}: resuming after cycle {self._saved_cycle}")
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: object, error: object, traceback: object) -> None:
+        if error is not None and len(self.record.history) > self._saved_steps:
+            try:
+                self.save()
+            except DataFileError as failure:
+                # The interruption is what matters; a full disk must not hide it.
+                if str(failure) != str(error):
+                    self._tell(str(failure))
+        if error is not None and self._saved_steps and self.path.exists():
+            resumes = f"the same command resumes after cycle {self._saved_cycle}"
+            self._tell(f"{self.path}: kept; {resumes}")
+
+    def __call__(self, step: Step) -> None:
+        """Observe a step; save it when it is time."""
+        is_snapshot = step.state.cycle in self._case.output_cycles
+        pause = (_SNAPSHOT_SHARE if is_snapshot else 1.0) * self._interval
+        if self._clock() - self._saved >= pause:
+            self.save()
+
+    def save(self) -> None:
+        """Write the run record to the file; see `write_checkpoint`."""
+        write_checkpoint(self.path, self.record, identity_of(self._case))
+        self._saved, self._saved_steps = self._clock(), len(self.record.history)
+
+    def discard(self) -> None:
+        """Remove the file: the result is stored."""
+        self._saved_steps = len(self.record.history)
+        try:
+            self.path.unlink(missing_ok=True)
+            remove_stale_temporaries(self.path.parent, self.path.name)
+        except OSError as error:
+            # No later run uses a left-over file without a check.
+            self._tell(f"{self.path}: not removed: {error.strerror}")
+
+    @property
+    def _saved_cycle(self) -> str:
+        return f"{self.record.history[self._saved_steps - 1]['cycle']:.6g}"
+
+
+def identity_of(case: Case) -> dict[str, Any]:
+    """What a run must share with the one that wrote a checkpoint in order to resume from it."""
+    return {
+        "code": code_digest(),
+        "parameters": case.canonical_parameters(),
+        "output cycles": list(case.output_cycles),
+    }
+
+
+def write_checkpoint(path: Path, record: RunRecord, identity: Mapping[str, Any]) -> None:
+    """Write a run record; the file appears complete, or not at all with a `DataFileError`.
+
+    An array that occurs several times is stored once.
+    """
+    arrays: list[NDArray[np.float64]] = []
+
+    def packed(value: Any) -> dict[str, Any]:
+        if not isinstance(value, np.ndarray):
+            return {each.name: getattr(value, each.name) for each in fields(value)}
+        place = next((n for n, known in enumerate(arrays) if known is value), len(arrays))
+        arrays[place : place + 1] = [value]
+        return {_ARRAY: place}
+
+    content = json.dumps({"identity": identity, "record": record}, default=packed)
+    shapes = json.dumps([each.shape for each in arrays])
+    with atomic_path(path) as temporary:
+        with temporary.open("wb") as stream:
+            stream.write(f"{content}\n{shapes}\n".encode())
+            for each in arrays:
+                stream.write(np.ascontiguousarray(each).data)
+        add_checksum(temporary)
+
+
+def read_checkpoint(path: Path, identity: Mapping[str, Any]) -> RunRecord | None:
+    """Read a file written by `write_checkpoint`; None if there is none.
+
+    `CheckpointError` if it is damaged or belongs to another run.
+    """
+    if not path.exists():
+        return None
+    if problem := damage(path, "checkpoint"):
+        raise CheckpointError(path, f"this checkpoint is damaged ({problem})", _START_ANEW)
+    expected, arrays = json.loads(json.dumps(identity)), []
+    try:
+        with path.open("rb") as stream:
+            content, shapes = json.loads(stream.readline()), json.loads(stream.readline())
+            for shape in shapes:
+                if not 0 <= math.prod(shape) <= path.stat().st_size:
+                    raise ValueError("the file is smaller than it announces")
+                arrays.append(np.fromfile(stream, count=math.prod(shape)).reshape(shape))
+        if (found := dict(content["identity"])) == expected:
+            known: RunRecord = unpack(RunRecord, content["record"], arrays)
+            _check(known)
+            return known
+    except (LookupError, TypeError, ValueError, RecursionError, OSError) as cause:
+        problem = "this is not a checkpoint, or one of another version"
+        raise CheckpointError(path, problem, _START_ANEW) from cause
+    keys = sorted(key for key in {*found, *expected} if found.get(key) != expected.get(key))
+    problem = f"this checkpoint is of another run (another {', '.join(keys)})"
+    raise CheckpointError(path, problem, _START_ANEW)
+
+
+def _check(record: RunRecord) -> None:
+    """Raise a ValueError for a run record that no run could have left."""
+    states = [*record.snapshots, *([] if record.last is None else [record.last])]
+    if bool(record.history) != bool(states):
+        raise ValueError("states and history do not match")
+    if not all(map(math.isfinite, (number for row in record.history for number in row.values()))):
+        raise ValueError("the history has a value that is not finite")
+    for state in states:
+        reduced = state.reduced
+        of_cells = [state.pressure, state.gap, state.wear, state.plastic, reduced.pressure]
+        of_cells += [reduced.gap, state.pressure_rate, state.source_rate]
+        if {each.shape for each in of_cells} != {tuple(state.geometry.shape)}:
+            raise ValueError("the shape of a field does not match its geometry")
+        if not state.is_finite:
+            raise ValueError("a field is not finite")
+
+
+def unpack(kind: Any, packed: Any, arrays: Sequence[NDArray[np.float64]]) -> Any:
+    """Restore a value of an annotated type from JSON and the arrays beside it.
+
+    Of a union of dataclasses, the one with the packed fields is chosen. Raises a LookupError, a
+    TypeError or a ValueError if something else was packed.
+    """
+    parts = tuple(part for part in get_args(kind) if part is not ...)
+    if isinstance(packed, list):
+        kinds = parts if len(parts) == len(packed) else parts[:1] * len(packed)
+        items = (unpack(*each, arrays) for each in zip(kinds, packed, strict=True))
+        return list(items) if get_origin(kind) is list else tuple(items)
+    if get_origin(kind) is dict:
+        return {str(name): unpack(parts[1], value, ()) for name, value in packed.items()}
+    if not isinstance(packed, dict):
+        allowed = {kind, *parts} | ({int} if float in (kind, *parts) else set())
+        if type(packed) not in allowed:
+            raise TypeError(f"{packed!r} is no {kind}")
+        return packed
+    if packed.keys() == {_ARRAY}:
+        return arrays[packed[_ARRAY]]
+    for each in (kind, *parts):
+        if is_dataclass(each) and {own.name for own in fields(each)} == packed.keys():
+            types = get_type_hints(each)
+            values = {name: unpack(types[name], packed[name], arrays) for name in packed}
+            return cast("type[Any]", each)(**values)
+    raise TypeError(f"{kind} has no fields {', '.join(packed)}")
 
 
 def may_happen(error: Exception) -> bool:
@@ -44,8 +239,7 @@ def may_happen(error: Exception) -> bool:
     return isinstance(error, kinds) or is_of_memory(error) or is_of_netcdf(error)
 
 
-@dataclass(frozen=True)
-class Outcome:
+class Outcome(NamedTuple):
     """The outcome of a job."""
 
     steps: int  # accepted steps of the whole run, those before an interruption included
@@ -87,13 +281,9 @@ def simulate_to_file(
                 steps = known.sizes["step"] - 1
             return Outcome(steps, time.monotonic() - started, is_taken_over=True)
         with Checkpoint(checkpoint_of(path), case, tell, interval) as checkpoint:
-            result = run(
-                case,
-                [checkpoint, *observers],
-                record=checkpoint.record,
-                threads=threads,
-                command=command,
-            )
+            seen: list[Observer] = [checkpoint, *observers]
+            kept = checkpoint.record
+            result = run(case, seen, record=kept, threads=threads, command=command)
             lock.ensure()
             with uninterrupted():
                 dataset, history, loops = result.labelled
@@ -101,7 +291,7 @@ def simulate_to_file(
                 checkpoint.discard()
     for found in dataset.attrs["warnings"].splitlines()[len(before) :]:
         tell(f"warning: {found}")
-    return Outcome(int(history.coords["step"].values[-1]), time.monotonic() - started)
+    return Outcome(len(kept.history) - 1, time.monotonic() - started)
 
 
 def checkpoint_of(path: Path) -> Path:
@@ -109,111 +299,80 @@ def checkpoint_of(path: Path) -> Path:
     return path.with_suffix(".checkpoint")
 
 
-class Listener(Protocol):
-    """Receives the messages of a batch, as `fretwear.cli.progress.Log` does."""
-
-    def batch(self, cases: Mapping[str, Case]) -> AbstractContextManager[None]:
-        """Announce the cases that will run in the context."""
-
-    def case(self, case: Case, file: Path) -> AbstractContextManager[Observer]:
-        """Announce a case that runs in the context; the observer is called at every step."""
-
-    def note(self, message: str) -> None:
-        """Receive a message."""
-
-
-@dataclass(frozen=True)
-class BatchOutcome:
+class BatchOutcome(NamedTuple):
     """The outcome of a batch."""
 
-    # The numbers of all cases and of those done before.
-    case_ids: tuple[str, ...]
-    found: tuple[str, ...]
-    failed: Mapping[str, str]  # why cases failed, by id
+    case_ids: list[str]  # of all cases
+    found: list[str]  # of those done before
+    failed: dict[str, str]  # why cases failed, by id
 
 
-@dataclass(frozen=True)
-class BatchRun:
-    """A running batch of a study."""
+def run_batch(
+    study: Study,
+    results: Path,
+    points: tuple[int, int],
+    log: Any,
+    log_to: Callable[[Unfailing], Any],
+    *,
+    keep_older: bool = False,
+    threads: int = 1,
+) -> BatchOutcome:
+    """Run the cases of neighbouring points, from a first to a last number, except finished ones.
 
-    # The study, and the folder of its results.
-    study: Study
-    results: Path
-    listener: Listener  # receives messages on the batch as a whole
-    # Makes a listener that writes to the open log of a case.
-    listener_to: Callable[[Unfailing], Listener]
-    # Whether cases finished by other code are kept rather than run again.
-    keep_older: bool = False
-    threads: int = 1  # per case
-
-    def run(self, first: int, last: int) -> BatchOutcome:
-        """Run the cases of neighbouring points, counted from 1, except finished ones.
-
-        A case that fails does not stop the others; the reason is recorded beside its log.
-        """
-        cases = {point.id: point.case for point in self.study.points(first, last) if point.case}
-        digests = {each: finished_by(self._file(each), cases[each]) for each in cases}
-        older = [each for each, digest in digests.items() if digest not in (None, code_digest())]
-        found = [each for each, digest in digests.items() if digest is not None]
-        if not self.keep_older:
-            found = [each for each in found if each not in older]
-        for case_id in found:
-            forget(self.results, case_id)
-            # Left by a disk that failed after the file had got its name.
-            with suppress(OSError):
-                checkpoint_of(self._file(case_id)).unlink(missing_ok=True)
-            Lock(self._file(case_id)).remove_if_abandoned()
-        if found:
-            self.listener.note(f"{len(found)} of {len(cases)} cases were done before")
-        if older:
-            what = "kept" if self.keep_older else "computed again"
-            self.listener.note(f"{len(older)} of them by another version of the code: {what}")
-        # A case during which an earlier process vanished may end this one too, so it comes last.
-        vanished = failures(self.results)
-        to_do = {case_id: cases[case_id] for case_id in cases if case_id not in found}
-        ordered = sorted(to_do, key=lambda case_id: case_id in vanished)
-        failed: dict[str, str] = {}
-        with self.listener.batch(to_do):
-            for case_id in ordered:
-                if reason := self._run(to_do[case_id]):
-                    failed[case_id] = reason
-                    log = log_file(self.results, case_id)
-                    self.listener.note(f"{case_id} failed: {reason} (log: {log})")
-        return BatchOutcome(tuple(cases), tuple(found), failed)
-
-    def _file(self, case_id: str) -> Path:
-        return self.results / "cases" / f"{case_id}.nc"
-
-    def _run(self, case: Case) -> str:
-        """Run a case; return the reason if it failed, else an empty text."""
-        # Recorded at the start, because a process that is killed cannot do so.
-        record(self.results, case.case_id)
-        command = ["fretwear", "run", str(self.study.file), "--case", case.case_id]
-        file = self._file(case.case_id)
-        log = log_file(self.results, case.case_id)
-        with open_log(log) as stream:
-            own = self.listener_to(stream)
-            try:
-                with self.listener.case(case, file) as observe, own.case(case, file) as observe_own:
-                    simulate_to_file(
-                        case,
-                        file,
-                        observers=[observe, observe_own],
-                        tell=own.note,
-                        command=shlex.join(command),
-                        threads=self.threads,
-                    )
-            except Exception as error:
-                reason = reason_of(error) if may_happen(error) else unexpected(error)
-                if not may_happen(error):
-                    traceback.print_exc(file=stream)
-            except BaseException:
-                # Being stopped is not a failure: the next run resumes from the checkpoint.
-                forget(self.results, case.case_id)
-                raise
-            else:
-                forget(self.results, case.case_id)
-                return ""
-            print(f"fretwear: error: {reason}", file=stream)
-        record(self.results, case.case_id, reason)
-        return reason
+    Those finished by other code are run again unless they are to be kept. A case that fails does
+    not stop the others; the reason is recorded beside its log. Messages on the whole go to `log`,
+    a `fretwear.cli.progress.Log`; `log_to` makes one that writes to the open log of a case.
+    """
+    cases = {point.id: point.case for point in study.points(*points) if point.case}
+    files = {case_id: results / "cases" / f"{case_id}.nc" for case_id in cases}
+    digests = {each: finished_by(files[each], case) for each, case in cases.items()}
+    older = [each for each, digest in digests.items() if digest not in (None, code_digest())]
+    left = older if not keep_older else []
+    found = [each for each in cases if digests[each] is not None and each not in left]
+    for case_id in found:
+        forget(results, case_id)
+        # Left by a disk that failed after the file had got its name.
+        with suppress(OSError):
+            checkpoint_of(files[case_id]).unlink(missing_ok=True)
+        Lock(files[case_id]).remove_if_abandoned()
+    if found:
+        log.note(f"{len(found)} of {len(cases)} cases were done before")
+    if older:
+        what = "kept" if keep_older else "computed again"
+        log.note(f"{len(older)} of them by another version of the code: {what}")
+    # A case during which an earlier process vanished may end this one too, so it comes last.
+    vanished, failed = failures(results), dict[str, str]()
+    to_do = {case_id: case for case_id, case in cases.items() if case_id not in found}
+    with log.batch(to_do):
+        for case_id in sorted(to_do, key=lambda case_id: case_id in vanished):
+            # Recorded at the start, because a process that is killed cannot do so.
+            record(results, case_id)
+            command = shlex.join(["fretwear", "run", str(study.file), "--case", case_id])
+            with open_log(log_file(results, case_id)) as stream:
+                own, case, file = log_to(stream), to_do[case_id], files[case_id]
+                try:
+                    with log.case(case, file) as seen, own.case(case, file) as seen_by_own:
+                        simulate_to_file(
+                            case,
+                            file,
+                            observers=[seen, seen_by_own],
+                            tell=own.note,
+                            command=command,
+                            threads=threads,
+                        )
+                except Exception as error:
+                    failed[case_id] = reason_of(error) if may_happen(error) else unexpected(error)
+                    if not may_happen(error):
+                        traceback.print_exc(file=stream)
+                    print(f"fretwear: error: {failed[case_id]}", file=stream)
+                except BaseException:
+                    # Being stopped is not a failure: the next run resumes from the checkpoint.
+                    forget(results, case_id)
+                    raise
+            if case_id not in failed:
+                forget(results, case_id)
+                continue
+            record(results, case_id, failed[case_id])
+            told = f"{failed[case_id]} (log: {log_file(results, case_id)})"
+            log.note(f"{case_id} failed: {told}")
+    return BatchOutcome([*cases], found, failed)
