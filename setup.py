@@ -1,20 +1,32 @@
-"""The compiled kernels and the workspace; all else about the package stands in pyproject.toml.
-
-Without a C++ compiler the package is installed without them, and NumPy does the same.
-"""
+"""The compiled kernels and the workspace; all else about the package stands in pyproject.toml."""
 
 import shutil
-import sys
 from hashlib import sha256
 from pathlib import Path
 
 from pybind11.setup_helpers import Pybind11Extension
 from setuptools import setup
+from setuptools.command.build_ext import build_ext
 from setuptools.command.build_py import build_py
+from setuptools.errors import CompileError
 
 # Vector instructions for the loops marked for them. No option that assumes finite values, because
 # sums have to show those that are not.
 FLAGS = ["-O3", "-fopenmp-simd", "-fno-math-errno", "-fno-trapping-math", "-fno-signed-zeros"]
+
+
+class BuildKernels(build_ext):
+    """Compiles, or says what that takes."""
+
+    def build_extension(self, ext: Pybind11Extension) -> None:
+        """Build an extension."""
+        try:
+            super().build_extension(ext)
+        except CompileError as error:
+            raise CompileError(
+                f"{error}\n\nfretwear needs a C++17 compiler, GCC or Clang, and Python's headers "
+                "(on Debian and Ubuntu: apt install g++ python3-dev); its first message is above."
+            ) from error
 
 
 class BuildWithWorkspace(build_py):
@@ -31,21 +43,20 @@ class BuildWithWorkspace(build_py):
 
 
 MECHANICS = Path("src/fretwear/mechanics")
-SOURCES = [MECHANICS / name for name in ("kernels.cpp", "threads.h", "transforms.h")]
+SOURCES = sorted([*MECHANICS.glob("*.cpp"), *MECHANICS.glob("*.h")])
 DIGEST = sha256(b"".join(source.read_bytes() for source in SOURCES)).hexdigest()
 
 setup(
-    cmdclass={"build_py": BuildWithWorkspace},
+    cmdclass={"build_ext": BuildKernels, "build_py": BuildWithWorkspace},
     ext_modules=[
         Pybind11Extension(
-            "fretwear.mechanics.compiled_kernels",
-            [SOURCES[0].as_posix()],
+            "fretwear.mechanics.kernels",
+            [source.as_posix() for source in SOURCES if source.suffix == ".cpp"],
             depends=[source.as_posix() for source in SOURCES],
             cxx_std=17,
             # A library left from other sources tells itself by this.
-            define_macros=[("KERNELS_SHA256", f'"{DIGEST}"')],
-            extra_compile_args=[] if sys.platform == "win32" else FLAGS,
-            optional=True,
+            define_macros=[("SOURCE_SHA256", f'"{DIGEST}"')],
+            extra_compile_args=FLAGS,
         )
     ],
 )

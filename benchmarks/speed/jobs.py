@@ -8,7 +8,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -29,7 +29,7 @@ from benchmarks.speed.table import Row, header, line
 from benchmarks.speed.units import Spent, Stopwatch, Transforms, Unit, Units
 
 from fretwear import Case
-from fretwear.mechanics import convolution, kernels, team
+from fretwear.mechanics import convolution
 from fretwear.mechanics.contact import Contact
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.integrator import evolve
@@ -219,30 +219,13 @@ def _range(runs: list[Run]) -> str:
 def _share(name: str, job: str, case: Case, repeats: int) -> Row:
     shares = [100 * timed_run(case).share for _ in range(repeats)]
     notes = [f"median of {repeats} runs, {min(shares):.1f} to {max(shares):.1f}"]
-    if team.library:
-        with _numpy_alone():
-            notes.append(_without("the compiled kernels", case))
     if convolution.ducc0 is not None:
         with _scipy_alone():
-            notes.append(_without("ducc0", case))
+            run = timed_run(case)
+        share, time = 100 * run.share, run.units.cpu
+        notes.append(f"{share:.0f} % without ducc0, where the run takes {time:.0f} CE")
     job = f"{job}: inside transforms"
     return Row(name, job, median(shares), "%", 60, 80, at_least=True, note="; ".join(notes))
-
-
-def _without(what: str, case: Case) -> str:
-    run = timed_run(case)
-    return f"{100 * run.share:.0f} % without {what}, where the run takes {run.units.cpu:.0f} CE"
-
-
-@contextmanager
-def _numpy_alone() -> Iterator[None]:
-    """Kernels in NumPy, as where there is no compiler."""
-    with ExitStack() as changes:
-        for each in vars(kernels).values():
-            if isinstance(each, kernels.Pass):
-                changes.callback(setattr, each, "compiled", each.compiled)
-                each.compiled = None
-        yield
 
 
 @contextmanager

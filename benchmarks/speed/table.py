@@ -12,8 +12,6 @@ from typing import Any
 
 from benchmarks.pages import ROOT
 
-from fretwear.mechanics import team
-
 _PACKAGES = ("fretwear", "numpy", "scipy", "ducc0", "tamaas", "ContactMechanics", "muGrid")
 
 
@@ -109,7 +107,7 @@ def header() -> str:
 
 def surroundings() -> dict[str, Any]:
     """Machine, load, versions: what a reader needs to judge the numbers."""
-    versions = {"Python": platform.python_version(), "kernels": kernels_by()}
+    versions = {"Python": platform.python_version()}
     for package in _PACKAGES:
         try:
             versions[package] = version(package)
@@ -132,11 +130,6 @@ def document(rows: Iterable[Row], **more: Any) -> dict[str, Any]:
 def falling_short(rows: Sequence[Row]) -> list[Row]:
     """The rows that were measured and do not reach what was asked."""
     return [row for row in rows if row.verdict == "falls short"]
-
-
-def kernels_by() -> str:
-    """What the arithmetic between the transforms is done by."""
-    return "compiled" if team.library else "in NumPy"
 
 
 def _processor() -> str:

@@ -18,11 +18,10 @@ _LIBRARIES = ("numpy", "scipy", "ducc0")
 def code_digest() -> str:
     """Return the digest of everything, besides its parameters, that a result depends on to the bit.
 
-    These are the sources that compute it, whether the kernels are compiled, and the versions of
-    the libraries, from a checkout as from a wheel.
+    These are the sources that compute it and the versions of the libraries, from a checkout as from
+    a wheel.
     """
     import hashlib
-    from importlib.machinery import EXTENSION_SUFFIXES
 
     package = Path(__file__).parent
     digest = hashlib.sha256()
@@ -32,8 +31,6 @@ def code_digest() -> str:
         content = file.read_bytes()
         digest.update(f"{file.relative_to(package).as_posix()} {len(content)}\n".encode())
         digest.update(content)
-    kernels = (package / "mechanics" / f"compiled_kernels{each}" for each in EXTENSION_SUFFIXES)
-    digest.update(f"compiled {any(file.exists() for file in kernels)}\n".encode())
     for library in _LIBRARIES:
         digest.update(f"{library} {_version_of(library)}\n".encode())
     return digest.hexdigest()[:16]

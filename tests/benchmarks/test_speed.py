@@ -12,12 +12,12 @@ from benchmarks.speed.cases import WAVES, first_contact, rough_case, smooth_case
 from benchmarks.speed.table import Row, from_json, missing
 from benchmarks.speed.units import bare_convolution
 from benchmarks.verification.__main__ import PAGE as VERIFICATION
+from fretwear.mechanics.kernels import inner
 
 from benchmarks import performance
 from fretwear.mechanics.active_set import ActiveSet
 from fretwear.mechanics.geometry.grid import Grid, influence_coefficients
 from fretwear.mechanics.integrator import evolve, first_loading
-from fretwear.mechanics.kernels import inner
 from fretwear.mechanics.solver import solve_contact
 from fretwear.running import simulate
 

@@ -77,7 +77,7 @@ def test_part_and_whole_half_space_agree(shape, even):
 
 
 @pytest.mark.usefixtures("_library")
-@pytest.mark.parametrize("shape", [(8, 10), (6, 14)])
+@pytest.mark.parametrize("shape", [(8, 10), (6, 16)])
 def test_whole_half_space_is_the_dense_product(shape):
     window = Grid(shape, SPACING, (False, False))
     pressure = noise(shape)
@@ -88,7 +88,7 @@ def test_whole_half_space_is_the_dense_product(shape):
 
 @pytest.mark.parametrize("even", EVEN)
 def test_displacement_is_symmetric_and_positive(even):
-    window = Grid((14, 14), (1e-6, 1e-6), even)
+    window = Grid((16, 16), (1e-6, 1e-6), even)
     matrix = matrix_of(window.half_space(MODULUS).displacement, np.ones(window.shape, np.bool_))
     assert_equal_to_rounding(matrix, matrix.T)
     least = np.linalg.eigvalsh(matrix).min() * MODULUS / 1e-6
@@ -98,7 +98,7 @@ def test_displacement_is_symmetric_and_positive(even):
 
 @pytest.mark.usefixtures("_library")
 @pytest.mark.parametrize("even", EVEN)
-@pytest.mark.parametrize("shape", [(14, 10), (150, 96)])
+@pytest.mark.parametrize("shape", [(12, 10), (150, 96)])
 def test_single_precision_is_good_to_some_parts_in_ten_million(even, shape):
     bodies = Grid(shape, SPACING, even).half_space(MODULUS)
     pressure = noise(shape)

@@ -1,9 +1,10 @@
-"""The compiled kernels against those in NumPy, and what both promise."""
+"""The compiled kernels, threads and transforms: what NumPy says, by however many threads."""
 
+import shutil
 import subprocess
 import sys
 from dataclasses import replace
-from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,16 +17,10 @@ from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.roughness import SelfAffineRoughness
 from fretwear.mechanics.team import ALONE, Team
 
-from .problems import CONVERGED, ROUGH, fretting
-
-compiled = pytest.importorskip(
-    "fretwear.mechanics.compiled_kernels", reason="the kernels were not compiled here"
-)
+from .problems import EVEN, folded, fretting, unfolded
 
 # Fewer cells than a vector has, a few vectors and a rest, more than a block, and rows of such.
 SHAPES = [(1, 1), (3, 5), (7, 13), (40, 67), (2, 40_000)]
-
-
 # Of the wear of a stage: none, tiny, common and huge.
 EXPONENTS = (0.0, 1e-15, 1e-9, 2e-5, 4e-5, 150.0, 1e4)
 
@@ -97,7 +92,6 @@ CALLS = {
     "evaluate elastic": ("double", "loaded", np.inf, 0.3, 0.1, "double", "mask"),
     "evaluate saturated": ("double", "full", 1.0, 0.3, 0.1, "double", "mask"),
     "scale_step": ("pressure", "double", "single", 0.3, "single", 0.01, "double"),
-    "descent": ("double", "double"),
     "move": (0.8, "double", 1.0, "single", 0.3, 0.1, "double", "pressure", "double", "double"),
     "scale_and_clip": (1.3, 1.0, 1.0, None, "pressure"),
     "scale_and_clip weighted": (0.7, 1.0, 0.9, "positive", "pressure"),
@@ -109,118 +103,159 @@ CALLS = {
 }
 
 
-PASSES = {name: each for name, each in vars(kernels).items() if isinstance(each, kernels.Pass)}
-IN_NUMPY = {name: each.in_numpy for name, each in PASSES.items()}
-NAMES = {variant.split()[0] for variant in CALLS}
+# What NumPy makes of the same: results, then the fields that a kernel changes, its last arguments.
+
+
+def total(field):
+    return [np.asarray(field, np.float64).sum()]
+
+
+def largest(field):
+    return [np.abs(field).max()]
+
+
+def inner(one, other):
+    return total(one * other)
+
+
+def times(field, factor, _):
+    return [field * factor]
+
+
+def project_mean(shift, inside, residual):
+    return [*total((residual - shift) ** 2 * inside), residual - shift]
+
+
+def weigh(weight, residual, field):
+    return [*inner(residual, weight * field), weight * field]
+
+
+def update_direction(factor, field, direction):
+    return [factor * direction + field]
+
+
+def add_layer(tangent, direction, force):
+    force = force if tangent is None else force + tangent * direction
+    return [*inner(direction, force), force]
+
+
+def advance(length, direction, force, weight, pressure, residual):
+    left = residual - length * force
+    return [*inner(weight, left), pressure + length * direction, left]
+
+
+def recover_displacement(start, tangent, pressure, shift, residual):
+    found = start - residual - shift - (0.0 if tangent is None else tangent * pressure)
+    return [*largest(found), found]
+
+
+def scale_and_clip(factor, limit, rigid, weights, pressure):
+    found = np.where(pressure >= rigid, pressure, np.clip(factor * pressure, 0.0, limit))
+    weights = np.ones_like(found) if weights is None else weights
+    return [(weights * found).sum(), weights[found >= limit].sum(), found]
+
+
+def level(limit, separation, displacement, pressure):
+    free = (pressure > 0) & (pressure < limit)
+    return [separation[free].sum(), free.sum(), displacement.max()]
+
+
+def evaluate(separation, pressure, limit, approach, slack, *_):
+    gap, open_, full = separation - approach, pressure <= 0, pressure >= limit
+    wrong = np.where(open_, -gap, np.where(full, gap, np.abs(gap)))
+    free = np.where(open_, gap < -slack, np.where(full, gap > slack, True))
+    return [max(wrong.max(), 0.0), gap.sum(), gap, free]
+
+
+def scale_step(pressure, gap, found, unit, uniform, share, _):
+    step = found.astype(float) * unit - uniform.astype(float) * share
+    return [(pressure + step).min(), (pressure + step).max(), (step * gap).sum(), step]
+
+
+def move(fraction, step, limit, moved, unit, offset, shape, pressure, displacement, _):
+    displacement = displacement + fraction * (unit * moved.astype(float) + offset)
+    pressure = np.clip(pressure + fraction * step, 0.0, limit)
+    return [pressure, displacement, displacement + shape]
+
+
+def wear(pressure, rate, known, start, gap, shift, result):
+    x = np.minimum(rate * pressure + known, 200.0)
+    if shift is None:
+        return [result + start + np.expm1(x) * gap]
+    flow = shift * np.divide(np.expm1(x) - x, x, out=np.zeros_like(x), where=x > 1e-12)
+    return [result + start + np.maximum(np.expm1(x) * gap + flow, 0.0)]
+
+
+def wear_slope(pressure, rate, known, gap, shift, factor, _):
+    x = np.minimum(rate * pressure + known, 200.0)
+    slope = np.exp(x) * gap
+    if shift is not None:
+        above = np.maximum(x, 3e-5)
+        phi_slope = (np.expm1(above) - np.expm1(above) / above + 1.0) / above
+        slope = np.maximum(slope + shift * (phi_slope + np.minimum(x - 3e-5, 0.0) / 3), 0.0)
+    return [np.minimum(factor * slope, 1e30)]
 
 
 def arguments(variant, f):
     return [getattr(f, each)() if isinstance(each, str) else each for each in CALLS[variant]]
 
 
-def as_tuple(result):
-    return result if isinstance(result, tuple) else (result,)
+def called(variant, given, threads=ALONE):
+    """Results of a kernel and all of its fields, after a call."""
+    found = getattr(kernels, variant.split()[0])(threads, *given)
+    results = found if isinstance(found, list) else [] if found is None else [found]
+    return results, [each for each in given if isinstance(each, np.ndarray)]
 
 
-def test_without_the_compiled_ones_numpy_does_the_arithmetic():
-    script = (
-        "import sys; sys.modules['fretwear.mechanics.compiled_kernels'] = None\n"
-        "from fretwear.mechanics import kernels\n"
-        "assert kernels.inner.compiled is None"
-    )
-    subprocess.run([sys.executable, "-c", script], check=True)
-    assert kernels.inner.compiled is not None
-
-
-# Offered by processors that have vectors for them.
-WINDOWS = {"SingleWindow", "DoubleWindow"}
-with_windows = pytest.mark.skipif(
-    not hasattr(compiled, "DoubleWindow"), reason="this processor's vectors are too short"
-)
-
-
-def test_every_kernel_is_compiled_and_compared():
-    offered = {name for name in vars(compiled) if not name.startswith("_")}
-    others = {"source", "Threads", "product", *WINDOWS}
-    assert offered - others == NAMES == set(PASSES)
-    for name in NAMES:
-        assert PASSES[name].compiled is getattr(compiled, name)
+def test_every_kernel_is_compared():
+    offered = {name for name in vars(kernels) if not name.startswith("_")}
+    others = {"source", "Threads", "product", "SingleWindow", "DoubleWindow"}
+    assert offered - others == {variant.split()[0] for variant in CALLS}
 
 
 @pytest.mark.parametrize("shape", SHAPES, ids=str)
 @pytest.mark.parametrize("variant", CALLS)
-def test_a_compiled_pass_does_what_numpy_does(variant, shape):
-    name = variant.split()[0]
-    ours, theirs = (arguments(variant, Fields(shape)) for _ in range(2))
-    before = arguments(variant, Fields(shape))
-    found = as_tuple(PASSES[name](ALONE, *ours))
-    expected = as_tuple(IN_NUMPY[name](*theirs))
-    assert len(found) == len(expected)
-    single = any(getattr(each, "dtype", None) == np.float32 for each in (*ours, *found))
-    rtol = 2e-6 if single else 2e-13
-    changed = 0
-    for one, other, was in zip(
-        (*found, *ours), (*expected, *theirs), (*[None] * len(found), *before), strict=True
-    ):
-        if other is None:
-            assert one is None
-            continue
+def test_a_kernel_does_what_numpy_says_and_changes_nothing_else(variant, shape):
+    with np.errstate(over="ignore", invalid="ignore"):
+        expected = globals()[variant.split()[0]](*arguments(variant, Fields(shape)))
+    before = [each for each in arguments(variant, Fields(shape)) if isinstance(each, np.ndarray)]
+    results, fields = called(variant, arguments(variant, Fields(shape)))
+    changed = len(expected) - len(results)
+    for one, was in zip(fields[: len(fields) - changed], before, strict=False):
+        np.testing.assert_array_equal(one, was)
+    is_single = any(each.dtype == np.float32 for each in fields)
+    rtol = 2e-6 if is_single else 2e-13
+    for one, other in zip([*results, *fields[len(fields) - changed :]], expected, strict=True):
         # Sums of numbers of both signs cancel.
         scale = np.abs(np.asarray(other, np.float64)).max(initial=0.0)
         cells = shape[0] * shape[1] if np.ndim(other) == 0 else 1
         np.testing.assert_allclose(one, other, rtol=rtol, atol=rtol * (scale + cells))
-        assert getattr(one, "dtype", None) == getattr(other, "dtype", None)
-        if isinstance(was, np.ndarray):
-            changed += not np.array_equal(one, was)
-    # Nothing but what a kernel is to change has changed.
-    writes = {"advance": 2, "move": 3, "evaluate": 2}
-    writes |= dict.fromkeys(("inner", "total", "largest", "descent", "level"), 0)
-    assert changed <= writes.get(name, 1)
 
 
-WITHOUT_SYMMETRY = [(4, 6), (10, 12), (54, 40), (32, 108), (512, 600)]
-
-
-@with_windows
-@pytest.mark.parametrize("shape", WITHOUT_SYMMETRY, ids=str)
-def test_the_compiled_convolution_does_what_numpy_does_by_however_many_threads(monkeypatch, shape):
-    random = np.random.default_rng(3)
-    kernel, field = random.random((shape[0] + 1, shape[1] + 1)), random.standard_normal(shape)
-    kernel[0, 0] = 0.3 * kernel.size
-    ours, *shared = (
-        convolution.Convolution.with_kernel(kernel.copy(), (False, False), Team(workers))
-        for workers in (1, 2, 3)
+@pytest.mark.parametrize("variant", CALLS)
+def test_a_team_does_what_one_thread_does_to_the_last_bit(variant):
+    """On more cells than go unshared, where parts are joined as one thread's would be."""
+    shape = (500, 400)
+    alone, *shared = (
+        called(variant, arguments(variant, Fields(shape)), Team(workers)) for workers in (1, 2, 3)
     )
-    assert type(ours) is convolution.WholeConvolution
-    for each in shared:
-        np.testing.assert_array_equal(each(field), ours(field))
-    single = field.astype(np.float32)
-    found = [ours(field), ours.in_single(2.0)(single), ours.in_single(2.0).inverse(7.0)(+single)]
-    monkeypatch.setattr(convolution, "library", None)
-    theirs = convolution.Convolution.with_kernel(kernel, (False, False))
-    expected = [
-        theirs(field), theirs.in_single(2.0)(single), theirs.in_single(2.0).inverse(7.0)(+single)
-    ]  # fmt: skip
-    for one, other, rtol in zip(found, expected, (1e-14, 2e-6, 2e-6), strict=True):
-        assert one.dtype == other.dtype
-        np.testing.assert_allclose(one, other, atol=rtol * np.abs(other).max())
+    with np.errstate(over="ignore", invalid="ignore"):
+        expected = globals()[variant.split()[0]](*arguments(variant, Fields(shape)))
+    np.testing.assert_allclose(alone[0], expected[: len(alone[0])], rtol=1e-5, atol=0.02)
+    for results, fields in shared:
+        assert results == alone[0]
+        for one, other in zip(fields, alone[1], strict=True):
+            np.testing.assert_array_equal(one, other)
 
 
-@with_windows
-def test_a_compiled_convolution_refuses_fields_of_other_windows():
-    window, threads = compiled.DoubleWindow(4, 6), ALONE.threads
-    spectrum, field = np.ones((4, compiled.DoubleWindow.lanes)), np.ones((4, 6))
-    window.convolve(threads, field, [spectrum], field.copy())
-    for fields in ((field, [spectrum], field[:2].copy()), (field, [spectrum[:3]], field.copy())):
-        with pytest.raises(ValueError, match="must be of"):
-            window.convolve(threads, *fields)
-    for spectra in ([spectrum] * 2, []):
-        with pytest.raises(ValueError, match="one spectrum or four"):
-            window.convolve(threads, field, spectra, field.copy())
-    with pytest.raises(ValueError, match="even numbers"):
-        compiled.DoubleWindow(3, 4).convolve(threads, field, [spectrum], field.copy())
-    with pytest.raises(ValueError, match="2, 3 and 5"):
-        compiled.DoubleWindow(14, 4)
+@pytest.mark.parametrize("variant", ["project_mean", "evaluate", "scale_step", "wear", "weigh"])
+def test_what_is_not_a_number_is_not_hidden(variant):
+    given = arguments(variant, Fields((7, 13)))
+    # A pressure that is none never comes as far as a step: it is the step's here.
+    fields = [each for each in given if isinstance(each, np.ndarray)]
+    fields[2 if variant == "scale_step" else 0][3, 5] = np.nan
+    results, fields = called(variant, given)
+    assert not np.isfinite(results or fields[-1]).all()
 
 
 def test_the_product_of_matrices_is_that_of_numpy():
@@ -233,49 +268,14 @@ def test_the_product_of_matrices_is_that_of_numpy():
         kernels.product(left, right[:8])
 
 
-@pytest.mark.parametrize("variant", CALLS)
-def test_a_team_does_what_one_thread_does_to_the_last_bit(variant):
-    """On more cells than go unshared."""
-    name, shape = variant.split()[0], (500, 400)
-    given = [arguments(variant, Fields(shape)) for _ in range(3)]
-    alone, *shared = (
-        as_tuple(PASSES[name](Team(workers), *each)) for workers, each in enumerate(given, 1)
-    )
-    whole = arguments(variant, Fields(shape))
-    np.testing.assert_allclose(
-        np.array(alone, float),
-        np.array(as_tuple(IN_NUMPY[name](*whole)), float),
-        rtol=1e-5,
-        atol=0.02,
-    )
-    for found, fields in zip(shared, given[1:], strict=True):
-        assert found == alone
-        for one, other in zip(fields, given[0], strict=True):
-            np.testing.assert_array_equal(one, other)
-
-
-@pytest.mark.parametrize("variant", ["project_mean", "evaluate", "scale_step", "wear", "weigh"])
-def test_what_is_not_a_number_is_not_hidden(variant):
-    name = variant.split()[0]
-    for kernel in (IN_NUMPY[name], partial(PASSES[name], ALONE)):
-        given = arguments(variant, Fields((7, 13)))
-        fields = [each for each in given if isinstance(each, np.ndarray)]
-        # A pressure that is none never comes as far as a step: it is the step's here.
-        fields[2 if name == "scale_step" else 0][3, 5] = np.nan
-        result = kernel(*given)
-        outcome = given[-1] if result is None else np.array(result)
-        assert not np.isfinite(outcome).all(), kernel
-
-
 def test_fields_to_be_read_lie_as_they_like_and_those_to_be_written_are_taken_as_they_are():
     f = Fields((6, 9))
     field, other, step = f.double(), f.double(), f.single()
-    expected = IN_NUMPY["inner"](field, other)
     wide = np.repeat(field, 2, axis=1)
     for same in (np.asfortranarray(field), wide[:, ::2], np.broadcast_to(field, (6, 9))):
-        assert kernels.inner(ALONE, same, other) == pytest.approx(expected, rel=1e-14)
+        assert kernels.inner(ALONE, same, other) == pytest.approx((field * other).sum(), rel=1e-14)
     whole = step.round()
-    assert kernels.descent(ALONE, field, whole) == pytest.approx(IN_NUMPY["descent"](field, whole))
+    assert kernels.inner(ALONE, field, whole) == pytest.approx((field * whole).sum(), rel=1e-14)
     for wrong in (f.double(), "field", None, np.zeros(3, np.float32)):
         with pytest.raises(TypeError):
             kernels.total(ALONE, wrong)
@@ -299,19 +299,44 @@ def test_the_exponential_is_good_to_two_units_in_the_last_place(exponent):
     assert abs(result[0, 0] - exact) <= 2.5 * np.spacing(abs(np.float64(exact)))
 
 
-@pytest.mark.parametrize("limit", [np.inf, 0.7])
-def test_a_run_is_the_same_without_the_compiled_kernels(monkeypatch, limit):
-    problem = fretting(16, roughness=ROUGH, limit=limit)
-    *_, by_compiled = evolve(problem, [300], accuracy=CONVERGED)
-    for each in PASSES.values():
-        monkeypatch.setattr(each, "compiled", None)
-    for module in (convolution, kernels):
-        monkeypatch.setattr(module, "library", None)
-    *_, by_numpy = evolve(problem, [300], accuracy=CONVERGED)
-    assert by_compiled.step == by_numpy.step
-    scale = by_numpy.wear.max()
-    np.testing.assert_allclose(by_compiled.wear, by_numpy.wear, atol=1e-7 * scale)
-    np.testing.assert_allclose(by_compiled.plastic, by_numpy.plastic, atol=1e-6 * scale)
+@pytest.mark.parametrize("even", EVEN)
+@pytest.mark.parametrize("shape", [(4, 6), (10, 12), (54, 40), (32, 108), (512, 600)], ids=str)
+def test_a_convolution_is_that_of_fourier_transforms_by_however_many_threads(shape, even):
+    random = np.random.default_rng(3)
+    kernel = random.random((shape[0] + 1, shape[1] + 1))
+    kernel[0, 0] = 0.3 * kernel.size
+    field = random.standard_normal(folded(np.empty(shape), even).shape)
+    whole = unfolded(field, even)
+    ours, *shared = (
+        convolution.convolution(kernel.copy(), even, Team(workers)) for workers in (1, 2, 3)
+    )
+    for each in shared:
+        np.testing.assert_array_equal(each(field), ours(field))
+    periodic = np.pad(kernel, [(0, n - 1) for n in shape], "reflect")
+    spectrum = np.fft.fft2(periodic).real
+    far = np.fft.ifft2(spectrum * np.fft.fft2(whole, spectrum.shape)).real[: shape[0], : shape[1]]
+    near = np.fft.ifft2(np.fft.fft2(whole) / (0.5 * spectrum[::2, ::2] + 7.0)).real
+    single, given = ours.in_single(2.0), field.astype(np.float32)
+    found = ours(field), single(given), single.inverse(7.0)(+given)
+    for one, other, rtol in zip(found, (far, far / 2, near), (1e-14, 2e-6, 2e-6), strict=True):
+        assert one.dtype == (field if rtol < 1e-7 else given).dtype
+        np.testing.assert_allclose(one, folded(other, even), atol=rtol * np.abs(other).max())
+
+
+def test_a_compiled_convolution_refuses_fields_of_other_windows():
+    window, lanes = kernels.DoubleWindow(4, 6), kernels.DoubleWindow.lanes
+    spectrum, field = np.ones((4, lanes)), np.ones((4, 6))
+    window.convolve(ALONE, field, [spectrum], field.copy())
+    for fields in ((field, [spectrum], field[:2].copy()), (field, [spectrum[:3]], field.copy())):
+        with pytest.raises(ValueError, match="must be of"):
+            window.convolve(ALONE, *fields)
+    for spectra in ([spectrum] * 2, []):
+        with pytest.raises(ValueError, match="one spectrum or four"):
+            window.convolve(ALONE, field, spectra, field.copy())
+    with pytest.raises(ValueError, match="even numbers"):
+        kernels.DoubleWindow(3, 4).convolve(ALONE, field, [spectrum], field.copy())
+    with pytest.raises(ValueError, match="2, 3 and 5"):
+        kernels.DoubleWindow(14, 4)
 
 
 @pytest.mark.parametrize("limit", [np.inf, 2.0])
@@ -335,10 +360,27 @@ def test_a_run_is_the_same_by_however_many_threads(monkeypatch, limit):
     assert (alone.plastic.max() > 0) == np.isfinite(limit)
 
 
-@pytest.mark.parametrize("library", [compiled, None], ids=["compiled", "python"])
-def test_threads_keep_the_order_of_results_and_raise_what_one_of_them_raises(monkeypatch, library):
-    monkeypatch.setattr(team, "library", library)
+def test_threads_keep_the_order_of_results_and_raise_what_one_of_them_raises():
     both = Team(2)
     with pytest.raises(ZeroDivisionError):
         both.each(lambda part: 1 // (part - 7), range(20))
     assert both.each(lambda part: part**2, range(20)) == [part**2 for part in range(20)]
+
+
+def test_kernels_that_are_missing_or_of_other_sources_are_an_error(tmp_path):
+    package = Path(team.__file__).parents[1]
+    shutil.copytree(package, tmp_path / "fretwear", ignore=shutil.ignore_patterns("*.pyc"))
+    library = tmp_path / "fretwear/mechanics" / Path(kernels.__file__).name
+
+    def told():
+        done = subprocess.run(
+            [sys.executable, "-c", "import fretwear.mechanics.team"],
+            cwd=tmp_path, env={}, capture_output=True, text=True,
+        )  # fmt: skip
+        return done.stderr.splitlines()[-1:]
+
+    assert told() == []
+    (tmp_path / "fretwear/mechanics/more.h").write_text("\n")
+    assert "was compiled from other sources" in told()[0]
+    library.unlink()
+    assert "have not been compiled: install fretwear again" in told()[0]

@@ -8,7 +8,6 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from fretwear.mechanics import kernels
 from fretwear.mechanics.contact import ContactProblem
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.integrator import first_loading
@@ -138,13 +137,6 @@ def layer(wear, gap, shift, known, rate):
     return WearLayer(np.array([[wear]]), np.array([[gap]]), given_shift, np.array([[known]]), rate)
 
 
-def tangent(stage, pressure):
-    """Derivative of the wear depth in double precision, by NumPy, which has any."""
-    result, slope = np.empty_like(pressure), kernels.wear_slope.in_numpy
-    slope(pressure, stage.rate, stage.exponent, stage.reduced_gap, stage.shift, stage.rate, result)
-    return result
-
-
 stages = {
     "wear": st.floats(0, 3),
     "gap": st.floats(0, 2),
@@ -173,7 +165,7 @@ def test_wear_never_decreases_with_pressure_nor_below_its_start(
     stage = layer(wear, gap, shift, known, rate)
     low, high = (stage.displacement(np.array([[p]]))[0, 0] for p in (pressure, 1.1 * pressure))
     assert wear <= low <= high * (1 + 1e-15)
-    assert tangent(stage, np.array([[pressure]]))[0, 0] >= 0
+    assert stage.tangent_in(1.0, np.array([[pressure]]))[0, 0] >= 0
 
 
 @given(**stages, shift=st.floats(0, 1) | st.none())
@@ -183,7 +175,7 @@ def test_tangent_is_the_derivative_of_the_displacement(wear, gap, shift, known, 
     stage = layer(0.0 * wear, gap, shift, known, rate)
     step = 1e-5 * pressure
     up, down = (stage.displacement(np.array([[pressure + s]]))[0, 0] for s in (step, -step))
-    slope = tangent(stage, np.array([[pressure]]))[0, 0]
+    slope = stage.tangent_in(1.0, np.array([[pressure]]))[0, 0]
     # Truncation is (step·τ)²; rounding 1e-16 of the displacement over a step of 1e-5.
     assert slope == pytest.approx((up - down) / (2 * step), rel=1e-6, abs=1e-9)
     if shift is not None:
@@ -204,11 +196,10 @@ def test_short_stages_keep_their_accuracy():
     error = np.abs(stage.displacement(exponents) - series)
     assert (error <= 1e-13 * series + 2e-15).all()
     derivative = sum(n * exponents ** (n - 1) / np.prod(np.arange(2, n + 2)) for n in range(1, 9))
-    np.testing.assert_allclose(tangent(stage, exponents), derivative, rtol=1e-9)
     # As the solver is told it, in single precision and in its own units.
     np.testing.assert_allclose(stage.tangent_in(3e-4, exponents), derivative / 3e-4, rtol=1e-6)
     endless = np.full_like(exponents, 1e9)
-    for value in (stage.displacement(endless), tangent(stage, endless)):
+    for value in (stage.displacement(endless), stage.tangent_in(1.0, endless)):
         assert np.isfinite(value).all()
 
 

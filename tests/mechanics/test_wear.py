@@ -9,7 +9,6 @@ import pytest
 from fretwear.mechanics import integrator
 from fretwear.mechanics.contact import ContactError, ContactProblem
 from fretwear.mechanics.geometry import Workspace
-from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.integrator import Evolution, evolve, first_loading
 from fretwear.mechanics.slip import Jaeger, WearLayer
 from fretwear.mechanics.solver import solve_contact
@@ -221,8 +220,8 @@ def test_first_loading_yields_where_the_pressure_is_at_its_limit_and_sinks_for_g
 def test_a_larger_window_keeps_every_field_and_computes_the_gaps_outside(even):
     problem = fretting(12, roughness=uneven(ROUGH, even), limit=1.2)
     *_, state = evolve(problem, [200])
-    nx, ny = state.geometry.shape
-    window = Grid((nx + 14, ny + 28), state.geometry.spacing, even)
+    x, y = state.geometry.extent
+    window = state.geometry.covering((1.3 * x, 1.6 * y))
     moved = state.on(Workspace(problem), window)
     inside = covered(window, state.geometry)
     for name in ("pressure", "gap", "wear", "plastic", "pressure_rate", "source_rate"):

@@ -18,11 +18,11 @@ from typing import cast
 
 import numpy as np
 
-from fretwear.mechanics import kernels
 from fretwear.mechanics.contact import ContactProblem
 from fretwear.mechanics.free_cells import FreeCells, preconditioner
 from fretwear.mechanics.geometry import Array, Mask, Single
 from fretwear.mechanics.geometry.grid import GridHalfSpace
+from fretwear.mechanics.team import kernels
 
 # A step reduces the residual of the free cells by so much: the first one from near the solution,
 # later ones and one from afar while more than a few cells changed sides, and when the sets are the
@@ -239,7 +239,9 @@ class ActiveSet:
         step = self._team.cellwise(np.subtract, clipped, self.pressure)
         moved, unit = self.problem.half_space.relative_displacement(step)
         self.convolutions += 1
-        slope, magnitudes = kernels.descent(self._team, self.problem.weighted(self.gap), step)
+        products = self._team.cellwise(np.multiply, self.problem.weighted(self.gap), step)
+        slope = kernels.inner(self._team, np.ones_like(step), products)
+        magnitudes = kernels.inner(self._team, np.sign(products), products)
         largest = kernels.largest(self._team, moved) * unit
         return _Segment(step, slope, moved, unit, 0.0, largest), -slope > _STEEP * magnitudes
 
@@ -266,7 +268,7 @@ class ActiveSet:
             if problem.layer is not None:
                 problem.layer.add_displacement(self.pressure, self.separation, self._team)
             reached = fraction
-            result = kernels.inner(self._team, weighted, self.separation)
+            result: float = kernels.inner(self._team, weighted, self.separation)
             return result if level is None else result - level * float(weighted.sum())
 
         self._rounding += _SINGLE * segment.largest

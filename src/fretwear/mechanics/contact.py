@@ -18,8 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretwear.mechanics.geometry import Array, HalfSpace, Mask, Single
-from fretwear.mechanics.kernels import scale_and_clip
-from fretwear.mechanics.team import ALONE, Team
+from fretwear.mechanics.team import ALONE, Team, kernels
 
 # Free cells that carry less of the load than this cannot be scaled to carry what is missing.
 _NOTHING = 1e-12
@@ -182,7 +181,7 @@ class ContactProblem:
         limit, total, team = self.limit, self.total, self.half_space.team
         weights: Array | None = self.half_space.geometry.weights
         result: Array = team.cellwise(np.copy, pressure)
-        carried, saturated = scale_and_clip(team, 1.0, limit, np.inf, weights, result)
+        carried, saturated = kernels.scale_and_clip(team, 1.0, limit, np.inf, weights, result)
         for _ in range(_LARGEST_SCALINGS if self.load is not None else 0):
             missing = total - carried
             if abs(missing) <= 1e-14 * total:
@@ -197,7 +196,7 @@ class ContactProblem:
                 np.maximum(result, 1e-3 * limit, out=result)
             else:
                 factor, rigid = 1.0 + missing / movable, limit
-            carried, saturated = scale_and_clip(team, factor, limit, rigid, weights, result)
+            carried, saturated = kernels.scale_and_clip(team, factor, limit, rigid, weights, result)
         return result
 
 

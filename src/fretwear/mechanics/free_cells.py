@@ -19,10 +19,10 @@ from math import sqrt
 
 import numpy as np
 
-from fretwear.mechanics import kernels
 from fretwear.mechanics.convolution import Convolution
 from fretwear.mechanics.geometry import Array, Index, Mask, Single
 from fretwear.mechanics.geometry.grid import GridHalfSpace
+from fretwear.mechanics.team import kernels
 
 _LARGEST_ITERATIONS = 40
 # Below the first mean tangent a single layer, stiffer by the second for its scaling, does; above,
@@ -176,7 +176,7 @@ class FreeCells:
             suffices.
         """
         team = self._team
-        start = kernels.in_single(team, residual, unit)
+        start = team.in_single(residual, unit)
         kernels.times(team, start, self._inside, start)
         left, pressure = np.empty_like(start), np.zeros_like(start)
         kernels.times(team, start, self._inside, left)

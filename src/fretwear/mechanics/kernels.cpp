@@ -1,14 +1,19 @@
-// Arithmetic on the cells between two transforms, compiled: see kernels.py for what each function is.
+// Arithmetic on the cells between two transforms, where going over them once pays, compiled as the
+// module `fretwear.mechanics.kernels`.
 //
-// Every kernel is a loop that the compiler turns into vector instructions, on x86-64 with glibc in
-// one version for each generation of processors, chosen when the library is loaded. Sums are taken
-// over blocks of cells and the blocks added in double precision. Bounds are written so that what is
-// not a number stays so.
+// Fields are contiguous and of one shape; a kernel changes only its last argument or those that its
+// comment names, and keeps none. The first argument of a call from Python is the `Team` whose threads
+// share the cells. Every kernel is a loop that the compiler turns into vector instructions, on x86-64
+// with glibc in one version for each generation of processors, chosen when the library is loaded. Sums
+// are taken over blocks of cells and the blocks added in double precision. Bounds are written so that
+// what is not a number stays so.
 
 #include "threads.h"
 #include "transforms.h"
 
-// The product of two matrices, row by row, each in pieces that stay in the cache's first level.
+// The product of two matrices, row by row, each in pieces that stay in the cache's first level, by the
+// thread that calls. The threads of BLAS would gain nothing here, hinder cases that run in parallel,
+// and make the last bits depend on their number.
 VECTORIZED static void multiply_matrices(Index rows, Index between, Index columns, const double *left,
                                          const double *right, double *result) {
     constexpr Index WIDTH = 64;
@@ -36,8 +41,6 @@ static py::array_t<double> product(const Field<const double> &left,
     return result;
 }
 
-// Conjugate gradients.
-
 // Sum over the cells of what a function gives for each: in the precision of T within a block.
 template <class T, class F>
 INLINED static double sum_of(Index n, F term) {
@@ -52,21 +55,6 @@ INLINED static double sum_of(Index n, F term) {
     return result;
 }
 
-VECTORIZED static double inner32(Index n, const float *a, const float *b) {
-    return sum_of<float>(n, [=](Index i) { return a[i] * b[i]; });
-}
-
-VECTORIZED static double inner64(Index n, const double *a, const double *b) {
-    return sum_of<double>(n, [=](Index i) { return a[i] * b[i]; });
-}
-
-VECTORIZED static double total(Index n, const float *field) {
-    double result = 0;
-#pragma omp simd reduction(+ : result)
-    for (Index i = 0; i < n; i++) result += field[i];
-    return result;
-}
-
 template <class F>
 INLINED static auto largest_of(Index n, F value) {
     std::decay_t<decltype(value(n))> largest = 0;
@@ -78,26 +66,45 @@ INLINED static auto largest_of(Index n, F value) {
     return largest;
 }
 
+// Sum of the products of two fields.
+VECTORIZED static double inner32(Index n, const float *a, const float *b) {
+    return sum_of<float>(n, [=](Index i) { return a[i] * b[i]; });
+}
+VECTORIZED static double inner64(Index n, const double *a, const double *b) {
+    return sum_of<double>(n, [=](Index i) { return a[i] * b[i]; });
+}
+
+// Sum of a field, in double precision.
+VECTORIZED static double total(Index n, const float *field) {
+    double result = 0;
+#pragma omp simd reduction(+ : result)
+    for (Index i = 0; i < n; i++) result += field[i];
+    return result;
+}
+
+// Largest magnitude in a field.
 VECTORIZED static double largest32(Index n, const float *field) {
     return largest_of(n, [=](Index i) { return field[i]; });
 }
-
 VECTORIZED static double largest64(Index n, const double *field) {
     return largest_of(n, [=](Index i) { return field[i]; });
 }
 
+// Multiply a field by another one or by a number.
 VECTORIZED static void times(Index n, const float *RESTRICT field, const float *RESTRICT factor,
                              float *result) {
 #pragma omp simd
     for (Index i = 0; i < n; i++) result[i] = field[i] * factor[i];
 }
-
 VECTORIZED static void times_number(Index n, const double *RESTRICT field, double factor,
                                     float *RESTRICT result) {
 #pragma omp simd
     for (Index i = 0; i < n; i++) result[i] = static_cast<float>(field[i] * factor);
 }
 
+// Conjugate gradients.
+
+// Subtract a shift from a residual; return the sum of its squares where `inside` is 1.
 VECTORIZED static double project_mean(Index n, float shift, const float *RESTRICT inside,
                                       float *RESTRICT residual) {
     return sum_of<float>(n, [=](Index i) {
@@ -106,17 +113,20 @@ VECTORIZED static double project_mean(Index n, float shift, const float *RESTRIC
     });
 }
 
+// Multiply a field by a weight; return its inner product with a residual.
 VECTORIZED static double weigh(Index n, const float *RESTRICT weight, const float *RESTRICT residual,
                                float *RESTRICT field) {
     return sum_of<float>(n, [=](Index i) { return (field[i] *= weight[i]) * residual[i]; });
 }
 
+// Form the next direction: a field plus a multiple of the last one.
 VECTORIZED static void update_direction(Index n, float factor, const float *RESTRICT field,
-                            float *RESTRICT direction) {
+                                        float *RESTRICT direction) {
 #pragma omp simd
     for (Index i = 0; i < n; i++) direction[i] = factor * direction[i] + field[i];
 }
 
+// Add tangent times direction to a force; return the inner product of direction and force.
 VECTORIZED static double add_layer(Index n, Maybe<float> tangent, const float *RESTRICT direction,
                                    float *RESTRICT force) {
     const float *RESTRICT layer = tangent.data;
@@ -127,6 +137,7 @@ VECTORIZED static double add_layer(Index n, Maybe<float> tangent, const float *R
     });
 }
 
+// Add a direction to `pressure`, take its force from `residual`; return weight times residual.
 VECTORIZED static double advance(Index n, float length, const float *RESTRICT direction,
                                  const float *RESTRICT force, const float *RESTRICT weight,
                                  float *RESTRICT pressure, float *RESTRICT residual) {
@@ -137,6 +148,8 @@ VECTORIZED static double advance(Index n, float length, const float *RESTRICT di
     });
 }
 
+// Replace a residual by the half-space displacement of the pressure that led to it: the residual at the
+// start, minus this one, a shift and the part of the tangent. Return its largest magnitude.
 VECTORIZED static float recover_displacement(Index n, const float *RESTRICT start,
                                              Maybe<float> tangent, const float *RESTRICT pressure,
                                              float shift, float *RESTRICT residual) {
@@ -151,9 +164,9 @@ VECTORIZED static float recover_displacement(Index n, const float *RESTRICT star
 // The active set.
 
 template <bool WEIGHTED>
-INLINED static std::pair<double, double> scaled_and_clipped(Index n, double factor, double limit,
-                                                            double rigid, const double *weight,
-                                                            double *RESTRICT pressure) {
+INLINED static std::array<double, 2> scaled_and_clipped(Index n, double factor, double limit,
+                                                        double rigid, const double *weight,
+                                                        double *RESTRICT pressure) {
     double carried = 0, saturated = 0;
     for (Index first = 0; first < n; first += BLOCK) {
         const Index end = std::min(first + BLOCK, n);
@@ -175,16 +188,19 @@ INLINED static std::pair<double, double> scaled_and_clipped(Index n, double fact
     return {carried, saturated};
 }
 
-VECTORIZED static std::pair<double, double> scale_and_clip(Index n, double factor, double limit,
-                                                           double rigid, Maybe<double> weights,
-                                                           double *RESTRICT pressure) {
+// Scale a pressure and clip it to 0 … `limit`, except on cells at `rigid` or above; return the weighted
+// sums of the pressure and of the cells at the limit.
+VECTORIZED static std::array<double, 2> scale_and_clip(Index n, double factor, double limit,
+                                                       double rigid, Maybe<double> weights,
+                                                       double *RESTRICT pressure) {
     return weights.data ? scaled_and_clipped<true>(n, factor, limit, rigid, weights.data, pressure)
                         : scaled_and_clipped<false>(n, factor, limit, rigid, nullptr, pressure);
 }
 
-VECTORIZED static std::tuple<double, double, double> level(
-    Index n, double limit, const double *RESTRICT separation, const double *RESTRICT displacement,
-    const double *RESTRICT pressure) {
+// Sum of separations and count of cells with 0 < p < `limit`; largest displacement of all.
+VECTORIZED static std::array<double, 3> level(Index n, double limit, const double *RESTRICT separation,
+                                              const double *RESTRICT displacement,
+                                              const double *RESTRICT pressure) {
     double free_sum = 0, free_count = 0, highest = -INFINITE;
     for (Index first = 0; first < n; first += BLOCK) {
         const Index end = std::min(first + BLOCK, n);
@@ -202,9 +218,14 @@ VECTORIZED static std::tuple<double, double, double> level(
     return {free_sum, free_count, highest};
 }
 
-VECTORIZED static std::pair<double, double> evaluate(
-    Index n, const double *RESTRICT separation, const double *RESTRICT pressure, double limit,
-    double approach, double slack, double *RESTRICT gap, bool *RESTRICT to_be_free) {
+// Gap of a pressure, and the cells to free: those between the bounds, those at zero that interpenetrate
+// and those at the limit that separate, both by more than a margin. Return the largest violation of
+// g = 0 between the bounds, of g ≥ 0 where p = 0 and of g ≤ 0 at the limit, and the sum of all gaps,
+// which tells of values that are not numbers.
+VECTORIZED static std::array<double, 2> evaluate(Index n, const double *RESTRICT separation,
+                                                 const double *RESTRICT pressure, double limit,
+                                                 double approach, double slack, double *RESTRICT gap,
+                                                 bool *RESTRICT to_be_free) {
     double worst = 0, all = 0;
     for (Index first = 0; first < n; first += BLOCK) {
         const Index end = std::min(first + BLOCK, n);
@@ -226,10 +247,13 @@ VECTORIZED static std::pair<double, double> evaluate(
     return {worst, all};
 }
 
-VECTORIZED static std::tuple<double, double, double> scale_step(
-    Index n, const double *RESTRICT pressure, const double *RESTRICT gap,
-    const float *RESTRICT found, double unit, const float *RESTRICT uniform, double share,
-    double *RESTRICT step) {
+// The step `found` in some unit, minus a part of a uniform one. Return the lowest and highest pressure
+// that it leads to and its product with the gap.
+VECTORIZED static std::array<double, 3> scale_step(Index n, const double *RESTRICT pressure,
+                                                   const double *RESTRICT gap,
+                                                   const float *RESTRICT found, double unit,
+                                                   const float *RESTRICT uniform, double share,
+                                                   double *RESTRICT step) {
     double lowest = INFINITE, highest = -INFINITE, along = 0;
     for (Index first = 0; first < n; first += BLOCK) {
         const Index end = std::min(first + BLOCK, n);
@@ -248,24 +272,9 @@ VECTORIZED static std::tuple<double, double, double> scale_step(
     return {lowest, highest, along};
 }
 
-VECTORIZED static std::pair<double, double> descent(Index n, const double *RESTRICT gap,
-                                                    const double *RESTRICT step) {
-    double along = 0, magnitude = 0;
-    for (Index first = 0; first < n; first += BLOCK) {
-        const Index end = std::min(first + BLOCK, n);
-        double sum = 0, magnitudes = 0;
-#pragma omp simd reduction(+ : sum, magnitudes)
-        for (Index i = first; i < end; i++) {
-            const double product = gap[i] * step[i];
-            sum += product;
-            magnitudes += std::fabs(product);
-        }
-        along += sum;
-        magnitude += magnitudes;
-    }
-    return {along, magnitude};
-}
-
+// Add a fraction of a step to `pressure`, without leading beyond 0 and `limit` by rounding, and its
+// displacement, `moved` in some unit plus an offset, to `displacement`; set the separation to that plus
+// the shape.
 VECTORIZED static void move(Index n, double fraction, const double *RESTRICT step, double limit,
                             const float *RESTRICT moved, double unit, double offset,
                             const double *RESTRICT shape, double *RESTRICT pressure,
@@ -282,12 +291,7 @@ VECTORIZED static void move(Index n, double fraction, const double *RESTRICT ste
     }
 }
 
-// The wear of a stage.
-
-constexpr double LARGEST_EXPONENT = 200.0;
-constexpr double LARGEST_SLOPE = 1e30;
-constexpr double TINY = 1e-12;
-constexpr double SMALL = 3e-5;
+// The wear of a stage, see `fretwear.mechanics.slip.WearLayer`.
 
 // eˣ − 1 as 2ᵏ (eʳ − 1) + (2ᵏ − 1) with x = k ln 2 + r and the Taylor series of eʳ − 1, |r| < 0.35:
 // good to two units in the last place, for x up to 700 in magnitude.
@@ -302,27 +306,21 @@ INLINED static double expm1_of(double x) {
     double power;
     std::memcpy(&power, &bits, sizeof power);
     const double r = (x - k * LN2_HIGH) - k * LN2_LOW;
+    constexpr double FACTORIALS[] = {479001600.0, 39916800.0, 3628800.0, 362880.0, 40320.0, 5040.0,
+                                     720.0,       120.0,      24.0,      6.0,      2.0};
     double series = 1.0 / 6227020800.0;
-    series = series * r + 1.0 / 479001600.0;
-    series = series * r + 1.0 / 39916800.0;
-    series = series * r + 1.0 / 3628800.0;
-    series = series * r + 1.0 / 362880.0;
-    series = series * r + 1.0 / 40320.0;
-    series = series * r + 1.0 / 5040.0;
-    series = series * r + 1.0 / 720.0;
-    series = series * r + 1.0 / 120.0;
-    series = series * r + 1.0 / 24.0;
-    series = series * r + 1.0 / 6.0;
-    series = series * r + 0.5;
+    for (const double factorial : FACTORIALS) series = series * r + 1.0 / factorial;
     series = series * r * r + r;
     return power * series + (power - 1.0);
 }
 
 INLINED static double exponent_of(double pressure, double rate, double known) {
     const double x = rate * pressure + known;
-    return x > LARGEST_EXPONENT ? LARGEST_EXPONENT : x;
+    return x > 200.0 ? 200.0 : x;
 }
 
+// Add the wear depth: W₀ plus (eˣ − 1) g*₀ + ΔG (φ(x) − 1), if not negative, with
+// φ − 1 = (eˣ − 1 − x)/x, which is zero at zero.
 VECTORIZED static void wear(Index n, const double *RESTRICT pressure, double rate,
                             const double *RESTRICT known, const double *RESTRICT start,
                             const double *RESTRICT reduced_gap, Maybe<double> flow,
@@ -332,7 +330,7 @@ VECTORIZED static void wear(Index n, const double *RESTRICT pressure, double rat
 #pragma omp simd
         for (Index i = 0; i < n; i++) {
             const double x = exponent_of(pressure[i], rate, known[i]);
-            const double growth = expm1_of(x), divisor = x < TINY ? TINY : x;
+            const double growth = expm1_of(x), divisor = x < 1e-12 ? 1e-12 : x;
             const double worn = growth * reduced_gap[i] + (growth - x) / divisor * shift[i];
             result[i] += (worn < 0 ? 0 : worn) + start[i];
         }
@@ -345,11 +343,13 @@ VECTORIZED static void wear(Index n, const double *RESTRICT pressure, double rat
     }
 }
 
-INLINED static void slope_of_wear(Index n, const double *RESTRICT pressure, double rate,
-                                  const double *RESTRICT known,
-                                  const double *RESTRICT reduced_gap,
-                                  const double *RESTRICT shift, double factor,
-                                  float *RESTRICT result) {
+// The derivative of `wear` by the exponent, times a factor, not negative. There φ' = (eˣ − φ)/x loses
+// its digits near zero, where it is a line of slope 1/3.
+VECTORIZED static void wear_slope(Index n, const double *RESTRICT pressure, double rate,
+                                  const double *RESTRICT known, const double *RESTRICT reduced_gap,
+                                  Maybe<double> flow, double factor, float *RESTRICT result) {
+    constexpr double LARGEST = 1e30, SMALL = 3e-5;
+    const double *RESTRICT shift = flow.data;
     if (shift) {
 #pragma omp simd
         for (Index i = 0; i < n; i++) {
@@ -360,58 +360,49 @@ INLINED static void slope_of_wear(Index n, const double *RESTRICT pressure, doub
             const double below = x < SMALL ? (x - SMALL) / 3.0 : 0.0;
             double slope = (growth + 1.0) * reduced_gap[i] + (phi_slope + below) * shift[i];
             slope = slope < 0 ? 0 : slope * factor;
-            result[i] = static_cast<float>(slope > LARGEST_SLOPE ? LARGEST_SLOPE : slope);
+            result[i] = static_cast<float>(slope > LARGEST ? LARGEST : slope);
         }
     } else {
 #pragma omp simd
         for (Index i = 0; i < n; i++) {
             const double x = exponent_of(pressure[i], rate, known[i]);
             const double slope = (expm1_of(x) + 1.0) * reduced_gap[i] * factor;
-            result[i] = static_cast<float>(slope > LARGEST_SLOPE ? LARGEST_SLOPE : slope);
+            result[i] = static_cast<float>(slope > LARGEST ? LARGEST : slope);
         }
     }
 }
 
-VECTORIZED static void wear_slope(Index n, const double *pressure, double rate, const double *known,
-                                  const double *reduced_gap, Maybe<double> shift, double factor,
-                                  float *result) {
-    slope_of_wear(n, pressure, rate, known, reduced_gap, shift.data, factor, result);
-}
-
-PYBIND11_MODULE(compiled_kernels, module) {
+PYBIND11_MODULE(kernels, module) {
 #if defined(__GLIBC__)
     // Fields are made and dropped all the time: memory of the size of some is kept for the next.
     mallopt(M_MMAP_THRESHOLD, 1 << 25);
     mallopt(M_TRIM_THRESHOLD, 1 << 28);
 #endif
-    module.doc() = "The functions of kernels.py, compiled.";
-    module.attr("source") = KERNELS_SHA256;
-    py::class_<Threads>(module, "Threads").def(py::init<int>()).def("each", &Threads::each);
-#if defined(TRANSFORMS)
-    if (__builtin_cpu_supports("avx2")) {
-        bind_window<float>(module, "SingleWindow");
-        bind_window<double>(module, "DoubleWindow");
-    }
-#endif
+    module.attr("source") = SOURCE_SHA256;
+    py::class_<Threads>(module, "Threads")
+        .def(py::init<int>(), py::arg("workers") = 1)
+        .def_readonly("workers", &Threads::workers)
+        .def("each", &Threads::each);
+    bind_window<float>(module, "SingleWindow");
+    bind_window<double>(module, "DoubleWindow");
     module.def("product", &product);
-    bind(module, "inner", &inner32);
-    bind(module, "inner", &inner64);
-    bind(module, "total", &total);
-    bind(module, "largest", &largest32);
-    bind(module, "largest", &largest64);
+    bind<plus>(module, "inner", &inner32);
+    bind<plus>(module, "inner", &inner64);
+    bind<plus>(module, "total", &total);
+    bind<most>(module, "largest", &largest32);
+    bind<most>(module, "largest", &largest64);
     bind(module, "times", &times);
     bind(module, "times", &times_number);
-    bind(module, "project_mean", &project_mean);
-    bind(module, "weigh", &weigh);
+    bind<plus>(module, "project_mean", &project_mean);
+    bind<plus>(module, "weigh", &weigh);
     bind(module, "update_direction", &update_direction);
-    bind(module, "add_layer", &add_layer);
-    bind(module, "advance", &advance);
-    bind(module, "recover_displacement", &recover_displacement);
-    bind(module, "scale_and_clip", &scale_and_clip);
-    bind(module, "level", &level);
-    bind(module, "evaluate", &evaluate);
-    bind(module, "scale_step", &scale_step);
-    bind(module, "descent", &descent);
+    bind<plus>(module, "add_layer", &add_layer);
+    bind<plus>(module, "advance", &advance);
+    bind<most>(module, "recover_displacement", &recover_displacement);
+    bind<plus, plus>(module, "scale_and_clip", &scale_and_clip);
+    bind<plus, plus, most>(module, "level", &level);
+    bind<most, plus>(module, "evaluate", &evaluate);
+    bind<least, most, plus>(module, "scale_step", &scale_step);
     bind(module, "move", &move);
     bind(module, "wear", &wear);
     bind(module, "wear_slope", &wear_slope);

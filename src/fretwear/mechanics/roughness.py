@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretwear.mechanics.geometry import Array, Even
-from fretwear.mechanics.kernels import product
+from fretwear.mechanics.team import kernels
 from fretwear.parts import Part, Quantity, WholeNumber
 
 MAX_SLOPE = math.pi / 4.0
@@ -333,10 +333,10 @@ class SelfAffineRoughness(Roughness):
         half = len(x) // 2 if np.array_equal(x, -x[::-1]) else 0
         phases = np.outer(along_y, y)
         cosines, sines, real, imaginary = np.cos(phases), np.sin(phases), waves.real, waves.imag
-        cosine = product(real, cosines) - product(imaginary, sines)
-        sine = product(imaginary, cosines) + product(real, sines)
+        cosine = kernels.product(real, cosines) - kernels.product(imaginary, sines)
+        sine = kernels.product(imaginary, cosines) + kernels.product(real, sines)
         phases = np.outer(x[half:], along_x)
-        even, odd = product(np.cos(phases), cosine), product(np.sin(phases), sine)
+        even, odd = kernels.product(np.cos(phases), cosine), kernels.product(np.sin(phases), sine)
         result: Array = np.concatenate([(even + odd)[::-1][:half], even - odd])
         return result
 

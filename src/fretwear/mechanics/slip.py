@@ -18,12 +18,11 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 
-from fretwear.mechanics import kernels
 from fretwear.mechanics.contact import ContactProblem, Layer
 from fretwear.mechanics.geometry import Array, HalfSpace, Mask, Single
 from fretwear.mechanics.loading import Sliding
 from fretwear.mechanics.solver import solve_contact
-from fretwear.mechanics.team import ALONE, Team
+from fretwear.mechanics.team import ALONE, Team, kernels
 from fretwear.parts import Part
 from fretwear.theory import LineContact
 

@@ -14,7 +14,7 @@ import numpy as np
 from fretwear.mechanics.active_set import ActiveSet
 from fretwear.mechanics.contact import Contact, ContactError, ContactProblem, Effort, is_finite
 from fretwear.mechanics.geometry import Array
-from fretwear.mechanics.kernels import inner
+from fretwear.mechanics.team import kernels
 
 _COARSE = 1e-2
 _NEGLIGIBLE = 1e-6
@@ -199,8 +199,10 @@ def _first_guess(problem: ContactProblem) -> Array:
     guess: Array = np.maximum(level - shape, 0.0)
     if problem.approach is not None:
         team = problem.half_space.team
-        stiff = inner(team, guess, problem.weighted(problem.half_space.displacement(guess)))
-        return guess * (inner(team, guess, problem.weighted(guess)) / stiff) if stiff > 0 else guess
+        moved = problem.half_space.displacement(guess)
+        stiff = kernels.inner(team, guess, problem.weighted(moved))
+        work = kernels.inner(team, guess, problem.weighted(guess))
+        return guess * (work / stiff) if stiff > 0 else guess
     # A flat surface has no lowest fifth.
     return guess if guess.any() else np.ones_like(shape)
 
@@ -246,7 +248,7 @@ def projected_gradient(
         step = project(problem, pressure - length * gradient) - pressure
         weighted = problem.weighted(step)
         moved = half_space.displacement(step)
-        slope = inner(team, gradient, weighted)
+        slope = kernels.inner(team, gradient, weighted)
         fraction = 1.0
         while True:
             trial = pressure + fraction * step
@@ -257,12 +259,13 @@ def projected_gradient(
                 pressure + 0.5 * fraction * step, displacement + 0.5 * fraction * moved
             )
             middle -= level
-            change = fraction * inner(team, weighted, gradient + 4.0 * middle + new_gradient) / 6.0
+            mean = (gradient + 4.0 * middle + new_gradient) / 6.0
+            change = fraction * kernels.inner(team, weighted, mean)
             if energy + change <= max(energies) + 1e-4 * fraction * slope or fraction < 1e-6:
                 break
             fraction *= 0.5
-        curvature = inner(team, weighted, new_gradient - gradient) * fraction
-        size = inner(team, step, weighted) * fraction**2
+        curvature = kernels.inner(team, weighted, new_gradient - gradient) * fraction
+        size = kernels.inner(team, step, weighted) * fraction**2
         length = stiffness * 1e3 if curvature <= 0 else min(size / curvature, stiffness * 1e3)
         pressure = trial
         displacement = displacement + fraction * moved

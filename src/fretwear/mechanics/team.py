@@ -2,38 +2,31 @@
 
 A field is done in parts. What parts there are follows from the field alone, and what they give is
 put together in their order: no bit of a result depends on the number of threads. The threads belong
-to the compiled library, whose kernels need no interpreter; without it others share all but them.
+to the compiled kernels, which need no interpreter.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from hashlib import sha256
 from importlib import import_module
 from pathlib import Path
 from typing import Any, TypeVar
-from warnings import warn
 
 import numpy as np
 from numpy.typing import NDArray
 
-# The library compiled from kernels.cpp, if it was: threads, and the passes of `kernels`.
+_COMPILE = "install fretwear again, or compile in a checkout: python setup.py build_ext --inplace"
 try:
-    library: Any = import_module("fretwear.mechanics.compiled_kernels")
-except ImportError:
-    library = None
-_sources = [Path(__file__).with_name(name) for name in ("kernels.cpp", "threads.h", "transforms.h")]
-if library and all(source.exists() for source in _sources):
-    _digest = sha256(b"".join(source.read_bytes() for source in _sources)).hexdigest()
-    if getattr(library, "source", "") != _digest:
-        warn(
-            f"{library.__file__} was compiled from another kernels.cpp; NumPy does the arithmetic "
-            "until the package is installed again: pip install -e .",
-            stacklevel=1,
-        )
-        library = None
+    kernels: Any = import_module("fretwear.mechanics.kernels")
+except ImportError as error:
+    raise ImportError(f"the kernels in C++ have not been compiled: {_COMPILE}") from error
+_folder = Path(__file__).parent
+_sources = sorted([*_folder.glob("*.cpp"), *_folder.glob("*.h")])
+_digest = sha256(b"".join(source.read_bytes() for source in _sources)).hexdigest()
+if _sources and kernels.source != _digest:
+    raise ImportError(f"{kernels.__file__} was compiled from other sources: {_COMPILE}")
 
 _Part = TypeVar("_Part")
 _Result = TypeVar("_Result")
@@ -42,11 +35,10 @@ _Result = TypeVar("_Result")
 _SMALL, _PARTS = 2**17, 4
 
 
-class Team:
+class Team(kernels.Threads):  # type: ignore[misc]
     """A number of threads, including the caller's; the others start when needed."""
 
-    def __init__(self, workers: int = 1) -> None:
-        self.workers = workers
+    workers: int
 
     def for_cells(self, count: int) -> Team:
         """Who goes over a field of so many cells: one thread if it is small."""
@@ -59,9 +51,7 @@ class Team:
         """
         if self.workers < 2 or len(parts) < 2:
             return [function(part) for part in parts]
-        if library is None:
-            return list(self._pool.map(function, parts))
-        results: list[_Result] = self.threads.each(function, parts)
+        results: list[_Result] = super().each(function, parts)
         return results
 
     def cellwise(
@@ -72,8 +62,7 @@ class Team:
         dtype: type[np.generic] = np.float64,
     ) -> Any:
         """Apply a function cell by cell to fields of one shape and numbers; return the field."""
-        shares = shares_of_rows(field.shape)
-        if len(shares) == 1:
+        if field.size <= _SMALL:
             return np.asarray(function(field, *others), dtype)
         result = np.empty(field.shape, dtype)
 
@@ -81,27 +70,23 @@ class Team:
             own = (each[rows] if isinstance(each, np.ndarray) else each for each in others)
             result[rows] = function(field[rows], *own)
 
-        self.each(fill, shares)
+        self.each(fill, blocks_of_rows(field.shape, -(-len(field) // _PARTS) * field.shape[1]))
         return result
 
-    @cached_property
-    def threads(self) -> Any:
-        """What compiled kernels are shared by."""
-        return library.Threads(self.workers)
+    def in_single(self, field: NDArray[np.float64], unit: float) -> NDArray[np.float32]:
+        """Return a field in some unit, in single precision."""
+        result = np.empty(field.shape, np.float32)
+        kernels.times(self, field, 1.0 / unit, result)
+        return result
 
-    @cached_property
-    def _pool(self) -> ThreadPoolExecutor:
-        return ThreadPoolExecutor(self.workers)
+    def scaled(self, field: NDArray[np.float64]) -> tuple[NDArray[np.float32], float]:
+        """Return a field in units of its largest magnitude, and the unit; 1 for zeros."""
+        unit = kernels.largest(self, field)
+        unit = unit if unit >= np.finfo(np.float64).tiny else 1.0
+        return self.in_single(field, unit), unit
 
 
 ALONE = Team()
-
-
-def shares_of_rows(shape: tuple[int, int]) -> tuple[slice, ...]:
-    """The rows of a field in parts for the threads of any team: one of a small field."""
-    count, length = shape
-    shared = count * length > _SMALL
-    return blocks_of_rows(shape, -(-count // _PARTS) * length if shared else count * length)
 
 
 @lru_cache(maxsize=256)

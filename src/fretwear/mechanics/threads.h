@@ -18,7 +18,6 @@
 #include <optional>
 #include <stdexcept>
 #include <thread>
-#include <tuple>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -31,21 +30,13 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
-#if defined(__GNUC__) && !defined(__clang__) && __GNUC__ >= 12 && defined(__x86_64__) && \
-    defined(__GLIBC__)
+#if !defined(__clang__) && __GNUC__ >= 12 && defined(__x86_64__) && defined(__GLIBC__)
 #define VECTORIZED __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
-#define TRANSFORMS
 #else
 #define VECTORIZED
 #endif
-
-#if defined(__GNUC__)
 #define RESTRICT __restrict__
 #define INLINED inline __attribute__((always_inline))
-#else
-#define RESTRICT
-#define INLINED inline
-#endif
 
 namespace py = pybind11;
 
@@ -116,7 +107,9 @@ struct Argument<Maybe<T>> {
 // before it sleeps.
 class Threads {
   public:
-    explicit Threads(int count) : count(count) {}
+    const int workers;
+
+    explicit Threads(int workers) : workers(workers) {}
 
     ~Threads() {
         const py::gil_scoped_release while_they_end;
@@ -150,7 +143,6 @@ class Threads {
     }
 
   private:
-    const int count;
     std::vector<std::thread> others;
     std::function<void()> job;
     std::exception_ptr error;
@@ -163,9 +155,9 @@ class Threads {
     // Let every thread work; what one throws is thrown here.
     template <class F>
     void together(F work) {
-        while (static_cast<int>(others.size()) < count - 1) others.emplace_back([this] { serve(); });
+        while (static_cast<int>(others.size()) < workers - 1) others.emplace_back([this] { serve(); });
         job = work;
-        busy = count - 1;
+        busy = workers - 1;
         begin();
         guarded();
         await([this] { return busy == 0; });
@@ -217,23 +209,36 @@ static void require(bool holds, const char *message) {
     if (!holds) throw std::invalid_argument(message);
 }
 
-// A kernel of fields goes over them in parts, the same for however many threads: results by part.
-template <class R, class... P>
+// How the results of two parts become one.
+static double plus(double one, double other) { return one + other; }
+static double least(double one, double other) { return other < one ? other : one; }
+static double most(double one, double other) { return other > one ? other : one; }
+
+// A kernel of fields goes over them in parts, the same for however many threads; what it returns of
+// each is joined in their order.
+template <auto... JOIN, class R, class... P>
 static void bind(py::module_ &module, const char *name, R (*kernel)(Index, P...)) {
     module.def(name, [kernel](Threads &threads, const typename Argument<P>::Given &...given) {
         const Index n = std::max({Argument<P>::size(given, 0)...});
         require(((Argument<P>::size(given, n) == n) && ...), "fields must be of one shape");
         const Index share = n <= UNSHARED ? n : ((n - 1) / (PARTS * BLOCK) + 1) * BLOCK;
-        using Result = std::conditional_t<std::is_void_v<R>, bool, R>;
-        std::vector<Result> results(std::is_void_v<R> ? 0 : (n + share - 1) / share);
-        const py::gil_scoped_release while_others_compute;
-        threads.share((n + share - 1) / share, [&](Index part) {
-            const Index first = part * share, cells = std::min(share, n - first);
-            if constexpr (std::is_void_v<R>)
-                kernel(cells, Argument<P>::passed(given, first)...);
-            else
-                results[part] = kernel(cells, Argument<P>::passed(given, first)...);
-        });
-        return results;
+        const Index parts = n <= UNSHARED ? 1 : (n + share - 1) / share;
+        std::vector<std::array<double, sizeof...(JOIN)>> results(parts);
+        {
+            const py::gil_scoped_release while_others_compute;
+            threads.share(parts, [&](Index part) {
+                const Index first = part * share, cells = std::min(share, n - first);
+                if constexpr (std::is_void_v<R>)
+                    kernel(cells, Argument<P>::passed(given, first)...);
+                else
+                    results[part] = {kernel(cells, Argument<P>::passed(given, first)...)};
+            });
+        }
+        for (Index part = 1; part < parts; part++) {
+            [[maybe_unused]] std::size_t i = 0;
+            ((results[0][i] = JOIN(results[0][i], results[part][i]), i++), ...);
+        }
+        if constexpr (sizeof...(JOIN) == 1) return results[0][0];
+        if constexpr (sizeof...(JOIN) > 1) return results[0];
     });
 }

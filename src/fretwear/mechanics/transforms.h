@@ -3,13 +3,11 @@
 // Several lines are transformed at a time, one in each lane of a vector. Spectra of the kernel are real
 // and even: two columns are the real and the imaginary part of one line, and what belongs to a frequency
 // along x is a line of complex numbers along y, whose parts lie in a row and in the one that mirrors it.
-// Where processors have no vectors of this length, other transforms are faster.
+// Where a processor's vectors are shorter, the compiler takes several.
 
 #pragma once
 
 #include "threads.h"
-
-#if defined(TRANSFORMS)
 
 template <class T>
 struct VectorOf {
@@ -153,6 +151,18 @@ INLINED static void store(const Vector<T> &vector, T *to, Index count) {
     else if (count > 0) std::memcpy(to, &vector, count * sizeof(T));
 }
 
+// Some lanes of two vectors, by their numbers.
+template <class T, Index... L>
+INLINED static Vector<T> lanes_of(const Vector<T> &one, const Vector<T> &other) {
+#if defined(__clang__)
+    return __builtin_shufflevector(one, other, L...);
+#else
+    using Lane = std::conditional_t<sizeof(T) == 4, std::int32_t, std::int64_t>;
+    typedef Lane Numbers __attribute__((vector_size(32)));
+    return __builtin_shuffle(one, other, Numbers{L...});
+#endif
+}
+
 // Turn rows of a square of vectors into columns: exchange its blocks, then those of each block.
 template <Index D, class T, Index... L>
 INLINED static void exchange(Vector<T> *rows, std::integer_sequence<Index, L...>) {
@@ -160,8 +170,8 @@ INLINED static void exchange(Vector<T> *rows, std::integer_sequence<Index, L...>
     for (Index i = 0; i < N; i++) {
         if (i & D) continue;
         const Vector<T> one = rows[i], other = rows[i + D];
-        rows[i] = __builtin_shufflevector(one, other, (L & D ? N + L - D : L)...);
-        rows[i + D] = __builtin_shufflevector(one, other, (L & D ? N + L : L + D)...);
+        rows[i] = lanes_of<T, (L & D ? N + L - D : L)...>(one, other);
+        rows[i + D] = lanes_of<T, (L & D ? N + L : L + D)...>(one, other);
     }
 }
 
@@ -385,4 +395,3 @@ static void bind_window(py::module_ &module, const char *name) {
         .def("convolve", &Window<T>::convolve)
         .def_property_readonly_static("lanes", [](py::object) { return LANES<T>; });
 }
-#endif

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from fretwear.mechanics import kernels
 from fretwear.mechanics.geometry import (
     Array,
     Index,
@@ -313,7 +312,7 @@ class DenseHalfSpace:
 
     def relative_displacement(self, pressure: Array) -> tuple[Single, float]:
         """`displacement` in single precision in some unit, m, and the unit."""
-        return kernels.scaled(self.team, self.displacement(pressure))
+        return self.team.scaled(self.displacement(pressure))
 
     def around(self, cells: Mask) -> DenseHalfSpace:  # noqa: ARG002 - parts would gain nothing
         """The same bodies."""

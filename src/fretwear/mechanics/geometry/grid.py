@@ -17,8 +17,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from fretwear.mechanics import kernels
-from fretwear.mechanics.convolution import Convolution
+from fretwear.mechanics.convolution import Convolution, convolution, offsets
 from fretwear.mechanics.geometry import (
     Array,
     Even,
@@ -54,7 +53,8 @@ class Grid:
     Parameters
     ----------
     shape
-        Number of cells along x and y; even numbers where the cells are on both sides.
+        Number of cells along x and y; even numbers where the cells are on both sides, products of
+        2, 3 and 5 for a half-space that is not even along both axes.
     spacing
         Cell size along x and y, m.
     even
@@ -378,11 +378,11 @@ class GridHalfSpace:
         self._modulus = composite_modulus
         self.team = team
         self._parts: dict[tuple[int, int], GridHalfSpace] = {} if parts is None else parts
-        offsets = Convolution.offsets(geometry.shape, geometry.even)
-        kernel = influence_coefficients(offsets, geometry.spacing, composite_modulus, team)
+        shape = offsets(geometry.shape, geometry.even)
+        kernel = influence_coefficients(shape, geometry.spacing, composite_modulus, team)
         self.self_influence = float(kernel[0, 0])
         self.matrix: Array | None = None
-        self._convolution = Convolution.with_kernel(kernel, geometry.even, team)
+        self._convolution = convolution(kernel, geometry.even, team)
 
     def displacement(self, pressure: Array) -> Array:
         """Normal surface displacement w, m, of a pressure, Pa; both of the window's shape."""
@@ -398,7 +398,7 @@ class GridHalfSpace:
 
     def relative_displacement(self, pressure: Array) -> tuple[Single, float]:
         """`displacement` in single precision in some unit, m, and the unit."""
-        field, unit = kernels.scaled(self.team, pressure)
+        field, unit = self.team.scaled(pressure)
         return self.single(field), unit * self.self_influence
 
     def around(self, cells: Mask) -> GridHalfSpace:
