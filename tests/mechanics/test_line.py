@@ -12,9 +12,8 @@ from fretwear.mechanics.geometry import Workspace
 from fretwear.mechanics.geometry.line import Line
 from fretwear.mechanics.integrator import evolve, first_loading
 from fretwear.mechanics.loading import DisplacementRatio, NormalLoad, TangentialRatio
-from fretwear.mechanics.loop import loop
 from fretwear.mechanics.materials import ElasticBodies
-from fretwear.mechanics.measures import measure
+from fretwear.mechanics.measures import loop, measure
 from fretwear.mechanics.roughness import WavyRoughness
 from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.surfaces import Cylinder, FlatPunch

@@ -1,111 +1,120 @@
-"""Numbers that describe a state of the contact: widths, areas, peaks, volumes, energy."""
+"""Numbers that describe a state of the contact, and the loop of force and displacement of a cycle.
+
+Under P = const the tangential force rises from zero by µ (P − P') as P' falls from P to P*, while
+distant points move by µκ (d − d'), d' being the approach of the same shape under P': one family of
+normal contacts gives the whole curve. After a reversal it is followed at twice the size (Masing
+1926; for contacts Jäger 1998).
+
+The curve of d against P is concave, and the area between it and a chord is known without any
+contact in between: with Betti's theorem, twice that area is ∬ p g dA with the pressure of the one
+end and the gap of the other. That of the whole curve makes ∮ Q dδ = ∬ 4µps dA.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from fretwear.mechanics.geometry import Array, Geometry, Mask, Zone
+from fretwear.mechanics.geometry import Array, Geometry, Mask, Workspace
 from fretwear.mechanics.geometry.line import Line
 from fretwear.mechanics.geometry.rings import Rings
+from fretwear.mechanics.slip import ReducedContact, contact_under
 from fretwear.mechanics.state import State, WearProblem, in_contact
 
 # Ratio to the gap of the first cell outside above which a gap is not one of contact.
 _NO_GAP = 1e-2
+# Points of a quarter of a loop, contacts solved between its ends, and how well they foretell it.
+POINTS, _CONTACTS, _CLOSE = 64, 4, 1e-3
+# A curve with an arc this flat is known from its area better than contacts are solved.
+_STRAIGHT, _TOLERANCE = 1e-6, 1e-5
+# Exponent of the load in the approach of a sphere.
+_SPHERE = 2.0 / 3.0
 
 
 @dataclass(frozen=True)
 class Measures:
-    """Scalars of one state, for the whole contact; SI units."""
+    """Scalars of one state, for the whole contact, in SI units: see `fretwear.vocabulary`."""
 
-    approach: float  # δ, m
-    # Of distant points along x at +Q relative to each other, µκ (δ − δ*), m.
+    approach: float
+    # Of distant points along x at +Q relative to each other, µκ (δ − δ*).
     tangential_displacement: float
-    normal_force: float  # P, N
-    tangential_force: float  # amplitude Q = µ (P − P*), N
+    normal_force: float
+    tangential_force: float
     regime: float  # 0 in partial slip, 1 where nothing sticks
-    sliding_ratio: float  # A = D/(4UQ), U the displacement amplitude of the rig
-    # Outermost edge on the axis, interpolated within a cell, m; where the contact is not even,
-    # the mean of both sides.
+    sliding_ratio: float  # D/(4UQ), U the displacement amplitude of the rig
+    # Outermost edge on the axis, interpolated within a cell; where the contact is not even, the
+    # mean of both sides.
     contact_half_width_x: float
     contact_half_width_y: float
     stick_half_width_x: float
     stick_half_width_y: float
-    contact_area: float  # m²
-    stick_area: float  # m²
-    # Load that the stick zone carries, over its area, Pa, and over the whole load; 0 where
-    # nothing sticks.
+    contact_area: float
+    stick_area: float
+    # Load of the stick zone over its area, and over the whole load; 0 where nothing sticks.
     mean_stick_pressure: float
     stick_load_share: float
-    peak_pressure: float  # Pa
-    central_pressure: float  # Pa
-    wear_volume: float  # m³
-    maximum_wear_depth: float  # m
-    plastic_volume: float  # m³
-    dissipated_energy: float  # in one cycle, D = ∬ 4 µ p s dA, J
+    peak_pressure: float
+    central_pressure: float
+    wear_volume: float
+    maximum_wear_depth: float
+    plastic_volume: float
+    dissipated_energy: float
 
 
 def measure(problem: WearProblem, state: State) -> Measures:
     """Measure a state of the contact."""
-    geometry, reduced = state.geometry, state.reduced
-    contact = in_contact(state)
-    contact_radius = half_width(geometry, contact, state.gap, 0)
-    stick_radius, stick_radius_y = (_stick_half_width(state, axis) for axis in (0, 1))
-    zone = geometry.zone(reduced.stick, stick_radius)
-    stick_load = _stick_load(problem, state, zone)
+    geometry, reduced, pressure = state.geometry, state.reduced, state.pressure
+    integral, closed, stick = geometry.integral, in_contact(state), reduced.stick
+    contact_x, contact_y = (half_width(geometry, closed, state.gap, axis) for axis in (0, 1))
+    # If the zone recedes because the bodies yield, the surface beside it has not worn yet.
+    stick_x, stick_y = (
+        half_width(geometry, stick, reduced.gap, axis)
+        if state.plastic.any()
+        else stick_half_width(geometry, reduced.pressure, axis)
+        for axis in (0, 1)
+    )
+    zone = geometry.zone(stick, stick_x)
+    # What the cells of the zone cover beyond its edge has the harmonic mean of the pressures on
+    # both sides: as much as the zone has there while nothing is worn, and nothing once slip has
+    # worn the surface beside.
+    stick_load = integral(np.where(stick, pressure, 0.0))
+    beyond = integral(stick.astype(float)) - zone.area
+    within, beside = (pressure.ravel()[each].sum() for each in (zone.inside, zone.outside))
+    if beside > 0.0:
+        stick_load -= beyond * 2.0 / zone.inside.size * float(within * beside / (within + beside))
+    stick_load = min(stick_load, problem.limit * zone.area) if zone.area > 0.0 else 0.0
+    peak = float(pressure.max())
+    if isinstance(geometry, Rings) and np.isinf(problem.limit):
+        # At the stick edge it grows as rings get narrower: that of an annulus as wide as a cell.
+        peak = float(geometry.means(pressure, geometry.x, min(problem.spacing)).max())
     displacement = problem.tangential_displacement(state.approach, reduced)
     force = problem.tangential_force(state.load, reduced)
     energy = problem.dissipated_energy(state, geometry)
-    imposed = displacement + problem.flexibility * force
+    work = 4.0 * (displacement + problem.flexibility * force) * force
     return Measures(
         approach=state.approach,
         tangential_displacement=displacement,
         normal_force=state.load,
         tangential_force=force,
-        regime=0.0 if reduced.stick.any() else 1.0,
-        sliding_ratio=energy / (4.0 * imposed * force) if imposed * force else 0.0,
-        contact_half_width_x=contact_radius,
-        contact_half_width_y=half_width(geometry, contact, state.gap, 1),
-        stick_half_width_x=stick_radius,
-        stick_half_width_y=stick_radius_y,
-        contact_area=geometry.zone(contact, contact_radius).area,
+        regime=0.0 if stick.any() else 1.0,
+        sliding_ratio=energy / work if work else 0.0,
+        contact_half_width_x=contact_x,
+        contact_half_width_y=contact_y,
+        stick_half_width_x=stick_x,
+        stick_half_width_y=stick_y,
+        contact_area=geometry.zone(closed, contact_x).area,
         stick_area=zone.area,
         mean_stick_pressure=stick_load / zone.area if zone.area else 0.0,
-        stick_load_share=stick_load / (geometry.integral(state.pressure) or 1.0),
-        peak_pressure=_peak(problem, state),
-        central_pressure=float(state.pressure[geometry.along(0)[0][0]][0]),
-        wear_volume=geometry.integral(state.wear),
+        stick_load_share=stick_load / (integral(pressure) or 1.0),
+        peak_pressure=peak,
+        central_pressure=float(pressure[geometry.along(0)[0][0]][0]),
+        wear_volume=integral(state.wear),
         maximum_wear_depth=float(state.wear.max()),
-        plastic_volume=geometry.integral(state.plastic),
+        plastic_volume=integral(state.plastic),
         dissipated_energy=energy,
     )
-
-
-def _stick_load(problem: WearProblem, state: State, zone: Zone) -> float:
-    """Load that the stick zone carries, N, where its cells cover more or less than its area.
-
-    What they cover beyond its edge has the harmonic mean of the pressures on both sides: as much
-    as the zone has there while nothing is worn, and nothing once slip has worn the surface beside.
-    """
-    stick, pressure, integral = state.reduced.stick, state.pressure, state.geometry.integral
-    load = integral(np.where(stick, pressure, 0.0))
-    beyond = integral(stick.astype(float)) - zone.area
-    within, beside = (pressure.ravel()[each].sum() for each in (zone.inside, zone.outside))
-    if beside > 0.0:
-        load -= beyond * 2.0 / zone.inside.size * float(within * beside / (within + beside))
-    return min(load, problem.limit * zone.area) if zone.area > 0.0 else 0.0
-
-
-def _peak(problem: WearProblem, state: State) -> float:
-    """Largest pressure of a cell, Pa; on elastic rings, of an annulus as wide as a cell.
-
-    At the stick edge it grows without bound as rings get narrower.
-    """
-    rings = state.geometry
-    if isinstance(rings, Rings) and np.isinf(problem.limit):
-        return float(rings.means(state.pressure, rings.x, min(problem.spacing)).max())
-    return float(state.pressure.max())
 
 
 def half_width(geometry: Geometry, inside: Mask, gap: Array, axis: int) -> float:
@@ -115,20 +124,8 @@ def half_width(geometry: Geometry, inside: Mask, gap: Array, axis: int) -> float
     one that has worn in evenly. The zero of r = e + b g^(2/3) + c g through three cells outside is
     the edge, kept between the centres of the last cell inside and the first one outside.
 
-    Parameters
-    ----------
-    geometry
-        Geometry of the fields.
-    inside
-        Cells of the zone.
-    gap
-        m, zero in the zone.
-    axis
-        0 for the x axis, 1 for the y axis.
-
-    Returns
-    -------
-    float, m; 0 if no cell on the axis belongs to the zone.
+    ``inside`` are the cells of the zone, ``gap`` is in m and zero in the zone, and ``axis`` is 0
+    for the x axis and 1 for the y axis. The result is 0 if no cell on the axis belongs to the zone.
     """
     edge = _worn_edge if isinstance(geometry, Line) else _edge
     edges = [edge(at, inside[along], gap[along]) for along, at in geometry.along(axis)]
@@ -175,66 +172,171 @@ def _edge(distance: Array, inside: Mask, gap: Array) -> float:
     if outside.size == 3 and 0.0 < near < far < roots[2]:
         law = np.stack([np.ones(3), roots**2, outside], axis=1)
         edge = np.linalg.solve(law / law.max(axis=0), distance[last + 1 : last + 4])[0]
+    elif far > near:
+        near, far = near**2, far**2
+        edge = first - near / (far - near) * (second - first)
     else:
         # Equal gaps do not determine the edge.
-        near, far = near**2, far**2
-        edge = (
-            first - near / (far - near) * (second - first) if far > near else 0.5 * (center + first)
-        )
+        edge = 0.5 * (center + first)
     return float(min(max(edge, center), first))
-
-
-def _stick_half_width(state: State, axis: int) -> float:
-    """Distance of the edge of the stick zone from the origin along an axis, m.
-
-    If it recedes because the bodies yield, the surface that opens beside it has not worn yet.
-    """
-    geometry, reduced = state.geometry, state.reduced
-    if state.plastic.any():
-        return half_width(geometry, reduced.stick, reduced.gap, axis)
-    return stick_half_width(geometry, reduced.pressure, axis)
 
 
 def stick_half_width(geometry: Geometry, pressure: Array, axis: int) -> float:
     """Distance of the outermost edge of the stick zone from the origin along an axis, m.
 
-    Near its edge the square of the pressure at the reduced load falls linearly in the square of
-    the coordinate, exactly so for a sphere. The zero of that law through the cells next to the
-    outermost one is the edge, kept within a cell of the outermost center. Wear beside the stick
-    zone leaves this pressure as it is, so the edge of an elastic run stays where it is.
-
-    Parameters
-    ----------
-    geometry
-        Geometry of the pressure.
-    pressure
-        p*, Pa, zero outside the stick zone.
-    axis
-        0 for the x axis, 1 for the y axis.
-
-    Returns
-    -------
-    float, m; 0 if no cell on the axis sticks.
+    Near its edge the square of the pressure p*, Pa, at the reduced load falls linearly in the
+    square of the coordinate, exactly so for a sphere. The zero of that law through the cells next
+    to the outermost one is the edge, kept within a cell of the outermost center. Wear beside the
+    stick zone leaves this pressure as it is, so the edge of an elastic run stays where it is.
+    ``axis`` is 0 for the x axis and 1 for the y axis; the result is 0 if no cell on it sticks.
     """
-    edges = [_stick_edge(at, pressure[along]) for along, at in geometry.along(axis)]
+    edges = []
+    for along, distance in geometry.along(axis):
+        line = pressure[along]
+        zone = np.flatnonzero(line > 0)
+        if not zone.size:
+            edges.append(0.0)
+            continue
+        last = int(zone[-1])
+        center, edge = float(distance[last]), _border(distance, last)
+        most = 2.0 * edge - center
+        if last >= 2 and line[last - 1] > 0 and line[last - 2] > line[last - 1]:
+            near, far = line[last - 1] ** 2, line[last - 2] ** 2
+            inner, innermost = distance[last - 1] ** 2, distance[last - 2] ** 2
+            edge = float(np.sqrt(inner + (inner - innermost) * near / (far - near)))
+        edges.append(min(max(edge, center), most))
     return sum(edges) / len(edges)
-
-
-def _stick_edge(distance: Array, line: Array) -> float:
-    zone = np.flatnonzero(line > 0)
-    if zone.size == 0:
-        return 0.0
-    last = int(zone[-1])
-    center, border = float(distance[last]), _border(distance, last)
-    edge = border
-    if last >= 2 and line[last - 1] > 0 and line[last - 2] > line[last - 1]:
-        near, far = line[last - 1] ** 2, line[last - 2] ** 2
-        inner, innermost = distance[last - 1] ** 2, distance[last - 2] ** 2
-        edge = float(np.sqrt(inner + (inner - innermost) * near / (far - near)))
-    return min(max(edge, center), 2.0 * border - center)
 
 
 def _border(distance: Array, last: int) -> float:
     """Outer border of a cell on an axis, halfway to the next one, m."""
     inner, outer = (last, last + 1) if last + 1 < distance.size else (last - 1, last)
     return float(distance[last] + 0.5 * (distance[outer] - distance[inner]))
+
+
+@dataclass(frozen=True)
+class Loop:
+    """Force, N, and displacement, m, round one cycle from +Q to −Q and back.
+
+    At 4 · `POINTS` + 1 phases, the first equal to the last; the displacement includes that of a rig
+    in series.
+    """
+
+    force: Array
+    displacement: Array
+    opening: float  # displacement U₀, m, at which the force vanishes
+
+    @property
+    def energy(self) -> float:
+        """∮ Q dδ, J."""
+        return float(np.trapezoid(self.force, self.displacement))
+
+
+def loop(workspace: Workspace, state: State, contacts: int = _CONTACTS) -> Loop:
+    """The loop of a state of a problem, whose shape is kept for the cycle.
+
+    A limited number of contacts between P and P* are solved, fewer if the curve is known earlier to
+    a thousandth of the displacement.
+    """
+    problem: WearProblem = workspace.problem.of(state)
+    coefficient, flexibility = problem.friction.coefficient, problem.flexibility
+    if largest := problem.loading.stroke:
+        force, opening = coefficient * state.load * np.linspace(0.0, 1.0, POINTS + 1), largest
+        displacement = np.zeros_like(force)
+    else:
+        loads, approaches, halfway = _curve(workspace, problem, state, contacts)
+        compliance, force = coefficient * problem.coupling, coefficient * (state.load - loads)
+        displacement = compliance * (state.approach - approaches) + flexibility * force
+        largest = compliance * (state.approach - state.reduced.approach) + flexibility * force[-1]
+        # The rig gives way by twice half the largest force, and back by all of it.
+        opening = compliance * (2.0 * halfway - state.approach - state.reduced.approach)
+    # From +Q down: twice the curve, then gliding to the other end where the whole contact slides.
+    glide = np.linspace(largest - 2.0 * displacement[-1], -largest, POINTS + 1)[1:]
+    falling = np.concatenate([largest - 2.0 * displacement, glide])
+    path = np.concatenate([force[-1] - 2.0 * force, np.full(POINTS, -force[-1])])
+    return Loop(np.concatenate([path, -path[1:]]), np.concatenate([falling, -falling[1:]]), opening)
+
+
+def _curve(
+    workspace: Workspace, problem: WearProblem, state: State, contacts: int
+) -> tuple[Array, Array, float]:
+    """Loads, N, from P to P*, approaches, m, under them, and that under their mean."""
+    geometry, low = state.geometry, state.reduced
+    high = ReducedContact(state.pressure, state.gap, state.approach, state.load)
+    if problem.slip_model.follows_shape:
+        ground = workspace.on(geometry)
+        shape = ground.unworn + state.opening + state.plastic
+        if not low.load > 0.0:
+            lowest = float(shape.min())
+            low = replace(low, gap=shape - lowest, approach=lowest)
+        whole = geometry.integral(low.gap * high.pressure)
+    else:
+        # The loop of the unworn sphere, whose slip is used.
+        contacts, high = 0, replace(high, approach=problem.hertz.approach)
+        low = replace(low, approach=high.approach * (low.load / high.load) ** _SPHERE)
+        whole = 2.0 * high.approach / high.load**_SPHERE * _arc(low.load, high.load)[1]
+    family, areas, rise = [low, high], [whole], high.approach - low.approach
+    halfway = _approach_between(low, high, whole)
+    if whole <= _STRAIGHT * rise * (high.load - low.load):
+        contacts = 0
+    for found_before in range(contacts):
+        # Halfway where the curve bends most, which is between its ends at first.
+        at = int(np.argmax(areas))
+        lower, upper = family[at : at + 2]
+        load = 0.5 * (lower.load + upper.load)
+        # The square of the pressure of a sphere falls evenly with P^(2/3), to zero beyond its edge.
+        least, most, place = (each**_SPHERE for each in (lower.load, upper.load, load))
+        square, stick = upper.pressure**2, lower.stick
+        fall = square - lower.pressure**2
+        fall = np.where(stick, fall, fall[stick].mean() if stick.any() else square.max())
+        guess = np.sqrt(np.maximum(square - (most - place) / (most - least) * fall, 0.0))
+        guess *= load / geometry.integral(guess)
+        found = contact_under(ground.half_space, shape, load, None, guess, _TOLERANCE)
+        expected = _approach_between(lower, upper, areas[at])
+        halfway = halfway if found_before else found.approach
+        family.insert(at + 1, found)
+        areas[at : at + 1] = [
+            geometry.integral(lower.gap * found.pressure),
+            geometry.integral(found.gap * upper.pressure),
+        ]
+        if abs(found.approach - expected) <= _CLOSE * rise:
+            break
+    return (*_sampled(family, areas, whole), halfway)
+
+
+def _sampled(family: list[ReducedContact], areas: list[float], whole: float) -> tuple[Array, Array]:
+    """Loads and approaches from the last contact of a family to the first.
+
+    Between two contacts, their chord and as much of the arc of a sphere's curve as leaves twice
+    the area between them, and in sum twice that of the whole curve.
+    """
+    corners, approaches = np.array([(each.load, each.approach) for each in family]).T
+    ends = np.trapezoid(approaches[[0, -1]], corners[[0, -1]])
+    chords = 2.0 * (np.trapezoid(approaches, corners) - ends)
+    fit = (whole - chords) / sum(areas) if whole > 0.0 else 0.0
+    steps = np.diff(np.linspace(0, POINTS, len(areas) + 1).round().astype(int))
+    loads, curve = [corners[:1]], [approaches[:1]]
+    for lower, upper, area, count in zip(family, family[1:], areas, steps, strict=False):
+        places = np.linspace(np.cbrt(lower.load), np.cbrt(upper.load), count + 1) ** 3
+        places[[0, -1]] = lower.load, upper.load
+        arc = _arc(lower.load, upper.load, places)[0]
+        arc *= 0.5 * fit * area / np.trapezoid(arc, places)
+        chord = np.interp(places, (lower.load, upper.load), (lower.approach, upper.approach))
+        loads.append(places[1:])
+        curve.append((chord + arc)[1:])
+    return np.concatenate(loads)[::-1], np.concatenate(curve)[::-1]
+
+
+def _arc(lower: float, upper: float, loads: Array | float = 0.0) -> tuple[Any, float]:
+    """Height of P^(2/3) above its chord between two loads, and the area between them."""
+    ends = np.array([lower, upper])
+    heights = ends**_SPHERE
+    area = 0.6 * float(upper ** (1.0 + _SPHERE) - lower ** (1.0 + _SPHERE))
+    arc = np.asarray(loads) ** _SPHERE - np.interp(loads, ends, heights)
+    return arc, area - float(np.trapezoid(heights, ends))
+
+
+def _approach_between(lower: ReducedContact, upper: ReducedContact, area: float) -> float:
+    """Approach, m, under the mean of two loads."""
+    arc, whole = _arc(lower.load, upper.load, 0.5 * (lower.load + upper.load))
+    return float(0.5 * (lower.approach + upper.approach + area / whole * arc))

@@ -20,8 +20,7 @@ from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.line import Line
 from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.integrator import WearError, evolve
-from fretwear.mechanics.loop import loop
-from fretwear.mechanics.measures import Measures, measure
+from fretwear.mechanics.measures import Measures, loop, measure
 from fretwear.mechanics.state import State, WearProblem, in_contact
 from fretwear.mechanics.stroke import StrokeState, slide
 from fretwear.mechanics.team import Team
