@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 
 from fretwear.mechanics.contact import ContactProblem
 from fretwear.mechanics.geometry import Workspace
-from fretwear.mechanics.geometry.line import Line
+from fretwear.mechanics.geometry.dense import Line
 from fretwear.mechanics.integrator import evolve, first_loading
 from fretwear.mechanics.loading import DisplacementRatio, NormalLoad, TangentialRatio
 from fretwear.mechanics.materials import ElasticBodies

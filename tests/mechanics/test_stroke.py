@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 
+from fretwear.mechanics.geometry.dense import Line, influence_of_cell
 from fretwear.mechanics.geometry.grid import Grid
-from fretwear.mechanics.geometry.line import Line, influence_of_cell
 from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.loading import NormalLoad, SlidingAmplitude
 from fretwear.mechanics.materials import Coulomb, Course, ElasticBodies

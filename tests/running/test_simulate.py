@@ -14,7 +14,7 @@ from fretwear.data.dataset import compared_results, mirrored
 from fretwear.data.files import open_case, open_history
 from fretwear.data.safe import CaseFileError
 from fretwear.mechanics.contact import ContactError
-from fretwear.mechanics.geometry.line import Line
+from fretwear.mechanics.geometry.dense import Line
 from fretwear.mechanics.roughness import WavyRoughness
 from fretwear.mechanics.slip import Jaeger
 from fretwear.running.simulate import DoubtfulResultWarning, Step, run, simulate, wear_problem

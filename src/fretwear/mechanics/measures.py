@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from fretwear.mechanics.geometry import Array, Geometry, Mask, Workspace
-from fretwear.mechanics.geometry.line import Line
+from fretwear.mechanics.geometry.dense import Line
 from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.slip import ReducedContact, contact_under
 from fretwear.mechanics.state import State, WearProblem, in_contact

@@ -11,8 +11,8 @@ import numpy as np
 
 from fretwear.mechanics.contact import Contact, ContactProblem, Layer, is_finite
 from fretwear.mechanics.geometry import Array, Even, Geometry, HalfSpace, Mask, Workspace
+from fretwear.mechanics.geometry.dense import Line
 from fretwear.mechanics.geometry.grid import Grid
-from fretwear.mechanics.geometry.line import Line
 from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.loading import Loading, Normal, Sliding
 from fretwear.mechanics.materials import Bodies, Friction

@@ -34,8 +34,8 @@ from numpy.typing import NDArray
 from fretwear.mechanics import integrator
 from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.geometry import Array, Mask, Workspace
+from fretwear.mechanics.geometry.dense import Line, influence_of_cell
 from fretwear.mechanics.geometry.grid import Grid, influence_coefficients
-from fretwear.mechanics.geometry.line import Line, influence_of_cell
 from fretwear.mechanics.integrator import BEYOND, DIAGONAL, GAMMA, TOLERANCE, WEIGHT, Integrator
 from fretwear.mechanics.loading import SMALL_STROKE
 from fretwear.mechanics.roughness import BothRough

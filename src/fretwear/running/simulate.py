@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from fretwear.data.labels import Labelled, labelled_case, labelled_history, labelled_loops
 from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.geometry import Array, Geometry, Workspace
+from fretwear.mechanics.geometry.dense import Line
 from fretwear.mechanics.geometry.grid import Grid
-from fretwear.mechanics.geometry.line import Line
 from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.integrator import WearError, evolve
 from fretwear.mechanics.measures import Measures, loop, measure

@@ -2,7 +2,7 @@
 
 A geometry is a set of cells: rectangles (`fretwear.mechanics.geometry.grid`), concentric rings
 (`fretwear.mechanics.geometry.rings`) or the strips of a line contact
-(`fretwear.mechanics.geometry.line`). It defines the positions of the cells, the area of each, and
+(`fretwear.mechanics.geometry.dense`). It defines the positions of the cells, the area of each, and
 how the geometry is enlarged. Its half-space is the elastic bodies on these cells: displacement
 under a pressure, and the linear problem of the cells in contact.
 

@@ -1,9 +1,14 @@
-"""A few hundred graded cells from the origin outward, with dense matrices.
+"""Some hundreds of graded cells from the origin outward, with dense matrices; strips of a line.
 
-The common part of concentric rings (`fretwear.mechanics.geometry.rings`) and the strips of a line
-contact (`fretwear.mechanics.geometry.line`): cells between edges from 0 outward, uniform pressure
-on each, displacements averaged over a cell. The influence matrix is therefore symmetric, and the
-linear problem of the free cells is solved directly.
+The cells between edges from 0 outward have a uniform pressure each, and displacements are averaged
+over a cell. The influence matrix is therefore symmetric, and the linear problem of the free cells
+is solved directly. Concentric rings are in `fretwear.mechanics.geometry.rings`.
+
+A cylinder along y touches in a strip: plane strain. Fields depend on x alone, loads are per length,
+and where a contact of three dimensions has areas, this one has widths. The surface of a half-plane
+under a load per length sinks without bound, so displacements count from that at a distance from the
+middle, `fretwear.theory.LineContact.reference`: K. L. Johnson (1985), Contact Mechanics, Cambridge
+University Press, section 2.4.
 """
 
 from __future__ import annotations
@@ -16,24 +21,24 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from fretwear.mechanics.geometry import (
-    Array,
-    Index,
-    Mask,
-    Single,
-    Workspace,
-    Zone,
-)
+from fretwear.mechanics.geometry import Array, Index, Mask, Single, Workspace, Zone
+from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.team import ALONE, Team
+from fretwear.theory import LineContact
 
 if TYPE_CHECKING:
     from fretwear.mechanics.state import State, WearProblem
 
 # Fraction of the cells that must hold the contact, and the factor by which they grow.
-_ROOM = 0.88
-_GROWTH = 1.12
+_ROOM, _GROWTH = 0.88, 1.12
 # Number of cells of a grid written at once.
 _CELLS_AT_ONCE = 50_000
+# Widths of strips in units of the Hertzian half-width: at the stick edge, where the elastic
+# pressure grows without bound, and of the widest; and how the width grows with the distance.
+_NARROWEST, _WIDEST, _GRADING = 1e-4, 0.004, 0.05
+# Where bodies yield, the stick edge moves inward, and the band that yields moves with it: there
+# strips stay narrow longer, and a band in the limit of many cycles has so many of them at first.
+_INWARD_GRADING, _ACROSS_BAND = 0.03, 6.0
 
 
 @dataclass(frozen=True)
@@ -43,20 +48,24 @@ class DenseCells:
     edges: tuple[float, ...]  # distances of the edges of the cells from 0 outward, m
 
     of_tolerance: ClassVar[float] = 1.0
+    # Area within a distance from the origin, over `_measure` of the distance.
+    _whole: ClassVar[float]
 
-    @property
-    def areas(self) -> Array:
-        """Areas of the cells, m², or widths in a line contact, m, shape (n, 1)."""
+    def _measure(self, distance: Any) -> Any:
+        """A function of the distance from the origin that is proportional to the area within."""
+        raise NotImplementedError
+
+    def _distance(self, x: Array, y: Array) -> Any:
+        """Distance of points from the origin, m."""
+        raise NotImplementedError
+
+    def _within(self, sides: tuple[Array, Array, Array, Array], radius: Array) -> Any:
+        """Fraction of rectangles between two x and two y, m, within a distance, m."""
         raise NotImplementedError
 
     def influence(self, modulus: float) -> Array:
         """Mean displacement of each cell under a unit pressure on each, m/Pa, shape (n, n)."""
         raise NotImplementedError
-
-    @property
-    def shape(self) -> tuple[int, int]:
-        """Of fields: one column."""
-        return len(self.edges) - 1, 1
 
     @property
     def x(self) -> Array:
@@ -69,9 +78,19 @@ class DenseCells:
         return np.zeros(1)
 
     @property
+    def shape(self) -> tuple[int, int]:
+        """Of fields: one column."""
+        return len(self.edges) - 1, 1
+
+    @property
     def extent(self) -> tuple[float, float]:
         """Half-widths of the written region, m."""
-        return self.edges[-1], self.edges[-1]
+        raise NotImplementedError
+
+    @cached_property
+    def areas(self) -> Any:
+        """Areas of the cells, m², or widths in a line contact, m, shape (n, 1)."""
+        return self._whole * np.diff(self._measure(np.asarray(self.edges)))[:, None]
 
     @cached_property
     def unit_area(self) -> float:
@@ -79,10 +98,9 @@ class DenseCells:
         return float(self.areas.mean())
 
     @cached_property
-    def weights(self) -> Array:
+    def weights(self) -> Any:
         """`areas` over their mean."""
-        result: Array = self.areas / self.unit_area
-        return result
+        return self.areas / self.unit_area
 
     def integral(self, field: Array) -> float:
         """Integral of a field over the whole contact."""
@@ -112,10 +130,6 @@ class DenseCells:
         inner = np.where(cells[steps, 0], steps, steps + 1)
         return Zone(area, inner, 2 * steps + 1 - inner)
 
-    def _measure(self, distance: Any) -> Any:
-        """A function of the distance from the origin that is proportional to the area within."""
-        return distance
-
     def resized(self, field: NDArray[Any], other: Any) -> NDArray[Any]:
         """A field on other cells: of the same integral, zero beyond the outermost of these.
 
@@ -127,12 +141,10 @@ class DenseCells:
             result = np.zeros(other.shape, dtype=field.dtype)
             result[:count] = field[:count]
             return result
-        places = self._measure(np.asarray(self.edges))
+        places, others = (self._measure(np.asarray(each.edges)) for each in (self, other))
         within = np.concatenate([[0.0], np.cumsum(field[:, 0] * np.diff(places))])
-        others = self._measure(np.asarray(other.edges))
         found = interpolated(places, within, np.minimum(others, places[-1]))
-        means: NDArray[Any] = (np.diff(found) / np.diff(others))[:, None]
-        return means
+        return np.asarray((np.diff(found) / np.diff(others))[:, None])
 
     def where(self, smaller: Any) -> Index:
         """Indices of the cells shared with another set, if one extends the other."""
@@ -149,7 +161,9 @@ class DenseCells:
 
     def ahead_of(self, problem: WearProblem, contact: State) -> Self:
         """Cells that reach further if the next step may bring the contact to the border."""
-        return self._around(problem, contact.pressure)
+        # Where it is rough a wavelength more, to the next tip.
+        beyond = problem.wavelengths[0] if problem.wavelengths else 0.0
+        return self.reaching(self._radius(contact.pressure) + beyond)
 
     def holding(
         self,
@@ -158,12 +172,8 @@ class DenseCells:
         approach: float,  # noqa: ARG002
     ) -> Self:
         """These cells, or more if the contact needs them."""
-        return self._around(workspace.problem, pressure)
-
-    def _around(self, problem: WearProblem, pressure: Array) -> Self:
-        """Cells that hold a contact, and where it is rough a wavelength more, to the next tip."""
-        beyond = problem.wavelengths[0] if problem.wavelengths else 0.0
-        return self.reaching(self._radius(pressure) + beyond)
+        beyond = workspace.problem.wavelengths
+        return self.reaching(self._radius(pressure) + (beyond[0] if beyond else 0.0))
 
     def _last(self, field: NDArray[Any]) -> int:
         """The outermost cell where a field is not zero; -1 for none."""
@@ -188,9 +198,12 @@ class DenseCells:
         added = (last + (step + 1) * width for step in range(count))
         return replace(self, edges=(*self.edges, *added))
 
-    def plane(self, spacing: tuple[float, float]) -> Any:
-        """The grid on which fields are written."""
-        raise NotImplementedError
+    def plane(self, spacing: tuple[float, float]) -> Grid:
+        """The grid on which fields are written: a quarter of what the cells hold, or a row."""
+        x, y = (
+            max(1, math.floor(each / size)) for each, size in zip(self.extent, spacing, strict=True)
+        )
+        return Grid((x, y), spacing)
 
     def written(self, fields: dict[str, NDArray[Any]], plane: Any) -> dict[str, NDArray[Any]]:
         """Means of fields over the cells of a grid; of states, that of most of a cell.
@@ -251,14 +264,6 @@ class DenseCells:
         up_to = np.where(np.append(continues[1:], False), np.append(within[1:], 1.0), 1.0)
         return at, up_to - within, starts
 
-    def _distance(self, x: Array, y: Array) -> Array:
-        """Distance of points from the origin, m."""
-        raise NotImplementedError
-
-    def _within(self, sides: tuple[Array, Array, Array, Array], radius: Array) -> Array:
-        """Fraction of rectangles between two x and two y, m, within a distance, m."""
-        raise NotImplementedError
-
 
 def interpolated(places: Array, values: Array, others: Array) -> Array:
     """Values at other positions, by monotone cubics: Fritsch and Carlson (1980).
@@ -277,10 +282,8 @@ def interpolated(places: Array, values: Array, others: Array) -> Array:
     at = np.clip(np.searchsorted(places, others, "right") - 1, 0, steps.size - 1)
     beyond = others - places[at]
     square = beyond * beyond
-    result: Array = values[at] + slopes[at] * beyond
-    result += ((rises - slopes[:-1]) / steps - bend)[at] * square
-    result += (bend / steps)[at] * (square * beyond)
-    return result
+    linear = values[at] + slopes[at] * beyond + ((rises - slopes[:-1]) / steps - bend)[at] * square
+    return np.asarray(linear + (bend / steps)[at] * (square * beyond))
 
 
 def _slope_at_end(step: float, following: float, rise: float, next_rise: float) -> float:
@@ -307,8 +310,7 @@ class DenseHalfSpace:
 
     def displacement(self, pressure: Array) -> Array:
         """Normal surface displacement w, m, of a pressure, Pa, in the mean over each cell."""
-        result: Array = self.influence @ pressure
-        return result
+        return np.asarray(self.influence @ pressure)
 
     def relative_displacement(self, pressure: Array) -> tuple[Single, float]:
         """`displacement` in single precision in some unit, m, and the unit."""
@@ -317,3 +319,103 @@ class DenseHalfSpace:
     def around(self, cells: Mask) -> DenseHalfSpace:  # noqa: ARG002 - parts would gain nothing
         """The same bodies."""
         return self
+
+
+@dataclass(frozen=True)
+class Line(DenseCells):
+    """Strips of the half x > 0 of an even line contact.
+
+    Displacements are zero at the distance ``reference``, m, from the centre line.
+    """
+
+    reference: float
+    _whole: ClassVar[float] = 2.0
+
+    def _measure(self, distance: Any) -> Any:
+        return distance
+
+    def _distance(self, x: Array, y: Array) -> Any:
+        return x + 0.0 * y
+
+    def _within(self, sides: tuple[Array, Array, Array, Array], radius: Array) -> Any:
+        left, right, _, _ = sides
+        return (radius - left) / (right - left)
+
+    @property
+    def extent(self) -> tuple[float, float]:
+        """Half-width of the written row, m; none along y."""
+        return self.edges[-1], 0.0
+
+    @cached_property
+    def x(self) -> Any:
+        """Root mean square of the positions in each strip, m, shape (n,)."""
+        edges = np.asarray(self.edges)
+        left, right = edges[:-1], edges[1:]
+        return np.sqrt((left * left + left * right + right * right) / 3.0)
+
+    @classmethod
+    def first(cls, problem: WearProblem) -> Line:
+        """Strips for the first loading of a problem, graded to the edge of its stick zone.
+
+        Strips of a rough contact, which sticks and slips in many places, are equal.
+        """
+        hertz, outer, wider = problem.hertz, problem.extent[0], problem.coarseness
+        assert isinstance(hertz, LineContact)
+        if problem.wavelengths is not None:
+            width = problem.spacing[0]
+            edges = np.arange(math.ceil((outer + problem.wavelengths[0]) / width) + 1) * width
+            return cls(tuple(edges.tolist()), hertz.reference)
+        load, scale = problem.stick_load, wider * hertz.contact_radius
+        stick = hertz.with_load(load).contact_radius if load > 0.0 else 0.0
+        narrowest, inward = _NARROWEST * scale, _GRADING * wider
+        if not math.isinf(problem.limit):
+            band = problem.limiting.width_above(problem.limit)
+            narrowest, inward = min(narrowest, band / _ACROSS_BAND), min(inward, _INWARD_GRADING)
+        widths = narrowest, _WIDEST * scale
+        inner = stick - _distances(stick, *widths, inward)[::-1]
+        inner[0] = 0.0
+        outside = stick + _distances(outer - stick, *widths, _GRADING * wider)[1:]
+        return cls((*inner.tolist(), *outside.tolist()), hertz.reference)
+
+    def influence(self, modulus: float) -> Array:
+        """Mean displacement of each strip under a unit pressure on each, m/Pa, shape (n, n).
+
+        −(2/πE*) ∫ ln(|x − ξ|/L) dξ of the strips and their images, L the reference.
+        """
+        edges = np.asarray(self.edges) / self.reference
+        twice = _logarithm(edges[:, None] + edges) - _logarithm(edges[:, None] - edges)
+        integrals = np.diff(np.diff(twice, axis=0), axis=1) * self.reference**2
+        return -2.0 / (math.pi * modulus) * integrals / np.diff(self.edges)[:, None]
+
+
+def influence_of_cell(count: int, spacing: float, reference: float, modulus: float) -> Array:
+    """Mean displacement of equal cells under a unit pressure on one, m/Pa, by their distance.
+
+    Without images: for a contact that is not even. Parameters as of `Line`, ``count`` distances.
+    """
+    at = np.arange(-1.0, count + 1.0) * (spacing / reference)
+    return -2.0 / (math.pi * modulus) * reference**2 / spacing * np.diff(_logarithm(at), 2)
+
+
+def _logarithm(x: Array) -> Array:
+    """A function whose second derivative is ln|x|."""
+    square = x * x
+    return 0.25 * square * np.log(np.maximum(square, np.finfo(np.float64).tiny)) - 0.75 * square
+
+
+def _distances(length: float, narrowest: float, widest: float, grading: float) -> Array:
+    """Distances from 0 to a length whose spacing grows with the distance between two bounds."""
+    first, last = narrowest / grading, widest / grading
+    middle = math.log(last / first) / grading
+    # The count of strips up to a distance: linear, logarithmic, linear.
+    start = first / narrowest
+    total = length / narrowest
+    if length >= first:
+        total = start + math.log(min(length, last) / first) / grading
+    total += max(length - last, 0.0) / widest
+    count = np.linspace(0.0, total, math.ceil(total) + 1)
+    growing = first * np.exp(grading * np.clip(count - start, 0.0, middle))
+    result: Array = np.where(count < start, count * narrowest, growing)
+    result += np.maximum(count - start - middle, 0.0) * widest
+    result[-1] = length
+    return result

@@ -21,7 +21,6 @@ import numpy as np
 
 from fretwear.mechanics.geometry import Array
 from fretwear.mechanics.geometry.dense import DenseCells
-from fretwear.mechanics.geometry.grid import Grid
 from fretwear.theory import LimitingState
 
 if TYPE_CHECKING:
@@ -99,8 +98,7 @@ class Grading:
         width = np.minimum(width, _AT_CONTACT * self.unworn + _GRADING * np.abs(r - self.unworn))
         outside = np.maximum(np.maximum(self.stick - r, r - self.contact), 0.0)
         width = np.minimum(width, in_slip + _GRADING * outside)
-        result: Array = self.coarseness * np.minimum(width, _WIDEST * self.contact)
-        return result
+        return self.coarseness * np.minimum(width, _WIDEST * self.contact)
 
     def suits(self, rings: Rings) -> bool:
         """Whether rings are fine enough wherever required."""
@@ -117,6 +115,7 @@ class Rings(DenseCells):
     """Concentric rings around the origin, given by the radii of their edges."""
 
     of_tolerance: ClassVar[float] = 0.25
+    _whole: ClassVar[float] = math.pi
 
     @classmethod
     def first(cls, problem: WearProblem) -> Rings:
@@ -152,17 +151,23 @@ class Rings(DenseCells):
         rings = self if grading.suits(self) else Rings.graded(grading, self.edges[-1])
         return rings.reaching(touched)
 
-    @cached_property
-    def areas(self) -> Array:
-        """Areas of the rings, m², shape (n, 1)."""
-        return math.pi * np.diff(np.square(self.edges))[:, None]
+    def _measure(self, distance: Any) -> Any:
+        return distance * distance
+
+    def _distance(self, x: Array, y: Array) -> Any:
+        return np.hypot(x, y)
+
+    def _within(self, sides: tuple[Array, Array, Array, Array], radius: Array) -> Any:
+        left, right, low, high = sides
+        area = _corner(right, high, radius) - _corner(left, high, radius)
+        area -= _corner(right, low, radius) - _corner(left, low, radius)
+        return area / ((right - left) * (high - low))
 
     @cached_property
-    def x(self) -> Array:
+    def x(self) -> Any:
         """Root mean square of the radii of each ring, m, shape (n,)."""
         square = np.square(self.edges)
-        result: Array = np.sqrt(0.5 * (square[1:] + square[:-1]))
-        return result
+        return np.sqrt(0.5 * (square[1:] + square[:-1]))
 
     @property
     def extent(self) -> tuple[float, float]:
@@ -171,30 +176,7 @@ class Rings(DenseCells):
 
     def influence(self, modulus: float) -> Array:
         """Mean displacement of each ring under a unit pressure on each, m/Pa, shape (n, n)."""
-        return mean_influence(np.asarray(self.edges)) / modulus / self.areas
-
-    def _measure(self, distance: Any) -> Any:
-        """Its square."""
-        return distance * distance
-
-    def plane(self, spacing: tuple[float, float]) -> Grid:
-        """The grid on which fields are written: the quarter of the square within the rings."""
-        x, y = (
-            max(1, math.floor(each / size)) for each, size in zip(self.extent, spacing, strict=True)
-        )
-        return Grid((x, y), spacing)
-
-    def _distance(self, x: Array, y: Array) -> Array:
-        """Distance of points from the axis, m."""
-        return np.hypot(x, y)
-
-    def _within(self, sides: tuple[Array, Array, Array, Array], radius: Array) -> Array:
-        """Fraction of rectangles between two x and two y, m, within a radius, m."""
-        left, right, low, high = sides
-        area = _corner(right, high, radius) - _corner(left, high, radius)
-        area -= _corner(right, low, radius) - _corner(left, low, radius)
-        result: Array = area / ((right - left) * (high - low))
-        return result
+        return np.asarray(mean_influence(np.asarray(self.edges)) / modulus / self.areas)
 
     def means(self, field: Array, r: Array, width: float) -> Array:
         """Means of a field over annuli of given mean radii and width, m."""
@@ -202,8 +184,7 @@ class Rings(DenseCells):
         square = np.square(self.edges)
         within = np.concatenate([[0.0], np.cumsum(field[:, 0] * np.diff(square))])
         content = np.interp(outer, square, within) - np.interp(inner, square, within)
-        result: Array = content / (outer - inner)
-        return result
+        return np.asarray(content / (outer - inner))
 
 
 def _divided(positions: Array, widths: Array) -> Array:
@@ -212,10 +193,8 @@ def _divided(positions: Array, widths: Array) -> Array:
     count = np.concatenate(
         [[0.0], np.cumsum(0.5 * lengths * (1.0 / widths[1:] + 1.0 / widths[:-1]))]
     )
-    result: Array = np.interp(
-        np.linspace(0.0, count[-1], math.ceil(count[-1]) + 1), count, positions
-    )
-    return result
+    steps = np.linspace(0.0, count[-1], math.ceil(count[-1]) + 1)
+    return np.asarray(np.interp(steps, count, positions))
 
 
 def _corner(x: Array, y: Array, radius: Array) -> Array:
@@ -224,12 +203,10 @@ def _corner(x: Array, y: Array, radius: Array) -> Array:
     # Up to here along x the rectangle is lower than the circle.
     start = np.minimum(np.sqrt((radius - y) * (radius + y)), x)
 
-    def under_circle(x: Array) -> Array:
-        half: Array = x * np.sqrt((radius - x) * (radius + x)) + radius**2 * np.arcsin(x / radius)
-        return 0.5 * half
+    def under_circle(x: Array) -> Any:
+        return 0.5 * (x * np.sqrt((radius - x) * (radius + x)) + radius**2 * np.arcsin(x / radius))
 
-    result: Array = y * start + under_circle(x) - under_circle(start)
-    return result
+    return np.asarray(y * start + under_circle(x) - under_circle(start))
 
 
 def mean_influence(edges: Array) -> Array:
@@ -237,16 +214,8 @@ def mean_influence(edges: Array) -> Array:
 
     Over a disc of radius s beside or within one of radius t under a unit pressure, the larger of
     both being b and k the ratio of the smaller to it, the displacement integrates to
-    (8/3) b³ [(1 + k²) E(k) − (1 − k²) K(k)] / E*; rings are differences of discs.
-
-    Parameters
-    ----------
-    edges
-        Radii of the edges of n rings from 0 outward, m.
-
-    Returns
-    -------
-    Array, shape (n, n), symmetric.
+    (8/3) b³ [(1 + k²) E(k) − (1 − k²) K(k)] / E*; rings are differences of discs. ``edges`` are the
+    radii of the edges of n rings from 0 outward, m; the result, shape (n, n), is symmetric.
     """
     discs = np.diag((16.0 / 3.0) * edges**3)
     larger, smaller = np.tril_indices(edges.size, -1)
@@ -255,8 +224,7 @@ def mean_influence(edges: Array) -> Array:
     second, first = _elliptic_integrals(np.sqrt(complement))
     bracket = (1.0 + ratio**2) * second - complement * first
     discs[larger, smaller] = discs[smaller, larger] = (8.0 / 3.0) * edges[larger] ** 3 * bracket
-    result: Array = np.diff(np.diff(discs, axis=0), axis=1)
-    return result
+    return np.diff(np.diff(discs, axis=0), axis=1)
 
 
 def _elliptic_integrals(complement: Array) -> tuple[Array, Array]:
