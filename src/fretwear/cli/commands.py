@@ -262,7 +262,7 @@ def merge(
     study, folder = study_and_results(file, results)
 
     from fretwear.data.effects import results_table
-    from fretwear.data.files import open_summary
+    from fretwear.data.files import read_summary
     from fretwear.data.merge import merge_study
     from fretwear.data.safe import atomic_path, write_text
     from fretwear.study.plan import write_points
@@ -273,8 +273,7 @@ def merge(
         log.note(tally.older)
     with atomic_path(folder / "points.csv") as temporary:
         write_points(study, temporary)
-    with open_summary(summary) as merged:
-        write_text(folder / "results.csv", results_table(merged))
+    write_text(folder / "results.csv", results_table(read_summary(summary)))
     message = f"{tally.done} points done, {tally.failed} failed, {tally.invalid} invalid"
     counts = {f"points_{name}": getattr(tally, name) for name in ("done", "failed", "invalid")}
     log.result(summary, message, **counts)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 import math
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
@@ -27,7 +27,7 @@ from fretwear.data.files import (
     opened_case,
     write_group,
 )
-from fretwear.data.labels import CONVENTIONS, Column, history_line
+from fretwear.data.labels import CONVENTIONS, Column, Labelled, history_line
 from fretwear.data.safe import (
     CaseFileError,
     CaseFilesError,
@@ -51,7 +51,6 @@ from fretwear.vocabulary import (
     HEADLINES,
     LINE_SCALARS,
     POINT,
-    RESULTS,
     SCALARS,
     STATUS,
     STEP,
@@ -63,8 +62,6 @@ from fretwear.vocabulary import (
 )
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from fretwear.study.case import Case
     from fretwear.study.points import Axis, Point
     from fretwear.study.study import Study
@@ -117,13 +114,16 @@ class StudyLayout:
         for number, point in enumerate(self.study.points()):
             yield (point.index if self.is_grid else (number,)), point
 
-    def coordinates(self) -> dict[str, Column]:
-        """Coordinates: varied values, case ids, and the parameters that all cases share.
+    def columns(self) -> tuple[dict[str, Column], dict[str, Column]]:
+        """Coordinates, and what depends on them, as the Hertz radius does on the load.
 
+        Coordinates are the varied values, the case ids and the parameters that all cases share.
         Varied values that are not single numbers (a roughness, a pair of moduli) are text, as
-        written in the study file.
+        written in the study file. What depends on them has the dimensions of the study, with NaN or
+        empty text where a point has none.
         """
-        found = {name: self._varied(axis) for name, axis in self._axes.items()}
+        parameters = self._parameters()
+        found = {n: self._varied(axis, parameters.get(n)) for n, axis in self._axes.items()}
         if not self.is_grid:
             numbers = np.arange(*self.shape, dtype=POINT.dtype)
             found[POINT.name] = Column((POINT.name,), numbers, POINT.attributes)
@@ -131,54 +131,37 @@ class StudyLayout:
         for position, point in self.points():
             ids[position] = point.id
         found[CASE_ID.name] = Column(self.dims, ids.astype(str), CASE_ID.attributes)
-        for name, each in self._parameters.items():
-            if not each.dims:  # a varied parameter of one value only is known by now
-                found.setdefault(name, each)
-        return found
+        # A varied parameter of one value only is known by now.
+        shared = {n: each for n, each in parameters.items() if not each.dims and n not in found}
+        depending = {n: each for n, each in parameters.items() if each.dims and n not in found}
+        return found | shared, depending
 
-    def dependent(self) -> dict[str, Column]:
-        """Parameters that depend on the varied ones, as the Hertz radius does on the load.
-
-        They have the dimensions of the study, with NaN or empty text where a point has none.
-        """
-        varied = {axis.coordinate for axis in self.study.axes}
-        return {
-            name: each
-            for name, each in self._parameters.items()
-            if each.dims and name not in varied
-        }
-
-    @property
+    @cached_property
     def _axes(self) -> dict[str, Axis]:
         return {axis.coordinate: axis for axis in self.study.axes}
 
-    @cached_property
     def _parameters(self) -> dict[str, Column]:
         """Every parameter of the cases: a scalar where they share it, else along the points."""
+        attributes: dict[str, dict[str, Any]] = {}
+        given: dict[str, dict[tuple[int, ...], float | str]] = {}
         cases = {place: point.case for place, point in self.points() if point.case is not None}
-        labels: dict[str, Variable] = {}
-        columns: dict[str, dict[tuple[int, ...], Any]] = {}
         for place, case in cases.items():
-            for name, (value, units, long_name) in case.scalar_coordinates().items():
-                is_text = isinstance(value, str)
-                labels.setdefault(name, Variable(name, "" if is_text else units, words=long_name))
-                columns.setdefault(name, {})[place] = value
+            for name, (value, units, words) in case.scalar_coordinates().items():
+                attributes.setdefault(name, Variable(name, units, words=words).attributes)
+                given.setdefault(name, {})[place] = value
         found = {}
-        for name, given in columns.items():
-            is_text = any(isinstance(value, str) for value in given.values())
-            dims: tuple[str, ...] = ()
-            if len(given) == len(cases) and len(set(given.values())) == 1:
-                values = np.array(next(iter(given.values())), dtype=str if is_text else np.float64)
-            else:
-                dims, values = self.dims, np.full(self.shape, "" if is_text else math.nan, object)
-                for place, value in given.items():
-                    values[place] = value
-                values = values.astype(str if is_text else np.float64)
-            found[name] = Column(dims, values, labels[name].attributes)
+        for name, own in given.items():
+            is_text = any(isinstance(value, str) for value in own.values())
+            dims, values = self.dims, np.full(self.shape, "" if is_text else math.nan, object)
+            if len(own) == len(cases) and len(set(own.values())) == 1:
+                dims, values = (), np.array(next(iter(own.values())), object)
+            for place, value in own.items() if dims else ():
+                values[place] = value
+            kind = str if is_text else np.float64
+            found[name] = Column(dims, values.astype(kind), attributes[name])
         return found
 
-    def _varied(self, axis: Axis) -> Column:
-        known = self._parameters.get(axis.coordinate)
+    def _varied(self, axis: Axis, known: Column | None) -> Column:
         attributes = {"long_name": axis.name} if known is None else dict(known.attrs)
         values = np.array(axis.labels, dtype=str)
         if all(isinstance(value, int | float) for value in axis.values):
@@ -196,8 +179,7 @@ class StudyLayout:
         return Column((axis.coordinate if self.is_grid else POINT.name,), values, attributes)
 
 
-@dataclass(frozen=True)
-class Tally:
+class Tally(NamedTuple):
     """Numbers of done, failed and invalid points of a study, and a remark on older ones."""
 
     done: int
@@ -273,7 +255,8 @@ def merge_study(
         tempfile.TemporaryFile(dir=temporary.parent) as spool,
     ):
         dataset, steps = _read_cases(layout, status, done, spool, keep_older=keep_older)
-        dataset.attrs |= {
+        attributes = {
+            **dataset.attrs,
             "title": study.title,
             "Conventions": CONVENTIONS,
             "history": history_line(command),
@@ -281,7 +264,7 @@ def merge_study(
             "design": study.design.kind,
             "study_file": json.dumps(study.content, default=str),
         }
-        _write(temporary, dataset, done, spool, steps)
+        _write(temporary, replace(dataset, attrs=attributes), done, spool, steps)
     count, failed, invalid = (int((status == kind).sum()) for kind in PointStatus)
     return Tally(count, failed, invalid, dataset.attrs["warnings"])
 
@@ -293,7 +276,7 @@ def _read_cases(
     spool: IO[bytes],
     *,
     keep_older: bool,
-) -> tuple[xr.Dataset, int]:
+) -> tuple[Labelled, int]:
     """Read scalars into a dataset; profiles of each case in its own cells, and history, to spool.
 
     The dataset has the coordinate ``x`` common to all cases, and the code that computed each; the
@@ -305,7 +288,7 @@ def _read_cases(
     known = LINE_SCALARS if done[0].case.indenter.is_line else SCALARS
     # Errors are not estimated in every case.
     scalars = {each.name: each for each in (*known, *(scalar.error for scalar in known))}
-    values: dict[str, NDArray[np.float64]] = {}
+    values = {name: np.full((*layout.shape, cycles.size), math.nan) for name in scalars}
     windows, errors, most_steps = set(), [], 0
     for position, case, path in done:
         try:
@@ -316,24 +299,23 @@ def _read_cases(
                 if lacking := sorted(set(wanted) - set(stored)):
                     numbers = ", ".join(f"{cycle:.0f}" for cycle in lacking)
                     raise file.unusable(f"it has no snapshot at cycle {numbers}")
-                at, columns = np.searchsorted(stored, wanted), np.searchsorted(cycles, wanted)
                 digests[position] = digest = file.attribute(CODE_DIGEST.name)
                 if digest != code_digest() and not keep_older:
                     raise CaseFileError(path, _OTHER_CODE, _KEEP_OR_RUN)
                 sources.add(file.attribute("source"))
+                at, columns = np.searchsorted(stored, wanted), np.searchsorted(cycles, wanted)
                 for name in scalars.keys() & file.file.variables.keys():
                     if not np.isfinite(own := file.read(name)[at]).all():
                         raise file.unusable(f"{name} holds values that are not finite")
-                    if name not in values:
-                        values[name] = np.full((*layout.shape, cycles.size), math.nan)
                     values[name][position][columns] = own
-                windows.add(Window.of(file, X.name))
+                cells = file.read(X.name)
+                windows.add(Window.of(cells))
                 row: tuple[Any, ...] = np.s_[:, :]
                 if not file.is_line:
                     row = np.s_[:, :, int(np.abs(file.read(Y.name)).argmin())]
                 profiles = [file.read(field.name, row)[at] for field in PROFILES.values()]
                 history = np.stack([file.read(f"{HISTORY_GROUP}/{name}") for name in _HISTORIES])
-                for each in (file.read(X.name), history, *profiles):
+                for each in (cells, history, *profiles):
                     np.save(spool, each, allow_pickle=False)
                 most_steps = max(most_steps, history.shape[1])
         except CaseFileError as error:
@@ -347,30 +329,27 @@ def _read_cases(
         f"{len(older)} of {len(of_cases)} {were} computed by another version of the code: "
         f"their code_digest is {', '.join(sorted(set(older)))}, not {code_digest()}"
     )
-    # Reading just the layout of a study must not import xarray.
-    import xarray as xr
-
-    dims = (*layout.dims, CYCLE.name)
     flags = {
         "long_name": STATUS.words,
         "flag_values": np.array(list(PointStatus), dtype=STATUS.dtype),
         "flag_meanings": " ".join(kind.word for kind in PointStatus),
     }
-    dataset = xr.Dataset(
+    coordinates, depending = layout.columns()
+    dataset = Labelled(
         {
-            STATUS.name: (layout.dims, status, flags),
-            CODE_DIGEST.name: (layout.dims, digests.astype(str), CODE_DIGEST.attributes),
-            **layout.dependent(),
+            STATUS.name: Column(layout.dims, status, flags),
+            CODE_DIGEST.name: Column(layout.dims, digests.astype(str), CODE_DIGEST.attributes),
+            **depending,
             **{
-                name: (dims, values[name], scalar.attributes)
+                name: Column((*layout.dims, CYCLE.name), values[name], scalar.attributes)
                 for name, scalar in scalars.items()
-                if name in values
+                if np.isfinite(values[name]).any()
             },
         },
         {
-            **layout.coordinates(),
-            CYCLE.name: (CYCLE.name, cycles, CYCLE.attributes),
-            X.name: (X.name, common_positions(windows), X.attributes),
+            **coordinates,
+            CYCLE.name: Column((CYCLE.name,), cycles, CYCLE.attributes),
+            X.name: Column((X.name,), common_positions(windows), X.attributes),
         },
         {
             "source": "; ".join(sorted(sources)[:_MOST_SOURCES]),
@@ -382,17 +361,18 @@ def _read_cases(
 
 
 def _write(
-    path: Path, dataset: xr.Dataset, done: Sequence[_Done], spool: IO[bytes], steps: int
+    path: Path, dataset: Labelled, done: Sequence[_Done], spool: IO[bytes], steps: int
 ) -> None:
     """Write a dataset to a new file, profiles and histories from the spool, one case at a time.
 
     All of it is read back: where memory is short the netCDF library may leave something out.
     """
-    points = tuple(str(dim) for dim in dataset[STATUS.name].dims)
-    sizes = {**dataset.sizes, STEP.name: steps}
-    names = {*points, CYCLE.name, X.name}
-    beside = " ".join(sorted(str(name) for name in dataset.coords if name not in names))
-    large: dict[str, tuple[tuple[str, ...], str, float, dict[str, Any]]] = {}
+    known = dataset.variables
+    points, number = known[STATUS.name].dims, known[STATUS.name].values.size
+    sizes = dict(zip(points, known[STATUS.name].values.shape, strict=True))
+    sizes |= {axis: known[axis].values.size for axis in (CYCLE.name, X.name)}
+    beside = " ".join(sorted(n for n, each in dataset.coords.items() if n not in each.dims))
+    large: dict[str, tuple[tuple[str, ...], str, float, Mapping[str, Any]]] = {}
     for name, field in PROFILES.items():
         outside = "zero outside the window of the case, where the surfaces do not touch"
         comments = (
@@ -404,38 +384,39 @@ def _write(
         comment = "; ".join(filter(None, comments))
         attributes = {**field.attributes, "comment": comment, "coordinates": beside}
         large[name] = (CYCLE.name, X.name), field.dtype, missing(field), attributes
-    told = (RESULTS[n].in_units(dataset[n].attrs["units"]) for n in _HISTORIES[1:])
-    for each in (CYCLE, *told):
-        large[f"{HISTORY_GROUP}/{each.name}"] = (STEP.name,), "f8", math.nan, each.attributes
-    each_point = sum(math.prod(sizes[dim] for dim in dims) for dims, *_ in large.values())
-    with new_netcdf(path, dataset.nbytes + 8 * dataset[STATUS.name].size * each_point) as file:
-        for dim in (*points, CYCLE.name, X.name, STEP.name):
-            owner = file.createGroup(HISTORY_GROUP) if dim == STEP.name else file
-            owner.createDimension(dim, sizes[dim])
-        for name, (dims, dtype, empty, attributes) in large.items():
+    for name in _HISTORIES:
+        large[f"{HISTORY_GROUP}/{name}"] = (STEP.name,), "f8", math.nan, known[name].attrs
+    each_point = steps * len(_HISTORIES) + sizes[CYCLE.name] * sizes[X.name] * len(PROFILES)
+    size = sum(each.values.nbytes for each in known.values()) + 8 * number * each_point
+    with new_netcdf(path, size) as file:
+        for dim in sizes:
+            file.createDimension(dim, sizes[dim])
+        sizes[STEP.name] = steps
+        file.createGroup(HISTORY_GROUP).createDimension(STEP.name, steps)
+        for name, (dims, dtype, empty, attrs) in large.items():
             chunk = (*(1 for _ in points), *(sizes[dim] for dim in dims))
             variable = file.createVariable(
                 name, dtype, (*points, *dims), chunksizes=chunk, fill_value=empty, **COMPRESSION
             )
-            variable.setncatts(attributes)
+            variable.setncatts(attrs)
         for name, where, values in _rows(dataset, done, spool):
             file[name][where] = values
         write_group(file, dataset)
     with netCDF4.Dataset(path) as file:
         file.set_auto_maskandscale(False)
         check_group(file, dataset)
-        for name, (_, _, _, attributes) in large.items():
-            check_attributes(file[name], attributes)
+        for name, (*_, attrs) in large.items():
+            check_attributes(file[name], attrs)
         for name, where, values in _rows(dataset, done, spool):
             if file[name][where].tobytes() != values.tobytes():
                 raise RuntimeError(READS_BACK)
 
 
 def _rows(
-    dataset: xr.Dataset, done: Sequence[_Done], spool: IO[bytes]
+    dataset: Labelled, done: Sequence[_Done], spool: IO[bytes]
 ) -> Iterator[tuple[str, Any, NDArray[Any]]]:
     """Yield each history and each profile of each case: its name, where it belongs, its values."""
-    cycles, positions = dataset[CYCLE.name].to_numpy(), dataset[X.name].to_numpy()
+    cycles, positions = (dataset.coords[axis].values for axis in (CYCLE.name, X.name))
     spool.seek(0)
     for point in done:
         columns = np.searchsorted(cycles, point.case.output_cycles)

@@ -14,7 +14,7 @@ import netCDF4
 import numpy as np
 from numpy.typing import NDArray
 
-from fretwear.data.files import CaseFile, open_summary, opened_case
+from fretwear.data.files import open_summary, opened_case
 from fretwear.vocabulary import (
     CASE_DIMS,
     CASE_ID,
@@ -47,9 +47,8 @@ class Window(NamedTuple):
     is_whole: bool
 
     @classmethod
-    def of(cls, file: CaseFile, name: str) -> Window:
-        """Return the window of a case along x or y."""
-        cells = file.read(name)
+    def of(cls, cells: NDArray[np.float64]) -> Window:
+        """Return the window of a case with these cells along x or y."""
         is_whole = bool(cells[0] < 0.0)
         inner, outer = float(cells[0]), float(cells[-1])
         spacing = (outer - inner) / (cells.size - 1) if is_whole else 2.0 * inner
@@ -157,29 +156,22 @@ def open_study(path: str | PathLike[str]) -> xr.Dataset:
     folder = Path(path)
     summary = open_summary(folder / "summary.nc")
     status, ids = summary[STATUS.name], summary[CASE_ID.name].to_numpy()
-    files = np.full(status.shape, None)
-    windows = set()
-    dims: tuple[str, ...] = CASE_DIMS
-    for position, state in np.ndenumerate(status.to_numpy()):
-        if state == PointStatus.DONE:
-            files[position] = file = folder / "cases" / f"{ids[position]}.nc"
-            with opened_case(file) as case_file:
-                if case_file.is_line:
-                    dims = LINE_DIMS
-                else:
-                    windows.add(Window.of(case_file, Y.name))
-    opened = xr.backends.NetCDF4DataStore.open(folder / "summary.nc")  # type: ignore[no-untyped-call]
-    with closing(opened) as store:
-        # The lock that xarray uses for the netCDF library, which is not thread-safe.
+    files, windows = np.full(status.shape, None), set()
+    for position in map(tuple, np.argwhere(status.to_numpy() == PointStatus.DONE)):
+        files[position] = folder / "cases" / f"{ids[position]}.nc"
+        with opened_case(files[position]) as file:
+            if not file.is_line:
+                windows.add(Window.of(file.read(Y.name)))
+    # The lock that xarray uses for the netCDF library, which is not thread-safe.
+    with closing(xr.backends.NetCDF4DataStore.open(folder / "summary.nc")) as store:  # type: ignore[no-untyped-call]
         lock = store.lock
-    stacked = summary.copy()
-    if dims == CASE_DIMS:
-        y = common_positions(windows)
-        stacked = summary.assign_coords({Y.name: ((Y.name,), y, Y.attributes)})
+    stacked, dims = summary.copy(), CASE_DIMS if windows else LINE_DIMS
+    if windows:
+        stacked = stacked.assign_coords({Y.name: (Y.name, common_positions(windows), Y.attributes)})
     axes = tuple(stacked[name].to_numpy() for name in dims)
     for field in FIELDS:
         array = _StackedField(files, field, axes, lock)
-        cycle_bytes = math.prod(axis.size for axis in axes[1:]) * array.dtype.itemsize
+        cycle_bytes = math.prod(array.shape[files.ndim + 1 :]) * array.dtype.itemsize
         cycles = min(axes[0].size, max(1, _CHUNK_BYTES // cycle_bytes))
         chunks = (*(1 for _ in files.shape), cycles, *(axis.size for axis in axes[1:]))
         lazy = da.from_array(array, chunks, name=False)  # type: ignore[no-untyped-call]
@@ -211,30 +203,29 @@ class _StackedField:
         """Read a part, along every dimension a slice or an index."""
         at, within = key[: self.files.ndim], key[self.files.ndim :]
         files = np.asarray(self.files[at], dtype=object)
-        axes = [np.atleast_1d(axis[part]) for axis, part in zip(self.axes, within, strict=True)]
-        shape = (*files.shape, *map(len, axes))
+        cycles, *places = (
+            np.atleast_1d(axis[part]) for axis, part in zip(self.axes, within, strict=True)
+        )
+        shape = (*files.shape, cycles.size, *map(len, places))
         values = np.full(shape, missing(self.field), dtype=self.dtype)
-        cycles, *places = axes
         for position, path in np.ndenumerate(files):
             if path is None:
                 continue
             # Opening a file uses the library too.
             with self.lock, netCDF4.Dataset(path) as file:
                 file.set_auto_mask(False)
-                stored = file[CYCLE.name][:]
+                stored = file[CYCLE.name][:].tolist()
                 snapshots = {
-                    place: file[self.field.name][int(np.searchsorted(stored, cycle))]
+                    place: file[self.field.name][stored.index(cycle)]
                     for place, cycle in enumerate(cycles)
                     if cycle in stored
                 }
                 cells = [file[name][:] for name in CASE_DIMS[1 : 1 + len(places)]]
-            pairs = list(zip(cells, places, strict=True))
-            inside = [positions_inside(own, wanted) for own, wanted in pairs]
+            inside = [*map(positions_inside, cells, places)]
             for place, found in snapshots.items():
-                for axis, (own, wanted) in enumerate(pairs):
+                for axis, (own, wanted) in enumerate(zip(cells, places, strict=True)):
                     found = resampled(found, own, wanted[inside[axis]], axis=axis)
-                into = values[position][place]
-                into[...] = self.field.outside
-                into[np.ix_(*inside)] = found
+                values[position][place] = self.field.outside
+                values[position][place][np.ix_(*inside)] = found
         single: list[Any] = [0 if isinstance(part, Integral) else np.s_[:] for part in within]
         return np.asarray(values[(..., *single)])
