@@ -16,6 +16,7 @@ from fretwear.data.safe import why_leading_out, why_not_writable
 from fretwear.figures.index import captions, figure_category, figure_labels
 from fretwear.running.workflow import BATCHES, CAPTION, StudyJobs, chosen
 from fretwear.study.problems import StudyError
+from fretwear.version import __version__
 
 try:
     JOBS = StudyJobs.of(**chosen(config))
@@ -40,6 +41,7 @@ STUDY = str(JOBS.study.file)
 RESULTS = JOBS.folder
 FIGURES = FOLDER / "figures"
 BATCHES_DONE = [f"{RESULTS}/{BATCHES}/{batch}.json" for batch in JOBS.targets]
+KEEP_OLDER = "--keep-older" if JOBS.keep_older else ""
 # The command of this environment, also where its folder is not on the PATH.
 FRETWEAR = f"{shlex.quote(sys.executable)} -m fretwear"
 
@@ -64,7 +66,7 @@ onerror:
     if workflow.execution_settings.keep_going and JOBS.failures:
         for step in ("merge", "figures", "report"):
             log_file = f"{RESULTS}/logs/{step}.log"
-            options = JOBS.options if step == "merge" else ""
+            options = KEEP_OLDER if step == "merge" else ""
             shell(
                 "{FRETWEAR} {step} {STUDY:q} {options} >{log_file:q} 2>&1 || (cat {log_file:q} >&2; false)"
             )
@@ -91,23 +93,23 @@ rule simulate:
         f"{RESULTS}/logs/{BATCHES}/{{batch}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/{BATCHES}/{{batch}}.tsv"
-    priority: lambda wildcards: JOBS.priority(wildcards.batch)
+    priority: lambda wildcards: JOBS.job(wildcards.batch).priority
     threads: JOBS.threads
     resources:
-        mem_mb=lambda wildcards: JOBS.memory_mb(wildcards.batch),
-        runtime=lambda wildcards: JOBS.minutes(wildcards.batch),
+        mem_mb=lambda wildcards: JOBS.job(wildcards.batch).memory_mb,
+        runtime=lambda wildcards: JOBS.job(wildcards.batch).minutes,
     # The name of a batch contains everything its files depend on. The position of its points in the
     # study is no reason to run it again, so Snakemake derives these parameters from the output.
     params:
-        points=lambda wildcards, output: JOBS.points(wildcards.batch),
-        title=lambda wildcards, output: JOBS.title(wildcards.batch),
+        points=lambda wildcards, output: JOBS.job(wildcards.batch).points,
+        title=lambda wildcards, output: JOBS.job(wildcards.batch).title,
     message:
         "Simulating {params.title}"
     # `exec` leaves no shell in between: it would end as soon as the job is asked to stop, and the
     # scheduler would then kill the command before it has written its checkpoint.
     shell:
         "exec {FRETWEAR} batch {STUDY:q} --points {params.points} --finished {output:q} --supervise "
-        "--threads {threads} {JOBS.options} "
+        "--threads {threads} {KEEP_OLDER} "
         ">{log:q} 2>&1"
 
 
@@ -123,14 +125,14 @@ rule merge:
     benchmark:
         f"{RESULTS}/benchmarks/merge.tsv"
     params:
-        version=JOBS.version,
+        version=__version__,
         code=JOBS.code,
         # A function, because braces in a title are not wildcards.
         study=lambda wildcards: JOBS.content,
     message:
         "Merging {JOBS.study.name}"
     shell:
-        "{FRETWEAR} merge {STUDY:q} {JOBS.options} >{log:q} 2>&1"
+        "{FRETWEAR} merge {STUDY:q} {KEEP_OLDER} >{log:q} 2>&1"
 
 
 rule figures:
@@ -149,7 +151,7 @@ rule figures:
     benchmark:
         f"{RESULTS}/benchmarks/figures.tsv"
     params:
-        version=JOBS.version,
+        version=__version__,
         # Derived from the output: changed captions are no reason to draw figures again.
         captions=lambda wildcards, output: captions(FIGURES),
     message:
@@ -169,7 +171,7 @@ rule report:
     benchmark:
         f"{RESULTS}/benchmarks/report.tsv"
     params:
-        version=JOBS.version,
+        version=__version__,
     message:
         "Writing the report of {JOBS.study.name}"
     shell:

@@ -89,7 +89,7 @@ def test_a_change_reruns_what_it_touches(copy):
     text = file.read_text()
     file.write_text(text.replace("try:", f"{module}w.code_digest = lambda: '0'\ntry:", 1))
     assert jobs_after() == (BOTH, AFTERWARDS)
-    file.write_text(text.replace("try:", f"{module}w.__version__ = '0'\ntry:", 1))
+    file.write_text(text.replace("try:", "__version__ = '0'\ntry:", 1))
     assert jobs_after() == (set(), AFTERWARDS)
 
 
@@ -247,14 +247,15 @@ def test_a_job_asks_for_more_than_the_plan_expects(jobs):
     large = {**TINY["base"], "cell": "0.5 um", "cycles": 30000, "roughness": waves}
     large = jobs({**TINY, "base": large}, "large")
     for first, second in zip(small.targets, large.targets, strict=True):
-        assert 100 < small.memory_mb(first) < large.memory_mb(second)
-        assert 5 < small.minutes(first) <= large.minutes(second)
-        assert small.priority(first) < large.priority(second)
+        less, more = small.job(first), large.job(second)
+        assert 100 < less.memory_mb < more.memory_mb
+        assert 5 < less.minutes <= more.minutes
+        assert less.priority < more.priority
     # That of several cases asks for the memory of the largest and the time of all.
     both = jobs({**TINY, "batch": 2})
     (target,) = both.targets
-    assert both.points(target) == "1-2"
-    assert both.memory_mb(target) == max(small.memory_mb(each) for each in small.targets)
+    assert both.job(target).points == "1-2"
+    assert both.job(target).memory_mb == max(small.job(each).memory_mb for each in small.targets)
     assert both.batch(target).seconds == sum(small.batch(t).seconds for t in small.targets)
 
 

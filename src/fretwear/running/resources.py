@@ -14,7 +14,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from itertools import accumulate, groupby
+from itertools import accumulate
 from pathlib import Path
 
 from fretwear.study.case import Case
@@ -35,18 +35,14 @@ _CONTROL_GROUPS_1 = (
 )  # fmt: skip
 _CONTROL_GROUPS_2 = ("", "memory.max", "memory.current", "inactive_file")
 
+# What a job is to take: starting it, or queueing it on a cluster, costs seconds. A small study is
+# divided into so many that they keep the cores busy, or more where each has more to do than to
+# start. A workflow of the most jobs is planned in seconds; beyond, the jobs take longer instead.
 SECONDS_PER_JOB = 180.0
-"""What a job is to take: starting it, or queueing it on a cluster, costs seconds."""
-
 LEAST_JOBS = 16
-"""Into so many jobs a study falls, however little there is to do: they keep the cores busy."""
-
 JOBS_FOR_MANY_CORES = 64
 SECONDS_WORTH_A_JOB = 10.0
-"""Up to so many jobs are made of a small study, where each has more to do than to start."""
-
 MOST_JOBS = 2000
-"""A workflow of so many jobs is planned in seconds; beyond, the jobs take longer instead."""
 
 # Processor time of one transform there and back on the machine that the constants of
 # `fretwear.study.cost` were measured on: what `python -m benchmarks.cost --speed` prints.
@@ -120,16 +116,14 @@ def require_memory(case: Case) -> None:
     available, expected = available_memory(), estimate(case)
     if problem := why_too_large(expected, available):
         coarser = math.sqrt(expected.memory_bytes / max(_ADVISED * available, _LEAST_BYTES))
-        dx, dy = (_rounded_up(1e6 * coarser * spacing) for spacing in case.grid_spacing)
+        cell = []
+        for width in (1e6 * coarser * spacing for spacing in case.grid_spacing):
+            unit = 10.0 ** (math.floor(math.log10(width)) - 1)
+            cell.append(f"{math.ceil(width / unit) * unit:g} um")
         raise MemoryError(
             f"case {case.case_id}: {problem}. Choose a coarser grid, such as "
-            f"cell: [{dx:g} um, {dy:g} um], or run the case where there is more memory"
+            f"cell: [{', '.join(cell)}], or run the case where there is more memory"
         )
-
-
-def _rounded_up(value: float) -> float:
-    unit = 10.0 ** (math.floor(math.log10(value)) - 1)
-    return math.ceil(value / unit) * unit
 
 
 def cores() -> int:
@@ -151,17 +145,6 @@ class Batch:
     seconds: float  # time for all cases on one core, once the job has started
     memory_bytes: int  # memory of the largest case
 
-    @classmethod
-    def of(cls, parts: Sequence[Batch]) -> Batch:
-        """One batch of several."""
-        return cls(
-            first=parts[0].first,
-            last=parts[-1].last,
-            case_ids=tuple(case_id for part in parts for case_id in part.case_ids),
-            seconds=math.fsum(part.seconds for part in parts),
-            memory_bytes=max(part.memory_bytes for part in parts),
-        )
-
 
 def batches(plan: Plan) -> tuple[Batch, ...]:
     """Divide the cases of a study into batches, one per job of the workflow."""
@@ -180,21 +163,29 @@ def joined(single: Sequence[Batch], cases_each: int | None = None) -> tuple[Batc
     machine that sent the job. A batch has a given number of cases or, if None, as many as take
     about `SECONDS_PER_JOB`, but few enough to keep most cores busy.
     """
+    numbers: Iterable[int] = (place // (cases_each or 1) for place in range(len(single)))
     if cases_each is None:
         total = math.fsum(each.seconds for each in single)
         least = min(len(single), LEAST_JOBS)
         spread = min(len(single), JOBS_FOR_MANY_CORES, int(total / SECONDS_WORTH_A_JOB))
         jobs = min(max(least, spread, math.ceil(total / SECONDS_PER_JOB)), MOST_JOBS)
         # The middle of a case decides, so that no batch is left with the remainder.
-        before = accumulate((each.seconds for each in single), initial=0.0)
-        numbers = [
-            int((earlier + 0.5 * each.seconds) / (total / jobs))
-            for earlier, each in zip(before, single, strict=False)
-        ]
-    else:
-        numbers = [place // cases_each for place in range(len(single))]
-    numbered = groupby(zip(numbers, single, strict=True), key=lambda pair: pair[0])
-    return tuple(Batch.of([each for _, each in part]) for _, part in numbered)
+        ends = accumulate(each.seconds for each in single)
+        middles = (end - 0.5 * each.seconds for end, each in zip(ends, single, strict=True))
+        numbers = (int(middle / (total / jobs)) for middle in middles)
+    parts = defaultdict[int, list[Batch]](list)
+    for number, each in zip(numbers, single, strict=True):
+        parts[number].append(each)
+    return tuple(
+        Batch(
+            first=part[0].first,
+            last=part[-1].last,
+            case_ids=tuple(case_id for each in part for case_id in each.case_ids),
+            seconds=math.fsum(each.seconds for each in part),
+            memory_bytes=max(each.memory_bytes for each in part),
+        )
+        for part in parts.values()
+    )
 
 
 def core_seconds(jobs: Sequence[Batch], speed: float = 1.0) -> float:
@@ -246,18 +237,13 @@ def machine_warnings(plan: Plan, available: int | None = None) -> Iterator[str]:
     The memory, bytes, defaults to what is available now.
     """
     available = available_memory() if available is None else available
-    at_once = min(cores(), len(batches(plan)))
-    too_large = [
-        f"{case_id} {problem}"
-        for case_id, expected in plan.estimates.items()
-        if (problem := why_too_large(expected, available))
-    ]
-    if too_large:
+    reasons = ((name, why_too_large(each, available)) for name, each in plan.estimates.items())
+    if too_large := [f"{case_id} {problem}" for case_id, problem in reasons if problem]:
         yield (
-            f"{_cases(len(too_large))} will not fit in the memory of this machine:"
-            f"{_listed(too_large)}\n    choose a coarser cell, or run the study where there is more"
+            f"{_cases(too_large)} will not fit in the memory of this machine:{_listed(too_large)}\n"
+            "    choose a coarser cell, or run the study where there is more"
         )
-    elif plan.memory_bytes * at_once > available:
+    elif plan.memory_bytes * min(cores(), len(batches(plan))) > available:
         yield (
             f"jobs of up to {size_text(plan.memory_bytes)} may not fit in the "
             f"{size_text(available)} of memory available, {cores()} at once\n    to run fewer at "
@@ -265,12 +251,11 @@ def machine_warnings(plan: Plan, available: int | None = None) -> Iterator[str]:
         )
     for doubt, numbers in plan.doubts.items():
         listed = [f"{case_id}: {detail}" for case_id, detail in numbers.items()]
-        where = f"in {_cases(len(numbers))} the contact {doubt.what}"
-        yield f"{where}:{_listed(listed)}\n    {doubt.remedy}"
+        yield f"in {_cases(listed)} the contact {doubt.what}:{_listed(listed)}\n    {doubt.remedy}"
 
 
-def _cases(count: int) -> str:
-    return f"{count} case{'s' * (count != 1)}"
+def _cases(found: Sequence[str]) -> str:
+    return f"{len(found)} case{'s' * (len(found) != 1)}"
 
 
 def _listed(lines: Sequence[str]) -> str:

@@ -22,17 +22,15 @@ from functools import cached_property
 from itertools import count
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from fretwear.data.safe import DataFileError, open_data, open_log, read_data, write_text
 from fretwear.running.resources import Batch, batches
 from fretwear.study.plan import Plan
 from fretwear.study.problems import Problem, StudyError, few_of
 from fretwear.study.study import Study, load_study
-from fretwear.version import __version__, code_digest
+from fretwear.version import code_digest
 
-STUDIES = Path("studies")
-RESULTS = Path("results")
 BATCHES = "batches"
 CAPTION = str(Path(__file__).with_name("caption.rst"))
 """Template of what Snakemake's report says of a figure; none of the results ever is one."""
@@ -51,17 +49,16 @@ def workspace() -> Path:
 SNAKEFILE = str(workspace() / "Snakefile")
 """The workflow itself, for the Snakefile of a folder made by ``fretwear init`` to include."""
 
-LOGS = Path("logs", "simulate")
 ENDED = "the process that ran it ended before it did: it was killed, or ran out of memory or time"
 
+_LOGS = Path("logs", "simulate")
 _SUFFIX = ".failed.json"
 _MOST_RECORD = 100_000
+_MOST_BYTES = 100_000_000
 _MEBIBYTE = 1 << 20
-
 # File systems differ in how finely they keep the time of a file, and clients of a network one too.
 _SECONDS_OF_DOUBT = 2.0
 _HASH_DIGITS = 12
-_MOST_BYTES = 100_000_000
 _FAILURES_LISTED = 20
 
 # A job that exceeds its request is lost; one that requests too much only waits.
@@ -71,7 +68,6 @@ _MINUTES_TO_START = 5
 # In a job on a cluster Snakemake runs twice beside the simulation, and reads the study each time.
 _SNAKEMAKE_MB = 300
 _SNAKEMAKE_MB_PER_POINT = 0.008
-
 
 # The usual value, the form of another one, and what it must be.
 _CHOICES = {
@@ -86,34 +82,39 @@ def chosen(config: Mapping[str, object]) -> dict[str, Any]:
 
     Any other key is a `StudyError`: a misspelt key must not run the default.
     """
-    values, known = {}, tuple(_CHOICES)
-    problems = [
-        Problem(key, value, "is not known", f"known are {', '.join(known)}", None, known, key)
-        for key, value in config.items()
-        if key not in known
-    ]
-    for key, (usual, form, rule) in _CHOICES.items():
-        value = config.get(key, usual)
-        # Snakemake passes some words on as text, others as YAML values.
-        values[key] = "" if value is None else str(value)
-        if not re.fullmatch(form, values[key]):
-            problems.append(Problem(key, value, rule))
+    known = tuple(_CHOICES)
+    rule, remedy = "is not known", f"known are {', '.join(known)}"
+    unknown = [key for key in config if key not in known]
+    problems = [Problem(key, config[key], rule, remedy, None, known, key) for key in unknown]
+    # Snakemake passes some words on as text, others as YAML values.
+    given = {key: config.get(key, usual) for key, (usual, _, _) in _CHOICES.items()}
+    texts = {key: "" if value is None else str(value) for key, value in given.items()}
+    for key, (_, form, rule) in _CHOICES.items():
+        if not re.fullmatch(form, texts[key]):
+            problems.append(Problem(key, given[key], rule))
     if problems:
         raise StudyError(Path("--config"), problems)
-    return {
-        "name": values["study"],
-        "keep_older": values["keep_older"].lower() == "true",
-        "threads": int(values["threads"]),
-    }
+    is_kept = texts["keep_older"].lower() == "true"
+    return {"name": texts["study"], "keep_older": is_kept, "threads": int(texts["threads"])}
 
 
 def study_file(name: str) -> Path:
     """Return the file of a study given by its name in ``studies/`` or as a path to a YAML file."""
-    path = Path(name)
+    path, studies = Path(name), Path("studies")
     if path.suffix not in (".yaml", ".yml"):
-        return STUDIES / f"{name}.yaml"
+        return studies / f"{name}.yaml"
     is_bare_name = path.parent == Path()
-    return STUDIES / path if is_bare_name and not path.exists() else path
+    return studies / path if is_bare_name and not path.exists() else path
+
+
+class Job(NamedTuple):
+    """What Snakemake has to know of the job of a batch."""
+
+    points: str  # the first and the last, for the command line
+    title: str
+    priority: int  # the longest first, so that none is left at the end
+    memory_mb: int  # to be reserved by a scheduler
+    minutes: int  # likewise
 
 
 @dataclass(frozen=True)
@@ -132,22 +133,12 @@ class StudyJobs:
     @property
     def folder(self) -> str:
         """Folder of the results, relative to the working directory."""
-        return str(RESULTS / self.study.name)
-
-    @property
-    def version(self) -> str:
-        """Version of the package: with another one merging, drawing and reporting are repeated."""
-        return __version__
+        return f"results/{self.study.name}"
 
     @property
     def code(self) -> str:
         """Digest of the code that computes: unless kept, cases of another are computed again."""
         return "any" if self.keep_older else code_digest()
-
-    @property
-    def options(self) -> str:
-        """Options of the commands that compute and merge cases."""
-        return "--keep-older" if self.keep_older else ""
 
     @property
     def content(self) -> str:
@@ -158,7 +149,12 @@ class StudyJobs:
     @cached_property
     def batches(self) -> Mapping[str, Batch]:
         """The batches by name, a hash of the contents of their files in any order of points."""
-        return {self._name(batch): batch for batch in batches(Plan(self.study))}
+        found = {}
+        for batch in batches(Plan(self.study)):
+            everything = [self.code, [(each, self._snapshots[each]) for each in batch.case_ids]]
+            text = json.dumps(everything, separators=(",", ":"))
+            found[hashlib.sha256(text.encode()).hexdigest()[:_HASH_DIGITS]] = batch
+        return found
 
     @cached_property
     def targets(self) -> tuple[str, ...]:
@@ -168,41 +164,33 @@ class StudyJobs:
         changed after the batch was done: the file of the last round is then outdated, and a job is
         needed to bring it up to date. Finding this out writes and removes nothing.
         """
-        folder = Path(self.folder)
+        folder, found = Path(self.folder), list[str]()
         present = case_files(folder / "cases")
-        return tuple(
-            f"{name}-{_round(folder / BATCHES / name, batch, present)}"
-            for name, batch in self.batches.items()
-        )
+        for name, batch in self.batches.items():
+            rounds = (folder / BATCHES / f"{name}-{number}.json" for number in count())
+            found += next(
+                [file.stem]
+                for file in rounds
+                if not file.exists() or is_finished(file, batch.case_ids, present)
+            )
+        return tuple(found)
 
     def batch(self, target: str) -> Batch:
         """Return the batch that leaves a file of this name."""
         return self.batches[target.rpartition("-")[0]]
 
-    def points(self, target: str) -> str:
-        """Return the points of a batch for the command line, first and last."""
-        batch = self.batch(target)
-        return f"{batch.first}-{batch.last}"
-
-    def title(self, target: str) -> str:
-        """Return a description of a batch."""
+    def job(self, target: str) -> Job:
+        """Return the job that leaves a file of this name."""
         batch = self.batch(target)
         several = f"{len(batch.case_ids)} cases, points {batch.first} to {batch.last}"
-        return several if len(batch.case_ids) > 1 else batch.case_ids[0]
-
-    def memory_mb(self, target: str) -> int:
-        """Memory in MB that a scheduler should reserve for a batch."""
-        simulation = _MEMORY_MARGIN * self.batch(target).memory_bytes / 1e6
         snakemake = _SNAKEMAKE_MB + _SNAKEMAKE_MB_PER_POINT * self.study.size
-        return math.ceil(simulation + snakemake)
-
-    def minutes(self, target: str) -> int:
-        """Time in min that a scheduler should reserve for a batch."""
-        return _MINUTES_TO_START + math.ceil(_TIME_MARGIN * self.batch(target).seconds / 60.0)
-
-    def priority(self, target: str) -> int:
-        """Return the priority of a batch: the longest first, so that none is left at the end."""
-        return math.ceil(self.batch(target).seconds)
+        return Job(
+            points=f"{batch.first}-{batch.last}",
+            title=several if len(batch.case_ids) > 1 else batch.case_ids[0],
+            priority=math.ceil(batch.seconds),
+            memory_mb=math.ceil(_MEMORY_MARGIN * batch.memory_bytes / 1e6 + snakemake),
+            minutes=_MINUTES_TO_START + math.ceil(_TIME_MARGIN * batch.seconds / 60.0),
+        )
 
     @property
     def failures(self) -> Mapping[str, Failure]:
@@ -221,24 +209,9 @@ class StudyJobs:
         end = f"{self.folder}/report.html shows what is done; the next run tries these again."
         return "\n".join([*lines, end])
 
-    def _name(self, batch: Batch) -> str:
-        cases = self._snapshots
-        everything = [self.code, [(each, cases[each]) for each in batch.case_ids]]
-        text = json.dumps(everything, separators=(",", ":"))
-        return hashlib.sha256(text.encode()).hexdigest()[:_HASH_DIGITS]
-
     @cached_property
     def _snapshots(self) -> Mapping[str, tuple[int, ...]]:
         return {case_id: case.output_cycles for case_id, case in self.study.cases().items()}
-
-
-def _round(path: Path, batch: Batch, present: Mapping[str, FileTrace]) -> int:
-    rounds = ((number, Path(f"{path}-{number}.json")) for number in count())
-    return next(
-        number
-        for number, left in rounds
-        if not left.exists() or is_finished(left, batch.case_ids, present)
-    )
 
 
 # The workflow of a large study cannot read every case file each time it starts. A batch has checked
@@ -261,8 +234,7 @@ def case_files(folder: Path) -> dict[str, FileTrace]:
 
 def write_finished(path: Path, cases: Path, case_ids: Iterable[str]) -> None:
     """Record in ``path`` that these cases, with files in the folder ``cases``, are finished."""
-    present = case_files(cases)
-    listed = {}
+    present, listed = case_files(cases), {}
     for case_id in case_ids:
         if case_id not in present:
             problem = "was removed while the other cases of its batch ran"
@@ -305,40 +277,33 @@ def record(results: str | PathLike[str], case_id: str, reason: str = ENDED) -> N
 
     The start of a case is recorded too, because a process that is killed cannot do so later.
     """
-    log = (LOGS / f"{case_id}.log").as_posix()
+    log = (_LOGS / f"{case_id}.log").as_posix()
     failure = Failure(case_id, reason, log, datetime.now(UTC).isoformat(timespec="seconds"))
-    with open_log(_failure_file(results, case_id)) as stream:
+    with open_log(Path(results) / _LOGS / f"{case_id}{_SUFFIX}") as stream:
         stream.write(json.dumps(asdict(failure), indent=1) + "\n")
 
 
 def forget(results: str | PathLike[str], case_id: str) -> None:
     """Remove the record of a case that now has a result."""
     with suppress(OSError):
-        _failure_file(results, case_id).unlink(missing_ok=True)
+        (Path(results) / _LOGS / f"{case_id}{_SUFFIX}").unlink(missing_ok=True)
 
 
 def failures(results: str | PathLike[str]) -> dict[str, Failure]:
     """Return the cases that were started and have no result, by id."""
-    found = (_read(file) for file in sorted((Path(results) / LOGS).glob(f"*{_SUFFIX}")))
-    return {failure.case_id: failure for failure in found if failure is not None}
-
-
-def _failure_file(results: str | PathLike[str], case_id: str) -> Path:
-    return Path(results) / LOGS / f"{case_id}{_SUFFIX}"
-
-
-def _read(file: Path) -> Failure | None:
-    try:
-        failure = Failure(**json.loads(read_data(file, _MOST_RECORD)))
-    except (OSError, ValueError, TypeError, RecursionError):
-        return None
-    valid = all(isinstance(text, str) for text in asdict(failure).values())
-    return failure if valid and failure.case_id == file.name.removesuffix(_SUFFIX) else None
+    found = {}
+    for file in sorted((Path(results) / _LOGS).glob(f"*{_SUFFIX}")):
+        with suppress(OSError, ValueError, TypeError, RecursionError):
+            failure = Failure(**json.loads(read_data(file, _MOST_RECORD)))
+            is_text = all(isinstance(each, str) for each in asdict(failure).values())
+            if is_text and file.name == f"{failure.case_id}{_SUFFIX}":
+                found[failure.case_id] = failure
+    return found
 
 
 def log_file(results: str | PathLike[str], case_id: str) -> Path:
     """Return the log file of a case of a study."""
-    return Path(results) / LOGS / f"{case_id}.log"
+    return Path(results) / _LOGS / f"{case_id}.log"
 
 
 def log_end(results: str | PathLike[str], case_id: str, most: int = 4000) -> str:
@@ -353,14 +318,13 @@ def log_end(results: str | PathLike[str], case_id: str, most: int = 4000) -> str
     return text if size <= most else text.partition("\n")[2]
 
 
-@dataclass(frozen=True)
-class Spent:
+class Spent(NamedTuple):
     """Resources used by jobs, from the tables that Snakemake writes."""
 
     jobs: int  # how many jobs
     seconds: float  # time on the clock, one job after the other
     processor_seconds: float  # processor time, s
-    memory_bytes: float  # Memory of the largest; NaN where it was not measured.
+    memory_bytes: float  # memory of the largest; NaN where it was not measured
 
 
 def spent_on_simulations(results: str | PathLike[str]) -> Spent | None:
@@ -371,26 +335,15 @@ def spent_on_simulations(results: str | PathLike[str]) -> Spent | None:
     """
     rows = []
     for file in sorted(Path(results, "benchmarks").glob("*/**/*.tsv")):
-        with suppress(OSError, UnicodeDecodeError, csv.Error):
+        with suppress(OSError, ValueError, csv.Error):
             lines = read_data(file, _MOST_RECORD).decode("utf-8").splitlines()
             for last in [*csv.DictReader(lines, dialect="excel-tab")][-1:]:
-                rows.append([_number(last.get(name)) for name in ("s", "cpu_time", "max_rss")])
-    rows = [row for row in rows if math.isfinite(row[0])]
+                texts = [last.get(name) for name in ("s", "cpu_time", "max_rss")]
+                row = [math.nan if text in (None, "", "-", "NA") else float(text) for text in texts]
+                rows += [row] if math.isfinite(row[0]) else []
     if not rows:
         return None
     columns = zip(*rows, strict=True)
     seconds, processor, memory = (list(filter(math.isfinite, each)) for each in columns)
-    return Spent(
-        jobs=len(rows),
-        seconds=math.fsum(seconds),
-        processor_seconds=math.fsum(processor),
-        memory_bytes=max(memory, default=math.nan) * _MEBIBYTE,
-    )
-
-
-def _number(text: str | None) -> float:
-    """Read what was measured; NaN where it was not."""
-    try:
-        return float(text or "nan")
-    except ValueError:
-        return math.nan
+    largest = max(memory, default=math.nan) * _MEBIBYTE
+    return Spent(len(rows), math.fsum(seconds), math.fsum(processor), largest)
