@@ -133,8 +133,8 @@ def zones_of_tip(case: Case) -> dict[str, tuple[Spacing, float]]:
     return zones
 
 
-def rounded_down(length: float) -> float:
-    """Return a length of two digits."""
-    unit = 10.0 ** (math.floor(math.log10(length)) - 1)
+def rounded_down(length: float, digits: int = 2) -> float:
+    """Return a length of a few digits."""
+    unit = 10.0 ** (math.floor(math.log10(length)) + 1 - digits)
     # The nudge keeps 0.5 um from becoming 0.49 um by the last bit of a division.
-    return float(f"{math.floor(length / unit * (1.0 + 1e-9)) * unit:.2g}")
+    return float(f"{math.floor(length / unit * (1.0 + 1e-9)) * unit:.{digits}g}")
