@@ -9,12 +9,11 @@ from fretwear.mechanics.contact import Accuracy, ContactProblem, Layer
 from fretwear.mechanics.geometry import Array, Even, HalfSpace, Mask
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.loading import NormalLoad, Sliding, TangentialRatio
-from fretwear.mechanics.materials import Coulomb
+from fretwear.mechanics.materials import Archard, Coulomb
 from fretwear.mechanics.roughness import Roughness
 from fretwear.mechanics.slip import Jaeger, ReducedContact
 from fretwear.mechanics.state import WearProblem
 from fretwear.mechanics.surfaces import Sphere
-from fretwear.mechanics.wear_laws import Archard
 from fretwear.theory import HertzContact, composite_modulus, coupling_ratio
 
 STEEL = (208e9, 0.3)

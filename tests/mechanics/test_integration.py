@@ -12,13 +12,12 @@ from hypothesis import strategies as st
 from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.integrator import WearError, evolve, first_loading
 from fretwear.mechanics.loading import NormalLoad
-from fretwear.mechanics.materials import Coulomb
+from fretwear.mechanics.materials import Archard, Coulomb
 from fretwear.mechanics.measures import measure
 from fretwear.mechanics.slip import Jaeger
 from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.state import State
 from fretwear.mechanics.surfaces import Sphere
-from fretwear.mechanics.wear_laws import Archard
 from fretwear.theory import HertzContact, LimitingState
 
 from .explicit import Worn, explicit_wear

@@ -11,13 +11,19 @@ from fretwear.mechanics.geometry.dense import Line, influence_of_cell
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.loading import NormalLoad, SlidingAmplitude
-from fretwear.mechanics.materials import Coulomb, Course, ElasticBodies
+from fretwear.mechanics.materials import (
+    Archard,
+    Coulomb,
+    Course,
+    ElasticBodies,
+    EnergyWear,
+    FallingCoefficient,
+)
 from fretwear.mechanics.measures import measure
 from fretwear.mechanics.roughness import BothRough, WavyRoughness
 from fretwear.mechanics.slip import ReducedContact, SlipModel
 from fretwear.mechanics.stroke import Rubbing, positions, slide
 from fretwear.mechanics.surfaces import Cylinder
-from fretwear.mechanics.wear_laws import Archard, EnergyWear, FallingCoefficient
 
 from . import oracles
 from .problems import P0, SPHERE, folded, fretting, unfolded

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from fretwear import figures, parts
+from fretwear.mechanics.materials import WearLaw
 from fretwear.mechanics.roughness import Roughness
 from fretwear.mechanics.slip import Jaeger, ReducedContact, SlipModel
-from fretwear.mechanics.wear_laws import WearLaw
 from fretwear.parts import Choice, Quantity, WholeNumber
 from fretwear.running.simulate import simulate
 from fretwear.study.case import Case, CaseError

@@ -1,9 +1,10 @@
-"""The bodies and the friction between them."""
+"""What the bodies are made of: elasticity, the friction between them, laws for their wear."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import Annotated, Any, Literal
@@ -17,6 +18,7 @@ from fretwear.parts import (
     Quantity,
     QuantityError,
     WholeNumber,
+    declared,
     is_list,
     keys_schema,
     pair,
@@ -27,15 +29,8 @@ from fretwear.theory import composite_modulus, coupling_ratio
 class Bodies(Part):
     """The elastic bodies, represented by one half-space."""
 
-    @property
-    def composite_modulus(self) -> float:
-        """E* in Pa."""
-        raise NotImplementedError
-
-    @property
-    def coupling(self) -> float:
-        """κ = E*/G*, tangential compliance relative to the normal one."""
-        raise NotImplementedError
+    composite_modulus: float  # E*, Pa
+    coupling: float  # κ = E*/G*, tangential compliance relative to the normal one
 
     def coupling_weighing(self, weight: float) -> float:  # noqa: ARG002 - where one is all there is
         """κ in a contact in which Poisson's ratio has a given weight, 1/2 for a circle."""
@@ -62,29 +57,26 @@ class ElasticBodies(Bodies):
     ]
     kind: Literal["elastic"] = "elastic"
 
+    slug = ""  # materials are left out of the id
+
     @property
     def _constants(self) -> tuple[float, float, float, float]:
         moduli, ratios = pair(self.youngs_modulus), pair(self.poisson_ratio)
         return moduli[0], ratios[0], moduli[1], ratios[1]
 
     @cached_property
-    def composite_modulus(self) -> float:
+    def composite_modulus(self) -> float:  # type: ignore[override]
         """E* in Pa, from 1/E* = (1−ν1²)/E1 + (1−ν2²)/E2."""
         return composite_modulus(*self._constants)
 
     @cached_property
-    def coupling(self) -> float:
+    def coupling(self) -> float:  # type: ignore[override]
         """κ = E*/G*, with 1/G* = (2−ν1)/(4G1) + (2−ν2)/(4G2)."""
         return coupling_ratio(*self._constants)
 
     def coupling_weighing(self, weight: float) -> float:
         """κ in a contact in which Poisson's ratio has a given weight, 1/2 for a circle."""
         return coupling_ratio(*self._constants, weight)
-
-    @property
-    def slug(self) -> str:
-        """Materials are left out of the id."""
-        return ""
 
 
 @dataclass(frozen=True)
@@ -100,6 +92,11 @@ class Course:
     def at(self, cycle: float) -> float:
         """The value at a cycle."""
         return float(np.interp(cycle, self.cycles, self.values))
+
+    def __str__(self) -> str:
+        """``0.2 at cycle 0, 0.6 at 500``."""
+        points = (f"{v:g} at {n:g}" for n, v in zip(self.cycles, self.values, strict=True))
+        return ", ".join(points).replace(" at 0", " at cycle 0", 1)
 
 
 @dataclass(frozen=True)
@@ -142,48 +139,30 @@ class OverCycles(Quantity):
 
     def coordinates(self, name: str, value: Any) -> Iterator[tuple[str, Parameter, float | str]]:
         """Yield the value, or that at cycle 0 and the table as text."""
-        if not isinstance(value, Course):
-            yield name, self, value
-            return
-        yield name, self, value.values[0]
-        table = f"{name} over the cycles"
-        yield f"{name}_over_cycles", Quantity("1", table, table), course_text(value)
+        varies = isinstance(value, Course)
+        yield name, self, value.values[0] if varies else value
+        if varies:
+            table = f"{name} over the cycles"
+            yield f"{name}_over_cycles", Quantity("1", table, table), str(value)
 
     def text(self, value: Any) -> str:
         """Return the value, or the table, for people."""
-        return course_text(value) if isinstance(value, Course) else super().text(value)
+        return str(value) if isinstance(value, Course) else super().text(value)
 
 
 _CYCLE = WholeNumber("$N$", "cycle", 0, 10**9, 500)
 
 
-def course_text(course: Course) -> str:
-    """``0.2 at cycle 0, 0.6 at 500``."""
-    points = [f"{value:g} at {n:g}" for n, value in zip(course.cycles, course.values, strict=True)]
-    return ", ".join(points).replace(" at 0", " at cycle 0", 1)
-
-
 class Friction(Part):
     """The law for the tangential traction of slipping cells."""
 
-    @property
-    def coefficient(self) -> float:
-        """Coefficient of friction µ, at cycle 0 where it changes."""
-        raise NotImplementedError
-
-    @property
-    def least(self) -> float:
-        """Smallest coefficient of all cycles."""
-        return self.coefficient
+    coefficient: float  # coefficient of friction µ, at cycle 0 where it changes
+    least: float  # smallest coefficient of all cycles
+    kinks: tuple[float, ...] = ()  # cycles at which the coefficient does not change smoothly
 
     def at(self, cycle: float) -> Friction:  # noqa: ARG002 - constant unless a kind says otherwise
         """The friction of a cycle."""
         return self
-
-    @property
-    def kinks(self) -> tuple[float, ...]:
-        """Cycles at which the coefficient does not change smoothly."""
-        return ()
 
 
 @dataclass(frozen=True)
@@ -199,32 +178,216 @@ class Coulomb(Friction):
     kind: Literal["coulomb"] = "coulomb"
 
     @property
-    def _values(self) -> tuple[float, ...]:
-        return self.friction.values if isinstance(self.friction, Course) else (self.friction,)
+    def _course(self) -> Course:
+        value = self.friction
+        return value if isinstance(value, Course) else Course((), (value,))
 
     @property
-    def coefficient(self) -> float:
+    def coefficient(self) -> float:  # type: ignore[override]
         """Coefficient of friction µ, at cycle 0 where it changes."""
-        return self._values[0]
+        return self._course.values[0]
 
     @property
-    def least(self) -> float:
+    def least(self) -> float:  # type: ignore[override]
         """Smallest coefficient of all cycles."""
-        return min(self._values)
+        return min(self._course.values)
 
     @property
-    def kinks(self) -> tuple[float, ...]:
+    def kinks(self) -> tuple[float, ...]:  # type: ignore[override]
         """Cycles at which the coefficient does not change smoothly."""
-        return self.friction.cycles if isinstance(self.friction, Course) else ()
+        return self._course.cycles
 
     def at(self, cycle: float) -> Friction:
         """The friction of a cycle."""
-        if not isinstance(self.friction, Course):
-            return self
-        return Coulomb.unchecked(friction=self.friction.at(cycle))
+        return Coulomb.unchecked(friction=self._course.at(cycle)) if self.kinks else self
 
     @property
     def slug(self) -> str:
         """``mu0.5``, ``mu0.2to0.6``."""
-        first, *later = self._values
+        first, *later = self._course.values
         return f"mu{first:.4g}" + (f"to{later[-1]:.4g}" if later else "")
+
+
+@dataclass(frozen=True)
+class OfBodies(PerBody):
+    """One value for the wear of both bodies together, or a pair [indenter, flat]."""
+
+    may_be_drawn = True
+    meaning = "one value for both bodies together, or two: [indenter, flat]"
+    suffixes = (("indenter", "of the indenter"), ("flat", "of the flat"))
+
+    def canonical(self, value: Any) -> Any:
+        """Return the value, or both."""
+        return list(value) if isinstance(value, tuple) else value
+
+    def coordinates(self, name: str, value: Any) -> Iterator[tuple[str, Parameter, float | str]]:
+        """Yield the value for both together, and those of each body if known."""
+        yield name, self, _total(value)
+        if isinstance(value, tuple):
+            for (suffix, words), each in zip(self.suffixes, value, strict=True):
+                yield f"{name}_{suffix}", replace(self, words=f"{self.words} {words}"), each
+
+
+def _total(value: float | tuple[float, float]) -> float:
+    return sum(value) if isinstance(value, tuple) else value
+
+
+def _shares(value: float | tuple[float, float]) -> tuple[float, float] | None:
+    return (value[0] / sum(value), value[1] / sum(value)) if isinstance(value, tuple) else None
+
+
+@dataclass(frozen=True)
+class FallingCoefficient:
+    """Wear per energy that falls with the density φ of friction power: (α₀ − α₁) e^(−εφ) + α₁."""
+
+    slow: Annotated[
+        float | tuple[float, float],
+        OfBodies("Pa-1", "$α_0$", "wear per energy at low power", "mm^3/J", above=0.0),
+    ]
+    fast: Annotated[
+        float | tuple[float, float],
+        OfBodies("Pa-1", "$α_1$", "wear per energy at high power", "mm^3/J", above=0.0),
+    ]
+    decay: Annotated[float, Quantity("m2 W-1", "$ε$", "decay with power", "mm^2/W", above=0.0)]
+    frequency: Annotated[float, Quantity("s-1", "$f$", "frequency", "Hz", above=0.0)]
+
+    def at(self, energy_density: float) -> float:
+        """α, 1/Pa, of both bodies at an energy per cycle and contact area, J/m²."""
+        fading = math.exp(-self.decay * self.frequency * energy_density)
+        slow, fast = _total(self.slow), _total(self.fast)
+        return (slow - fast) * fading + fast
+
+
+@dataclass(frozen=True)
+class PerEnergy(OfBodies):
+    """Wear per energy: a value, a pair [indenter, flat], or a mapping if it falls with power."""
+
+    forms = (FallingCoefficient((1.0, 1.0), (1.0, 1.0), 1.0, 1.0), *Parameter.forms)
+
+    def read(self, value: object, units_required: bool) -> Any:
+        """Return a float, a pair of floats or a `FallingCoefficient`."""
+        if isinstance(value, FallingCoefficient):
+            return value
+        if not isinstance(value, Mapping):
+            return super().read(value, units_required)
+        known = declared(FallingCoefficient)
+        if set(value) != set(known):
+            raise QuantityError(
+                f"must be one value, two, or a mapping of {', '.join(known)}",
+                "{slow: 5.1e-4 mm^3/J, fast: 1e-4 mm^3/J, decay: 11 mm^2/W, frequency: 10 Hz}",
+            )
+        read = {}
+        for name, about in known.items():
+            try:
+                read[name] = about.read(value[name], units_required)
+            except QuantityError as error:
+                rule = f"has {name} = {value[name]} that {error.rule}"
+                raise QuantityError(rule, error.hint) from error
+        # Of both together the indenter has a part that no body has.
+        low, high = (_shares(read[name]) or (-1.0,) for name in ("slow", "fast"))
+        if not math.isclose(low[0], high[0], rel_tol=1e-6):
+            raise QuantityError(
+                "must have parts of the bodies, [indenter, flat], that are alike in slow and fast",
+                "slow: [2.55e-4 mm^3/J, 2.55e-4 mm^3/J], fast: [5e-5 mm^3/J, 5e-5 mm^3/J]",
+            )
+        return FallingCoefficient(**read)
+
+    def schema(self) -> dict[str, Any]:
+        """JSON Schema of the value in a study file."""
+        known = {name: about.schema() for name, about in declared(FallingCoefficient).items()}
+        return {"anyOf": [*super().schema()["anyOf"], keys_schema(known, [*known])]}
+
+    def canonical(self, value: Any) -> Any:
+        """Return the value, both, or the mapping."""
+        if not isinstance(value, FallingCoefficient):
+            return super().canonical(value)
+        known = declared(FallingCoefficient).items()
+        return {name: about.canonical(getattr(value, name)) for name, about in known}
+
+    def coordinates(self, name: str, value: Any) -> Iterator[tuple[str, Parameter, float | str]]:
+        """Yield what `OfBodies` does, or each value of the mapping."""
+        if not isinstance(value, FallingCoefficient):
+            yield from super().coordinates(name, value)
+            return
+        yield name, self, _total(value.slow)
+        for each, about in declared(FallingCoefficient).items():
+            yield from about.coordinates(f"{name}_{each}", getattr(value, each))
+
+    def text(self, value: Any) -> str:
+        """Return the value in readable units."""
+        return super().text(value.slow if isinstance(value, FallingCoefficient) else value)
+
+
+class WearLaw(Part):
+    """Worn depth in proportion to pressure and path of slip."""
+
+    slug = ""  # the coefficient is left out of the id
+    follows_power: bool = False  # whether the proportion depends on the dissipated energy
+    # Fractions of indenter and flat in the wear; None if only their sum is known.
+    shares: tuple[float, float] | None = None
+
+    def coefficient(self, friction: Friction, energy_density: float = 0.0) -> float:
+        """Worn depth of both bodies together per pressure and path of slip, 1/Pa.
+
+        ``energy_density`` is the energy per cycle and area of contact, J/m².
+        """
+        raise NotImplementedError
+
+
+@dataclass(frozen=True)
+class Archard(WearLaw):
+    """Archard (1953), J. Appl. Phys. 24, 981-988: the coefficient is a constant."""
+
+    wear_coefficient: Annotated[
+        float | tuple[float, float],
+        OfBodies("Pa-1", "$K_w$", "wear coefficient", "/ Pa", above=0.0),
+        "Archard's wear coefficient K_w: depth per pressure and path of slip, of "
+        "both bodies together or [indenter, flat]. Or give energy_wear_coefficient.",
+    ]
+    kind: Literal["archard"] = "archard"
+
+    def coefficient(self, *_: Any, **__: Any) -> float:
+        """K_w, 1/Pa."""
+        return _total(self.wear_coefficient)
+
+    @property
+    def shares(self) -> tuple[float, float] | None:  # type: ignore[override]
+        """Fractions of indenter and flat in the wear."""
+        return _shares(self.wear_coefficient)
+
+
+@dataclass(frozen=True)
+class EnergyWear(WearLaw):
+    """Wear volume in proportion to the dissipated energy: K = αµ (Fouvry et al. 1996).
+
+    Fouvry, Kapsa and Vincent, "Quantification of fretting damage", Wear 200 (1996), 186-205.
+    """
+
+    energy_wear_coefficient: Annotated[
+        float | tuple[float, float] | FallingCoefficient,
+        PerEnergy(
+            "Pa-1", "$α$", "energy wear coefficient", "mm^3/J", like="5e-5 mm^3/J", above=0.0
+        ),
+        "Wear volume per dissipated energy α, of both bodies together or "
+        "[indenter, flat]; or a mapping of slow, fast, decay and frequency where it falls "
+        "with the mean density of friction power. Or give wear_coefficient.",
+    ]
+    kind: Literal["energy"] = "energy"
+
+    @property
+    def follows_power(self) -> bool:  # type: ignore[override]
+        """Whether α falls with the friction power."""
+        return isinstance(self.energy_wear_coefficient, FallingCoefficient)
+
+    def coefficient(self, friction: Friction, energy_density: float = 0.0) -> float:
+        """K = αµ, 1/Pa."""
+        value = self.energy_wear_coefficient
+        if isinstance(value, FallingCoefficient):
+            value = value.at(energy_density)
+        return _total(value) * friction.coefficient
+
+    @property
+    def shares(self) -> tuple[float, float] | None:  # type: ignore[override]
+        """Fractions of indenter and flat in the wear."""
+        value = self.energy_wear_coefficient
+        return _shares(value.slow if isinstance(value, FallingCoefficient) else value)

@@ -15,12 +15,11 @@ from fretwear.mechanics.geometry.dense import Line
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.loading import Loading, Normal, Sliding
-from fretwear.mechanics.materials import Bodies, Friction
+from fretwear.mechanics.materials import Archard, Bodies, Friction, WearLaw
 from fretwear.mechanics.roughness import Roughness
 from fretwear.mechanics.slip import ReducedContact, SlipModel
 from fretwear.mechanics.surfaces import Indenter
 from fretwear.mechanics.team import ALONE, Team
-from fretwear.mechanics.wear_laws import Archard, WearLaw
 from fretwear.theory import HertzContact, LimitingState
 
 CONTACT_GAP = 1e-5

@@ -17,11 +17,10 @@ from typing import Annotated, Any, ClassVar, Self
 import fretwear.mechanics.measured  # noqa: F401 - its kinds
 from fretwear.mechanics.geometry import Even
 from fretwear.mechanics.loading import Loading, Normal
-from fretwear.mechanics.materials import Bodies, Friction
+from fretwear.mechanics.materials import Bodies, Friction, WearLaw
 from fretwear.mechanics.roughness import BothRough, Roughness
 from fretwear.mechanics.slip import Jaeger, SlipModel
 from fretwear.mechanics.surfaces import Indenter
-from fretwear.mechanics.wear_laws import WearLaw
 from fretwear.parts import (
     AlongXY,
     Flag,

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from fretwear.mechanics.wear_laws import Archard
+from fretwear.mechanics.materials import Archard
 from fretwear.study.cost import Estimate
 from fretwear.study.doubts import Doubt, doubts, dundurs_beta
 from fretwear.study.parameters import coordinate
