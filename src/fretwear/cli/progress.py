@@ -16,9 +16,8 @@ import traceback
 import warnings
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from datetime import UTC, datetime
-from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
@@ -31,8 +30,6 @@ from fretwear.study.problems import printable
 from fretwear.units import LENGTH, duration_text, format_quantity
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from fretwear.running.simulate import Step
     from fretwear.study.case import Case
 
@@ -52,7 +49,6 @@ _LONGEST_INTERVAL = 60.0
 _INTERVAL_SHARE = 0.02
 
 _RECENT_STEPS = 6
-_FASTEST_GROWTH = 2.0
 # The plan's estimate still weighs a half when a tenth of the cycles is done.
 _TRUST_IN_STEPS = 0.3
 _SMALLEST_SHARE = 0.1
@@ -73,43 +69,45 @@ class Log:
         stream: TextIO | Unfailing | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        self._is_json = log_format == "json"
-        self._is_quiet, self._clock = quiet, clock
+        self._is_json, self._is_quiet, self._clock = log_format == "json", quiet, clock
         self._output: Any = Unfailing(stream or sys.stderr)
         # The colours that FORCE_COLOR wants in a log file do not make a terminal of it.
         redraws = os.environ.get("TERM", "").lower() not in ("dumb", "unknown")
         may_have_bar = log_format == "auto" and not quiet and stream is None
         self._has_bar = may_have_bar and redraws and self._output.isatty()
         self._batch: TimeLeft | None = None
-        self._command: tuple[str, float] | None = None
+        self._command, self._started, self.typed = "", 0.0, ""
         self._file: str | None = None
-        self._console: Console | None = None
+        self._console: Any = None
         if not self._is_json:
             from rich.console import Console
 
-            colours: Any = "auto" if stream is None else None
-            known: Any = {"stderr": stream is None, "file": self._output, "highlight": False}
-            self._console = Console(color_system=colours, **known)
+            known: Any = {"file": self._output, "stderr": stream is None, "highlight": False}
+            self._console = Console(color_system=None if stream else "auto", **known)
 
     def begin(self, command: str, typed: str = "") -> None:
         """Report the start of a command; from here on warnings become events for programs."""
-        self._command, self.typed = (command, self._clock()), typed
+        self._command, self._started, self.typed = command, self._clock(), typed
         if self._is_json:
 
             def warn(message: Any, category: Any, *where: Any, **_: Any) -> None:
-                fields = {"message": str(message), "category": category.__name__}
-                self._say("warning", {**fields, "where": f"{where[0]}:{where[1]}"})
+                told = {"message": str(message), "category": category.__name__}
+                self._say("warning", **told, where=f"{where[0]}:{where[1]}")
 
             warnings.showwarning = warn
-        self._say("start", {"command": command, "version": fretwear.__version__})
+        self._say("start", command=command, version=fretwear.__version__)
 
     def end(self, exit_status: int) -> None:
         """Tell programs that the command ends."""
-        if self._command is not None:
-            command, started = self._command
-            which = {"command": command, "status": _END_STATUS.get(exit_status, "stopped")}
-            numbers = {"exit_status": exit_status, "seconds": self._clock() - started}
-            self._say("end", {**which, **numbers, "file": self._file})
+        if self._command:
+            self._say(
+                "end",
+                command=self._command,
+                status=_END_STATUS.get(exit_status, "stopped"),
+                exit_status=exit_status,
+                seconds=self._clock() - self._started,
+                file=self._file,
+            )
 
     def error(
         self, message: str, exit_status: int, event: str = "error", defect: Exception | None = None
@@ -127,12 +125,12 @@ class Log:
 
     def note(self, message: str) -> None:
         """Say something worth knowing that is neither an error nor a result."""
-        self._say("note", {"message": message}, message)
+        self._say("note", message, message=message)
 
     def result(self, file: Path, message: str, **numbers: float) -> None:
         """Say which file or folder was written, with a message for people, numbers for programs."""
         self._file = str(file)
-        self._say("result", {"file": str(file), "message": message, **numbers})
+        self._say("result", file=self._file, message=message, **numbers)
         if not self._is_json and not self._is_quiet:
             with suppress(CommandError, typer.Exit):  # The file is there all the same.
                 say(f"{file}: {message}")
@@ -151,13 +149,11 @@ class Log:
         """Report a case that runs in the context; the observer must be called at every step."""
         timing = self._batch or _time_left({case.case_id: case}, self._clock)
         timing.begin(case.case_id, case.cycles)
-        name = f"case {timing.number} of {timing.count}" if timing.count > 1 else ""
-        which: dict[str, Any] = {"case_id": case.case_id}
+        which: Any = {"case_id": case.case_id}
         which |= {"case_number": timing.number, "case_count": timing.count}
-        begun = {**which, "cycles": case.cycles, "file": str(file)}
-        self._say(
-            "case_start", begun, f"{name}: {case.case_id}" if name else f"case {case.case_id}"
-        )
+        name = f"case {timing.number} of {timing.count}" if timing.count > 1 else ""
+        begun = f"{name}: {case.case_id}" if name else f"case {case.case_id}"
+        self._say("case_start", begun, **which, cycles=case.cycles, file=str(file))
         last: Step | None = None
         told = -math.inf
 
@@ -165,28 +161,30 @@ class Log:
             nonlocal last, told
             timing.note(step.state.cycle)
             last, now = step, timing.seconds
-            show(step)
+            if show:
+                show(step)
             interval = min(_LONGEST_INTERVAL, max(_SHORTEST_INTERVAL, _INTERVAL_SHARE * now))
             if step.state.cycle < step.last_cycle and now - told < interval:
                 return
             told = now
-            numbers = {
-                "cycle": step.state.cycle,
-                "cycles": step.last_cycle,
-                "step": step.state.step,
-                "error_estimate": step.state.error_estimate,
+            self._say(
+                "step",
+                # A bar shows every step; lines would only repeat it.
+                "" if show else step_text(step, timing.seconds_left),
+                **which,
+                cycle=step.state.cycle,
+                cycles=step.last_cycle,
+                step=step.state.step,
+                error_estimate=step.state.error_estimate,
                 **{name: getattr(step.measures, name) for name in _MEASURES},
-                "seconds": now,
-                "seconds_left": timing.seconds_left,
-                "batch_seconds_left": timing.batch_seconds_left,
-            }
-            # A bar shows every step; lines would only repeat it.
-            text = "" if self._has_bar else step_text(step, timing.seconds_left)
-            self._say("step", {**which, **numbers}, text)
+                seconds=now,
+                seconds_left=timing.seconds_left,
+                batch_seconds_left=timing.batch_seconds_left,
+            )
 
         status, text = "done", ""
         try:
-            with self._bar(timing) as show:
+            with self._bar(timing) if self._has_bar else nullcontext() as show:
                 yield observe
             timing.end()
             if name:
@@ -194,12 +192,12 @@ class Log:
                 text = f"{name} done in {duration_text(timing.seconds)}, {left}"
         except BaseException as error:
             status = "failed" if isinstance(error, Exception) else "stopped"
-            text = step_text(last, timing.seconds_left) if last is not None else ""
+            text = step_text(last, timing.seconds_left) if last else ""
             raise
         finally:
-            place = {} if last is None else {"cycle": last.state.cycle, "step": last.state.step}
-            which |= {"status": status, **place, "seconds": timing.seconds, "file": str(file)}
-            self._say("case_end", which, text)
+            place = {"cycle": last.state.cycle, "step": last.state.step} if last else {}
+            ended = {"status": status, **place, "seconds": timing.seconds, "file": str(file)}
+            self._say("case_end", text, **which, **ended)
 
     @contextmanager
     def counting(self, thing: str) -> Iterator[Callable[[int, int], None]]:
@@ -215,9 +213,6 @@ class Log:
     @contextmanager
     def _bar(self, timing: TimeLeft) -> Iterator[Observer]:
         """Show on a terminal how far a case and its batch are, until the context ends."""
-        if not self._has_bar:
-            yield lambda _: None
-            return
         from rich.console import Group
         from rich.live import Live
         from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn
@@ -226,15 +221,14 @@ class Log:
 
         class Left(ProgressColumn):
             def render(self, task: Task) -> Text:
-                return Text(left_text(task.fields["seconds_left"]()), no_wrap=True)
+                return Text(left_text(getattr(timing, task.fields["left"])), no_wrap=True)
 
         bar = BarColumn(None, table_column=Column(ratio=1))
         bars = Progress(TextColumn("{task.description}"), bar, Left(), expand=True)
-        one = bars.add_task("first loading", total=1.0, seconds_left=lambda: timing.seconds_left)
+        one = bars.add_task("first loading", total=1.0, left="seconds_left")
         if timing.count > 1:
-            of_batch: Any = {"completed": timing.number - 1, "total": timing.count}
-            of_batch["seconds_left"] = lambda: timing.batch_seconds_left
-            bars.add_task(f"all {timing.count} cases", **of_batch)
+            done: Any = {"completed": timing.number - 1, "total": timing.count}
+            bars.add_task(f"all {timing.count} cases", **done, left="batch_seconds_left")
         numbers = Text(no_wrap=True, overflow="ellipsis")
 
         def show(step: Step) -> None:
@@ -248,7 +242,7 @@ class Log:
         with Live(shown, console=self._console, transient=True, redirect_stdout=False):
             yield show
 
-    def _say(self, event: str, fields: Mapping[str, Any], text: str = "") -> None:
+    def _say(self, event: str, text: str = "", /, **fields: Any) -> None:
         """Write a message: text for people, fields for programs, nothing in a quiet log."""
         if self._is_quiet:
             return
@@ -267,7 +261,6 @@ class Log:
         """Print above the bar, if there is one, without markup or line breaks."""
         from rich.text import Text
 
-        assert self._console is not None
         told = Text.assemble((label, "bold red"), printable(text))
         self._console.print(told, soft_wrap=True)
 
@@ -277,59 +270,47 @@ class TimeLeft:
 
     It follows from the plan, the estimated time of each case, s, by its id, and from the last
     steps. Steps grow by orders of magnitude over a run, each takes about as long as the one before,
-    and where the bodies yield they stop growing. Extrapolating the speed of the last steps in
-    cycles per second therefore overestimates the time at first, and extrapolating their growth
-    underestimates it: the geometric mean of both is used, combined with the plan, whose weight
-    falls as cycles are done.
+    and where the bodies yield they stop growing. So the last steps overestimate the time if
+    continued in cycles per second, and underestimate it if continued in the logarithm of cycles:
+    the geometric mean of both is combined with the plan, whose weight falls as cycles are done.
     """
 
     def __init__(self, planned: Mapping[str, float], clock: Callable[[], float]) -> None:
-        self._clock, self._ahead = clock, dict(planned)
+        self._clock, self._ahead, self._slowness = clock, dict(planned), 1.0
         self._planned_before = self._taken_before = 0.0
-        self._slowness = 1.0
         self.number, self.count = 0, len(planned)  # of cases that have begun, of all
 
     def begin(self, case_id: str, cycles: int) -> None:
         """Start a case; its planned time is corrected by that of the cases before it."""
         self.number += 1
-        self._case_planned = self._ahead.pop(case_id)
-        self._expected = self._left = max(self._slowness * self._case_planned, 1e-3)
-        self._cycles = cycles
+        self._planned, self._cycles = self._ahead.pop(case_id), cycles
+        self._expected = self._left = max(self._slowness * self._planned, 1e-3)
         self._recent: deque[tuple[float, float]] = deque(maxlen=_RECENT_STEPS)
         self._started = self._noted = self._clock()
         self.share = 0.0  # of the time of the case that is over, from 0 to 1; never falls
 
     def note(self, cycle: float) -> None:
         """Record a step that has reached a cycle."""
-        self._noted = self._clock()
-        taken, to_do = self._noted - self._started, self._cycles - cycle
+        self._noted, to_do = self._clock(), self._cycles - cycle
+        taken = self._noted - self._started
         if not self._recent:  # a run that resumes from a checkpoint has less to do than planned
             self._expected *= to_do / self._cycles
         self._recent.append((self._noted, cycle))
-        self._left = self._foretold(to_do, taken) if to_do > 0.0 else 0.0
+        (then, first), longer = self._recent[0], max(self._expected, taken)
+        self._left = max(self._expected - taken, _SMALLEST_SHARE * longer) if to_do > 0.0 else 0.0
+        if self._left and self._noted > then:
+            linear = to_do / (cycle - first)
+            logarithmic = math.log((1.0 + self._cycles) / (1.0 + cycle))
+            logarithmic /= math.log((1.0 + cycle) / (1.0 + first))
+            by_steps = (self._noted - then) * math.sqrt(linear * logarithmic)
+            self._left *= (by_steps / self._left) ** (cycle / self._cycles) ** _TRUST_IN_STEPS
         if taken or not self._left:
             self.share = max(self.share, taken / (taken + self._left) if self._left else 1.0)
-
-    def _foretold(self, to_do: float, taken: float) -> float:
-        """Return the time left as predicted after some seconds, s."""
-        by_plan = max(self._expected - taken, _SMALLEST_SHARE * max(self._expected, taken))
-        times, cycles = zip(*self._recent, strict=True)
-        sizes = [after - before for before, after in pairwise(cycles)]
-        recent = times[-1] - times[0]
-        if not sizes or recent <= 0.0:
-            return by_plan
-        growth = min((sizes[-1] / sizes[0]) ** (1.0 / max(1, len(sizes) - 1)), _FASTEST_GROWTH)
-        steps = relative = to_do / max(sizes[-2:])
-        if growth >= 1.001:  # the number of terms of a geometric series
-            steps = math.log1p(relative * (growth - 1.0) / growth) / math.log(growth)
-        by_steps = recent * math.sqrt(to_do / sum(sizes) * steps / len(sizes))
-        trust: float = (1.0 - to_do / self._cycles) ** _TRUST_IN_STEPS
-        return math.exp(trust * math.log(by_steps) + (1.0 - trust) * math.log(by_plan))
 
     def end(self) -> None:
         """Record how long a finished case has taken."""
         self._left = 0.0
-        self._planned_before += self._case_planned
+        self._planned_before += self._planned
         self._taken_before += self.seconds
         if self._planned_before:
             self._slowness = self._taken_before / self._planned_before
