@@ -235,7 +235,7 @@ def test_means_and_deviations_are_over_the_seeds_of_each_other_combination():
             "load": Level(f"{load} N", "", load),
             "roughness_seed": Level(str(seed), "", seed),
         }
-        return PointResult(1, "id", status, "", levels, {"wear_volume": volume})
+        return PointResult(1, "id", status, "", levels, {"wear_volume": volume}, {}, False)
 
     points = [point(load, seed, load * seed) for load in (1.0, 2.0) for seed in (1, 2, 3)]
     points.append(point(1.0, 4, np.nan, PointStatus.FAILED))

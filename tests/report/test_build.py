@@ -20,9 +20,8 @@ from fretwear.data.files import open_case, open_history
 from fretwear.data.safe import DataFileError
 from fretwear.report import Section, build_report
 from fretwear.report.build import parameter_rows, study_text
-from fretwear.report.cases import computation_facts, examine, residuals
 from fretwear.report.explorer import PROFILES
-from fretwear.report.results import point_results
+from fretwear.report.results import computation_facts, examine, point_results, residuals
 from fretwear.study.plan import Plan
 from fretwear.study.study import load_study
 from fretwear.vocabulary import HEADLINES, RESULTS
@@ -81,7 +80,7 @@ def test_every_element_is_closed_ids_are_unique_and_nothing_is_loaded_from_anywh
         assert set((attrs.get("aria-labelledby") or "").split()) <= set(ids)
         for name in ("src", "href", "action", "data", "srcset", "poster"):
             value = attrs.get(name) or "data:image/"
-            assert value[1:] in ids or value.startswith(("data:image/", "data:text/csv"))
+            assert value[1:] in ids or value.startswith(("data:image/", "data:text/csv", "#case="))
     outside_images = re.sub(r"data:image/[^\"]*", "", page)
     assert not re.search(r"https?://|url\(|@import", outside_images)
     policy = next(a["content"] for t, a in parsed.elements if a.get("http-equiv"))
@@ -115,6 +114,15 @@ def test_every_point_is_in_the_table_of_cases_with_its_numbers(page, finished):
     keys = re.findall(r'data-value="([^"]+)"', page)
     assert not {"inf", "nan", "None"} & set(keys)
     assert max(map(float, keys)) == sys.float_info.max
+
+
+def test_where_nothing_sticks_there_is_no_mean_stick_pressure(finished):
+    summary = finished.summary.copy(deep=True)
+    summary["mean_stick_pressure"] *= 0.0
+    page = build_report(finished.plan, summary, finished.folder)
+    shown = re.findall(r'data-label="Mean stick pressure".*?<span>(.*?)</span>', page)
+    assert len(shown) == 16
+    assert set(shown) == {"–"}
 
 
 def test_results_of_a_single_cell_are_no_key_results(page: str) -> None:

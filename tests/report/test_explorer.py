@@ -3,32 +3,32 @@
 import base64
 import gzip
 import json
-from collections import defaultdict
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 
-from fretwear.data.files import open_case, open_history, write_case
+from fretwear.data.files import open_case, open_history
 from fretwear.data.safe import CaseFileError, DataFileError
 from fretwear.figures.bearing import bearing_heights
-from fretwear.report.above import MAPS, Above, read_above
 from fretwear.report.explorer import (
+    MAPS,
     PROFILES,
     build_explorer,
     differences,
     evenly,
     held_points,
-    read_curves,
     thinned_levels,
 )
 from fretwear.report.results import point_results
-from fretwear.running.simulate import run
-from fretwear.units import MEGAPASCAL, MICROMETRE
+from fretwear.study.plan import Plan
+from fretwear.study.study import load_study
 from fretwear.vocabulary import PointStatus
 
-from ..studies import steel
+from ..studies import base, run_study, write_study
+
+SIZES = {"MPa": 1e6, "µm": 1e-6, "nm": 1e-9}
 
 
 @pytest.fixture(scope="module")
@@ -37,30 +37,21 @@ def results(finished):
 
 
 @pytest.fixture(scope="module")
-def curves(finished, results):
-    done = [place for place, result in enumerate(results) if result.done]
-    return read_curves(finished.folder / "summary.nc", finished.plan, done)
+def explorer(finished, results):
+    return build_explorer(finished.plan, results, finished.folder)
 
 
-EVEN = defaultdict(Above)
-"""What is shown of surfaces beside their profiles: nothing."""
+def unpacked(explorer):
+    """Read what the page's script reads."""
+    return json.loads(gzip.decompress(base64.b64decode(explorer.data)))
 
 
 @pytest.fixture(scope="module")
-def data(finished, results, curves):
-    explorer = build_explorer(finished.plan, results, range(16), curves, EVEN)
-    assert explorer is not None
-    assert explorer.note == ""
-    return unpacked(explorer.data)
+def data(explorer):
+    return unpacked(explorer)
 
 
-def unpacked(text):
-    """Read what the page's script reads."""
-    content: dict[str, Any] = json.loads(gzip.decompress(base64.b64decode(text)))
-    return content
-
-
-def profile(packed):
+def summed(packed):
     known = [0 if step is None else step for step in packed["steps"]]
     values = packed["scale"] * np.cumsum(known)
     return np.where([step is None for step in packed["steps"]], np.nan, values)
@@ -75,15 +66,17 @@ def test_profiles_zones_and_histories_are_those_of_the_files_to_a_10000th(finish
             assert first + spacing * np.arange(count) == pytest.approx(1e6 * x, rel=1e-9)
             assert x[-1] > 1.1 * float(stored["contact_half_width_x"].max())
             for name in PROFILES:
-                size = {"MPa": 1e6, "µm": 1e-6, "nm": 1e-9}[data["words"][name]["unit"]]
-                expected = stored[name].values[:, :count, 0] / size
-                found = np.array([profile(packed) for packed in case["profiles"][name]])
+                expected = stored[name].values[:, :count, 0] / SIZES[data["words"][name]["unit"]]
+                found = np.array([summed(packed) for packed in case["profiles"][name]])
                 largest = np.abs(expected).max(axis=1, keepdims=True)
                 assert (np.abs(found - expected) <= 0.51e-4 * largest).all()
-            for cycle, pairs in enumerate(case["states"]):
-                states = np.repeat(pairs[::2], pairs[1::2])
-                expected = stored["contact_state"].values[cycle, : case["x"][2], 0]
-                assert states.tolist() == expected.tolist()
+            for cycle, zones in enumerate(case["zones"]):
+                for state, number in (("slip", 1), ("stick", 2)):
+                    inside = np.zeros(count, bool)
+                    for start, end in zones[state]:
+                        inside |= (1e6 * x > start) & (1e6 * x < end)
+                    expected = stored["contact_state"].values[cycle, :count, 0] == number
+                    assert (inside == expected).all()
     case = data["cases"][0]
     with open_history(finished.cases / f"{case['id']}.nc") as history:
         assert case["history"]["cycle"] == pytest.approx(history["cycle"].values, rel=1e-6)
@@ -100,20 +93,18 @@ def test_points_without_results_keep_their_reasons_and_the_case_most_worn_comes_
     assert data["points"][data["start"]]["case"] == int(np.argmax(volumes))
     packed = differences(np.array([np.nan, 2.0, np.nan, -1.0]))
     assert packed["steps"] == [None, 10_000, None, -15_000]
-    assert profile(packed) == pytest.approx([np.nan, 2.0, np.nan, -1.0], nan_ok=True)
+    assert summed(packed) == pytest.approx([np.nan, 2.0, np.nan, -1.0], nan_ok=True)
     assert differences(np.zeros(3)) == {"scale": 0.0, "steps": [0, 0, 0]}
     assert differences(np.full(2, np.nan)) == {"scale": 0.0, "steps": [None, None]}
 
 
-def test_of_many_points_a_grid_of_fewer_levels_is_held(finished, results, curves):
-    places = held_points(finished.plan, results, most=9)
-    assert places == list(range(8))
-    held = {results[place].id: curves[results[place].id] for place in places if results[place].done}
-    explorer = build_explorer(finished.plan, results, places, held, EVEN)
-    assert explorer is not None
-    assert explorer.note.startswith("This page holds 8 of the 16 points of the study,")
-    axes = unpacked(explorer.data)["axes"]
-    assert [len(axis["levels"]) for axis in axes] == [1, 2, 2, 2]
+def test_of_many_points_a_grid_of_fewer_levels_is_held(finished, results, explorer):
+    assert explorer.note == ""
+    assert explorer.numbers == {result.number for result in results if result.done}
+    fewer = build_explorer(finished.plan, results, finished.folder, most=9)
+    assert fewer.note.startswith("This page holds 8 of the 16 points of the study,")
+    assert [point["number"] for point in unpacked(fewer)["points"]] == list(range(1, 9))
+    assert [len(axis["levels"]) for axis in fewer.axes] == [1, 2, 2, 2]
     assert thinned_levels([10, 10, 10], 300) == [evenly(10, 6), evenly(10, 7), evenly(10, 7)]
     assert thinned_levels([1000], 3) == [[0, 500, 999]]
     assert thinned_levels([2, 3], 6) == [[0, 1], [0, 1, 2]]
@@ -128,81 +119,70 @@ def test_at_least_one_point_that_is_done_is_held(finished, results, done, held):
     assert held <= set(held_points(finished.plan, told, most=2))
 
 
-def test_the_same_numbers_give_the_same_text_without_markup(finished, results, curves, tmp_path):
-    first, second = (
-        build_explorer(finished.plan, results, range(16), curves, EVEN) for _ in range(2)
-    )
-    assert first == second
-    assert not set(first.data) & set("<>&\"'")
+def test_the_same_numbers_give_the_same_text_without_markup(finished, results, explorer, tmp_path):
+    assert build_explorer(finished.plan, results, finished.folder) == explorer
+    assert not set(explorer.data) & set("<>&\"'")
     with pytest.raises(DataFileError, match="there is no such file"):
-        read_curves(tmp_path / "summary.nc", finished.plan, [0])
-
-
-RANDOM = {
-    "kind": "self_affine", "rms_height": "0.1 um", "hurst": 0.8, "rolloff_wavelength": "60 um",
-    "shortest_wavelength": "30 um", "seed": 3,
-}  # fmt: skip
+        build_explorer(finished.plan, results, tmp_path)
 
 
 @pytest.fixture(scope="module")
-def case():
-    return steel(roughness=RANDOM, error_estimate=False, cycles=30)
+def random(tmp_path_factory):
+    """A random surface: its file, and what the explorer has of it."""
+    folder = tmp_path_factory.mktemp("random")
+    rough = {"kind": "self_affine", "rms_height": "0.1 um", "hurst": 0.8, "seed": 3}
+    rough |= {"rolloff_wavelength": "60 um", "shortest_wavelength": "30 um"}
+    given = base(roughness=rough, error_estimate=False, cycles=30)
+    study = load_study(write_study(folder / "random.yaml", {"title": "Random", "base": given}))
+    run_study(study, folder)
+    with xr.open_dataset(folder / "summary.nc") as summary:
+        results = point_results(Plan(study), summary, {})
+    data = unpacked(build_explorer(Plan(study), results, folder))
+    (file,) = (folder / "cases").glob("*.nc")
+    sizes = {
+        name: SIZES[words["unit"]]
+        for name, words in data["words"].items()
+        if words["unit"] in SIZES
+    }
+    yield file, data["cases"][0], sizes
+    file.unlink()
+    with pytest.raises(CaseFileError, match="no such file"):
+        build_explorer(Plan(study), results, folder)
 
 
-@pytest.fixture(scope="module")
-def file(case, tmp_path_factory):
-    path = tmp_path_factory.mktemp("above") / f"{case.case_id}.nc"
-    result = run(case)
-    write_case(result.dataset, result.history, path, result.loops)
-    return path
-
-
-@pytest.fixture(scope="module")
-def above(case, file):
-    return read_above(file, case, np.array([0.0, 30.0]))
-
-
-def test_maps_keep_loads_and_volumes_within_a_255th(file, above):
-    assert above.view is not None
-    view = above.view
-    area = (view.x[1] - view.x[0]) * (view.y[1] - view.y[0])
-    assert max(view.x.size, view.y.size) <= 64
+def test_maps_keep_loads_and_volumes(random):
+    file, case, sizes = random
+    view = case["view"]
+    (_, dx, nx), (_, dy, ny) = view["x"], view["y"]
+    assert max(nx, ny) <= 64
+    fields = {
+        name: sizes[name]
+        * np.array([[summed(row) for row in field] for field in view["fields"][name]])
+        for name in MAPS
+    }
     with open_case(file) as stored:
-        loads = view.fields["pressure"].sum(axis=(1, 2)) * area
+        loads = fields["pressure"].sum(axis=(1, 2)) * dx * dy * 1e-12
         # Half a square at each end may be dropped, where hardly anything touches.
         assert loads == pytest.approx(stored["normal_force"].values, rel=1e-3)
-        volume = view.fields["wear_depth"][-1].sum() * area
+        volume = fields["wear_depth"][-1].sum() * dx * dy * 1e-12
         assert volume == pytest.approx(float(stored["wear_volume"][-1]), rel=1e-3)
-    units = {"pressure": MEGAPASCAL, "wear_depth": MICROMETRE}
-    packed = view.packed(units)
-    counts = packed["y"][2], packed["x"][2]
-    assert packed["x"][0] + (counts[1] - 1) * packed["x"][1] == pytest.approx(1e6 * view.x[-1])
-    for name in MAPS:
-        for each, field in zip(packed["fields"][name], view.fields[name], strict=True):
-            levels = np.frombuffer(base64.b64decode(each["levels"]), np.uint8).reshape(counts)
-            found, wanted = each["scale"] * levels.T, units[name].of(field)
-            assert np.abs(found - wanted).max() <= 0.501 / 255 * wanted.max()
+    assert view["x"][0] + 0.5 * (nx - 1) * dx == pytest.approx(0.0, abs=2 * dx)
+    assert fields["pressure"].shape == (len(case["cycles"]), ny, nx)
 
 
-def test_bearing_areas_are_those_of_the_figure(file, above):
+def test_bearing_areas_are_those_of_the_figure(random):
+    file, case, sizes = random
     with open_case(file) as stored:
         before, after = bearing_heights(stored, [0, 30]).values()
-    assert above.heights is not None
-    for found, heights in zip(above.heights, (before, after), strict=True):
+    for shown, heights in zip(case["heights"], (before, after), strict=True):
         share = (np.arange(heights.size) + 0.5) / heights.size
-        expected = np.interp(np.linspace(0.0, 1.0, found.size), share, heights)
+        expected = np.interp(np.linspace(0.0, 1.0, len(shown)), share, heights)
+        found = sizes["height"] * np.array(shown)
         assert found == pytest.approx(expected, abs=1e-3 * np.ptp(heights))
-    with pytest.raises(CaseFileError, match="no such file"):
-        read_above(file.with_name("elsewhere.nc"), steel(roughness=RANDOM), np.array([0.0]))
 
 
-def test_a_contact_that_is_even_has_no_maps(finished):
-    smooth, rough = (
-        next(each for each in finished.plan.study.cases().values() if (each.rough is None) == one)
-        for one in (True, False)
-    )
-    for each in (smooth, rough):
-        cycles = np.array(each.output_cycles)
-        found = read_above(finished.cases / f"{each.case_id}.nc", each, cycles)
-        assert found.view is None
-        assert (found.heights is None) == (each.rough is None)
+def test_a_contact_that_is_even_has_no_maps_and_a_smooth_one_no_heights(finished, data):
+    for case in data["cases"]:
+        assert case["view"] is None
+        smooth = finished.plan.study.cases()[case["id"]].rough is None
+        assert (case["heights"] is None) == smooth

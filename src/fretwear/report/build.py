@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import base64
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from functools import partial
 from io import StringIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from markupsafe import Markup
 from ruamel.yaml import YAML
@@ -18,14 +17,14 @@ from ruamel.yaml import YAML
 import fretwear
 from fretwear.data.effects import Points, results_table
 from fretwear.figures.index import ANSWER_CATEGORY, read_figure_index
-from fretwear.report.above import read_above
 from fretwear.report.answer import answers, companions
-from fretwear.report.cases import computation_facts, examine
-from fretwear.report.explorer import build_explorer, evenly, held_points, read_curves
-from fretwear.report.page import Image, Section, embedded, environment, page_scripts
+from fretwear.report.explorer import build_explorer, evenly
+from fretwear.report.page import Section, embedded, environment, page_scripts
 from fretwear.report.results import (
     PointResult,
+    computation_facts,
     display_units,
+    examine,
     levels_of,
     over_seeds,
     point_results,
@@ -57,7 +56,6 @@ _MOST_ROWS = 2000
 _MOST_EXAMINED = 12
 _MOST_LISTED = 12
 _NUMERICS = {"cell_x", "cell_y", "tolerance", "slip_model", "error_estimate"}
-_DERIVED = ("hertz_radius", "hertz_pressure", "")
 
 
 def build_report(
@@ -65,64 +63,61 @@ def build_report(
 ) -> str:
     """Build the report of a study as one self-contained HTML page, which loads nothing.
 
-    `folder` is that of the results: the case files in ``cases``; the figures with their index, from
-    `fretwear.figures.study.write_study_figures`, in ``figures``; and, where they are there,
-    ``logs`` and ``benchmarks``. More `sections` come after the figures.
+    `folder` is that of the results: the merged study; the case files in ``cases``; the figures with
+    their index, from `fretwear.figures.study.write_study_figures`, in ``figures``; and, where they
+    are there, ``logs`` and ``benchmarks``. More `sections` come after the figures.
 
     It is a `DataFileError` when the summary is not that of the plan's study as it is now, or a file
     is missing.
     """
     reasons = {case_id: str(failure) for case_id, failure in failures(folder).items()}
     results = point_results(plan, summary, reasons)
-    places = held_points(plan, results)
-    done = [place for place in places if results[place].done]
-    curves = read_curves(folder / "summary.nc", plan, done) if done else {}
-    known = plan.study.cases()
-    above = {
-        case_id: read_above(folder / "cases" / f"{case_id}.nc", known[case_id], each.cycles)
-        for case_id, each in curves.items()
-    }
-    explorer = build_explorer(plan, results, places, curves, above)
+    explorer = build_explorer(plan, results, folder)
+    scripts = page_scripts(with_explorer=explorer is not None)
+    cases, parameters = plan.study.cases().values(), parameter_rows(plan)
+    kinds = _kinds(cases)
     ids = list(dict.fromkeys(result.id for result in results if result.done))
     examined = [ids[place] for place in evenly(len(ids), _MOST_EXAMINED)]
     numerics = [examine(folder / "cases" / f"{case_id}.nc") for case_id in examined]
-    scripts = page_scripts(with_explorer=explorer is not None)
-    cases, parameters = known.values(), parameter_rows(plan)
-    images = embedded(folder / "figures", read_figure_index(folder / "figures"))
-    undone = [
-        (result, log_end(folder, result.id) if result.status == PointStatus.FAILED else "")
-        for result in [result for result in results if not result.done][:_MOST_ROWS]
-    ]
     facts = {
         "Slip model": ", ".join(sorted({case.slip_model.kind for case in cases})),
         **computation_facts(numerics, len(ids)),
         **_time_facts(folder),
     }
-    body: Any = environment().get_template("sections.html.j2").module
-    table = base64.b64encode(results_table(summary).encode("utf-8")).decode("ascii")
-    kinds = _kinds(cases)
+    images = embedded(folder / "figures", read_figure_index(folder / "figures"))
     answering = [image for image in images if image.entry.category == ANSWER_CATEGORY]
     others = [image for image in images if image not in answering]
+    undone = [
+        (result, log_end(folder, result.id) if result.status == PointStatus.FAILED else "")
+        for result in [result for result in results if not result.done][:_MOST_ROWS]
+    ]
+    template: Any = environment().get_template("sections.html.j2").module
+
+    def section(name: str, title: str, *content: Any, entry: str = "") -> Section:
+        return Section(name, title, Markup(getattr(template, name)(*content)), entry)
+
     heading, entry = ("What mattered", "Answer") if len(ids) > 1 else ("Results", "Results")
-    answer = _answer(body, plan, summary, results, answering)
-    computation = body.computation(facts, plan.study.file.name, study_text(plan.study), kinds)
-    listed_cases = _cases(body, parameters, results, table)
-    page = [Section("answer", heading, answer, entry)]
+    page = [section("answer", heading, *_answer(plan, summary, results), answering, entry=entry)]
     if explorer:
-        content = body.explorer(*explorer, scripts.plotly, "point" not in kinds, len(results))
-        page.append(Section("explorer", "Explorer", content))
-    page.append(Section("parameters", "Parameters", body.parameters(parameters)))
-    page.append(Section("cases", "Cases and key results", listed_cases, "Cases"))
+        page.append(section("explorer", "Explorer", explorer, scripts.plotly, kinds, len(results)))
+    explored = explorer.numbers if explorer else ()
+    varied = [row for row in parameters if row.choices]
+    csv = base64.b64encode(results_table(summary).encode("utf-8")).decode("ascii")
+    table = (varied, *_cases(results), explored, csv)
+    page += [
+        section("parameters", "Parameters", parameters),
+        section("cases", "Cases and key results", *table, entry="Cases"),
+    ]
     if others:
-        page.append(Section("figures", "Figures", body.figures(others, len(answering))))
+        page.append(section("figures", "Figures", others, len(answering)))
     page += sections
     if undone:
-        content = body.undone(undone)
-        page.append(Section("undone", "Points without results", content, "Without results"))
+        page.append(section("undone", "Points without results", undone, entry="Without results"))
+    how = (facts, plan.study.file.name, study_text(plan.study), kinds)
     page += [
-        Section("computation", "How it was computed", computation, "Computation"),
-        Section("limits", "Limits of the model", body.limits(kinds), "Limits"),
-        Section("glossary", "Glossary", body.glossary(kinds)),
+        section("computation", "How it was computed", *how, entry="Computation"),
+        section("limits", "Limits of the model", kinds, entry="Limits"),
+        section("glossary", "Glossary", kinds),
     ]
     shell = environment().get_template("report.html.j2")
     return shell.render(
@@ -135,54 +130,27 @@ def build_report(
     )
 
 
-def _answer(
-    body: Any,
-    plan: Plan,
-    summary: Merged,
-    results: Sequence[PointResult],
-    images: Sequence[Image],
-) -> Markup:
-    warnings = [
-        {
-            "cases": f"{len(cases)} case{'s' * (len(cases) != 1)}",
-            "what": doubt.what,
-            "first": next(iter(cases)),
-            "detail": doubt.detail,
-            "remedy": doubt.remedy,
-        }
-        for doubt, cases in plan.doubts.items()
-    ]
+def _answer(plan: Plan, summary: Merged, results: Sequence[PointResult]) -> tuple[Any, ...]:
+    """Return what is doubtful, remarks on it, what the study found, and a note on all of that."""
     found, together = list(answers(summary)), companions(Points.of(summary))
-    if len(summary.variables["status"].values.ravel()) > 1 and not any(a.headline for a in found):
+    if len(results) > 1 and not any(answer.headline for answer in found):
         together = "There are no two cases that differ in one parameter alone."
     if found and "stick_half_width_x" not in {answer.name for answer in found}:
         which = "Nothing sticks" if len(results) == 1 else "In no case does anything stick"
         together = f"{together} {which} after the last cycle.".strip()
-    remarks = [*summary.attrs.get("warnings", "").splitlines(), *_uncertain(plan, results)]
-    return Markup(body.answer(warnings, remarks, found, together, images))
-
-
-def _mark(error: float) -> str:
-    """Return how uncertain a value is, where that is worth showing."""
-    return f"± {100.0 * error:.2g} %" if error > SMALL_ERROR else ""
-
-
-def _uncertain(plan: Plan, results: Sequence[PointResult]) -> list[str]:
-    """Return a remark on the values that are marked, and what would mend them; or none."""
+    remarks: list[str] = summary.attrs.get("warnings", "").splitlines()
     errors = [
         (error, name, result.id) for result in results for name, error in result.errors.items()
     ]
-    marked = [each for each in errors if each[0] > SMALL_ERROR]
-    if not marked:
-        return []
-    error, name, case_id = max(marked)
-    case = plan.study.cases()[case_id]
-    return [
-        f"{len(marked)} of {len(errors)} key results have estimated errors above "
-        f"{100.0 * SMALL_ERROR:g} %: marked in the table of cases. The largest is "
-        f"{100.0 * error:.0f} %, of the {RESULTS[name].words} of {case_id}; "
-        f"{finer(case, error)} would reduce it"
-    ]
+    if marked := [each for each in errors if each[0] > SMALL_ERROR]:
+        error, name, case_id = max(marked)
+        remarks.append(
+            f"{len(marked)} of {len(errors)} key results have estimated errors above "
+            f"{100.0 * SMALL_ERROR:g} %: marked in the table of cases. The largest is "
+            f"{100.0 * error:.0f} %, of the {RESULTS[name].words} of {case_id}; "
+            f"{finer(plan.study.cases()[case_id], error)} would reduce it"
+        )
+    return plan.doubts, remarks, found, together
 
 
 def _kinds(cases: Iterable[Case]) -> set[str]:
@@ -210,17 +178,11 @@ def _lead(plan: Plan, results: Sequence[PointResult]) -> str:
         varied = f", in which {listed(words)} {'vary' if len(words) > 1 else 'varies'}"
     done = sum(result.done for result in results)
     rest = "" if done == len(results) else f" Of {len(results)} points, {done} have results."
-    count = f"{len(results)} case{'s' if len(results) > 1 else ''}"
-    return f"{count} of {_cycles(plan)} cycles{varied}.{rest}"
+    cycles = span({case.cycles for case in plan.study.cases().values()}, cycle_text)
+    return f"{len(results)} case{'s' * (len(results) > 1)} of {cycles} cycles{varied}.{rest}"
 
 
-def _cycles(plan: Plan) -> str:
-    counts = {case.cycles for case in plan.study.cases().values()}
-    return span(counts, cycle_text)
-
-
-@dataclass(frozen=True)
-class ParameterRow:
+class ParameterRow(NamedTuple):
     """A parameter of the study."""
 
     name: str  # in the study file; may be empty
@@ -231,7 +193,7 @@ class ParameterRow:
     @property
     def derived(self) -> bool:
         """Whether it follows from other parameters."""
-        return self.name in _DERIVED
+        return self.name in ("hertz_radius", "hertz_pressure", "")
 
 
 def parameter_rows(plan: Plan) -> list[ParameterRow]:
@@ -242,27 +204,23 @@ def parameter_rows(plan: Plan) -> list[ParameterRow]:
         choices = tuple(dict.fromkeys(labels))
         text = _listed(name, axis.values, labels)
         rows.append(ParameterRow(name, parameter(name).words, text, choices))
-    values: dict[str, dict[Any, None]] = {}
+    left_out = {row.name for row in rows} | _NUMERICS
+    values: dict[tuple[str, str], dict[Any, None]] = {}
     words: dict[str, str] = {}
-    cases = list(plan.study.cases().values())
-    for case in cases:
+    stick: dict[str, dict[Any, None]] = {}
+    for case in plan.study.cases().values():
         for name, (value, _, meaning) in case.scalar_coordinates().items():
             # The slopes of a smooth surface are meaningless.
-            if case.roughness or not name.startswith("roughness_slope"):
-                values.setdefault(name, {})[value] = None
+            if name not in left_out and (case.roughness or not name.startswith("roughness_slope")):
                 words.setdefault(name, meaning)
-    left_out = {row.name for row in rows} | _NUMERICS
-    for name, known in values.items():
-        if name not in left_out:
-            rows.append(ParameterRow(name, words[name], _listed(name, list(known))))
-    derived = [ParameterRow("", what, text) for what, text in plan.derived()]
-    stick: dict[str, dict[float, None]] = {}
-    for case in cases:
+                values.setdefault((name, words[name]), {})[value] = None
         if case.indenter.is_hertzian:
             what = f"stick {case.indenter.extent_words} of the smooth elastic contact"
             stick.setdefault(what, {})[case.stick_radius] = None
-    derived += [ParameterRow("", w, _listed("hertz_radius", [*all_])) for w, all_ in stick.items()]
-    return [*rows, *derived]
+    rows += [ParameterRow(*named, _listed(named[0], [*known])) for named, known in values.items()]
+    rows += [ParameterRow("", what, text) for what, text in plan.derived()]
+    rows += [ParameterRow("", w, _listed("hertz_radius", [*known])) for w, known in stick.items()]
+    return rows
 
 
 def _listed(name: str, values: Sequence[Any], labels: Sequence[str] = ()) -> str:
@@ -276,52 +234,52 @@ def _listed(name: str, values: Sequence[Any], labels: Sequence[str] = ()) -> str
     return f"{distinct[0]}, {distinct[1]}, … {distinct[-1]} ({len(distinct)} values)"
 
 
-def _cases(
-    body: Any, parameters: Sequence[ParameterRow], results: Sequence[PointResult], table: str
-) -> Markup:
-    """Return the table of cases; each number as it is shown and as the column is sorted by it."""
+def _cases(results: Sequence[PointResult]) -> tuple[Any, ...]:
+    """Return the columns of the table of cases, its rows, how many there are, and means over seeds.
+
+    A cell has a number as it is shown, as its column is sorted by it, and its uncertainty.
+    """
     units = display_units(results) if any(result.done for result in results) else {}
+    nothing = ("–", "", "")
     rows = []
     for result in results[:_MOST_ROWS]:
-        cells = [("–", "", "")] * len(units)
-        if result.done:
-            values = [(result.values[name], unit) for name, unit in units.items()]
-            marks = [_mark(result.errors.get(name, 0.0)) for name in units]
-            cells = [
-                (fixed_digits(unit.of(v), 4), f"{v:.6g}", mark)
-                for (v, unit), mark in zip(values, marks, strict=True)
-            ]
+        cells = [nothing] * len(units)
+        for place, (name, unit) in enumerate(units.items() if result.done else ()):
+            value, error = result.values[name], result.errors.get(name, 0.0)
+            mark = f"± {100.0 * error:.2g} %" if error > SMALL_ERROR else ""
+            if not math.isnan(value):
+                cells[place] = fixed_digits(unit.of(value), 4), f"{value:.6g}", mark
         rows.append((result, cells))
-    columns = [(variable_of(name, results).label, unit.name) for name, unit in units.items()]
-    varied = [row for row in parameters if row.choices]
     ensembles = []
     for levels, count, spread in over_seeds(results):
         cells = []
         for name, unit in units.items():
             shown, deviation = (unit.of(each) for each in spread[name])
             part = f" ({100 * deviation / abs(shown):.2g} %)" if shown else ""
-            cells.append((f"{with_error(shown, deviation)}{part}", "", ""))
+            text = f"{with_error(shown, deviation)}{part}"
+            cells.append(nothing if math.isnan(shown) else (text, "", ""))
         ensembles.append((levels, count, cells))
-    return Markup(body.cases(columns, varied, rows, len(results), table, ensembles))
+    columns = [(variable_of(name, results).label, unit.name) for name, unit in units.items()]
+    return columns, rows, len(results), ensembles
 
 
-def _time_facts(folder: Path) -> Mapping[str, str]:
+def _time_facts(folder: Path) -> dict[str, str]:
     """Return what the simulations took, as far as it was measured."""
     spent = spent_on_simulations(folder)
     if spent is None:
         return {}
+
+    def time(seconds: float) -> str:
+        return f"{seconds:.0f} s" if seconds < 600.0 else duration_text(seconds)
+
     jobs = f"{spent.jobs} job{'s' if spent.jobs > 1 else ''}"
     facts = {
-        "Time of all simulations": f"{_time(spent.seconds)}, the sum over {jobs}",
-        "Their processor time": _time(spent.processor_seconds),
+        "Time of all simulations": f"{time(spent.seconds)}, the sum over {jobs}",
+        "Their processor time": time(spent.processor_seconds),
     }
     if math.isfinite(spent.memory_bytes):
         facts["Memory of the largest job"] = size_text(round(spent.memory_bytes))
     return facts
-
-
-def _time(seconds: float) -> str:
-    return f"{seconds:.0f} s" if seconds < 600.0 else duration_text(seconds)
 
 
 def study_text(study: Study) -> str:

@@ -1,4 +1,4 @@
-"""The explorer's data: which cases it holds, and their curves packed for its script."""
+"""The explorer's data: which cases it holds, and what its script draws of each."""
 
 from __future__ import annotations
 
@@ -13,102 +13,242 @@ import netCDF4
 import numpy as np
 from numpy.typing import NDArray
 
-from fretwear.data.files import HISTORY_GROUP, opened_summary
+from fretwear.data.bearing import has_bearing_area, heights_in_contact
+from fretwear.data.files import HISTORY_GROUP, CaseFile, opened_case, opened_summary
 from fretwear.data.merge import PROFILES as MERGED
 from fretwear.data.merge import StudyLayout
 from fretwear.data.stack import representative_cycles
-from fretwear.report.above import MAPS, MOST_SQUARES, Above
 from fretwear.report.page import compressed
-from fretwear.report.results import PointResult, display_units, levels_of, variable_of
+from fretwear.report.results import PointResult, display_units, levels_of, variable_of, with_stick
 from fretwear.study.case import Case
 from fretwear.study.parameters import parameter
 from fretwear.study.plan import Plan
 from fretwear.units import MICROMETRE, Unit, readable_unit
-from fretwear.vocabulary import CYCLE, HEADLINES, RESULTS, ContactState, X, Y
+from fretwear.vocabulary import CYCLE, HEADLINES, RESULTS, SYMMETRIES, ContactState, X, Y
 
 Array = NDArray[np.float64]
+Packed = dict[str, Any]
+"""What the script reads, as JSON has it."""
 
 PROFILES = ("pressure", "shear_traction", "gap", "wear_depth")
 """Fields along x, a panel of the explorer each."""
+MAPS = ("pressure", "wear_depth")
+"""Fields over x and y of contacts that are not even, a map of the explorer each."""
 
 _MOST_CASES = 200
 _MOST_SNAPSHOTS = 60
 _MOST_STEPS = 400
 _MOST_VALUES = 4_000_000
-_BEYOND_CONTACT = 1.3
+_MOST_SQUARES = 64
+_SHARES = 101
 _LEVELS = 10_000
+_AROUND_PROFILE, _AROUND_MAP = 1.3, 1.05
 _PANELS = (("contact_half_width_x", "stick_half_width_x"), ("wear_volume",))
 _STEPPED = (CYCLE.name, *chain(*_PANELS))
 _NAMES = {field.name: name for name, field in MERGED.items()}
 
 
 class Explorer(NamedTuple):
-    """What the script of the explorer reads, and a note on the cases it holds if not all."""
+    """What the page needs for its explorer."""
 
-    data: str
-    note: str
-
-
-class Curves(NamedTuple):
-    """One case along x on the line nearest y = 0, and over the cycles; SI units."""
-
-    x: Array  # shape (n,): positions, to a little beyond the largest contact
-    cycles: Array  # shape (k,): snapshots; of more than 60, representative ones
-    profiles: Mapping[str, Array]  # shape (k, n): the fields of `PROFILES`
-    states: NDArray[np.int8]  # shape (k, n): state of the contact
-    numbers: Mapping[str, Array]  # shape (k,): the `HEADLINES` at every snapshot
-    history: Mapping[str, Array]  # at every step: ``cycle``, half-widths and wear volume
-    friction: float | None  # its coefficient, where it is the same in all cycles
+    data: str  # what its script reads
+    axes: list[Packed]  # the words of each parameter that can be chosen, and its levels
+    alone: str  # what its only point is called; empty where there is a choice
+    numbers: frozenset[int]  # of the points that can be shown
+    note: str  # on the points it holds if not all
 
 
-def read_curves(path: Path, plan: Plan, places: Sequence[int]) -> dict[str, Curves]:
-    """Read the curves of some points of a merged study, by the ids of their cases.
+def build_explorer(
+    plan: Plan, results: Sequence[PointResult], folder: Path, most: int = _MOST_CASES
+) -> Explorer | None:
+    """Pack what can be explored of a study, at most so many points; None when no case is done.
 
-    Raises
-    ------
-    DataFileError
-        When the file is missing or damaged.
+    `folder` has the merged study, ``summary.nc``, and the files of its ``cases``. It is a
+    `DataFileError` when one is missing or damaged.
     """
-    positions = [position for position, _ in StudyLayout(plan.study).points()]
-    points = {plan.points[place].id: place for place in places}
-    with opened_summary(path) as file:
+    if not any(result.done for result in results):
+        return None
+    places = held_points(plan, results, most)
+    held = [results[place] for place in places]
+    units = display_units(results)
+    # Depths and gaps are compared by eye.
+    units |= dict.fromkeys(("gap", "wear_depth"), units["maximum_wear_depth"])
+    units |= {name: RESULTS[name].unit or units[name] for name in PROFILES}
+    known = {plan.points[place].id: plan.points[place] for place in places if results[place].done}
+    positions = {point.id: position for position, point in StudyLayout(plan.study).points()}
+    cases: list[Packed] = []
+    with opened_summary(folder / "summary.nc") as file:
         numbers = {name: file[name][...] for name in HEADLINES}
-        return {
-            case_id: _curves(file, positions[place], numbers, plan.points[place].case)
-            for case_id, place in points.items()
-        }
+        for case_id, planned in known.items():
+            assert planned.case is not None
+            packed = _curves(file, positions[case_id], numbers, units)
+            path = folder / "cases" / f"{case_id}.nc"
+            packed |= {"id": case_id, **_surfaces(path, planned.case, packed["cycles"], units)}
+            is_constant = isinstance(planned.case.friction, float) and not planned.case.blocks
+            cases.append({**packed, "friction": planned.case.friction if is_constant else None})
+    heights = [one for each in cases for one in each["heights"] or ()]
+    height = readable_unit(np.concatenate([np.zeros(1), *heights]), "m")
+    for each in cases:
+        each["heights"] = each["heights"] and [_short(height.of(one)) for one in each["heights"]]
+    ids, axes = list(known), _axes(plan, places)
+    header = {
+        "words": _words(units, height, results),
+        "profiles": PROFILES,
+        "maps": MAPS,
+        "readout": HEADLINES,
+        "histories": _histories(units, results),
+        "points": [
+            {
+                "number": result.number,
+                "index": plan.points[place].index if axes else [result.number],
+                "title": result.title,
+                "status": result.status.word,
+                "reason": result.reason,
+                "case": ids.index(result.id) if result.done else -1,
+            }
+            for place, result in zip(places, held, strict=True)
+        ],
+        "cases": cases,
+        # There is most to see in the case with the largest wear.
+        "start": int(np.argmax([r.values.get("wear_volume", -1.0) for r in held])),
+    }
+    single = [(result.number, f"{result.number}: {result.title}") for result in held]
+    text = json.dumps(header, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    note = (
+        f"This page holds {len(held)} of the {len(results)} points of the study, evenly spread; "
+        "summary.nc has the profiles of all."
+    )
+    return Explorer(
+        compressed(text.encode("utf-8")),
+        axes or [{"words": "point", "levels": single}],
+        "" if len(held) > 1 else held[0].title,
+        frozenset(result.number for result in held if result.done),
+        note if len(held) < len(results) else "",
+    )
 
 
 def _curves(
-    file: netCDF4.Dataset, position: tuple[int, ...], every: Mapping[str, Array], case: Case | None
-) -> Curves:
-    assert case is not None
+    file: netCDF4.Dataset,
+    position: tuple[int, ...],
+    every: Mapping[str, Array],
+    units: Mapping[str, Unit],
+) -> Packed:
+    """Read one case along x on the line nearest y = 0, and over the cycles."""
     numbers = {name: values[position] for name, values in every.items()}
     snapshots = np.flatnonzero(np.isfinite(list(numbers.values())).all(axis=0))
     cycles, x = file[CYCLE.name][...], file[X.name][...]
     kept = representative_cycles(cycles[snapshots].tolist(), _MOST_SNAPSHOTS)
     snapshots = np.searchsorted(cycles, kept)
-    numbers = {name: values[snapshots] for name, values in numbers.items()}
-    reach = _BEYOND_CONTACT * float(numbers["contact_half_width_x"].max())
+    numbers = with_stick({name: values[snapshots] for name, values in numbers.items()})
+    reach = _AROUND_PROFILE * float(numbers["contact_half_width_x"].max())
     # Outside the window of the case the gap is not known.
     is_stored = np.isfinite(file[_NAMES["gap"]][position][snapshots[-1]])
     inside = np.flatnonzero(is_stored & (np.abs(x) <= max(reach, 2.0 * float(np.abs(x).min()))))
 
-    def profile(field: str) -> NDArray[Any]:
-        return np.asarray(file[_NAMES[field]][position][np.ix_(snapshots, inside)])
+    def profiles(field: str) -> Array:
+        found = file[_NAMES[field]][position][np.ix_(snapshots, inside)]
+        return np.asarray(found, dtype=np.float64)
 
-    group = file[HISTORY_GROUP]
-    history = {name: group[name][position] for name in _STEPPED}
-    taken = np.isfinite(list(history.values())).all(axis=0)
-    return Curves(
-        x=x[inside],
-        cycles=cycles[snapshots],
-        profiles={name: profile(name).astype(np.float64) for name in PROFILES},
-        states=profile("contact_state"),
-        numbers=numbers,
-        history={name: values[taken] for name, values in history.items()},
-        friction=case.friction if isinstance(case.friction, float) and not case.blocks else None,
-    )
+    history = {name: file[HISTORY_GROUP][name][position] for name in _STEPPED}
+    taken = np.flatnonzero(np.isfinite(list(history.values())).all(axis=0))
+    taken = taken[evenly(taken.size, _MOST_STEPS)]
+    x = MICROMETRE.of(x[inside])
+    half = 0.5 * float(x[1] - x[0]) if x.size > 1 else float(x[0])
+    return {
+        "x": [float(x[0]), 2.0 * half, x.size],
+        "cycles": cycles[snapshots].tolist(),
+        "zones": [
+            {
+                state.name.lower(): stretches(row == state, x, half)
+                for state in (ContactState.STICK, ContactState.SLIP)
+            }
+            for row in profiles("contact_state")
+        ],
+        "profiles": {
+            name: [differences(units[name].of(row)) for row in profiles(name)] for name in PROFILES
+        },
+        "numbers": {name: _short(units[name].of(each)) for name, each in numbers.items()},
+        "history": {
+            name: _short(units[name].of(each[taken]) if name in units else each[taken])
+            for name, each in history.items()
+        },
+    }
+
+
+def _surfaces(path: Path, case: Case, cycles: Sequence[float], units: Mapping[str, Unit]) -> Packed:
+    """Read maps of a contact that is not even, and a rough one's heights, m, before and after.
+
+    Each is None where there is nothing to show. Of the heights are those above which each per cent
+    of the contact lies.
+    """
+    is_seen = not (case.indenter.is_line or all(case.even))
+    if not is_seen and not has_bearing_area(case):
+        return {"view": None, "heights": None}
+    with opened_case(path) as file:
+        view = _view(file, np.searchsorted(file.read("cycle"), cycles), units) if is_seen else None
+        return {"view": view, "heights": _heights(file, case) if has_bearing_area(case) else None}
+
+
+def _view(file: CaseFile, places: NDArray[np.intp], units: Mapping[str, Unit]) -> Packed:
+    """Means of the fields over squares of cells, to a little beyond the contact."""
+    touching = file.read("contact_state", places[-1]) > ContactState.OPEN
+    at, cells = [], []
+    for axis, is_even in enumerate(SYMMETRIES[file.attribute("symmetry")]):
+        along = file.read("xy"[axis]).astype(np.float64)
+        reach = float(np.abs(along[touching.any(axis=1 - axis)]).max())
+        kept = np.flatnonzero(np.abs(along) <= _AROUND_MAP * reach)
+        along = along[kept]
+        if is_even:
+            along, kept = np.r_[-along[::-1], along], np.r_[kept[::-1], kept]
+        step = -(-kept.size // _MOST_SQUARES)
+        squares = kept.size // step
+        # What is over at the ends is dropped.
+        first = (kept.size - squares * step) // 2
+        cells.append(kept[first : first + squares * step])
+        at.append(along[first : first + squares * step].reshape(squares, step).mean(axis=1))
+    shape = [size for a, c in zip(at, cells, strict=True) for size in (a.size, c.size // a.size)]
+
+    def squares_of(name: str, place: int) -> list[Packed]:
+        field = file.read(name, place).astype(np.float64)[np.ix_(*cells)]
+        return [differences(units[name].of(y)) for y in field.reshape(shape).mean(axis=(1, 3)).T]
+
+    x, y = (MICROMETRE.of(each) for each in at)
+    return {
+        "x": [float(x[0]), float(x[-1] - x[0]) / max(1, x.size - 1), x.size],
+        "y": [float(y[0]), float(y[-1] - y[0]) / max(1, y.size - 1), y.size],
+        "fields": {name: [squares_of(name, place) for place in places] for name in MAPS},
+    }
+
+
+def _heights(file: CaseFile, case: Case) -> list[Array]:
+    names = ["x"] if file.is_line else ["x", "y"]
+    axes = [file.read(name).astype(np.float64) for name in names]
+    half_widths = [float(file.read(f"contact_half_width_{name}")[-1]) for name in names]
+    lost = file.read("wear_depth", -1).astype(np.float64) + file.read("plastic_depth", -1)
+    heights = heights_in_contact(case, axes, half_widths, np.stack([np.zeros_like(lost), lost]))
+    return [each[evenly(each.size, _SHARES)] for each in heights]
+
+
+def _short(values: Array) -> list[float | None]:
+    return [float(f"{value:.7g}") if math.isfinite(value) else None for value in values.tolist()]
+
+
+def differences(row: Array) -> Packed:
+    """Round a row to a 10 000th of its largest value; neighbours differ by small integers then.
+
+    A value is ``scale`` times the sum of all ``steps`` up to its own, None where it is NaN.
+    """
+    known = np.isfinite(row)
+    scale = float(np.abs(row[known]).max(initial=0.0)) / _LEVELS
+    steps = np.full(row.shape, None)
+    steps[known] = np.diff(np.rint(row[known] / (scale or 1.0)), prepend=0.0).astype(int)
+    return {"scale": scale, "steps": steps.tolist()}
+
+
+def stretches(inside: NDArray[np.bool_], x: Array, half: float) -> list[list[float | None]]:
+    """Return where stretches of cells begin and end; `x` are their centres, `half` half a cell."""
+    ends = np.flatnonzero(np.diff(inside, prepend=False, append=False)).reshape(-1, 2)
+    return [_short(np.array([x[a] - half, x[b - 1] + half])) for a, b in ends]
 
 
 def held_points(plan: Plan, results: Sequence[PointResult], most: int = _MOST_CASES) -> list[int]:
@@ -119,8 +259,9 @@ def held_points(plan: Plan, results: Sequence[PointResult], most: int = _MOST_CA
     combination of the remaining values is there.
     """
     count = len(plan.points)
+    in_maps = len(MAPS) * _MOST_SQUARES**2
     lengths = [
-        (len(PROFILES) * point.estimate.cells_x + (0 if all(point.case.even) else MOST_SQUARES))
+        (len(PROFILES) * point.estimate.cells_x + (0 if all(point.case.even) else in_maps))
         * len(point.case.output_cycles)
         for point in (plan.points[place] for place in evenly(count, _MOST_CASES))
         if point.case is not None and point.estimate is not None
@@ -151,72 +292,14 @@ def evenly(count: int, most: int) -> list[int]:
     return [int(place) for place in np.rint(np.linspace(0, count - 1, min(count, most)))]
 
 
-def build_explorer(
-    plan: Plan,
-    results: Sequence[PointResult],
-    places: Sequence[int],
-    curves: Mapping[str, Curves],
-    above: Mapping[str, Above],
-) -> Explorer | None:
-    """Pack what can be explored of a study; None when no case is done.
-
-    These are the points at the `places` from `held_points`, with curves and surfaces by case id
-    from `read_curves` and `read_above`.
-    """
-    if not curves:
-        return None
-    ids = list(curves)
-    units = display_units(results)
-    # Depths and gaps are compared by eye.
-    units |= dict.fromkeys(("gap", "wear_depth"), units["maximum_wear_depth"])
-    units |= {name: RESULTS[name].unit or units[name] for name in PROFILES}
-    heights = [each for one in above.values() for each in one.heights or ()]
-    height = readable_unit(np.concatenate([np.zeros(1), *heights]), "m")
-    held, axes = [results[place] for place in places], _axes(plan, places)
-    header = {
-        "words": _words(units, height, results),
-        "states": {state.name.lower(): state.value for state in ContactState},
-        "profiles": PROFILES,
-        "readout": HEADLINES,
-        "histories": _histories(units, results),
-        "axes": axes
-        or [{"words": "point", "levels": [(r.number, f"{r.number}: {r.title}") for r in held]}],
-        "points": [
-            {
-                "number": result.number,
-                "index": plan.points[place].index if axes else [result.number],
-                "title": result.title,
-                "status": result.status.word,
-                "reason": result.reason,
-                "case": ids.index(result.id) if result.done else -1,
-            }
-            for place, result in zip(places, held, strict=True)
-        ],
-        "maps": MAPS,
-        "cases": [
-            {"id": case_id, **_packed(each, above[case_id], units, height)}
-            for case_id, each in curves.items()
-        ],
-        # There is most to see in the case with the largest wear.
-        "start": int(np.argmax([r.values.get("wear_volume", -1.0) for r in held])),
-    }
-    note = (
-        f"This page holds {len(held)} of the {len(results)} points of the study, evenly spread; "
-        "summary.nc has the profiles of all."
-    )
-    text = json.dumps(header, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-    data = compressed(text.encode("utf-8"))
-    return Explorer(data, note if len(held) < len(results) else "")
-
-
-def _axes(plan: Plan, places: Sequence[int]) -> list[dict[str, Any]]:
+def _axes(plan: Plan, places: Sequence[int]) -> list[Packed]:
     """Return the varied parameters of a grid with the values that are held; else nothing."""
     axes = []
     for position, axis in enumerate(plan.study.axes if plan.study.design.kind == "grid" else ()):
         levels = sorted({plan.points[place].index[position] for place in places})
         texts = [level.label for level in levels_of(axis)]
         words = parameter(axis.coordinate).words
-        axes.append({"words": words, "levels": [[level, texts[level]] for level in levels]})
+        axes.append({"words": words, "levels": [(level, texts[level]) for level in levels]})
     return axes
 
 
@@ -224,21 +307,21 @@ def _words(
     units: Mapping[str, Unit], height: Unit, results: Sequence[PointResult]
 ) -> dict[str, dict[str, str]]:
     """Return words, label and unit of all that is shown, by name."""
-
-    def told(words: str, label: str, unit: str) -> dict[str, str]:
-        return {"words": words, "label": f"{label} ({unit})" if unit else label, "unit": unit}
-
     shown = {name: variable_of(name, results) for name in units}
+    rows = [
+        *((axis.name, axis.words, axis.name, MICROMETRE.name) for axis in (X, Y)),
+        (CYCLE.name, CYCLE.words, CYCLE.label, ""),
+        ("height", "height", "Height", height.name),
+        ("bearing_area", "bearing area", "Bearing area", "% of the contact"),
+        *((name, each.words, each.label, units[name].name) for name, each in shown.items()),
+    ]
     return {
-        **{axis.name: told(axis.words, axis.name, MICROMETRE.name) for axis in (X, Y)},
-        CYCLE.name: told(CYCLE.words, CYCLE.label, ""),
-        "height": told("height", "Height", height.name),
-        "bearing_area": told("bearing area", "Bearing area", "% of the contact"),
-        **{n: told(v.words, v.label, units[n].name) for n, v in shown.items()},
+        name: {"words": words, "label": f"{label} ({unit})" if unit else label, "unit": unit}
+        for name, words, label, unit in rows
     }
 
 
-def _histories(units: Mapping[str, Unit], results: Sequence[PointResult]) -> list[dict[str, Any]]:
+def _histories(units: Mapping[str, Unit], results: Sequence[PointResult]) -> list[Packed]:
     """Return the panels over the cycles: the label of each and the names of its curves."""
     panels = []
     for names in _PANELS:
@@ -248,51 +331,3 @@ def _histories(units: Mapping[str, Unit], results: Sequence[PointResult]) -> lis
         curves = [{"name": name, "text": text} for name, text in zip(names, texts, strict=True)]
         panels.append({"label": f"{label} ({units[names[0]].name})", "curves": curves})
     return panels
-
-
-def _packed(
-    curves: Curves, above: Above, units: Mapping[str, Unit], height: Unit
-) -> dict[str, Any]:
-    """Return a case as JSON has it, in the units shown and with the digits needed."""
-    x = MICROMETRE.of(curves.x)
-    spacing = float(x[1] - x[0]) if x.size > 1 else 2.0 * float(x[0])
-    steps = evenly(curves.history[CYCLE.name].size, _MOST_STEPS)
-
-    def short(unit: Unit | None, values: Array) -> list[float]:
-        shown = unit.of(values) if unit else values
-        return [float(f"{value:.7g}") for value in shown.tolist()]
-
-    return {
-        "friction": curves.friction,
-        "x": [float(x[0]), spacing, x.size],
-        "cycles": curves.cycles.tolist(),
-        "states": [run_lengths(row) for row in curves.states],
-        "profiles": {
-            name: [differences(units[name].of(row)) for row in rows]
-            for name, rows in curves.profiles.items()
-        },
-        "numbers": {name: short(units[name], values) for name, values in curves.numbers.items()},
-        "history": {n: short(units.get(n), each[steps]) for n, each in curves.history.items()},
-        "view": above.view and above.view.packed(units),
-        "heights": above.heights and [short(height, each) for each in above.heights],
-    }
-
-
-def run_lengths(states: Array) -> list[int]:
-    """Return a row of states as pairs: a state, and for how many cells it lasts."""
-    edges = np.flatnonzero(np.diff(states)) + 1
-    starts, ends = np.r_[0, edges], np.r_[edges, states.size]
-    pairs = zip(states[starts], ends - starts, strict=True)
-    return [int(number) for pair in pairs for number in pair]
-
-
-def differences(row: Array) -> dict[str, Any]:
-    """Round a row to a 10 000th of its largest value; neighbours differ by small integers then.
-
-    A value is ``scale`` times the sum of all ``steps`` up to its own, None where it is NaN.
-    """
-    known = np.isfinite(row)
-    scale = float(np.abs(row[known]).max(initial=0.0)) / _LEVELS
-    steps = np.full(row.shape, None)
-    steps[known] = np.diff(np.rint(row[known] / (scale or 1.0)), prepend=0.0).astype(int)
-    return {"scale": scale, "steps": steps.tolist()}

@@ -24,9 +24,7 @@ from fretwear.vocabulary import RESULTS
 
 _LARGE = 1_000_000
 _MOST_BYTES = 200_000_000
-_HEAD = 2000
 _MM_PER_POINT = 25.4 / 72.0
-_MIME = {".svg": "image/svg+xml", ".png": "image/png"}
 _NOTHING_ELSE = (
     "default-src 'none'; base-uri 'none'; form-action 'none'; img-src data:; "
     "style-src 'unsafe-inline'; script-src "
@@ -57,44 +55,31 @@ def environment(package: str = "fretwear.report") -> Environment:
 
 
 class Image(NamedTuple):
-    """A figure inside the page.
-
-    Its image is a data URI; its width is a share of a journal page's, so that text has the same
-    size in every figure.
-    """
+    """A figure inside the page."""
 
     entry: FigureEntry
-    uri: str
-    share: float
+    uri: str  # of its data
+    share: float  # its width over that of a journal page: text has one size in all figures
 
 
 def embedded(folder: Path, entries: Sequence[FigureEntry]) -> list[Image]:
     """Return figures as parts of the page, those of a category together.
 
-    Parameters
-    ----------
-    folder : pathlib.Path
-        Holds each figure as SVG and PNG. A vector file of more than 1 MB gives way to its bitmap
-        if that is smaller.
-    entries : sequence of FigureEntry
-        The figures.
-
-    Raises
-    ------
-    fretwear.data.safe.DataFileError
-        When a figure is missing or empty.
+    `folder` holds each figure as SVG and PNG. A vector file of more than 1 MB gives way to its
+    bitmap if that is smaller. It is a `DataFileError` when a figure is missing or empty.
     """
     order = list(dict.fromkeys(entry.category for entry in entries))
     images = []
     for entry in sorted(entries, key=lambda entry: order.index(entry.category)):
-        vector, bitmap = (folder / f"{entry.name}{suffix}" for suffix in _MIME)
-        content, suffix = _read(vector), vector.suffix
-        share = _share(content)
-        if len(content) > _LARGE and len(small := _read(bitmap)) < len(content):
-            content, suffix = small, bitmap.suffix
+        content, kind = _read(folder / f"{entry.name}.svg"), "svg+xml"
+        width = re.search(rb'<svg[^>]*\swidth="(\d+(?:\.\d+)?)pt"', content[:2000])
+        share = float(width[1]) * _MM_PER_POINT / PAGE_WIDTH if width else 1.0
+        if len(content) > _LARGE:
+            bitmap = _read(folder / f"{entry.name}.png")
+            content, kind = min((content, kind), (bitmap, "png"), key=lambda each: len(each[0]))
         # An image of its own, not inline SVG: the ids inside two inlined SVGs would collide.
-        text = base64.b64encode(content).decode("ascii")
-        images.append(Image(entry, f"data:{_MIME[suffix]};base64,{text}", share))
+        uri = f"data:image/{kind};base64,{base64.b64encode(content).decode('ascii')}"
+        images.append(Image(entry, uri, round(min(1.0, share), 3)))
     return images
 
 
@@ -107,48 +92,31 @@ def _read(path: Path) -> bytes:
     return content
 
 
-def _share(vector: bytes) -> float:
-    found = re.search(rb'<svg[^>]*\swidth="(\d+(?:\.\d+)?)pt"', vector[:_HEAD])
-    millimetres = float(found[1]) * _MM_PER_POINT if found else PAGE_WIDTH
-    return round(min(1.0, millimetres / PAGE_WIDTH), 3)
-
-
-@dataclass(frozen=True)
-class Scripts:
+class Scripts(NamedTuple):
     """What runs in a page."""
 
-    texts: tuple[Markup, ...]  # the scripts, in the order in which they run
-    # The library that the explorer draws with, as `compressed` returns it; empty if it is not
-    # needed.
-    plotly: str
-    # Content security policy: only these scripts run, and nothing is loaded from anywhere.
-    policy: Markup
-
-
-def page_scripts(*, with_explorer: bool) -> Scripts:
-    """Return the scripts of a report with or without an explorer."""
-    names = ("table.js", "explorer.js") if with_explorer else ("table.js",)
-    folder = files("fretwear.report") / "templates"
-    texts = tuple(Markup((folder / name).read_text(encoding="utf-8")) for name in names)
-    plotly, plotly_hash = _plotly() if with_explorer else ("", "")
-    allowed = [*(_hash(text.encode("utf-8")) for text in texts), plotly_hash]
-    return Scripts(texts, plotly, Markup(_NOTHING_ELSE + " ".join(allowed).rstrip()))
+    texts: list[Markup]  # the scripts, in the order in which they run
+    plotly: str  # what the explorer draws with, as `compressed` returns it; empty without one
+    policy: Markup  # content security: only these scripts run, and nothing is loaded
 
 
 @cache
-def _plotly() -> tuple[str, str]:
-    """Return the library, compressed, and its name in the policy."""
-    # Importing the package itself would take longer than reading its script.
-    spec = find_spec("plotly")
-    assert spec is not None
-    assert spec.origin is not None
-    script = Path(spec.origin).with_name("package_data").joinpath("plotly.min.js").read_bytes()
-    return compressed(script), _hash(script)
-
-
-def _hash(script: bytes) -> str:
-    digest = base64.b64encode(hashlib.sha256(script).digest()).decode("ascii")
-    return f"'sha256-{digest}'"
+def page_scripts(*, with_explorer: bool) -> Scripts:
+    """Return the scripts of a report with or without an explorer."""
+    folder = files("fretwear.report") / "templates"
+    names = ("table.js", "explorer.js") if with_explorer else ("table.js",)
+    texts = [(folder / name).read_bytes() for name in names]
+    allowed, plotly = list(texts), ""
+    if with_explorer:
+        # Importing the package itself would take longer than reading its script.
+        spec = find_spec("plotly")
+        assert spec is not None
+        assert spec.origin is not None
+        allowed.append((Path(spec.origin).parent / "package_data/plotly.min.js").read_bytes())
+        plotly = compressed(allowed[-1])
+    digests = [base64.b64encode(hashlib.sha256(each).digest()).decode("ascii") for each in allowed]
+    policy = _NOTHING_ELSE + " ".join(f"'sha256-{digest}'" for digest in digests)
+    return Scripts([Markup(each.decode("utf-8")) for each in texts], plotly, Markup(policy))
 
 
 def compressed(content: bytes) -> str:

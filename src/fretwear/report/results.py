@@ -1,23 +1,37 @@
-"""The key results of every point of a study, as numbers and as people read them."""
+"""The key results of every point of a study for people, and how the cases were computed."""
 
 from __future__ import annotations
 
+import importlib.metadata
 import math
+import platform
 import sys
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from statistics import mean, stdev
 from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from fretwear.data.effects import LEAST_SEEDS, SEED, final_results
+from fretwear.data.files import HISTORY_GROUP, opened_case
 from fretwear.data.merge import StudyLayout
 from fretwear.data.safe import DataFileError
 from fretwear.study.parameters import value_text, words_text
 from fretwear.study.plan import Plan
 from fretwear.study.points import Axis
-from fretwear.units import Unit, readable_unit
-from fretwear.vocabulary import HEADLINES, RESULTS, PointStatus, Variable
+from fretwear.units import MICROMETRE, Unit, number_text, readable_unit, span
+from fretwear.vocabulary import (
+    CONVOLUTIONS,
+    ERROR_ESTIMATE,
+    HEADLINES,
+    RESULTS,
+    SYMMETRIES,
+    PointStatus,
+    Variable,
+)
 
 if TYPE_CHECKING:
     from fretwear.data.effects import Merged
@@ -25,6 +39,8 @@ if TYPE_CHECKING:
 _RUN_AGAIN = "Run and merge the study again"
 _LARGEST = sys.float_info.max
 _UNKNOWN_REASON = "The simulation failed; its log says why."
+_EXAMINED = ("pressure", "shear_traction", "gap")
+_LIBRARIES = ("numpy", "scipy", "xarray", "netCDF4", "matplotlib")
 
 
 class Level(NamedTuple):
@@ -55,11 +71,11 @@ class PointResult:
     status: PointStatus
     reason: str  # why it is not done
     levels: Mapping[str, Level]  # varied values by the name of their parameter
-    # The `HEADLINES` after the last cycle in SI units; empty when not done.
-    values: Mapping[str, float] = field(default_factory=dict)
-    # Estimated errors of these, relative to them, as far as they are known.
-    errors: Mapping[str, float] = field(default_factory=dict)
-    in_line: bool = False  # a line contact, whose volumes and energies are per length
+    # The `HEADLINES` after the last cycle in SI units, and their relative errors as far as known;
+    # empty when not done.
+    values: Mapping[str, float]
+    errors: Mapping[str, float]
+    in_line: bool  # a line contact, whose volumes and energies are per length
 
     @property
     def done(self) -> bool:
@@ -78,41 +94,46 @@ def point_results(plan: Plan, summary: Merged, failures: Mapping[str, str]) -> l
     `failures` are reasons by case id. It is a `DataFileError` when the summary is not that of the
     plan's study as it is now.
     """
-    layout = StudyLayout(plan.study)
-    _check_points(plan, layout, summary)
+    layout, file = StudyLayout(plan.study), Path("summary.nc")
+    status, ids = (summary.variables[name] for name in ("status", "case_id"))
+    sizes = dict(zip(status.dims, status.values.shape, strict=True))
+    if tuple(sizes.items()) != tuple(zip(layout.dims, layout.shape, strict=True)):
+        problem = f"its points are {sizes}, those of the study {plan.study.name!r} {layout.shape}"
+        raise DataFileError(file, problem, _RUN_AGAIN)
     final = final_results(summary)
-    columns = {name: final[name] for name in HEADLINES}
-    apart = {
-        name: final[error] for name in HEADLINES if (error := RESULTS[name].error.name) in final
-    }
-    status = summary.variables["status"].values
+    columns = with_stick({name: final[name] for name in HEADLINES})
     levels = {axis.coordinate: levels_of(axis) for axis in plan.study.axes}
-    results = []
-    for number, (planned, (place, point)) in enumerate(
-        zip(plan.points, layout.points(), strict=True), 1
-    ):
-        case = point.case
-        result = PointResult(
-            number=number,
-            id=planned.id,
-            status=PointStatus.INVALID if case is None else PointStatus(int(status[place])),
-            reason=point.problem,
-            levels={name: levels[name][i] for name, i in zip(levels, point.index, strict=True)},
-        )
-        if case is None:
-            results.append(result)
-        elif not result.done:
-            results.append(replace(result, reason=failures.get(result.id, _UNKNOWN_REASON)))
-        else:
+    results: list[PointResult] = []
+    for planned, (place, point) in zip(plan.points, layout.points(), strict=True):
+        if str(ids.values[place]) != planned.id:
+            now = planned.id or "an invalid point"
+            problem = (
+                f"it has case {ids.values[place]} where the study {plan.study.name!r} has {now}"
+            )
+            raise DataFileError(file, problem, _RUN_AGAIN)
+        found = PointStatus(int(status.values[place])) if point.case else PointStatus.INVALID
+        reason, values, errors = point.problem, {}, {}
+        if found == PointStatus.DONE:
             values = {name: float(column[place]) for name, column in columns.items()}
-            in_line = case.indenter.is_line
-            errors = {
-                name: float(column[place]) / abs(values[name])
-                for name, column in apart.items()
-                if values[name] and not math.isnan(column[place])
-            }
-            results.append(replace(result, values=values, errors=errors, in_line=in_line))
+            for name, value in values.items():
+                error = final.get(RESULTS[name].error.name)
+                if value and error is not None and math.isfinite(error[place] / value):
+                    errors[name] = float(error[place]) / abs(value)
+        elif point.case:
+            reason = failures.get(planned.id, _UNKNOWN_REASON)
+        of_point = {name: levels[name][i] for name, i in zip(levels, point.index, strict=True)}
+        in_line = bool(values and point.case and point.case.indenter.is_line)
+        number = len(results) + 1
+        results.append(
+            PointResult(number, planned.id, found, reason, of_point, values, errors, in_line)
+        )
     return results
+
+
+def with_stick(values: Mapping[str, NDArray[np.float64]]) -> dict[str, NDArray[np.float64]]:
+    """Return results by name, with NaN for the mean stick pressure where nothing sticks."""
+    pressure = values["mean_stick_pressure"]
+    return {**values, "mean_stick_pressure": np.where(pressure == 0.0, np.nan, pressure)}
 
 
 def over_seeds(results: Sequence[PointResult]) -> list[Ensemble]:
@@ -147,11 +168,10 @@ def levels_of(axis: Axis) -> list[Level]:
 
 def display_units(results: Sequence[PointResult]) -> dict[str, Unit]:
     """Return the unit in which each key result is shown, the same for all points."""
-    done = [result for result in results if result.done]
+    known = {name: variable_of(name, results) for name in HEADLINES}
     return {
-        name: variable_of(name, done).unit
-        or readable_unit([r.values[name] for r in done], variable_of(name, done).si_unit)
-        for name in HEADLINES
+        name: each.unit or readable_unit([r.values[name] for r in results if r.done], each.si_unit)
+        for name, each in known.items()
     }
 
 
@@ -161,15 +181,113 @@ def variable_of(name: str, results: Sequence[PointResult]) -> Variable:
     return RESULTS[name].per_length if in_line else RESULTS[name]
 
 
-def _check_points(plan: Plan, layout: StudyLayout, summary: Merged) -> None:
-    file, status = Path("summary.nc"), summary.variables["status"]
-    sizes = dict(zip(status.dims, status.values.shape, strict=True))
-    if tuple(sizes.items()) != tuple(zip(layout.dims, layout.shape, strict=True)):
-        problem = f"its points are {sizes}, those of the study {plan.study.name!r} {layout.shape}"
-        raise DataFileError(file, problem, _RUN_AGAIN)
-    ids = summary.variables["case_id"].values
-    for planned, (place, _) in zip(plan.points, layout.points(), strict=True):
-        if str(ids[place]) != planned.id:
-            now = planned.id or "an invalid point"
-            problem = f"it has case {ids[place]} where the study {plan.study.name!r} has {now}"
-            raise DataFileError(file, problem, _RUN_AGAIN)
+class Residuals(NamedTuple):
+    """How well stored fields meet the equations."""
+
+    load: float  # by how much the integral of the pressure misses P, relative to it
+    tangential_load: float  # and that of the shear traction Q
+    # Largest product of pressure and gap in a cell, relative to the peak pressure times the Hertz
+    # approach a²/R: that of rough bodies may be zero.
+    complementarity: float
+
+
+@dataclass(frozen=True)
+class Numerics:
+    """How one case was computed."""
+
+    source: str  # version of the program that wrote the file
+    parameters: Mapping[str, float]  # those that are numbers
+    cells: int  # that are stored
+    steps: int  # that were accepted
+    convolutions: int
+    error: float  # largest estimate of the error of a step
+    residuals: Residuals  # of the worst snapshot
+
+
+def examine(path: Path) -> Numerics:
+    """Read how a case was computed from its file; `CaseFileError` when that is damaged."""
+    with opened_case(path) as file:
+        file.check_values()
+        parameters = {
+            name: float(variable[...])
+            for name, variable in file.file.variables.items()
+            if not variable.dimensions and variable.dtype.kind == "f"
+        }
+        copies = 1 << sum(SYMMETRIES[file.attribute("symmetry")])
+        # A load that is not held, and a force that is not imposed, are results.
+        forces = zip(file.read("normal_force"), file.read("tangential_force"), strict=True)
+        found = []
+        for place, (normal, tangential) in enumerate(forces):
+            fields = {name: file.read(name, place) for name in _EXAMINED}
+            now = {"load": float(normal), "tangential_load": float(tangential)}
+            found.append(residuals(fields, parameters | now, copies))
+        errors = file.read(f"{HISTORY_GROUP}/{ERROR_ESTIMATE.name}")
+        return Numerics(
+            source=file.attribute("source"),
+            parameters=parameters,
+            cells=fields["gap"].size,
+            steps=max(0, errors.size - 1),
+            convolutions=int(file.read(f"{HISTORY_GROUP}/{CONVOLUTIONS.name}").sum()),
+            error=float(errors[np.isfinite(errors)].max(initial=0.0)),
+            residuals=Residuals(*np.fmax.reduce(found).tolist()),
+        )
+
+
+def residuals(
+    fields: Mapping[str, NDArray[np.floating]], parameters: Mapping[str, float], copies: int
+) -> Residuals:
+    """Integrate and multiply the fields of one snapshot: pressure, shear traction and gap.
+
+    They are SI, of shape (nx, ny), or (nx,) in a line contact; so many `copies` of the stored part
+    make the whole contact.
+    """
+    pressure, shear, gap = (fields[name].astype(np.float64) for name in _EXAMINED)
+    area = copies * parameters["cell_x"] * (parameters["cell_y"] if pressure.ndim == 2 else 1.0)
+    # For other bodies than a sphere: the largest gap in the window.
+    radius = parameters.get("radius", parameters.get("indenter_radius", np.nan))
+    approach = parameters.get("hertz_radius", np.nan) ** 2 / radius
+    approach = approach if np.isfinite(approach) else float(gap.max())
+    return Residuals(
+        abs(float(pressure.sum()) * area / parameters["load"] - 1.0),
+        abs(float(shear.sum()) * area / parameters["tangential_load"] - 1.0),
+        float((pressure * gap).max() / (pressure.max() * approach)),
+    )
+
+
+def computation_facts(examined: Sequence[Numerics], done: int) -> dict[str, str]:
+    """Return what there is to say about the numerics of the cases examined, of `done` in all."""
+
+    def over(values: Iterable[float]) -> str:
+        return span(values, lambda value: number_text(value, 4))
+
+    facts: dict[str, str] = {}
+    if examined:
+        given = [each.parameters for each in examined]
+        worst = [number_text(v, 2) for v in np.max([each.residuals for each in examined], axis=0)]
+        in_line = all("cell_y" not in each for each in given)
+        normal, shear = ("∫p dx", "∫q dx") if in_line else ("∬p dA", "∬q dA")
+        for axis in "x" if in_line else "xy":
+            cells = over(MICROMETRE.of(each[f"cell_{axis}"]) for each in given)
+            facts[f"Grid spacing along {axis}"] = f"{cells} µm"
+        facts |= {
+            "Cells stored": over(each.cells for each in examined),
+            "Tolerance of the wear integration": over(each["tolerance"] for each in given),
+            "Largest error estimate of a step": over(each.error for each in examined),
+            "Residual of the load": f"{normal} as written equals P to within {worst[0]} P",
+            "Residual of the tangential load": (
+                f"{shear} as written equals Q to within {worst[1]} Q"
+            ),
+            "Residual of the contact conditions": (
+                f"p·g is at most {worst[2]} of the peak pressure times the Hertz approach"
+            ),
+            "Accepted steps": over(each.steps for each in examined),
+            "Convolutions": over(each.convolutions for each in examined),
+        }
+        if len(examined) < done:
+            facts["Cases examined"] = f"{len(examined)} of {done}, evenly spread"
+        facts["Simulated with"] = "; ".join(dict.fromkeys(each.source for each in examined))
+    libraries = [f"{name} {importlib.metadata.version(name)}" for name in _LIBRARIES]
+    return {
+        **facts,
+        "Report made with": ", ".join([*libraries, f"Python {platform.python_version()}"]),
+    }

@@ -1,8 +1,7 @@
 "use strict";
-/* The explorer of a report: data packed by fretwear.report.explorer, drawn by plotly. What it says
-   of results, their labels and units, comes with the data. */
+/* The explorer of a report: data of fretwear.report.explorer, drawn by plotly. What it says of
+   results, their labels and units, comes with the data. */
 (async function () {
-  const LEVELS = 10000;
   const PAUSE = 900;
   const CONFIG = { displayModeBar: false, responsive: true, doubleClick: "reset" };
   const get = (id) => document.getElementById(id);
@@ -10,15 +9,18 @@
     "explorer-status", "cycle", "play", "compare", "own-scale",
   ].map(get);
 
+  const unpacked = (id) => {
+    const bytes = Uint8Array.from(atob(get(id).textContent), (letter) => letter.charCodeAt(0));
+    return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip")));
+  };
+
   let study;
   status.textContent = "Unpacking the explorer …";
   try {
     if (typeof DecompressionStream === "undefined") {
       throw new Error("this browser cannot unpack compressed data; one of 2023 or later can");
     }
-    const header = await unpacked("explorer-data").json();
-    const cases = header.cases.map(unpackedCase);
-    study = { ...header, points: header.points.map((point) => ({ ...point, data: cases[point.case] })) };
+    study = await unpacked("explorer-data").json();
     const script = document.createElement("script");
     script.textContent = await unpacked("plotly-source").text();
     document.head.append(script);
@@ -27,62 +29,39 @@
     status.textContent = `The explorer cannot start: ${error.message}. The figures below show the same quantities.`;
     return;
   }
-  const { words } = study;
-
-  /* ---- Data ---- */
-
-  function unpacked(id) {
-    const bytes = Uint8Array.from(atob(get(id).textContent), (letter) => letter.charCodeAt(0));
-    return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip")));
+  const { words, points } = study;
+  const places = ([first, step, count]) => Array.from({ length: count }, (_, at) => first + at * step);
+  /* A row of values, of which the page has the differences. */
+  const summed = ({ scale, steps }) => {
+    let sum = 0;
+    return steps.map((step) => (step === null ? null : (sum += step) * scale));
+  };
+  for (const one of study.cases) {
+    one.x = places(one.x);
+    for (const name in one.profiles) one.profiles[name] = one.profiles[name].map(summed);
+    for (const name of one.view ? study.maps : []) {
+      one.view.fields[name] = one.view.fields[name].map((rows) => rows.map(summed));
+    }
   }
-
-  /* One case: profiles over x and histories over the cycles, in the units of the header. */
-  function unpackedCase(packed) {
-    const [first, spacing, count] = packed.x;
-    return {
-      ...packed,
-      x: Array.from({ length: count }, (_, place) => first + place * spacing),
-      profile(name, snapshot) {
-        const { scale, steps } = packed.profiles[name][snapshot];
-        let sum = 0;
-        return steps.map((step) => (step === null ? null : (sum += step) * scale));
-      },
-      /* Stretches of x in one state: pairs of where they begin and end. */
-      zones(state, snapshot) {
-        const runs = packed.states[snapshot];
-        const found = [];
-        let edge = first - 0.5 * spacing;
-        for (let place = 0; place < runs.length; place += 2) {
-          const end = edge + runs[place + 1] * spacing;
-          if (runs[place] === state) found.push([edge, end]);
-          edge = end;
-        }
-        return found;
-      },
-    };
-  }
+  for (const point of points) point.data = study.cases[point.case];
 
   /* ---- Numbers, and an axis of cycles that is logarithmic and still shows 0 ---- */
 
-  function superscript(power) {
-    const digits = String(Math.abs(power)).replace(/\d/g, (digit) => "⁰¹²³⁴⁵⁶⁷⁸⁹"[digit]);
-    return (power < 0 ? "⁻" : "") + digits;
-  }
+  const formatted = (value, options) =>
+    new Intl.NumberFormat("en", { useGrouping: "min2", maximumFractionDigits: 0, ...options })
+      .format(value).replaceAll(",", "\u2009").replace("-", "−");
+  const superscript = (power) =>
+    String(power).replace(/[-\d]/g, (sign) => "⁰¹²³⁴⁵⁶⁷⁸⁹"[sign] ?? "⁻");
 
   function number(value, digits = 4) {
-    if (value === 0) return "0";
+    if (value === null) return "–";
     const size = Math.abs(value);
-    if (size < 1e-3 || size >= 1e7) {
+    if (size && (size < 1e-3 || size >= 1e7)) {
       const [mantissa, power] = value.toExponential(digits - 1).split("e");
       return `${mantissa}·10${superscript(Number(power))}`;
     }
-    const text = size >= 10 ** digits ? String(Math.round(value)) : value.toPrecision(digits);
-    return text.replace("-", "−");
-  }
-
-  function cycleText(value) {
-    const text = String(Math.round(value));
-    return value >= 10000 ? text.replace(/\B(?=(\d{3})+$)/g, "\u2009") : text;
+    const significant = { minimumSignificantDigits: digits, maximumSignificantDigits: digits };
+    return formatted(value, size && { ...significant, roundingPriority: "morePrecision" });
   }
 
   /* Maps cycles to positions; has the ticks, the range to show and the place of the break. */
@@ -92,21 +71,17 @@
     const first = Math.max(1, Math.min(...cycles.filter((cycle) => cycle > 0)));
     if (!(last >= 10 * first)) {
       const margin = 0.04 * (last || 1);
-      return { position: (cycle) => cycle, range: [-margin, last + margin], ticks: {} };
+      return { position: (cycle) => cycle, range: [-margin, last + margin] };
     }
-    const zero = Math.log10(first) - widthOfZero;
-    const lowest = Math.ceil(Math.log10(first));
-    const powers = Array.from(
-      { length: Math.floor(Math.log10(last)) - lowest + 1 }, (_, place) => lowest + place
-    );
+    const [start, end] = [first, last].map(Math.log10);
+    const zero = start - widthOfZero;
+    const powers = [];
+    for (let power = Math.ceil(start); power <= end; power++) powers.push(power);
     return {
-      position: (cycle) =>
-        cycle >= first ? Math.log10(cycle) : zero + (widthOfZero * cycle) / first,
-      range: [zero - 0.08, Math.log10(last) + 0.1],
-      ticks: {
-        tickvals: [zero, ...powers],
-        ticktext: [0, ...powers.map((power) => (power < 4 ? 10 ** power : `10${superscript(power)}`))],
-      },
+      position: (cycle) => (cycle >= first ? Math.log10(cycle) : zero + (widthOfZero * cycle) / first),
+      range: [zero - 0.08, end + 0.1],
+      tickvals: [zero, ...powers],
+      ticktext: [0, ...powers.map((power) => (power < 4 ? 10 ** power : `10${superscript(power)}`))],
       gap: zero + 0.5 * widthOfZero,
     };
   }
@@ -114,9 +89,9 @@
   /* ---- Figures: what plotly is given to draw ---- */
 
   const DASH = { a: "solid", b: "6px,3px" };
-  const axisId = (place) => (place ? `y${place + 1}` : "y");
-  const axisKey = (place) => (place ? `yaxis${place + 1}` : "yaxis");
+  const DEPTHS = [[0, "#ffffff"], [0.01, "#fcffa4"], [0.25, "#f98e09"], [0.5, "#bc3754"], [0.75, "#57106e"], [1, "#000004"]];
   const largest = (values) => values.reduce((most, one) => (one > most ? one : most), 0);
+  let colors;
 
   function palette() {
     const style = getComputedStyle(document.documentElement);
@@ -125,85 +100,79 @@
     return names;
   }
 
-  function baseLayout(colors, width) {
-    const family = getComputedStyle(document.body).fontFamily;
+  const axis = (text, more) => ({
+    title: { text, standoff: 6, font: { size: 12 } },
+    color: colors.ink,
+    gridcolor: colors.line,
+    linecolor: colors.muted,
+    tickcolor: colors.muted,
+    showline: true, zeroline: false, ticks: "outside", ticklen: 4, exponentformat: "none",
+    ...more,
+  });
+
+  /* A layout of panels below each other, which share the first axis. */
+  function panels(height, x, ys, more = {}) {
+    const ids = ys.map((_, place) => (place ? `y${place + 1}` : "y"));
     return {
       paper_bgcolor: "rgba(0,0,0,0)",
       plot_bgcolor: "rgba(0,0,0,0)",
-      font: { family, size: width < 480 ? 12 : 13, color: colors.ink },
+      font: { family: getComputedStyle(document.body).fontFamily, size: innerWidth < 480 ? 12 : 13, color: colors.ink },
       showlegend: false,
       separators: ".\u2009",
       hoverlabel: { bgcolor: colors.ground, bordercolor: colors.muted, font: { color: colors.ink } },
       dragmode: matchMedia("(pointer: coarse)").matches ? false : "zoom",
       margin: { l: 66, r: 12, t: 6, b: 44 },
+      height,
+      xaxis: { ...x, anchor: ids.at(-1) },
+      ...Object.fromEntries(ys.map((y, place) => [ids[place].replace("y", "yaxis"), y])),
+      ...more,
+      grid: { rows: ys.length, columns: 1, xaxes: ["x"], yaxes: ids, ygap: 0.13, ...more.grid },
     };
   }
 
-  function axis(colors, text, more) {
-    return {
-      title: { text, standoff: 6, font: { size: 12 } },
-      color: colors.ink,
-      gridcolor: colors.line,
-      linecolor: colors.muted,
-      tickcolor: colors.muted,
-      showline: true, zeroline: false, ticks: "outside", ticklen: 4, exponentformat: "none",
-      ...more,
-    };
-  }
+  const curve = (name, place, x, y, line, hover) => ({
+    type: "scatter", mode: "lines", xaxis: "x", yaxis: `y${place + 1}`, name, x, y, line,
+    ...(hover ? { hovertemplate: hover } : { hoverinfo: "skip" }),
+  });
 
   /* Panels of profiles, the wear depth downwards, below a strip that shows stick and slip. */
-  function profileFigure(shown, colors, width) {
-    const count = study.profiles.length;
-    const [strip, between] = [0.03 * shown.length, 0.03];
-    const height = (1 - strip - count * between) / count;
+  function profileFigure(shown) {
+    const strip = study.profiles.length;
+    const top = 1 - 0.03 * shown.length;
     const right = 1.12 * largest(shown.flatMap(({ data }) => data.numbers.contact_half_width_x));
     const left = shown.some(({ data }) => data.x[0] < 0) ? -right : 0;
-    const rows = shown.map((_, place) => shown.length - 1 - place);
-    const data = shown.flatMap((one, place) => zoneTraces(one, rows[place], axisId(count), colors));
-    const layout = {
-      ...baseLayout(colors, width),
+    const ys = study.profiles.map((name) => {
+      const scale = 1.06 * (highest(shown, name, right) || 1);
+      return axis(words[name].label, { range: name === "wear_depth" ? [scale, 0] : [0, scale], nticks: 5 });
+    });
+    const x = axis(words.x.label, { range: [left, right], hoverformat: ".4~g" });
+    const layout = panels(720 + 20 * shown.length, x, ys, {
       barmode: "overlay",
       hovermode: "x",
       hoversubplots: "axis",
-      height: 720 + 20 * shown.length,
-      xaxis: axis(colors, words.x.label, {
-        range: [left, right], anchor: axisId(count - 1), hoverformat: ".4~g",
-      }),
-      [axisKey(count)]: {
-        domain: [1 - strip, 1],
-        range: [-0.5, shown.length - 0.5],
-        tickvals: rows,
+      grid: { domain: { y: [0, top - 0.03] } },
+      shapes: shown.flatMap((one) => edges(one, top - 0.03)),
+      [`yaxis${strip + 1}`]: {
+        domain: [top, 1],
+        range: [shown.length - 0.5, -0.5],
+        tickvals: shown.map((_, row) => row),
         ticktext: shown.map((one) => one.key.toUpperCase()),
         ticklabelstandoff: 5, fixedrange: true, showgrid: false, zeroline: false, color: colors.ink,
       },
-      shapes: shown.flatMap((one) => edges(one, 1 - strip - between, colors)),
-    };
+    });
+    const data = shown.flatMap((one, row) => zones(one, row, `y${strip + 1}`));
     study.profiles.forEach((name, place) => {
-      const top = 1 - strip - between - place * (height + between);
-      const scale = 1.06 * (highest(shown, name, right) || 1);
-      layout[axisKey(place)] = axis(colors, words[name].label, {
-        domain: [Math.max(0, top - height), top],
-        range: name === "wear_depth" ? [scale, 0] : [0, scale],
-        nticks: 5,
-      });
-      for (const one of shown) {
-        const line = (title, values, style, more) =>
-          data.push({ type: "scatter", mode: "lines", name: `${one.key} ${title}`, x: one.data.x,
-            y: values, xaxis: "x", yaxis: axisId(place), line: style, ...more });
-        const profile = one.data.profile(name, one.snapshot);
+      for (const { key, snapshot, data: { x, profiles, friction } } of shown) {
         if (shown.length === 1) {
           /* For one case alone: its first profile, and the limit of friction on the traction. */
-          const quiet = { hoverinfo: "skip" };
-          const dotted = { color: colors.muted, width: 1, dash: "1px,2.5px" };
-          line(`${name} first`, one.data.profile(name, 0), dotted, quiet);
-          if (name === "shear_traction" && one.data.friction !== null) {
-            const limit = one.data.profile("pressure", one.snapshot).map((p) => p * one.data.friction);
-            line("limit", limit, { color: colors.muted, width: 1 }, quiet);
+          data.push(curve(`${key} ${name} first`, place, x, profiles[name][0], { color: colors.muted, width: 1, dash: "1px,2.5px" }));
+          if (name === "shear_traction" && friction !== null) {
+            const limit = profiles.pressure[snapshot].map((pressure) => pressure * friction);
+            data.push(curve(`${key} limit`, place, x, limit, { color: colors.muted, width: 1 }));
           }
         }
-        line(name, profile, { color: colors[one.key], width: 1.8, dash: DASH[one.key] }, {
-          hovertemplate: `${one.key.toUpperCase()} %{y:.4~g} ${words[name].unit}<extra></extra>`,
-        });
+        const hover = `${key.toUpperCase()} %{y:.4~g} ${words[name].unit}<extra></extra>`;
+        data.push(curve(`${key} ${name}`, place, x, profiles[name][snapshot], { color: colors[key], width: 1.8, dash: DASH[key] }, hover));
       }
     });
     return { data, layout };
@@ -212,251 +181,155 @@
   /* The highest value of a profile, of all snapshots or of the one shown. The gap, which grows
      without bound outside the contact, is scaled by what is in view of the last snapshot. */
   function highest(shown, name, right) {
-    return largest(shown.flatMap(({ data, snapshot }) => {
-      if (name === "gap") {
-        const place = ownScale.checked ? snapshot : data.cycles.length - 1;
-        return data.profile(name, place).filter((_, cell) => Math.abs(data.x[cell]) <= right);
-      }
-      const tops = data.profiles[name].map(({ scale }) => scale * LEVELS);
-      return ownScale.checked ? tops[snapshot] : tops;
+    return largest(shown.flatMap(({ data: { x, profiles }, snapshot }) => {
+      const now = profiles[name].at(ownScale.checked ? snapshot : -1);
+      if (name === "gap") return now.filter((_, cell) => Math.abs(x[cell]) <= right);
+      return ownScale.checked ? now : profiles[name].flat();
     }));
   }
 
-  function zoneTraces(one, row, yaxis, colors) {
-    const color = colors[one.key];
+  function zones({ key, data, snapshot }, row, yaxis) {
+    const color = colors[key];
     const hatched = { shape: "/", fgcolor: color, bgcolor: colors.ground, size: 5, solidity: 0.3 };
     const markers = {
       stick: { color, line: { width: 0 } },
       slip: { color: colors.ground, line: { color, width: 0.75 }, pattern: hatched },
     };
     return Object.entries(markers).map(([state, marker]) => {
-      const zones = one.data.zones(study.states[state], one.snapshot);
+      const found = data.zones[snapshot][state];
       return {
-        type: "bar", orientation: "h", width: 0.72, xaxis: "x", yaxis, name: `${one.key} ${state}`,
-        base: zones.map(([from]) => from),
-        x: zones.map(([from, to]) => to - from),
-        y: zones.map(() => row),
+        type: "bar", orientation: "h", width: 0.72, xaxis: "x", yaxis, name: `${key} ${state}`,
+        base: found.map(([from]) => from),
+        x: found.map(([from, to]) => to - from),
+        y: found.map(() => row),
         marker,
-        hovertemplate: zones.map(
+        hovertemplate: found.map(
           ([from, to]) => `${state} from ${number(from)} to ${number(to)} ${words.x.unit}<extra></extra>`
         ),
       };
     });
   }
 
-  /* Contacts that are not even from above: a map of each field, each with its colour scale on top. */
-  const DEPTHS = [[0, "#ffffff"], [0.01, "#fcffa4"], [0.25, "#f98e09"], [0.5, "#bc3754"], [0.75, "#57106e"], [1, "#000004"]];
-
-  function mapFigure(shown, colors, width) {
-    const layout = baseLayout(colors, width);
-    const maps = shown.flatMap((one) => study.maps.map((name) => ({ one, name })));
-    const columns = width < 480 ? 1 : study.maps.length;
-    const rows = maps.length / columns;
-    /* Pixels: a map, what is above it, and between it and the next one to its right. */
-    const [above, right] = [64, 70];
-    const inner = width - layout.margin.l - layout.margin.r;
-    const side = (inner - right * (columns - 1)) / columns;
-    const high = rows * (side + above) + (rows - 1) * layout.margin.b;
-    layout.height = high + layout.margin.t + layout.margin.b;
-    const data = maps.map(({ one: { key, data: { view }, snapshot }, name }, place) => {
-      const [row, column] = [Math.floor(place / columns), place % columns];
-      const left = (column * (side + right)) / inner;
-      const top = 1 - (row * (side + above + layout.margin.b) + above) / high;
-      const across = [left, left + side / inner];
-      const { scale, levels } = view.fields[name][snapshot];
-      const bytes = atob(levels);
-      const [x, y] = [view.x, view.y].map(([first, step, count]) =>
-        Array.from({ length: count }, (_, at) => first + at * step));
-      const highest = largest(shown.flatMap((one) => one.data.view.fields[name].filter(
-        (_, at) => !ownScale.checked || at === one.snapshot).map((map) => 255 * map.scale)));
-      const [xId, yId] = ["x", "y"].map((letter) => (place ? `${letter}${place + 1}` : letter));
-      const common = { showgrid: false, nticks: 5, constrain: "domain" };
-      layout[place ? `xaxis${place + 1}` : "xaxis"] = axis(colors, words.x.label, { ...common, domain: across, anchor: yId });
-      layout[axisKey(place)] = axis(colors, words.y.label, {
-        ...common, domain: [Math.max(0, top - side / high), top], anchor: xId, scaleanchor: xId,
-      });
-      return {
-        type: "heatmap", xaxis: xId, yaxis: yId, x, y, name: `${key} ${name}`, zmin: 0, zmax: highest || 1,
-        z: y.map((_, line) => x.map((_, cell) => scale * bytes.charCodeAt(line * x.length + cell))),
-        colorscale: DEPTHS,
-        colorbar: {
-          orientation: "h", x: left, xanchor: "left", xpad: 0, len: side / inner, y: top, yanchor: "bottom", ypad: 8,
-          thickness: 10, outlinewidth: 0, nticks: 5, ticks: "outside", ticklen: 3, tickcolor: colors.muted,
-          tickfont: { color: colors.ink, size: 11 },
-          title: { text: `${key.toUpperCase()}: ${words[name].label}`, side: "top", font: { color: colors.ink, size: 12 } },
-        },
-        hovertemplate: `%{z:.4~g} ${words[name].unit} at x = %{x:.4~g}, y = %{y:.4~g} ${words.x.unit}<extra></extra>`,
-      };
-    });
-    return { data, layout };
-  }
-
-  /* Bearing areas of rough contacts before and after wear. */
-  function heightFigure(shown, colors, width) {
-    const layout = {
-      ...baseLayout(colors, width), height: 320, hovermode: "x",
-      xaxis: axis(colors, words.bearing_area.label, { range: [0, 100], hoverformat: ".3~g" }),
-      yaxis: axis(colors, words.height.label, {}),
-    };
-    const data = shown.flatMap(({ key, data: { heights } }) => heights.map((values, after) => ({
-      type: "scatter", mode: "lines", name: `${key} ${after ? "after" : "before"}`, y: values,
-      x: values.map((_, place) => (100 * place) / (values.length - 1)),
-      line: after ? { color: colors[key], width: 1.8, dash: DASH[key] } : { color: colors[key], width: 1.2, dash: "1px,2.5px" },
-      hovertemplate: `${key.toUpperCase()} ${after ? "after" : "before"}: %{y:.4~g} ${words.height.unit}<extra></extra>`,
-    })));
-    return { data, layout };
-  }
-
   /* The edges of stick zone and contact, through all panels. */
-  function edges(one, y1, colors) {
-    const color = colors[one.key];
-    const at = (name) => one.data.numbers[name][one.snapshot];
-    const [stick, contact] = [at("stick_half_width_x"), at("contact_half_width_x")];
+  function edges({ key, data, snapshot }, y1) {
+    const color = colors[key];
     const tall = { yref: "paper", y0: 0, y1, layer: "below" };
-    const sides = one.data.x[0] < 0 ? [-1, 1] : [1];
-    return sides.flatMap((side) => [
+    const [stick, contact] = ["stick", "contact"].map((zone) => data.numbers[`${zone}_half_width_x`][snapshot]);
+    return (data.x[0] < 0 ? [-1, 1] : [1]).flatMap((side) => [
       { type: "rect", x0: 0, x1: side * stick, fillcolor: color, opacity: 0.1, line: { width: 0 }, ...tall },
       { type: "line", x0: side * contact, x1: side * contact, line: { color, width: 1, dash: "dot" }, ...tall },
     ]);
   }
 
-  /* Panels of results over the cycles: every step as a line, snapshots as dots. */
-  function historyFigure(shown, cycle, colors, width) {
-    const cycles = shown.flatMap(({ data }) => [...data.history.cycle, ...data.cycles]);
-    const reached = cycleAxis(cycles);
-    const at = reached.position(cycle);
-    const last = study.histories.length - 1;
-    const height = (1 - 0.08 * last) / (last + 1);
-    const layout = {
-      ...baseLayout(colors, width),
-      hovermode: "closest",
-      height: 420,
-      xaxis: axis(colors, words.cycle.label, { range: reached.range, anchor: axisId(last), ...reached.ticks }),
-      shapes: [{
-        type: "line", x0: at, x1: at, yref: "paper", y0: 0, y1: 1, line: { color: colors.ink, width: 1.2 },
-      }],
-      annotations: [],
-    };
-    if (reached.gap !== undefined) {
-      layout.annotations.push({
-        x: reached.gap, xref: "x", y: 0, yref: "paper", yanchor: "middle", text: "//",
-        bgcolor: colors.ground, borderpad: 0, showarrow: false, font: { color: colors.muted, size: 12 },
-      });
-    }
-    const data = study.histories.flatMap(({ label, curves }, place) => {
-      const bottom = (last - place) * (height + 0.08);
-      layout[axisKey(place)] = axis(colors, label, {
-        domain: [bottom, bottom + height], rangemode: "tozero", nticks: 6,
-      });
-      return curves.flatMap(({ name }, lower) =>
-        shown.flatMap((one) => curve(one, name, axisId(place), lower ? 1.2 : 2.2, reached, colors))
-      );
-    });
-    /* The names of curves that share a panel stand where they begin, that of the lower one below. */
-    const { history } = shown[0].data;
-    for (const { curves } of study.histories.filter((panel) => panel.curves.length > 1)) {
-      const starts = curves.map(({ name }) => history[name][0]);
-      curves.forEach(({ text }, place) => {
-        const below = place && starts[place] > 0.5 * starts[0];
-        layout.annotations.push({
-          x: reached.position(history.cycle[0]), y: starts[place], xref: "x", yref: "y", text, showarrow: false,
-          xanchor: "left", yanchor: below ? "top" : "bottom", xshift: 8, yshift: below ? -2 : 2,
-          font: { color: colors.ink, size: 12 },
-        });
-      });
-    }
+  /* A field from above, of a contact that is not even, with its colour scale on top. */
+  function mapFigure({ key, data: { view }, snapshot }, name, shown, width) {
+    const all = shown.flatMap(({ data, snapshot }) =>
+      (ownScale.checked ? [data.view.fields[name][snapshot]] : data.view.fields[name]).flat(2));
+    const common = { showgrid: false, nticks: 5, constrain: "domain" };
+    const y = axis(words.y.label, { ...common, scaleanchor: "x" });
+    const layout = panels(width + 36, axis(words.x.label, common), [y]);
+    const data = [{
+      type: "heatmap", x: places(view.x), y: places(view.y), z: view.fields[name][snapshot], name: `${key} ${name}`,
+      zmin: 0, zmax: largest(all) || 1, colorscale: DEPTHS,
+      colorbar: {
+        orientation: "h", x: 0, xanchor: "left", xpad: 0, len: 1, y: 1, yanchor: "bottom", ypad: 8,
+        thickness: 10, outlinewidth: 0, nticks: 5, ticks: "outside", ticklen: 3, tickcolor: colors.muted,
+        tickfont: { color: colors.ink, size: 11 },
+        title: { text: `${key.toUpperCase()}: ${words[name].label}`, side: "top", font: { color: colors.ink, size: 12 } },
+      },
+      hovertemplate: `%{z:.4~g} ${words[name].unit} at x = %{x:.4~g}, y = %{y:.4~g} ${words.x.unit}<extra></extra>`,
+    }];
     return { data, layout };
   }
 
-  function curve(one, name, yaxis, width, reached, colors) {
-    const color = colors[one.key];
-    const { history, cycles, numbers } = one.data;
-    const shownOr = (is, other) => cycles.map((_, place) => (place === one.snapshot ? is : other));
-    const extra = `<extra>${one.key.toUpperCase()}, ${words[name].words}</extra>`;
-    const text = (cycle) => `cycle ${cycleText(cycle)}: %{y:.4~g} ${words[name].unit}${extra}`;
-    const common = { type: "scatter", xaxis: "x", yaxis };
-    return [
-      {
-        ...common, mode: "lines", name: `${one.key} ${name}`,
-        x: history.cycle.map(reached.position),
-        y: history[name],
-        line: { color, width, dash: DASH[one.key] },
-        hovertemplate: history.cycle.map(text),
-      },
-      {
-        ...common, mode: "markers", name: `${one.key} ${name} snapshots`,
-        x: cycles.map(reached.position),
-        y: numbers[name],
-        customdata: cycles,
-        marker: {
-          color: shownOr(color, colors.ground), size: shownOr(11, 6), line: { color, width: 1.5 }, opacity: 1,
-        },
-        hovertemplate: cycles.map(text),
-      },
-    ];
+  /* Bearing areas of rough contacts before and after wear. */
+  function heightFigure(shown) {
+    const x = axis(words.bearing_area.label, { range: [0, 100], hoverformat: ".3~g" });
+    const data = shown.flatMap(({ key, data: { heights } }) => ["before", "after"].map((when, after) => curve(
+      `${key} ${when}`, 0, heights[after].map((_, place) => (100 * place) / (heights[after].length - 1)), heights[after],
+      { color: colors[key], width: after ? 1.8 : 1.2, dash: after ? DASH[key] : "1px,2.5px" },
+      `${key.toUpperCase()} ${when}: %{y:.4~g} ${words.height.unit}<extra></extra>`
+    )));
+    return { data, layout: panels(320, x, [axis(words.height.label)], { hovermode: "x" }) };
+  }
+
+  /* Panels of results over the cycles: every step as a line, snapshots as dots. */
+  function historyFigure(shown, now) {
+    const { position, gap, ...reached } = cycleAxis(shown.flatMap(({ data }) => [...data.history.cycle, ...data.cycles]));
+    const small = { color: colors.ink, size: 12 };
+    const annotations = gap === undefined ? [] : [{
+      x: gap, xref: "x", y: 0, yref: "paper", yanchor: "middle", text: "//",
+      bgcolor: colors.ground, borderpad: 0, showarrow: false, font: { ...small, color: colors.muted },
+    }];
+    const data = study.histories.flatMap(({ curves }, place) => curves.flatMap(({ name, text }, lower) => {
+      /* The names of curves that share a panel stand where they begin, that of the lower one below. */
+      const [start, other] = [name, curves[0].name].map((each) => shown[0].data.history[each][0]);
+      const below = lower && start > 0.5 * other;
+      if (curves.length > 1) annotations.push({
+        x: position(0), y: start, xref: "x", yref: "y", text, showarrow: false, font: small,
+        xanchor: "left", yanchor: below ? "top" : "bottom", xshift: 8, yshift: below ? -2 : 2,
+      });
+      return shown.flatMap(({ key, snapshot, data: { history, cycles, numbers } }) => {
+        const color = colors[key];
+        const told = (cycle) =>
+          `cycle ${formatted(cycle)}: %{y:.4~g} ${words[name].unit}<extra>${key.toUpperCase()}, ${words[name].words}</extra>`;
+        const shownOr = (is, not) => cycles.map((_, at) => (at === snapshot ? is : not));
+        const line = { color, width: lower ? 1.2 : 2.2, dash: DASH[key] };
+        return [
+          curve(`${key} ${name}`, place, history.cycle.map(position), history[name], line, history.cycle.map(told)),
+          {
+            ...curve(`${key} ${name} snapshots`, place, cycles.map(position), numbers[name], {}, cycles.map(told)),
+            mode: "markers", customdata: cycles,
+            marker: { color: shownOr(color, colors.ground), size: shownOr(11, 6), line: { color, width: 1.5 }, opacity: 1 },
+          },
+        ];
+      });
+    }));
+    const ys = study.histories.map(({ label }) => axis(label, { rangemode: "tozero", nticks: 6 }));
+    const layout = panels(420, axis(words.cycle.label, reached), ys, {
+      hovermode: "closest",
+      annotations,
+      shapes: [{
+        type: "line", x0: position(now), x1: position(now), yref: "paper", y0: 0, y1: 1, line: { color: colors.ink, width: 1.2 },
+      }],
+    });
+    return { data, layout };
   }
 
   /* ---- Selecting cases: a control for each axis ---- */
 
   const selected = { a: study.start, b: null };
-  const selects = { a: [], b: [] };
-  let cycles = [];
+  const selects = {};
+  let shown, cycles;
   let cycle = Infinity;
   let timer = null;
   let started = false;
 
-  function makeControls(key) {
-    const place = document.querySelector(`#case-${key} .choices`);
-    selects[key] = study.axes.map(({ words: label, levels }) => {
-      const wrapper = document.createElement("label");
-      const control = document.createElement("select");
-      control.append(...levels.map(([value, text]) => new Option(text, value)));
-      control.addEventListener("change", () => pick(key));
-      wrapper.append(label, control);
-      if (levels.length > 1) place.append(wrapper);
-      return control;
-    });
-    if (!place.childElementCount) place.append(study.points[0].title);
-  }
-
-  function pick(key) {
-    const index = selects[key].map(({ value }) => value).join();
-    selected[key] = study.points.findIndex((point) => point.index.join() === index);
-    update();
-  }
-
   function select(key, place) {
     selected[key] = place;
-    selects[key].forEach((control, axis) => { control.value = study.points[place].index[axis]; });
+    selects[key].forEach((control, axis) => { control.value = points[place].index[axis]; });
   }
 
   /* A second case that differs from a point in as few and as late parameters as can be. */
   function neighbor(place) {
-    const { index } = study.points[place];
     const distance = (other) =>
-      study.points[other].index.reduce((sum, level, axis) => 2 * sum + (level !== index[axis]), 0);
-    const others = [...study.points.keys()].filter((other) => other !== place && study.points[other].data);
-    return others.reduce((best, other) => (distance(other) < distance(best) ? other : best), others[0] ?? place);
-  }
-
-  /* Which cases are shown, and why others cannot be. */
-  function selection() {
-    const shown = [];
-    const problems = [];
-    for (const key of compare.checked ? ["a", "b"] : ["a"]) {
-      const point = study.points[selected[key]];
-      const name = `Case ${key.toUpperCase()}`;
-      if (!point) problems.push(`${name} is not in this page.`);
-      else if (!point.data) problems.push(`${name}, point ${point.number}, is ${point.status}: ${point.reason}`);
-      else shown.push({ key, point, data: point.data });
-    }
-    return { shown, problems };
+      points[other].index.reduce((sum, level, axis) => 2 * sum + (level !== points[place].index[axis]), 0);
+    const others = [...points.keys()].filter((other) => other !== place && points[other].data);
+    return others.sort((one, other) => distance(one) - distance(other))[0] ?? place;
   }
 
   /* ---- Drawing ---- */
 
+  /* Draws what is selected, and says what cannot be shown. */
   function update() {
-    const { shown, problems } = selection();
+    const problems = [];
+    shown = (compare.checked ? ["a", "b"] : ["a"]).flatMap((key) => {
+      const point = points[selected[key]];
+      if (point?.data) return { key, title: point.title, data: point.data };
+      problems.push(`Case ${key.toUpperCase()}${
+        point ? `, point ${point.number}, is ${point.status}: ${point.reason}` : " is not in this page."}`);
+      return [];
+    });
     status.textContent = problems.join(" ");
     status.hidden = !problems.length;
     cycles = [...new Set(shown.flatMap(({ data }) => data.cycles))].sort((one, other) => one - other);
@@ -469,95 +342,75 @@
   }
 
   function draw() {
-    const { shown } = selection();
-    for (const id of ["profile-plot", "history-plot", "maps", "heights"]) get(id).hidden = !shown.length;
     const now = cycles[Number(slider.value)] ?? 0;
-    get("cycle-shown").textContent = cycleText(now);
-    slider.setAttribute("aria-valuetext", `cycle ${cycleText(now)}`);
+    get("cycle-shown").textContent = formatted(now);
+    slider.setAttribute("aria-valuetext", `cycle ${formatted(now)}`);
     for (const one of shown) one.snapshot = Math.max(0, one.data.cycles.findLastIndex((known) => known <= now));
-    writeReadout(shown, now);
+    get("readout").innerHTML = readout(now);
+    for (const id of ["profile-plot", "history-plot"]) get(id).hidden = !shown.length;
+    const [viewed, rough] = ["view", "heights"].map((name) => shown.filter(({ data }) => data[name]));
+    get("maps").hidden = !viewed.length;
+    get("heights").hidden = !rough.length;
     if (!shown.length) return;
-    const colors = palette();
-    const titles = shown.map(({ key, point }) => `case ${key.toUpperCase()}: ${point.title}`).join("; ");
+    colors = palette();
+    const titles = shown.map(({ key, title }) => `case ${key.toUpperCase()}: ${title}`).join("; ");
     const told = (names) => names.map((name) => words[name].words).join(", ");
-    const curves = study.histories.flatMap((panel) => panel.curves.map(({ name }) => name));
     remember(now);
-    get("shown-cases").textContent = `After ${cycleText(now)} cycles; ${titles}.`;
-    picture("profile-plot", (width) => profileFigure(shown, colors, width),
-      `Along x after ${cycleText(now)} cycles: ${told(study.profiles)}; ${titles}`);
-    picture("history-plot", (width) => historyFigure(shown, now, colors, width),
-      `Over the cycles: ${told(curves)}; ${titles}`);
-    for (const [id, make, label, held] of [
-      ["map", mapFigure, `From above: ${told(study.maps)}`, shown.filter(({ data }) => data.view)],
-      ["height", heightFigure, "Bearing areas before and after wear", shown.filter(({ data }) => data.heights)],
-    ]) {
-      get(`${id}s`).hidden = !held.length;
-      if (held.length) picture(`${id}-plot`, (width) => make(held, colors, width), `${label}; ${titles}`);
-    }
+    get("shown-cases").textContent = `After ${formatted(now)} cycles; ${titles}.`;
+    picture(get("profile-plot"), profileFigure(shown), `Along x after ${formatted(now)} cycles: ${told(study.profiles)}; ${titles}`);
+    const curves = study.histories.flatMap((panel) => panel.curves.map(({ name }) => name));
+    picture(get("history-plot"), historyFigure(shown, now), `Over the cycles: ${told(curves)}; ${titles}`);
+    const maps = viewed.flatMap((one) => study.maps.map((name) => [one, name]));
+    [...get("maps").querySelectorAll(".plot")].forEach((place, at) => {
+      place.hidden = at >= maps.length;
+      if (place.hidden) return;
+      const [one, name] = maps[at];
+      picture(place, mapFigure(one, name, viewed, place.clientWidth), `From above: ${told([name])}; ${titles}`);
+    });
+    if (rough.length) picture(get("height-plot"), heightFigure(rough), `Bearing areas before and after wear; ${titles}`);
   }
 
-  function picture(id, make, label) {
-    const place = get(id);
-    const { data, layout } = make(place.clientWidth);
+  function picture(place, { data, layout }, label) {
     Plotly.react(place, data, layout, CONFIG);
     place.setAttribute("aria-label", label);
   }
 
-  function writeReadout(shown, now) {
-    const [head, body] = ["thead", "tbody"].map((part) => document.querySelector(`.readout ${part}`));
-    get("readout-caption").textContent = `After ${cycleText(now)} cycles`;
+  function readout(now) {
+    const row = (name, texts) => `<tr><th scope="row">${name}</th>${texts.map((text) => `<td>${text}</td>`).join("")}</tr>`;
     const rows = study.readout.map((name) => {
-      const values = shown.map((one) => one.data.numbers[name][one.snapshot]);
-      const texts = values.map((value) => number(value));
-      if (values.length === 2) texts.push(values[0] > 0 ? `× ${number(values[1] / values[0], 3)}` : "–");
-      return [words[name].label, ...texts];
+      const values = shown.map(({ data, snapshot }) => data.numbers[name][snapshot]);
+      const ratio = values[0] > 0 && values[1] !== null ? `× ${number(values[1] / values[0], 3)}` : "–";
+      return row(words[name].label, [...values.map((value) => number(value)), ...(values.length === 2 ? [ratio] : [])]);
     });
     const reached = shown.map(({ data, snapshot }) => data.cycles[snapshot]);
-    if (reached.some((one) => one !== now)) rows.unshift(["Last snapshot until then", ...reached.map(cycleText)]);
-    const columns = shown.map((one) => one.key.toUpperCase());
-    if (shown.length === 2) columns.push("B to A");
-    head.replaceChildren(row(["", ...columns], () => "col"));
-    body.replaceChildren(...rows.map((texts) => row(texts, (place) => place === 0 && "row")));
-  }
-
-  /* A row of a table; `scope` tells for a place whether its cell heads a row or a column. */
-  function row(texts, scope) {
-    const line = document.createElement("tr");
-    texts.forEach((text, place) => {
-      const cell = document.createElement(text && scope(place) ? "th" : "td");
-      if (cell.tagName === "TH") cell.scope = scope(place);
-      cell.textContent = text;
-      line.append(cell);
-    });
-    return line;
+    if (reached.some((one) => one !== now)) rows.unshift(row("Last snapshot until then", reached.map((one) => formatted(one))));
+    const heads = [...shown.map(({ key }) => key.toUpperCase()), ...(shown.length === 2 ? ["B to A"] : [])];
+    return `<caption>After ${formatted(now)} cycles</caption><thead><tr><td></td>${
+      heads.map((text) => `<th scope="col">${text}</th>`).join("")}</tr></thead><tbody>${rows.join("")}</tbody>`;
   }
 
   /* ---- The address of what is shown: #case=3&with=4&cycle=1000 ---- */
 
-  function remember(now) {
-    const parts = [["case", selected.a], ["with", compare.checked ? selected.b : null]]
-      .filter(([, place]) => study.points[place])
-      .map(([name, place]) => `${name}=${study.points[place].number}`);
-    const address = `#${[...parts, `cycle=${now}`].join("&")}`;
-    if (started && location.hash !== address) window.history.replaceState(null, "", address);
+  function remember(cycle) {
+    const asked = new URLSearchParams();
+    const told = { case: points[selected.a], with: compare.checked && points[selected.b] };
+    for (const name in told) if (told[name]) asked.set(name, told[name].number);
+    asked.set("cycle", cycle);
+    if (started && location.hash !== `#${asked}`) window.history.replaceState(null, "", `#${asked}`);
   }
 
-  /* Shows what an address asks for; returns whether it is one of the explorer. */
+  /* Shows what an address asks for, if it is one of the explorer. */
   function recall() {
     const asked = new URLSearchParams(location.hash.slice(1));
-    const at = (name) => study.points.findIndex(({ number: one }) => String(one) === asked.get(name));
-    if (at("case") < 0) return false;
-    select("a", at("case"));
-    compare.checked = at("with") >= 0;
-    if (compare.checked) select("b", at("with"));
+    const [one, other] = ["case", "with"].map((name) => points.findIndex(({ number }) => String(number) === asked.get(name)));
+    if (one < 0) return;
+    select("a", one);
+    compare.checked = other >= 0;
+    if (compare.checked) select("b", other);
     if (asked.has("cycle")) cycle = Number(asked.get("cycle"));
     update();
-    return true;
+    get("explorer").scrollIntoView();
   }
-
-  addEventListener("hashchange", () => {
-    if (recall()) get("explorer").scrollIntoView();
-  });
 
   /* ---- Moving through the cycles ---- */
 
@@ -597,27 +450,21 @@
 
   /* ---- The page around it ---- */
 
-  function linkTable() {
-    const places = new Map(study.points.map((point, place) => [String(point.number), place]));
-    for (const cell of document.querySelectorAll("#case-table tbody th")) {
-      const place = places.get(cell.dataset.value);
-      if (!study.points[place]?.data) continue;
-      const link = document.createElement("a");
-      link.href = `#case=${cell.dataset.value}`;
-      link.textContent = cell.textContent;
-      link.setAttribute("aria-label", `Show case ${cell.textContent} in the explorer`);
-      cell.replaceChildren(link);
-    }
+  for (const key of ["a", "b"]) {
+    selects[key] = [...document.querySelectorAll(`#case-${key} select`)];
+    get(`case-${key}`).addEventListener("change", () => {
+      const index = selects[key].map(({ value }) => value).join();
+      selected[key] = points.findIndex((point) => point.index.join() === index);
+      update();
+    });
   }
-
-  for (const key of ["a", "b"]) makeControls(key);
   get("explorer-body").hidden = false;
-  compare.parentElement.hidden = study.points.length < 2;
+  compare.parentElement.hidden = points.length < 2;
   select("a", study.start);
   update();
-  linkTable();
-  if (recall()) get("explorer").scrollIntoView();
+  recall();
   started = true;
+  addEventListener("hashchange", recall);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
   for (const event of ["beforeprint", "afterprint"]) {
     addEventListener(event, () => {
@@ -625,8 +472,8 @@
       draw();
     });
   }
-  get("history-plot").on("plotly_click", ({ points }) => {
-    const place = cycles.indexOf(points[0].customdata);
+  get("history-plot").on("plotly_click", ({ points: [clicked] }) => {
+    const place = cycles.indexOf(clicked.customdata);
     if (place >= 0) go(place);
   });
   document.documentElement.dataset.explorer = "ready";
