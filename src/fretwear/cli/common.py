@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import errno
 import inspect
-import math
+import json
 import os
 import shlex
 import sys
@@ -30,8 +30,6 @@ if TYPE_CHECKING:
 FIGURE_FORMATS = (".png", ".svg", ".pdf")
 """Endings of the files into which figures are drawn."""
 
-_STUDIES = "studies/"
-_ODD_CHARACTERS = frozenset(" \t\n\"'\\$&;<>|*?[](){}!#`~")
 # Listing all ids of a large study takes seconds, too long for a key press.
 _MOST_POINTS = 2000
 
@@ -69,29 +67,8 @@ class Call:
     arguments: Sequence[str]  # what was typed after ``fretwear``
     log: Log | None = None  # takes all messages once the command has begun
 
-    @property
-    def line(self) -> str:
-        """The call as typed."""
-        return shlex.join(["fretwear", *self.arguments])
 
-
-# What the shell offers at the tab key, beyond what typer knows by itself.
-# If nothing is returned, the shell completes file names itself. Shells add a space after the only
-# candidate; where the user has to continue without one, there are either two candidates or none.
-
-
-def study_files(incomplete: str) -> list[str]:
-    """Offer study files: those of the folder, and of ``studies/`` where no folder was typed."""
-    found = _entries(incomplete, ENDINGS)
-    if _STUDIES in found:
-        inside = [name for name in _entries(_STUDIES, ENDINGS) if not name.endswith("/")]
-        found = [name for name in found if name != _STUDIES or not inside] + inside
-    return _unless_shells_do_better(found)
-
-
-def case_files(incomplete: str) -> list[str]:
-    """Offer case files and the folders that may hold some."""
-    return _unless_shells_do_better(_entries(incomplete, (".nc",)))
+# What the shell offers at the tab key beside commands, options and files.
 
 
 def case_ids(context: typer.Context, incomplete: str) -> list[str]:
@@ -123,52 +100,19 @@ def assignments(incomplete: str) -> list[str]:
     return [f"{found[0]}=", f"{found[0]}={example}"]
 
 
-def _entries(incomplete: str, endings: Sequence[str]) -> list[str]:
-    """Return the matching files with these endings, and folders ending in a slash."""
-    folder, slash, name = incomplete.rpartition("/")
-    try:
-        entries = sorted(Path(folder + slash or ".").iterdir())
-    except OSError:
-        return []
-    return [
-        f"{folder}{slash}{entry.name}{'/' if entry.is_dir() else ''}"
-        for entry in entries
-        if entry.name.startswith(name)
-        and entry.name.startswith(".") <= name.startswith(".")
-        and (entry.is_dir() or entry.suffix in endings)
-    ]
-
-
-def _unless_shells_do_better(found: list[str]) -> list[str]:
-    """Leave to the shell candidates that it completes without a space or has to quote."""
-    odd = any(_ODD_CHARACTERS.intersection(name) for name in found)
-    return [] if odd or all(name.endswith("/") for name in found) else found
-
-
-def argument(metavar: str, help_: str, complete: Callable[..., list[str]]) -> Any:
+def argument(metavar: str, help_: str) -> Any:
     """Return an argument that is an existing file."""
-    return typer.Argument(metavar=metavar, help=help_, show_default=False, autocompletion=complete)
+    return typer.Argument(metavar=metavar, help=help_, show_default=False)
 
 
-def option(
-    names: str,
-    metavar: str,
-    help_: str,
-    default: str = "",
-    complete: Callable[..., list[str]] | None = None,
-) -> Any:
+def option(names: str, metavar: str, help_: str, default: str = "", complete: Any = None) -> Any:
     """Return an option that takes a value; `default` says what happens without it."""
-    return typer.Option(
-        *names.split("/"),
-        metavar=metavar,
-        help=help_,
-        show_default=default or False,
-        autocompletion=complete,
-    )
+    shown: Any = {"metavar": metavar, "help": help_, "show_default": default or False}
+    return typer.Option(*names.split("/"), **shown, autocompletion=complete)
 
 
-StudyFile = Annotated[Path, argument("FILE", "Study file (YAML).", study_files)]
-CaseFile = Annotated[Path, argument("OUT.nc", "Case file (netCDF).", case_files)]
+StudyFile = Annotated[Path, argument("FILE", "Study file (YAML).")]
+CaseFile = Annotated[Path, argument("OUT.nc", "Case file (netCDF).")]
 _ASSIGNMENTS = "Change a parameter for this call, such as 'load=30 N'; may be repeated."
 Assignments = Annotated[
     list[str] | None, option("--set", "NAME=VALUE", _ASSIGNMENTS, complete=assignments)
@@ -213,7 +157,7 @@ def logged(command: Callable[..., None]) -> Callable[..., None]:
 
         call: Call = context.obj
         call.log = Log(log_format, quiet=quiet)
-        call.log.begin(str(context.info_name), call.line)
+        call.log.begin(str(context.info_name), shlex.join(["fretwear", *call.arguments]))
         command(call.log, **given)
 
     first, *last, _ = inspect.signature(logging, eval_str=True).parameters.values()
@@ -241,23 +185,19 @@ def say(text: str) -> None:
 
 def finite(value: Any) -> Any:
     """Return a value for JSON, with null for numbers that are not finite."""
-    if isinstance(value, dict):
-        return {name: finite(each) for name, each in value.items()}
-    if isinstance(value, list):
-        return [finite(each) for each in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    return json.loads(json.dumps(value), parse_constant=lambda _: None)
 
 
 def study_and_results(file: Path, results: Path | None) -> tuple[Study, Path]:
     """Return a study and the folder of its results; `CommandError` if it must not be written to."""
-    from fretwear.data.safe import why_leading_out
+    from fretwear.data.safe import why_leading_out, why_not_writable
     from fretwear.study.study import load_study
 
     study = load_study(file)
     folder = results or Path("results", study.name)
-    if problem := why_leading_out(folder, None if results else folder.parent):
+    root = None if results else folder.parent
+    if problem := why_leading_out(folder, root) or why_not_writable(folder):
         raise CommandError(problem)
-    _check_folder(folder)
     return study, folder
 
 
@@ -266,12 +206,16 @@ def check_output(path: Path, *endings: str) -> Path:
 
     `CommandError` if it is a folder, has another ending, or cannot be written to.
     """
+    from fretwear.data.safe import why_not_writable
+
+    problem = why_not_writable(path.parent)
     if path.is_dir():
-        raise CommandError(f"{path}: is a folder; name a file in it, such as {path}/x{endings[0]}")
-    if path.suffix.lower() not in endings:
+        problem = f"{path}: is a folder; name a file in it, such as {path}/x{endings[0]}"
+    elif path.suffix.lower() not in endings:
         example = path.with_suffix(endings[0])
-        raise CommandError(f"{path}: must end in {listed(endings, 'or')}, such as {example}")
-    _check_folder(path.parent)
+        problem = f"{path}: must end in {listed(endings, 'or')}, such as {example}"
+    if problem:
+        raise CommandError(problem)
     return path
 
 
@@ -281,21 +225,14 @@ def opened(file: Path) -> Iterator[tuple[xr.Dataset, xr.Dataset]]:
     check_results(file)
 
     from fretwear.data.files import open_case, open_history
-    from fretwear.data.safe import DataFileError, is_of_netcdf
+    from fretwear.data.safe import DataFileError
 
     with ExitStack() as stack:
         try:
-            case = stack.enter_context(open_case(file))
-            history = stack.enter_context(open_history(file))
+            case, history = (stack.enter_context(each(file)) for each in (open_case, open_history))
         except DataFileError as error:
             raise CommandError(str(error)) from error
-        try:
-            yield case, history
-        except RuntimeError as error:
-            # Fields are read when they are used, and the netCDF library finds damage only then.
-            if not is_of_netcdf(error):
-                raise
-            raise CommandError(f"{file}: cannot be read ({error})") from error
+        yield case, history
 
 
 def check_results(file: Path) -> None:
@@ -316,13 +253,6 @@ def check_results(file: Path) -> None:
             f"{file}: is a study file, not a file of results\n"
             f"    fretwear plan {file} lists its cases, fretwear run computes them"
         )
-
-
-def _check_folder(path: Path) -> None:
-    from fretwear.data.safe import why_not_writable
-
-    if problem := why_not_writable(path):
-        raise CommandError(problem)
 
 
 def aligned(

@@ -17,7 +17,6 @@ from fretwear.cli.common import (
     FIGURE_FORMATS,
     aligned,
     argument,
-    case_files,
     check_output,
     check_results,
     finite,
@@ -26,31 +25,15 @@ from fretwear.cli.common import (
     say,
 )
 from fretwear.units import in_unit, readable_unit, with_error
-from fretwear.vocabulary import (
-    FORCES,
-    HEADLINES,
-    RESULTS,
-    SYMMETRIES,
-    PointStatus,
-    Variable,
-)
+from fretwear.vocabulary import FORCES, HEADLINES, RESULTS, SYMMETRIES, PointStatus, Variable
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_CASE_RESULTS = (
-    *HEADLINES,
-    "contact_half_width_y",
-    "contact_area",
-    "stick_area",
-    "approach",
-    "tangential_displacement",
-    "plastic_volume",
-    "central_pressure",
-    "peak_pressure",
-)
-_STUDY_RESULTS = HEADLINES[:4]
-_STUDY_ERRORS = {name: RESULTS[name].error.name for name in _STUDY_RESULTS}
+_MORE_RESULTS = "contact_half_width_y contact_area stick_area approach tangential_displacement"
+_MORE_RESULTS += " plastic_volume central_pressure peak_pressure"
+_CASE_RESULTS = (*HEADLINES, *_MORE_RESULTS.split())
+_STUDY_RESULTS = {name: RESULTS[name].error.name for name in HEADLINES[:4]}  # with their errors
 _MARK = "† Of a single cell: at an edge of elastic bodies it diverges as the grid is refined."
 _UNWORN = (
     "Unworn: closed forms for smooth elastic bodies with these parameters "
@@ -62,7 +45,7 @@ _DIGITS = 4
 
 
 def show(
-    file: Annotated[Path, argument("OUT.nc", "Case file, or summary.nc of a study.", case_files)],
+    file: Annotated[Path, argument("OUT.nc", "Case file, or summary.nc of a study.")],
     as_json: Annotated[
         bool, typer.Option("--json", help="Print JSON in SI units, for scripts.")
     ] = False,
@@ -92,8 +75,8 @@ def show(
 
 
 def compare(
-    first: Annotated[Path, argument("A.nc", "Case file (netCDF).", case_files)],
-    second: Annotated[Path, argument("B.nc", "Case file to compare it with.", case_files)],
+    first: Annotated[Path, argument("A.nc", "Case file (netCDF).")],
+    second: Annotated[Path, argument("B.nc", "Case file to compare it with.")],
     output: Annotated[Path | None, option("-o/--output", "FIG.png", _BOTH, "no figure")] = None,
 ) -> None:
     """Print the parameters in which two cases differ, and their key results with the ratios."""
@@ -113,9 +96,11 @@ def compare(
 def case_content(case: xr.Dataset, history: xr.Dataset) -> dict[str, Any]:
     """Return the parameters and results of a case, in SI units."""
     forces = (found for given, found in FORCES.items() if given not in case.coords)
-    names = (*_CASE_RESULTS, *chain.from_iterable(forces))
-    results = {name: case[name] for name in names if name in case}
-    errors = {name: case[e] for name in results if (e := RESULTS[name].error.name) in case}
+    results = {}
+    for name in (name for name in (*_CASE_RESULTS, *chain(*forces)) if name in case):
+        error, units = RESULTS[name].error.name, case[name].attrs["units"]
+        errors = case[error].values.tolist() if error in case else None
+        results[name] = {"values": case[name].values.tolist(), "errors": errors, "units": units}
     return {
         **{name: case.attrs.get(name) for name in ("case_id", "code_digest", "title", "source")},
         "warnings": case.attrs.get("warnings", "").splitlines(),
@@ -130,14 +115,7 @@ def case_content(case: xr.Dataset, history: xr.Dataset) -> dict[str, Any]:
             if value.ndim == 0
         },
         "cycle": case["cycle"].values.tolist(),
-        "results": {
-            name: {
-                "values": result.values.tolist(),
-                "errors": errors[name].values.tolist() if name in errors else None,
-                "units": result.attrs["units"],
-            }
-            for name, result in results.items()
-        },
+        "results": results,
         "unworn": _unworn(case),
     }
 
@@ -163,10 +141,9 @@ def case_lines(content: dict[str, Any]) -> Iterator[str]:
     rows = [("", *(f"cycle {content['cycle'][i]:.0f}" for i in (0, -1)), "unworn", "")]
     for name, result in content["results"].items():
         values = [result["values"][0], result["values"][-1], content["unworn"].get(name)]
-        units, errors = result["units"], result["errors"] or [None]
-        about = RESULTS[name].in_units(units)
-        texts, unit = _texts(values, about, [errors[0], errors[-1], None])
-        rows.append((about.marked, *texts, unit))
+        errors = result["errors"] or [None]
+        about = RESULTS[name].in_units(result["units"])
+        rows.append((about.marked, *_texts(values, about, [errors[0], errors[-1]])))
     yield from aligned(rows)
     yield from ("", _MARK, _UNWORN)
 
@@ -176,7 +153,7 @@ def study_content(summary: xr.Dataset) -> dict[str, Any]:
     from fretwear.data.effects import final_results, point_values, varied_names
 
     final = final_results(summary)
-    names = [*_STUDY_RESULTS, *(name for name in _STUDY_ERRORS.values() if name in final)]
+    names = [*_STUDY_RESULTS, *(name for name in _STUDY_RESULTS.values() if name in final)]
     columns = {
         "case_id": point_values(summary, "case_id").tolist(),
         "status": [PointStatus(state).word for state in point_values(summary, "status")],
@@ -205,12 +182,12 @@ def study_lines(content: dict[str, Any]) -> Iterator[str]:
     yield from ("", f"After the last cycle, {content['cycle']:.0f}")
     listed = points[:_MOST_POINTS]
     columns = [["id", *(point["case_id"] for point in listed)]]
-    for name in (each for each in units if each not in _STUDY_ERRORS.values()):
+    for name in (each for each in units if each not in _STUDY_RESULTS.values()):
         values = [point[name] for point in listed]
         if name in _STUDY_RESULTS:
-            errors = [point.get(_STUDY_ERRORS[name]) for point in listed]
             about = RESULTS[name].in_units(units[name])
-            texts, unit = _texts(values, about, errors)
+            errors = [point.get(_STUDY_RESULTS[name]) for point in listed]
+            *texts, unit = _texts(values, about, errors)
             columns.append([f"{about.words} ({unit})", *texts])
         else:
             columns.append([name, *(_told(name, value, units[name])[1] for value in values)])
@@ -227,23 +204,23 @@ def comparison_lines(a: xr.Dataset, b: xr.Dataset) -> Iterator[str]:
 
     rows: list[tuple[str, ...]] = [("", "A", "B")]
     for name in different_parameters(a, b):
-        told = [
-            _told(name, value.item(), value.attrs.get("units"), value.attrs.get("long_name"))
-            if (value := case.coords.get(name)) is not None
-            else (_told(name, 0.0)[0], "-")
-            for case in (a, b)
-        ]
-        rows.append((told[0][0], *(text for _, text in told)))
+        texts = ["-", "-"]
+        for place, case in reversed([*enumerate((a, b))]):
+            if name in case.coords:
+                value = case[name]
+                about = (value.attrs.get(each) for each in ("units", "long_name"))
+                words, texts[place] = _told(name, value.item(), *about)
+        rows.append((words, *texts))
     yield "Parameters that differ" if len(rows) > 1 else "All parameters are the same."
     yield from aligned(rows) if len(rows) > 1 else ()
     yield from ("", "Results")
     at = [f"cycle {cycle}" for cycle in compared_cycles(a, b)]
     rows = [("", f"A, {at[0]}", f"B, {at[1]}", "", "B/A")]
     for result in compared_results(a, b):
-        both = result.first, result.second
-        values, unit = _texts(both, result.variable, result.errors)
-        ratio = f"{result.ratio:.3g}" if result.first else "-"
-        rows.append((result.variable.marked, *values, unit, ratio))
+        texts = _texts((result.first, result.second), result.variable, result.errors)
+        rows.append(
+            (result.variable.marked, *texts, f"{result.ratio:.3g}" if result.first else "-")
+        )
     yield from aligned(rows)
     yield from ("", _MARK)
 
@@ -259,6 +236,7 @@ def _unworn(dataset: xr.Dataset) -> dict[str, float]:
         return {}
     hertz, friction, coupling = case.hertz, case.friction_law.coefficient, case.coupling
     is_hertzian, is_even = type(hertz) in (HertzContact, LineContact), all(case.indenter.even)
+    sizes = case.indenter.half_widths
     found = {
         "contact_area": hertz.load / hertz.mean_pressure,
         "central_pressure": float(hertz.pressure(0.0)),
@@ -266,33 +244,28 @@ def _unworn(dataset: xr.Dataset) -> dict[str, float]:
         "approach": hertz.approach,
     }
     if is_even:
-        half_x, half_y = case.indenter.half_widths(hertz)
-        found |= {"contact_half_width_x": half_x, "contact_half_width_y": half_y}
-    slid = energy = 0.0
-    if stroke := case.loading.stroke:
-        slid, energy = stroke, 4.0 * friction * hertz.load * stroke
-    elif case.tangential_ratio >= 1.0:
+        found["contact_half_width_x"], found["contact_half_width_y"] = sizes(hertz)
+    if case.tangential_ratio >= 1.0:
+        found |= {"stick_half_width_x": 0.0, "stick_area": 0.0}
+        if stroke := case.loading.stroke:
+            found["dissipated_energy"] = 4.0 * friction * hertz.load * stroke
+            return {**found, "tangential_displacement": stroke}
         # The rig takes up µP/S of the displacement, or the bodies of a cylinder.
         slid = case.displacement_amplitude - friction * hertz.load * case.loading.flexibility(hertz)
         if is_hertzian:
-            energy = gross_slip_energy(hertz, friction, coupling, slid)
-    if slid:
-        found |= {"stick_half_width_x": 0.0, "stick_area": 0.0, "tangential_displacement": slid}
-        return found | ({"dissipated_energy": energy} if energy else {})
+            found["dissipated_energy"] = gross_slip_energy(hertz, friction, coupling, slid)
+        return {**found, "tangential_displacement": slid}
     # By Ciavarella and Jäger stick is the contact of the same bodies under P*.
     stick = hertz.with_load(case.stick_load)
     found["stick_area"] = stick.load / stick.mean_pressure
     found["tangential_displacement"] = friction * coupling * (hertz.approach - stick.approach)
     if is_even:
-        found["stick_half_width_x"] = case.indenter.half_widths(stick)[0]
+        found["stick_half_width_x"], _ = sizes(stick)
     if is_hertzian:
         sliding = case.indenter.partial_slip(hertz, friction, case.tangential_load, coupling)
-        share = sliding.stick_load_share
-        found |= {
-            "mean_stick_pressure": share * hertz.load / found["stick_area"],
-            "stick_load_share": share,
-            "dissipated_energy": sliding.dissipated_energy,
-        }
+        found["stick_load_share"] = sliding.stick_load_share
+        found["mean_stick_pressure"] = sliding.stick_load_share * hertz.load / found["stick_area"]
+        found["dissipated_energy"] = sliding.dissipated_energy
     return found
 
 
@@ -307,9 +280,9 @@ def _told(
 
 
 def _texts(
-    values: Sequence[float | None], about: Variable, errors: Sequence[float | None] = ()
-) -> tuple[list[str], str]:
-    """Write values of a result with their errors in one readable unit; return them and the unit."""
+    values: Sequence[float | None], about: Variable, errors: Sequence[float | None]
+) -> list[str]:
+    """Write values of a result with their errors in one readable unit, and that last."""
     known = [value for value in values if value is not None]
     # A ratio that is written without a unit elsewhere has none here.
     usual = about.unit if about.si_unit == "1" else None
@@ -318,4 +291,4 @@ def _texts(
         "-" if value is None else with_error(unit.of(value), unit.of(error or 0.0), _DIGITS)
         for value, error in zip_longest(values, errors)
     ]
-    return texts, unit.name
+    return [*texts, unit.name]
