@@ -73,7 +73,7 @@ def test_first_loading():
 @pytest.mark.parametrize("load_ratio", [0.2, 0.5, 0.9])
 def test_the_limit_of_many_cycles(load_ratio):
     problem = rubbing(load_ratio)
-    limiting = problem.limiting
+    limiting = LineLimitingState(HERTZ, load_ratio)
     *_, state = evolve(problem, [1e4 / (problem.growth_rate * HERTZ.peak_pressure)])
     found = measure(problem, state)
     assert found.approach == pytest.approx(limiting.approach, rel=1e-5)

@@ -72,12 +72,8 @@ class Imposed(Part):
 class Normal(Imposed):
     """The normal loading."""
 
-    def hertz(self, smooth: HertzContact) -> HertzContact:
-        """Unworn smooth contact, from the same under any load."""
-        raise NotImplementedError
-
     @property
-    def given(self) -> tuple[float | None, float | None]:
+    def given(self) -> tuple[Any, Any]:
         """Load P, N, or approach d, m, whichever is held while the bodies wear, and None."""
         raise NotImplementedError
 
@@ -85,6 +81,11 @@ class Normal(Imposed):
     def holds_load(self) -> bool:
         """Whether it is the load that is held."""
         return self.given[0] is not None
+
+    def hertz(self, smooth: HertzContact) -> HertzContact:
+        """Unworn smooth contact, from the same under any load."""
+        load, approach = self.given
+        return smooth.with_load(load) if self.holds_load else smooth.with_approach(approach)
 
 
 @dataclass(frozen=True)
@@ -98,10 +99,6 @@ class NormalLoad(Normal):
     ]
     kind: Literal["load"] = "load"
     letter: ClassVar[str] = "P"
-
-    def hertz(self, smooth: HertzContact) -> HertzContact:
-        """Contact under P."""
-        return smooth.with_load(self.load)
 
     @property
     def given(self) -> tuple[float, None]:
@@ -121,10 +118,6 @@ class Indentation(Normal):
     kind: Literal["indentation"] = "indentation"
     letter: ClassVar[str] = "d"
 
-    def hertz(self, smooth: HertzContact) -> HertzContact:
-        """Contact at the approach d."""
-        return smooth.with_approach(self.indentation)
-
     @property
     def given(self) -> tuple[None, float]:
         """The approach d."""
@@ -141,23 +134,20 @@ class Loading(Imposed):
     is_force: ClassVar[bool] = True  # then the reduced contact follows from the load alone
     # Whether a fraction of the load of gross sliding is imposed, which does not depend on friction.
     is_ratio: ClassVar[bool] = False
+    stroke: float = 0.0  # amplitude of sliding, m, if imposed
 
     def load_ratio(self, friction: float, load: float) -> float:
         """X = Q/(µP) under a load P, N; 1 if the contact slides as a whole."""
         raise NotImplementedError
 
     def sliding(
-        self,
-        friction: float,
-        coupling: float,  # noqa: ARG002 - of a force
-        load: float,
-        approach: float,  # noqa: ARG002
-        flexibility: float,  # noqa: ARG002
+        self, friction: float, coupling: float, load: float, approach: float, flexibility: float
     ) -> Sliding:
         """What the reduced contact of one with P, N, and d, m, has to satisfy: P* = (1 − X) P.
 
         ``flexibility`` is that of what is in series with the contact, m/N.
         """
+        del coupling, approach, flexibility  # of what is not a force
         return Sliding(load * (1.0 - self.load_ratio(friction, load)))
 
     def ratio(self, friction: float, coupling: float, hertz: HertzContact) -> float:  # noqa: ARG002
@@ -183,11 +173,6 @@ class Loading(Imposed):
     def transition(self, friction: float, coupling: float, hertz: HertzContact) -> float:
         """U_t, m, at which the unworn smooth contact, without a rig, slides as a whole."""
         return friction * coupling * hertz.approach
-
-    @property
-    def stroke(self) -> float:
-        """Amplitude of sliding, m, if imposed; else 0."""
-        return 0.0
 
 
 @dataclass(frozen=True)
@@ -248,7 +233,7 @@ class SlidingAmplitude(Loading):
     is_force: ClassVar[bool] = False
 
     @property
-    def stroke(self) -> float:
+    def stroke(self) -> float:  # type: ignore[override]
         """Amplitude of sliding, m."""
         return self.sliding_amplitude
 

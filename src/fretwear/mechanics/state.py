@@ -20,7 +20,7 @@ from fretwear.mechanics.roughness import Roughness
 from fretwear.mechanics.slip import ReducedContact, SlipModel
 from fretwear.mechanics.surfaces import Indenter
 from fretwear.mechanics.team import ALONE, Team
-from fretwear.theory import HertzContact, LimitingState
+from fretwear.theory import HertzContact, find_root
 
 CONTACT_GAP = 1e-5
 """Largest gap of a cell in contact, relative to the approach.
@@ -128,8 +128,8 @@ class WearProblem:
 
     def load_of(self, geometry: Any, contact: Contact) -> float:
         """P, N, of a contact: that is held, or what it carries."""
-        held, _ = self.normal.given
-        return float(geometry.integral(contact.pressure) if held is None else held)
+        held = self.normal.holds_load
+        return float(self.normal.given[0] if held else geometry.integral(contact.pressure))
 
     @property
     def wear_coefficient(self) -> float:
@@ -152,27 +152,15 @@ class WearProblem:
         return self.indenter.hertz(self.normal, self.bodies.composite_modulus)
 
     @property
-    def limiting(self) -> LimitingState:
-        """The smooth elastic contact after infinitely many cycles, or nearly gross slip."""
-        ratio = min(1.0 - self.stick_load / self.hertz.load, 0.9999)
-        return self.indenter.limiting(self.hertz, ratio)
-
-    @property
-    def is_axisymmetric(self) -> bool:
-        """Whether the unworn gap depends on the distance from the axis alone."""
-        return self.roughness is None and self.indenter.is_axisymmetric
-
-    @property
     def even(self) -> Even:
         """The axes along which the unworn gap is even, so that only one side is computed."""
         x, y = self.indenter.even
         rough = (True, True) if self.roughness is None else self.roughness.even
         return x and rough[0], y and rough[1]
 
-    def half_space(self, geometry: Any, parts: dict[Any, Any] | None = None) -> HalfSpace:
+    def half_space(self, geometry: Any, parts: dict[Any, Any] | None = None) -> Any:
         """The elastic bodies on the cells of a geometry."""
-        found: HalfSpace = geometry.half_space(self.bodies.composite_modulus, self.team, parts)
-        return found
+        return geometry.half_space(self.bodies.composite_modulus, self.team, parts)
 
     def unworn(self, geometry: Any) -> Array:
         """Gap at zero load and zero approach, m, on the cells of a geometry."""
@@ -199,18 +187,14 @@ class WearProblem:
         """Distance along x and y beyond which the unworn surface lies above an approach, m."""
         height = approach + (0.0 if self.roughness is None else self.roughness.highest)
         found = []
-        for axis in np.eye(2):
+        for axis, high in zip(np.eye(2), self.extent, strict=True):
 
-            def rises(distance: float, axis: Array = axis) -> bool:
-                return bool(self.indenter.gap(*(distance * axis)) >= height)
+            def below(distance: float, axis: Array = axis) -> float:
+                return height - float(self.indenter.gap(*(distance * axis)))
 
-            low, high = 0.0, float(axis @ self.extent)
-            while not rises(high):
-                low, high = high, 2.0 * high
-            while high - low > 1e-12 * high:
-                middle = 0.5 * (low + high)
-                low, high = (low, middle) if rises(middle) else (middle, high)
-            found.append(high)
+            while below(high) > 0.0:
+                high *= 2.0
+            found.append(find_root(below, 0.0, high))
         return found[0], found[1]
 
     def shear_traction(self, pressure: Array, reduced: ReducedContact) -> Array:
@@ -257,8 +241,7 @@ def in_contact(stage: Stage) -> Mask:
     The approach counts from the smooth sphere: bodies that touch in deep valleys of roughness
     only have a negative one.
     """
-    result: Mask = (stage.pressure > 0) | (stage.gap <= CONTACT_GAP * abs(stage.approach))
-    return result
+    return np.asarray((stage.pressure > 0) | (stage.gap <= CONTACT_GAP * abs(stage.approach)))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -276,25 +259,21 @@ class Stage:
     reduced: ReducedContact  #: the contact at the reduced load, from which slip follows
     yielded: bool = False  #: whether plastic flow in the last stage changed the reduced contact
 
-    def source_since(self, base: Stage, team: Team = ALONE) -> Array:
+    def source_since(self, base: Stage, team: Team = ALONE) -> Any:
         """Change of G since another stage, m: of g* minus the gap opened by wear.
 
         It changes only with the reduced contact.
         """
-        change: Array = team.cellwise(
+        return team.cellwise(
             lambda gap, opened, gap_then, opened_then: (gap - opened) - (gap_then - opened_then),
-            self.reduced.gap,
-            self.opening,
-            base.reduced.gap,
-            base.opening,
+            *(self.reduced.gap, self.opening, base.reduced.gap, base.opening),
         )
-        return change
 
     @property
     def is_finite(self) -> bool:
         """Whether every field is finite everywhere."""
         fields = (self.pressure, self.gap, self.wear, self.plastic, self.reduced.gap)
-        return all(is_finite(each) for each in fields)
+        return all(map(is_finite, fields))
 
 
 @dataclass(frozen=True, kw_only=True)

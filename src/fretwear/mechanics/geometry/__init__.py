@@ -159,7 +159,7 @@ class Ground:
         self._problem, self.geometry, self._parts = problem, geometry, parts
 
     @cached_property
-    def half_space(self) -> HalfSpace:
+    def half_space(self) -> Any:
         """The elastic bodies."""
         return self._problem.half_space(self.geometry, self._parts)
 

@@ -369,7 +369,8 @@ class Line(DenseCells):
         stick = hertz.with_load(load).contact_radius if load > 0.0 else 0.0
         narrowest, inward = _NARROWEST * scale, _GRADING * wider
         if not math.isinf(problem.limit):
-            band = problem.limiting.width_above(problem.limit)
+            limiting = problem.indenter.limiting(hertz, min(1.0 - load / hertz.load, 0.9999))
+            band = limiting.width_above(problem.limit)
             narrowest, inward = min(narrowest, band / _ACROSS_BAND), min(inward, _INWARD_GRADING)
         widths = narrowest, _WIDEST * scale
         inner = stick - _distances(stick, *widths, inward)[::-1]

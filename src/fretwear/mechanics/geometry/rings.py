@@ -126,7 +126,7 @@ class Rings(DenseCells):
         ValueError
             If the problem has no rotational symmetry.
         """
-        if not problem.is_axisymmetric:
+        if problem.roughness is not None or not problem.indenter.is_axisymmetric:
             raise ValueError("rings need a smooth indenter with rotational symmetry")
         hertz, load = problem.hertz, problem.stick_load
         stick = hertz.with_load(load).contact_radius if load > 0.0 else 0.0
