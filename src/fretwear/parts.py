@@ -1,16 +1,9 @@
-"""Parts of a case that declare their parameters: how each is read, printed, stored and identified.
+"""Parts of a case declare their parameters: how each is read, printed, stored and identified.
 
-A part is a frozen dataclass that is parameter object and physics at once.  Each of its fields
-carries a `Parameter` as annotation, the only place that names it::
+A part is a frozen dataclass that is parameter object and physics at once.  A `Parameter` annotates
+each of its fields, and is the only place that names it::
 
-    @dataclass(frozen=True)
-    class Sphere(Indenter):
-        radius: Annotated[
-            float,
-            Quantity("m", "$R$", "sphere radius", "mm", above=0.0),
-            "Radius R of the sphere.",
-        ]
-        kind: Literal["sphere"] = "sphere"
+    radius: Annotated[float, Quantity("m", "$R$", "sphere radius", "mm", above=0.0), "Its radius."]
 
 Study files, ``--set``, the JSON Schema, messages, the case id, dataset coordinates and labels
 follow by walking the fields.
@@ -83,9 +76,9 @@ class Parameter(ABC):
     in_line: bool = False
 
     @property
-    @abstractmethod
     def example(self) -> str:
         """An example value, as in a study file."""
+        return ""
 
     @abstractmethod
     def read(self, value: object, units_required: bool) -> Any:
@@ -94,6 +87,10 @@ class Parameter(ABC):
     @abstractmethod
     def schema(self) -> dict[str, Any]:
         """JSON Schema of the value in a study file."""
+
+    def described(self) -> dict[str, Any]:
+        """Return the JSON Schema with a description of the parameter."""
+        return {"description": self.description or f"{self.words.capitalize()}.", **self.schema()}
 
     def such_as(self, name: str) -> str:
         """An example for a name, "such as load: 50 N", or nothing."""
@@ -124,13 +121,8 @@ class Parameter(ABC):
 
     def text(self, value: Any) -> str:
         """Return a value in readable units: ``25 N``, ``5.7°``, ``elastic``."""
-        return self.word_for(value) or with_unit(
-            number_text(float(value) / self.unit.size), self.unit
-        )
-
-    def described(self) -> dict[str, Any]:
-        """Return the JSON Schema with a description of the parameter."""
-        return {"description": self.description or f"{self.words.capitalize()}.", **self.schema()}
+        unit = self.suiting(value).unit
+        return self.word_for(value) or with_unit(number_text(float(value) / unit.size), unit)
 
 
 @dataclass(frozen=True)
@@ -190,32 +182,28 @@ class Quantity(Parameter):
 
     def read(self, value: object, units_required: bool) -> Any:
         """Return the SI value; raise `QuantityError` if it is invalid or out of range."""
-        if self.infinite and means_none(value, units_required):
+        endless = not units_required and value == math.inf
+        if self.infinite and (endless or means_none(value, units_required)):
             return math.inf
-        if self.infinite and value == math.inf:
-            if not units_required:
-                return math.inf
-            raise QuantityError(f"{self.dimension.expectation}, or none", "write none for no limit")
-        number: float
         try:
-            if self.in_line and isinstance(value, PerLength | Force):
-                number = value
-            else:
-                number = parse_quantity(value, self.dimension, units_required=units_required)
-                number = Force(number) if self.in_line and isinstance(value, str) else number
+            number = self._parsed(value, units_required)
         except QuantityError as error:
-            try:
-                if not self.in_line:
-                    raise
-                number = PerLength(parse_quantity(value, FORCE_PER_LENGTH, units_required=True))
-            except QuantityError:
-                rule = f"{error.rule}, or none" if self.infinite else error.rule
-                raise QuantityError(rule, error.hint) from error
+            rule = f"{error.rule}, or none" if self.infinite else error.rule
+            raise QuantityError(rule, error.hint) from error
         if not all(holds(number, bound) for _, holds, _, bound in self._bounds):
             raise QuantityError(f"must be {self.range_text()}")
         if number > _LARGEST or (0.0 in (self.above, self.at_least) and 0.0 < number < _SMALLEST):
             raise QuantityError(f"must lie between {_SMALLEST:g} and {_LARGEST:g} in SI units")
         return number
+
+    def _parsed(self, value: object, units_required: bool) -> float:
+        if self.in_line and isinstance(value, PerLength | Force):
+            return value
+        if self.in_line and isinstance(value, str):
+            with suppress(QuantityError):
+                return PerLength(parse_quantity(value, FORCE_PER_LENGTH))
+        number = parse_quantity(value, self.dimension, units_required=units_required)
+        return Force(number) if self.in_line and isinstance(value, str) else number
 
     def suiting(self, value: Any) -> Quantity:
         """Return the value as a force per length in a line contact."""
@@ -228,10 +216,6 @@ class Quantity(Parameter):
             like="18.5 N/mm",
             words=f"{self.words} per length",
         )
-
-    def text(self, value: Any) -> str:
-        """Return a value in readable units: ``25 N``, in a line contact ``25 N/mm``."""
-        return super(Quantity, self.suiting(value)).text(value)
 
     @property
     def _bounds(self) -> list[tuple[str, Callable[[float, float], bool], str, float]]:
@@ -472,7 +456,7 @@ class Part:
 
     def __init_subclass__(cls, **options: Any) -> None:
         super().__init_subclass__(**options)
-        _kinds.cache_clear()
+        Part.kinds.cache_clear()
 
     def __post_init__(self) -> None:
         """Read every field as its `Parameter` says, including text with units; check rules."""
@@ -494,19 +478,20 @@ class Part:
         return part
 
     @classmethod
+    @cache
     def kinds(cls) -> Mapping[str, type[Self]]:
         """The kinds of a family by name, in the order in which they were defined."""
-        return _kinds(cast("Any", cls))
+        found: dict[str, type[Self]] = {}
+        for heir in cls.__subclasses__():
+            # A class derived from a kind is the same kind unless it has its own name.
+            found |= {heir.kind: heir} if heir.__dict__.get("kind") else {}
+            found |= heir.kinds()
+        return found
 
     @classmethod
     def parameters(cls) -> Mapping[str, Parameter]:
         """The parameters of a kind by name, without ``kind``."""
         return declared(cast("Any", cls))
-
-    @classmethod
-    def derived(cls) -> Mapping[str, Parameter]:
-        """The derived coordinates of a kind, by name."""
-        return derived(cast("Any", cls))
 
     @property
     def problem(self) -> tuple[str, str] | None:
@@ -530,40 +515,31 @@ class Part:
 
 
 @cache
-def _kinds(family: type[Any]) -> Mapping[str, type[Any]]:
-    found: dict[str, type[Any]] = {}
-    for heir in family.__subclasses__():
-        # A class derived from a kind is the same kind unless it has its own name.
-        found |= {heir.kind: heir} if heir.__dict__.get("kind") else {}
-        found |= _kinds(cast("Any", heir))
-    return found
-
-
-@cache
 def declared(cls: Any) -> Mapping[str, Parameter]:
     """Return the fields of a class that are annotated by a `Parameter`, bases first."""
-    hints = get_type_hints(cls, include_extras=True).items()
-    return {name: found for name, hint in hints for found in _annotations(hint)}
+    hints = get_type_hints(cls, include_extras=True)
+    return {name: found for name, hint in hints.items() for found in _annotations(hint)}
 
 
 @cache
 def derived(cls: Any) -> Mapping[str, Parameter]:
     """Return the properties of a class whose return type is annotated by a `Parameter`."""
-    members = {name: each for base in reversed(cls.__mro__) for name, each in vars(base).items()}
-    return {
-        name: found
-        for name, each in members.items()
+    properties = {
+        name: get_type_hints(each.fget, include_extras=True).get("return")
+        for base in reversed(cls.__mro__)
+        for name, each in vars(base).items()
         if isinstance(each, property)
-        for found in _annotations(get_type_hints(each.fget, include_extras=True).get("return"))
     }
+    return {name: found for name, hint in properties.items() for found in _annotations(hint)}
 
 
-def _annotations(hint: Any) -> list[Any]:
-    """Return what annotates a type, described by the text beside it if there is one."""
+def _annotations(hint: Any) -> Iterator[Any]:
+    """Yield what annotates a type, described by the text beside it if there is one."""
     metadata = getattr(hint, "__metadata__", ())
-    found: list[Any] = [each for each in metadata if isinstance(each, Parameter)]
     said = "".join(each for each in metadata if isinstance(each, str))
-    return [dataclasses.replace(each, description=said) for each in found] if said else found
+    for found in metadata:
+        if isinstance(found, Parameter):
+            yield dataclasses.replace(found, description=said) if said else found  # type: ignore[type-var]
 
 
 def required(cls: type) -> frozenset[str]:

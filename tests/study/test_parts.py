@@ -90,7 +90,7 @@ def register(*, there):
     """A kind without a name is none: other tests shall not meet those made up here."""
     for kind, name in MADE_UP.items():
         kind.kind = name if there else ""
-    parts._kinds.cache_clear()
+    parts.Part.kinds.cache_clear()
 
 
 register(there=False)

@@ -6,7 +6,7 @@ import dataclasses
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 from fretwear.parts import (
     Choice,
@@ -15,6 +15,7 @@ from fretwear.parts import (
     Plain,
     Quantity,
     WholeNumber,
+    derived,
     is_list,
     keys_schema,
     means_none,
@@ -153,7 +154,7 @@ class PartOf(Parameter):
         if value is not None:
             if not own:
                 yield name, self, value.kind
-            for field, about in self.named(kind.derived()).items():
+            for field, about in self.named(derived(cast("Any", kind))).items():
                 yield from about.coordinates(f"{name}_{field}", getattr(value, field))
         for field, about in own.items():
             known = getattr(about, "absent", None) if value is None else vars(value)[field]

@@ -170,7 +170,7 @@ def _by_coordinate(_: tuple[tuple[type[Part], ...], ...]) -> Mapping[str, Parame
         if isinstance(about, PartOf) and not isinstance(about, Inline):
             found.setdefault(member, about)
             for kind in about.kinds.values():
-                following = about.named(kind.derived()).items()
+                following = about.named(derived(cast("Any", kind))).items()
                 found |= {f"{member}_{name}": each for name, each in following}
     return {**found, **derived(Case)}
 
