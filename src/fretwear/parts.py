@@ -42,8 +42,8 @@ from fretwear.units import QuantityError as QuantityError
 # No physical value lies beyond; powers and quotients of such numbers stay finite.
 _SMALLEST, _LARGEST = 1e-30, 1e30
 
-_NUMBER_SCHEMA = rf"^\s*[+-]?{NUMBER_PATTERN}\s*$"
-_QUANTITY_SCHEMA = rf"^\s*[+]?{NUMBER_PATTERN}\s*[A-Za-zµμ°/].*$"
+_NUMBER_SCHEMA = {"type": "string", "pattern": rf"^\s*[+-]?{NUMBER_PATTERN}\s*$"}
+_QUANTITY_SCHEMA = {"type": "string", "pattern": rf"^\s*[+]?{NUMBER_PATTERN}\s*[A-Za-zµμ°/].*$"}
 # A bound of a quantity: its words, what it asks for, its keyword in a JSON Schema.
 _BOUNDS = {
     "above": ("larger than", operator.gt, "exclusiveMinimum"),
@@ -52,12 +52,6 @@ _BOUNDS = {
     "at_most": ("at most", operator.le, "maximum"),
 }
 _BY_SI_UNIT = {dimension.si_unit: dimension for dimension in (*DIMENSIONS, NUMBER)}
-
-
-def means_none(value: object, units_required: bool) -> bool:
-    """Whether a value is the word ``none`` (or Python's None, outside of files)."""
-    is_word = isinstance(value, str) and value.strip() == "none"
-    return is_word or (value is None and not units_required)
 
 
 class Parameter(ABC):
@@ -74,6 +68,11 @@ class Parameter(ABC):
     description: str  # a sentence for the JSON Schema and the documentation
     must_be_written: bool  # whether a study file has to give it although it has a default
     in_line: bool = False
+
+    @property
+    def keys(self) -> Mapping[str, Parameter]:
+        """The keys of a case that may be given in its place."""
+        return {}
 
     @property
     def example(self) -> str:
@@ -97,7 +96,7 @@ class Parameter(ABC):
         return f"such as {name.rpartition('.')[2]}: {self.example}" if self.example else ""
 
     def suiting(self, value: Any) -> Parameter:  # noqa: ARG002 - whatever the value
-        """Return the value in the form that suits the case; by default, itself."""
+        """Return the parameter in the form that suits a value; by default, itself."""
         return self
 
     def coordinates(self, name: str, value: Any) -> Iterator[tuple[str, Parameter, float | str]]:
@@ -171,19 +170,18 @@ class Quantity(Parameter):
 
     @property
     def unit(self) -> Unit:  # type: ignore[override]
-        """Unit for people."""
         units = {unit.typed or unit.name: unit for unit in self.dimension.units}
         return units[self.shown_in] if self.shown_in else NO_UNIT
 
     @property
     def example(self) -> str:
-        """An example value, as in a study file."""
         return self.dimension.example
 
     def read(self, value: object, units_required: bool) -> Any:
-        """Return the SI value; raise `QuantityError` if it is invalid or out of range."""
-        endless = not units_required and value == math.inf
-        if self.infinite and (endless or means_none(value, units_required)):
+        if self.infinite and (value == math.inf or means_none(value, units_required)):
+            if value == math.inf and units_required:
+                rule = f"{self.dimension.expectation}, or none"
+                raise QuantityError(rule, "write none for no limit")
             return math.inf
         try:
             number = self._parsed(value, units_required)
@@ -206,15 +204,12 @@ class Quantity(Parameter):
         return Force(number) if self.in_line and isinstance(value, str) else number
 
     def suiting(self, value: Any) -> Quantity:
-        """Return the value as a force per length in a line contact."""
+        """Return what it is in a line contact for a force per length."""
         if not (self.in_line and isinstance(value, PerLength)):
             return self
+        words = f"{self.words} per length"
         return dataclasses.replace(
-            self,
-            si_unit=FORCE_PER_LENGTH.si_unit,
-            shown_in="N/mm",
-            like="18.5 N/mm",
-            words=f"{self.words} per length",
+            self, si_unit="N m-1", shown_in="N/mm", like="18.5 N/mm", words=words
         )
 
     @property
@@ -230,12 +225,10 @@ class Quantity(Parameter):
         )
 
     def schema(self) -> dict[str, Any]:
-        """JSON Schema of the value in a study file."""
         if self.dimension.is_plain_number:
             number = {"type": "number", **{keyword: each for _, _, keyword, each in self._bounds}}
-            text = {"type": "string", "pattern": _NUMBER_SCHEMA}
-            return {"anyOf": [number, text], "examples": [float(self.example)]}
-        quantity = {"type": "string", "pattern": _QUANTITY_SCHEMA, "examples": [self.example]}
+            return {"anyOf": [number, _NUMBER_SCHEMA], "examples": [float(self.example)]}
+        quantity = {**_QUANTITY_SCHEMA, "examples": [self.example]}
         return {"anyOf": [{"const": "none"}, quantity]} if self.infinite else quantity
 
     def canonical(self, value: Any) -> Any:
@@ -243,7 +236,6 @@ class Quantity(Parameter):
         return "none" if math.isinf(value) else value
 
     def word_for(self, value: Any) -> str:
-        """Return the word for an infinite or zero value; empty for other values."""
         if not isinstance(value, str) and self.infinite and math.isinf(value):
             return self.infinite
         return self.zero if value == 0.0 else super().word_for(value)
@@ -258,16 +250,13 @@ class _Pair(Quantity):
     suffixes: ClassVar[tuple[tuple[str, str], ...]]
 
     def schema(self) -> dict[str, Any]:
-        """JSON Schema of the value in a study file."""
         one = super().schema()
         return {"anyOf": [one, {"type": "array", "items": one, "minItems": 2, "maxItems": 2}]}
 
     def canonical(self, value: Any) -> Any:
-        """Return both."""
         return list(pair(value))
 
     def coordinates(self, name: str, value: Any) -> Iterator[tuple[str, Parameter, float | str]]:
-        """Yield a coordinate for each of the two."""
         for (suffix, words), each in zip(self.suffixes, value, strict=True):
             symbol = f"${self.symbol.strip('$')}_{suffix}$"
             about = dataclasses.replace(self, symbol=symbol, words=f"{self.words} {words}")
@@ -310,10 +299,8 @@ class AlongXY(_Pair):
     suffixes = (("x", "along x"), ("y", "along y"))
 
     def read(self, value: object, units_required: bool) -> Any:
-        """Return both, or None for the default."""
-        if value is None and not units_required:
-            return None
-        return pair(super().read(value, units_required))
+        is_default = value is None and not units_required
+        return None if is_default else pair(super().read(value, units_required))
 
 
 @dataclass(frozen=True)
@@ -326,7 +313,6 @@ class WholeNumber(Plain):
 
     @property
     def example(self) -> str:
-        """An example value, as in a study file."""
         return str(self.usual)
 
     def read(self, value: object, units_required: bool) -> int:
@@ -341,10 +327,8 @@ class WholeNumber(Plain):
         return int(number)
 
     def schema(self) -> dict[str, Any]:
-        """JSON Schema of the value in a study file."""
         number = {"type": "integer", "minimum": self.at_least, "maximum": self.at_most}
-        text = {"type": "string", "pattern": _NUMBER_SCHEMA}
-        return {"anyOf": [number, text], "examples": [self.usual]}
+        return {"anyOf": [number, _NUMBER_SCHEMA], "examples": [self.usual]}
 
 
 @dataclass(frozen=True)
@@ -360,11 +344,9 @@ class Flag(Plain):
         raise QuantityError("must be true or false")
 
     def schema(self) -> dict[str, Any]:
-        """JSON Schema of the value in a study file."""
         return {"type": "boolean"}
 
     def word_for(self, value: Any) -> str:
-        """Return yes or no."""
         return "yes" if value else "no"
 
 
@@ -373,26 +355,18 @@ class Choice(Plain):
     """One of some words."""
 
     options: tuple[str, ...]
-    told: tuple[str, ...] = ()  # what a caption calls them where the words alone are unclear
 
     @property
     def example(self) -> str:
-        """The first of them."""
         return self.options[0]
 
     def read(self, value: object, units_required: bool) -> str:  # noqa: ARG002 - a word has none
-        """Return the word."""
         if value in self.options:
             return str(value)
         raise QuantityError(f"must be {listed(self.options, 'or')}")
 
     def schema(self) -> dict[str, Any]:
-        """JSON Schema of the value in a study file."""
         return {"enum": [*self.options]}
-
-    def word_for(self, value: Any) -> str:
-        """Return what a caption calls a word."""
-        return dict(zip(self.options, self.told, strict=False)).get(str(value)) or str(value)
 
 
 @dataclass(frozen=True)
@@ -409,12 +383,11 @@ class Patch(Plain):
         if not is_list(value) or len(value) != 4:
             raise QuantityError("must be [x, y, width, height]", f"such as {self.example}")
         lengths = tuple(self._side.read(each, units_required) for each in value)
-        if not all(side > 0.0 for side in lengths[2:]):
+        if 0.0 in lengths[2:]:
             raise QuantityError("must have a width and a height larger than 0")
         return lengths
 
     def canonical(self, value: Any) -> Any:
-        """Return the four, or none."""
         return "none" if value is None else list(value)
 
     def coordinates(self, name: str, value: Any) -> Iterator[tuple[str, Parameter, float | str]]:
@@ -422,7 +395,6 @@ class Patch(Plain):
         yield name, self, str(self.canonical(value))
 
     def schema(self) -> dict[str, Any]:
-        """JSON Schema of the value in a study file."""
         four = {"type": "array", "items": self._side.schema(), "minItems": 4, "maxItems": 4}
         return {"anyOf": [{"const": "none"}, four]}
 
@@ -430,6 +402,12 @@ class Patch(Plain):
 def pair(value: float | tuple[float, float]) -> tuple[float, float]:
     """Return two values, equal where one was given."""
     return value if isinstance(value, tuple) else (value, value)
+
+
+def means_none(value: object, units_required: bool) -> bool:
+    """Whether a value is the word ``none`` (or Python's None, outside of files)."""
+    is_word = isinstance(value, str) and value.strip() == "none"
+    return is_word or (value is None and not units_required)
 
 
 def keys_schema(properties: Mapping[str, Any], needed: Sequence[str] = ()) -> dict[str, Any]:
@@ -474,7 +452,7 @@ class Part:
         """Make a part from values that have been read; broken rules show in `problem`."""
         part = object.__new__(cls)
         defaults = {each.name: each.default for each in dataclasses.fields(cls)}  # type: ignore[arg-type]
-        part.__dict__.update({**defaults, **values})
+        part.__dict__.update(defaults | values)
         return part
 
     @classmethod

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any
 
 from fretwear.parts import (
     Choice,
@@ -41,24 +41,19 @@ class PartOf(Parameter):
     must_be_written: bool = False
     is_second: bool = False  # of its family, after which its parameters are named
     may_be_partial: bool = True  # whether fields may be given elsewhere, as for varied ones
+    varied: tuple[str, ...] = ()  # the fields that are, and are not read with the others
 
     si_unit = "1"
     unit = NO_UNIT
 
     @property
     def symbol(self) -> str:  # type: ignore[override]
-        """The words: a part has no symbol."""
-        return self.words
+        return self.words  # a part has no symbol
 
     @property
     def kinds(self) -> Mapping[str, type[Part]]:
         """The kinds of the part by name, the usual one first."""
         return self.family.kinds()
-
-    @property
-    def bare(self) -> list[str]:
-        """The kinds for which the name alone suffices."""
-        return [name for name, kind in self.kinds.items() if not required(kind)]
 
     @property
     def open_kinds(self) -> Mapping[str, type[Part]]:
@@ -67,7 +62,6 @@ class PartOf(Parameter):
 
     @property
     def keys(self) -> Mapping[str, Parameter]:
-        """The keys of a case that may replace the mapping."""
         kinds = self.open_kinds.values()
         return {name: each for kind in kinds for name, each in kind.parameters().items()}
 
@@ -92,28 +86,24 @@ class PartOf(Parameter):
         return found
 
     def such_as(self, name: str) -> str:
-        """An example for a name, "such as load: 50 N", or nothing."""
         text = super().such_as(name)
         return f"{text}, or none" if text and self.none else text
 
-    def read(self, value: object, units_required: bool, varied: Sequence[str] = ()) -> Any:
-        """Return a part; one `UnreadError` lists all problems inside it.
-
-        Where some of its fields are varied, those are left out.
-        """
+    def read(self, value: object, units_required: bool) -> Any:
+        """Return a part; one `UnreadError` lists all problems inside it."""
         if isinstance(value, self.family):
             return value
-        if self.none and not varied and means_none(value, units_required):
+        if self.none and not self.varied and means_none(value, units_required):
             return None
         if isinstance(value, str) and value in self.kinds:
             value = {"kind": value}
-        if not isinstance(value, Mapping) and varied:
+        if not isinstance(value, Mapping) and self.varied:
             whole = self.words.replace(" ", "_")
-            what = f"the other parts of the {whole}, because {whole}.{varied[0]} is varied"
+            what = f"the other parts of the {whole}, because {whole}.{self.varied[0]} is varied"
             raise QuantityError(f"must give {what}", self.such_as(whole))
         if not isinstance(value, Mapping):
             whole = f"{'an' if self.words[0] in 'aeiou' else 'a'} {self.words}"
-            names = [*self.kinds] if self.bare else []
+            names = [*self.kinds] if any(not required(kind) for kind in self.kinds.values()) else []
             choices = names or [*(["none"] if self.none else []), whole]
             raise QuantityError(f"must be {listed(choices, 'or')}", self.such_as(self.words), names)
         name = value.get("kind", next(iter(self.kinds)))
@@ -122,16 +112,16 @@ class PartOf(Parameter):
             raise UnreadError([Problem(".kind", name, rule, known=[*self.kinds])])
         kind = self.kinds[name]
         known = {"kind": Choice("", "", (name,)), **kind.parameters()}
-        needed = required(kind).difference(varied)
+        needed = required(kind).difference(self.varied)
         part = kind.unchecked(**read_fields(value, known, needed, units_required))
-        if not varied and part.problem is not None:
+        if not self.varied and part.problem is not None:
             raise UnreadError([Problem("", None, *part.problem)])
         return part
 
     def schema(self) -> dict[str, Any]:
-        """JSON Schema of the value in a study file."""
         choices: list[dict[str, Any]] = [{"const": "none"}] if self.none else []
-        choices += [{"enum": self.bare}] if self.bare else []
+        bare = [name for name, kind in self.kinds.items() if not required(kind)]
+        choices += [{"enum": bare}] if bare else []
         for name, kind in self.kinds.items():
             named = self.named(kind.parameters()).items()
             fields = {field: about.described() for field, about in named}
@@ -142,19 +132,17 @@ class PartOf(Parameter):
 
     def canonical(self, value: Any) -> Any:
         """Return the mapping, or the name of a kind without fields."""
-        if value is None:
-            return None
-        content: dict[str, Any] = value.canonical()
-        return content if len(content) > 1 else value.kind
+        content: dict[str, Any] = {} if value is None else value.canonical()
+        return content if len(content) > 1 else content.get("kind")
 
     def coordinates(self, name: str, value: Any) -> Iterator[tuple[str, Parameter, float | str]]:
         """Yield the coordinates of the fields; zero where there is no part."""
-        kind = next(iter(self.kinds.values())) if value is None else type(value)
+        kind: Any = next(iter(self.kinds.values())) if value is None else type(value)
         own = self.named(kind.parameters())
         if value is not None:
             if not own:
                 yield name, self, value.kind
-            for field, about in self.named(derived(cast("Any", kind))).items():
+            for field, about in self.named(derived(kind)).items():
                 yield from about.coordinates(f"{name}_{field}", getattr(value, field))
         for field, about in own.items():
             known = getattr(about, "absent", None) if value is None else vars(value)[field]
@@ -186,7 +174,6 @@ class Inline(PartOf):
 
     @property
     def open_kinds(self) -> Mapping[str, type[Part]]:
-        """All kinds."""
         return self.kinds
 
     @property
@@ -200,16 +187,10 @@ class Inline(PartOf):
         """The first required key of each kind that no other kind has, by name of the kind."""
         telling, found = self.telling, dict[str, type[Part]]()
         for kind in self.kinds.values():
-            own = (n for n in kind.parameters() if n in telling and n in required(kind))
-            if (name := next(own, None)) is not None:
+            own = [n for n in kind.parameters() if n in telling and n in required(kind)]
+            for name in own[:1]:
                 found.setdefault(name, kind)
         return found
-
-    def needed(self, given: set[str]) -> list[str]:
-        """The keys, besides the leading ones, that the kind of the given keys requires."""
-        chosen = (kind for name, kind in self.leading.items() if name in given)
-        kind = next(chosen, next(iter(self.kinds.values())))
-        return [n for n in kind.parameters() if n in required(kind) and n not in self.telling]
 
     def changed(self, part: Part, given: dict[str, Any]) -> Part | None:
         """A part with other values of some fields, and of another kind if these require it."""
@@ -219,23 +200,28 @@ class Inline(PartOf):
                 return found
         return None
 
+    def needed(self, given: set[str]) -> list[str]:
+        """The keys, besides the leading ones, that the kind of the given keys requires."""
+        chosen = (kind for name, kind in self.leading.items() if name in given)
+        kind = next(chosen, next(iter(self.kinds.values())))
+        return [n for n in kind.parameters() if n in required(kind) and n not in self.telling]
+
     def broken(self, given: set[str], unknown: list[str]) -> Iterator[Problem]:
         """Return what is wrong if the keys of no kind, or of several kinds, are given."""
-        leading, telling = self.leading, self.telling
+        leading = self.leading
         touched = [name for name in leading if name in given]
-        if len(touched) > 1:
+        for name in touched[1:]:
             symbol = self.keys[touched[0]].symbol.strip("$").replace("Q/µP", "Q/(µP)")
             rule = f"is redundant: {touched[0]}, {symbol}, is given too"
-            for name in touched[1:]:
-                yield Problem(name, None, rule, "give exactly one of the two")
-        elif leading and not touched and not any(nearest(key, [*leading]) for key in unknown):
+            yield Problem(name, None, rule, "give exactly one of the two")
+        if leading and not touched and not any(nearest(key, [*leading]) for key in unknown):
             first, *others = leading
             examples = [f"{name}: {self.keys[name].example}" for name in leading]
             rule = f"is missing, and so {'are' if others[1:] else 'is'} {listed(others)}"
             yield Problem(first, None, rule, f"give exactly one of {listed(examples)}")
         if len(touched) == 1:
-            own = leading[touched[0]].parameters()
-            for name in sorted((telling - own.keys() - leading.keys()) & given):
+            foreign = self.telling - leading[touched[0]].parameters().keys() - leading.keys()
+            for name in sorted(foreign & given):
                 needed = [lead for lead, kind in leading.items() if name in kind.parameters()]
                 rule = f"has no meaning with {touched[0]}"
                 yield Problem(name, None, rule, f"it belongs to {listed(needed, 'or')}")
@@ -256,22 +242,21 @@ class Blocks(Plain):
     parts: tuple[Inline, ...]  # what a block may change
     number: WholeNumber  # of cycles
 
+    forms = ()
     example = "[{cycles: 2000, tangential_ratio: 0.5}, {cycles: 5000, tangential_ratio: 0.9}]"
 
     def read(self, value: object, units_required: bool) -> tuple[Block, ...]:
-        """Return the blocks."""
         if not is_list(value) or not value:
             raise QuantityError("must be a list of blocks", self.example)
         problems, found = Problems(), list[Block]()
         for position, each in enumerate(value):
             with problems.at(f"[{position}]", each):
-                if isinstance(each, Block):
-                    block = each
-                elif isinstance(each, Mapping):
+                block = each
+                if isinstance(each, Mapping):
                     rule = "is a key which a block cannot change"
                     values = read_fields(each, self.known, (_CYCLES,), units_required, rule)
                     block = Block(values.pop(_CYCLES), tuple(sorted(values.items())))
-                else:
+                elif not isinstance(each, Block):
                     raise QuantityError("must be a block", self.example)
                 if found and found[-1].values == block.values:
                     block = Block(found.pop().cycles + block.cycles, block.values)
@@ -286,7 +271,6 @@ class Blocks(Plain):
         return {_CYCLES: self.number, **dict(changed)}
 
     def schema(self) -> dict[str, Any]:
-        """JSON Schema of the value in a study file."""
         known = {name: about.schema() for name, about in self.known.items()}
         return {"type": "array", "minItems": 1, "items": keys_schema(known, [_CYCLES])}
 
@@ -300,13 +284,10 @@ class Blocks(Plain):
 
     def coordinates(self, name: str, value: Any) -> Iterator[tuple[str, Parameter, float | str]]:
         """Yield the blocks as text, if there are any."""
-        if not (isinstance(value, tuple) and all(isinstance(each, Block) for each in value)):
-            raise TypeError("not blocks")
         if value:
             yield name, Quantity("1", name, self.words), self.text(value)
 
     def text(self, value: Any) -> str:
-        """Return the blocks for people."""
         if isinstance(value, str) or not value:
             return value or "none"
         known = self.known

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import MISSING, dataclass, fields, replace
 from functools import cache
 from types import MappingProxyType
 from typing import Any, cast
@@ -76,11 +76,11 @@ def _leaves(_: tuple[tuple[type[Part], ...], ...]) -> Mapping[str, tuple[Leaf, .
 
 def base_names() -> tuple[str, ...]:
     """Return the keys that `base` may have: parts and single parameters."""
-    found: list[str] = []
-    for member, about in members().items():
-        found += [] if isinstance(about, Inline) else [member]
-        found += about.keys if isinstance(about, PartOf) else []
-    return tuple(found)
+    return tuple(
+        name
+        for member, about in members().items()
+        for name in (*([] if isinstance(about, Inline) else [member]), *about.keys)
+    )
 
 
 def parameter_names() -> tuple[str, ...]:
@@ -101,15 +101,14 @@ def parameter_of(name: str) -> Parameter:
 def replaced_by(name: str) -> set[str]:
     """Return the names that a new value of one replaces: ``radius`` by ``indenter``."""
     member = member_of(name)
-    about = members().get(member)
     if member in ("cycles", "blocks"):
         return {"cycles", "blocks"} - {name}
+    about = members().get(member)
     if isinstance(about, Inline):
         kind = about.leading.get(name)
         return {*about.keys} - {*kind.parameters()} if kind else set()
-    if isinstance(about, PartOf):
-        return {member} if name in about.keys else {*about.keys}
-    return set()
+    keys = {*about.keys} if about else set()
+    return {member} if name in keys else keys
 
 
 def coordinate(name: str) -> str:
@@ -188,31 +187,21 @@ def read_values(
     If some fields of a part are `varied`, only its other fields are read.
     """
     values: dict[str, Any] = {}
-    known = base_names()
+    known = {name: parameter_of(name) for name in base_names()}
+    for name, own in varied.items():
+        known[name] = replace(cast("PartOf", known[name]), varied=tuple(own))
     for key, value in raw.items():
         with problems.at(place := f"{prefix}{key}", value):
             if key in known:
-                fields = varied.get(key, ())
-                values[key] = read_value(key, value, fields, units_required=units_required)
+                values[key] = read_given(key, known[key], value, units_required)
                 continue
             whole, _, part = key.partition(".")
             remedy = _OTHER_NAMES.get(key.casefold().replace(" ", "_"), "")
             if key in leaves():
                 remedy = f"write {whole}: {{{part}: ...}}"
-            rule, meant = "is not a case parameter", () if remedy else known
+            rule, meant = "is not a case parameter", () if remedy else (*known,)
             problems.append(Problem(place, value, rule, remedy, written=key, known=meant))
     return values
-
-
-def read_value(
-    name: str, raw: object, varied: Sequence[str] = (), *, units_required: bool = True
-) -> Any:
-    """Read the value of a parameter or a part, as given in a file or in Python.
-
-    Raises `QuantityError` for the value itself, `UnreadError` for problems inside a part.
-    """
-    more = (varied,) if varied else ()
-    return read_given(name, parameter_of(name), raw, units_required, *more)
 
 
 def by_member(values: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
@@ -245,17 +234,15 @@ def missing(given: Iterable[str], *, in_file: bool) -> Iterator[Problem]:
         rule = "is redundant: blocks have cycles of their own"
         yield Problem("cycles", None, rule, "give one of the two")
     for member, about in members().items():
-        instead = () if isinstance(about, Inline) else getattr(about, "keys", ())
+        wanted: Iterable[str] = about.keys or (member,)
         if member in given:
-            for name in sorted(given.intersection(instead)):
+            for name in sorted(given.intersection(about.keys)):
                 rule = f"is redundant: {member} is given too"
                 yield Problem(name, None, rule, "give one of the two")
             continue
-        if member == "cycles" and "blocks" in given:
+        has_default = member in DEFAULTS and not (in_file and about.must_be_written)
+        if has_default or (member == "cycles" and "blocks" in given):
             continue
-        if member in DEFAULTS and not (in_file and about.must_be_written):
-            continue
-        wanted: Iterable[str] = instead or (member,)
         if isinstance(about, Inline):
             yield from about.broken(given, unknown)
             wanted = about.needed(given)
@@ -270,11 +257,10 @@ def schema_required() -> list[dict[str, Any]]:
     """Return the keys required in `base` or `vary`, as conditions of a JSON Schema."""
     conditions = []
     for problem in missing((), in_file=True):
-        about, names = members()[member := member_of(problem.key)], [problem.key]
-        if isinstance(about, Inline) and problem.key in about.leading:
-            names = [*about.leading]
-        elif not isinstance(about, Inline) and member != problem.key:
-            names.append(member)
+        about = members()[member := member_of(problem.key)]
+        names = [problem.key] if problem.key == member else [problem.key, member]
+        if isinstance(about, Inline):
+            names = [*about.leading] if problem.key in about.leading else [problem.key]
         places = [
             {
                 "anyOf": [

@@ -20,9 +20,15 @@ from fretwear.study.parameters import (
     member_of,
     parameter_names,
     parameter_of,
-    read_value,
 )
-from fretwear.study.problems import Problem, Problems, UnreadError, in_words, read_fields
+from fretwear.study.problems import (
+    Problem,
+    Problems,
+    UnreadError,
+    in_words,
+    read_fields,
+    read_given,
+)
 from fretwear.units import QuantityError, exact_text
 
 if TYPE_CHECKING:
@@ -262,7 +268,7 @@ def _read_axis(name: str, raw: object, design: Design | None, place: str) -> Axi
     problems = Problems()
     for position, item in enumerate(raw):
         with problems.at(f"[{position}]", item):
-            values.append(value := read_value(name, item))
+            values.append(value := read_given(name, parameter_of(name), item, True))
             first = seen.setdefault(_identity(value), position)
             # Paired lists may repeat a value: only a whole row makes the same point.
             if first != position and not isinstance(design, Zip):

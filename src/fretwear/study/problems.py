@@ -143,13 +143,13 @@ def read_fields(
     return values
 
 
-def read_given(name: str, parameter: Parameter, raw: object, units: bool, *varied: Any) -> Any:
-    """Read a value, of which parts may be varied; a file, where values have units, must give it."""
+def read_given(name: str, parameter: Parameter, raw: object, units: bool) -> Any:
+    """Read a value; a file, where values need units, must give it."""
     if raw is None and units:
         can_be_none = getattr(parameter, "none", "") or getattr(parameter, "infinite", "")
         remedy = f"write {name}: none if that is meant" if can_be_none else parameter.such_as(name)
         raise QuantityError("has no value", remedy)
-    return parameter.read(raw, units, *varied)
+    return parameter.read(raw, units)
 
 
 class StudyError(ValueError):
