@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from fretwear.cli import app
+from fretwear.cli.program import app
 from fretwear.study.study import load_study
 
 REPOSITORY = Path(__file__).parents[1]

@@ -3,7 +3,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from fretwear.cli import app
+from fretwear.cli.program import app
 
 from ..studies import HandClock, base, two_loads, write_study
 

@@ -187,9 +187,11 @@ def test_a_wide_plan_is_not_cut_and_a_huge_one_shows_both_ends_unless_all_is_ask
 def test_what_should_begin_at_once_imports_nothing_heavy(desk, arguments, heavy):
     program = (
         "import sys\n"
-        "from fretwear.cli import app\n"
-        f"app({arguments!r}, standalone_mode=False)\n"
-        f"print([name for name in {heavy!r} if name in sys.modules])\n"
+        "from fretwear.cli.program import app\n"
+        "try:\n"
+        f"    app({arguments!r})\n"
+        "except SystemExit:\n"
+        f"    print([name for name in {heavy!r} if name in sys.modules])\n"
     )
     done = subprocess.run(
         [sys.executable, "-c", program], cwd=desk.folder, capture_output=True, text=True, check=True

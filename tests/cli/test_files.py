@@ -16,8 +16,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
-from fretwear.cli import app
-from fretwear.cli.program import swallowing_no_lack_of_memory
+from fretwear.cli.program import app, swallowing_no_lack_of_memory
 from fretwear.data.files import _LENGTH, add_checksum
 from fretwear.data.safe import DataFileError
 from fretwear.figures.index import read_figure_index

@@ -11,7 +11,7 @@ import typer
 from typer.testing import CliRunner
 
 import fretwear
-from fretwear.cli import app
+from fretwear.cli.program import app
 from fretwear.running.workflow import workspace
 from fretwear.study.parameters import parameter_names
 from fretwear.study.problems import StudyError
@@ -258,8 +258,8 @@ MISTAKES = {
     "an unknown case": ("run studies/tiny.yaml --case Q9", "fretwear plan lists the cases"),
     "a beginning of several ids": ("run studies/tiny.yaml --case P", "2 ids", "P25N-", "P50N-"),
     "a misspelt command": ("rum studies/tiny.yaml", "Did you mean 'run'?"),
-    "a misspelt option": ("run studies/tiny.yaml --cases Q", "did you mean --case?", HELP),
-    "an option before the command": ("--quiet run x.yaml", "fretwear run --quiet"),
+    "a misspelt option": ("run studies/tiny.yaml --cases Q", "--case", HELP),
+    "an option before the command": ("--quiet run x.yaml", "options follow the command"),
     "no file at all": ("show", "missing argument 'OUT.nc'", "see 'fretwear show --help'"),
     "an option without its value": ("run studies/tiny.yaml --case", "requires an argument", HELP),
     "a change without =": ("run studies/tiny.yaml --set load", "name=value", "--set 'load=30 N'"),

@@ -23,8 +23,6 @@ from types import SimpleNamespace
 import pyte
 import pytest
 
-from fretwear.cli.common import LogFormat
-from fretwear.cli.program import format_in_call
 from fretwear.cli.progress import Log, TimeLeft, step_text
 from fretwear.running.simulate import steps
 from fretwear.study.study import load_study, select_case
@@ -57,21 +55,6 @@ def test_quiet_prints_errors_alone(desk, log_format):
     assert result.stderr.count('"event"') == (log_format == "json")
     assert desk.call(*call, "--set", "load=50 N", "-o", "a.nc").output == ""
     assert "a.nc" in desk.files()
-
-
-@pytest.mark.parametrize(
-    ("arguments", "environment", "expected"),
-    [
-        (["run", "--log-format", "json"], {}, LogFormat.JSON),
-        (["run", "--log-format=json"], {}, LogFormat.JSON),
-        (["run"], {"FRETWEAR_LOG_FORMAT": "json"}, LogFormat.JSON),
-        (["run", "--log-format", "lines"], {"FRETWEAR_LOG_FORMAT": "json"}, LogFormat.LINES),
-        (["run", "--log-format"], {}, LogFormat.LINES),
-        (["run", "json"], {}, LogFormat.LINES),
-    ],
-)
-def test_the_wanted_format_is_known_before_a_call_is_parsed(arguments, environment, expected):
-    assert format_in_call(arguments, environment) is expected
 
 
 def events(text):
@@ -148,7 +131,7 @@ def assert_in_reference(told, repository):
 
 
 def test_warnings_defects_and_what_is_not_finite_leave_no_line_that_is_no_json(capsys):
-    log = Log(LogFormat.JSON)
+    log = Log("json")
     with warnings.catch_warnings():
         warnings.simplefilter("always")
         log.begin("run")
@@ -355,7 +338,7 @@ def test_a_log_file_gets_lines_though_colours_are_forced(desk, monkeypatch):
 
 SCRIPT = """
 import time
-from fretwear.cli import supervise as signals
+import fretwear.cli as signals
 signals._SAME_WISH_SECONDS, signals._LONGEST_CLEANING_SECONDS = {patience}
 with signals.stopping():
     try:
@@ -405,14 +388,14 @@ def test_a_wish_that_is_told_twice_is_one_wish():
 
 WATCHED = """
 import os, signal, sys, time
-from fretwear.cli.supervise import Stopped, stopping, watch
+from fretwear.cli import Stopped, _leave, stopping, watch
 try:
     with stopping():
         watch()
         print("at work", flush=True)
         {work}
 except Stopped as stopped:
-    stopped.leave()
+    _leave(stopped.exit_status, f'stopped: {{stopped}}')
 """
 
 

@@ -11,7 +11,7 @@ pytest.importorskip("sphinx", reason="the extra docs is not installed")
 
 from mathml import to_mathml
 
-from fretwear.cli import app
+from fretwear.cli.program import app
 from fretwear.study.parameters import parameter_names
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"

@@ -12,7 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 import fretwear
-from fretwear.cli import app
+from fretwear.cli.program import app
 from fretwear.data.safe import Lock, Unfailing
 from fretwear.running.workflow import (
     ENDED,

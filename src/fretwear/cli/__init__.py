@@ -1,4 +1,4 @@
-"""The command line: each command reads input, calls the package that does the work, and reports.
+"""The command line: processes that are asked to stop, are killed or crash, and what they leave.
 
 Nothing heavy is imported before a command needs it, so that help and plans appear at once.
 """
@@ -6,12 +6,39 @@ Nothing heavy is imported before a command needs it, so that help and plans appe
 from __future__ import annotations
 
 import os
+import signal
 import sys
-from typing import Any
+import threading
+import time
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from types import FrameType
+from typing import NoReturn
 
-from fretwear.cli.supervise import Stopped, stopping, watch
+_WORDS = {
+    signal.SIGINT: "by Ctrl-C",
+    signal.SIGTERM: "by SIGTERM",
+    signal.SIGHUP: "because its terminal was closed",
+}
 
-__all__ = ["app", "main"]
+# A terminal and a workflow may both ask a process to stop; only a later signal counts as a second
+# one.
+_SAME_WISH_SECONDS = 1.0
+_LONGEST_CLEANING_SECONDS = 60.0
+_PARENT_DEATH_SIGNAL = 1  # of prctl, Linux
+_WHY = "out of memory, or a failing disk? The same command resumes from what is there"
+
+
+class Stopped(BaseException):
+    """The process was asked to stop; not an error, so that no error handler catches it.
+
+    Its exit status is the one that shells give to a process ended by the signal.
+    """
+
+    def __init__(self, number: int) -> None:
+        super().__init__(_WORDS[signal.Signals(number)])
+        self.number, self.exit_status = number, 128 + number
 
 
 def main(*, watched: bool = True) -> None:
@@ -28,15 +55,126 @@ def main(*, watched: bool = True) -> None:
 
             app()
     except Stopped as stopped:
-        stopped.leave()
+        _leave(stopped.exit_status, f"stopped: {stopped}")
     except MemoryError:  # before a command could open its log
-        os.write(2, b"fretwear: error: there is not enough memory to start\n")
-        sys.exit(1)
+        _leave(1, "error: there is not enough memory to start")
 
 
-def __getattr__(name: str) -> Any:
-    if name == "app":
-        from fretwear.cli.program import app
+@contextmanager
+def stopping() -> Iterator[None]:
+    """Raise `Stopped` wherever the process is when asked to stop, so that it cleans up."""
+    # A process started by nohup must outlive its terminal.
+    heard = [number for number in _WORDS if signal.getsignal(number) != signal.SIG_IGN]
+    before = {number: signal.signal(number, _stop) for number in heard}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
-        return app
-    raise AttributeError(f"module 'fretwear.cli' has no attribute {name!r}")
+
+def _stop(number: int, _frame: FrameType | None) -> NoReturn:
+    begun, told = time.monotonic(), "stopped: at once, without cleaning up"
+
+    def hurry(number: int, _frame: FrameType | None) -> None:
+        if time.monotonic() - begun > _SAME_WISH_SECONDS:
+            _leave(128 + number, told)
+
+    # The scheduler's signal must not interrupt the clean-up after the first; a user who presses
+    # Ctrl-C again means it. Files are complete or absent, so nothing is damaged.
+    for each in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(each, signal.SIG_IGN)
+    signal.signal(signal.SIGINT, hurry)
+    # A library interrupted at work may be unable to clean up.
+    lost_patience = threading.Timer(_LONGEST_CLEANING_SECONDS, _leave, [128 + number, told])
+    lost_patience.daemon = True
+    lost_patience.start()
+    raise Stopped(number)
+
+
+def _leave(status: int, told: str = "") -> NoReturn:
+    """End the process at once, with a message where there is no log."""
+    if told:
+        with suppress(OSError):
+            os.write(2, f"fretwear: {told}\n".encode())
+    os._exit(status)
+
+
+def watch() -> None:
+    """Return in a child process; this one waits, says what that could not, and ends as it did.
+
+    A library that crashes and a kernel that is out of memory leave a process no time for a word.
+    """
+    if not hasattr(os, "fork") or "--supervise" in sys.argv:  # that has a parent to tell of it
+        return
+    try:
+        child = _fork()
+    except OSError:  # no memory for it
+        return
+    if child:
+        status, ending = _end_of(child)
+        _leave(status, f"error: {ending}: {_WHY}" if ending else "")
+
+
+def supervise(case_ids: Collection[str], results: Path) -> None:
+    """Return in a child process; this one waits, and starts another child if it is killed.
+
+    The kernel kills what takes too much memory. The case during which a child vanished is
+    recorded, so that the next child leaves it to the end: there is another one as long as each
+    comes farther than the one before. Then this process ends as the last child did. A fork costs
+    neither another start of Python nor another reading of the study, with the cases of these ids
+    and a folder of results.
+    """
+    from fretwear.data.safe import Unfailing
+    from fretwear.running.workflow import ENDED, failures
+
+    vanished: set[str] = set()
+    while hasattr(os, "fork"):
+        for stream in (sys.stdout, sys.stderr):
+            Unfailing(stream).flush()
+        if not (child := _fork()):
+            return
+        status, ending = _end_of(child)
+        reasons = {case_id: failure.reason for case_id, failure in failures(results).items()}
+        before = vanished
+        vanished = {case_id for case_id in case_ids if reasons.get(case_id) == ENDED}
+        if not ending:  # the child has already reported
+            _leave(status)
+        lost = ", ".join(sorted(vanished - before))
+        out = Unfailing(sys.stderr)
+        out.write(f"{ending}{f' during {lost}' if lost else ''}: out of memory?\n")
+        if not lost:
+            _leave(status)
+        out.write("the other cases run first, then this one is tried again\n")
+
+
+def _fork() -> int:
+    """Fork; the child is asked to stop when this process is killed, and neither when it is new."""
+    parent = os.getpid()
+    signal.pthread_sigmask(signal.SIG_BLOCK, _WORDS)
+    child = os.fork()
+    if child == 0:
+        if sys.platform == "linux":
+            import ctypes
+
+            ctypes.CDLL(None).prctl(_PARENT_DEATH_SIGNAL, signal.SIGTERM, 0, 0, 0)
+        if os.getppid() != parent:
+            os.kill(os.getpid(), signal.SIGTERM)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, _WORDS)
+    return child
+
+
+def _end_of(child: int) -> tuple[int, str]:
+    """Wait for a child; return its exit status, as shells give it, and how a signal ended it."""
+    try:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, _WORDS)
+        status = os.waitpid(child, 0)[1]
+    except Stopped as stopped:
+        # From now on signals are ignored here; the child reports.
+        os.kill(child, stopped.number)
+        status = os.waitpid(child, 0)[1]
+    code = os.waitstatus_to_exitcode(status)
+    if code >= 0:
+        return code, ""
+    killed = code == -signal.SIGKILL
+    return 128 - code, "killed" if killed else f"crashed ({signal.Signals(-code).name})"

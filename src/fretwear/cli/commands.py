@@ -235,7 +235,7 @@ def batch(
             rule = f"the points of {study.file} are 1 to {study.size}"
             raise CommandError(f"--points {points}: {rule}")
     if supervised:
-        from fretwear.cli.supervise import supervise
+        from fretwear.cli import supervise
 
         supervise({point.id for point in study.points(first, last)}, folder)
 

@@ -3,29 +3,27 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from typer.core import TyperCommand, TyperGroup
 
 import fretwear
-from fretwear.cli import commands
+from fretwear.cli import Stopped, commands
 from fretwear.cli.common import (
     LOG_FORMAT_OPTION,
     LOG_FORMAT_VARIABLE,
     Call,
     CommandError,
-    LogFormat,
     Status,
     say,
 )
 from fretwear.cli.show import compare, show
-from fretwear.cli.supervise import Stopped
 from fretwear.study.problems import StudyError
 
 if TYPE_CHECKING:
@@ -34,7 +32,6 @@ else:
     _Base = object
 
 _WORKFLOW = "Steps of the workflow"
-_TOO_MANY = "Got unexpected extra argument(s)"
 
 
 class _Help(_Base):
@@ -68,21 +65,15 @@ class _Commands(_Help, TyperGroup):
     """All commands; an error that ends one of them becomes a message and a status."""
 
     def main(self, *args: Any, **extra: Any) -> Any:
-        """Run a command; leave with its exit status, except where that is not wanted."""
-        typed = args[0] if args else extra.pop("args", None)
-        call = Call(sys.argv[1:] if typed is None else typed)
-        is_program = extra.pop("standalone_mode", True)
-
-        def work() -> Any:
-            return super(_Commands, self).main(typed, standalone_mode=False, obj=call, **extra)
-
-        if not is_program:
-            return work()
+        """Run a command and leave with its exit status."""
+        arguments = args[0] if args else extra.pop("args", None)
+        call = Call(sys.argv[1:] if arguments is None else arguments)
+        extra |= {"standalone_mode": False, "obj": call}
         # A log may take over the warnings of this call, but not of later ones.
         with warnings.catch_warnings():
             try:
                 with swallowing_no_lack_of_memory():
-                    status = work()
+                    status = super().main(call.arguments, **extra)
                 status = status if isinstance(status, int) else Status.DONE
             except BaseException as error:
                 status = _tell(error, call)
@@ -123,7 +114,9 @@ def _tell(error: BaseException, call: Call) -> int:
     from fretwear.cli.progress import Log
     from fretwear.data.safe import reason_of, unexpected
 
-    log = call.log or Log(format_in_call(call.arguments, os.environ))
+    # A call that cannot be parsed wants its error in this format.
+    typed = re.findall(rf"{LOG_FORMAT_OPTION}[= ](\S+)", " ".join(call.arguments))
+    log = call.log or Log([os.environ.get(LOG_FORMAT_VARIABLE, ""), *typed][-1])
     if isinstance(error, Stopped):
         message = f"{error}; run the same command again to resume"
         log.error(message, error.exit_status, event="stopped")
@@ -143,34 +136,16 @@ def _tell(error: BaseException, call: Call) -> int:
     return status
 
 
-def format_in_call(arguments: Sequence[str], environment: Mapping[str, str]) -> LogFormat:
-    """Return the format in which a call wants errors, even if the call cannot be parsed."""
-    words = [word for argument in arguments for word in argument.split("=", 1)]
-    named = [value for name, value in pairwise(words) if name == LOG_FORMAT_OPTION]
-    wanted = named[-1] if named else environment.get(LOG_FORMAT_VARIABLE)
-    return LogFormat.JSON if wanted == LogFormat.JSON else LogFormat.LINES
-
-
 def what_is_wrong(error: typer.TyperException, arguments: Sequence[str]) -> str:
     """Say what is wrong with a call that cannot be parsed, and where to read how it should be."""
-    context = getattr(error, "ctx", None)
-    option = getattr(error, "option_name", None)
+    path = getattr(getattr(error, "ctx", None), "command_path", "fretwear")
     message = error.format_message().rstrip(".").replace("Value error, ", "")
-    command = next((word for word in arguments if not word.startswith("-")), "")
-    path = f"fretwear {command}".rstrip() if context is None else context.command_path
-    hints = [f"see '{path} --help'"]
-    if near := getattr(error, "possibilities", None):
-        message = f"{error.message}; did you mean {near[0]}?"
-    if message.startswith(_TOO_MANY):
-        message = f"unexpected argument: {message.removeprefix(_TOO_MANY).strip(' ()')}"
-        if "--set" in arguments:
-            hints.insert(0, "put a value with a space in quotes, such as --set 'load=30 N'")
-    if context is not None and isinstance(context.command, TyperGroup):
-        for name, each in context.command.commands.items():
-            if any(option in param.opts for param in each.params):
-                hints = [f"options follow the command: fretwear {name} {option} ..."]
-                break
-    return "\n    ".join([f"{message[:1].lower()}{message[1:]}", *hints])
+    lines = [f"{message[:1].lower()}{message[1:]}"]
+    if "unexpected extra" in message and "--set" in arguments:
+        lines.append("put a value with a space in quotes, such as --set 'load=30 N'")
+    if path == "fretwear" and hasattr(error, "option_name"):
+        lines.append("options follow the command, such as fretwear run --quiet")
+    return "\n    ".join([*lines, f"see '{path} --help'"])
 
 
 app = typer.Typer(
