@@ -1,17 +1,16 @@
 """Reasons to doubt the results of a case: one list for plan, run, dataset and report.
 
-Each is a function that decides whether it applies to a case and returns the numbers and a remedy.
+Each comes with the numbers of the case and a remedy.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from fretwear.mechanics.loading import SMALL_STROKE, Displacement
 from fretwear.mechanics.materials import ElasticBodies
-from fretwear.mechanics.roughness import Roughness
 from fretwear.parts import pair
 from fretwear.study.case import Case, cell_text
 from fretwear.study.spacing import rounded_down, zones_of_tip
@@ -77,38 +76,6 @@ def _lengths(**lengths: float) -> str:
     return ", ".join(told).replace("_", " ")
 
 
-def _ring_is_unseen(case: Case) -> Doubt | None:
-    """Rings follow the edge of stick, with several of them across the band that yields."""
-    ring, cell = yielding_ring_width(case), math.sqrt(math.prod(case.grid_spacing))
-    of_tips = case.is_on_rings or case.indenter.is_line or zones_of_tip(case)
-    if of_tips or math.isinf(case.plastic_limit) or ring >= cell:
-        return None
-    return Doubt(
-        "yields in a ring around the stick zone that is narrower than a cell of the grid, which "
-        "therefore gets its wear wrong",
-        _lengths(ring=ring, cell=cell),
-        "choose a cell below the width of the ring where that is practical, or a larger "
-        "tangential load or a lower plastic limit",
-    )
-
-
-def _tips_are_coarse(case: Case) -> Doubt | None:
-    coarsest, told = 2.0, ""
-    for zone, (widths, cells) in zones_of_tip(case).items():
-        for wide, cell in zip(widths, case.grid_spacing, strict=True):
-            if cells * cell / wide > coarsest:
-                coarsest, told = cells * cell / wide, _lengths(**{zone: wide, "cell": cell})
-    if not told:
-        return None
-    return Doubt(
-        "touches on asperities whose contacts, or the bands that yield around their stick zones, "
-        "are too narrow for the cells",
-        told,
-        f"write {finer(case, coarsest * SMALL_ERROR)} where that is practical, or trust results "
-        "within their errors",
-    )
-
-
 def dundurs_beta(case: Case) -> float:
     """Dundurs' β = ½ |(1−2ν1)/G1 − (1−2ν2)/G2| / ((1−ν1)/G1 + (1−ν2)/G2), 0 for equal bodies.
 
@@ -123,162 +90,127 @@ def dundurs_beta(case: Case) -> float:
     return 0.5 * difference / ((1.0 - nu1) * first + (1.0 - nu2) * second)
 
 
-def _bodies_are_unlike(case: Case) -> Doubt | None:
-    beta, friction = dundurs_beta(case), case.friction_law.coefficient
-    if beta <= GREATEST_DUNDURS * friction:
-        return None
-    return Doubt(
-        "couples pressure and slip, as unlike bodies do, which the model neglects",
-        f"Dundurs' β = {beta:.2g}, {beta / friction:.2g} times µ",
-        f"do not trust local values, and integrals only where β is below {GREATEST_DUNDURS:g} µ",
-    )
-
-
-def _limit_is_low(case: Case) -> Doubt | None:
-    mean = case.hertz.mean_pressure
-    if case.plastic_limit >= mean:
-        return None
-    numbers = (format_quantity(pressure, PRESSURE, 3) for pressure in (case.plastic_limit, mean))
-    return Doubt(
-        "yields all over at the first loading, beyond what a pressure limit describes",
-        "plastic limit {}, mean Hertz pressure {}".format(*numbers),
-        "choose a lower load, a larger radius or a plastic limit of about the hardness",
-    )
-
-
-def _stick_is_coarse(case: Case) -> Doubt | None:
-    radius, cell = case.stick_radius, max(case.grid_spacing)
-    if radius >= FEW_CELLS * cell or case.is_on_rings or not case.force_is_held:
-        return None
-    return Doubt(
-        "sticks in a zone of few cells, whose edge is a staircase",
-        _lengths(radius=radius, cell=cell),
-        "choose a finer cell, or leave cell out",
-    )
-
-
-def _slopes_are_steep(case: Case) -> Doubt | None:
-    if case.rough is None:
-        return None
-    slope = case.rough.steepest
-    if slope <= GREATEST_SLOPE:
-        return None
-    return Doubt(
-        "touches on slopes that are too steep for half-space theory",
-        f"steepest slope {slope:.2g}",
-        f"trust the results where slopes stay below {GREATEST_SLOPE:g}",
-    )
-
-
-def _roughness_repeats(case: Case) -> Doubt | None:
-    period = math.inf if case.rough is None else min(case.rough.period)
-    if period >= 3.0 * case.hertz_radius:
-        return None
-    return Doubt(
-        "meets the same random heights again, because it is nearly as long as their period",
-        _lengths(period=period, contact_radius=case.hertz_radius),
-        "results hold for a surface that repeats; the period is 16 roll-off wavelengths",
-    )
-
-
-def _measured(case: Case) -> list[Roughness]:
-    """The surfaces of finite extent."""
-    surfaces = (each for each in (case.roughness, case.counterface) if each is not None)
-    return [each for each in surfaces if math.isfinite(min(each.sides))]
-
-
-def _units_are_unlikely(case: Case) -> Doubt | None:
-    for surface in _measured(case):
-        side, distance = min(surface.sides), max(surface.finest) / 2.0
-        if (
-            distance <= case.hertz_radius <= 10.0 * side
-            and surface.steepest <= GREATEST_MEASURED_SLOPE
-        ):
-            continue
-        return Doubt(
-            "is that of a surface whose units are probably wrong",
-            _lengths(
-                side=side,
-                distance_of_points=distance,
-                height=surface.highest,
-                contact_radius=case.hertz_radius,
-            ),
-            "compare with what the instrument shows, and export the file with its units",
+def _of_cells(case: Case) -> Iterator[Doubt]:
+    """Rings follow the edge of stick, with several of them across the band that yields."""
+    cells, tips = case.grid_spacing, zones_of_tip(case)
+    follows = case.is_on_rings or case.indenter.is_line
+    ring, cell = yielding_ring_width(case), math.sqrt(math.prod(cells))
+    if ring < cell and math.isfinite(case.plastic_limit) and not (follows or tips):
+        yield Doubt(
+            "yields in a ring around the stick zone that is narrower than a cell of the grid, "
+            "which therefore gets its wear wrong",
+            _lengths(ring=ring, cell=cell),
+            "choose a cell below the width of the ring where that is practical, or a larger "
+            "tangential load or a lower plastic limit",
         )
-    return None
+    coarse = [
+        (number * cell / wide, _lengths(**{zone: wide, "cell": cell}))
+        for zone, (widths, number) in tips.items()
+        for wide, cell in zip(widths, cells, strict=True)
+    ]
+    coarsest, told = max(coarse, default=(0.0, ""), key=lambda each: each[0])
+    if coarsest > 2.0:
+        yield Doubt(
+            "touches on asperities whose contacts, or the bands that yield around their stick "
+            "zones, are too narrow for the cells",
+            told,
+            f"write {finer(case, coarsest * SMALL_ERROR)} where that is practical, or trust "
+            "results within their errors",
+        )
+    radius, cell = case.stick_radius, max(cells)
+    if radius < FEW_CELLS * cell and case.force_is_held and not case.is_on_rings:
+        yield Doubt(
+            "sticks in a zone of few cells, whose edge is a staircase",
+            _lengths(radius=radius, cell=cell),
+            "choose a finer cell, or leave cell out",
+        )
 
 
-def _surface_is_small(case: Case) -> Doubt | None:
-    side = min((min(each.sides) for each in _measured(case)), default=math.inf)
-    if side >= 3.0 * case.hertz_radius:
-        return None
-    return Doubt(
-        "barely fits on the measured surface, beyond which the heights at its border continue",
-        _lengths(side=side, contact_radius=case.hertz_radius),
-        "measure a larger area, or choose a larger patch or a lower load",
-    )
+def _of_slip(case: Case) -> Iterator[Doubt]:
+    """Each point is assumed to stay opposite the same point of the other body, and κ one number."""
+    loading, friction, hertz = case.loading, case.friction_law.least, case.hertz
+    if isinstance(loading, Displacement):
+        compliant = case.coupling * hertz.approach + loading.flexibility(hertz) * hertz.load
+        slid = case.displacement_amplitude - friction * compliant
+        if slid > SMALL_STROKE * case.hertz_radius:
+            yield Doubt(
+                "slides so far that each point meets several points of the other body, which the "
+                "model neglects",
+                _lengths(sliding_amplitude=slid, contact_radius=case.hertz_radius),
+                "write sliding_amplitude, lower the displacement, or treat the wear near the edge "
+                "of the contact as a rough guide",
+            )
+    if others := case.indenter.couplings(case.bodies):
+        # In a circle they are 9 % off at ν = 0.3, on both sides, which is the model's own error.
+        error = max(abs(other / case.coupling - 1.0) for other in others)
+        yield Doubt(
+            "is elongated, so that no single κ relates slip to the gap of the reduced contact",
+            f"κ is {case.coupling:.4g} in the centre and taken everywhere, but "
+            f"{' and '.join(f'{other:.4g}' for other in others)} by the curvatures",
+            f"treat slip and wear as uncertain by up to {100.0 * error:.0f} %",
+        )
 
 
-def _points_are_few(case: Case) -> Doubt | None:
-    distance = max((max(each.finest) / 2.0 for each in _measured(case)), default=0.0)
-    if distance <= case.hertz_radius / FEW_POINTS:
-        return None
-    return Doubt(
-        "is computed on a surface measured at few points",
-        _lengths(distance=distance, contact_radius=case.hertz_radius),
-        f"measure {FEW_POINTS} points per contact radius or more: what lies between is not known",
-    )
+def _of_surfaces(case: Case) -> Iterator[Doubt]:
+    radius = case.hertz_radius
+    surfaces = [each for each in (case.roughness, case.counterface) if each is not None]
+    measured = [each for each in surfaces if math.isfinite(min(each.sides))]
+    sides = [min(each.sides) for each in measured]
+    distances = [max(each.finest) / 2.0 for each in measured]
+    for surface, side, distance in zip(measured, sides, distances, strict=True):
+        likely = surface.steepest <= GREATEST_MEASURED_SLOPE
+        if not (likely and distance <= radius <= 10.0 * side):
+            lengths = {"side": side, "distance_of_points": distance, "height": surface.highest}
+            yield Doubt(
+                "is that of a surface whose units are probably wrong",
+                _lengths(**lengths, contact_radius=radius),
+                "compare with what the instrument shows, and export the file with its units",
+            )
+            break
+    if measured and min(sides) < 3.0 * radius:
+        yield Doubt(
+            "barely fits on the measured surface, beyond which the heights at its border continue",
+            _lengths(side=min(sides), contact_radius=radius),
+            "measure a larger area, or choose a larger patch or a lower load",
+        )
+    if measured and max(distances) > radius / FEW_POINTS:
+        yield Doubt(
+            "is computed on a surface measured at few points",
+            _lengths(distance=max(distances), contact_radius=radius),
+            f"measure {FEW_POINTS} points per contact radius or more: what lies between is not "
+            "known",
+        )
+    if case.rough is not None and min(case.rough.period) < 3.0 * radius:
+        yield Doubt(
+            "meets the same random heights again, because it is nearly as long as their period",
+            _lengths(period=min(case.rough.period), contact_radius=radius),
+            "results hold for a surface that repeats; the period is 16 roll-off wavelengths",
+        )
 
 
-def _coupling_is_no_number(case: Case) -> Doubt | None:
-    """In an elongated contact, a traction distributed like the pressure displaces differently."""
-    others = case.indenter.couplings(case.bodies)
-    if not others:
-        return None
-    # In a circle they are 9 % off at ν = 0.3, on both sides, which is the model's own error.
-    error = max(abs(other / case.coupling - 1.0) for other in others)
-    return Doubt(
-        "is elongated, so that no single κ relates slip to the gap of the reduced contact",
-        f"κ is {case.coupling:.4g} in the centre and taken everywhere, but "
-        f"{' and '.join(f'{other:.4g}' for other in others)} by the curvatures",
-        f"treat slip and wear as uncertain by up to {100.0 * error:.0f} %",
-    )
-
-
-def _slides_far(case: Case) -> Doubt | None:
-    """Each point is assumed to stay opposite the same point of the other body."""
-    if not isinstance(case.loading, Displacement):
-        return None
-    friction, hertz = case.friction_law.least, case.hertz
-    elastic = friction * (
-        case.coupling * hertz.approach + case.loading.flexibility(hertz) * hertz.load
-    )
-    slid = case.displacement_amplitude - elastic
-    if slid <= SMALL_STROKE * case.hertz_radius:
-        return None
-    return Doubt(
-        "slides so far that each point meets several points of the other body, which the model "
-        "neglects",
-        _lengths(sliding_amplitude=slid, contact_radius=case.hertz_radius),
-        "write sliding_amplitude, lower the displacement, or treat the wear near the edge of the "
-        "contact as a rough guide",
-    )
-
-
-_DOUBTS = (
-    _ring_is_unseen,
-    _tips_are_coarse,
-    _stick_is_coarse,
-    _slides_far,
-    _coupling_is_no_number,
-    _units_are_unlikely,
-    _surface_is_small,
-    _points_are_few,
-    _roughness_repeats,
-    _bodies_are_unlike,
-    _limit_is_low,
-    _slopes_are_steep,
-)
+def _of_materials(case: Case) -> Iterator[Doubt]:
+    beta, friction = dundurs_beta(case), case.friction_law.coefficient
+    if beta > GREATEST_DUNDURS * friction:
+        yield Doubt(
+            "couples pressure and slip, as unlike bodies do, which the model neglects",
+            f"Dundurs' β = {beta:.2g}, {beta / friction:.2g} times µ",
+            "do not trust local values, and integrals only where β is below "
+            f"{GREATEST_DUNDURS:g} µ",
+        )
+    pressures = case.plastic_limit, case.hertz.mean_pressure
+    if pressures[0] < pressures[1]:
+        numbers = (format_quantity(each, PRESSURE, 3) for each in pressures)
+        yield Doubt(
+            "yields all over at the first loading, beyond what a pressure limit describes",
+            "plastic limit {}, mean Hertz pressure {}".format(*numbers),
+            "choose a lower load, a larger radius or a plastic limit of about the hardness",
+        )
+    if case.rough is not None and case.rough.steepest > GREATEST_SLOPE:
+        yield Doubt(
+            "touches on slopes that are too steep for half-space theory",
+            f"steepest slope {case.rough.steepest:.2g}",
+            f"trust the results where slopes stay below {GREATEST_SLOPE:g}",
+        )
 
 
 def doubts(
@@ -289,7 +221,7 @@ def doubts(
     Findings of a run are included: the largest estimated relative error of each result, by its
     words, or why errors could not be estimated.
     """
-    found = [doubt(case) for doubt in _DOUBTS]
+    found = [*_of_cells(case), *_of_slip(case), *_of_surfaces(case), *_of_materials(case)]
     if trouble:
         what = "is computed without estimates of errors, since a run on wider cells failed"
         remedy = "write a finer cell, or error_estimate: false to do without"
@@ -298,7 +230,7 @@ def doubts(
     if error > LARGE_ERROR:
         what = f"is computed so coarsely that errors come to more than {100 * LARGE_ERROR:g} %"
         found.append(Doubt(what, f"{words}: {100 * error:.0f} %", f"write {finer(case, error)}"))
-    return tuple(doubt for doubt in found if doubt is not None)
+    return tuple(found)
 
 
 def finer(case: Case, error: float) -> str:
