@@ -23,11 +23,9 @@ STEPS_PER_FOLD_OF_WEAR = 2.4
 STEPS_ROUGH = 1.6
 STEPS_PER_YIELDING_TIME = 0.7
 
-# Of a window of ten thousand cells; iterations grow slowly with their number.
-CONVOLUTIONS_PER_STEP = 17.5
-CONVOLUTIONS_PER_STEP_ROUGH = 27.0
-CONVOLUTIONS_AS_YIELDING_BEGINS = 135.0
-CONVOLUTIONS_AS_YIELDING_BEGINS_ROUGH = 210.0
+# Of a smooth and a rough window of ten thousand cells; iterations grow slowly with their number.
+CONVOLUTIONS_PER_STEP = (17.5, 27.0)
+CONVOLUTIONS_AS_YIELDING_BEGINS = (135.0, 210.0)
 GROWTH_WITH_CELLS = 0.2
 
 # On rings, whose steps are held to a quarter of the tolerance.
@@ -95,118 +93,89 @@ def estimate(case: Case) -> Estimate:
 
 def _alone(case: Case) -> Estimate:
     """The cost of a case without the coarser run."""
-    dx, dy = case.grid_spacing
-    reach = WINDOW_MARGIN * greatest_contact_radius(case)
+    (dx, dy), is_line, stroke = case.grid_spacing, case.indenter.is_line, case.loading.stroke
+    reach = WINDOW_MARGIN * greatest_contact_radius(case) / case.hertz_radius
     sides_x, sides_y = (2 - is_even for is_even in case.even)
-    wide, high = (
-        each / case.hertz_radius * reach for each in case.indenter.half_widths(case.hertz)
-    )
-    cells_x, cells_y = sides_x * math.ceil(wide / dx), sides_y * math.ceil(high / dy)
-    if case.indenter.is_line:
-        cells_y = 1
+    wide, high = case.indenter.half_widths(case.hertz)
+    cells_x = sides_x * math.ceil(wide * reach / dx)
+    cells_y = 1 if is_line else sides_y * math.ceil(high * reach / dy)
+    steps, convolutions = _work(case, cells_x * cells_y)
+    if stroke and not is_line:
+        cells_y = math.ceil(WINDOW_MARGIN * case.scar_half_width / dy)
     cells = cells_x * cells_y
-    # The window grows with the contact, from about the unworn one.
-    unworn = sides_x * sides_y * (WINDOW_MARGIN * case.hertz_radius) ** 2
-    first = min(cells, unworn / (dx * dy))
-    seconds_each = SECONDS_PER_CONVOLUTION + SECONDS_PER_CELL_AND_CONVOLUTION * 0.5 * (
-        first + cells
-    )
-    if case.indenter.is_line:
-        seconds_each = SECONDS_PER_CONVOLUTION_OF_LINE
-    work, padded_bytes = _work(case, cells), 4 * cells * 8
-    if case.loading.stroke:
-        places = 1.0 + max(4.0, 2.0 * case.loading.stroke / case.hertz_radius)
-        seconds_each = SECONDS_PER_CUBED_CELL_OF_STROKE * places * cells_x**3
-        if not case.indenter.is_line:
-            cells_y = math.ceil(WINDOW_MARGIN * case.scar_half_width / dy)
-            cells = cells_x * cells_y
-            closed = 0.5 * math.pi * case.scar_half_width**2 / (dx * dy)
-            seconds_each = SECONDS_PER_CUBED_CELL_OF_SCAR * places * closed**3
-            padded_bytes = int((places * closed**2 + 6 * cells * cells_y) * 8) // (
-                ARRAYS_OF_PADDED_WINDOW
-            )
+    arrays = 8 * 4 * ARRAYS_OF_PADDED_WINDOW * cells
+    places = 1.0 + max(4.0, 2.0 * stroke / case.hertz_radius)
     if case.is_on_rings:
-        work, seconds_each, padded_bytes = _work_on_rings(case), SECONDS_PER_SOLUTION, 0
-    snapshots = len(case.output_cycles)
+        each, arrays = SECONDS_PER_SOLUTION, 0
+    elif stroke and is_line:
+        each = SECONDS_PER_CUBED_CELL_OF_STROKE * places * cells_x**3
+    elif stroke:
+        closed = 0.5 * math.pi * case.scar_half_width**2 / (dx * dy)
+        each = SECONDS_PER_CUBED_CELL_OF_SCAR * places * closed**3
+        arrays = 8 * int(places * closed**2 + 6 * cells * cells_y)
+    elif is_line:
+        each = SECONDS_PER_CONVOLUTION_OF_LINE
+    else:
+        # The window grows with the contact, from about the unworn one.
+        unworn = sides_x * sides_y * (WINDOW_MARGIN * case.hertz_radius) ** 2 / (dx * dy)
+        mean = 0.5 * (min(cells, unworn) + cells)
+        each = SECONDS_PER_CONVOLUTION + SECONDS_PER_CELL_AND_CONVOLUTION * mean
+    kept = cells * len(case.output_cycles)
     return Estimate(
         cells_x=cells_x,
         cells_y=cells_y,
-        steps=work.steps,
-        convolutions=work.convolutions,
-        seconds=SECONDS_TO_START + SECONDS_PER_CASE + seconds_each * work.convolutions,
-        memory_bytes=MEMORY_TO_START
-        + ARRAYS_OF_PADDED_WINDOW * padded_bytes
-        + MEMORY_PER_CELL_OF_SNAPSHOT * cells * snapshots,
-        file_bytes=int(COMPRESSION * BYTES_PER_FIELD_CELL * cells * snapshots) + 100_000,
+        steps=steps,
+        convolutions=convolutions,
+        seconds=SECONDS_TO_START + SECONDS_PER_CASE + each * convolutions,
+        memory_bytes=MEMORY_TO_START + arrays + MEMORY_PER_CELL_OF_SNAPSHOT * kept,
+        file_bytes=int(COMPRESSION * BYTES_PER_FIELD_CELL * kept) + 100_000,
     )
 
 
-@dataclass(frozen=True)
-class _Work:
-    steps: float
-    convolutions: float
-
-
-def _work(case: Case, cells: int) -> _Work:
-    """Expected numbers of steps and of half-space convolutions.
+def _work(case: Case, cells: int) -> tuple[float, float]:
+    """Expected numbers of steps, and of half-space convolutions or solutions on rings.
 
     The steps of an elastic run grow with the wear: the pressure p0 wears a cell e-fold in
     1/(β p0) cycles, β = 4 K_w µ κ, and from fold to fold the steps may be longer. Where the bodies
     yield a step lasts no longer than wear takes to free a cell at the limit, 1/(β p_lim) cycles at
     the default tolerance, unless slip does not follow the worn shape.
     """
-    rough = case.rough is not None
-    growth = case.wear_growth
-    folds = math.log2(1.0 + case.cycles * growth * case.hertz_pressure)
-    finer = 0.01 / case.tolerance
+    rough, worn = case.rough is not None, case.cycles * case.wear_growth
+    folds, times = math.log2(1.0 + worn * case.hertz_pressure), 0.0
+    if _stick_shrinks(case):
+        times = worn * case.plastic_limit
+    finer = (TIGHTER_ON_RINGS if case.is_on_rings else 1.0) * 0.01 / case.tolerance
     elastic = STEPS_TO_BEGIN + STEPS_PER_FOLD_OF_WEAR * folds * finer ** (1.0 / 3.0)
+    if case.is_on_rings:
+        # The narrower the slip annulus, the more flow and wear have to settle in turn.
+        yielding = STEPS_PER_YIELDING_TIME_ON_RINGS * times * finer**0.5
+        each = SOLUTIONS_PER_NARROWNESS / math.sqrt(case.tangential_ratio)
+        each += SOLUTIONS_PER_YIELDING_STEP
+        return elastic + yielding, SOLUTIONS_PER_STEP * elastic + each * yielding
     elastic *= STEPS_ROUGH if rough else 1.0
-    larger = (cells / 1e4) ** GROWTH_WITH_CELLS
-    each = CONVOLUTIONS_PER_STEP_ROUGH if rough else CONVOLUTIONS_PER_STEP
-    if not _stick_shrinks(case):
-        return _Work(elastic, each * larger * elastic)
-    yielding = STEPS_PER_YIELDING_TIME * case.cycles * growth * case.plastic_limit
-    first = CONVOLUTIONS_AS_YIELDING_BEGINS_ROUGH
-    if not rough:
-        first = CONVOLUTIONS_AS_YIELDING_BEGINS
+    each = CONVOLUTIONS_PER_STEP[rough] * (cells / 1e4) ** GROWTH_WITH_CELLS
     # The later a step, and the shorter, the less changes in it and the fewer iterations it takes.
-    flowing = first * yielding**0.7 * finer**0.2
-    return _Work(elastic + yielding * finer**0.5, larger * each * elastic + flowing)
-
-
-def _work_on_rings(case: Case) -> _Work:
-    """As `_work`; the narrower the slip annulus, the more flow and wear have to settle in turn."""
-    finer = TIGHTER_ON_RINGS * 0.01 / case.tolerance
-    folds = math.log2(1.0 + case.cycles * case.wear_growth * case.hertz_pressure)
-    elastic = STEPS_TO_BEGIN + STEPS_PER_FOLD_OF_WEAR * folds * finer ** (1.0 / 3.0)
-    if not _stick_shrinks(case):
-        return _Work(elastic, SOLUTIONS_PER_STEP * elastic)
-    times = case.cycles * case.wear_growth * case.plastic_limit
-    yielding = STEPS_PER_YIELDING_TIME_ON_RINGS * times * finer**0.5
-    each = SOLUTIONS_PER_NARROWNESS / math.sqrt(case.tangential_ratio)
-    each += SOLUTIONS_PER_YIELDING_STEP
-    return _Work(elastic + yielding, SOLUTIONS_PER_STEP * elastic + each * yielding)
+    yielding = STEPS_PER_YIELDING_TIME * times
+    flowing = CONVOLUTIONS_AS_YIELDING_BEGINS[rough] * yielding**0.7 * finer**0.2
+    return elastic + yielding * finer**0.5, each * elastic + flowing
 
 
 def greatest_contact_radius(case: Case) -> float:
     """Return an upper bound, m, of the contact radius during a run."""
     if case.loading.stroke:
         return case.scar_half_width + case.loading.stroke
-    kind = type(case.indenter)
     # Where a displacement is imposed the tangential load falls as the contact wears.
     ratio = case.tangential_ratio if case.force_is_held else min(case.tangential_ratio, 0.95)
-    limiting = _limiting_radius_ratio(kind, round(ratio, 4))  # type: ignore[arg-type]
-    folds = case.cycles * case.wear_growth * case.hertz_pressure
-    worn = 1.0 + (limiting - 1.0) * -math.expm1(-folds / FOLDS_TO_LIMITING_STATE)
+    limiting = _limiting_radius_ratio(type(case.indenter), round(ratio, 4))  # type: ignore[arg-type]
+    worn = case.cycles * case.wear_growth
+    grown = -math.expm1(-worn * case.hertz_pressure / FOLDS_TO_LIMITING_STATE)
+    wider = 1.0 + (limiting - 1.0) * grown
     if _stick_shrinks(case):
-        yielding = case.cycles * case.wear_growth * case.plastic_limit
-        worn *= (1.0 + yielding / YIELDING_TIMES_TO_WIDEN) ** WIDENING
-    full_plastic = case.hertz.spread_radius(case.plastic_limit)
-    rough = 0.0
-    if case.rough is not None:
-        # Tips can touch as far out as the sphere has receded by the height of the waves.
-        rough = 2.0 * case.indenter.curvature_radius * case.rough.tips
-    return math.sqrt(max(case.hertz_radius * worn, full_plastic) ** 2 + rough)
+        wider *= (1.0 + worn * case.plastic_limit / YIELDING_TIMES_TO_WIDEN) ** WIDENING
+    smooth = max(case.hertz_radius * wider, case.hertz.spread_radius(case.plastic_limit))
+    # Tips can touch as far out as the sphere has receded by the height of the waves.
+    tips = 0.0 if case.rough is None else case.rough.tips
+    return math.hypot(smooth, math.sqrt(2.0 * case.indenter.curvature_radius * tips))
 
 
 def _stick_shrinks(case: Case) -> bool:
