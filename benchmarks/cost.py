@@ -6,7 +6,7 @@
 
 Runs a spread of cases, each in a process of its own on one thread, and prints estimated against
 measured numbers of steps, convolutions, processor seconds and memory. The constants at the top of
-`fretwear.study.cost` have to be changed until no ratio of seconds leaves the range from 0.5 to 2;
+`fretwear.study.plan` have to be changed until no ratio of seconds leaves the range from 0.5 to 2;
 with ``--measured`` the numbers of an earlier call are compared with what is expected now. What
 ``--speed`` prints belongs at the top of `fretwear.running.resources`: the time of bare transforms
 on the machine of the other constants.
@@ -33,7 +33,7 @@ from benchmarks.speed.cases import STUDY, WAVES
 from fretwear.data.files import open_case, open_history
 from fretwear.running.resources import machine_speed, transform_seconds
 from fretwear.study.case import Case
-from fretwear.study.cost import Estimate, estimate
+from fretwear.study.plan import Estimate, estimate
 
 BASE: dict[str, Any] = {
     **{name: value for name, value in STUDY.items() if name != "tangential_load"},

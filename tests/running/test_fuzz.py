@@ -17,7 +17,7 @@ from fretwear.mechanics.roughness import WavyRoughness
 from fretwear.running import simulate
 from fretwear.study import rules
 from fretwear.study.case import Case, CaseError
-from fretwear.study.cost import estimate
+from fretwear.study.plan import estimate
 
 MOST_CELLS, MOST_STEPS = 40_000, 150
 # The tolerance of the normal contact allows this much of a load; storing in single precision too.

@@ -23,8 +23,7 @@ from fretwear.running.resources import (
     transform_seconds,
     why_too_large,
 )
-from fretwear.study.cost import SECONDS_TO_START, estimate
-from fretwear.study.plan import Plan
+from fretwear.study.plan import SECONDS_TO_START, Plan, estimate
 from fretwear.study.problems import StudyError
 
 from .conftest import BASE, make_case, without

@@ -18,8 +18,7 @@ from fretwear.figures.study import study_figures
 from fretwear.report import build_report
 from fretwear.running.batch import read_checkpoint, write_checkpoint
 from fretwear.running.simulate import RunRecord, run, steps
-from fretwear.study.cost import estimate
-from fretwear.study.plan import Plan
+from fretwear.study.plan import Plan, estimate
 from fretwear.study.problems import StudyError
 from fretwear.study.study import load_study
 

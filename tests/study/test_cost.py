@@ -10,8 +10,8 @@ from fretwear.mechanics.integrator import first_loading
 from fretwear.mechanics.measures import measure
 from fretwear.mechanics.surfaces import Sphere
 from fretwear.running.simulate import DoubtfulResultWarning, simulate, steps, wear_problem
-from fretwear.study.cost import estimate, greatest_contact_radius
 from fretwear.study.doubts import doubts, yielding_ring_width
+from fretwear.study.plan import estimate, greatest_contact_radius
 from fretwear.study.spacing import MOST_CELLS, needed_spacing, zones_of_tip
 from fretwear.theory import HertzContact, LimitingState
 

@@ -349,7 +349,7 @@ def _numbers_text(step: Step) -> str:
 
 
 def _time_left(cases: Mapping[str, Case], clock: Callable[[], float]) -> TimeLeft:
-    from fretwear.study.cost import SECONDS_TO_START, estimate
+    from fretwear.study.plan import SECONDS_TO_START, estimate
 
     # Python has started already.
     planned = {name: estimate(case).seconds - SECONDS_TO_START for name, case in cases.items()}

@@ -22,7 +22,7 @@ from fretwear.report.page import compressed
 from fretwear.report.results import PointResult, display_units, levels_of, variable_of, with_stick
 from fretwear.study.case import Case
 from fretwear.study.parameters import parameter
-from fretwear.study.plan import Plan
+from fretwear.study.plan import Plan, estimate
 from fretwear.units import MICROMETRE, Unit, readable_unit
 from fretwear.vocabulary import CYCLE, HEADLINES, RESULTS, SYMMETRIES, ContactState, X, Y
 
@@ -261,10 +261,10 @@ def held_points(plan: Plan, results: Sequence[PointResult], most: int = _MOST_CA
     count = len(plan.points)
     in_maps = len(MAPS) * _MOST_SQUARES**2
     lengths = [
-        (len(PROFILES) * point.estimate.cells_x + (0 if all(point.case.even) else in_maps))
+        (len(PROFILES) * estimate(point.case).cells_x + (0 if all(point.case.even) else in_maps))
         * len(point.case.output_cycles)
         for point in (plan.points[place] for place in evenly(count, _MOST_CASES))
-        if point.case is not None and point.estimate is not None
+        if point.case is not None
     ]
     if lengths:
         most = min(most, max(1, _MOST_VALUES * len(lengths) // max(1, sum(lengths))))

@@ -18,8 +18,7 @@ from itertools import accumulate
 from pathlib import Path
 
 from fretwear.study.case import Case
-from fretwear.study.cost import SECONDS_TO_START, Estimate, estimate
-from fretwear.study.plan import Plan
+from fretwear.study.plan import SECONDS_TO_START, Estimate, Plan, estimate
 from fretwear.study.problems import few_of
 from fretwear.units import size_text
 
@@ -45,7 +44,7 @@ SECONDS_WORTH_A_JOB = 10.0
 MOST_JOBS = 2000
 
 # Processor time of one transform there and back on the machine that the constants of
-# `fretwear.study.cost` were measured on: what `python -m benchmarks.cost --speed` prints.
+# `fretwear.study.plan` were measured on: what `python -m benchmarks.cost --speed` prints.
 SECONDS_PER_TRANSFORM = 2.0e-5
 SECONDS_PER_CELL_AND_TRANSFORM = 2.2e-8
 
@@ -150,7 +149,8 @@ def batches(plan: Plan) -> tuple[Batch, ...]:
     """Divide the cases of a study into batches, one per job of the workflow."""
     single: dict[str, Batch] = {}
     for number, planned in enumerate(plan.points, 1):
-        if (each := planned.estimate) is not None and planned.id not in single:
+        if planned.id and planned.id not in single:
+            each = plan.estimates[planned.id]
             seconds = each.seconds - SECONDS_TO_START
             single[planned.id] = Batch(number, number, (planned.id,), seconds, each.memory_bytes)
     return joined(list(single.values()), plan.study.batch)

@@ -1,20 +1,206 @@
-"""The plan of a study: its points and what each will cost, before anything is run."""
+"""The plan of a study: its points and what each will cost, before anything is run.
+
+The cost of a case follows from a model with its constants in one place.
+"""
 
 from __future__ import annotations
 
 import csv
+import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 from pathlib import Path
 
 from fretwear.mechanics.materials import Archard
-from fretwear.study.cost import Estimate
+from fretwear.mechanics.surfaces import Indenter
+from fretwear.study.case import Case
 from fretwear.study.doubts import Doubt, doubts, dundurs_beta
 from fretwear.study.parameters import coordinate
 from fretwear.study.points import Point
 from fretwear.study.study import Study
 from fretwear.units import duration_text, number_text, size_text, span
+
+# Calibrated with `python -m benchmarks.cost`, which reports how well they hold.
+SECONDS_TO_START = 1.3
+SECONDS_PER_CASE = 0.1
+SECONDS_PER_CONVOLUTION = 1.6e-4
+SECONDS_PER_CELL_AND_CONVOLUTION = 2.7e-8
+SECONDS_PER_CONVOLUTION_OF_LINE = 2e-3
+SECONDS_PER_CUBED_CELL_OF_STROKE = 1e-9
+SECONDS_PER_CUBED_CELL_OF_SCAR = 1.3e-12
+
+STEPS_TO_BEGIN = 2.0
+STEPS_PER_FOLD_OF_WEAR = 2.4
+STEPS_ROUGH = 1.6
+STEPS_PER_YIELDING_TIME = 0.7
+
+# Of a smooth and a rough window of ten thousand cells; iterations grow slowly with their number.
+CONVOLUTIONS_PER_STEP = (17.5, 27.0)
+CONVOLUTIONS_AS_YIELDING_BEGINS = (135.0, 210.0)
+GROWTH_WITH_CELLS = 0.2
+
+# On rings, whose steps are held to a quarter of the tolerance.
+TIGHTER_ON_RINGS = 4.0
+STEPS_PER_YIELDING_TIME_ON_RINGS = 0.9
+SOLUTIONS_PER_STEP = 8.0
+SOLUTIONS_PER_YIELDING_STEP = 5.0
+SOLUTIONS_PER_NARROWNESS = 6.5
+SECONDS_PER_SOLUTION = 2.5e-4
+
+# A solution on a third or half of the rings or strips, relative to one on all.
+DENSE_COARSER = 0.35
+
+WINDOW_MARGIN = 1.15
+FOLDS_TO_LIMITING_STATE = 8.0
+YIELDING_TIMES_TO_WIDEN = 50.0
+WIDENING = 0.36
+MEMORY_TO_START = 165_000_000
+ARRAYS_OF_PADDED_WINDOW = 18
+MEMORY_PER_CELL_OF_SNAPSHOT = 110
+BYTES_PER_FIELD_CELL = 7 * 4 + 1
+COMPRESSION = 0.6
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """The expected cost of a case."""
+
+    # Cells of the largest window along x and y: those computed or, on rings, those written.
+    cells_x: int
+    cells_y: int
+    # Steps, and half-space convolutions or solutions on rings in all of them.
+    steps: float
+    convolutions: float
+    seconds: float  # time on one core
+    memory_bytes: int  # memory while it runs
+    file_bytes: int  # size of its file
+
+    @property
+    def cells(self) -> int:
+        """Cells of the window at its largest."""
+        return self.cells_x * self.cells_y
+
+
+def estimate(case: Case) -> Estimate:
+    """Estimate the cost of a case.
+
+    The window ends a little outside the largest contact of the run: that on the way to the limiting
+    worn state (`LimitingState`), widened if the stick zone shrinks, or the one that carries the
+    load at the plastic limit, plus the reach of the roughness. The coarser run for error estimates
+    is included.
+    """
+    alone = _alone(case)
+    if not case.error_estimate:
+        return alone
+    twin = _alone(case.coarser)
+    dense = DENSE_COARSER if case.is_on_rings or case.indenter.is_line else 1.0
+    beside = twin.seconds - SECONDS_TO_START - SECONDS_PER_CASE
+    return replace(
+        alone,
+        seconds=alone.seconds + dense * beside,
+        memory_bytes=alone.memory_bytes + twin.memory_bytes - MEMORY_TO_START,
+    )
+
+
+def _alone(case: Case) -> Estimate:
+    """The cost of a case without the coarser run."""
+    (dx, dy), is_line, stroke = case.grid_spacing, case.indenter.is_line, case.loading.stroke
+    reach = WINDOW_MARGIN * greatest_contact_radius(case) / case.hertz_radius
+    sides_x, sides_y = (2 - is_even for is_even in case.even)
+    wide, high = case.indenter.half_widths(case.hertz)
+    cells_x = sides_x * math.ceil(wide * reach / dx)
+    cells_y = 1 if is_line else sides_y * math.ceil(high * reach / dy)
+    steps, convolutions = _work(case, cells_x * cells_y)
+    if stroke and not is_line:
+        cells_y = math.ceil(WINDOW_MARGIN * case.scar_half_width / dy)
+    cells = cells_x * cells_y
+    arrays = 8 * 4 * ARRAYS_OF_PADDED_WINDOW * cells
+    places = 1.0 + max(4.0, 2.0 * stroke / case.hertz_radius)
+    if case.is_on_rings:
+        each, arrays = SECONDS_PER_SOLUTION, 0
+    elif stroke and is_line:
+        each = SECONDS_PER_CUBED_CELL_OF_STROKE * places * cells_x**3
+    elif stroke:
+        closed = 0.5 * math.pi * case.scar_half_width**2 / (dx * dy)
+        each = SECONDS_PER_CUBED_CELL_OF_SCAR * places * closed**3
+        arrays = 8 * int(places * closed**2 + 6 * cells * cells_y)
+    elif is_line:
+        each = SECONDS_PER_CONVOLUTION_OF_LINE
+    else:
+        # The window grows with the contact, from about the unworn one.
+        unworn = sides_x * sides_y * (WINDOW_MARGIN * case.hertz_radius) ** 2 / (dx * dy)
+        mean = 0.5 * (min(cells, unworn) + cells)
+        each = SECONDS_PER_CONVOLUTION + SECONDS_PER_CELL_AND_CONVOLUTION * mean
+    kept = cells * len(case.output_cycles)
+    return Estimate(
+        cells_x=cells_x,
+        cells_y=cells_y,
+        steps=steps,
+        convolutions=convolutions,
+        seconds=SECONDS_TO_START + SECONDS_PER_CASE + each * convolutions,
+        memory_bytes=MEMORY_TO_START + arrays + MEMORY_PER_CELL_OF_SNAPSHOT * kept,
+        file_bytes=int(COMPRESSION * BYTES_PER_FIELD_CELL * kept) + 100_000,
+    )
+
+
+def _work(case: Case, cells: int) -> tuple[float, float]:
+    """Expected numbers of steps, and of half-space convolutions or solutions on rings.
+
+    The steps of an elastic run grow with the wear: the pressure p0 wears a cell e-fold in
+    1/(β p0) cycles, β = 4 K_w µ κ, and from fold to fold the steps may be longer. Where the bodies
+    yield a step lasts no longer than wear takes to free a cell at the limit, 1/(β p_lim) cycles at
+    the default tolerance, unless slip does not follow the worn shape.
+    """
+    rough, worn = case.rough is not None, case.cycles * case.wear_growth
+    folds, times = math.log2(1.0 + worn * case.hertz_pressure), 0.0
+    if _stick_shrinks(case):
+        times = worn * case.plastic_limit
+    finer = (TIGHTER_ON_RINGS if case.is_on_rings else 1.0) * 0.01 / case.tolerance
+    elastic = STEPS_TO_BEGIN + STEPS_PER_FOLD_OF_WEAR * folds * finer ** (1.0 / 3.0)
+    if case.is_on_rings:
+        # The narrower the slip annulus, the more flow and wear have to settle in turn.
+        yielding = STEPS_PER_YIELDING_TIME_ON_RINGS * times * finer**0.5
+        each = SOLUTIONS_PER_NARROWNESS / math.sqrt(case.tangential_ratio)
+        each += SOLUTIONS_PER_YIELDING_STEP
+        return elastic + yielding, SOLUTIONS_PER_STEP * elastic + each * yielding
+    elastic *= STEPS_ROUGH if rough else 1.0
+    each = CONVOLUTIONS_PER_STEP[rough] * (cells / 1e4) ** GROWTH_WITH_CELLS
+    # The later a step, and the shorter, the less changes in it and the fewer iterations it takes.
+    yielding = STEPS_PER_YIELDING_TIME * times
+    flowing = CONVOLUTIONS_AS_YIELDING_BEGINS[rough] * yielding**0.7 * finer**0.2
+    return elastic + yielding * finer**0.5, each * elastic + flowing
+
+
+def greatest_contact_radius(case: Case) -> float:
+    """Return an upper bound, m, of the contact radius during a run."""
+    if case.loading.stroke:
+        return case.scar_half_width + case.loading.stroke
+    # Where a displacement is imposed the tangential load falls as the contact wears.
+    ratio = case.tangential_ratio if case.force_is_held else min(case.tangential_ratio, 0.95)
+    limiting = _limiting_radius_ratio(type(case.indenter), round(ratio, 4))  # type: ignore[arg-type]
+    worn = case.cycles * case.wear_growth
+    grown = -math.expm1(-worn * case.hertz_pressure / FOLDS_TO_LIMITING_STATE)
+    wider = 1.0 + (limiting - 1.0) * grown
+    if _stick_shrinks(case):
+        wider *= (1.0 + worn * case.plastic_limit / YIELDING_TIMES_TO_WIDEN) ** WIDENING
+    smooth = max(case.hertz_radius * wider, case.hertz.spread_radius(case.plastic_limit))
+    # Tips can touch as far out as the sphere has receded by the height of the waves.
+    tips = 0.0 if case.rough is None else case.rough.tips
+    return math.hypot(smooth, math.sqrt(2.0 * case.indenter.curvature_radius * tips))
+
+
+def _stick_shrinks(case: Case) -> bool:
+    """Whether the stick edge yields and slip follows it: then the contact widens without bound."""
+    return math.isfinite(case.plastic_limit) and case.slip_model.follows_shape
+
+
+@lru_cache(maxsize=4096)
+def _limiting_radius_ratio(indenter: type[Indenter], load_ratio: float) -> float:
+    """Return a∞/a, the relative contact radius of smooth elastic bodies in the limit of wear."""
+    unworn = indenter.smooth(radius=1.0, load=1.0, composite_modulus=1.0)
+    limiting = indenter.limiting(unworn, min(load_ratio, 0.9999))
+    return limiting.contact_radius / unworn.contact_radius
 
 
 @dataclass(frozen=True)
@@ -34,7 +220,7 @@ class Plan:
     @cached_property
     def estimates(self) -> Mapping[str, Estimate]:
         """Estimates by case id, each case once."""
-        return {point.id: point.estimate for point in self.points if point.estimate is not None}
+        return {case_id: estimate(case) for case_id, case in self.study.cases().items()}
 
     @cached_property
     def doubts(self) -> Mapping[Doubt, Mapping[str, str]]:
@@ -76,9 +262,10 @@ class Plan:
         """Iterate over a slice of the points as text, varied values in the words of the file."""
         for point in self.points[first:last]:
             labels = point.labels.values()
-            if (found := point.estimate) is None:
+            if point.case is None:
                 yield ("(invalid)", *labels, "-", "-", point.problem)
                 continue
+            found = self.estimates[point.id]
             cells = f"{found.cells_x} x {found.cells_y}"
             time = duration_text(found.seconds / self.speed)
             yield (point.id, *labels, cells, time, size_text(found.memory_bytes))
@@ -86,29 +273,31 @@ class Plan:
 
 def write_points(study: Study, path: str | Path) -> None:
     """Write the points as CSV: id, every parameter in SI units, cells, estimates, problem."""
-    points = [(point, _parameters(point)) for point in study.points()]
-    names = dict.fromkeys(name for _, parameters in points for name in parameters)
-    estimates = ("cells", "estimated_seconds", "estimated_memory_bytes")
+    rows: list[dict[str, object]] = []
+    estimates = Plan(study).estimates
+    for point in study.points():
+        row: dict[str, object] = {"id": point.id}
+        # Parameters in SI units; varied ones that are not numbers as written in the file.
+        for (name, value), label in zip(point.values.items(), point.labels.values(), strict=True):
+            row[coordinate(name)] = value if isinstance(value, float | int | str) else label
+        if point.case is not None:
+            known = point.case.scalar_coordinates()
+            # A dataset holds the first value of a table as its number, which does not identify the
+            # table.
+            row |= {
+                name: value
+                for name, (value, *_) in known.items()
+                if name not in row or f"{name}_over_cycles" not in known
+            }
+        rows.append(row)
+    names = dict.fromkeys(name for row in rows for name in row)
+    costs = ("cells", "estimated_seconds", "estimated_memory_bytes")
+    for point, row in zip(study.points(), rows, strict=True):
+        row["problem"] = point.problem
+        if (found := estimates.get(point.id)) is not None:
+            values = (found.cells, f"{found.seconds:.3g}", found.memory_bytes)
+            row |= zip(costs, values, strict=True)
     with Path(path).open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.DictWriter(stream, ["id", *names, *estimates, "problem"], restval="")
+        writer = csv.DictWriter(stream, [*names, *costs, "problem"], restval="")
         writer.writeheader()
-        for point, parameters in points:
-            row: dict[str, object] = {"id": point.id, "problem": point.problem, **parameters}
-            if (found := point.estimate) is not None:
-                values = (found.cells, f"{found.seconds:.3g}", found.memory_bytes)
-                row |= zip(estimates, values, strict=True)
-            writer.writerow(row)
-
-
-def _parameters(point: Point) -> dict[str, float | str]:
-    """Return parameters in SI units; varied ones that are not numbers as written in the file."""
-    found: dict[str, float | str] = {}
-    for (name, value), label in zip(point.values.items(), point.labels.values(), strict=True):
-        found[coordinate(name)] = value if isinstance(value, float | int | str) else label
-    if point.case is not None:
-        known = point.case.scalar_coordinates()
-        # A dataset holds the first value of a table as its number, which does not identify the
-        # table.
-        tables = {name for name in found if f"{name}_over_cycles" in known}
-        found |= {name: value for name, (value, *_) in known.items() if name not in tables}
-    return found
+        writer.writerows(rows)

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 from fretwear.mechanics.materials import Course
 from fretwear.parts import Choice, Part, Quantity, WholeNumber
 from fretwear.study.case import Case
-from fretwear.study.cost import Estimate, estimate
 from fretwear.study.parameters import (
     coordinate,
     leaves,
@@ -186,11 +185,6 @@ class Point:
     def id(self) -> str:
         """Case id, empty if the point is invalid. Points may share a case."""
         return self.case.case_id if self.case is not None else ""
-
-    @cached_property
-    def estimate(self) -> Estimate | None:
-        """Expected cost of the case; None if the point is invalid."""
-        return estimate(self.case) if self.case is not None else None
 
     @property
     def values(self) -> dict[str, Any]:
