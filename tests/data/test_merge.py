@@ -28,7 +28,6 @@ from fretwear.data.safe import CaseFilesError, DataFileError, _host
 from fretwear.data.stack import (
     MOST_POSITIONS,
     NOT_DONE,
-    Window,
     _StackedField,
     common_positions,
     open_study,
@@ -158,12 +157,12 @@ def test_cases_of_different_spacing_are_interpolated_on_the_finest(make_study, s
     # 0.9 a is 12 p0/a²; nearer than its first cell the coarse case has the value of that cell.
     bound = (10e-6 / case.hertz_radius) ** 2 / 8 * 12 * peak
     np.testing.assert_allclose(coarse[smooth], fine[smooth], rtol=0, atol=bound)
-    fine, wide = Window(1e-6, 30.5e-6, False), Window(3e-6, 99e-6, False)
+    fine, wide = (1e-6, 30.5e-6, False), (3e-6, 99e-6, False)
     np.testing.assert_allclose(common_positions([fine, wide]), (np.arange(99) + 0.5) * 1e-6)
-    extreme = common_positions([Window(1e-10, 1e-6, False), wide])
+    extreme = common_positions([(1e-10, 1e-6, False), wide])
     assert extreme.size == MOST_POSITIONS
     assert extreme[-1] < 99e-6 < extreme[-1] + (extreme[1] - extreme[0])
-    both = common_positions([fine, Window(3e-6, 9e-6, True)])
+    both = common_positions([fine, (3e-6, 9e-6, True)])
     assert both.size == 2 * 31
     np.testing.assert_array_equal(both, -both[::-1])
 

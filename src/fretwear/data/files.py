@@ -18,7 +18,6 @@ import tempfile
 import zlib
 from collections.abc import Hashable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
-from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
@@ -252,10 +251,10 @@ def write_case(
             for name, content in groups.items():
                 write_group(file.createGroup(name), content)
         try:
-            with opened_case(temporary) as case_file:
-                check_group(case_file.file, dataset)
+            with opened_case(temporary) as file:
+                check_group(file, dataset)
                 for name, content in groups.items():
-                    check_group(case_file.file[name], content)
+                    check_group(file[name], content)
         except CaseFileError as cause:
             raise RuntimeError(READS_BACK) from cause
 
@@ -271,41 +270,19 @@ def _lacking(dims: Mapping[Hashable, tuple[Hashable, ...]]) -> list[str]:
     return [name for name, right in expected.items() if dims.get(name) != right]
 
 
-@dataclass(frozen=True)
-class CaseFile:
-    """An open, intact case file."""
-
-    path: Path
-    file: netCDF4.Dataset
-
-    def attribute(self, name: str) -> str:
-        """A global attribute; empty if there is none."""
-        return str(self.file.getncattr(name)) if name in self.file.ncattrs() else ""
-
-    def read(self, name: str, index: Any = np.s_[...]) -> NDArray[Any]:
-        """Read a variable or a part of it."""
-        return np.asarray(self.file[name][index])
-
-    @property
-    def is_line(self) -> bool:
-        """Whether it holds a line contact, whose fields have no y."""
-        return Y.name not in self.file.variables
-
-    def unusable(self, problem: str) -> CaseFileError:
-        """Return an error that says why the file cannot be used."""
-        return CaseFileError(self.path, problem, _RUN_AGAIN)
-
-    def check_values(self) -> None:
-        """Refuse scalars and parameters that no run could have left; fields are not checked."""
-        for problem in _value_problems(self.file):
-            raise self.unusable(problem)
+def unusable(path: Path, problem: str) -> CaseFileError:
+    """Return an error that says why a case file cannot be used."""
+    return CaseFileError(path, problem, _RUN_AGAIN)
 
 
 @contextmanager
-def opened_case(path: str | PathLike[str], *, own: bool = True) -> Iterator[CaseFile]:
+def opened_case(
+    path: str | PathLike[str], *, own: bool = True, values: bool = False
+) -> Iterator[netCDF4.Dataset]:
     """Open a case file after checking it, which reads it once; `CaseFileError` if it is unfit.
 
     Unless it must be our `own`, a dataset saved by xarray will do, without checksum and history.
+    With `values` the values of scalars and parameters are checked too; those of fields never are.
     """
     path = Path(path)
     problem = damage(path, "case file")
@@ -314,10 +291,9 @@ def opened_case(path: str | PathLike[str], *, own: bool = True) -> Iterator[Case
     with _opened(path, _RUN_AGAIN, problem) as file:
         if CASE_ID.name not in file.ncattrs():
             raise CaseFileError(path, "it is not the file of one case", _CHECK_FOLDER)
-        case_file = CaseFile(path, file)
-        for found in _case_problems(file, path.stat().st_size, own=not problem):
-            raise case_file.unusable(found)
-        yield case_file
+        for found in _case_problems(file, path.stat().st_size, own=not problem, values=values):
+            raise unusable(path, found)
+        yield file
 
 
 @contextmanager
@@ -375,7 +351,7 @@ def _refuse_unsaved(path: Path, problem: str, *, own: bool) -> None:
 # those before.
 
 
-def _case_problems(file: netCDF4.Dataset, size: int, *, own: bool) -> Iterator[str]:
+def _case_problems(file: netCDF4.Dataset, size: int, *, own: bool, values: bool) -> Iterator[str]:
     """Yield what is wrong with a case file before its arrays are read."""
     if own and str(vars(file).get(_COMPLETE)) != "1":
         yield "the run that wrote it did not finish"
@@ -390,19 +366,16 @@ def _case_problems(file: netCDF4.Dataset, size: int, *, own: bool) -> Iterator[s
     for axis in (CYCLE, X, Y):
         if axis.name in file.variables:
             yield from _axis_problems(file[axis.name], axis)
-
-
-def _value_problems(file: netCDF4.Dataset) -> Iterator[str]:
-    """Yield which number of a case file no run could have left; fields are used as they are."""
-    scalars = scalars_of(file.variables)
-    errors = (each.error for each in scalars if each.error.name in file.variables)
-    yield from _variable_problems(file, FIELDS, file[FIELDS[0].name].dimensions, finite=False)
-    yield from _variable_problems(file, (*scalars, *errors), (CYCLE.name,))
-    # Files saved by xarray have no history.
-    if HISTORY_GROUP in file.groups:
-        steps = (*of_steps(scalars), ERROR_ESTIMATE, CONVOLUTIONS, STEP, CYCLE)
-        yield from _variable_problems(file[HISTORY_GROUP], steps, (STEP.name,))
-    yield from _parameter_problems(file)
+    if values:
+        scalars = scalars_of(file.variables)
+        errors = (each.error for each in scalars if each.error.name in file.variables)
+        yield from _variable_problems(file, FIELDS, file[FIELDS[0].name].dimensions, finite=False)
+        yield from _variable_problems(file, (*scalars, *errors), (CYCLE.name,))
+        # Files saved by xarray have no history.
+        if HISTORY_GROUP in file.groups:
+            steps = (*of_steps(scalars), ERROR_ESTIMATE, CONVOLUTIONS, STEP, CYCLE)
+            yield from _variable_problems(file[HISTORY_GROUP], steps, (STEP.name,))
+        yield from _parameter_problems(file)
 
 
 def _summary_problems(file: netCDF4.Dataset, size: int) -> Iterator[str]:
@@ -486,9 +459,9 @@ def _parameter_problems(file: netCDF4.Dataset) -> Iterator[str]:
 def finished_by(path: str | PathLike[str], case: Case) -> str | None:
     """Return the digest of the code that computed a case; None without a file of its snapshots."""
     with suppress(CaseFileError), opened_case(path) as file:
-        is_same = file.attribute(CASE_ID.name) == case.case_id
-        if is_same and np.array_equal(file.read(CYCLE.name), case.output_cycles):
-            return file.attribute(CODE_DIGEST.name)
+        is_same = file.getncattr(CASE_ID.name) == case.case_id
+        if is_same and np.array_equal(file[CYCLE.name][:], case.output_cycles):
+            return str(vars(file).get(CODE_DIGEST.name, ""))
     return None
 
 
@@ -539,8 +512,8 @@ def open_case(path: str | PathLike[str], full: bool = False) -> xr.Dataset:
     CaseFileError
         If the file is missing, unfinished, truncated or damaged.
     """
-    with opened_case(path, own=False) as file:
-        file.check_values()
+    with opened_case(path, own=False, values=True):
+        pass
     dataset = open_lazily(path)
     return dataset.fretwear.full() if full else dataset
 
@@ -556,9 +529,8 @@ def open_history(path: str | PathLike[str]) -> xr.Dataset:
         coordinates = summary.drop_vars([CYCLE.name, X.name]).coords
         history = open_lazily(path, group=HISTORY_GROUP)
         return history.set_coords(CYCLE.name).assign_coords(coordinates)
-    with opened_case(path, own=False) as file:
-        file.check_values()
-        if HISTORY_GROUP in file.file.groups:
+    with opened_case(path, own=False, values=True) as file:
+        if HISTORY_GROUP in file.groups:
             return open_lazily(path, group=HISTORY_GROUP)
     # Saved by xarray, without a history: only the snapshots are available.
     dataset = open_lazily(path).drop_dims([X.name, Y.name], errors="ignore")
@@ -571,8 +543,8 @@ def open_loops(path: str | PathLike[str]) -> xr.Dataset:
     Dimensions are ``cycle`` and ``phase``, errors those of `open_case`, or that there are no loops.
     """
     with opened_case(path) as file:
-        if LOOP_GROUP not in file.file.groups:
-            raise file.unusable("it holds no loops of force and displacement")
+        if LOOP_GROUP not in file.groups:
+            raise unusable(Path(path), "it holds no loops of force and displacement")
     return open_lazily(path, group=LOOP_GROUP)
 
 

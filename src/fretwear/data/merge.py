@@ -25,6 +25,7 @@ from fretwear.data.files import (
     check_group,
     new_netcdf,
     opened_case,
+    unusable,
     write_group,
 )
 from fretwear.data.labels import CONVENTIONS, Column, Labelled, history_line
@@ -36,11 +37,11 @@ from fretwear.data.safe import (
     remove_stale_temporaries,
 )
 from fretwear.data.stack import (
-    Window,
     common_positions,
     missing,
     positions_inside,
     resampled,
+    window,
 )
 from fretwear.version import code_digest
 from fretwear.vocabulary import (
@@ -293,28 +294,28 @@ def _read_cases(
     for position, case, path in done:
         try:
             with opened_case(path) as file:
-                if file.attribute("case_id") != case.case_id:
-                    raise file.unusable(f"it holds another case, {file.attribute('case_id')}")
-                stored, wanted = file.read(CYCLE.name), np.array(case.output_cycles, np.float64)
+                if (other := file.getncattr(CASE_ID.name)) != case.case_id:
+                    raise unusable(path, f"it holds another case, {other}")
+                stored, wanted = file[CYCLE.name][:], np.array(case.output_cycles, np.float64)
                 if lacking := sorted(set(wanted) - set(stored)):
                     numbers = ", ".join(f"{cycle:.0f}" for cycle in lacking)
-                    raise file.unusable(f"it has no snapshot at cycle {numbers}")
-                digests[position] = digest = file.attribute(CODE_DIGEST.name)
+                    raise unusable(path, f"it has no snapshot at cycle {numbers}")
+                digests[position] = digest = vars(file).get(CODE_DIGEST.name, "")
                 if digest != code_digest() and not keep_older:
                     raise CaseFileError(path, _OTHER_CODE, _KEEP_OR_RUN)
-                sources.add(file.attribute("source"))
+                sources.add(file.getncattr("source"))
                 at, columns = np.searchsorted(stored, wanted), np.searchsorted(cycles, wanted)
-                for name in scalars.keys() & file.file.variables.keys():
-                    if not np.isfinite(own := file.read(name)[at]).all():
-                        raise file.unusable(f"{name} holds values that are not finite")
+                for name in scalars.keys() & file.variables.keys():
+                    if not np.isfinite(own := file[name][:][at]).all():
+                        raise unusable(path, f"{name} holds values that are not finite")
                     values[name][position][columns] = own
-                cells = file.read(X.name)
-                windows.add(Window.of(cells))
+                cells = file[X.name][:]
+                windows.add(window(cells))
                 row: tuple[Any, ...] = np.s_[:, :]
-                if not file.is_line:
-                    row = np.s_[:, :, int(np.abs(file.read(Y.name)).argmin())]
-                profiles = [file.read(field.name, row)[at] for field in PROFILES.values()]
-                history = np.stack([file.read(f"{HISTORY_GROUP}/{name}") for name in _HISTORIES])
+                if Y.name in file.variables:
+                    row = np.s_[:, :, int(np.abs(file[Y.name][:]).argmin())]
+                profiles = [file[field.name][row][at] for field in PROFILES.values()]
+                history = np.stack([file[HISTORY_GROUP][name][:] for name in _HISTORIES])
                 for each in (cells, history, *profiles):
                     np.save(spool, each, allow_pickle=False)
                 most_steps = max(most_steps, history.shape[1])

@@ -8,7 +8,7 @@ from contextlib import AbstractContextManager, closing
 from numbers import Integral
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import netCDF4
 import numpy as np
@@ -39,20 +39,16 @@ MOST_POSITIONS = 4096
 """Most positions on either side of the middle that cases share."""
 
 
-class Window(NamedTuple):
-    """Resolution and extent of a case along one direction, m, and on which sides."""
+Window = tuple[float, float, bool]
+"""Resolution and extent of a case along one direction, m, and whether it lies on both sides."""
 
-    spacing: float
-    length: float
-    is_whole: bool
 
-    @classmethod
-    def of(cls, cells: NDArray[np.float64]) -> Window:
-        """Return the window of a case with these cells along x or y."""
-        is_whole = bool(cells[0] < 0.0)
-        inner, outer = float(cells[0]), float(cells[-1])
-        spacing = (outer - inner) / (cells.size - 1) if is_whole else 2.0 * inner
-        return cls(spacing, outer + 0.5 * spacing, is_whole)
+def window(cells: NDArray[np.float64]) -> Window:
+    """Return the window of a case with these cells along x or y."""
+    is_whole = bool(cells[0] < 0.0)
+    inner, outer = float(cells[0]), float(cells[-1])
+    spacing = (outer - inner) / (cells.size - 1) if is_whole else 2.0 * inner
+    return spacing, outer + 0.5 * spacing, is_whole
 
 
 def common_positions(windows: Collection[Window]) -> NDArray[np.float64]:
@@ -62,14 +58,14 @@ def common_positions(windows: Collection[Window]) -> NDArray[np.float64]:
     where all cases have one spacing, these are their own cells and nothing is interpolated.
     Above `MOST_POSITIONS` on a side the spacing is as fine as that many allow.
     """
-    spacing = min(window.spacing for window in windows)
-    length = max(window.length for window in windows)
+    spacings, lengths, are_whole = zip(*windows, strict=True)
+    spacing, length = min(spacings), max(lengths)
     # The margin keeps a division's last bit from adding a cell.
     number = math.ceil(length / spacing * (1.0 - 1e-9))
     if number > MOST_POSITIONS:
         number, spacing = MOST_POSITIONS, length / MOST_POSITIONS
     x = (np.arange(number, dtype=np.float64) + 0.5) * spacing
-    return np.concatenate([-x[::-1], x]) if any(window.is_whole for window in windows) else x
+    return np.concatenate([-x[::-1], x]) if any(are_whole) else x
 
 
 def resampled(
@@ -160,8 +156,8 @@ def open_study(path: str | PathLike[str]) -> xr.Dataset:
     for position in map(tuple, np.argwhere(status.to_numpy() == PointStatus.DONE)):
         files[position] = folder / "cases" / f"{ids[position]}.nc"
         with opened_case(files[position]) as file:
-            if not file.is_line:
-                windows.add(Window.of(file.read(Y.name)))
+            if Y.name in file.variables:
+                windows.add(window(file[Y.name][:]))
     # The lock that xarray uses for the netCDF library, which is not thread-safe.
     with closing(xr.backends.NetCDF4DataStore.open(folder / "summary.nc")) as store:  # type: ignore[no-untyped-call]
         lock = store.lock

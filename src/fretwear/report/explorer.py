@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretwear.data.bearing import has_bearing_area, heights_in_contact
-from fretwear.data.files import HISTORY_GROUP, CaseFile, opened_case, opened_summary
+from fretwear.data.files import HISTORY_GROUP, opened_case, opened_summary
 from fretwear.data.merge import PROFILES as MERGED
 from fretwear.data.merge import StudyLayout
 from fretwear.data.stack import representative_cycles
@@ -185,16 +185,16 @@ def _surfaces(path: Path, case: Case, cycles: Sequence[float], units: Mapping[st
     if not is_seen and not has_bearing_area(case):
         return {"view": None, "heights": None}
     with opened_case(path) as file:
-        view = _view(file, np.searchsorted(file.read("cycle"), cycles), units) if is_seen else None
+        view = _view(file, np.searchsorted(file["cycle"][:], cycles), units) if is_seen else None
         return {"view": view, "heights": _heights(file, case) if has_bearing_area(case) else None}
 
 
-def _view(file: CaseFile, places: NDArray[np.intp], units: Mapping[str, Unit]) -> Packed:
+def _view(file: netCDF4.Dataset, places: NDArray[np.intp], units: Mapping[str, Unit]) -> Packed:
     """Means of the fields over squares of cells, to a little beyond the contact."""
-    touching = file.read("contact_state", places[-1]) > ContactState.OPEN
+    touching = file["contact_state"][places[-1]] > ContactState.OPEN
     at, cells = [], []
-    for axis, is_even in enumerate(SYMMETRIES[file.attribute("symmetry")]):
-        along = file.read("xy"[axis]).astype(np.float64)
+    for axis, is_even in enumerate(SYMMETRIES[file.getncattr("symmetry")]):
+        along = file["xy"[axis]][:].astype(np.float64)
         reach = float(np.abs(along[touching.any(axis=1 - axis)]).max())
         kept = np.flatnonzero(np.abs(along) <= _AROUND_MAP * reach)
         along = along[kept]
@@ -209,7 +209,7 @@ def _view(file: CaseFile, places: NDArray[np.intp], units: Mapping[str, Unit]) -
     shape = [size for a, c in zip(at, cells, strict=True) for size in (a.size, c.size // a.size)]
 
     def squares_of(name: str, place: int) -> list[Packed]:
-        field = file.read(name, place).astype(np.float64)[np.ix_(*cells)]
+        field = file[name][place].astype(np.float64)[np.ix_(*cells)]
         return [differences(units[name].of(y)) for y in field.reshape(shape).mean(axis=(1, 3)).T]
 
     x, y = (MICROMETRE.of(each) for each in at)
@@ -220,11 +220,11 @@ def _view(file: CaseFile, places: NDArray[np.intp], units: Mapping[str, Unit]) -
     }
 
 
-def _heights(file: CaseFile, case: Case) -> list[Array]:
-    names = ["x"] if file.is_line else ["x", "y"]
-    axes = [file.read(name).astype(np.float64) for name in names]
-    half_widths = [float(file.read(f"contact_half_width_{name}")[-1]) for name in names]
-    lost = file.read("wear_depth", -1).astype(np.float64) + file.read("plastic_depth", -1)
+def _heights(file: netCDF4.Dataset, case: Case) -> list[Array]:
+    names = ["x"] if case.indenter.is_line else ["x", "y"]
+    axes = [file[name][:].astype(np.float64) for name in names]
+    half_widths = [float(file[f"contact_half_width_{name}"][-1]) for name in names]
+    lost = file["wear_depth"][-1].astype(np.float64) + file["plastic_depth"][-1]
     heights = heights_in_contact(case, axes, half_widths, np.stack([np.zeros_like(lost), lost]))
     return [each[evenly(each.size, _SHARES)] for each in heights]
 

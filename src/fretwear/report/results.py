@@ -206,28 +206,27 @@ class Numerics:
 
 def examine(path: Path) -> Numerics:
     """Read how a case was computed from its file; `CaseFileError` when that is damaged."""
-    with opened_case(path) as file:
-        file.check_values()
+    with opened_case(path, values=True) as file:
         parameters = {
             name: float(variable[...])
-            for name, variable in file.file.variables.items()
+            for name, variable in file.variables.items()
             if not variable.dimensions and variable.dtype.kind == "f"
         }
-        copies = 1 << sum(SYMMETRIES[file.attribute("symmetry")])
+        copies = 1 << sum(SYMMETRIES[file.getncattr("symmetry")])
         # A load that is not held, and a force that is not imposed, are results.
-        forces = zip(file.read("normal_force"), file.read("tangential_force"), strict=True)
+        forces = zip(file["normal_force"][:], file["tangential_force"][:], strict=True)
         found = []
         for place, (normal, tangential) in enumerate(forces):
-            fields = {name: file.read(name, place) for name in _EXAMINED}
+            fields = {name: file[name][place] for name in _EXAMINED}
             now = {"load": float(normal), "tangential_load": float(tangential)}
             found.append(residuals(fields, parameters | now, copies))
-        errors = file.read(f"{HISTORY_GROUP}/{ERROR_ESTIMATE.name}")
+        errors = file[HISTORY_GROUP][ERROR_ESTIMATE.name][:]
         return Numerics(
-            source=file.attribute("source"),
+            source=file.getncattr("source"),
             parameters=parameters,
             cells=fields["gap"].size,
             steps=max(0, errors.size - 1),
-            convolutions=int(file.read(f"{HISTORY_GROUP}/{CONVOLUTIONS.name}").sum()),
+            convolutions=int(file[HISTORY_GROUP][CONVOLUTIONS.name][:].sum()),
             error=float(errors[np.isfinite(errors)].max(initial=0.0)),
             residuals=Residuals(*np.fmax.reduce(found).tolist()),
         )
