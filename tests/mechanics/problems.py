@@ -42,7 +42,7 @@ class Waves:
     wavenumber_x: float
     wavenumber_y: float
     even: Even = (True, True)
-    mean_height, on_cells = Roughness.mean_height, Roughness.on_cells
+    mean_height = Roughness.mean_height
 
     def height(self, x: Array, y: Array) -> Array:
         return self.amplitude * np.cos(self.wavenumber_x * x) * np.cos(self.wavenumber_y * y)

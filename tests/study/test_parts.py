@@ -11,6 +11,7 @@ import pytest
 
 from fretwear import figures, parts
 from fretwear.mechanics.materials import WearLaw
+from fretwear.mechanics.measured import Source, SourceFile
 from fretwear.mechanics.roughness import Roughness
 from fretwear.mechanics.slip import Jaeger, ReducedContact, SlipModel
 from fretwear.parts import Choice, Quantity, WholeNumber
@@ -26,7 +27,6 @@ from fretwear.study.parameters import (
     words_text,
 )
 from fretwear.study.study import study_schema
-from fretwear.topography import Source, SourceFile
 
 from ..studies import SELF_AFFINE, WAVES, steel
 

@@ -12,7 +12,6 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from fretwear.data.bearing import heights_in_contact
 from fretwear.figures.axes import label_or_key, label_outer, make_panels, outside_key
 from fretwear.figures.datasets import Cycles, check_cases, snapshots
 from fretwear.figures.profiles import cycle_colors
@@ -28,8 +27,8 @@ def bearing_heights(
 ) -> dict[int, Array]:
     """Return the heights of the surfaces at some cycles, the first and the last if left out.
 
-    See `heights_in_contact`. A dataset does not record where the file of a measured surface is; its
-    case from a study does. It is a `ValueError` when the case is smooth, or its surface is in a
+    See `Roughness.in_contact`. A dataset does not record where the file of a measured surface is;
+    its case from a study does. It is a `ValueError` when the case is smooth, or its surface is in a
     file that is not there.
     """
     states = snapshots(
@@ -44,7 +43,7 @@ def bearing_heights(
     states = states.transpose("cycle", *axes, ...)
     half_widths = [float(states[f"contact_half_width_{axis}"][-1]) for axis in axes]
     lost = (states["wear_depth"] + states["plastic_depth"]).values
-    heights = heights_in_contact(case, [dataset[axis].values for axis in axes], half_widths, lost)
+    heights = case.rough.in_contact([dataset[axis].values for axis in axes], half_widths, lost)
     return {int(cycle): each for cycle, each in zip(states["cycle"].values, heights, strict=True)}
 
 

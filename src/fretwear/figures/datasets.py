@@ -151,7 +151,7 @@ def _with_gap_outside(
         heights = case.indenter.gap(points[:, None], y[None, :])[:, 0]
         if case.rough is not None:
             cell = None if is_line else (float(points[1] - points[0]), width)
-            heights = heights + case.rough.on_cells(points, y, cell)[:, 0]
+            heights = heights + case.rough.mean_height(points, y, cell)[:, 0]
         away = (np.maximum(np.hypot(point - at_x, y - at_y), nearest) for point in points)
         kernels = (-2.0 * np.log(r) if is_line else 1.0 / r for r in away)
         changed = heights + np.column_stack([forces @ kernel for kernel in kernels])

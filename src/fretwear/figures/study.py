@@ -15,7 +15,6 @@ import xarray as xr
 from matplotlib.colors import PowerNorm
 from matplotlib.figure import Figure
 
-from fretwear.data.bearing import has_bearing_area
 from fretwear.data.effects import SEED, Points
 from fretwear.data.files import open_case
 from fretwear.data.safe import write_text
@@ -102,7 +101,9 @@ def study_figures(
         rough = {
             title: each
             for title, each in opened.items()
-            if (case := surfaces.get(each.attrs["case_id"])) and has_bearing_area(case)
+            if (case := surfaces.get(each.attrs["case_id"]))
+            and case.rough is not None
+            and case.rough.is_known
         }
         if rough:
             caption = (

@@ -1,54 +1,439 @@
-"""Surfaces from files: measured roughness, and indenters given by height maps."""
+"""Surfaces from files: measured roughness, height maps and profiles of indenters.
+
+What a case keeps of a file is its name and its checksum (`Source`): the same file is the same
+surface wherever it is. Formats of profilometers and microscopes are read by SurfaceTopography,
+which is optional and imported when a topography is read; profiles are plain text.
+"""
 
 from __future__ import annotations
 
+import hashlib
 import math
-from dataclasses import dataclass
+import re
+import stat
+import warnings
+from dataclasses import dataclass, field
 from functools import lru_cache
+from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 
-from fretwear.mechanics.geometry import Array
+from fretwear.mechanics.geometry import Array, Mask
 from fretwear.mechanics.roughness import STEEPEST, TIPS, Roughness
-from fretwear.mechanics.surfaces import UNKNOWN_RADIUS, FromFile, Indenter
-from fretwear.parts import Choice, Patch, Quantity
-from fretwear.topography import Source, SourceFile, Topography, read_topography
-from fretwear.units import QuantityError
+from fretwear.mechanics.surfaces import UNKNOWN_RADIUS, Indenter, RoundIndenter
+from fretwear.parts import Choice, Part, Patch, Plain, Quantity
+from fretwear.theory import Reduced
+from fretwear.units import LENGTH, QuantityError, parse_quantity, size_text
 
 Rectangle = tuple[float, float, float, float]
+
+MOST_BYTES = 2**30
+_MOST_BYTES_OF_TEXT = 10**7
+_LEAST_POINTS = 4
+_RELAXATIONS = 200
+_TABLE = 1000
+_TOLD = re.compile(r"(?P<name>[^/]+) sha256:(?P<checksum>[0-9a-f]{64})")
+
+
+class Located(str):
+    """A file name as a study file has it, relative to the folder of that file."""
+
+    __slots__ = ("folder",)
+    folder: Path
+
+    @classmethod
+    def at(cls, name: str, folder: Path) -> Located:
+        """Return a name in a folder."""
+        located = cls(name)
+        located.folder = folder
+        return located
+
+
+@dataclass(frozen=True)
+class Source:
+    """A file identified by name and checksum; its folder does not count and may be empty."""
+
+    name: str
+    checksum: str
+    path: str = field(default="", compare=False)
+
+    def __str__(self) -> str:
+        return f"{self.name} sha256:{self.checksum}"
+
+    @property
+    def slug(self) -> str:
+        """The name and the beginning of the checksum, for the id of a case."""
+        stem = re.sub(r"[^A-Za-z0-9._-]+", "-", self.name.partition(".")[0])[:24]
+        return f"{stem}-{self.checksum[:6]}"
+
+
+@dataclass(frozen=True)
+class SourceFile(Plain):
+    """The name of a file, relative to the study file; its checksum is the value."""
+
+    usual: str
+
+    @property
+    def example(self) -> str:
+        """A sensible name."""
+        return self.usual
+
+    def read(self, value: object, units_required: bool) -> Source:
+        """Return the file's name and checksum."""
+        if isinstance(value, Source):
+            return value
+        if not isinstance(value, str) or not value.strip():
+            raise QuantityError("must be the name of a file", f"such as {self.example}")
+        # As stored in a dataset; a study needs the file itself.
+        if not units_required and (known := _TOLD.fullmatch(value)):
+            return Source(known["name"], known["checksum"])
+        path, checksum = getattr(value, "folder", Path()) / value, ""
+        try:
+            status = path.stat()
+            is_file, size = stat.S_ISREG(status.st_mode), status.st_size
+            if is_file and size <= MOST_BYTES:
+                checksum = _checksum(path, status.st_mtime_ns, size)
+        except (FileNotFoundError, NotADirectoryError, ValueError):
+            rule = f"is no file: there is none at {path}"
+            raise QuantityError(rule, "names are relative to the study file") from None
+        except OSError as error:
+            raise QuantityError(f"cannot be read: {error.strerror}") from error
+        if not is_file:
+            what = "a folder" if stat.S_ISDIR(status.st_mode) else "no plain file"
+            raise QuantityError(f"is {what}", "name the file with the surface")
+        if not size:
+            raise QuantityError("is empty")
+        if not checksum:
+            raise QuantityError(
+                f"has {size_text(size)}, more than the {size_text(MOST_BYTES)} allowed",
+                "export the part of the surface that touches",
+            )
+        return Source(path.name, checksum, str(path))
+
+    def canonical(self, value: Any) -> str:
+        """Return name and checksum in a line, which `read` takes back."""
+        return str(value)
+
+    def coordinates(self, name: str, value: Any) -> Any:
+        """Yield the same line."""
+        yield name, self, str(value)
+
+    def text(self, value: Any) -> str:
+        """Return the name."""
+        return str(value).partition(" sha256:")[0]
+
+    def schema(self) -> dict[str, Any]:
+        """JSON Schema of the value in a study file."""
+        return {"type": "string", "minLength": 1, "examples": [self.example]}
+
+
+@lru_cache(maxsize=256)
+def _checksum(path: Path, modified: int, size: int) -> str:  # noqa: ARG001 - tell files apart
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+@dataclass(frozen=True, eq=False)
+class Topography:
+    """Heights on a grid of points around the origin, in m."""
+
+    x: Array  #: coordinates of the points, shape (nx,), increasing
+    y: Array  #: shape (ny,)
+    heights: Array  #: upwards out of the body, shape (nx, ny); their mean is 0
+    missing: float  #: number of points that were not measured and have been filled in
+
+    @property
+    def spacing(self) -> tuple[float, float]:
+        """Distance of the points along x and along y, m."""
+        return float(self.x[1] - self.x[0]), float(self.y[1] - self.y[0])
+
+    @property
+    def sides(self) -> tuple[float, float]:
+        """Lengths of the sides, a point's share at the border included, m."""
+        return len(self.x) * self.spacing[0], len(self.y) * self.spacing[1]
+
+
+# Stands for that of a case read from a dataset, without its file.
+_FAR = np.array([0.0, math.inf])
+_UNKNOWN = Topography(_FAR, _FAR, np.full((2, 2), math.nan), math.nan)
+
+
+@lru_cache(maxsize=4)
+def read_topography(
+    source: Source, levelled: bool = True, patch: tuple[float, ...] | None = None
+) -> Topography:
+    """Read a measured surface.
+
+    Parameters
+    ----------
+    source
+        The file.
+    levelled
+        Whether to subtract the best-fitting plane, rather than just the mean.
+    patch
+        Corner x, y, width and height, m, of the part to read, from the file's corner; None: all.
+
+    Raises
+    ------
+    QuantityError
+        If the file cannot be used; the message says why.
+    """
+    surface = _opened(source)
+    values = np.ma.filled(surface.heights().astype(float), np.nan)
+    points = [
+        (np.arange(count) + 0.5) * (size / count)
+        for count, size in zip(values.shape, surface.physical_sizes, strict=True)
+    ]
+    if patch is not None:
+        inside = [
+            (at >= corner) & (at <= corner + side)
+            for at, corner, side in zip(points, patch[:2], patch[2:], strict=True)
+        ]
+        values = values[np.ix_(*inside)]
+        points = [at[within] for at, within in zip(points, inside, strict=True)]
+    if min(values.shape) < _LEAST_POINTS:
+        raise QuantityError(
+            f"has {values.shape[0]} x {values.shape[1]} points where it is to be read, too few for "
+            "a surface",
+            "give a map, and a patch that lies in it",
+        )
+    known = np.isfinite(values)
+    if known.sum() < _LEAST_POINTS:
+        raise QuantityError("has no heights: every point is missing")
+    x, y = ((np.arange(len(at)) - 0.5 * (len(at) - 1)) * (at[1] - at[0]) for at in points)
+    terms = np.stack(np.broadcast_arrays(1.0, x[:, None], y[None, :]), axis=-1)
+    terms = terms if levelled else terms[..., :1]
+    plane, *_ = np.linalg.lstsq(terms[known], values[known], rcond=None)
+    return Topography(x, y, _filled(values - terms @ plane, known), float((~known).sum()))
+
+
+def _opened(source: Source) -> Any:
+    """Open a file by SurfaceTopography, in m."""
+    try:
+        from SurfaceTopography import open_topography
+    except ImportError as error:
+        raise QuantityError(
+            "needs the package SurfaceTopography, which is not installed",
+            "install it: pip install 'fretwear[surfaces]'",
+        ) from error
+    try:
+        # The readers of some forty formats raise and warn of all sorts of things.
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            surface = open_topography(source.path).topography()
+    except Exception as error:
+        told = re.sub(r"\s+", " ", str(error).strip())[:150] or type(error).__name__
+        if type(error).__name__ == "CannotDetectFileFormat":
+            told = "its format is none that SurfaceTopography knows"
+        elif "physical_sizes" in told:
+            told = "it does not say its lengths, so its scale is not known"
+        raise QuantityError(f"cannot be read as a topography: {told}") from error
+    if surface.dim != 2:
+        raise QuantityError("is a line scan, but a map of heights over x and y is needed")
+    if surface.unit is None:
+        rule = "does not say the unit of its lengths"
+        raise QuantityError(rule, "export it in a format with units, such as x3p")
+    return surface.to_unit("m")
+
+
+def _filled(values: Array, known: Mask) -> Array:
+    """Fill missing points with the height of the nearest one, then smooth these."""
+    if known.all():
+        return values
+    from scipy.ndimage import distance_transform_edt
+
+    nearest = distance_transform_edt(~known, return_distances=False, return_indices=True)
+    result: Array = values[tuple(nearest)]
+    for _ in range(_RELAXATIONS):
+        wide = np.pad(result, 1, mode="edge")
+        around = wide[2:, 1:-1] + wide[:-2, 1:-1] + wide[1:-1, 2:] + wide[1:-1, :-2]
+        result = np.where(known, result, 0.25 * around)
+    return result
+
+
+@lru_cache(maxsize=16)
+def read_profile(source: Source) -> tuple[Array, Array]:
+    """Read the profile of a body of revolution: distances from its axis and heights, m.
+
+    Its first line names the columns with their units, such as ``r (mm), z (um)``; each other line
+    has a distance from the axis and the height of the body's surface above its tip.
+
+    Raises
+    ------
+    QuantityError
+        If the file cannot be used; the message says why.
+    """
+    path = Path(source.path)
+    if path.stat().st_size > _MOST_BYTES_OF_TEXT:
+        raise QuantityError(f"is larger than the {size_text(_MOST_BYTES_OF_TEXT)} of a profile")
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise QuantityError(f"cannot be read as text: {error}") from error
+    units = re.findall(r"[(\[]\s*([^)\]]+?)\s*[)\]]", lines[0] if lines else "")
+    if len(units) != 2:
+        rule = "has no units in its first line"
+        raise QuantityError(rule, "name both columns there, such as: r (mm), z (um)")
+    scales = [parse_quantity(f"1 {unit}", LENGTH, units_required=True) for unit in units]
+    rows = [re.split(r"[,;\s]+", line.strip()) for line in lines[1:] if line.strip()]
+    try:
+        table = np.array([[float(cell) for cell in row] for row in rows]) * scales
+    except ValueError as error:
+        raise QuantityError(f"must have two numbers a line: {error}") from error
+    if len(table) < _LEAST_POINTS or not np.isfinite(table).all():
+        raise QuantityError(f"must have at least {_LEAST_POINTS} points, all of them numbers")
+    distance, height = table.T
+    if distance[0] != 0.0 or not (np.diff(distance) > 0.0).all():
+        raise QuantityError("must begin at the axis, r = 0, and go outwards from line to line")
+    if not (height[1:] >= height[0]).all() or height[-1] < height.max():
+        raise QuantityError("must be lowest on the axis and highest at its end: a convex tip")
+    return distance, height - height[0]
+
+
+class FromFile(Part):
+    """A part whose shape is in a file."""
+
+    file: Source
+
+    @property
+    def is_known(self) -> bool:
+        """Whether the file is there."""
+        return bool(self.file.path)
+
+    def read(self) -> Any:
+        """Read the file, if it is there; `QuantityError` says what is wrong with it."""
+        raise NotImplementedError
+
+    @property
+    def problem(self) -> tuple[str, str] | None:
+        """What is wrong with the file."""
+        try:
+            self.read()
+        except QuantityError as error:
+            return f"file {self.file.name}: {error.rule}", error.hint
+        return None
+
+    @property
+    def slug(self) -> str:
+        """The name of the file and the beginning of its checksum."""
+        return self.file.slug
+
+
+@dataclass(frozen=True)
+class ProfileIndenter(FromFile, RoundIndenter):
+    """A body of revolution with a profile from a file, interpolated by monotone cubics."""
+
+    file: Annotated[
+        Source,
+        SourceFile("file", "file of the indenter", "tip.csv"),
+        "Two columns, distance from the axis and height, named with units in the first line.",
+    ]
+    kind: Literal["profile"] = "profile"
+
+    def read(self) -> Any:
+        """Distances from the axis and heights, m."""
+        return read_profile(self.file) if self.is_known else None
+
+    def gap(self, x: Array, y: Array) -> Array:
+        """Height above the tip, m; beyond the last point it continues with the slope there."""
+        curve, *_ = _curves(self.file)
+        radius, end = np.hypot(x, y), self.reach
+        result: Array = curve(np.minimum(radius, end))
+        return result + float(curve(end, 1)) * np.maximum(radius - end, 0.0)
+
+    @property
+    def curvature_radius(self) -> float:
+        """Chosen so that a contact ends within nine tenths of the profile, m."""
+        return 4.5 * self.reach if self.is_known else UNKNOWN_RADIUS
+
+    @property
+    def profile(self) -> Reduced:
+        """Itself, reduced by quadrature."""
+        return self
+
+    @property
+    def reach(self) -> float:
+        """Distance to which it is known, m."""
+        return float(read_profile(self.file)[0][-1])
+
+    def depth(self, radius: float) -> float:
+        """g, m."""
+        return float(_curves(self.file)[1](radius))
+
+    def slope(self, radii: Array) -> Array:
+        """g′."""
+        result: Array = _curves(self.file)[1](radii, 1)
+        return result
+
+    def integral(self, radius: float) -> float:
+        """∫₀^a g dt, m²."""
+        return float(_curves(self.file)[2](radius))
+
+
+@lru_cache(maxsize=8)
+def _curves(source: Source) -> tuple[Any, Any, Any]:
+    """The profile f(r), g(t) = t ∫ f′(t sin φ) dφ over a right angle, m, and its integral, m²."""
+    from scipy.interpolate import CubicSpline, PchipInterpolator
+
+    distance, height = read_profile(source)
+    # A profile has no kink on its axis.
+    curve = PchipInterpolator(np.r_[-distance[:0:-1], distance], np.r_[height[:0:-1], height])
+    radii = np.linspace(0.0, 3.0 * distance[-1], _TABLE)
+    sines = np.sin((np.arange(_TABLE) + 0.5) * 0.5 * math.pi / _TABLE)
+    slopes = curve(np.minimum(np.outer(radii, sines), distance[-1]), 1)
+    reduced = CubicSpline(radii, 0.5 * math.pi * radii * slopes.mean(axis=1))
+    return curve, reduced, reduced.antiderivative()
 
 
 class _Map(FromFile):
     """A part with a map of heights from a file."""
 
     patch: Rectangle | None
+    tilt: str = "keep"
 
     # Points are as fine as a grid is to be, or half as fine.
     detail: ClassVar[str] = "distance of two points"
     cells: ClassVar[int] = 4
 
-    @property
-    def _levelled(self) -> bool:
-        return False
+    def read(self) -> Topography:
+        """The topography."""
+        if not self.is_known:
+            return _UNKNOWN
+        return read_topography(self.file, self.tilt == "remove", self.patch)
 
-    def read(self) -> Topography | None:
-        """The topography; None for a case read from a dataset, without its file."""
-        return read_topography(self.file, self._levelled, self.patch) if self.is_known else None
+    def _interpolated(self, x: Array, y: Array) -> Array:
+        """Heights, m, interpolated between the points, and those of the border outside."""
+        data = self.read()
+        spline = _spline(data)
+        x, y = np.clip(x, data.x[0], data.x[-1]), np.clip(y, data.y[0], data.y[-1])
+        if x.shape[1:] != (1,) or y.size != y.shape[-1]:
+            result: Array = spline.ev(*np.broadcast_arrays(x, y))
+            return result
+        # Evaluation on grid lines is faster, but requires increasing coordinates.
+        way = 1 if x[-1, 0] >= x[0, 0] else -1
+        found: Array = spline(x[::way, 0], y.ravel())
+        return found[::way]
 
     @property
     def missing_points(
         self,
     ) -> Annotated[float, Quantity("1", "missing", "points without a height, filled")]:
         """Number of points that were not measured."""
-        data = self.read()
-        return math.nan if data is None else float(data.missing)
+        return self.read().missing
 
     @property
     def finest(self) -> tuple[float, float]:
         """Twice the distance of points along x and y, m."""
-        data = self.read()
-        return (math.inf, math.inf) if data is None else (2 * data.spacing[0], 2 * data.spacing[1])
+        x, y = self.read().spacing
+        return 2.0 * x, 2.0 * y
+
+
+@lru_cache(maxsize=4)
+def _spline(data: Topography) -> Any:
+    from scipy.interpolate import RectBivariateSpline
+
+    return RectBivariateSpline(data.x, data.y, data.heights)
 
 
 @dataclass(frozen=True)
@@ -71,7 +456,7 @@ class MeasuredRoughness(_Map, Roughness):
         "Whether to level the surface.",
     ] = "remove"
     patch: Annotated[
-        tuple[float, float, float, float] | None,
+        Rectangle | None,
         Patch("patch", "patch of the surface"),
         "Part to use, [x, y, width, height] from the corner; none: all.",
     ] = None
@@ -84,20 +469,14 @@ class MeasuredRoughness(_Map, Roughness):
 
     def height(self, x: Array, y: Array) -> Array:
         """Contribution to the gap, m: material that protrudes from either body reduces it."""
-        across = x if self.body == "flat" else -np.asarray(x)
-        return -_interpolated(self.file, self._levelled, self.patch, across, y)
-
-    @property
-    def _levelled(self) -> bool:
-        return self.tilt == "remove"
+        return -self._interpolated(x if self.body == "flat" else -np.asarray(x), y)
 
     @property
     def rms_height(
         self,
     ) -> Annotated[float, Quantity("m", r"$h_\mathrm{rms}$", "rms height of the roughness", "um")]:
         """Root mean square of the heights."""
-        data = self.read()
-        return math.nan if data is None else float(data.heights.std())
+        return float(self.read().heights.std())
 
     @property
     def rms_slope(
@@ -105,19 +484,13 @@ class MeasuredRoughness(_Map, Roughness):
     ) -> Annotated[float, Quantity("1", r"$h^\prime_\mathrm{rms}$", "rms slope of the roughness")]:
         """Root mean square of the slope between neighbouring points."""
         data = self.read()
-        if data is None:
-            return math.nan
-        squares = (
-            np.square(np.diff(data.heights, axis=axis) / data.spacing[axis]).mean()
-            for axis in (0, 1)
-        )
-        return math.sqrt(sum(squares))
+        slopes = (np.diff(data.heights, axis=axis) / data.spacing[axis] for axis in (0, 1))
+        return math.sqrt(sum(np.square(each).mean() for each in slopes))
 
     @property
     def sides(self) -> tuple[float, float]:
         """Lengths of the sides, m."""
-        data = self.read()
-        return (math.inf, math.inf) if data is None else data.sides
+        return self.read().sides
 
     @property
     def wavelengths(self) -> tuple[float, float]:
@@ -126,9 +499,8 @@ class MeasuredRoughness(_Map, Roughness):
 
     @property
     def highest(self) -> float:
-        """Largest magnitude of a height, m."""
-        data = self.read()
-        return 0.0 if data is None else float(np.abs(data.heights).max())
+        """Largest magnitude of a height, m; 0 where it is not known."""
+        return float(np.nan_to_num(np.abs(self.read().heights).max()))
 
     @property
     def tips(self) -> float:
@@ -167,13 +539,11 @@ class HeightMapIndenter(_Map, Indenter):
 
     def gap(self, x: Array, y: Array) -> Array:
         """Apex less height, m."""
-        fit = _paraboloid(self.file, self.patch)
+        fit, data = _paraboloid(self.file, self.patch), self.read()
         x, y = fit.apex[0] - np.asarray(x), fit.apex[1] + np.asarray(y)
-        data = self.read()
-        assert data is not None
         # Within the map the fit cancels; beyond, it continues the surface.
         inside = np.clip(x, data.x[0], data.x[-1]), np.clip(y, data.y[0], data.y[-1])
-        heights = _interpolated(self.file, False, self.patch, *inside)
+        heights = self._interpolated(*inside)
         result: Array = fit.height(*fit.apex) - heights + fit.height(*inside) - fit.height(x, y)
         return result
 
@@ -182,7 +552,7 @@ class HeightMapIndenter(_Map, Indenter):
         """Radius, m, of a sphere of the mean curvature of the paraboloid."""
         return _paraboloid(self.file, self.patch).radius if self.is_known else UNKNOWN_RADIUS
 
-    def read(self) -> Topography | None:
+    def read(self) -> Topography:
         """The topography, which has an apex."""
         if self.is_known:
             _paraboloid(self.file, self.patch)
@@ -191,73 +561,39 @@ class HeightMapIndenter(_Map, Indenter):
 
 @dataclass(frozen=True)
 class _Paraboloid:
-    """c₀ + c₁x + c₂y + c₃x² + c₄xy + c₅y², m."""
+    """c₀ + c₁x + c₂y + c₃x² + c₄xy + c₅y², m, its apex, m, and inverse mean curvature, m."""
 
     terms: tuple[float, ...]
+    apex: tuple[float, float]
+    radius: float
 
     def height(self, x: Any, y: Any) -> Any:
         """Height, m."""
         flat, slope_x, slope_y, xx, xy, yy = self.terms
         return flat + x * (slope_x + xx * x + xy * y) + y * (slope_y + yy * y)
 
-    @property
-    def apex(self) -> tuple[float, float]:
-        """Where it is highest, m."""
-        _, slope_x, slope_y, xx, xy, yy = self.terms
-        x, y = np.linalg.solve([[2.0 * xx, xy], [xy, 2.0 * yy]], [-slope_x, -slope_y])
-        return float(x), float(y)
-
-    @property
-    def radius(self) -> float:
-        """Inverse of the mean curvature, m; not positive or infinite where there is no apex."""
-        *_, xx, xy, yy = self.terms
-        mean, part = -(xx + yy), math.hypot(xx - yy, xy)
-        return 1.0 / mean if mean > part else math.inf
-
 
 @lru_cache(maxsize=8)
 def _paraboloid(file: Source, patch: Rectangle | None) -> _Paraboloid:
     """The best-fitting paraboloid; `QuantityError` if its apex is not on the map."""
     data = read_topography(file, False, patch)
-    x, y = data.x[:, None] / data.x[-1], data.y[None, :] / data.y[-1]
-    powers = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
+    end_x, end_y = data.x[-1], data.y[-1]
+    powers = (0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)
+    x, y = data.x[:, None] / end_x, data.y[None, :] / end_y
     columns = [np.broadcast_to(x**i * y**j, data.heights.shape).ravel() for i, j in powers]
     found, *_ = np.linalg.lstsq(np.stack(columns, axis=1), data.heights.ravel(), rcond=None)
-    terms = [
-        float(each / (data.x[-1] ** i * data.y[-1] ** j))
-        for each, (i, j) in zip(found, powers, strict=True)
-    ]
-    fit = _Paraboloid(tuple(terms))
-    if math.isinf(fit.radius):
+    terms = tuple(
+        float(each / (end_x**i * end_y**j)) for each, (i, j) in zip(found, powers, strict=True)
+    )
+    _, slope_x, slope_y, xx, xy, yy = terms
+    mean, part = -(xx + yy), math.hypot(xx - yy, xy)
+    if not mean > part:
         raise QuantityError(
             "is not convex as a whole: heights must fall off from a tip to all sides",
             "heights are upwards out of the indenter; take a patch around its tip",
         )
-    if abs(fit.apex[0]) > data.x[-1] or abs(fit.apex[1]) > data.y[-1]:
-        raise QuantityError(
-            "has its tip beyond the map", "level it, or take a patch around its tip"
-        )
-    return fit
-
-
-def _interpolated(
-    file: Source, levelled: bool, patch: Rectangle | None, x: Array, y: Array
-) -> Array:
-    """Heights, m, interpolated between the points of a map, and those of its border outside."""
-    data, spline = _spline(file, levelled, patch)
-    x, y = np.clip(x, data.x[0], data.x[-1]), np.clip(y, data.y[0], data.y[-1])
-    if x.shape[1:] != (1,) or y.size != y.shape[-1]:
-        result: Array = spline.ev(*np.broadcast_arrays(x, y))
-        return result
-    # Evaluation on grid lines is faster, but requires increasing coordinates.
-    rises = bool(x[-1, 0] >= x[0, 0])
-    found: Array = spline(x[:, 0] if rises else x[::-1, 0], y.ravel())
-    return found if rises else found[::-1]
-
-
-@lru_cache(maxsize=4)
-def _spline(file: Source, levelled: bool, patch: Rectangle | None) -> tuple[Topography, Any]:
-    from scipy.interpolate import RectBivariateSpline
-
-    data = read_topography(file, levelled, patch)
-    return data, RectBivariateSpline(data.x, data.y, data.heights)
+    at_x, at_y = np.linalg.solve([[2.0 * xx, xy], [xy, 2.0 * yy]], [-slope_x, -slope_y]).tolist()
+    if abs(at_x) > end_x or abs(at_y) > end_y:
+        rule = "has its tip beyond the map"
+        raise QuantityError(rule, "level it, or take a patch around its tip")
+    return _Paraboloid(terms, (at_x, at_y), 1.0 / mean)

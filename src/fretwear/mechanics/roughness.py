@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+import operator
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
-from typing import Annotated, ClassVar, Literal
+from functools import cached_property, lru_cache, partial
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,7 +63,7 @@ class Roughness(Part):
         """Contribution to the gap, m, at coordinates in m that broadcast."""
         raise NotImplementedError
 
-    def mean_height(self, x: Array, y: Array, cell: tuple[float, float]) -> Array:
+    def mean_height(self, x: Array, y: Array, cell: tuple[float, float] | None) -> Array:
         """Mean of the height over each cell of a grid, m, by Simpson's rule.
 
         A pressure uniform on cells displaces their centres less than a wave of it does, by (kΔ)²/24
@@ -73,8 +75,10 @@ class Roughness(Part):
         x, y
             Centres of the cells along either axis, m, shapes (nx,) and (ny,).
         cell
-            Their widths, m.
+            Their widths, m; None for the height of the points.
         """
+        if cell is None:
+            return self.height(x[:, None], y)
         places = []
         for centres, width in ((x, cell[0]), (y, cell[1])):
             fine = np.empty(2 * centres.size + 1)
@@ -86,12 +90,32 @@ class Roughness(Part):
             heights = ((heights[:-2:2] + 4.0 * heights[1::2] + heights[2::2]) / 6.0).T
         return np.ascontiguousarray(heights)
 
-    def on_cells(self, x: Array, y: Array, cell: tuple[float, float] | None) -> Array:
-        """Height of each cell, m, at centres of shapes (nx,) and (ny,), m.
+    def in_contact(
+        self, axes: Sequence[Array], half_widths: Sequence[float], lost: Array
+    ) -> list[Array]:
+        """The heights of the surfaces within the contact, highest first, as they wear.
 
-        It is the mean over a cell of a grid; where cells have no width, that of the point.
+        Parameters
+        ----------
+        axes
+            Cell centres along x and, except in a line contact, y, m; one side suffices along an
+            even axis.
+        half_widths
+            Of the elliptical area considered, along these axes, m.
+        lost
+            Wear and plastic depth at some cycles, m, shape (k, nx, ny) or (k, nx).
+
+        Returns
+        -------
+        For each of these cycles, m: the roughness minus what is lost; 0 is its mean.
         """
-        return self.height(x[:, None], y) if cell is None else self.mean_height(x, y, cell)
+        x, y, cell = axes[0], np.zeros(1), None
+        if len(axes) > 1:
+            y, cell = axes[1], (x[1] - x[0], axes[1][1] - axes[1][0])
+        inside = np.hypot(x[:, None] / half_widths[0], y / half_widths[-1]) <= 1.0
+        rough = -self.mean_height(x, y, cell)[inside]
+        rough -= rough.mean()
+        return [np.sort(rough - depth.reshape(inside.shape)[inside])[::-1] for depth in lost]
 
     @property
     def finest(self) -> tuple[float, float]:
@@ -139,6 +163,9 @@ class Roughness(Part):
         return self.finest
 
 
+_Slope = partial(Quantity, at_least=0.0, below=MAX_SLOPE, absent=0.0)
+
+
 @dataclass(frozen=True)
 class WavyRoughness(Roughness):
     """Wavy roughness R(x, y) = A cos(k_y y) sin(π/2 + k_x x), with k = (π/2)·tanθ/A.
@@ -154,29 +181,12 @@ class WavyRoughness(Roughness):
     ]
     slope_x: Annotated[
         float,
-        Quantity(
-            "rad",
-            "$θ_x$",
-            "roughness slope along x",
-            "deg",
-            at_least=0.0,
-            below=MAX_SLOPE,
-            absent=0.0,
-        ),
+        _Slope("rad", "$θ_x$", "roughness slope along x", "deg"),
         "Mean slope along x, the direction of slip; 0 deg: no wave along x.",
     ]
     slope_y: Annotated[
         float,
-        Quantity(
-            "rad",
-            "$θ_y$",
-            "roughness slope along y",
-            "deg",
-            like="1 deg",
-            at_least=0.0,
-            below=MAX_SLOPE,
-            absent=0.0,
-        ),
+        _Slope("rad", "$θ_y$", "roughness slope along y", "deg", like="1 deg"),
         "Mean slope along y; 0 deg: no wave along y.",
     ]
     kind: Literal["wavy"] = "wavy"
@@ -195,12 +205,12 @@ class WavyRoughness(Roughness):
     @property
     def wavenumber_x(self) -> float:
         """k_x in rad/m; 0 without a wave along x."""
-        return self._wavenumber(self.slope_x)
+        return 0.5 * math.pi * math.tan(self.slope_x) / self.amplitude if self.amplitude else 0.0
 
     @property
     def wavenumber_y(self) -> float:
         """k_y in rad/m; 0 without a wave along y."""
-        return self._wavenumber(self.slope_y)
+        return 0.5 * math.pi * math.tan(self.slope_y) / self.amplitude if self.amplitude else 0.0
 
     @property
     def wavelength_x(self) -> float:
@@ -247,9 +257,6 @@ class WavyRoughness(Roughness):
     def slug(self) -> str:
         """``A0.2um``."""
         return f"A{self.amplitude * 1e6:.4g}um".replace("+", "")
-
-    def _wavenumber(self, slope: float) -> float:
-        return 0.5 * math.pi * math.tan(slope) / self.amplitude if self.amplitude else 0.0
 
 
 @dataclass(frozen=True)
@@ -312,21 +319,21 @@ class SelfAffineRoughness(Roughness):
     def height(self, x: Array, y: Array) -> Array:
         """Sum of all waves, m; fast if x is a column and y a row."""
         x, y = np.asarray(x, np.float64), np.asarray(y, np.float64)
-        if x.shape[1:] != (1,) or y.size != y.shape[-1]:
-            points = np.broadcast(x, y)
-            found = [self.height(np.array([[each]]), np.array([at]))[0, 0] for each, at in points]
-            return np.reshape(found, points.shape)
-        return self.mean_height(x[:, 0], y.ravel(), (0.0, 0.0))
+        if x.shape[1:] == (1,) and y.size == y.shape[-1]:
+            return self.mean_height(x[:, 0], y.ravel(), None)
+        points = np.vectorize(lambda x, y: self.height(np.array([[x]]), np.array([y]))[0, 0])
+        result: Array = points(x, y)
+        return result
 
-    def mean_height(self, x: Array, y: Array, cell: tuple[float, float]) -> Array:
+    def mean_height(self, x: Array, y: Array, cell: tuple[float, float] | None) -> Array:
         """Mean of the height over each cell, m: that of each wave in closed form."""
         unit, count = 2.0 * math.pi / (_PERIODS * self.rolloff_wavelength), len(self._waves) - 1
-        across_x, across_y = self._stretches
+        across_x, across_y = self._stretched(1.0)
         along_x = np.arange(count + 1) * (unit / across_x)
         along_y = np.arange(-count, count + 1) * (unit / across_y)
         means = (
             np.sinc(k * width / (2.0 * math.pi))
-            for k, width in zip((along_x, along_y), cell, strict=True)
+            for k, width in zip((along_x, along_y), cell or (0.0, 0.0), strict=True)
         )
         waves = self._waves * np.outer(*means)
         # Of the columns to both sides of x = 0 alike, those of one side tell those of the other.
@@ -345,7 +352,7 @@ class SelfAffineRoughness(Roughness):
         self,
     ) -> Annotated[float, Quantity("1", r"$h^\prime_\mathrm{rms}$", "rms slope of the roughness")]:
         """Root mean square of the slope: of the magnitude of the gradient."""
-        power, (across_x, across_y) = self._power, self._stretches
+        power, (across_x, across_y) = self._power, self._stretched(1.0)
         count, period = len(power) - 1, _PERIODS * self.rolloff_wavelength
         along_x, along_y = np.ogrid[: count + 1, -count : count + 1]
         mean = np.average((along_x / across_x) ** 2 + (along_y / across_y) ** 2, weights=power)
@@ -354,8 +361,7 @@ class SelfAffineRoughness(Roughness):
     @property
     def finest(self) -> tuple[float, float]:
         """The shortest wavelength along x and y, m."""
-        x, y = (self.shortest_wavelength * each for each in self._stretches)
-        return x, y
+        return self._stretched(self.shortest_wavelength)
 
     @property
     def period(self) -> tuple[float, float]:
@@ -365,8 +371,7 @@ class SelfAffineRoughness(Roughness):
     @property
     def wavelengths(self) -> tuple[float, float]:
         """The roll-off wavelength along x and y, m: there are tips within it."""
-        x, y = (self.rolloff_wavelength * each for each in self._stretches)
-        return x, y
+        return self._stretched(self.rolloff_wavelength)
 
     @property
     def highest(self) -> float:
@@ -405,22 +410,29 @@ class SelfAffineRoughness(Roughness):
         """``h0.2um-seed7``."""
         return f"h{self.rms_height * 1e6:.4g}um-seed{self.seed}".replace("+", "")
 
-    @property
-    def _stretches(self) -> tuple[float, float]:
-        return max(1.0, self.anisotropy), max(1.0, 1.0 / self.anisotropy)
+    def _stretched(self, length: float) -> tuple[float, float]:
+        """A length along x and along y."""
+        return length * max(1.0, self.anisotropy), length * max(1.0, 1.0 / self.anisotropy)
 
     @property
     def _power(self) -> Array:
-        ratio = self.rolloff_wavelength / self.shortest_wavelength
-        return _power(self.hurst, _PERIODS * ratio)
+        return _power(self.hurst, _PERIODS * (self.rolloff_wavelength / self.shortest_wavelength))
 
     @cached_property
     def _waves(self) -> NDArray[np.complex128]:
-        """Amplitudes of the waves, m: those along x and, in the second half, along y."""
+        """Amplitudes of the waves, m."""
         power = self._power
         amplitude = self.rms_height * np.sqrt(2.0 * power / power.sum())
         waves: NDArray[np.complex128] = amplitude * np.exp(1j * _phases(self.seed, len(power) - 1))
         return waves
+
+
+def _joined(name: str, join: Callable[[Any, Any], Any]) -> Any:
+    return property(lambda both: join(getattr(both.first, name), getattr(both.second, name)))
+
+
+def _nearer(one: tuple[float, float], other: tuple[float, float]) -> tuple[float, float]:
+    return min(one[0], other[0]), min(one[1], other[1])
 
 
 @dataclass(frozen=True)
@@ -430,43 +442,21 @@ class BothRough(Roughness):
     first: Roughness
     second: Roughness
 
-    @property
-    def even(self) -> Even:
-        """Where both are."""
-        one, other = self.first.even, self.second.even
-        return one[0] and other[0], one[1] and other[1]
+    even = _joined("even", lambda one, other: (one[0] and other[0], one[1] and other[1]))
+    is_known = _joined("is_known", operator.and_)
+    highest = _joined("highest", operator.add)
+    # Squares of independent heights add up.
+    tips, steepest = _joined("tips", math.hypot), _joined("steepest", math.hypot)
+    finest, wavelengths = _joined("finest", _nearer), _joined("wavelengths", _nearer)
+    period, sides = _joined("period", _nearer), _joined("sides", _nearer)
 
     def height(self, x: Array, y: Array) -> Array:
         """Sum of both, m."""
         return self.first.height(x, y) + self.second.height(x, y)
 
-    def mean_height(self, x: Array, y: Array, cell: tuple[float, float]) -> Array:
+    def mean_height(self, x: Array, y: Array, cell: tuple[float, float] | None) -> Array:
         """Sum of both, m."""
         return self.first.mean_height(x, y, cell) + self.second.mean_height(x, y, cell)
-
-    def _nearer(self, name: str) -> tuple[float, float]:
-        x, y = map(min, *(getattr(each, name) for each in (self.first, self.second)))
-        return x, y
-
-    @property
-    def finest(self) -> tuple[float, float]:
-        """That of the finer surface along x and along y, m."""
-        return self._nearer("finest")
-
-    @property
-    def wavelengths(self) -> tuple[float, float]:
-        """That of the surface with closer tips, along x and along y, m."""
-        return self._nearer("wavelengths")
-
-    @property
-    def period(self) -> tuple[float, float]:
-        """The shorter one along x and along y, m."""
-        return self._nearer("period")
-
-    @property
-    def sides(self) -> tuple[float, float]:
-        """Those of the smaller map along x and along y, m."""
-        return self._nearer("sides")
 
     @property
     def tip(self) -> Tip | None:
@@ -477,45 +467,16 @@ class BothRough(Roughness):
         curvatures = one.curvature_x + other.curvature_x, one.curvature_y + other.curvature_y
         return Tip(*curvatures, *self.finest)
 
-    @property
-    def highest(self) -> float:
-        """Sum of both, m."""
-        return self.first.highest + self.second.highest
-
-    @property
-    def tips(self) -> float:
-        """Height of tips as a rule, m: squares of independent heights add up."""
-        return math.hypot(self.first.tips, self.second.tips)
-
-    @property
-    def steepest(self) -> float:
-        """Steepest slope, nearly, as for `tips`."""
-        return math.hypot(self.first.steepest, self.second.steepest)
-
-    @property
-    def is_known(self) -> bool:
-        """Whether both are."""
-        return self.first.is_known and self.second.is_known
-
 
 @lru_cache(maxsize=8)
 def _power(hurst: float, shortest: float) -> Array:
-    """Power of the waves on half the lattice, up to a factor.
+    """Power of the waves on half the lattice, up to a factor, each wave once.
 
-    Parameters
-    ----------
-    hurst
-        H.
-    shortest
-        Largest wave number, in units of the lattice; `_PERIODS` is that of the roll-off.
-
-    Returns
-    -------
-    Array, shape (n + 1, 2n + 1), for wave numbers 0 … n along x and −n … n along y; each wave once.
+    Wave numbers, with ``shortest`` the largest, are in units of the lattice: 0 … n along x and
+    −n … n along y, shape (n + 1, 2n + 1); `_PERIODS` is that of the roll-off.
     """
     count = int(shortest * (1.0 + 1e-12))
-    along_x, along_y = np.ogrid[: count + 1, -count : count + 1]
-    number = np.hypot(along_x, along_y)
+    number = np.hypot(*np.ogrid[: count + 1, -count : count + 1])
     power: Array = np.maximum(number / _PERIODS, 1.0) ** (-2.0 - 2.0 * hurst)
     power[number > shortest * (1.0 + 1e-12)] = 0.0
     # Of a wave vector and its opposite one is a wave; there is none of infinite length.
@@ -525,12 +486,9 @@ def _power(hurst: float, shortest: float) -> Array:
 
 def _phases(seed: int, count: int) -> Array:
     """Random phases of the waves of `_power`, the same for waves that a smaller lattice shares."""
-    along_x, along_y = np.ogrid[: count + 1, -count : count + 1]
-    shell = np.maximum(along_x, abs(along_y))
-    x, y = np.broadcast_arrays(along_x, along_y)
-    order = np.lexsort((y.ravel(), x.ravel(), shell.ravel()))
-    phases = np.empty(shell.size)
+    x, y = np.mgrid[: count + 1, -count : count + 1]
+    order = np.lexsort((y.ravel(), x.ravel(), np.maximum(x, abs(y)).ravel()))
+    phases = np.empty(x.size)
     # The raw bits of a generator are the same in every version of NumPy.
-    bits = np.random.PCG64(seed).random_raw(shell.size)
-    phases[order] = bits * (2.0 * math.pi / 2.0**64)
-    return phases.reshape(shell.shape)
+    phases[order] = np.random.PCG64(seed).random_raw(x.size) * (2.0 * math.pi / 2.0**64)
+    return phases.reshape(x.shape)

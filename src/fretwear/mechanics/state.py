@@ -171,7 +171,7 @@ class WearProblem:
             columns = y[first : first + _COLUMNS]
             smooth = self.indenter.gap(x[:, None], columns[None, :])
             rough = self.roughness
-            return smooth if rough is None else smooth + rough.on_cells(x, columns, cell)
+            return smooth if rough is None else smooth + rough.mean_height(x, columns, cell)
 
         return np.concatenate(self.team.each(gap, range(0, y.size, _COLUMNS)), axis=1)
 

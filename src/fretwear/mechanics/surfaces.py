@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 
@@ -26,16 +25,12 @@ from fretwear.theory import (
     RoundContact,
     RoundedPunch,
 )
-from fretwear.topography import Source, SourceFile, read_profile
-from fretwear.units import QuantityError
 
 LEAST_AXIS_RATIO = 0.05
 """Half-axes of an ellipse that is still a point contact."""
 
 UNKNOWN_RADIUS = 1.0
 """Radius, m, that stands for that of a shape whose file is missing."""
-
-_TABLE = 1000
 
 
 class Indenter(Part):
@@ -360,7 +355,7 @@ class CrossedCylinders(_Elliptic):
         return 0.5 / (mean - part), 0.5 / (mean + part)
 
 
-class _Round(Indenter):
+class RoundIndenter(Indenter):
     """A body of revolution with any convex profile."""
 
     is_axisymmetric: ClassVar[bool] = True
@@ -378,7 +373,7 @@ class _Round(Indenter):
 
 
 @dataclass(frozen=True)
-class RoundPunch(_Punch, _Round):
+class RoundPunch(_Punch, RoundIndenter):
     """A round flat punch with a rounded edge: gap (r − b)²/2R beyond the flat of radius b."""
 
     flat_radius: Annotated[
@@ -398,113 +393,3 @@ class RoundPunch(_Punch, _Round):
     def profile(self) -> Reduced:
         """Its closed form."""
         return RoundedPunch(self.flat_radius, self.edge_radius)
-
-
-class FromFile(Part):
-    """A part whose shape is in a file."""
-
-    file: Source
-
-    @property
-    def is_known(self) -> bool:
-        """Whether the file is there."""
-        return bool(self.file.path)
-
-    def read(self) -> Any:
-        """Read the file, if it is there; `QuantityError` says what is wrong with it."""
-        raise NotImplementedError
-
-    @property
-    def problem(self) -> tuple[str, str] | None:
-        """What is wrong with the file."""
-        try:
-            self.read()
-        except QuantityError as error:
-            return f"file {self.file.name}: {error.rule}", error.hint
-        return None
-
-    @property
-    def slug(self) -> str:
-        """The name of the file and the beginning of its checksum."""
-        return self.file.slug
-
-
-@dataclass(frozen=True)
-class ProfileIndenter(FromFile, _Round):
-    """A body of revolution with a profile from a file, interpolated by monotone cubics."""
-
-    file: Annotated[
-        Source,
-        SourceFile("file", "file of the indenter", "tip.csv"),
-        "Two columns, distance from the axis and height, named with units in the first line.",
-    ]
-    kind: Literal["profile"] = "profile"
-
-    def gap(self, x: Array, y: Array) -> Array:
-        """Height above the tip, m; beyond the last point it continues with the slope there."""
-        return _FileProfile(self.file).height(np.hypot(x, y))
-
-    @property
-    def profile(self) -> Reduced:
-        """The profile reduced by quadrature."""
-        return _FileProfile(self.file)
-
-    @property
-    def curvature_radius(self) -> float:
-        """Chosen so that a contact ends within nine tenths of the profile, m."""
-        return 4.5 * _FileProfile(self.file).reach if self.is_known else UNKNOWN_RADIUS
-
-    def read(self) -> Any:
-        """Distances from the axis and heights, m."""
-        return read_profile(self.file) if self.is_known else None
-
-
-@dataclass(frozen=True)
-class _FileProfile:
-    """The profile of a file, reduced by quadrature."""
-
-    source: Source
-
-    @property
-    def reach(self) -> float:
-        """Distance to which it is known, m."""
-        return float(read_profile(self.source)[0][-1])
-
-    def height(self, radius: Array) -> Array:
-        """f, m, at distances from the axis in m."""
-        curve, _ = _curves(self.source)
-        end = self.reach
-        result: Array = curve(np.minimum(radius, end))
-        return result + float(curve(end, 1)) * np.maximum(radius - end, 0.0)
-
-    def depth(self, radius: float) -> float:
-        """g, m."""
-        return float(self._reduced(radius)[0])
-
-    def slope(self, radii: Array) -> Array:
-        """g′."""
-        return self._reduced(radii, 1)[0]
-
-    def integral(self, radius: float) -> float:
-        """∫₀^a g dt, m²."""
-        return float(self._reduced(radius)[1])
-
-    def _reduced(self, radius: float | Array, derivative: int = 0) -> tuple[Array, Array]:
-        _, reduced = _curves(self.source)
-        return reduced(radius, derivative), reduced.antiderivative()(radius)
-
-
-@lru_cache(maxsize=8)
-def _curves(source: Source) -> tuple[Any, Any]:
-    """The profile f(r), and g(t) = t ∫ f′(t sin φ) dφ over a right angle, m."""
-    from scipy.interpolate import CubicSpline, PchipInterpolator
-
-    distance, height = read_profile(source)
-    # A profile has no kink on its axis.
-    curve = PchipInterpolator(
-        np.r_[-distance[:0:-1], distance], np.r_[height[:0:-1], height], extrapolate=True
-    )
-    radii = np.linspace(0.0, 3.0 * distance[-1], _TABLE)
-    sines = np.sin((np.arange(_TABLE) + 0.5) * 0.5 * math.pi / _TABLE)
-    slopes = curve(np.minimum(np.outer(radii, sines), distance[-1]), 1)
-    return curve, CubicSpline(radii, 0.5 * math.pi * radii * slopes.mean(axis=1))

@@ -13,7 +13,6 @@ import netCDF4
 import numpy as np
 from numpy.typing import NDArray
 
-from fretwear.data.bearing import has_bearing_area, heights_in_contact
 from fretwear.data.files import HISTORY_GROUP, opened_case, opened_summary
 from fretwear.data.merge import PROFILES as MERGED
 from fretwear.data.merge import StudyLayout
@@ -182,11 +181,12 @@ def _surfaces(path: Path, case: Case, cycles: Sequence[float], units: Mapping[st
     of the contact lies.
     """
     is_seen = not (case.indenter.is_line or all(case.even))
-    if not is_seen and not has_bearing_area(case):
+    is_rough = case.rough is not None and case.rough.is_known
+    if not is_seen and not is_rough:
         return {"view": None, "heights": None}
     with opened_case(path) as file:
         view = _view(file, np.searchsorted(file["cycle"][:], cycles), units) if is_seen else None
-        return {"view": view, "heights": _heights(file, case) if has_bearing_area(case) else None}
+        return {"view": view, "heights": _heights(file, case) if is_rough else None}
 
 
 def _view(file: netCDF4.Dataset, places: NDArray[np.intp], units: Mapping[str, Unit]) -> Packed:
@@ -225,7 +225,8 @@ def _heights(file: netCDF4.Dataset, case: Case) -> list[Array]:
     axes = [file[name][:].astype(np.float64) for name in names]
     half_widths = [float(file[f"contact_half_width_{name}"][-1]) for name in names]
     lost = file["wear_depth"][-1].astype(np.float64) + file["plastic_depth"][-1]
-    heights = heights_in_contact(case, axes, half_widths, np.stack([np.zeros_like(lost), lost]))
+    assert case.rough is not None
+    heights = case.rough.in_contact(axes, half_widths, np.stack([np.zeros_like(lost), lost]))
     return [each[evenly(each.size, _SHARES)] for each in heights]
 
 

@@ -12,6 +12,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from fretwear.mechanics.measured import Located
 from fretwear.parts import Choice, Part, keys_schema, required
 from fretwear.study.case import SNAPSHOTS, Case, members
 from fretwear.study.members import PartOf
@@ -32,7 +33,6 @@ from fretwear.study.points import MAX_POINTS, Axis, Design, Grid, Point, Sampled
 from fretwear.study.problems import Problem, Problems, StudyError, few_of
 from fretwear.study.rules import RULES, Rule
 from fretwear.study.yamlfile import parse_value, read_document
-from fretwear.topography import Located
 from fretwear.units import QuantityError, did_you_mean
 
 SECTIONS = ("title", "base", "vary", "seeds", "design", "invalid", "batch", "output")

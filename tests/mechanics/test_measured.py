@@ -5,17 +5,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fretwear import topography
-from fretwear.mechanics.measured import HeightMapIndenter, MeasuredRoughness
+from fretwear.mechanics.measured import (
+    HeightMapIndenter,
+    MeasuredRoughness,
+    SourceFile,
+    read_profile,
+    read_topography,
+)
 from fretwear.study.case import Case, CaseError
 from fretwear.study.doubts import doubts
 from fretwear.study.study import load_study
-from fretwear.topography import SourceFile, read_profile, read_topography
 from fretwear.units import QuantityError
 
-from .studies import steel
+from ..studies import steel
 
-GROUND = Path(__file__).parents[1] / "studies/surfaces/ground.nc"
+GROUND = Path(__file__).parents[2] / "studies/surfaces/ground.nc"
 FILE = SourceFile("file", "surface", "disc.x3p")
 
 
@@ -184,7 +188,7 @@ def test_a_huge_file_is_not_read_and_without_the_library_it_is_said_what_to_inst
     file = tmp_path / "map.nc"
     file.write_text("x")
     with pytest.raises(QuantityError, match=r"install it: pip install 'fretwear\[surfaces\]'"):
-        topography.read_topography(FILE.read(str(file), True))
+        read_topography(FILE.read(str(file), True))
 
 
 def test_a_profile_is_read_with_the_units_of_its_first_line_or_refused(tmp_path):
