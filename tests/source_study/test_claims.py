@@ -99,7 +99,7 @@ def test_pressure_that_moves_outward_fails_the_first_claim(cases, doctored):
     def vanished(cycle):
         pressure = case.field("pressure", cycle)
         noise = {2000: 0.0, case.last: 1e-6 * pressure.max()}
-        return np.where(case.zones(cycle).slip, noise.get(cycle, pressure), pressure)
+        return np.where(case.zones(cycle).slip(), noise.get(cycle, pressure), pressure)
 
     back = doctored(case, pressure=lambda n: case.field("pressure", swapped.get(n, n)))
     assert verdict(1, back) is IN_PART
@@ -179,15 +179,15 @@ def test_even_wear_holds_and_one_sided_wear_does_not(cases, doctored):
     case = cases["smooth elastic"]
 
     def even(cycle):
-        return np.where(case.zones(cycle).slip, 1e-9 if cycle else 1e-5 * case.radius, 0.0)
+        return np.where(case.zones(cycle).slip(), 1e-9 if cycle else 1e-5 * case.radius, 0.0)
 
     def one_sided(cycle):
         zones = case.zones(cycle)
-        return np.where(zones.slip, np.exp(-6.0 * zones.place(case.radius)), 0.0)
+        return np.where(zones.slip(), np.exp(-6.0 * zones.place(case.radius)), 0.0)
 
     def even_inside(cycle):
         zones = case.zones(cycle)
-        return np.where(zones.between(0.2, 0.8), 1e-9, 0.0)
+        return np.where(zones.slip(0.2, 0.8), 1e-9, 0.0)
 
     assert verdict(6, doctored(case, wear_rate=even)) is HOLDS
     assert verdict(6, doctored(case, wear_rate=even_inside)) is IN_PART
@@ -203,10 +203,10 @@ def levelled(case, zone_of):
 def test_wear_that_levels_the_slip_zone_holds_whatever_the_stick_zone_keeps(cases, doctored):
     rough = cases["rough elastic"]
     firm = doctored(rough, plastic_depth=lambda _cycle: 0.0 * rough.radius)
-    slip_only = doctored(firm, wear_depth=levelled(rough, lambda cycle: rough.zones(cycle).slip))
+    slip_only = doctored(firm, wear_depth=levelled(rough, lambda cycle: rough.zones(cycle).slip()))
     all_over = doctored(firm, wear_depth=levelled(rough, lambda _cycle: True))
     zones = slip_only.zones(rough.last)
-    assert amplitude_left(slip_only, rough.last, zones.slip) == pytest.approx(0.0, abs=0.01)
+    assert amplitude_left(slip_only, rough.last, zones.slip()) == pytest.approx(0.0, abs=0.01)
     assert amplitude_left(slip_only, rough.last, zones.stick) == pytest.approx(1.0, abs=0.05)
     assert verdict(7, slip_only) is HOLDS
     assert verdict(7, all_over) is HOLDS
@@ -215,7 +215,7 @@ def test_wear_that_levels_the_slip_zone_holds_whatever_the_stick_zone_keeps(case
 def test_asperities_go_in_the_middle_of_the_slip_zone_first_and_stay_without_wear(cases, doctored):
     case = cases["rough elastic"]
     zones = case.zones(case.last)
-    assert abs(amplitude_left(case, case.last, zones.between(0.25, 0.75))) < 0.1
+    assert abs(amplitude_left(case, case.last, zones.slip(0.25, 0.75))) < 0.1
     assert amplitude_left(case, case.last, zones.stick) > 0.5
     nothing = np.zeros_like(case.radius)
     unworn = doctored(case, **dict.fromkeys(("wear_depth", "plastic_depth"), lambda _: nothing))

@@ -11,9 +11,8 @@ from fretwear.figures.datasets import half_profiles
 from fretwear.figures.style import JournalFigure
 from fretwear.running.simulate import simulate
 from fretwear.source_study.cases import TITLES, reference_cases
-from fretwear.source_study.claims import judge
+from fretwear.source_study.claims import CLAIMS, excess_shear, source_sections
 from fretwear.source_study.figures import _draw_waves, source_figures
-from fretwear.source_study.section import excess_shear, source_sections
 
 from ..studies import WAVES, steel
 
@@ -45,8 +44,8 @@ def test_every_claim_is_told_with_criterion_numbers_and_a_word_for_each_model(
 ):
     text = words(sections["claims"])
     assert "as the study describes it slip that follows the worn shape" in text
-    for described, following in zip(judge(simple), judge(cases), strict=True):
-        claim = following.claim
+    for claim in CLAIMS:
+        described, following = claim.judge(simple), claim.judge(cases)
         verdicts = f"{described.verdict.value} {following.verdict.value}"
         assert f"{claim.number} {claim.words} {claim.criterion} {verdicts}" in text
         for finding in [*described.findings.values(), *following.findings.values()]:

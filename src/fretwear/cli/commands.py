@@ -307,7 +307,7 @@ def report(log: Log, file: StudyFile, results: Results = None) -> None:
     from fretwear.data.safe import write_text
     from fretwear.figures.index import INDEX_NAME
     from fretwear.report import build_report
-    from fretwear.source_study.section import source_sections
+    from fretwear.source_study.claims import source_sections
     from fretwear.study.plan import Plan
 
     summary = read_summary(folder / "summary.nc")

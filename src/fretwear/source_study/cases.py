@@ -75,10 +75,6 @@ class Evolution:
         snapshot = self.dataset[name].sel(cycle=cycle).transpose("x", "y")
         return snapshot.values.astype(np.float64)
 
-    def is_in(self, state: ContactState, cycle: int) -> Mask:
-        """Which cells are in a state at a snapshot."""
-        return np.equal(self.field("contact_state", cycle), state)
-
     def scalar(self, name: str, cycle: int) -> float:
         """One scalar at a snapshot."""
         return float(self.dataset[name].sel(cycle=cycle))
@@ -100,8 +96,8 @@ class Evolution:
     @cached_property
     def sides(self) -> tuple[float, float]:
         """Sides of a cell along x and y."""
-        along_x, along_y = (float(np.diff(place).mean()) for place in self.places)
-        return along_x, along_y
+        x, y = self.places
+        return float(np.diff(x).mean()), float(np.diff(y).mean())
 
     @cached_property
     def radius(self) -> Array:
@@ -121,13 +117,9 @@ class Evolution:
 
     def zones(self, cycle: int) -> Zones:
         """The stick and slip zones at a snapshot."""
-        sticking = self.is_in(ContactState.STICK, cycle)
-        touching = sticking | self.is_in(ContactState.SLIP, cycle)
-        half_cell = 0.5 * max(self.sides)
-        edges = [
-            float(self.radius[zone].max()) + half_cell if zone.any() else 0.0
-            for zone in (sticking, touching)
-        ]
+        state, half_cell = self.field("contact_state", cycle), 0.5 * max(self.sides)
+        inside = [self.radius[state >= least] for least in (ContactState.STICK, ContactState.SLIP)]
+        edges = [float(each.max()) + half_cell if each.size else 0.0 for each in inside]
         return Zones(self.radius, *edges)
 
     def rings(self, field: Array, within: Mask) -> tuple[Array, Array, Array]:
@@ -167,13 +159,8 @@ class Zones:
         """Cells of the stick zone."""
         return np.less_equal(self.radius, self.stick_radius)
 
-    @property
-    def slip(self) -> Mask:
-        """Cells of the slip zone."""
-        return self.between(0.0, 1.0)
-
-    def between(self, start: float, end: float) -> Mask:
-        """Cells of the slip zone from one fraction of its width to another."""
+    def slip(self, start: float = 0.0, end: float = 1.0) -> Mask:
+        """Cells of the slip zone, or of it from one fraction of its width to another."""
         fraction = self.place(self.radius)
         return np.greater(fraction, start) & np.less_equal(fraction, end)
 
@@ -297,7 +284,7 @@ def unevenness(case: Evolution, cycle: int, start: float = 0.0, end: float = 1.0
 
     `start` and `end` choose a part of the zone, in fractions of its width.
     """
-    part = case.zones(cycle).between(start, end)
+    part = case.zones(cycle).slip(start, end)
     _, values, cells = case.rings(case.field("wear_rate", cycle), part)
     mean = float(np.average(values, weights=cells))
     variance = float(np.average((values - mean) ** 2, weights=cells))

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from markupsafe import Markup
 
+from fretwear.report import Section, environment
 from fretwear.source_study.cases import (
     RUN_IN,
     TITLES,
@@ -19,13 +24,18 @@ from fretwear.source_study.cases import (
     growth,
     largest_on_rings,
     late_growth,
+    reference_cases,
     unevenness,
     zone_means,
 )
+from fretwear.study.parameters import value_text
 from fretwear.units import cycle_text, number_text
-from fretwear.vocabulary import ContactState
+from fretwear.vocabulary import SYMMETRIES, ContactState
 
-_NEGLIGIBLE = 1e-4
+if TYPE_CHECKING:
+    from fretwear.data.effects import Merged
+
+_NEGLIGIBLE, _MOST = 1e-4, 1000.0
 _NOISE = 1e-3
 _PEAK_CELLS = 2.0
 _ALMOST = 0.05
@@ -38,6 +48,13 @@ _STILL_WEARING = 0.01
 _ON_TIPS = 0.9
 _WORN_OFF = 0.1
 _EARLY, _MUCH = 100.0, 1.5
+_MODELS = {
+    "cattaneo_mindlin": "as the study describes it",
+    "jaeger": "slip that follows the worn shape",
+}
+
+Cases = Mapping[str, Evolution]
+"""The four cases of `TITLES`."""
 
 
 class Answer(Enum):
@@ -48,8 +65,7 @@ class Answer(Enum):
     FAILS = "does not hold"
 
 
-@dataclass(frozen=True)
-class Finding:
+class Finding(NamedTuple):
     """The verdict of one case, or of a smooth and a rough one together, on a claim."""
 
     answer: Answer
@@ -67,12 +83,10 @@ class Claim:
     subjects: Mapping[str, Sequence[str]]  # what is judged: the titles of each one's cases
     measure: Callable[..., Finding]  # takes the cases of one subject
 
-    def judge(self, cases: Mapping[str, Evolution]) -> Judgement:
-        """Judge the claim by the four cases of `TITLES`."""
-        found = {
-            s: self.measure(*(cases[t] for t in titles)) for s, titles in self.subjects.items()
-        }
-        return Judgement(self, found)
+    def judge(self, cases: Cases) -> Judgement:
+        """Judge the claim by the four cases."""
+        subjects = self.subjects.items()
+        return Judgement(self, {s: self.measure(*(cases[t] for t in each)) for s, each in subjects})
 
 
 @dataclass(frozen=True)
@@ -83,28 +97,21 @@ class Judgement:
     findings: Mapping[str, Finding]
 
     @property
-    def answers(self) -> tuple[Answer, ...]:
+    def answers(self) -> dict[str, Answer]:
         """The answer of each subject."""
-        return tuple(finding.answer for finding in self.findings.values())
+        return {subject: finding.answer for subject, finding in self.findings.items()}
 
     @property
     def verdict(self) -> Answer:
         """The answer common to all subjects; if they differ, the claim holds in part."""
-        return self.answers[0] if len(set(self.answers)) == 1 else Answer.IN_PART
+        answers = {*self.answers.values()}
+        return answers.pop() if len(answers) == 1 else Answer.IN_PART
 
     @property
     def told(self) -> str:
         """The answer of each subject in words if they differ, else empty."""
-        if len(set(self.answers)) == 1:
-            return ""
-        return ", ".join(f"{s}: {finding.answer.value}" for s, finding in self.findings.items())
-
-
-def _claim(
-    number: int, words: str, criterion: str, subjects: Mapping[str, Sequence[str]]
-) -> Callable[[Callable[..., Finding]], Claim]:
-    """Make a claim from the function that judges it."""
-    return lambda measure: Claim(number, words, criterion, subjects, measure)
+        differ = len({*self.answers.values()}) > 1
+        return ", ".join(f"{s}: {answer.value}" for s, answer in self.answers.items() if differ)
 
 
 def short(value: float) -> str:
@@ -145,7 +152,8 @@ _ROUGH = {title: (title,) for title in TITLES if title.startswith("rough")}
 _PAIRS = {body: (f"smooth {body}", f"rough {body}") for body in ("elastic", "plastic")}
 
 
-@_claim(
+@partial(
+    Claim,
     1,
     "Pressure increases within the stick zone and decreases inside the slip zones.",
     "From every snapshot to the next the mean pressure over the first stick disc rises, and "
@@ -169,7 +177,8 @@ def _pressure_moves_inward(case: Evolution) -> Finding:
     return _finding(in_all and not back, in_all, remark, _last_to_first(stick, slip))
 
 
-@_claim(
+@partial(
+    Claim,
     2,
     "The largest peak of a smooth elastic surface is at the ends of the stick zone after the "
     "last cycle.",
@@ -189,7 +198,8 @@ def _peak_at_stick_edge(case: Evolution) -> Finding:
     return _finding(abs(beyond) <= _PEAK_CELLS, False, "the peak is elsewhere", numbers)
 
 
-@_claim(
+@partial(
+    Claim,
     3,
     f"Rough, after about {RUN_IN} cycles: pressure and slip in the slip area are almost those "
     "of a smooth surface after the same number.",
@@ -220,7 +230,8 @@ def _rough_becomes_smooth(smooth: Evolution, rough: Evolution) -> Finding:
     )
 
 
-@_claim(
+@partial(
+    Claim,
     4,
     "Elastic: no change of the stick zone. Plastic: its edges deform and it reduces continuously.",
     "Elastic: no cell goes from stick to slip or back. Plastic: there is plastic depth in the "
@@ -231,13 +242,15 @@ def _rough_becomes_smooth(smooth: Evolution, rough: Evolution) -> Finding:
 def _stick_zone(case: Evolution) -> Finding:
     if math.isinf(case.parameter("plastic_limit")):
         sticks, slips = (
-            np.any([case.is_in(state, cycle) for cycle in case.cycles], axis=0)
+            np.any([case.field("contact_state", n) == state for n in case.cycles], axis=0)
             for state in (ContactState.STICK, ContactState.SLIP)
         )
         changed, what = int((sticks & slips).sum()), "cells that go from stick to slip or back"
         return _finding(not changed, False, f"{changed} {what}", {what: str(changed)})
     area = case.dataset["stick_area"].values
-    yields = [cycle for cycle in case.cycles if _edge_yields(case, cycle)]
+    zones = {cycle: case.zones(cycle) for cycle in case.cycles}
+    outer = {c: z.stick & (case.radius >= _OUTER_PART * z.stick_radius) for c, z in zones.items()}
+    yields = [c for c, edge in outer.items() if (case.field("plastic_depth", c)[edge] > 0.0).any()]
     elastic = [cycle for cycle in case.cycles if case.scalar("plastic_volume", cycle) == 0.0]
     rises = np.flatnonzero(np.diff(area) >= 0.0)
     falls = case.cycles[rises[-1] + 1] if rises.size else 0
@@ -248,7 +261,7 @@ def _stick_zone(case: Evolution) -> Finding:
         remark = "its edge yields, but it does not reduce"
     else:
         remark = f"the area that sticks falls only from cycle {cycle_text(falls)} on"
-    extent = case.zones(case.last).stick_radius / case.zones(0).stick_radius
+    extent = zones[case.last].stick_radius / zones[0].stick_radius
     numbers = {
         "stick area left": percent(area[-1] / area[0]),
         "largest on the way": percent(area.max() / area[0]),
@@ -258,14 +271,8 @@ def _stick_zone(case: Evolution) -> Finding:
     return _finding(reduces and falls <= max(elastic, default=0), reduces, remark, numbers)
 
 
-def _edge_yields(case: Evolution, cycle: int) -> bool:
-    """Whether there is plastic depth in the outer quarter of the stick zone."""
-    zones = case.zones(cycle)
-    edge = zones.stick & (case.radius >= _OUTER_PART * zones.stick_radius)
-    return bool(case.field("plastic_depth", cycle)[edge].max(initial=0.0) > 0.0)
-
-
-@_claim(
+@partial(
+    Claim,
     5,
     "The maximum wear is in the middle of the slip zones, smooth and rough, and at the beginning.",
     "Averaged over rings, wear is deepest in the middle third of the slip zone at every "
@@ -295,7 +302,8 @@ def _deepest_in_the_middle(case: Evolution) -> Finding:
     )
 
 
-@_claim(
+@partial(
+    Claim,
     6,
     "After some number of cycles the wear of one cycle becomes almost constant over the slip zone.",
     "Averaged over rings, its standard deviation over the slip zone is at most 10 % of the "
@@ -304,7 +312,7 @@ def _deepest_in_the_middle(case: Evolution) -> Finding:
     _EACH,
 )
 def _even_wear(case: Evolution) -> Finding:
-    means = [case.field("wear_rate", n)[case.zones(n).slip].mean() for n in case.cycles]
+    means = [case.field("wear_rate", n)[case.zones(n).slip()].mean() for n in case.cycles]
     cycle = case.cycles[np.flatnonzero(np.array(means) >= _STILL_WEARING * means[0])[-1]]
     now, middle = unevenness(case, cycle), unevenness(case, cycle, *_MIDDLE_HALF)
     numbers = {
@@ -317,7 +325,8 @@ def _even_wear(case: Evolution) -> Finding:
     return _finding(now <= _EVEN, middle <= _EVEN, remark, numbers)
 
 
-@_claim(
+@partial(
+    Claim,
     7,
     "Rough: wear is first on the asperities with the biggest pressures; after about "
     f"{RUN_IN} cycles the asperities on the slip area are worn.",
@@ -330,11 +339,11 @@ def _even_wear(case: Evolution) -> Finding:
 def _asperities(case: Evolution) -> Finding:
     wear, pressure = case.field("wear_rate", 0), case.field("pressure", 0)
     on_tips = float(wear[case.waves < 0.0].sum() / wear.sum())
-    there = float((pressure * wear).sum() / wear.sum() / pressure[case.zones(0).slip].mean())
+    there = float((pressure * wear).sum() / wear.sum() / pressure[case.zones(0).slip()].mean())
     cycle = case.nearest(RUN_IN)
     zones = case.zones(cycle)
-    slip = amplitude_left(case, cycle, zones.slip)
-    middle = amplitude_left(case, cycle, zones.between(*_MIDDLE_HALF))
+    slip = amplitude_left(case, cycle, zones.slip())
+    middle = amplitude_left(case, cycle, zones.slip(*_MIDDLE_HALF))
     first = on_tips >= _ON_TIPS and there > 1.0
     numbers = {
         "wear on tips in cycle 0": percent(on_tips),
@@ -350,7 +359,8 @@ def _asperities(case: Evolution) -> Finding:
     return _finding(first and gone, first or gone_in_part, remark, numbers)
 
 
-@_claim(
+@partial(
+    Claim,
     8,
     "Contact width grows much faster for rough surfaces and stabilises at almost the same level.",
     "By cycle 100 the rough half-width has grown at least 1.5 times as much as the smooth one; "
@@ -379,7 +389,8 @@ def _width_grows_faster_when_rough(smooth: Evolution, rough: Evolution) -> Findi
     return _finding(not against, ratio >= _MUCH or stabilises, " and ".join(against), numbers)
 
 
-@_claim(
+@partial(
+    Claim,
     9,
     "Shear tractions exhibit a similar behaviour.",
     "From snapshot to snapshot the means of shear over the two zones of claim 1 rise where "
@@ -398,7 +409,8 @@ def _shear_like_pressure(case: Evolution) -> Finding:
     return _finding(not against, against < steps // 2, remark, numbers)
 
 
-@_claim(
+@partial(
+    Claim,
     10,
     "Wear has higher values at the beginning for rough bodies.",
     f"From cycle 1 to {RUN_IN} wear volume and largest depth of the rough contact exceed those "
@@ -444,6 +456,83 @@ CLAIMS = (
 """All claims, in the order of their numbers; 10 is of the study's conclusions."""
 
 
-def judge(cases: Mapping[str, Evolution]) -> tuple[Judgement, ...]:
-    """Judge every claim by the four cases of `TITLES`."""
-    return tuple(claim.judge(cases) for claim in CLAIMS)
+def source_sections(summary: Merged, folder: Path) -> Iterator[Section]:
+    """Yield the sections on the source study, of a merged study's case files.
+
+    There are none where the study does not hold the four cases of the source study. Else they are
+    the claims, judged at one radius and compared with others if there are, and what the simpler
+    slip model costs, where the study has both.
+    """
+    judged: dict[tuple[str, float], list[Judgement]] = {}
+    models: list[Cases] = []
+    for group in reference_cases(summary, folder):
+        cases: Cases = group.load()
+        judged[group.slip_model, group.radius] = [claim.judge(cases) for claim in CLAIMS]
+        # Those of other radii are not needed any more.
+        models += [cases] if group.radius == next(iter(judged))[1] else []
+    if not judged:
+        return
+    radius = next(iter(judged))[1]
+    columns = {model: each for (model, at), each in sorted(judged.items()) if at == radius}
+    others = sorted(judged.items()) if len(judged) > len(columns) else []
+    rows = [
+        [
+            (each[i], each[i].answers != columns.get(model, each)[i].answers)
+            for (model, _), each in others
+        ]
+        for i in range(len(CLAIMS) if others else 0)
+    ]
+    varied = [str(row[0][0].claim.number) for row in rows if any(differs for _, differs in row)]
+    words = {model: _MODELS.get(model, model.replace("_", " ")) for model, _ in judged}
+    heads = [f"R = {value_text('radius', at)}, {words[model]}" for (model, at), _ in others]
+    template: Any = environment("fretwear.source_study").get_template("sections.html.j2").module
+    text = template.claims(
+        value_text("radius", radius),
+        [words[model] for model in columns],
+        list(zip(*columns.values(), strict=True)),
+        heads,
+        rows,
+        ", ".join(varied),
+    )
+    yield Section("claims", "Claims of the source study", Markup(text))
+    if len(models) > 1:
+        cases, simple = models[:2]
+        smooth = cases[TITLES[0]]
+        tables = {
+            cycle_text(cycle): _ratios(cases, simple, cycle)
+            for cycle in dict.fromkeys((smooth.nearest(RUN_IN), smooth.last))
+        }
+        excess = {title: percent(excess_shear(case, smooth.last)) for title, case in simple.items()}
+        text = template.slip_models(list(TITLES), tables, excess)
+        yield Section("slip-models", "What the simpler slip model costs", Markup(text))
+
+
+def _ratios(cases: Cases, simple: Cases, cycle: int) -> dict[str, list[str]]:
+    """Results of the simple model as multiples of the others', a column for each case."""
+    from fretwear.data.dataset import compared_results
+
+    rows: dict[str, list[str]] = {}
+    for title, case in cases.items():
+        both = (case, simple[title])
+        compared = compared_results(*(one.dataset.sel(cycle=[cycle]) for one in both))
+        # The pressure of a single cell is meaningless on a rough surface.
+        ratios = {r.variable.label: r.ratio for r in compared if r.variable.is_headline}
+        first, second = (one.field("pressure", cycle)[one.zones(cycle).stick] for one in both)
+        ratios["Mean pressure in the stick zone"] = float(second.mean() / first.mean())
+        for label, ratio in ratios.items():
+            # Vanishing values cannot be compared.
+            rows.setdefault(label, []).append(short(ratio if ratio < _MOST else math.nan))
+    return rows
+
+
+def excess_shear(case: Evolution, cycle: int) -> float:
+    """Share of the tangential load that a case carries against Coulomb's law.
+
+    Where the shear traction exceeds µp, valleys without pressure included, friction cannot
+    carry it: the integral of that excess, as a share of Q. The slip of the worn shape has none.
+    """
+    shear = np.abs(case.field("shear_traction", cycle))
+    excess = np.maximum(shear - case.parameter("friction") * case.field("pressure", cycle), 0.0)
+    copies = 1 << sum(SYMMETRIES[case.dataset.attrs["symmetry"]])
+    force = copies * math.prod(case.sides) * float(excess.sum())
+    return force / case.parameter("tangential_load")
