@@ -109,7 +109,7 @@ def test_the_documented_command_takes_the_default_study_to_its_report(demo, tmp_
 
 def test_slurm_gets_what_the_plan_says_a_job_takes(demo, monkeypatch):
     monkeypatch.chdir(demo.folder)
-    planned = StudyJobs.of("demo")
+    planned = StudyJobs.of({})
     submitted = jobs_of(demo)
     assert len(submitted) == 24 / BATCH
     for job in submitted.values():

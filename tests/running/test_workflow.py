@@ -14,7 +14,6 @@ from fretwear.data.files import open_summary
 from fretwear.data.safe import DataFileError
 from fretwear.running.workflow import (
     StudyJobs,
-    chosen,
     failures,
     record,
     study_file,
@@ -215,7 +214,7 @@ def test_a_study_is_given_by_name_or_by_path(checkout, monkeypatch):
     # That of another folder has its results among the others.
     above = write_study(checkout.folder / "above.yaml", TINY)
     for name in ("../above", "studies/../above.yaml", str(above)):
-        assert StudyJobs.of(name).folder == "results/above"
+        assert StudyJobs.of({"study": name}).folder == "results/above"
 
 
 @pytest.fixture
@@ -224,7 +223,7 @@ def jobs(checkout, monkeypatch):
 
     def of(content, name="demo"):
         checkout.write(content, name)
-        return StudyJobs.of(name)
+        return StudyJobs.of({"study": name})
 
     return of
 
@@ -297,16 +296,23 @@ def test_the_verdict_names_what_failed_but_not_what_other_studies_left(jobs):
     assert lines[1] == f"  {case_id}: the wheel came off (log: {log})"
 
 
-def test_a_study_is_chosen_by_its_key_alone_and_a_misspelt_one_does_not_run_the_default():
-    usual = {"name": "demo", "keep_older": False, "threads": 1}
-    assert chosen({}) == usual
-    assert chosen({"study": "paper"}) == {**usual, "name": "paper"}
-    assert chosen({"keep_older": "True"}) == {**usual, "keep_older": True}
-    assert chosen({"keep_older": False, "threads": 4}) == {**usual, "threads": 4}
+def test_a_study_is_chosen_by_its_key_alone_and_a_misspelt_one_does_not_run_the_default(
+    checkout, monkeypatch
+):
+    monkeypatch.chdir(checkout.folder)
+    checkout.write(TINY, "paper")
+    for config, expected in (
+        ({}, ("demo", False, 1)),
+        ({"study": "paper"}, ("paper", False, 1)),
+        ({"keep_older": "True"}, ("demo", True, 1)),
+        ({"keep_older": False, "threads": 4}, ("demo", False, 4)),
+    ):
+        found = StudyJobs.of(config)
+        assert (found.study.name, found.keep_older, found.threads) == expected
     misspelt = ({"stdy": "a"}, {"study": "a", "cores": 2}, {"study": None}, {"keep_older": 1})
     for config in (*misspelt, {"threads": 0}, {"threads": "two"}, {"threads": True}):
         with pytest.raises(StudyError, match="--config"):
-            chosen(config)
+            StudyJobs.of(config)
 
 
 @pytest.mark.slow

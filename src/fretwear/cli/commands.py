@@ -38,7 +38,6 @@ _MOST_ROWS = 200
 _ROWS_AT_AN_END = 20
 
 _CASE = "Case, by the beginning of its id in `fretwear plan`; not needed if there is only one."
-_OUTPUT = "File to write."
 _POINTS = "Numbers of the points, counted from 1 as in the report."
 _FINISHED = "File to write when all of the cases are done, for the workflow."
 _SUPERVISE = "Run the remaining cases if the process is killed, for example when memory runs out."
@@ -84,7 +83,7 @@ def init(
 
     Existing files are not changed.
     """
-    from fretwear.data.safe import DataFileError, atomic_path, why_not_writable
+    from fretwear.data.safe import atomic_path, why_not_writable
     from fretwear.running.workflow import workspace
 
     known = {file.stem: file for file in sorted((workspace() / "studies").glob("*.yaml"))}
@@ -112,11 +111,8 @@ def init(
         if file.exists() or file.is_symlink():
             say(f"{file}: exists already, unchanged")
             continue
-        try:
-            with atomic_path(file) as temporary:
-                temporary.write_bytes(content)
-        except DataFileError as error:
-            raise CommandError(str(error), Status.FAILED) from error
+        with atomic_path(file) as temporary:
+            temporary.write_bytes(content)
         say(str(file))
     there = "" if folder == Path() else f"cd {folder} && "
     which = "" if study == "demo" else f" --config study={study}"
@@ -148,10 +144,8 @@ def plan(
     planned = Plan(load_study(file, set_ or ()))
     planned = replace(planned, speed=resources.machine_speed(planned.estimates.values()))
     points, cases, few = len(planned.points), len(planned.estimates), _ROWS_AT_AN_END
-    if every or points <= _MOST_ROWS:
-        rows = [*planned.rows()]
-    else:
-        rows = [*planned.rows(0, few), *planned.rows(points - few)]
+    shown = points if every or points <= _MOST_ROWS else few
+    rows = [*planned.rows(0, shown), *planned.rows(max(shown, points - few))]
     lines = [*aligned([planned.header(), *rows], str.ljust, indent="")]
     if left := points - len(rows):
         lines.insert(1 + few, f"... {left} more points, which --all prints ...")
@@ -185,7 +179,9 @@ def run(
     file: StudyFile,
     case_id: Annotated[str | None, option("--case", "ID", _CASE, complete=case_ids)] = None,
     set_: Assignments = None,
-    output: Annotated[Path | None, option("-o/--output", "OUT.nc", _OUTPUT, "ID.nc")] = None,
+    output: Annotated[
+        Path | None, option("-o/--output", "OUT.nc", "File to write.", "ID.nc")
+    ] = None,
     threads: Threads = 1,
 ) -> None:
     """Simulate one case of a study and write it to one file.
@@ -305,16 +301,11 @@ def report(log: Log, file: StudyFile, results: Results = None) -> None:
 
     from fretwear.data.files import read_summary
     from fretwear.data.safe import write_text
-    from fretwear.figures.index import INDEX_NAME
     from fretwear.report import build_report
     from fretwear.source_study.claims import source_sections
     from fretwear.study.plan import Plan
 
     summary = read_summary(folder / "summary.nc")
-    index = folder / "figures" / INDEX_NAME
-    if not index.is_file():
-        rule = "there is no such file; draw the figures before the report:"
-        raise CommandError(f"{index}: {rule}\n    fretwear figures {file}", Status.FAILED)
     sections = source_sections(summary, folder / "cases")
     page = build_report(Plan(study), summary, folder, sections=sections)
     write_text(folder / "report.html", page)

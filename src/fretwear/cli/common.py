@@ -11,10 +11,10 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
-from enum import IntEnum, StrEnum
+from enum import IntEnum
 from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, cast
+from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
 
 import typer
 
@@ -50,14 +50,6 @@ class CommandError(Exception):
     def __init__(self, message: str, status: Status = Status.WRONG_INPUT) -> None:
         super().__init__(message)
         self.status = status
-
-
-class LogFormat(StrEnum):
-    """How progress and errors are written."""
-
-    AUTO = "auto"
-    LINES = "lines"
-    JSON = "json"
 
 
 @dataclass
@@ -132,7 +124,7 @@ Quiet = Annotated[
     bool, typer.Option("--quiet", "-q", help="Print errors only.", rich_help_panel="Messages")
 ]
 Format = Annotated[
-    LogFormat,
+    Literal["auto", "lines", "json"],
     typer.Option(
         LOG_FORMAT_OPTION,
         help="auto: a bar on a terminal, lines elsewhere; json: one JSON object per line, "
@@ -150,7 +142,7 @@ def logged(command: Callable[..., None]) -> Callable[..., None]:
     def logging(
         context: typer.Context,
         quiet: Quiet = False,
-        log_format: Format = LogFormat.AUTO,
+        log_format: Format = "auto",
         **given: Any,
     ) -> None:
         from fretwear.cli.progress import Log

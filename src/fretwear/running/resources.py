@@ -51,8 +51,7 @@ SECONDS_PER_CELL_AND_TRANSFORM = 2.2e-8
 # Smaller windows fit into the fastest memory, which the rest of a run does not; larger ones would
 # take long to time, and no longer a cell.
 _SIZES = (128, 192, 256, 384, 512)
-_SIZES_TIMED = 2
-_SECONDS_EACH = 0.03
+_SECONDS_TIMED = 0.05
 _LEAST_REPETITIONS = 3
 _FREED = 4_000_000
 
@@ -196,20 +195,19 @@ def core_seconds(jobs: Sequence[Batch], speed: float = 1.0) -> float:
 def machine_speed(estimates: Iterable[Estimate]) -> float:
     """Return the speed of this machine relative to the one on which the cost model was calibrated.
 
-    Most of a run is spent in Fourier transforms, so these are timed: for the sizes in which the
-    cases spend most of their time, on one thread, in processor time, which other work on the
-    machine disturbs less than the clock.
+    Most of a run is spent in Fourier transforms, so these are timed: of the size in which the cases
+    spend most of their time, on one thread, in processor time, which other work on the machine
+    disturbs less than the clock.
     """
     spent: defaultdict[int, float] = defaultdict(float)
     for expected in estimates:
         width = math.sqrt(expected.cells)
         spent[min(_SIZES, key=lambda size: abs(math.log(size / width)))] += expected.seconds
-    nominal = measured = 0.0
-    for timed in sorted(spent, key=lambda size: spent[size])[-_SIZES_TIMED:]:
-        usual = SECONDS_PER_TRANSFORM + SECONDS_PER_CELL_AND_TRANSFORM * timed**2
-        nominal += spent[timed]
-        measured += spent[timed] * transform_seconds(timed, timed) / usual
-    return nominal / measured if measured else 1.0
+    if not spent:
+        return 1.0
+    size = max(spent, key=lambda size: spent[size])
+    usual = SECONDS_PER_TRANSFORM + SECONDS_PER_CELL_AND_TRANSFORM * size**2
+    return usual / transform_seconds(size, size)
 
 
 def transform_seconds(cells_x: int, cells_y: int) -> float:
@@ -224,7 +222,7 @@ def transform_seconds(cells_x: int, cells_y: int) -> float:
     window[: cells_x // 2] = 1.0
     taken: list[float] = []
     began = time.process_time()
-    while len(taken) < _LEAST_REPETITIONS or time.process_time() - began < _SECONDS_EACH:
+    while len(taken) < _LEAST_REPETITIONS or time.process_time() - began < _SECONDS_TIMED:
         started = time.process_time()
         np.fft.irfft2(np.fft.rfft2(window), s=window.shape)
         taken.append(time.process_time() - started)

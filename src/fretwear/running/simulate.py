@@ -306,25 +306,15 @@ def estimated_errors(
 ) -> dict[str, NDArray[np.float64]]:
     """Estimate how far results are from those of infinitely narrow cells and short steps.
 
-    A run and its twin on k times wider cells, to k² times the tolerance, differ by k − 1 times the
-    error of the run if errors grow with the width of a cell, and by √(k² + 1) times its standard
-    deviation if they follow from where edges happen to fall in cells. √(k² − 1) lies between.
+    The scalars by name at the snapshots, shape (n,), are those of a run and of its twin, whose
+    cells are some times wider; so are the estimates, in the units of the scalars.
 
-    What two runs differ by at one snapshot may be small by chance: what they differ by in the
-    median snapshot, relative to the value, counts if it is more. It is that of the logarithms, so
-    that a hard snapshot beside an easy one does not count for both.
-
-    Parameters
-    ----------
-    scalars, coarser
-        The scalars by name at the snapshots, shape (n,): of the run, and of its twin.
-    times
-        How many times wider the cells of the twin are.
-
-    Returns
-    -------
-    dict
-        The estimates by name at the snapshots, shape (n,), in the units of the scalars.
+    Where the cells are k times wider and the tolerance is k² times larger, results differ by k − 1
+    times the error of the run if errors grow with the width of a cell, and by √(k² + 1) times its
+    standard deviation if they follow from where edges happen to fall in cells. √(k² − 1) lies
+    between. What two runs differ by at one snapshot may be small by chance: what they differ by in
+    the median snapshot, relative to the value, counts if it is more. It is that of the logarithms,
+    so that a hard snapshot beside an easy one does not count for both.
     """
     apart, sizes, usual = {}, {}, {}
     for name, values in scalars.items():

@@ -22,7 +22,7 @@ from functools import cached_property
 from itertools import count
 from os import PathLike
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from fretwear.data.safe import DataFileError, open_data, open_log, read_data, write_text
 from fretwear.running.resources import Batch, batches
@@ -77,27 +77,6 @@ _CHOICES = {
 }
 
 
-def chosen(config: Mapping[str, object]) -> dict[str, Any]:
-    """Return the settings of ``--config study=NAME keep_older=true threads=4`` for `StudyJobs.of`.
-
-    Any other key is a `StudyError`: a misspelt key must not run the default.
-    """
-    known = tuple(_CHOICES)
-    rule, remedy = "is not known", f"known are {', '.join(known)}"
-    unknown = [key for key in config if key not in known]
-    problems = [Problem(key, config[key], rule, remedy, None, known, key) for key in unknown]
-    # Snakemake passes some words on as text, others as YAML values.
-    given = {key: config.get(key, usual) for key, (usual, _, _) in _CHOICES.items()}
-    texts = {key: "" if value is None else str(value) for key, value in given.items()}
-    for key, (_, form, rule) in _CHOICES.items():
-        if not re.fullmatch(form, texts[key]):
-            problems.append(Problem(key, given[key], rule))
-    if problems:
-        raise StudyError(Path("--config"), problems)
-    is_kept = texts["keep_older"].lower() == "true"
-    return {"name": texts["study"], "keep_older": is_kept, "threads": int(texts["threads"])}
-
-
 def study_file(name: str) -> Path:
     """Return the file of a study given by its name in ``studies/`` or as a path to a YAML file."""
     path, studies = Path(name), Path("studies")
@@ -126,9 +105,25 @@ class StudyJobs:
     threads: int = 1  # per case
 
     @classmethod
-    def of(cls, name: str, *, keep_older: bool = False, threads: int = 1) -> StudyJobs:
-        """Return the jobs of a study given as for `study_file`."""
-        return cls(load_study(study_file(name)), keep_older, threads)
+    def of(cls, config: Mapping[str, object]) -> StudyJobs:
+        """Return the jobs that ``--config study=NAME keep_older=true threads=4`` asks for.
+
+        Any other key is a `StudyError`: a misspelt key must not run the default.
+        """
+        known = tuple(_CHOICES)
+        rule, remedy = "is not known", f"known are {', '.join(known)}"
+        unknown = [key for key in config if key not in known]
+        problems = [Problem(key, config[key], rule, remedy, None, known, key) for key in unknown]
+        # Snakemake passes some words on as text, others as YAML values.
+        given = {key: config.get(key, usual) for key, (usual, _, _) in _CHOICES.items()}
+        texts = {key: "" if value is None else str(value) for key, value in given.items()}
+        for key, (_, form, rule) in _CHOICES.items():
+            if not re.fullmatch(form, texts[key]):
+                problems.append(Problem(key, given[key], rule))
+        if problems:
+            raise StudyError(Path("--config"), problems)
+        study = load_study(study_file(texts["study"]))
+        return cls(study, texts["keep_older"].lower() == "true", int(texts["threads"]))
 
     @property
     def folder(self) -> str:
