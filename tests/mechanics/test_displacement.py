@@ -166,28 +166,12 @@ def test_kinetics_at_constant_load(rings, u, spring, tau, d, reduced, ratio, dee
     assert last.measures.wear_volume / (a**4 / 0.01) == near(v, rel=2e-3)
 
 
-@pytest.mark.parametrize("u", [0.5, 1.2])
-def test_a_stage_foretells_how_slip_follows_the_approach(u, monkeypatch):
-    """One contact and one reduced contact do as a rule, and both Newton's methods converge."""
-    counts = {"contact": 0, "reduced": 0, "solutions": 0}
-
-    def counted(kind):
-        def solve(*given, **options):
-            found = solve_contact(*given, **options)
-            counts[kind] += 1
-            counts["solutions"] += found.iterations
-            return found
-
-        return solve
-
-    monkeypatch.setattr("fretwear.mechanics.integrator.solve_contact", counted("contact"))
-    monkeypatch.setattr("fretwear.mechanics.slip.solve_contact", counted("reduced"))
+@pytest.mark.parametrize(("u", "most"), [(0.5, 8.2), (1.2, 6.5)])
+def test_a_stage_foretells_how_slip_follows_the_approach(u, most):
+    """A contact and a reduced contact do as a rule, and Newton's method converges for both."""
     *_, last = steps(case_of(2000, displacement_ratio=u))
-    stages = 2 * last.state.step
     # Some stages are made anew on larger rings, which are made anew as the stick zone grows.
-    assert counts["contact"] <= 1.6 * stages
-    assert counts["reduced"] <= 1.8 * stages
-    assert counts["solutions"] <= 6.5 * stages
+    assert last.state.convolutions <= most * 2 * last.state.step
 
 
 def test_debris_that_keeps_all_leaves_the_gap_and_half_of_it_slows_what_wear_does():

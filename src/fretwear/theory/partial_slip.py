@@ -147,7 +147,7 @@ class LinePartialSlip(CattaneoMindlin):
         """
         x = self.load_ratio
         if x < 1e-2:
-            loop = x**3 * (1.0 / 6.0 + x * (1.0 / 12.0 + x / 20.0))
+            loop = x**3 * (1.0 / 6.0 + x * (1.0 / 12.0 + x * (1.0 / 20.0 + x / 30.0)))
         else:
             loop = (1.0 - x) * math.log1p(-x) + 0.5 * x * (2.0 - x)
         sliding = (self.friction * self.hertz.load) ** 2 * self.coupling

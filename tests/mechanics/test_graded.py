@@ -1,0 +1,365 @@
+"""Smooth contacts on rings and strips: closed forms, an independent reference, their output."""
+
+import csv
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.interpolate import PchipInterpolator
+from scipy.optimize import brentq
+from scipy.special import ellipe
+
+from fretwear.mechanics.contact import ContactProblem
+from fretwear.mechanics.geometry import Workspace
+from fretwear.mechanics.geometry.dense import Line, interpolated
+from fretwear.mechanics.geometry.rings import Grading, Rings, mean_influence
+from fretwear.mechanics.integrator import evolve, first_loading
+from fretwear.mechanics.loading import DisplacementRatio, NormalLoad, TangentialRatio
+from fretwear.mechanics.materials import ElasticBodies
+from fretwear.mechanics.measures import loop, measure
+from fretwear.mechanics.roughness import WavyRoughness
+from fretwear.mechanics.solver import solve_contact
+from fretwear.mechanics.surfaces import Cylinder, FlatPunch
+from fretwear.theory import (
+    CattaneoMindlin,
+    LimitingState,
+    LineLimitingState,
+    LinePartialSlip,
+    gross_slip_energy,
+)
+
+from .problems import COUPLING, FRICTION, HERTZ, MODULUS, P0, RADIUS, ROUGH, A, fretting, near
+from .problems import LOAD as SPHERE_LOAD
+
+TABLE = Path(__file__).parent / "reference" / "smooth_wear.csv"
+DEPTH, VOLUME = A**2 / RADIUS, A**4 / RADIUS
+STUDY_LIMIT = 4500e6 / P0
+
+CYLINDER, LOAD = Cylinder(6e-3), 18.5e3
+STEEL = ElasticBodies(200e9, 0.3)
+LINE = CYLINDER.hertz(NormalLoad(LOAD), STEEL.composite_modulus)
+EDGE = LINE.contact_radius
+
+
+def rubbing(load_ratio, **changes):
+    """A cylinder on strips."""
+    given = {
+        "indenter": CYLINDER,
+        "normal": NormalLoad(LOAD),
+        "extent": (1.15 * EDGE, 1.15 * EDGE),
+        "loading": TangentialRatio(load_ratio),
+        "spacing": (EDGE / 64, EDGE / 64),
+    }
+    return fretting(bodies=STEEL, geometry=Line, **{**given, **changes})
+
+
+def on_cells(kind, ratio):
+    """The problem of a sphere on rings or of a cylinder on strips, and both of its closed forms."""
+    if kind == "rings":
+        unworn = CattaneoMindlin(HERTZ, FRICTION, ratio * FRICTION * SPHERE_LOAD, COUPLING)
+        return fretting(load_ratio=ratio, geometry=Rings), unworn, LimitingState(HERTZ, ratio)
+    unworn = LinePartialSlip(LINE, FRICTION, ratio * FRICTION * LOAD)
+    return rubbing(ratio), unworn, LineLimitingState(LINE, ratio)
+
+
+BOTH = pytest.mark.parametrize("kind", ["rings", "strips"])
+RATIOS = pytest.mark.parametrize("ratio", [0.2, 0.5, 0.9])
+
+
+@BOTH
+@RATIOS
+def test_unworn_contact_is_that_of_cattaneo_and_mindlin(kind, ratio):
+    problem, theory, _ = on_cells(kind, ratio)
+    state, hertz = first_loading(problem), theory.hertz
+    found, rings = measure(problem, state), kind == "rings"
+    assert found.approach == near(hertz.approach, rel=1e-4 if rings else 1e-5)
+    assert found.central_pressure == near(hertz.peak_pressure, rel=1e-4)
+    assert found.contact_half_width_x == near(hertz.contact_radius, rel=2e-3 if rings else 6e-4)
+    assert found.stick_half_width_x == near(theory.stick_radius, rel=2e-4)
+    assert found.tangential_displacement == near(theory.tangential_displacement, rel=2e-4)
+    assert found.dissipated_energy == near(theory.dissipated_energy, rel=3e-3 if rings else 1e-3)
+    x, slip = state.geometry.x, problem.slip(state.reduced)[:, 0]
+    np.testing.assert_allclose(
+        slip, theory.slip(x), atol=2e-3 * slip[x < hertz.contact_radius].max()
+    )
+    pressure = state.pressure[:, 0]
+    np.testing.assert_allclose(pressure, hertz.pressure(x), atol=0.03 * hertz.peak_pressure)
+
+
+@BOTH
+@RATIOS
+def test_endless_wear_reaches_the_limiting_state(kind, ratio):
+    problem, theory, limit = on_cells(kind, ratio)
+    cycles = 60 if kind == "rings" else 1e4
+    *_, last = evolve(problem, [cycles / (problem.growth_rate * theory.hertz.peak_pressure)])
+    found, rel = measure(problem, last), 3e-3 if kind == "rings" else 1e-3
+    assert found.approach == near(limit.approach, rel=1e-4 if kind == "rings" else 1e-5)
+    assert found.central_pressure == near(limit.central_pressure, rel=1e-3)
+    assert last.wear.max() == near(limit.deepest_wear, rel=rel)
+    assert found.wear_volume == near(limit.wear_volume, rel=rel)
+    assert found.contact_half_width_x == near(limit.contact_radius, rel=rel)
+    assert found.stick_half_width_x == near(limit.stick_radius, rel=1e-3)
+
+
+def test_influence_is_symmetric_and_that_of_discs():
+    edges = np.array([0.0, 0.3, 0.31, 0.7, 1.4, 1.9])
+    influence = mean_influence(edges)
+    np.testing.assert_allclose(influence, influence.T, rtol=1e-13)
+    # Everything under one pressure is a disc: in the mean it sinks by 16 p a/3πE*.
+    assert influence.sum() == near(16.0 / 3.0 * 1.9**3, rel=1e-13)
+
+    def sunk(r):
+        """Displacement × E* at r within a disc of radius 1.4 minus that within one of 0.7."""
+        outer, inner = (4 / math.pi * b * ellipe((r / b) ** 2) for b in (1.4, 0.7))
+        return 2 * math.pi * r * (outer - inner)
+
+    expected = [quad(sunk, *edges[i : i + 2], epsabs=0)[0] for i in range(3)]
+    np.testing.assert_allclose(influence[:3, 3], expected, rtol=1e-11)
+    line = Line((0.0, 1e-6, 3e-6, 8e-6, 1e-5), 6e-3)
+    influence = line.areas * line.influence(1e11)
+    np.testing.assert_allclose(influence, influence.T, rtol=1e-6)
+    assert np.linalg.eigvalsh(0.5 * (influence + influence.T)).min() > 0
+
+
+@pytest.fixture(scope="module")
+def rings():
+    return Rings.graded(Grading(A, 1.2 * A, A, 2e-4 * A), 2.0 * A)
+
+
+def test_rings_cover_the_disc_are_finest_at_the_edge_and_move_fields_by_cubics(rings):
+    widths = np.diff(rings.edges)
+    assert rings.edges[0] == 0.0
+    assert rings.edges[-1] == near(2.0 * A)
+    assert widths.min() > 0
+    assert min(abs(each - A) for each in rings.edges) < 1e-12 * A
+    at_edge = np.argmin(np.abs(np.asarray(rings.edges) - A))
+    np.testing.assert_allclose(widths[at_edge - 1 : at_edge + 1], 2e-4 * A, rtol=0.15)
+    assert widths.max() <= 0.016 * 1.2 * A * (1 + 1e-9)
+    assert rings.integral(np.ones(rings.shape)) == near(4 * math.pi * A**2)
+    # The mean of r² over a ring is that of its radii.
+    assert (rings.areas[:, 0] * rings.x**2).sum() == near(0.5 * math.pi * (2 * A) ** 4)
+    # As scipy has them, to the last bit, which takes longer to import than a short run.
+    random = np.random.default_rng(1)
+    for signs in (0.0, 1.0):
+        places = np.concatenate([[0.0], np.cumsum(random.random(80) ** 3 + 1e-6)])
+        values = np.cumsum(random.standard_normal(81) + 2.0 * (1.0 - signs))
+        others = np.sort(random.random(99)) * places[-1]
+        expected = PchipInterpolator(places, values)(others)
+        np.testing.assert_array_equal(interpolated(places, values, others), expected)
+
+
+def test_a_capped_contact_meets_its_conditions(rings):
+    limit, bodies, unworn = 0.7 * P0, rings.half_space(MODULUS), fretting().unworn(rings)
+    problem = ContactProblem(bodies, unworn, SPHERE_LOAD, limit)
+    found = solve_contact(problem, tolerance=1e-9)
+    moved = bodies.displacement(found.pressure)
+    gap = moved + unworn - found.approach
+    # Factors solve it to rounding, not to the tolerance: yielding may be less deep than that.
+    slack = 1e-12 * moved.max()
+    assert rings.integral(found.pressure) == near(SPHERE_LOAD, rel=1e-12)
+    free = (found.pressure > 0) & (found.pressure < limit)
+    assert np.abs(gap[free]).max() < slack
+    assert gap[found.pressure == 0].min() > -slack
+    assert gap[found.pressure == limit].max() < slack
+    assert found.saturated.sum() > 20
+    with pytest.raises(ValueError, match="rotational symmetry"):
+        first_loading(fretting(roughness=ROUGH, geometry=Rings))
+
+
+def reference(ratio, limit):
+    """What the independent solver found at each τ."""
+    with TABLE.open(newline="", encoding="utf-8") as file:
+        rows = [{key: float(value) for key, value in row.items()} for row in csv.DictReader(file)]
+    return {
+        row["tau"]: row
+        for row in rows
+        if row["load_ratio"] == ratio
+        and (row["limit_ratio"] == limit or math.isclose(row["limit_ratio"], limit, rel_tol=1e-6))
+    }
+
+
+@pytest.mark.parametrize("ratio", [0.2, 0.5, 0.8, 0.9])
+@pytest.mark.parametrize("limit", [math.inf, STUDY_LIMIT], ids=["elastic", "capped"])
+def test_wear_is_that_of_the_independent_reference(ratio, limit):
+    known = reference(ratio, limit)
+    problem = fretting(load_ratio=ratio, limit=limit, geometry=Rings)
+    times = {tau / (problem.growth_rate * P0): tau for tau in (0.5, 1.0, 3.0, 5.0, 10.0)}
+    # The tolerance of a step is 1 %, and errors of steps mend each other.
+    bound = 5e-3
+    for state in evolve(problem, sorted(times)):
+        if state.cycle not in times:
+            continue
+        found, expected = measure(problem, state), known[times[state.cycle]]
+        assert found.approach / DEPTH == near(expected["approach"], rel=0.2 * bound)
+        assert found.central_pressure / P0 == near(expected["central_pressure"], rel=0.2 * bound)
+        assert state.wear.max() / DEPTH == near(expected["deepest_wear"], rel=bound)
+        assert found.wear_volume / VOLUME == near(expected["wear_volume"], rel=bound)
+    if limit == STUDY_LIMIT:
+        assert found.plastic_volume > 0
+        assert found.plastic_volume / VOLUME == near(expected["plastic_volume"], rel=0.03)
+
+
+def test_fields_on_a_plane_are_those_along_the_radius():
+    problem = fretting(geometry=Rings)
+    state = first_loading(problem)
+    plane = state.geometry.plane(problem.spacing)
+    assert plane.spacing == problem.spacing
+    assert np.hypot(*plane.extent) <= state.geometry.edges[-1]
+    assert plane.extent[0] > 1.1 * A
+    r = np.hypot(plane.x[:, None], plane.y)
+    sticks = state.reduced.stick
+    found = state.geometry.written({"pressure": state.pressure, "sticks": sticks}, plane)
+    np.testing.assert_allclose(found["pressure"], HERTZ.pressure(r), atol=0.05 * P0)
+    inside, parts = r < 0.95 * A, (np.arange(8) - 3.5) / 8.0
+    x, y = (
+        at[:, None] + parts * size
+        for at, size in zip((plane.x, plane.y), plane.spacing, strict=True)
+    )
+    within = HERTZ.pressure(np.hypot(x[:, None, :, None], y[None, :, None, :])).mean(axis=(2, 3))
+    np.testing.assert_allclose(found["pressure"][inside], within[inside], rtol=2e-3)
+    assert found["pressure"].max() <= state.pressure.max()
+    area = 4.0 * np.prod(problem.spacing)
+    assert area * found["pressure"].sum() == near(SPHERE_LOAD, rel=1e-10)
+    edge = problem.hertz.with_load(problem.stick_load).contact_radius
+    np.testing.assert_array_equal(found["sticks"], r < edge)
+
+
+def test_where_it_yields_the_load_is_kept_and_the_stick_zone_shrinks():
+    limit = 1.5 * LINE.peak_pressure
+    problem = rubbing(0.8, limit=limit / P0)
+    first, *_, last = evolve(problem, [10.0 / (problem.growth_rate * LINE.peak_pressure)])
+    assert last.pressure.max() == near(limit)
+    assert last.geometry.integral(last.pressure) == near(LOAD)
+    assert last.plastic.max() > 0
+    assert last.reduced.stick.sum() < first.reduced.stick.sum()
+
+
+@pytest.mark.parametrize("share", [0.4, 0.5, 0.8])
+def test_a_punch_with_rounded_edges(share):
+    """Half-widths of contact and stick, pressures and approach; and many cycles later."""
+    punch = FlatPunch(flat_half_width=1e-4, edge_radius=6e-3)
+    unit = punch.hertz(NormalLoad(1.0), STEEL.composite_modulus)
+    load = unit.load_at(1e-4 / share)
+    hertz = unit.with_load(load)
+    problem = rubbing(
+        0.5,
+        indenter=punch,
+        normal=NormalLoad(load),
+        extent=(1.15 * hertz.contact_radius, 1.15 * hertz.contact_radius),
+    )
+    state = first_loading(problem)
+    found = measure(problem, state)
+    assert found.contact_half_width_x == near(1e-4 / share, rel=1e-3)
+    stick = hertz.with_load(0.5 * load)
+    assert found.stick_half_width_x == near(stick.contact_radius, rel=1e-4)
+    assert found.central_pressure == near(float(hertz.pressure(0.0)), rel=1e-4)
+    assert found.peak_pressure == near(hertz.peak_pressure, rel=1e-3)
+    assert found.approach == near(hertz.approach, rel=1e-5)
+    *_, last = evolve(problem, [1e4 / (problem.growth_rate * hertz.peak_pressure)])
+    found, limiting = measure(problem, last), LineLimitingState(hertz, 0.5)
+    assert found.central_pressure == near(limiting.central_pressure, rel=1e-3)
+    assert found.approach == near(limiting.approach, rel=1e-4)
+
+
+COMPLIANCES = [3e-11, 5e-12]  # of large bodies, and of bodies smaller than their radius
+
+
+def driven(ratio, compliance):
+    """EDGE cylinder under a displacement, over that which slides it as a whole unworn."""
+    loading = DisplacementRatio(displacement_ratio=ratio, tangential_compliance=compliance)
+    return rubbing(0.5, loading=loading.plain(FRICTION, 1.0, LINE))
+
+
+@pytest.mark.parametrize("compliance", COMPLIANCES)
+@pytest.mark.parametrize("ratio", [0.2, 0.9, 1.5])
+def test_displacement_over_the_slope_of_the_loop(ratio, compliance):
+    """U = C Q + (µP/πE*) [X + (1 − X) ln(1 − X)], whatever the approach counts from."""
+    problem = driven(ratio, compliance)
+    state = first_loading(problem)
+    found = measure(problem, state)
+    sliding, force = FRICTION * LOAD, found.tangential_force
+    stuck = 1.0 - force / sliding
+    slip = sliding / (math.pi * STEEL.composite_modulus)
+    slip *= 1.0 - stuck + (stuck * math.log(stuck) if stuck > 0.0 else 0.0)
+    displacement = problem.loading.displacement_amplitude
+    if ratio < 1.0:
+        assert compliance * force + slip == near(displacement, rel=1e-5)
+        assert found.stick_half_width_x == near(EDGE * math.sqrt(stuck), rel=1e-4)
+    else:
+        assert (force, found.regime) == (near(sliding), 1.0)
+        assert compliance * force + slip == near(displacement / ratio, rel=1e-9)
+        slid = found.tangential_displacement
+        energy = gross_slip_energy(LINE, FRICTION, 1.0, slid)
+        assert found.dissipated_energy == near(energy, rel=1e-3)
+    curve = loop(Workspace(problem), state)
+    assert curve.energy == near(found.dissipated_energy, rel=1e-3)
+    assert curve.displacement.max() == near(displacement, rel=1e-5)
+
+
+def test_wear_under_a_displacement_against_explicit_steps():
+    """Euler's steps of the contacts under P and P*, the latter by bisection of the condition."""
+    problem = driven(0.8, 5e-12)
+    cycles = 2.0 / (problem.growth_rate * LINE.peak_pressure)
+    *_, last = evolve(problem, [cycles])
+    line = Line(tuple(np.linspace(0.0, 1.5 * EDGE, 121)), LINE.radius)
+    bodies, unworn = problem.half_space(line), problem.unworn(line)
+    wear, steps, start = np.zeros(line.shape), 40, None
+    for step in range(steps + 1):
+        shape = unworn + wear
+        contact = solve_contact(ContactProblem(bodies, shape, LOAD), start)
+        start = contact.pressure
+
+        def excess(load, shape=shape, contact=contact):
+            found = solve_contact(ContactProblem(bodies, shape, load), contact.pressure)
+            passed = contact.approach - found.approach + problem.flexibility * (LOAD - load)
+            return FRICTION * passed - problem.loading.displacement_amplitude
+
+        held = brentq(excess, 1e-3 * LOAD, LOAD, xtol=1e-6 * LOAD)
+        stuck = solve_contact(ContactProblem(bodies, shape, held), start)
+        if step < steps:
+            wear += problem.growth_rate * cycles / steps * start * np.maximum(stuck.gap, 0.0)
+    assert last.geometry.integral(last.wear) == near(line.integral(wear), rel=2e-3)
+    assert last.reduced.load == near(held, rel=4e-3)
+    assert last.reduced.load > 1.05 * problem.stick_load
+
+
+def test_waves_across_the_line():
+    """In full contact waves A cos kx add −(E*kA/2) cos kx to the pressure: Westergaard (1939)."""
+    length = 0.25 * EDGE
+    height = 0.2 * LINE.peak_pressure * length / (math.pi * STEEL.composite_modulus)
+    waves = WavyRoughness(height, math.atan(4.0 * height / length), 0.0)
+    problem = rubbing(0.5, roughness=waves, spacing=(length / 32, length / 32))
+    state = first_loading(problem)
+    x, pressure = state.geometry.x, state.pressure[:, 0]
+    inside = x < 2.0 * length
+    ripple = (pressure - LINE.pressure(x))[inside] / LINE.peak_pressure
+    expected = -0.2 * np.cos(2.0 * math.pi * x[inside] / length)
+    assert ripple == pytest.approx(expected, abs=4e-3)
+    assert state.geometry.integral(state.pressure) == near(LOAD)
+    steep = WavyRoughness(20.0 * height, math.atan(80.0 * height / length), 0.0)
+    higher = replace(problem, roughness=steep)
+    *_, last = evolve(higher, [20.0 / (problem.growth_rate * LINE.peak_pressure)])
+    closed = last.pressure[:, 0] > 0
+    assert np.diff(np.flatnonzero(closed)).max() > 1  # tips, and none of them beyond the strips
+    tips = last.geometry.half_space(STEEL.composite_modulus).displacement(last.pressure)
+    gap = (tips + higher.unworn(last.geometry) + last.wear)[:, 0] - last.approach
+    assert abs(gap[closed]).max() < 1e-4 * last.approach
+    assert gap.min() > -1e-4 * last.approach
+
+
+def test_a_larger_line_keeps_what_is_known():
+    problem = rubbing(0.5)
+    state = first_loading(problem)
+    larger = state.geometry.ahead_of(
+        problem, replace(state, pressure=np.ones(state.geometry.shape))
+    )
+    assert larger.extent > state.geometry.extent
+    moved = state.on(Workspace(problem), larger)
+    kept = larger.where(state.geometry)
+    assert moved.gap[kept] == near(state.gap)
+    outside = moved.gap[state.geometry.shape[0] :, 0]
+    assert outside == near(LINE.gap(larger.x[-outside.size :]), rel=1e-3)
+    assert math.isclose(larger.integral(moved.pressure), LOAD)
