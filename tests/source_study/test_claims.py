@@ -50,7 +50,7 @@ def test_verdict_is_what_all_cases_say_or_in_part(cases, answers):
     expected = answers[0] if len({*answers}) == 1 else IN_PART
     judgement = judged(3, cases)
     findings = {
-        subject: replace(judgement.findings[subject], answer=answer)
+        subject: judgement.findings[subject]._replace(answer=answer)
         for subject, answer in zip(("elastic", "plastic"), answers, strict=True)
     }
     judgement = replace(judgement, findings=findings)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,8 +52,7 @@ class Claim:
     @property
     def factors(self) -> Array:
         """The factors of the pairs between its two levels that have one."""
-        factors = self.effect.factors[self.pairs & self.effect.between(self.low, self.high)]
-        return factors[np.isfinite(factors)]
+        return _known(self.effect.factors[self.pairs & self.effect.between(self.low, self.high)])
 
     @property
     def direction(self) -> int:
@@ -61,44 +60,39 @@ class Claim:
 
         That is in all pairs, also those with a level between the two.
         """
-        factors = self.effect.factors[self.pairs]
-        factors = factors[np.isfinite(factors)]
-        if factors.size and (factors >= 1.0 - _ROUND_OFF).all():
-            return 1
-        return -1 if factors.size and (factors <= 1.0 + _ROUND_OFF).all() else 0
+        factors = _known(self.effect.factors[self.pairs])
+        rises, falls = factors >= 1.0 - _ROUND_OFF, factors <= 1.0 + _ROUND_OFF
+        return int(factors.size and (1 if rises.all() else -1 if falls.all() else 0))
 
     @property
     def is_unchanged(self) -> bool:
         """Whether the result stays what it is in every pair."""
-        factors = self.effect.factors[self.pairs]
-        return bool((np.abs(factors[np.isfinite(factors)] - 1.0) <= _UNCHANGED).all())
+        factors = _known(self.effect.factors[self.pairs])
+        return bool((np.abs(factors - 1.0) <= _UNCHANGED).all())
 
     @property
     def text(self) -> str:
         """What is claimed: ``grows by 13 to 48 % in all 6 pairs where elastic``."""
-        factors = self.factors
-        count, pairs = factors.size, f"{factors.size} pair{'s' * (factors.size != 1)}"
-        all_pairs = {1: _ONLY_PAIR, 2: " in both pairs"}.get(count, f" in all {pairs}")
-        where = f" {self.where}" if self.where else ""
-        if where and count == 1:
-            all_pairs = ""
-        if not count:
+        factors, where = self.factors, f" {self.where}" if self.where else ""
+        if not factors.size:
             return f"vanishes at one end{where}"
+        count, pairs = factors.size, f"{factors.size} pair{'s' * (factors.size != 1)}"
+        both = {1: "" if where else _ONLY_PAIR, 2: " in both pairs"}
+        among = both.get(count, f" in all {pairs}") + where
         without = int((self.pairs & self.effect.between(self.low, self.high)).sum()) - count
         rest = f" (in {without} more it vanishes at one end)" if without else ""
         if self.is_unchanged:
             most = 100.0 * float(np.abs(factors - 1.0).max())
             within = f" within {_digits(most)}\u00a0%" if most >= 0.05 else ""
-            return f"stays the same{within}{all_pairs}{where}{rest}"
+            return f"stays the same{within}{among}{rest}"
         if self.direction:
-            return f"{_by(factors)}{all_pairs}{where}{rest}"
+            return f"{_by(factors)}{among}{rest}"
         grows, falls = factors[factors > 1.0], factors[factors <= 1.0]
         if not grows.size or not falls.size:
             # Between its levels it goes the other way somewhere.
-            return f"{_by(factors)}{all_pairs}{where}{rest}, though not in every step"
-        return (
-            f"{_by(grows)} in {grows.size} and {_by(falls)} in {falls.size} of {pairs}{where}{rest}"
-        )
+            return f"{_by(factors)}{among}{rest}, though not in every step"
+        grown, fallen = f"{_by(grows)} in {grows.size}", f"{_by(falls)} in {falls.size}"
+        return f"{grown} and {fallen} of {pairs}{where}{rest}"
 
 
 @dataclass(frozen=True)
@@ -114,23 +108,22 @@ class Finding:
         return parameter(self.effect.parameter).words
 
     @property
-    def is_chance(self) -> bool:
-        """Whether the parameter is a seed, one value of which is as good as another."""
-        return self.effect.parameter == SEED
+    def chance(self) -> str:
+        """By how much a seed, one value of which is as good as another, changes the result.
 
-    @property
-    def spread(self) -> str:
-        """By how much chance changes the result, in the quadratic mean over all ensembles."""
+        It is empty for other parameters; else in the quadratic mean over all ensembles.
+        """
+        if self.effect.parameter != SEED:
+            return ""
         points = self.effect.points
         ensembles = [points.results[self.effect.result][line] for line in points.lines[SEED]]
         squares = [np.nanvar(e, ddof=1) / np.nanmean(e) ** 2 for e in ensembles if np.nansum(e)]
-        return f"a standard deviation of {_digits(100.0 * math.sqrt(np.nanmean(squares)))}\u00a0%"
+        deviation = _digits(100.0 * math.sqrt(np.nanmean(squares)))
+        return f"chance, with a standard deviation of {deviation}\u00a0%"
 
     @property
     def text(self) -> str:
         """All claims in one sentence, without its subject."""
-        if self.is_chance:
-            return f"chance, with {self.spread}"
         steps: dict[tuple[int, int], list[Claim]] = {}
         for claim in self.claims:
             steps.setdefault((claim.low, claim.high), []).append(claim)
@@ -140,11 +133,10 @@ class Finding:
             if len(known) < len(told):
                 known.append(f"vanishes {'elsewhere' if known else 'at one end or both'}")
             parts.append(f"from {_change(self.effect, *ends)} it {listed(known)}")
-        return "; ".join(parts)
+        return self.chance or "; ".join(parts)
 
 
-@dataclass(frozen=True)
-class Answer:
+class Answer(NamedTuple):
     """What a study says of one result."""
 
     name: str
@@ -155,7 +147,6 @@ class Answer:
     rest: str = ""  # more about it, which a narrow screen leaves out
     # What every parameter does, the most important first; none for a sampled study.
     findings: tuple[Finding, ...] = ()
-    indices: Indices | None = None  # of a sampled study whose emulator is good enough
 
 
 def answers(summary: Merged) -> Iterator[Answer]:
@@ -165,26 +156,22 @@ def answers(summary: Merged) -> Iterator[Answer]:
     out.
     """
     points = Points.of(summary)
-    if not points.ids:
-        return
-    sampled = is_sampled(summary)
+    sampled = bool(points.ids) and is_sampled(summary)
     indices = result_indices(summary) if sampled else {}
-    for name in HEADLINES:
+    for name in HEADLINES if points.ids else ():
         results = points.results.get(name, np.array([np.nan]))
-        variable = points.variables.get(name, RESULTS[name])
         if not np.nan_to_num(results).any():
             continue
-        if sampled:
-            good = indices[name] if name in indices and indices[name].quality >= GOOD else None
-            ranked = (_by_ranks(summary, points, results), "")
-            headline, rest = _by_indices(points, good) if good else ranked
-            values = _range(variable, results)
-            yield Answer(name, variable.label, values, headline, rest=rest, indices=good)
+        findings = () if sampled else points.effects(name)
+        found = tuple(Finding(effect, tuple(claims(effect))) for effect in findings)
+        if not sampled:
+            headline, rest = _headline(found), ""
+        elif name in indices and indices[name].quality >= GOOD:
+            headline, rest = _by_indices(points, indices[name])
         else:
-            effects = points.effects(name)
-            found = tuple(Finding(effect, tuple(claims(effect))) for effect in effects)
-            values = _range(variable, results)
-            yield Answer(name, variable.label, values, _headline(found), findings=found)
+            headline, rest = _by_ranks(summary, points, results), ""
+        variable = points.variables.get(name, RESULTS[name])
+        yield Answer(name, variable.label, _range(variable, results), headline, rest, found)
 
 
 def claims(effect: Effect) -> Iterator[Claim]:
@@ -213,8 +200,9 @@ def _divided(claim: Claim) -> Iterator[Claim]:
     for level, value in enumerate(effect.points.levels.get(name, ())):
         pairs = claim.pairs & effect.where(name, level)
         if pairs.any():
-            where = f"where {_told(name, value)}"
-            yield Claim(effect, pairs, claim.low, claim.high, where)
+            about, text = parameter(name), value_text(name, value)
+            told = text if about.word_for(value) else f"the {about.words} is {text}"
+            yield Claim(effect, pairs, claim.low, claim.high, f"where {told}")
 
 
 def _headline(findings: Sequence[Finding]) -> str:
@@ -228,20 +216,17 @@ def _headline(findings: Sequence[Finding]) -> str:
     first = changing[0]
     effect, whole = first.effect, Claim.whole(first.effect)
     change = _change(effect, whole.low, whole.high)
-    if len(findings) > 1:
-        results = effect.points.results[effect.result]
-        gone = int(np.count_nonzero(~(results > 0.0)))
-        others = (
-            f"It vanishes in {gone} of {results.size} cases. In the others the" if gone else "The"
-        )
-        most = f"{others} {first.name} matters most"
-        if first.is_chance:
-            return f"{most}, and that is chance, with {first.spread}."
-        average = fixed_digits(math.exp(effect.size), _DIGITS)
-        return f"{most}, on average by a factor of {average}: from {change} it {whole.text}."
-    if first.is_chance:
-        return f"It varies with the {first.name} by chance, with {first.spread}."
-    return f"With the {first.name} from {change} it {whole.text.replace(_ONLY_PAIR, '')}."
+    if len(findings) == 1:
+        if first.chance:
+            return f"It varies with the {first.name} by {first.chance}."
+        return f"With the {first.name} from {change} it {whole.text.replace(_ONLY_PAIR, '')}."
+    results = effect.points.results[effect.result]
+    gone = int(np.count_nonzero(~(results > 0.0)))
+    others = f"It vanishes in {gone} of {results.size} cases. In the others the" if gone else "The"
+    average = fixed_digits(math.exp(effect.size), _DIGITS)
+    told = f", on average by a factor of {average}: from {change} it {whole.text}"
+    told = f", and that is {first.chance}" if first.chance else told
+    return f"{others} {first.name} matters most{told}."
 
 
 def _by_indices(points: Points, indices: Indices) -> tuple[str, str]:
@@ -300,11 +285,6 @@ def companions(points: Points) -> str:
     )
 
 
-def _told(name: str, value: object) -> str:
-    text, about = value_text(name, value), parameter(name)
-    return text if about.word_for(value) else f"the {about.words} is {text}"
-
-
 def _change(effect: Effect, low: int, high: int) -> str:
     levels = effect.points.levels[effect.parameter]
     texts = [value_text(effect.parameter, levels[place]) for place in (low, high)]
@@ -326,10 +306,12 @@ def _digits(percent: float) -> str:
     return f"{percent:.1f}" if percent < 9.95 or percent > 99.0 else f"{percent:.0f}"
 
 
+def _known(values: Array) -> Array:
+    return values[np.isfinite(values)]
+
+
 def _range(variable: Variable, values: Array) -> str:
-    known = values[np.isfinite(values)]
-    if not known.size:
-        return "–"
+    known = _known(values)
     unit = variable.unit or readable_unit(known, variable.si_unit)
     text = span(unit.of(known).tolist(), lambda value: number_text(value, _DIGITS))
     return with_unit(f"({text})" if " to " in text and unit.is_power else text, unit)
