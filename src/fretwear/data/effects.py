@@ -1,11 +1,15 @@
-"""The effect of each parameter of a study: pairs of cases that differ only in that parameter."""
+"""What the parameters of a study do to its results.
+
+In a study of listed values the effect of a parameter is that in pairs of cases that differ in
+nothing else; in a sampled one Sobol indices follow from a polynomial emulator.
+"""
 
 from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from io import StringIO
 from itertools import combinations
@@ -21,7 +25,6 @@ from fretwear.vocabulary import (
     CYCLE,
     POINT,
     RESULTS,
-    SCALARS,
     STATUS,
     PointStatus,
     Variable,
@@ -46,6 +49,16 @@ _BOOKKEEPING = {CASE_ID.name, POINT.name, STATUS.name, "id"}
 _CEASED = 1e-3
 _MATTERS = math.log(1.05)
 _EXPLAINED = 0.3
+
+GOOD = 0.9
+"""Share of the variance that an emulator has to predict for its indices to be told."""
+
+_MOST_TERMS = 500
+_POINTS_PER_TERM = 2
+_NORMS = (0.5, 0.75, 1.0)
+_HIGHEST = 14
+_DRAWS = 400
+_CERTAINTY = (2.5, 97.5)
 
 
 def point_dims(summary: Merged) -> tuple[str, ...]:
@@ -81,13 +94,11 @@ def final_results(summary: Merged) -> dict[str, Array]:
     Cases may end at different cycles.
     """
     dims = {*point_dims(summary), CYCLE.name}
-    names = [str(name) for name, each in summary.variables.items() if set(each.dims) == dims]
     found = {}
-    for name in names:
-        values = _in_order(summary, name)
-        if np.isnan(last := values[..., -1]).any():
-            place = values.shape[-1] - 1 - (~np.isnan(values))[..., ::-1].argmax(axis=-1)
-            last = np.take_along_axis(values, place[..., None], axis=-1)[..., 0]
+    for name in [str(n) for n, each in summary.variables.items() if set(each.dims) == dims]:
+        last, *following = np.moveaxis(_in_order(summary, name), -1, 0)
+        for values in following:
+            last = np.where(np.isnan(values), last, values)
         found[name] = last
     return found
 
@@ -108,15 +119,12 @@ def results_table(summary: Merged) -> str:
     stream = StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(columns)
-    texts = ([_cell(value) for value in each] for each in columns.values())
+    texts = (
+        [v if not isinstance(v, float) else "" if math.isnan(v) else f"{v:.9g}" for v in values]
+        for values in columns.values()
+    )
     writer.writerows(zip(*texts, strict=True))
     return stream.getvalue()
-
-
-def _cell(value: Any) -> Any:
-    if not isinstance(value, float):
-        return value
-    return "" if math.isnan(value) else f"{value:.9g}"
 
 
 @dataclass(frozen=True)
@@ -153,10 +161,10 @@ class Points:
         if energy in results:
             first = _in_order(summary, energy)[..., 0].ravel()[done]
             results[energy] = np.where(results[energy] < _CEASED * first, np.nan, results[energy])
-        scalars = {scalar.name for scalar in SCALARS}
         changing = {}
-        for name, each in ((str(n), each) for n, each in summary.variables.items()):
-            if name not in scalars and set(each.dims) <= dims and each.values.dtype.kind == "f":
+        for name in map(str, summary.variables):
+            each = summary.variables[name]
+            if name not in RESULTS and set(each.dims) <= dims and each.values.dtype.kind == "f":
                 values = point_values(summary, name)[done]
                 if len(set(values.tolist())) > 1:
                     changing[name] = values
@@ -230,8 +238,7 @@ class Effect:
 
     def where(self, parameter: str, level: int) -> NDArray[np.bool_]:
         """Return in which pairs another parameter has a given level, by index."""
-        is_there: NDArray[np.bool_] = self.points.place(parameter)[self.low] == level
-        return is_there
+        return np.isin(self.points.place(parameter)[self.low], level)
 
     @cached_property
     def size(self) -> float:
@@ -268,3 +275,185 @@ def _within(values: Array, groups: Rows) -> float:
     _, group = np.unique(groups, return_inverse=True)
     means = np.bincount(group, values) / np.bincount(group)
     return float(((values - means[group]) ** 2).sum())
+
+
+@dataclass(frozen=True)
+class Indices:
+    """The share of the variance of a result that each of d parameters explains."""
+
+    first: Array  # shape (d,): each parameter alone
+    total: Array  # with all its interactions
+    # 95 % intervals, shape (2, d), from the covariance of the coefficients of the emulator.
+    first_range: Array
+    total_range: Array
+    quality: float  # share of the variance predicted at points left out of the emulator, 1 at best
+    of_logarithm: bool = False  # whether they refer to the logarithm of the result
+
+
+def unit_points(summary: Merged) -> tuple[Array, tuple[int, ...]]:
+    """Return the finished points of a sampled study in the unit cube, shape (n, d).
+
+    With it comes for each parameter the number of listed values it was drawn from, 0 for a range.
+    """
+    points = Points.of(summary)
+    columns, sizes = [], []
+    for name, levels in points.levels.items():
+        drawn = summary.variables[name].attrs
+        sizes.append(0 if "drawn_from" in drawn else len(levels))
+        if sizes[-1]:
+            columns.append((points.place(name) + 0.5) / sizes[-1])
+            continue
+        scale = np.log if drawn["drawn_on"] == "log" else np.asarray
+        low, high = (scale(float(drawn[key])) for key in ("drawn_from", "drawn_to"))
+        columns.append(np.clip((scale(points.parameters[name]) - low) / (high - low), 0.0, 1.0))
+    return np.column_stack(columns), tuple(sizes)
+
+
+def is_sampled(summary: Merged) -> bool:
+    """Return whether the points of a merged study were drawn from ranges."""
+    return any("drawn_from" in summary.variables[name].attrs for name in varied_names(summary))
+
+
+def result_indices(summary: Merged) -> dict[str, Indices]:
+    """Return the Sobol indices of every scalar of a sampled study.
+
+    They refer to its logarithm if an emulator of that predicts better, since results scale with
+    powers of the parameters. Results that vanish somewhere or are constant are left out.
+    """
+    points, (unit, sizes) = Points.of(summary), unit_points(summary)
+    if len(points.ids) < 2 * (len(points.levels) + 1):
+        return {}
+    columns = {
+        name: values
+        for name, values in points.results.items()
+        if name in RESULTS and np.isfinite(values).all() and np.ptp(values) > 0.0
+    }
+    positive = [name for name, values in columns.items() if values.min() > 0.0]
+    table = [*columns.values(), *(np.log(columns[name]) for name in positive)]
+    if not table:
+        return {}
+    found = sobol_indices(unit, np.column_stack(table), sizes)
+    plain, logarithmic = found[: len(columns)], found[len(columns) :]
+    best = dict(zip(columns, plain, strict=True))
+    for name, each in zip(positive, logarithmic, strict=True):
+        if each.quality > best[name].quality:
+            best[name] = replace(each, of_logarithm=True)
+    return best
+
+
+def sobol_indices(unit: Array, values: Array, sizes: Sequence[int] = ()) -> list[Indices]:
+    """Return the Sobol indices of functions known at points that fill the unit cube.
+
+    The emulator is a polynomial chaos expansion: least squares over products of orthonormal
+    polynomials, whose squared coefficients are the parts of the variance (Sudret 2008). Its terms
+    are those of a hyperbolic cross whose degree and norm leave the smallest error at points left
+    out (Blatman and Sudret 2011).
+
+    Parameters
+    ----------
+    unit : array of shape (n, d)
+        Points of a Sobol sequence or a Latin hypercube.
+    values : array of shape (n, k)
+        Values of k functions at these points.
+    sizes : sequence of d int
+        Number of listed values each coordinate was drawn from, 0 for a range; default: all ranges.
+
+    Returns
+    -------
+    list of Indices
+        One for each function.
+    """
+    count, dimensions = unit.shape
+    sizes = sizes or (0,) * dimensions
+    scale = values.std(axis=0)
+    scaled = (values - values.mean(axis=0)) / np.where(scale > 0.0, scale, 1.0)
+    lines = [_polynomials(u, size) for u, size in zip(unit.T, sizes, strict=True)]
+    best: list[tuple[float, Any]] = [(math.inf, None)] * values.shape[1]
+    for terms in _candidates(count, [line.shape[1] - 1 for line in lines]):
+        basis = np.ones((count, len(terms)))
+        for degrees, line in zip(terms.T, lines, strict=True):
+            basis *= line[:, degrees]
+        q, r = np.linalg.qr(basis)
+        coefficients = q.T @ scaled
+        leverage = np.minimum((q**2).sum(axis=1), 1.0 - 1e-9)
+        missed = (scaled - q @ coefficients) / (1.0 - leverage)[:, None]
+        for index, error in enumerate((missed**2).mean(axis=0)):
+            if error < best[index][0]:
+                best[index] = float(error), (terms, r, coefficients[:, index])
+    return [_of_expansion(fit, error) for error, fit in best]
+
+
+def _polynomials(u: Array, size: int) -> Array:
+    """Return orthonormal polynomials of degree 0, 1, … at points of [0, 1], one to a column."""
+    if not size:
+        degrees = np.arange(_HIGHEST + 1)
+        legendre = np.polynomial.legendre.legvander(2.0 * u - 1.0, _HIGHEST)
+        return np.asarray(legendre * np.sqrt(2.0 * degrees + 1.0))
+    levels = (np.arange(size) + 0.5) / size
+    q, _ = np.linalg.qr(np.vander(levels, size, increasing=True))
+    values: Array = q[np.minimum((u * size).astype(int), size - 1)] * math.sqrt(size)
+    return values
+
+
+def _candidates(count: int, highest: Sequence[int]) -> Iterator[NDArray[np.intp]]:
+    """Yield sets of terms, each of shape (terms, d), that `count` points can resolve."""
+    most = max(1, min(_MOST_TERMS, count // _POINTS_PER_TERM))
+    known = set()
+    for norm in _NORMS:
+        for degree in range(1, _HIGHEST + 1):
+            terms = _terms(degree, norm, highest)
+            if len(terms) > most:
+                break
+            if tuple(terms) not in known:
+                known.add(tuple(terms))
+                yield np.array(terms, dtype=np.intp)
+
+
+def _terms(degree: int, norm: float, highest: Sequence[int]) -> list[tuple[int, ...]]:
+    """Return the degrees of all products whose norm is at most `degree`."""
+    found: list[tuple[tuple[int, ...], float]] = [((), 0.0)]
+    for most in highest:
+        found = [
+            ((*term, each), used + each**norm)
+            for term, used in found
+            for each in range(min(most, degree) + 1)
+            if used + each**norm <= degree**norm * (1.0 + 1e-12)
+        ]
+        if len(found) > _MOST_TERMS:
+            return [((0,) * len(highest))] * (_MOST_TERMS + 1)
+    return [term for term, _ in found]
+
+
+def _of_expansion(fit: tuple[NDArray[np.intp], Array, Array], error: float) -> Indices:
+    terms, r, projected = fit
+    inverse = np.linalg.inv(r)
+    coefficients = inverse @ projected
+    # The residual of the expansion is treated as noise of the values.
+    spread = math.sqrt(error) * inverse
+    noise = (spread**2).sum(axis=1)
+    drawn = np.random.default_rng(0).standard_normal((len(r), _DRAWS))
+    involved = terms > 0
+    alone = involved & (involved.sum(axis=1) == 1)[:, None]
+
+    def shares(squares: Array) -> tuple[Array, Array]:
+        whole = np.maximum(squares[1:].sum(axis=0), 1e-12)
+        parts = (group.T.astype(float) @ squares / whole for group in (alone, involved))
+        first, total = (np.clip(part, 0.0, 1.0) for part in parts)
+        return first, total
+
+    # The square of a noisy coefficient is too large by its variance, that of a draw by twice that.
+    first, total = shares((coefficients**2 - noise)[:, None])
+    draws = shares((coefficients[:, None] + spread @ drawn) ** 2 - 2.0 * noise[:, None])
+    of_first, of_total = (np.percentile(each, _CERTAINTY, axis=1) for each in draws)
+    return Indices(first[:, 0], total[:, 0], of_first, of_total, 1.0 - error)
+
+
+def rank_correlations(unit: Array, values: Array) -> Array:
+    """Return Spearman's rank correlation of each coordinate with each function, shape (d, k)."""
+    ranks = []
+    for column in (*unit.T, *values.T):
+        _, place, counts = np.unique(column, return_inverse=True, return_counts=True)
+        # Ties share their mean rank.
+        ranks.append((np.cumsum(counts) - 0.5 * (counts - 1))[place])
+    d = unit.shape[1]
+    return np.asarray(np.corrcoef(ranks))[:d, d:]

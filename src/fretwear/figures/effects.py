@@ -16,10 +16,12 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
 
-from fretwear.data.effects import SEED, Array, Points
-from fretwear.data.sensitivity import (
+from fretwear.data.effects import (
     GOOD,
+    SEED,
+    Array,
     Indices,
+    Points,
     is_sampled,
     result_indices,
     sobol_indices,

@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from fretwear.data.sensitivity import rank_correlations
+from fretwear.data.effects import rank_correlations
 from fretwear.figures.datasets import require, with_cycles
 from fretwear.study.parameters import symbol_text, words_text
 from fretwear.units import in_unit

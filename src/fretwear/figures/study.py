@@ -15,10 +15,9 @@ import xarray as xr
 from matplotlib.colors import PowerNorm
 from matplotlib.figure import Figure
 
-from fretwear.data.effects import SEED, Points
+from fretwear.data.effects import GOOD, SEED, Points, is_sampled, result_indices
 from fretwear.data.files import open_case
 from fretwear.data.safe import write_text
-from fretwear.data.sensitivity import GOOD, is_sampled, result_indices
 from fretwear.figures.bearing import compare_bearing_areas
 from fretwear.figures.datasets import envelope_of, field_of, peak_envelope
 from fretwear.figures.effects import (

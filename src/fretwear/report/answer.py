@@ -10,10 +10,13 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fretwear.data.effects import SEED, Array, Effect, Points
-from fretwear.data.sensitivity import (
+from fretwear.data.effects import (
     GOOD,
+    SEED,
+    Array,
+    Effect,
     Indices,
+    Points,
     is_sampled,
     rank_correlations,
     result_indices,

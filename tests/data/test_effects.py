@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import qmc, spearmanr
 
-from fretwear.data.sensitivity import is_sampled, rank_correlations, result_indices, sobol_indices
+from fretwear.data.effects import is_sampled, rank_correlations, result_indices, sobol_indices
 
 from ..studies import sampled
 
