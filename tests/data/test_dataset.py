@@ -21,6 +21,8 @@ from fretwear.data.stack import positions_inside, resampled
 from fretwear.study.case import Case
 from fretwear.vocabulary import AT_SNAPSHOTS, SCALARS
 
+from .conftest import make_arrays
+
 CONTRACT_UNITS = {
     "Pa": "pressure shear_traction peak_pressure central_pressure mean_stick_pressure",
     "m": "slip wear_depth wear_rate plastic_depth gap approach tangential_displacement "
@@ -89,7 +91,7 @@ def test_history_has_every_scalar_along_the_steps(results):
     assert command == "fretwear run demo.yaml"
 
 
-def test_all_problems_are_told_at_once(case, make_arrays):
+def test_all_problems_are_told_at_once(case):
     arrays = make_arrays(case)
     arrays.fields["presure"] = arrays.fields.pop("pressure")
     arrays.fields["gap"] = arrays.fields["gap"][:, :-1]
@@ -119,7 +121,7 @@ def test_all_problems_are_told_at_once(case, make_arrays):
         (lambda a: a, "even", "symmetry is 'even', expected one of even_xy, even_x, even_y, none"),
     ],
 )
-def test_coordinates_that_make_no_sense_are_refused(case, make_arrays, change, symmetry, message):
+def test_coordinates_that_make_no_sense_are_refused(case, change, symmetry, message):
     with pytest.raises(ValueError, match=message):
         labelled_case(case, *change(make_arrays(case)), symmetry=symmetry)
 

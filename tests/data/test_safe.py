@@ -25,16 +25,14 @@ def test_an_error_names_the_file_the_problem_and_the_remedy_and_can_be_copied():
     assert str(both) == "a.nc: it is damaged. Run it\nb.nc: it is damaged. Run it"
     assert both.path == Path("a.nc")
     for error in (errors[0], both):
-        assert str(copy.copy(error)) == str(error)
-        assert type(copy.copy(error)) is type(error)
+        again = copy.copy(error)
+        assert (str(again), type(again)) == (str(error), type(error))
     assert safe.reason_of(ValueError("as it says")) == "as it says"
     assert safe.reason_of(KeyError()) == "KeyError"
 
 
-def wrapped():
-    error = RuntimeError("NetCDF: HDF error")
-    error.__cause__ = MemoryError()
-    return error
+WRAPPED = RuntimeError("NetCDF: HDF error")
+WRAPPED.__cause__ = MemoryError()
 
 
 @pytest.mark.parametrize(
@@ -45,7 +43,7 @@ def wrapped():
         RuntimeError("FT_Open_Face failed with error 0x40: out of memory"),
         ImportError("libx.so: cannot allocate memory in static TLS block"),
         OSError(errno.ENOMEM, os.strerror(errno.ENOMEM)),
-        wrapped(),
+        WRAPPED,
     ],
 )
 def test_a_lack_of_memory_is_known_under_all_its_names(error):
@@ -82,20 +80,13 @@ def test_why_a_file_was_not_written_is_said_in_words(tmp_path, number, words):
     assert words in str(error)
 
 
-def test_the_name_appears_on_a_clean_exit_only(tmp_path):
+@pytest.mark.parametrize("failure", [ValueError, KeyboardInterrupt, SystemExit])
+def test_a_file_appears_on_a_clean_exit_and_a_failure_leaves_the_old_one(tmp_path, failure):
     target = tmp_path / "new" / "folder" / "a.txt"
     with safe.atomic_path(target) as temporary:
         assert temporary.parent == target.parent
         assert not target.exists()
     safe.write_text(target, "load,µ\r\n1,2\n")
-    assert target.read_bytes() == "load,µ\r\n1,2\n".encode()
-    assert list(target.parent.iterdir()) == [target]
-
-
-@pytest.mark.parametrize("failure", [ValueError, KeyboardInterrupt, SystemExit])
-def test_a_failure_leaves_the_old_file_and_no_temporary(tmp_path, failure):
-    target = tmp_path / "a.txt"
-    target.write_text("old")
 
     def write_half():
         with safe.atomic_path(target) as temporary:
@@ -104,8 +95,8 @@ def test_a_failure_leaves_the_old_file_and_no_temporary(tmp_path, failure):
 
     with pytest.raises(failure):
         write_half()
-    assert target.read_text() == "old"
-    assert list(tmp_path.iterdir()) == [target]
+    assert target.read_bytes() == "load,µ\r\n1,2\n".encode()
+    assert list(target.parent.iterdir()) == [target]
 
 
 def test_two_writers_of_one_file_do_not_mix(tmp_path):
@@ -136,30 +127,41 @@ def test_a_folder_that_takes_no_files_is_named(tmp_path):
     assert "no path with a backslash" in safe.why_not_writable(tmp_path / "back\\slash" / "results")
 
 
-WRITER = """
+WORKER = """
 import sys
 from pathlib import Path
-from fretwear.data.safe import atomic_path
-with atomic_path(Path(sys.argv[1])) as temporary:
+from fretwear.data.safe import Lock, atomic_path
+path = Path(sys.argv[1])
+with Lock(path, print), atomic_path(path) as temporary:
     temporary.write_text("half")
-    print("writing")
+    print("at work")
     sys.stdin.readline()
 """
 
 
-def test_what_a_killed_writer_left_is_removed_by_the_next(tmp_path):
-    target = tmp_path / "a.txt"
-    with python(WRITER, target) as writer:
-        assert writer.stdout.readline() == "writing\n"
-        (left,) = tmp_path.iterdir()
-        assert safe.remove_stale_temporaries(target.parent, target.name) == [], (
-            "the writer is still alive"
-        )
-        writer.send_signal(signal.SIGKILL)
-    assert not target.exists()
-    safe.write_text(target, "whole")
-    assert list(tmp_path.iterdir()) == [target]
-    assert not left.exists()
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "cases" / "a.nc"
+
+
+@pytest.fixture
+def holder(path):
+    """Another process that locks and writes a file until a line is sent to it."""
+    with python(WORKER, path) as process:
+        assert process.stdout.readline() == "at work\n"
+        yield process
+        process.kill()
+
+
+def test_what_a_killed_writer_left_is_removed_by_the_next(path, holder):
+    lock = Lock(path).file
+    (left,) = {*path.parent.iterdir()} - {lock}
+    assert safe.remove_stale_temporaries(path.parent, path.name) == [], "the writer is still alive"
+    holder.send_signal(signal.SIGKILL)
+    holder.wait()
+    assert {*path.parent.iterdir()} == {left, lock}
+    safe.write_text(path, "whole")
+    assert {*path.parent.iterdir()} == {path, lock}
 
 
 def test_a_temporary_of_another_machine_or_container_is_left_for_a_week(tmp_path, monkeypatch):
@@ -294,14 +296,6 @@ def test_without_a_signal_only_a_failure_of_the_work_is_told(ask):
     assert entered == [ask], "only the main thread receives signals"
 
 
-HOLDER = """
-import sys
-from pathlib import Path
-from fretwear.data.safe import Lock
-with Lock(Path(sys.argv[1]), print):
-    print("held")
-    sys.stdin.readline()
-"""
 COUNTER = """
 import sys
 from pathlib import Path
@@ -314,20 +308,6 @@ for _ in range(30):
         path.write_text("")
         path.write_text(str(number + 1))
 """
-
-
-@pytest.fixture
-def path(tmp_path):
-    return tmp_path / "cases" / "a.nc"
-
-
-@pytest.fixture
-def holder(path):
-    """Another process that holds the lock until a line is sent to it."""
-    with python(HOLDER, path) as process:
-        assert process.stdout.readline() == "held\n"
-        yield process
-        process.kill()
 
 
 def quiet(line):
@@ -349,7 +329,7 @@ def test_a_lock_without_rivals_leaves_nothing_behind_and_one_on_a_removed_file_d
 
 
 def test_who_waits_is_told_for_which_process_on_which_machine_and_can_be_interrupted(path, holder):
-    with python(HOLDER, path) as waiting:
+    with python(WORKER, path) as waiting:
         assert "waiting" in waiting.stdout.readline()
         waiting.send_signal(signal.SIGINT)
         waiting.communicate(timeout=30)
