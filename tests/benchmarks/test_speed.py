@@ -15,10 +15,9 @@ from benchmarks.verification.__main__ import PAGE as VERIFICATION
 from fretwear.mechanics.kernels import inner
 
 from benchmarks import performance
-from fretwear.mechanics.active_set import ActiveSet
 from fretwear.mechanics.geometry.grid import Grid, influence_coefficients
 from fretwear.mechanics.integrator import evolve, first_loading
-from fretwear.mechanics.solver import solve_contact
+from fretwear.mechanics.solver import ActiveSet, solve_contact
 from fretwear.running import simulate
 
 ROWS = [
@@ -103,12 +102,12 @@ def test_no_step_of_the_solver_is_downhill_by_rounding_only(monkeypatch):
     # Along such a step, left by clipping, the energy hardly falls, and the next is the same again.
     search, descents = ActiveSet._search, []
 
-    def watched(method, segment):
-        along = inner(method._team, np.abs(method.gap), np.abs(segment.step))
-        descent = inner(method._team, method.gap, segment.step)
-        assert segment.slope == pytest.approx(descent, abs=1e-12 * along)
-        descents.append(-segment.slope / along)
-        search(method, segment)
+    def watched(method, step, slope, *moved):
+        along = inner(method._team, np.abs(method.gap), np.abs(step))
+        descent = inner(method._team, method.gap, step)
+        assert slope == pytest.approx(descent, abs=1e-12 * along)
+        descents.append(-slope / along)
+        search(method, step, slope, *moved)
 
     monkeypatch.setattr(ActiveSet, "_search", watched)
     cell = (0.75e-6, 3e-6)

@@ -7,13 +7,12 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from fretwear.mechanics import solver
-from fretwear.mechanics.contact import ContactError, ContactProblem, Effort
-from fretwear.mechanics.free_cells import FreeCells, preconditioner
+from fretwear.mechanics import contact, solver
+from fretwear.mechanics.contact import ContactError, ContactProblem, projected_gradient
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.measures import half_width
 from fretwear.mechanics.slip import WearLayer, WinklerLayer
-from fretwear.mechanics.solver import projected_gradient, solve_contact
+from fretwear.mechanics.solver import FreeCells, preconditioner, solve_contact
 from fretwear.mechanics.surfaces import Sphere
 
 from . import oracles
@@ -233,12 +232,13 @@ def test_a_contact_that_does_not_converge_is_brought_by_the_projected_gradient_o
         return projected_gradient(*args)
 
     monkeypatch.setattr(solver, "projected_gradient", counted)
-    start = np.ones(problem.shape.shape)
-    found = solve_contact(problem, start, tolerance=1e-5, effort=Effort(active_set=2))
+    monkeypatch.setattr(solver, "_ACTIVE_SET_STEPS", 2)
+    found = solve_contact(problem, np.ones(problem.shape.shape), tolerance=1e-5)
     assert len(calls) == 1
     np.testing.assert_allclose(found.pressure, expected.pressure, atol=1e-3 * P0)
+    monkeypatch.setattr(contact, "_LARGEST_STEPS", 1)
     with pytest.raises(ContactError, match=r"did not converge: residual .* instead of 1e-06"):
-        solve_contact(problem, effort=Effort(active_set=2, gradient=1))
+        solve_contact(problem)
 
 
 def test_a_loose_tolerance_is_met_too_where_a_few_cells_stand_out():
@@ -276,7 +276,7 @@ def layers(cells):
 def test_projected_gradient_and_active_set_agree(surface, limit, kind):
     cells = window((18, 16))
     problem = pressed(cells, roughness=SURFACES[surface], limit=limit, layer=layers(cells)[kind])
-    found = projected_gradient(problem, np.ones(cells.shape), 1e-8, 2000)
+    found = projected_gradient(problem, np.ones(cells.shape), 1e-8)
     expected = solve_contact(problem, tolerance=1e-10)
     # The condition number, near 40 here, stands between the change of a step and the error.
     np.testing.assert_allclose(found, expected.pressure, atol=1e-6 * P0)

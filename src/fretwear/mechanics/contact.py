@@ -6,12 +6,13 @@ Find the pressure p and the approach δ with
     g = 0 where 0 < p < p_lim,   g ≥ 0 where p = 0,   g ≤ 0 where p = p_lim
 
 for the half-space K, a shape h and a layer W. It is the optimality condition of a convex
-program, which `fretwear.mechanics.solver` solves.
+program, which `fretwear.mechanics.solver` solves, and the projected gradient where that stalls.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections import deque
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
@@ -20,55 +21,32 @@ from numpy.typing import NDArray
 from fretwear.mechanics.geometry import Array, HalfSpace, Mask, Single
 from fretwear.mechanics.team import ALONE, Team, kernels
 
+# Of the projected gradient: steps at most, and energies that one has to undercut.
+_LARGEST_STEPS, _MEMORY = 2000, 10
 # Free cells that carry less of the load than this cannot be scaled to carry what is missing.
 _NOTHING = 1e-12
 _LARGEST_SCALINGS = 100
 
 
 @dataclass(frozen=True)
-class Effort:
-    """Limits on the steps of a contact: of the active set, and of the projected gradient."""
-
-    active_set: int = 60
-    gradient: int = 2000
-
-
-@dataclass(frozen=True)
 class Accuracy:
-    """Tolerances of the contacts of a run, relative to the largest displacement.
+    """Tolerances of the contacts of a run, relative to the largest displacement."""
 
-    Attributes
-    ----------
-    contact
-        Of the contact of a state.
-    first_stage
-        Of the contact of a step's first stage, whose pressure enters the exponent: a few parts in
-        10⁵ of that are far below the error of the step.
-    first_reduced
-        Of the first reduced contact, which an elastic run solves only once.
-    reduced
-        Of the reduced contact at a requested cycle.
-    reduced_between
-        Of the reduced contact between requested cycles: its error moves wear by less than a part
-        in 10⁷.
-    sweep
-        Of the wear in the iteration between plastic flow and pressure of a stage, relative to the
-        tolerance of the step.
-    following
-        The same where the contact accounts for slip that follows its approach: the remaining error
-        is of second order, and of either sign.
-    effort
-        Limits on the steps of a contact.
-    """
-
-    contact: float = 1e-6
+    contact: float = 1e-6  #: of the contact of a state
+    #: Of the contact of a step's first stage, whose pressure enters the exponent: a few parts in
+    #: 10⁵ of that are far below the error of the step.
     first_stage: float = 3e-5
-    first_reduced: float = 1e-8
-    reduced: float = 1e-7
+    first_reduced: float = 1e-8  #: of the first reduced contact, the only one of an elastic run
+    reduced: float = 1e-7  #: of the reduced contact at a requested cycle
+    #: Of the reduced contact between requested cycles: its error moves wear by less than a part in
+    #: 10⁷.
     reduced_between: float = 1e-6
+    #: Of the wear in the iteration between plastic flow and pressure of a stage, relative to the
+    #: tolerance of the step.
     sweep: float = 0.005
+    #: The same where the contact accounts for slip that follows its approach: the remaining error
+    #: is of second order, and of either sign.
     following: float = 0.02
-    effort: Effort = field(default_factory=Effort)
 
     @classmethod
     def uniform(cls, tolerance: float) -> Accuracy:
@@ -199,37 +177,39 @@ class ContactProblem:
             carried, saturated = kernels.scale_and_clip(team, factor, limit, rigid, weights, result)
         return result
 
+    def projected(self, pressure: Array) -> Array:
+        """The nearest pressure (least squares) within the bounds that carries the load."""
+        from scipy.optimize import brentq
+
+        if self.load is None:
+            return np.clip(pressure, 0.0, self.limit)
+        area = float(self.weighted(np.ones_like(pressure)).sum())
+        most = min(self.limit, 2.0 * self.total / area)
+
+        def excess(shift: float) -> float:
+            carried = self.weighted(np.clip(pressure + shift, 0.0, self.limit)).sum()
+            return float(carried) - self.total
+
+        shift = brentq(excess, -float(pressure.max()), most - float(pressure.min()), maxiter=200)
+        result: Array = np.clip(pressure + shift, 0.0, self.limit)
+        return result
+
 
 @dataclass(frozen=True)
 class Contact:
-    """The solution of a `ContactProblem`.
+    """The solution of a `ContactProblem`; fields have the shape of the geometry."""
 
-    Attributes
-    ----------
-    pressure, gap
-        Pa and m, shape of the geometry. The gap is negative where the pressure is at its limit; the
-        bodies yield by its absolute value.
-    approach
-        δ, m.
-    saturated
-        Cells at the pressure limit.
-    residual
-        Largest violation of the conditions on the gap, relative to the largest displacement; if
-        verified, from a separate convolution.
-    iterations, convolutions
-        Conjugate-gradient steps and half-space convolutions spent.
-    stiffness
-        Pressure per approach, Pa/m, where it is known.
-    """
-
-    pressure: Array
+    pressure: Array  #: Pa
+    #: m; negative where the pressure is at its limit, where the bodies yield by its absolute value.
     gap: Array
-    approach: float
-    saturated: Mask
+    approach: float  #: δ, m
+    saturated: Mask  #: cells at the pressure limit
+    #: Largest violation of the conditions on the gap, relative to the largest displacement; if
+    #: verified, from a separate convolution.
     residual: float
-    iterations: int
-    convolutions: int
-    stiffness: Array | None = None
+    iterations: int  #: conjugate-gradient steps spent
+    convolutions: int  #: half-space convolutions spent
+    stiffness: Array | None = None  #: pressure per approach, Pa/m, where it is known
 
     @property
     def yields(self) -> bool:
@@ -246,3 +226,56 @@ class Contact:
 def is_finite(values: Array) -> bool:
     """Whether every value of a field is finite, and their sum."""
     return bool(np.isfinite(values.sum()))
+
+
+def projected_gradient(problem: ContactProblem, start: Array, tolerance: float) -> Array:
+    """Pressure of a contact by the spectral projected gradient: slow, but globally convergent.
+
+    Birgin, Martínez and Raydan, "Nonmonotone spectral projected gradient methods on convex sets",
+    SIAM J. Optim. 10 (2000), for the convex program of the normal contact: the set
+    {0 ≤ p ≤ p_lim, ∑p = P} is convex, its projection a shift and a clipping. It stops when a
+    gradient step of the size of one cell's own compliance changes the gap by less than the
+    tolerance times the largest displacement, or after many steps; the caller judges the result,
+    Pa, which is within the bounds and of the right sum.
+    """
+    half_space, level = problem.half_space, problem.approach or 0.0
+    team = half_space.team
+    pressure = problem.projected(start)
+    displacement = half_space.displacement(pressure)
+    gradient = problem.separation(pressure, displacement) - level
+    stiffness = 1.0 / half_space.self_influence
+    length = stiffness
+    energies: deque[float] = deque([0.0], maxlen=_MEMORY)
+    energy = 0.0
+    for _ in range(_LARGEST_STEPS):
+        move = problem.projected(pressure - stiffness * gradient) - pressure
+        if np.abs(move).max() <= tolerance * stiffness * displacement.max():
+            break
+        step = problem.projected(pressure - length * gradient) - pressure
+        weighted = problem.weighted(step)
+        moved = half_space.displacement(step)
+        slope = kernels.inner(team, gradient, weighted)
+        fraction = 1.0
+        while True:
+            trial = pressure + fraction * step
+            new_gradient = problem.separation(trial, displacement + fraction * moved) - level
+            # The energy itself would need the layer's potential; its change by Simpson's rule
+            # from three gradients on the segment needs none.
+            middle = problem.separation(
+                pressure + 0.5 * fraction * step, displacement + 0.5 * fraction * moved
+            )
+            middle -= level
+            mean = (gradient + 4.0 * middle + new_gradient) / 6.0
+            change = fraction * kernels.inner(team, weighted, mean)
+            if energy + change <= max(energies) + 1e-4 * fraction * slope or fraction < 1e-6:
+                break
+            fraction *= 0.5
+        curvature = kernels.inner(team, weighted, new_gradient - gradient) * fraction
+        size = kernels.inner(team, step, weighted) * fraction**2
+        length = stiffness * 1e3 if curvature <= 0 else min(size / curvature, stiffness * 1e3)
+        pressure = trial
+        displacement = displacement + fraction * moved
+        gradient = new_gradient
+        energy += change
+        energies.append(energy)
+    return pressure

@@ -215,7 +215,6 @@ def first_loading(
             problem.contact(ground.half_space, ground.unworn + opening + plastic),
             getattr(before, "pressure", None),
             tolerance=accuracy.contact,
-            effort=accuracy.effort,
         )
         spent += contact.convolutions
         larger = geometry.holding(workspace, contact.pressure, contact.approach)
@@ -445,7 +444,6 @@ class Evolution(Integrator):
                     start,
                     tolerance,
                     verified=output_step,
-                    effort=accuracy.effort,
                 )
             except ContactError as error:
                 self._convolutions += error.convolutions
