@@ -244,7 +244,7 @@ def stage_after(problem, cycles, exponent):
     """A state after some cycles and the stage after it, x = ``exponent`` (0.3 p₀ + 0.7 p₁)/p0."""
     *_, state = evolve(problem, [cycles], 1e-3)
     base = state
-    steps = Evolution(problem, 1e-4, state)
+    steps = Evolution(problem, state, tolerance=1e-4)
     known = 0.3 * exponent * base.pressure / P0
     nothing = np.zeros(state.geometry.shape)
     return base, steps.stage(base, known, 0.7 * exponent / P0, base.pressure, nothing, 1e-6)

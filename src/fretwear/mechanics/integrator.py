@@ -21,6 +21,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from math import inf, isfinite, sqrt
 from typing import Any
 
@@ -129,17 +130,17 @@ def march(
     problem: WearProblem,
     stops: Sequence[float],
     start: Any,
-    begin: Callable[[WearProblem, Any, bool], Integrator],
+    begin: Callable[..., Integrator],
 ) -> Iterator[Any]:
     """Yield each accepted state of all blocks of a problem, up to the last of some stops.
 
-    ``begin`` makes the integrator of a block from the state before, if there is one, and whether
-    the bodies are to be loaded anew.
+    ``begin`` makes the integrator of a block from the state before, if there is one; ``anew`` says
+    that the bodies are to be loaded anew.
     """
     state, first = start, 0.0
     for block in problem.blocks:
         if state is None or state.cycle < block.end:
-            integrator = begin(block, state, state is None or state.cycle == first > 0.0)
+            integrator = begin(block, state, anew=state is None or state.cycle == first > 0.0)
             if state is None:
                 yield integrator.state
             # Neither a step nor its error estimate may span a kink.
@@ -160,35 +161,13 @@ def evolve(
 ) -> Iterator[State]:
     """Integrate wear over the cycles and yield each accepted state, cycle 0 included.
 
-    Parameters
-    ----------
-    problem
-        The problem to integrate.
-    stops
-        Increasing cycle numbers at which a step must end exactly; the last one ends the run.
-    tolerance
-        Error of one step's wear relative to the wear volume.
-    start
-        A state that `evolve` yielded before, to resume from; it is not yielded again.
-    accuracy
-        Tolerances of the contacts.
-
-    Yields
-    ------
-    State
-
-    Raises
-    ------
-    WearError
-        If the step had to be reduced to nothing.
-    fretwear.mechanics.contact.ContactError
-        If the first loading does not converge.
+    A step ends exactly at each of the increasing cycles ``stops``, the last of which ends the run.
+    ``tolerance`` is the error of one step's wear relative to the wear volume, and ``accuracy`` has
+    the tolerances of the contacts. A run resumes from ``start``, a state that was yielded before
+    and is not yielded again. A `WearError` says that the step had to be reduced to nothing, a
+    `fretwear.mechanics.contact.ContactError` that the first loading does not converge.
     """
-
-    def begin(block: WearProblem, state: State | None, anew: bool) -> Evolution:
-        return Evolution(block, tolerance, state, accuracy, anew=anew)
-
-    return march(problem, stops, start, begin)
+    return march(problem, stops, start, partial(Evolution, tolerance=tolerance, accuracy=accuracy))
 
 
 def first_loading(
@@ -262,10 +241,10 @@ class Evolution(Integrator):
     def __init__(
         self,
         problem: WearProblem,
-        tolerance: float,
         start: State | None = None,
-        accuracy: Accuracy | None = None,
         *,
+        tolerance: float,
+        accuracy: Accuracy | None = None,
         anew: bool = False,
     ) -> None:
         self.problem, self.workspace = problem, Workspace(problem)

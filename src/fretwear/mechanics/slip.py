@@ -49,10 +49,9 @@ class ReducedContact:
     response: Array | None = None
 
     @property
-    def stick(self) -> Mask:
+    def stick(self) -> Any:
         """Cells of the stick zone."""
-        result: Mask = self.pressure > 0
-        return result
+        return self.pressure > 0
 
 
 class SlipModel(Part):
@@ -62,8 +61,7 @@ class SlipModel(Part):
     slip follows the shape says so, and how its gap grows.
     """
 
-    # Whether plastic flow of the shape changes the reduced contact.
-    follows_shape: ClassVar[bool] = False
+    follows_shape: ClassVar[bool] = False  # whether plastic flow changes the reduced contact
 
     def reduced(
         self,
@@ -82,17 +80,13 @@ class SlipModel(Part):
         raise NotImplementedError
 
     def wear_layer(
-        self,
-        wear: Array,
-        gap: Array,
-        shift: Array | None,  # noqa: ARG002 - the reduced contact never shifts
-        exponent: Array,
-        rate: float,
+        self, wear: Array, gap: Array, shift: Array | None, exponent: Array, rate: float
     ) -> Layer:
         """Wear depth at the end of a stage against pressure; see `WearLayer`.
 
         If slip is constant, it is proportional to ∫p dN.
         """
+        del shift  # of a reduced contact that changes
         return WinklerLayer(rate * gap, wear + exponent * gap)
 
     def gap_after(self, gap: Array, wear: Array) -> Array:  # noqa: ARG002 - slip is constant
@@ -129,8 +123,7 @@ class Jaeger(SlipModel):
         lowest, scale, flexibility = float(shape.min()), problem.hertz.approach, sliding.flexibility
         depth = sliding.level - lowest
         if depth <= _NO_DEPTH * scale:
-            nothing = np.zeros_like(shape)
-            gap = shape - sliding.level
+            nothing, gap = np.zeros_like(shape), shape - sliding.level
             response = None if half_space.matrix is None else nothing - 1.0
             return ReducedContact(nothing, gap, sliding.level, 0.0, response=response)
         # The solver's tolerance is relative to a displacement that vanishes with the stick zone.

@@ -25,6 +25,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from math import ceil, inf
 from typing import Any, NamedTuple
 
@@ -114,18 +115,14 @@ def slide(
     start: StrokeState | None = None,
 ) -> Iterator[StrokeState]:
     """Integrate the wear of both bodies over the cycles; parameters and errors as of `evolve`."""
-
-    def begin(block: WearProblem, state: StrokeState | None, anew: bool) -> _Slider:
-        return _Slider(block, tolerance, state, anew=anew)
-
-    return integrator.march(problem, stops, start, begin)
+    return integrator.march(problem, stops, start, partial(_Slider, tolerance=tolerance))
 
 
 class _Slider(Integrator):
     """The steps of a contact that slides as a whole; of two bodies, the flat comes first."""
 
     def __init__(
-        self, problem: WearProblem, tolerance: float, start: StrokeState | None, *, anew: bool
+        self, problem: WearProblem, start: StrokeState | None, *, tolerance: float, anew: bool
     ) -> None:
         self.problem, self.tolerance, self.state = problem, tolerance, start
         self.workspace = Workspace(problem)
@@ -387,21 +384,12 @@ class Rubbing:
         return inverse
 
     def solve(self, opening: Array, compliance: Array, closed: Mask) -> Contacts:
-        """The contacts of all positions.
+        """The contacts of all positions; a ContactError if the cells in contact do not settle.
 
-        Parameters
-        ----------
-        opening
-            Earlier wear and plastic depth of flat and indenter, m, shape (2, n, m).
-        compliance
-            Wear of either in this stage per mean pressure, m/Pa, shape (2, 1, 1); not negative.
-        closed
-            First guess of the cells in contact, shape (positions, 2n, m).
-
-        Raises
-        ------
-        ContactError
-            If the set of cells in contact does not settle.
+        ``opening`` is the earlier wear and plastic depth of flat and indenter, m, shape (2, n, m),
+        and ``compliance`` the wear of either in this stage per mean pressure, m/Pa, shape
+        (2, 1, 1), not negative; ``closed`` is a first guess of the cells in contact, shape
+        (positions, 2n, m).
         """
         from scipy.linalg import cho_factor, cho_solve
 

@@ -48,25 +48,15 @@ _SAMPLES = 2001
 
 @dataclass(frozen=True)
 class Grading:
-    """The widths that the rings of a contact need.
+    """The widths that the rings of a contact need."""
 
-    Parameters
-    ----------
-    stick, contact, unworn
-        Radii of the edges of stick and contact, m, the latter the largest expected, and unworn.
-    narrowest, ahead, behind
-        Width at the stick edge, m, and the distances, inward and outward, over which it is kept.
-    coarseness
-        Factor on all widths.
-    """
-
-    stick: float
-    contact: float
-    unworn: float
-    narrowest: float
-    ahead: float = 0.0
-    behind: float = 0.0
-    coarseness: float = 1.0
+    stick: float  # radius of the edge of the stick zone, m
+    contact: float  # the largest expected of the contact
+    unworn: float  # that of the unworn contact
+    narrowest: float  # width at the stick edge, m
+    ahead: float = 0.0  # distance inward over which it is kept
+    behind: float = 0.0  # and outward
+    coarseness: float = 1.0  # factor on all widths
 
     @classmethod
     def of(cls, problem: WearProblem, stick: float, contact: float) -> Grading:
@@ -121,10 +111,7 @@ class Rings(DenseCells):
     def first(cls, problem: WearProblem) -> Rings:
         """Rings for the first loading of a problem, graded to the edge of its stick zone.
 
-        Raises
-        ------
-        ValueError
-            If the problem has no rotational symmetry.
+        A ValueError says that it has no rotational symmetry.
         """
         if problem.roughness is not None or not problem.indenter.is_axisymmetric:
             raise ValueError("rings need a smooth indenter with rotational symmetry")
