@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 
 import fretwear
 from fretwear.cli.program import app
+from fretwear.data.files import open_summary
 from fretwear.data.safe import Lock, Unfailing
 from fretwear.running.workflow import (
     ENDED,
@@ -30,15 +31,6 @@ from .conftest import HOPELESS, TINY, contents, wait_for
 
 STUDY = {**TINY, "vary": {"load": ["25 N", "50 N", "60 N"]}}
 BEGAN = re.compile(r"^case \d of 3: (.*)$", re.MULTILINE)
-
-
-def with_a_long_case(place):
-    """Three cases, of which one takes a second or two, the others a fraction of one."""
-    roughness = ["none"] * 3
-    roughness[place] = WAVES
-    base = {**STUDY["base"], "cell": "1 um", "cycles": 7000}
-    vary = {**STUDY["vary"], "roughness": roughness}
-    return {**STUDY, "base": base, "design": "zip", "vary": vary}
 
 
 class Bench:
@@ -132,35 +124,20 @@ def test_a_failed_case_keeps_no_other_from_running(bench):
     assert any("of memory for" in each.reason for each in failures(bench.results).values())
 
 
-def test_a_batch_that_is_killed_goes_on_after_the_cases_that_are_done(bench, start):
-    bench.write(with_a_long_case(1))
-    process = start("batch", "tiny.yaml", folder=bench.folder, start_new_session=True)
-    wait_for(bench.cases, process)
-    os.killpg(process.pid, signal.SIGKILL)
-    process.communicate()
-    done = [path.stem for path in bench.cases()]
-    assert len(done) < 3
-    for failure in failures(bench.results).values():
-        assert failure.reason == ENDED
-    assert f"{len(done)} of 3 cases were done before" in bench.batch()
-    assert len(bench.cases()) == 3
-    assert failures(bench.results) == {}
-
-
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="only Linux tells of children")
-@pytest.mark.parametrize(
-    ("sent", "words"), [("SIGKILL", "killed"), ("SIGSEGV", "crashed (SIGSEGV)")]
-)
-def test_the_others_are_done_when_one_case_ends_its_process(bench, start, sent, words):
-    bench.write(with_a_long_case(0))
+def test_the_others_are_done_when_one_case_ends_its_process(bench, start):
+    # The first case takes a second or two, the others a fraction of one.
+    base = {**STUDY["base"], "cell": "1 um", "cycles": 7000}
+    vary = {**STUDY["vary"], "roughness": [WAVES, "none", "none"]}
+    bench.write({**STUDY, "base": base, "design": "zip", "vary": vary})
     first, *others = load_study(bench.folder / "tiny.yaml").cases()
     process = start("batch", "tiny.yaml", "--supervise", folder=bench.folder)
     wait_for(lambda: first in failures(bench.results), process)
     children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
-    os.kill(int(children.read_text()), getattr(signal, sent))
+    os.kill(int(children.read_text()), signal.SIGKILL)
     _, said = process.communicate()
     assert process.returncode == 0, said
-    assert f"{words} during {first}: out of memory?" in said
+    assert f"killed during {first}: out of memory?" in said
     assert BEGAN.findall(said)[-3:] == [*others, first]
     assert len(bench.cases()) == 3
     assert failures(bench.results) == {}
@@ -178,6 +155,28 @@ def test_a_supervised_batch_can_be_stopped(bench, start, number, status):
     assert process.returncode == status
     assert "stopped: by SIGTERM" in said
     assert not bench.cases()
+
+
+def test_cases_of_an_older_solver_are_computed_again_or_kept_on_request_and_told(
+    bench, whole, monkeypatch
+):
+    shutil.copytree(whole.results, bench.results)
+    first, *_ = bench.cases()
+    first.unlink()
+    for module in ("running.batch", "data.labels", "data.merge"):
+        monkeypatch.setattr(f"fretwear.{module}.code_digest", lambda: "newer", raising=False)
+    assert "2 of them by another version of the code: kept" in bench.batch("--keep-older")
+    assert fretwear.open_case(first).attrs["code_digest"] == "newer"
+    with chdir(bench.folder):
+        said = CliRunner().invoke(app, ["merge", "tiny.yaml", "--keep-older"]).stderr
+    words = "2 of 3 cases were computed by another version of the code"
+    assert words in said
+    with open_summary(bench.results / "summary.nc") as summary:
+        assert words in summary.attrs["warnings"]
+        assert summary.attrs["code_digest"] == "newer"
+        assert len(set(summary["code_digest"].values.tolist())) == 2
+    assert "2 of them by another version of the code: computed again" in bench.batch()
+    assert {fretwear.open_case(each).attrs["code_digest"] for each in bench.cases()} == {"newer"}
 
 
 def test_what_a_killed_process_left_is_removed_and_its_case_comes_last(bench, whole):
@@ -218,9 +217,6 @@ def test_points_that_are_not_there_are_refused(bench):
     assert not bench.results.exists()
 
 
-HEAD = "s\th:m:s\tmax_rss\tcpu_time\n"
-
-
 def test_failed_cases_are_told_with_reason_and_log_until_they_have_a_result(tmp_path):
     assert failures(tmp_path) == failures(tmp_path / "missing") == {}
     record(tmp_path, "first")
@@ -230,25 +226,15 @@ def test_failed_cases_are_told_with_reason_and_log_until_they_have_a_result(tmp_
     failure, _ = failures(tmp_path).values()
     assert tmp_path / failure.log == log_file(tmp_path, "first")
     assert str(failure) == "no step after cycle 3 comes to an end (log: logs/simulate/first.log)"
-    forget(tmp_path, "first")
-    forget(tmp_path, "never failed")
-    assert list(failures(tmp_path)) == ["second"]
-
-
-def test_records_that_are_cut_short_or_of_something_else_are_passed_over(tmp_path):
-    record(tmp_path, "sound", "broken")
+    for case_id in ("first", "never failed"):
+        forget(tmp_path, case_id)
+    # Records that are cut short or of something else are passed over.
     (file,) = (tmp_path / "logs/simulate").iterdir()
     text = file.read_text()
-    for name, content in {
-        "cut": text[:-20],
-        "other": text,
-        "list": "[1, 2]",
-        "odd": json.dumps({**json.loads(text), "reason": 3}),
-        "large": text + " " * 200_000,
-        "deep": "[" * 50_000,
-    }.items():
-        file.with_name(f"{name}.failed.json").write_text(content)
-    assert list(failures(tmp_path)) == ["sound"]
+    odd = json.dumps({**json.loads(text), "reason": 3})
+    for n, content in enumerate((text[:-20], text, odd, text + " " * 200_000, "[" * 50_000)):
+        file.with_name(f"{n}.failed.json").write_text(content)
+    assert list(failures(tmp_path)) == ["second"]
 
 
 def test_the_end_of_a_log_is_whole_lines(tmp_path):
@@ -264,22 +250,18 @@ def test_simulations_are_added_up_and_what_was_not_measured_counts_for_nothing(t
     def write(name, row):
         file = tmp_path / "benchmarks" / name
         file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(f"{HEAD}{row}\n", encoding="utf-8")
+        file.write_bytes(b"s\th:m:s\tmax_rss\tcpu_time\n" + row + b"\n")
+        return spent_on_simulations(tmp_path)
 
-    assert spent_on_simulations(tmp_path) is None
-    write("batches/long.tsv", "1\t0:01\t" + "9" * 200_000)
-    assert spent_on_simulations(tmp_path) is None
-    write("simulate/a.tsv", "0.2\t0:00:00\t-\tNA")
-    (tmp_path / "benchmarks/simulate/b.tsv").write_bytes(b"\xff\xfe not a table")
-    spent = spent_on_simulations(tmp_path)
-    assert (spent.jobs, spent.seconds, spent.processor_seconds) == (1, 0.2, 0.0)
+    assert write("batches/long.tsv", b"1\t0:01\t" + b"9" * 200_000) is None
+    assert write("batches/odd.tsv", b"\xff\xfe not a table") is None
+    spent = write("simulate/a.tsv", b"0.2\t0:00:00\t-\tNA")
+    assert spent[:3] == (1, 0.2, 0.0)
     assert spent.memory_bytes != spent.memory_bytes
-    write("simulate/a.tsv", "2.0\t0:00:02\t100\t1.5")
-    write("simulate/b.tsv", "3.0\t0:00:03\t200\t2.5")
-    write("merge.tsv", "9.0\t0:00:09\t900\t9.0")
-    spent = spent_on_simulations(tmp_path)
-    assert (spent.jobs, spent.seconds, spent.processor_seconds) == (2, 5.0, 4.0)
-    assert spent.memory_bytes == pytest.approx(200 * 2**20)
+    write("simulate/a.tsv", b"2.0\t0:00:02\t100\t1.5")
+    write("merge.tsv", b"9.0\t0:00:09\t900\t9.0")
+    spent = write("simulate/b.tsv", b"3.0\t0:00:03\t200\t2.5")
+    assert spent == (2, 5.0, 4.0, pytest.approx(200 * 2**20))
 
 
 def test_records_that_cannot_be_written_or_lead_elsewhere_end_nothing(tmp_path):

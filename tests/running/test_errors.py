@@ -20,27 +20,20 @@ def estimates(deviations, times=2.0, values=None):
     return estimated_errors({"approach": values}, {"approach": twin}, times)["approach"]
 
 
-def test_a_hard_snapshot_leaves_the_errors_of_the_others_as_they_are():
+def test_an_estimate_takes_what_two_runs_usually_differ_by_and_nothing_of_a_hard_snapshot():
+    (usual,) = estimates([1e-3])
     easy, hard = estimates([1e-4] * 5), estimates([1e-4] * 4 + [0.1])
     np.testing.assert_allclose(hard[:4], easy[:4])
     assert hard[4] > 0.1
-    # Even where there is only one other.
-    assert estimates([1e-5, 0.1])[0] < 0.02
-
-
-def test_runs_that_agree_by_chance_are_no_more_accurate_than_usual():
-    assert estimates([1e-3, 0.0, 1e-3, 2e-3])[1] == pytest.approx(estimates([1e-3])[0])
-
-
-def test_what_has_just_begun_says_nothing_of_the_errors_of_the_end():
+    assert estimates([1e-5, 0.1])[0] < 0.02, "even where there is only one other"
+    # Runs that agree by chance are no more accurate than usual.
+    assert estimates([1e-3, 0.0, 1e-3, 2e-3])[1] == pytest.approx(usual)
+    # What has just begun says nothing of the errors of the end.
     begun = estimates([2e-3, 1e-3], values=[4e-3, 1.0])
-    assert begun[1] == pytest.approx(estimates([1e-3])[0])
+    assert begun[1] == pytest.approx(usual)
     assert begun[0] > 2e-3
-
-
-def test_the_wider_the_cells_of_a_twin_the_less_of_what_it_differs_by_counts():
-    estimate = estimates([1e-3], 2.0)
-    assert 0.5 * estimate < estimates([1e-3], 3.0) < estimate / np.sqrt(2.0)
+    # The wider the cells of the twin, the less of the difference counts.
+    assert 0.5 * usual < estimates([1e-3], 3.0)[0] < usual / np.sqrt(2.0)
 
 
 def test_smooth_results_are_within_errors_that_are_small_at_first_loading():

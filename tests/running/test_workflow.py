@@ -90,48 +90,11 @@ def test_a_change_reruns_what_it_touches(copy):
     assert jobs_after() == (BOTH, AFTERWARDS)
     file.write_text(text.replace("try:", "__version__ = '0'\ntry:", 1))
     assert jobs_after() == (set(), AFTERWARDS)
-
-
-@pytest.mark.slow
-def test_an_extended_study_computes_what_is_new_or_was_removed_and_no_other(copy):
-    first, second = sorted((copy.results / "cases").iterdir())
-    first.unlink()
-    copy.write({**TINY, "vary": {"load": ["25 N", "30 N", "50 N"]}})
-    assert copy.jobs() == ({"P25N-Q9N", "P30N-Q9N"}, AFTERWARDS)
-    before = written(copy)
-    copy.snakemake("results/demo/summary.nc", status=0)
-    assert before.keys() == {second}
-    assert written(copy).items() > before.items()
-    with open_summary(copy.results / "summary.nc") as summary:
-        assert list(summary["load"].values) == [25.0, 30.0, 50.0]
-        assert (summary["status"] == 0).all()
-    assert copy.jobs("results/demo/summary.nc") == (set(), set())
-
-
-@pytest.mark.slow
-def test_cases_of_an_older_solver_are_kept_on_request_and_told_everywhere(copy, monkeypatch):
-    package = shutil.copytree(Path(fretwear.__file__).parent, copy.folder / "lib/fretwear")
-    with (package / "theory/hertz.py").open("a") as file:
-        file.write("# Hertz 1881\n")
-    monkeypatch.setenv("PYTHONPATH", str(package.parent))
-    before, first = written(copy), next((copy.results / "cases").iterdir())
-    first.unlink()
-    assert copy.jobs() == (BOTH, AFTERWARDS)
-    summary_of = ("results/demo/summary.nc", "--config", "keep_older=true")
-    copy.snakemake(*summary_of, status=0)
-    assert written(copy).items() - before.items() == {(first, first.stat().st_mtime_ns)}
-    words = "1 of 2 cases was computed by another version of the code"
-    assert words in (copy.results / "logs/merge.log").read_text()
-    assert "1 of them by another version of the code: kept" in "".join(
-        log.read_text() for log in (copy.results / "logs/batches").glob("*.log")
-    )
-    with open_summary(copy.results / "summary.nc") as summary:
-        assert words in summary.attrs["warnings"]
-        digests = summary["code_digest"].values.tolist()
-        assert len(set(digests)) == 2
-        assert summary.attrs["code_digest"] in digests
-    assert copy.jobs(*summary_of) == (set(), set())
-    assert copy.jobs("results/demo/summary.nc") == (BOTH, {"Merging"})
+    file.write_text(text)
+    # An extended study computes what is new or was removed, and no other.
+    min((copy.results / "cases").iterdir()).unlink()
+    vary = {"load": ["25 N", "30 N", "50 N"]}
+    assert jobs_after(vary=vary) == ({"P25N-Q9N", "P30N-Q9N"}, AFTERWARDS)
 
 
 @pytest.mark.slow
@@ -156,10 +119,11 @@ def test_another_study_is_chosen_by_its_name_and_an_old_lock_is_told(checkout):
     locks = checkout.folder / ".snakemake/locks"
     locks.mkdir(parents=True)
     (locks / "0.output.lock").touch()
-    config = ("--config", "study=other", "threads=2")
+    config = ("--config", "study=other", "threads=2", "keep_older=true")
     planned = checkout.snakemake("--dry-run", "-p", *config, status=0)
     assert "Simulating P40N-Q9N" in planned
-    assert "--threads 2" in planned
+    assert "--supervise --threads 2 --keep-older" in planned
+    assert "merge studies/other.yaml --keep-older" in planned
     assert "if none is running: snakemake --unlock, then the same command again" in planned
 
 
