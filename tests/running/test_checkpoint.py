@@ -8,11 +8,10 @@ import pytest
 import xarray as xr
 
 from fretwear.data.files import _LENGTH, add_checksum
-from fretwear.data.safe import _host
+from fretwear.data.safe import DataFileError, _host
 from fretwear.running import simulate
 from fretwear.running.batch import (
     Checkpoint,
-    CheckpointError,
     identity_of,
     read_checkpoint,
     write_checkpoint,
@@ -128,7 +127,7 @@ def test_damage_anywhere_in_a_checkpoint_is_noticed(case, path):
         contents[-1][place] ^= 1 << generator.randrange(8)
     for content in contents:
         path.write_bytes(content)
-        with pytest.raises(CheckpointError, match="damaged"):
+        with pytest.raises(DataFileError, match="damaged"):
             read_checkpoint(path, identity_of(case))
 
 

@@ -135,8 +135,7 @@ def supervise(case_ids: Collection[str], results: Path) -> None:
         if not (child := _fork()):
             return
         status, ending = _end_of(child)
-        reasons = {case_id: failure.reason for case_id, failure in failures(results).items()}
-        before = vanished
+        before, reasons = vanished, failures(results)
         vanished = {case_id for case_id in case_ids if reasons.get(case_id) == ENDED}
         if not ending:  # the child has already reported
             _leave(status)

@@ -223,13 +223,10 @@ def batch(
     first, last = 1, study.size
     if points is not None:
         match = re.fullmatch(r"(\d{1,9})-(\d{1,9})", points.strip())
-        if match is None:
-            rule = "must be the first and the last number, such as 1-12"
-            raise CommandError(f"--points {points}: {rule}")
-        first, last = int(match[1]), int(match[2])
+        first, last = (int(match[1]), int(match[2])) if match else (0, 0)
         if not 1 <= first <= last <= study.size:
             rule = f"the points of {study.file} are 1 to {study.size}"
-            raise CommandError(f"--points {points}: {rule}")
+            raise CommandError(f"--points {points}: {rule}, first and last such as 1-12")
     if supervised:
         from fretwear.cli import supervise
 
@@ -344,25 +341,19 @@ def animate(
     with opened(file) as (case, history):
         path = check_output(output or file.with_suffix(".gif"), ".gif", ".mp4")
 
-        from fretwear.figures.film import (
-            FEW_SNAPSHOTS,
-            FfmpegMissingError,
-            animation,
-            check_format,
-            well_spaced_cycles,
-        )
+        from fretwear.figures import film
 
         try:
-            check_format(path)
-        except FfmpegMissingError as error:
+            film.check_format(path)
+        except film.FfmpegMissingError as error:
             raise CommandError(str(error)) from error
-        moving = animation(case, history)
+        moving = film.animation(case, history)
         with log.counting("picture") as progress:
             moving.save(path, dots_per_inch=dots, progress=progress)
     pictures, size = len(moving.cycles), path.stat().st_size
     log.result(path, f"{pictures} pictures, {size / 1e6:.2f} MB", pictures=pictures, bytes=size)
-    if pictures < FEW_SNAPSHOTS:
-        cycles = ", ".join(map(str, well_spaced_cycles(moving.cycles[-1])))
+    if pictures < film.FEW_SNAPSHOTS:
+        cycles = ", ".join(map(str, film.well_spaced_cycles(moving.cycles[-1])))
         log.note(
             f"{file} has {pictures} snapshots. For a smoother animation let the study keep more, "
             f"for example output: {{cycles: [{cycles}]}}"

@@ -30,7 +30,7 @@ from fretwear.report.results import (
     point_results,
     variable_of,
 )
-from fretwear.running.workflow import failures, log_end, spent_on_simulations
+from fretwear.running.workflow import LOGS, failures, log_end, spent_on_simulations
 from fretwear.study.case import Case
 from fretwear.study.doubts import SMALL_ERROR, finer
 from fretwear.study.parameters import parameter, value_text
@@ -70,7 +70,10 @@ def build_report(
     It is a `DataFileError` when the summary is not that of the plan's study as it is now, or a file
     is missing.
     """
-    reasons = {case_id: str(failure) for case_id, failure in failures(folder).items()}
+    reasons = {
+        case_id: f"{reason} (log: {LOGS}/{case_id}.log)"
+        for case_id, reason in failures(folder).items()
+    }
     results = point_results(plan, summary, reasons)
     explorer = build_explorer(plan, results, folder)
     scripts = page_scripts(with_explorer=explorer is not None)

@@ -52,10 +52,6 @@ _ARRAY = "array"
 _START_ANEW = "The run starts at cycle 0"
 
 
-class CheckpointError(DataFileError):
-    """A checkpoint that cannot be used: damaged, or of another run."""
-
-
 class Checkpoint:
     """The checkpoint of a run: an observer that keeps the run record on disk.
 
@@ -78,7 +74,7 @@ class Checkpoint:
         self.record = RunRecord()
         try:
             self.record = read_checkpoint(path, identity_of(case)) or self.record
-        except CheckpointError as error:
+        except DataFileError as error:
             tell(str(error))
         self._saved_steps = len(self.record.history)
         if self._saved_steps:
@@ -162,12 +158,12 @@ def write_checkpoint(path: Path, record: RunRecord, identity: Mapping[str, Any])
 def read_checkpoint(path: Path, identity: Mapping[str, Any]) -> RunRecord | None:
     """Read a file written by `write_checkpoint`; None if there is none.
 
-    `CheckpointError` if it is damaged or belongs to another run.
+    `DataFileError` if it is damaged or belongs to another run.
     """
     if not path.exists():
         return None
     if problem := damage(path, "checkpoint"):
-        raise CheckpointError(path, f"this checkpoint is damaged ({problem})", _START_ANEW)
+        raise DataFileError(path, f"this checkpoint is damaged ({problem})", _START_ANEW)
     expected, arrays = json.loads(json.dumps(identity)), []
     try:
         with path.open("rb") as stream:
@@ -182,10 +178,10 @@ def read_checkpoint(path: Path, identity: Mapping[str, Any]) -> RunRecord | None
             return known
     except (LookupError, TypeError, ValueError, RecursionError, OSError) as cause:
         problem = "this is not a checkpoint, or one of another version"
-        raise CheckpointError(path, problem, _START_ANEW) from cause
+        raise DataFileError(path, problem, _START_ANEW) from cause
     keys = sorted(key for key in {*found, *expected} if found.get(key) != expected.get(key))
     problem = f"this checkpoint is of another run (another {', '.join(keys)})"
-    raise CheckpointError(path, problem, _START_ANEW)
+    raise DataFileError(path, problem, _START_ANEW)
 
 
 def _check(record: RunRecord) -> None:

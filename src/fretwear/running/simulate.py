@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from fretwear.data.labels import Labelled, labelled_case, labelled_history, labelled_loops
 from fretwear.mechanics.contact import ContactError
-from fretwear.mechanics.geometry import Array, Geometry, Workspace
+from fretwear.mechanics.geometry import Geometry, Workspace
 from fretwear.mechanics.geometry.dense import Line
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.rings import Rings
@@ -212,51 +212,7 @@ def run(
             observer(step)
         follow()
     follow()
-    return _result(case, problem, record, coarser, trouble, command)
 
-
-def steps(
-    case: Case, *, start: State | None = None, geometry: type[Geometry] | None = None
-) -> Iterator[Step]:
-    """Yield each accepted step of a case: cycle 0 and all others, or those after ``start``."""
-    problem = wear_problem(case, geometry)
-    for state in _states(case, problem, start):
-        yield Step(state, measure(problem.of(state), state), case.cycles)
-
-
-def _states(case: Case, problem: WearProblem, start: Any = None) -> Iterator[Any]:
-    march: Any = slide if problem.loading.stroke else evolve
-    return march(problem, [*map(float, case.output_cycles)], case.tolerance, start)  # type: ignore[no-any-return]
-
-
-def _scalars_of_twin(case: Case, threads: int) -> Iterator[dict[str, float]]:
-    """Yield every scalar of the same case on wider cells at each snapshot."""
-    problem = wear_problem(case.coarser, None, threads, case.times_coarser)
-    workspace = Workspace(problem)
-    for state in _states(case.coarser, problem):
-        if state.cycle in case.output_cycles:
-            yield _scalars(workspace, state, loop(workspace, state, contacts=1).opening)
-
-
-def _scalars(workspace: Workspace, state: State, opening: float) -> dict[str, float]:
-    """Every scalar of a state: the measures of each step, and those of its loop."""
-    found = asdict(measure(workspace.problem.of(state), state))
-    full = 4.0 * opening * found["tangential_force"]
-    found["sliding_criterion"] = found["dissipated_energy"] / full if full else 0.0
-    shares = workspace.problem.wear_law.shares or ()
-    for body, share in zip(("indenter", "flat"), shares, strict=False):
-        found[f"wear_volume_{body}"] = share * found["wear_volume"]
-    return found
-
-
-def _result(
-    case: Case,
-    problem: WearProblem,
-    record: RunRecord,
-    coarser: Sequence[Mapping[str, float]],
-    trouble: str,
-    command: str,
-) -> Result:
     workspace, snapshots = Workspace(problem), record.snapshots
     loops = [loop(workspace, state) for state in snapshots]
     of_both = zip(snapshots, loops, strict=True)
@@ -293,6 +249,40 @@ def _result(
     history = labelled_history(steps_at, columns, of_steps, spent, variables)
     curves = {n: np.array([getattr(each, n) for each in loops]) for n in ("force", "displacement")}
     return Result((dataset, history, labelled_loops(cycles, curves, in_line=in_line)))
+
+
+def steps(
+    case: Case, *, start: State | None = None, geometry: type[Geometry] | None = None
+) -> Iterator[Step]:
+    """Yield each accepted step of a case: cycle 0 and all others, or those after ``start``."""
+    problem = wear_problem(case, geometry)
+    for state in _states(case, problem, start):
+        yield Step(state, measure(problem.of(state), state), case.cycles)
+
+
+def _states(case: Case, problem: WearProblem, start: Any = None) -> Iterator[Any]:
+    march: Any = slide if problem.loading.stroke else evolve
+    return march(problem, [*map(float, case.output_cycles)], case.tolerance, start)  # type: ignore[no-any-return]
+
+
+def _scalars_of_twin(case: Case, threads: int) -> Iterator[dict[str, float]]:
+    """Yield every scalar of the same case on wider cells at each snapshot."""
+    problem = wear_problem(case.coarser, None, threads, case.times_coarser)
+    workspace = Workspace(problem)
+    for state in _states(case.coarser, problem):
+        if state.cycle in case.output_cycles:
+            yield _scalars(workspace, state, loop(workspace, state, contacts=1).opening)
+
+
+def _scalars(workspace: Workspace, state: State, opening: float) -> dict[str, float]:
+    """Every scalar of a state: the measures of each step, and those of its loop."""
+    found = asdict(measure(workspace.problem.of(state), state))
+    full = 4.0 * opening * found["tangential_force"]
+    found["sliding_criterion"] = found["dissipated_energy"] / full if full else 0.0
+    shares = workspace.problem.wear_law.shares or ()
+    for body, share in zip(("indenter", "flat"), shares, strict=False):
+        found[f"wear_volume_{body}"] = share * found["wear_volume"]
+    return found
 
 
 def _columns(rows: Sequence[Mapping[str, float]]) -> dict[str, NDArray[np.float64]]:
@@ -382,7 +372,27 @@ def _snapshot_fields(workspace: Workspace, snapshots: Sequence[State]) -> dict[s
     for row, snapshot in enumerate(snapshots):
         state = snapshot.on(workspace, snapshot.geometry.extended(last))
         problem = workspace.problem.of(state)
-        written = state.geometry.written(_fields(problem, state), plane)
+        reduced, closed = state.reduced, in_contact(state)
+        slip = problem.slip(reduced)
+        contact_state = np.where(closed, ContactState.SLIP, ContactState.OPEN)
+        contact_state[reduced.stick & closed] = ContactState.STICK
+        rate = 4.0 * problem.wear_coefficient * state.pressure * slip
+        bodies = [share * state.wear for share in problem.wear_law.shares or ()]
+        if isinstance(state, StrokeState):
+            rate = state.rates.sum(axis=0)
+            bodies = [state.wear_indenter, state.wear_flat] if bodies else []
+        found = {
+            "pressure": state.pressure,
+            "shear_traction": problem.shear_traction(state.pressure, reduced),
+            "slip": slip,
+            "wear_depth": state.wear,
+            "wear_rate": rate,
+            "plastic_depth": state.plastic,
+            "gap": state.gap,
+            "contact_state": contact_state,
+            **{each.name: wear for each, wear in zip(BODY_FIELDS, bodies, strict=False)},
+        }
+        written = state.geometry.written(found, plane)
         if plane != state.geometry:
             # Cells that an edge cuts touch where they carry load, and slip as far as they wear.
             loaded, touch = written["pressure"] > 0.0, written["contact_state"]
@@ -394,28 +404,3 @@ def _snapshot_fields(workspace: Workspace, snapshots: Sequence[State]) -> dict[s
         for name, values in stored.items():
             values[row] = written[name].reshape(shape)
     return stored
-
-
-def _fields(problem: WearProblem, state: State) -> dict[str, Array]:
-    """The fields of a dataset of one state."""
-    reduced = state.reduced
-    slip = problem.slip(reduced)
-    closed = in_contact(state)
-    contact_state = np.where(closed, ContactState.SLIP, ContactState.OPEN)
-    contact_state[reduced.stick & closed] = ContactState.STICK
-    rate = 4.0 * problem.wear_coefficient * state.pressure * slip
-    bodies = [share * state.wear for share in problem.wear_law.shares or ()]
-    if isinstance(state, StrokeState):
-        rate = state.rates.sum(axis=0)
-        bodies = [state.wear_indenter, state.wear_flat] if bodies else []
-    return {
-        "pressure": state.pressure,
-        "shear_traction": problem.shear_traction(state.pressure, reduced),
-        "slip": slip,
-        "wear_depth": state.wear,
-        "wear_rate": rate,
-        "plastic_depth": state.plastic,
-        "gap": state.gap,
-        "contact_state": contact_state,
-        **{each.name: wear for each, wear in zip(BODY_FIELDS, bodies, strict=False)},
-    }

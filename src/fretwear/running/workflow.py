@@ -16,8 +16,7 @@ import os
 import re
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
-from dataclasses import asdict, dataclass
-from datetime import UTC, datetime
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import count
 from os import PathLike
@@ -51,7 +50,7 @@ SNAKEFILE = str(workspace() / "Snakefile")
 
 ENDED = "the process that ran it ended before it did: it was killed, or ran out of memory or time"
 
-_LOGS = Path("logs", "simulate")
+LOGS = "logs/simulate"
 _SUFFIX = ".failed.json"
 _MOST_RECORD = 100_000
 _MOST_BYTES = 100_000_000
@@ -188,16 +187,16 @@ class StudyJobs:
         )
 
     @property
-    def failures(self) -> Mapping[str, Failure]:
-        """The cases that were started and have no result, by id."""
-        found = failures(self.folder)
-        return {case_id: found[case_id] for case_id in found if case_id in self._snapshots}
+    def failures(self) -> Mapping[str, str]:
+        """Why cases that were started have no result, by id."""
+        found = failures(self.folder).items()
+        return {case_id: reason for case_id, reason in found if case_id in self._snapshots}
 
     def verdict(self) -> str:
         """Return which cases failed and why, for the end of a run that continued."""
         failed = [
-            f"{each.case_id}: {each.reason} (log: {self.folder}/{each.log})"
-            for each in self.failures.values()
+            f"{case_id}: {reason} (log: {log_file(self.folder, case_id)})"
+            for case_id, reason in self.failures.items()
         ]
         lines = [f"fretwear: {len(failed)} of {len(self._snapshots)} cases failed"]
         lines += [f"  {each}" for each in few_of(failed, _FAILURES_LISTED)]
@@ -254,51 +253,35 @@ def is_finished(path: Path, case_ids: Iterable[str], present: Mapping[str, FileT
     return True
 
 
-@dataclass(frozen=True)
-class Failure:
-    """A case that was started and has no result."""
-
-    case_id: str  # the case
-    reason: str  # what went wrong and what to do
-    log: str  # log of the case, a file in the folder of the study's results
-    time: str  # when, in UTC (ISO 8601)
-
-    def __str__(self) -> str:
-        return f"{self.reason} (log: {self.log})"
-
-
 def record(results: str | PathLike[str], case_id: str, reason: str = ENDED) -> None:
     """Record why a case failed.
 
     The start of a case is recorded too, because a process that is killed cannot do so later.
     """
-    log = (_LOGS / f"{case_id}.log").as_posix()
-    failure = Failure(case_id, reason, log, datetime.now(UTC).isoformat(timespec="seconds"))
-    with open_log(Path(results) / _LOGS / f"{case_id}{_SUFFIX}") as stream:
-        stream.write(json.dumps(asdict(failure), indent=1) + "\n")
+    with open_log(Path(results, LOGS, f"{case_id}{_SUFFIX}")) as stream:
+        stream.write(json.dumps({"case_id": case_id, "reason": reason}) + "\n")
 
 
 def forget(results: str | PathLike[str], case_id: str) -> None:
     """Remove the record of a case that now has a result."""
     with suppress(OSError):
-        (Path(results) / _LOGS / f"{case_id}{_SUFFIX}").unlink(missing_ok=True)
+        Path(results, LOGS, f"{case_id}{_SUFFIX}").unlink(missing_ok=True)
 
 
-def failures(results: str | PathLike[str]) -> dict[str, Failure]:
-    """Return the cases that were started and have no result, by id."""
+def failures(results: str | PathLike[str]) -> dict[str, str]:
+    """Return why cases that were started have no result, by id."""
     found = {}
-    for file in sorted((Path(results) / _LOGS).glob(f"*{_SUFFIX}")):
-        with suppress(OSError, ValueError, TypeError, RecursionError):
-            failure = Failure(**json.loads(read_data(file, _MOST_RECORD)))
-            is_text = all(isinstance(each, str) for each in asdict(failure).values())
-            if is_text and file.name == f"{failure.case_id}{_SUFFIX}":
-                found[failure.case_id] = failure
+    for file in sorted(Path(results, LOGS).glob(f"*{_SUFFIX}")):
+        with suppress(OSError, ValueError, LookupError, TypeError, RecursionError):
+            known, case_id = json.loads(read_data(file, _MOST_RECORD)), file.name[: -len(_SUFFIX)]
+            if known["case_id"] == case_id and isinstance(known["reason"], str):
+                found[case_id] = known["reason"]
     return found
 
 
 def log_file(results: str | PathLike[str], case_id: str) -> Path:
     """Return the log file of a case of a study."""
-    return Path(results) / _LOGS / f"{case_id}.log"
+    return Path(results, LOGS, f"{case_id}.log")
 
 
 def log_end(results: str | PathLike[str], case_id: str, most: int = 4000) -> str:
