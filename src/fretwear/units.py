@@ -12,7 +12,6 @@ from __future__ import annotations
 import difflib
 import math
 import re
-import sys
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -24,31 +23,17 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     import pint
 
+_GRAVITY = 9.80665
 _DEGREE = "0.0174532925199432957692369076849"
 _DEFINITIONS = f"""
-nano- = 1e-9 = n-
-micro- = 1e-6 = µ- = μ- = u-
-milli- = 1e-3 = m-
-centi- = 1e-2 = c-
-kilo- = 1e3 = k-
-mega- = 1e6 = M-
-giga- = 1e9 = G-
-meter = [length] = m = metre
-kilogram = [mass] = kg
-second = [time] = s
-radian = [angle] = rad
-degree = {_DEGREE} * radian = deg = °
-newton = kilogram * meter / second ** 2 = N
-pascal = newton / meter ** 2 = Pa
-joule = newton * meter = J = Nm
-watt = joule / second = W
-hertz = 1 / second = Hz
-bar = 1e5 * pascal
-inch = 0.0254 * meter
-kilogram_force = 9.80665 * newton = kgf
-pound_force = 4.4482216152605 * newton = lbf
-psi = pound_force / inch ** 2
-ksi = 1000 * psi
+nano- = 1e-9 = n-, micro- = 1e-6 = µ- = μ- = u-, milli- = 1e-3 = m-, centi- = 1e-2 = c-
+kilo- = 1e3 = k-, mega- = 1e6 = M-, giga- = 1e9 = G-
+meter = [length] = m = metre, kilogram = [mass] = kg, second = [time] = s, hertz = 1 / second = Hz
+radian = [angle] = rad, degree = {_DEGREE} * radian = deg = °
+newton = kilogram * meter / second ** 2 = N, pascal = newton / meter ** 2 = Pa
+joule = newton * meter = J = Nm, watt = joule / second = W, bar = 1e5 * pascal
+inch = 0.0254 * meter, pound_force = 4.4482216152605 * newton = lbf, psi = pound_force / inch ** 2
+ksi = 1000 * psi, kilogram_force = {_GRAVITY} * newton = kgf
 """
 
 NUMBER_PATTERN = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,4})?"
@@ -60,7 +45,6 @@ _LONG_OR_STACKED_POWER = re.compile(r"[0-9]{2}|(?:\^|\*\*)\s*-?\w+\s*(?:\^|\*\*)
 _POWER = re.compile(r"([A-Za-zµμ])(-[1-3]|[23])(?!\d)")
 _MAX_LENGTH = 60
 _HARDNESS_SCALES = {"hv", "hb", "hbw"}
-_GRAVITY = 9.80665
 
 
 class QuantityError(ValueError):
@@ -106,12 +90,7 @@ class Force(float):
 NO_UNIT = Unit("")
 NANOMETRE = Unit("nm", 1e-9)
 MICROMETRE = Unit("µm", 1e-6, "um")
-MILLIMETRE = Unit("mm", 1e-3)
-NEWTON = Unit("N")
 MEGAPASCAL = Unit("MPa", 1e6)
-GIGAPASCAL = Unit("GPa", 1e9)
-PER_PASCAL = Unit("Pa⁻¹", 1.0, "/ Pa")
-DEGREE = Unit("°", float(_DEGREE), "deg")
 PERCENT = Unit("%", 0.01)
 
 
@@ -136,46 +115,30 @@ class Dimension:
         return self.si_unit == "1"
 
 
-LENGTH = Dimension("a length", "m", "m", "0.2 um", (NANOMETRE, MICROMETRE, MILLIMETRE, Unit("m")))
-FORCE = Dimension("a force", "N", "N", "50 N", (Unit("mN", 1e-3), NEWTON, Unit("kN", 1e3)))
-PRESSURE = Dimension(
-    "a pressure", "Pa", "Pa", "208 GPa", (Unit("Pa"), Unit("kPa", 1e3), MEGAPASCAL, GIGAPASCAL)
+_LENGTHS = (NANOMETRE, MICROMETRE, Unit("mm", 1e-3), Unit("m"))
+_FORCES = (Unit("mN", 1e-3), Unit("N"), Unit("kN", 1e3))
+_PRESSURES = (Unit("Pa"), Unit("kPa", 1e3), MEGAPASCAL, Unit("GPa", 1e9))
+_WEAR = (
+    Unit("Pa⁻¹", 1.0, "/ Pa"),
+    Unit("µm mm/N", 1e-9, "um/(N/mm)"),
+    Unit("mm³/J", 1e-9, "mm^3/J"),
 )
-COMPLIANCE = Dimension(
-    "an inverse pressure",
-    "Pa-1",
-    "/ Pa",
-    "7e-13 / Pa",
-    (PER_PASCAL, Unit("µm mm/N", 1e-9, "um/(N/mm)"), Unit("mm³/J", 1e-9, "mm^3/J")),
-)
-FORCE_PER_LENGTH = Dimension(
-    "a force per length",
-    "N m-1",
-    "N/m",
-    "18.5 N/mm",
-    (Unit("N/m"), Unit("N/mm", 1e3), Unit("N/µm", 1e6, "N/um")),
-)
-ANGLE = Dimension("an angle", "rad", "rad", "5.7 deg", (DEGREE,))
-NUMBER = Dimension("a plain number", "1", "", "0.3")
+_LINE = (Unit("N/m"), Unit("N/mm", 1e3), Unit("N/µm", 1e6, "N/um"))
+_AREAS = (Unit("mm²/W", 1e-6, "mm^2/W"), Unit("m²/W", 1.0, "m^2/W"))
 
-AREA_PER_POWER = Dimension(
-    "an area per power",
-    "m2 W-1",
-    "m^2/W",
-    "11 mm^2/W",
-    (Unit("mm²/W", 1e-6, "mm^2/W"), Unit("m²/W", 1.0, "m^2/W")),
-)
-FREQUENCY = Dimension("a frequency", "s-1", "Hz", "10 Hz", (Unit("Hz"),))
+LENGTH = Dimension("a length", "m", "m", "0.2 um", _LENGTHS)
+FORCE = Dimension("a force", "N", "N", "50 N", _FORCES)
+PRESSURE = Dimension("a pressure", "Pa", "Pa", "208 GPa", _PRESSURES)
+COMPLIANCE = Dimension("an inverse pressure", "Pa-1", "/ Pa", "7e-13 / Pa", _WEAR)
+FORCE_PER_LENGTH = Dimension("a force per length", "N m-1", "N/m", "18.5 N/mm", _LINE)
+ANGLE = Dimension("an angle", "rad", "rad", "5.7 deg", (Unit("°", float(_DEGREE), "deg"),))
+NUMBER = Dimension("a plain number", "1", "", "0.3")
+_ANOTHER = Dimension("another quantity", "", "", "")  # which no parameter is
 
 DIMENSIONS = (
-    LENGTH,
-    FORCE,
-    FORCE_PER_LENGTH,
-    PRESSURE,
-    COMPLIANCE,
-    ANGLE,
-    AREA_PER_POWER,
-    FREQUENCY,
+    *(LENGTH, FORCE, FORCE_PER_LENGTH, PRESSURE, COMPLIANCE, ANGLE),
+    Dimension("an area per power", "m2 W-1", "m^2/W", "11 mm^2/W", _AREAS),
+    Dimension("a frequency", "s-1", "Hz", "10 Hz", (Unit("Hz"),)),
 )
 """Every kind of quantity that a parameter may be, plain numbers aside."""
 
@@ -184,14 +147,14 @@ PER_LENGTH = {"N": "N m-1", "J": "J m-1", "m3": "m2", "m2": "m"}
 
 _PREFIXES = {"p": 1e-12, "n": 1e-9, "µ": 1e-6, "m": 1e-3, "": 1.0}
 _READABLE = {
-    "m": (Unit("pm", 1e-12), NANOMETRE, MICROMETRE, MILLIMETRE),
+    "m": (Unit("pm", 1e-12), *_LENGTHS[:-1]),
     "m2": (Unit("µm²", 1e-12), Unit("10³ µm²", 1e-9), Unit("mm²", 1e-6)),
     "m3": (Unit("µm³", 1e-18), Unit("10³ µm³", 1e-15), Unit("10⁶ µm³", 1e-12), Unit("mm³", 1e-9)),
     "J": tuple(Unit(f"{prefix}J", size) for prefix, size in _PREFIXES.items()),
     "J m-1": tuple(Unit(f"{prefix}J/m", size) for prefix, size in _PREFIXES.items()),
-    "N": FORCE.units,
-    "N m-1": FORCE_PER_LENGTH.units,
-    "Pa": PRESSURE.units,
+    "N": _FORCES,
+    "N m-1": _LINE,
+    "Pa": _PRESSURES,
     "1": (PERCENT,),
 }
 
@@ -203,7 +166,7 @@ def _registry() -> tuple[pint.UnitRegistry[Any], dict[Any, Dimension]]:
     import pint
 
     registry: Any = pint.UnitRegistry(None, cache_folder=None, non_int_type=Decimal)
-    registry.load_definitions(_DEFINITIONS.strip().splitlines())
+    registry.load_definitions(re.split(", |\n", _DEFINITIONS.strip()))
     parsed = ((registry.parse_units(_expression(each.typed)), each) for each in DIMENSIONS)
     return registry, {units.dimensionality: dimension for units, dimension in parsed}
 
@@ -214,7 +177,7 @@ def _expression(unit: str) -> str:
 
 # The units listed here are plain names; pint reads all others.
 _PLAIN_UNITS = {
-    spelled: (Decimal(_DEGREE) if unit is DEGREE else Decimal(repr(unit.size)), dimension)
+    spelled: (Decimal(_DEGREE) if unit in ANGLE.units else Decimal(repr(unit.size)), dimension)
     for dimension in DIMENSIONS
     for unit in (Unit(dimension.typed), *dimension.units)
     for spelled in (unit.typed, unit.name)
@@ -223,8 +186,8 @@ _PLAIN_UNITS = {
 
 
 @lru_cache(maxsize=1024)
-def _unit(text: str) -> tuple[Decimal, Dimension | None]:
-    """Return the SI value of a unit and its kind (None: a kind that no parameter has)."""
+def _unit(text: str) -> tuple[Decimal, Dimension]:
+    """Return the SI value of a unit and its kind."""
     if text in _PLAIN_UNITS:
         return _PLAIN_UNITS[text]
     readable = _UNIT.fullmatch(text) and not _LONG_OR_STACKED_POWER.search(text)
@@ -236,15 +199,14 @@ def _unit(text: str) -> tuple[Decimal, Dimension | None]:
         in_si = registry.Quantity(Decimal(1), units).to_root_units()
     except Exception as error:  # pint lets tokenizer, arithmetic and attribute errors through
         raise QuantityError(f"has an unknown unit {text!r}") from error
-    return Decimal(in_si.magnitude), dimensions.get(units.dimensionality)
+    return Decimal(in_si.magnitude), dimensions.get(units.dimensionality, _ANOTHER)
 
 
 def nearest(name: object, known: Iterable[str], cutoff: float = 0.6) -> str:
     """Return the known name nearest to a misspelt one, or an empty text."""
-    if not isinstance(name, str):
-        return ""
     by_fold = {each.casefold(): each for each in known}
-    near = difflib.get_close_matches(name.casefold(), by_fold, n=1, cutoff=cutoff)
+    folded = name.casefold() if isinstance(name, str) else ""
+    near = difflib.get_close_matches(folded, by_fold, n=1, cutoff=cutoff)
     return by_fold[near[0]] if near else ""
 
 
@@ -262,12 +224,9 @@ def in_unit(value: Any, si_unit: str) -> Any:
 
 def force_text(value: float, digits: int = 6) -> str:
     """Write a force, or a force per length, as in a study file."""
-    if not isinstance(value, PerLength):
-        return format_quantity(value, FORCE, digits)
     # N/µm is for the stiffness of a rig.
-    return format_quantity(
-        value, replace(FORCE_PER_LENGTH, units=FORCE_PER_LENGTH.units[:2]), digits
-    )
+    line = replace(FORCE_PER_LENGTH, units=_LINE[:2])
+    return format_quantity(value, line if isinstance(value, PerLength) else FORCE, digits)
 
 
 def parse_quantity(value: object, dimension: Dimension, *, units_required: bool = False) -> float:
@@ -284,9 +243,10 @@ def parse_quantity(value: object, dimension: Dimension, *, units_required: bool 
         dimension.
     """
     if isinstance(value, Real) and not isinstance(value, bool):
-        # A whole number may be larger than any float.
-        is_beyond = isinstance(value, int) and abs(value) > sys.float_info.max
-        number = _finite(math.inf if is_beyond else float(value), dimension)
+        number = math.inf
+        with suppress(OverflowError):  # A whole number may be larger than any float.
+            number = float(value)
+        number = _finite(number, dimension)
         if units_required and not dimension.is_plain_number:
             raise _no_unit(f"{number:.12g}", dimension)
         return number
@@ -315,23 +275,15 @@ def parse_quantity(value: object, dimension: Dimension, *, units_required: bool 
         rule = f"{dimension.expectation}, but {error.rule}"
         known = [dimension.typed, *(each.typed or each.name for each in dimension.units)]
         raise QuantityError(rule, did_you_mean(unit, known, cutoff=0.5)) from error
-    if found is None or found.si_unit != dimension.si_unit:
-        kind = "another quantity" if found is None else found.name
-        raise QuantityError(
-            f"{dimension.expectation}, but {unit!r} is {kind}",
-            _bracketed(match["number"], unit, dimension),
-        )
+    if found.si_unit != dimension.si_unit:
+        # All after a stroke may be meant to stand below it, as in mm3/N m.
+        above, stroke, below = unit.partition("/")
+        meant, hint = f"{above}/({below.strip()})", ""
+        with suppress(QuantityError):
+            if stroke and _unit(meant)[1].si_unit == dimension.si_unit:
+                hint = f"did you mean '{match['number']} {meant}'?"
+        raise QuantityError(f"{dimension.expectation}, but {unit!r} is {found.name}", hint)
     return _finite(float(Decimal(match["number"]) * factor), dimension)
-
-
-def _bracketed(number: str, unit: str, dimension: Dimension) -> str:
-    """Ask whether all after a stroke was meant to be below it, as in mm3/N m; or say nothing."""
-    above, stroke, below = unit.partition("/")
-    meant = f"{above}/({below.strip()})"
-    with suppress(QuantityError):
-        if stroke and (found := _unit(meant)[1]) and found.si_unit == dimension.si_unit:
-            return f"did you mean '{number} {meant}'?"
-    return ""
 
 
 def _no_unit(number: str, dimension: Dimension) -> QuantityError:
@@ -378,10 +330,10 @@ def readable_unit(values: Any, si_unit: str) -> Unit:
     """
     import numpy as np
 
-    known = np.asarray(values, dtype=np.float64)
-    largest = np.abs(known).max(initial=0.0, where=np.isfinite(known))
+    known = np.abs(np.asarray(values, dtype=np.float64))
+    largest = known.max(initial=0.0, where=np.isfinite(known))
     fitting = [unit for unit in _READABLE[si_unit] if unit.size <= largest]
-    return fitting[-1] if fitting else _READABLE[si_unit][0]
+    return [_READABLE[si_unit][0], *fitting][-1]
 
 
 def number_text(value: float, digits: int = 5) -> str:
@@ -390,14 +342,12 @@ def number_text(value: float, digits: int = 5) -> str:
     >>> number_text(1234567.0), number_text(-0.5)
     ('1.2346·10⁶', '−0.5')
     """
-    rounded = float(f"{value:.{digits}g}")
-    if value == 0.0 or 1e-4 <= abs(rounded) < 1e6:
-        return f"{rounded:.10g}".replace("-", "−")
     text = f"{value:.{digits}g}"
-    if "e" not in text:
-        return text.replace("-", "−")
-    mantissa, exponent = text.split("e")
-    return f"{mantissa}·{power_of_ten(int(exponent))}".replace("-", "−")
+    if value == 0.0 or 1e-4 <= abs(float(text)) < 1e6:
+        text = f"{float(text):.10g}"
+    mantissa, _, exponent = text.partition("e")
+    power = f"·{power_of_ten(int(exponent))}" if exponent else ""
+    return f"{mantissa}{power}".replace("-", "−")
 
 
 def power_of_ten(exponent: int) -> str:
