@@ -2,10 +2,12 @@
 
 import copy
 import os
+import re
 
 import pytest
+import yaml
 
-from fretwear.study.problems import StudyError
+from fretwear.study.problems import StudyError, in_words
 from fretwear.study.study import load_study
 from fretwear.study.yamlfile import MAX_BYTES, parse_value, read_document
 
@@ -24,169 +26,122 @@ def change(content, key, value):
         place[last] = value
 
 
-DRAWN = {"design": {"kind": "sobol", "points": 16, "seed": 1}}
-LOADS = {"from": "10 N", "to": "50 N"}
-BAD_VALUES = [
-    # Changes; key and value told, where they are not those changed; parts of the rule or the hint.
-    ({"base/lod": "50 N"}, "not a case parameter", "did you mean 'load'"),
-    ({"vary/frction": [1]}, ("vary.frction", "[1]"), "did you mean 'friction'"),
-    ({"titel": "x"}, "did you mean 'title'"),
-    ({"load": "5 N"}, "base.load"),
-    ({"output/cycle": [1]}, ("output.cycle", "[1]"), "did you mean 'cycles'"),
-    ({"base/radius": None}, "is missing", "such as radius: 10 mm"),
-    ({"base/plastic_limit": None}, "is missing"),
-    ({"base/roughness": None}, "is missing", "amplitude: 0.2 um"),
-    ({"base/cycles": None}, "is missing", "cycles: 30000"),
-    ({"base/tangential_load": "2 N"}, "is redundant", "exactly one"),
-    ({"vary/tangential_load": ["2 N"]}, ("vary.tangential_load", ""), "exactly one"),
-    (
-        {"base/tangential_ratio": None},
-        "is missing, and so are tangential_load, sliding_amplitude",
-        "exactly one",
-    ),
-    ({"base/radius": "10 N"}, "must be a length", "is a force"),
-    ({"base/friction": "0.5 N"}, "plain number"),
-    ({"base/load": 50}, "needs a unit", "'50 N'"),
-    ({"vary/load": ["25 N", 50]}, ("vary.load[1]", "50"), "needs a unit"),
-    ({"base/load": "-50 N"}, "larger than 0"),
-    ({"vary/load": ["0 N"]}, ("vary.load[0]", "0 N"), "larger than 0"),
-    ({"base/radius": "0 mm"}, "larger than 0"),
-    ({"base/youngs_modulus": "-1 GPa"}, "larger than 0"),
-    ({"base/youngs_modulus": ["1 GPa", "0 GPa"]}, ("base.youngs_modulus", "[1 GPa, 0 GPa]"), "0"),
-    ({"base/wear_coefficient": "0 / Pa"}, "larger than 0"),
-    ({"base/plastic_limit": "0 MPa"}, "larger than 0"),
-    ({"base/tangential_ratio": 0}, "larger than 0"),
-    ({"base/cycles": 0}, "at least 1"),
-    ({"base/cycles": "many"}, "whole number"),
-    ({"base/tolerance": 0.5}, "at most 0.1"),
-    ({"base/cell": "0 um"}, "larger than 0"),
-    ({"base/cell": [1, 2]}, ("base.cell", "[1, 2]"), "needs a unit"),
-    ({"base/slip_model": "jager"}, "did you mean 'jaeger'"),
-    ({"base/poisson_ratio": -1}, "larger than -1"),
-    ({"base/poisson_ratio": 0.6}, "at most 0.5"),
-    ({"base/friction": 0}, "larger than 0"),
-    ({"base/friction": -0.1}, "larger than 0"),
-    ({"base/friction": True}, ("base.friction", "true"), "plain number"),
-    ({"base/friction": float("nan")}, ("base.friction", "nan"), "finite"),
-    ({"base/friction": 10**400}, ("base.friction", "1000"), "finite"),
-    ({"base/cycles": 10**400}, ("base.cycles", "1000"), "whole number"),
-    ({"base/plastic_limit": float("inf")}, ("base.plastic_limit", "inf"), "write none"),
-    ({"base/plastic_limit": "None"}, "a pressure", "or none"),
-    (
-        {"vary/roughness": {"amplitude": ["1 um"]}},
-        ("vary.roughness", "{amplitude"),
-        "roughness.amplitude: [",
-    ),
-    ({"base/tangential_ratio": 1.0}, ("base.tangential_ratio", "1"), "gross sliding"),
-    ({"base/plastic_limit": "0.1 MPa"}, ("base.plastic_limit", "100 kPa"), "too low to carry"),
-    ({"vary/load": []}, ("vary.load", "[]"), "empty list"),
-    ({"vary/load": "50 N"}, "must be a list", "[50 N]"),
-    ({"vary/load": ["50 N", "25 N", "0.05 kN"]}, ("vary.load[2]", "0.05 kN"), "vary.load[0]"),
-    ({"vary/friction": [0.3, "0.30"]}, ("vary.friction[1]", "0.30"), "same value"),
-    (
-        {"vary/friction": [{"cycles": [0, 9], "values": [0.2, x]} for x in (0.6, 0.6 + 1e-14)]},
-        ("vary.friction[1]", f"{{cycles: [0, 9], values: [0.2, {0.6 + 1e-14}]}}"),
-        "same value",
-    ),
-    ({"vary/load": {"from": "1 N", "to": "2 N"}}, ("vary.load", "{from: 1 N, to: 2 N}"), "range"),
-    ({"output/cycles": [0, 1001]}, ("output.cycles", "1001"), "beyond the last cycle, 1000"),
-    ({"output/cycles": [0, 1.5]}, ("output.cycles[1]", "1.5"), "whole number"),
-    ({"output/cycles": [0, -1]}, ("output.cycles[1]", "-1"), "at least 0"),
-    ({"output/cycles": 100}, "must be auto, or a list"),
-    ({"output/cycles": [5, 5]}, ("output.cycles[1]", "5"), "given twice"),
-    ({"output": [5]}, ("output", "[5]"), "must hold keys"),
-    ({"base/roughness": "rough"}, "none or a roughness"),
-    (
-        {"base/roughness": {**WAVES, "slope_x": 5.7}},
-        ("base.roughness.slope_x", "5.7"),
-        "needs a unit",
-        "'5.7 deg'",
-    ),
-    (
-        {"base/roughness": {**WAVES, "amplitud": "1 um"}},
-        ("base.roughness.amplitud", "1 um"),
-        "did you mean 'amplitude'",
-    ),
-    (
-        {"base/roughness": {**WAVES, "kind": "fractal"}},
-        ("base.roughness.kind", "fractal"),
-        "must be wavy",
-    ),
-    (
-        {"base/roughness": WAVES, "base/cell": ["2 um", "2 um"]},
-        ("base.cell", "[2 um, 2 um]"),
-        "too coarse for the roughness",
-        "[1 um, 2 um] or finer would be fine",
-    ),
-    ({"base/cell": "40 um"}, ("base.cell", "[40 um, 40 um]"), "too coarse for the contact"),
-    ({"design": "gird"}, "did you mean 'grid'"),
-    ({"design": {"kind": "sobol"}}, ("design.points", ""), "is missing"),
-    ({"design": {"kind": "grid", "points": 4}}, ("design.points", "4"), "not known"),
-    ({"invalid": "ignore"}, "stop or skip"),
-    ({"title": 7}, "must be text"),
-    ({"title": "x" * 201}, ("title", "xxx"), "200 characters"),
-    (
-        {"vary": {"load": ["25 N", "50 N"], "friction": [0.3, 0.4, 0.5]}, "design": "zip"},
-        ("vary", ""),
-        "load has 2",
-        "friction has 3",
-    ),
-    (
-        {"vary": {"load": ["50 N", "50 N"], "friction": [0.5, 0.5]}, "design": "zip"},
-        ("vary", "load 50 N, friction 0.5"),
-        "point 2 the same as point 1",
-    ),
-    (
-        {"base/tangential_ratio": None, "base/tangential_load": "10 N", "vary/friction": [0.3, 1]},
-        ("base.tangential_load", "10 N"),
-        "gross sliding",
-        "load = 25 N, friction = 0.3",
-    ),
-    # A rule that hangs on one axis is said once per value of it.
-    ({"vary/tangential_ratio": [0.5, 1.0]}, ("vary.tangential_ratio[1]", "1"), "gross sliding"),
-    (
-        {"base/roughness": WAVES, "vary/roughness.amplitude": "0.2 um"},
-        ("vary.roughness.amplitude", "0.2 um"),
-        "write [0.2 um]",
-    ),
-    (
-        {"vary": {"roughness": ["none", WAVES], "roughness.amplitude": ["0.1 um"]}},
-        ("vary.roughness", ""),
-        "roughness.amplitude is a part",
-    ),
-    ({"vary/roughness.amplitude": ["1 um"]}, ("base.roughness", "none"), "the other parts"),
-    (
-        {"base/roughness": WAVES, "vary/roughness.rms_height": ["1 um"]},
-        ("vary.roughness.rms_height", "[1 um]"),
-        "is nothing that wavy has",
-        "amplitude, slope_x, slope_y",
-    ),
-    (DRAWN | {"vary/load": {"from": "10 N"}}, ("vary.load.to", ""), "missing"),
-    (DRAWN | {"vary/load": {"from": "10 N", "to": "5 N"}}, ("vary.load.to", "5 N"), "more than"),
-    (DRAWN | {"vary/load": {"from": "1 N", "to": 50}}, ("vary.load.to", "50"), "needs a unit"),
-    (DRAWN | {"vary/load": {**LOADS, "scale": "lin"}}, ("vary.load.scale", "lin"), "linear or log"),
-    (DRAWN | {"vary/load": {**LOADS, "step": 3}}, ("vary.load.step", "3"), "not known"),
-    (
-        DRAWN | {"vary/cycles": {"from": 100, "to": 1000}},
-        ("vary.cycles", "{from: 100, to: 1000}"),
-        "",
-    ),
-    (
-        {"vary": {"load": [f"{n} N" for n in range(1, 601)], "cycles": [*range(1, 601)]}},
-        ("vary", ""),
-        "360000 points",
-    ),
-]
+# Changes | @key = value, where those told are not those changed | parts of the rule or the hint
+BAD_VALUES = """
+base/lod: 50 N | not a case parameter | did you mean 'load'
+vary/frction: [1] | did you mean 'friction'
+titel: x | did you mean 'title'
+load: 5 N | base.load
+output/cycle: [1] | did you mean 'cycles'
+base/radius: ~ | is missing | such as radius: 10 mm
+base/plastic_limit: ~ | is missing
+base/roughness: ~ | is missing | amplitude: 0.2 um
+base/cycles: ~ | is missing | cycles: 30000
+base/tangential_load: 2 N | is redundant | exactly one
+vary/tangential_load: [2 N] | @vary.tangential_load = | exactly one
+base/tangential_ratio: ~ | is missing, and so are tangential_load, sliding_amplitude | exactly one
+base/radius: 10 N | must be a length | is a force
+base/friction: 0.5 N | plain number
+base/load: 50 | needs a unit | '50 N'
+vary/load: [25 N, 50] | @vary.load[1] = 50 | needs a unit
+base/load: -50 N | larger than 0
+vary/load: [0 N] | @vary.load[0] = 0 N | larger than 0
+base/radius: 0 mm | larger than 0
+base/youngs_modulus: -1 GPa | larger than 0
+base/youngs_modulus: [1 GPa, 0 GPa] | larger than 0
+base/wear_coefficient: 0 / Pa | larger than 0
+base/plastic_limit: 0 MPa | larger than 0
+base/tangential_ratio: 0 | larger than 0
+base/cycles: 0 | at least 1
+base/cycles: many | whole number
+base/tolerance: 0.5 | at most 0.1
+base/cell: 0 um | larger than 0
+base/cell: [1, 2] | needs a unit
+base/slip_model: jager | did you mean 'jaeger'
+base/poisson_ratio: -1 | larger than -1
+base/poisson_ratio: 0.6 | at most 0.5
+base/friction: 0 | larger than 0
+base/friction: -0.1 | larger than 0
+base/friction: true | plain number
+base/friction: .nan | finite
+base/friction: HUGE | @base.friction = 1000 | finite
+base/cycles: HUGE | @base.cycles = 1000 | whole number
+base/plastic_limit: .inf | write none
+base/plastic_limit: None | a pressure | or none
+vary/roughness: {amplitude: [1 um]} | roughness.amplitude: [
+base/tangential_ratio: 1 | gross sliding
+base/plastic_limit: 0.1 MPa | @base.plastic_limit = 100 kPa | too low to carry
+vary/load: [] | empty list
+vary/load: 50 N | must be a list | [50 N]
+vary/load: [50 N, 25 N, 0.05 kN] | @vary.load[2] = 0.05 kN | vary.load[0]
+vary/friction: [0.3, '0.30'] | @vary.friction[1] = 0.30 | same value
+vary/friction: [COURSE1, COURSE2] | @vary.friction[1] = COURSE2 | same value
+vary/load: {from: 1 N, to: 2 N} | range
+output/cycles: [0, 1001] | @output.cycles = 1001 | beyond the last cycle, 1000
+output/cycles: [0, 1.5] | @output.cycles[1] = 1.5 | whole number
+output/cycles: [0, -1] | @output.cycles[1] = -1 | at least 0
+output/cycles: 100 | must be auto, or a list
+output/cycles: [5, 5] | @output.cycles[1] = 5 | given twice
+output: [5] | must hold keys
+base/roughness: rough | none or a roughness
+base/roughness: {kind: wavy, WAVES, slope_x: 5.7} | @base.roughness.slope_x = 5.7 | '5.7 deg'
+base/roughness: {kind: wavy, WAVES, slop: 1} | @base.roughness.slop = 1 | mean 'slope_
+base/roughness: {kind: fractal, WAVES} | @base.roughness.kind = fractal | must be wavy
+base/roughness: {kind: wavy, WAVES}, base/cell: [2 um, 2 um] | @base.cell = [2 um, 2 um]
+   | too coarse for the roughness | [1 um, 2 um] or finer would be fine
+base/cell: 40 um | @base.cell = [40 um, 40 um] | too coarse for the contact
+design: gird | did you mean 'grid'
+design: {kind: sobol} | @design.points = | is missing
+design: {kind: grid, points: 4} | @design.points = 4 | not known
+invalid: ignore | stop or skip
+title: 7 | must be text
+title: LONG | @title = xxx | 200 characters
+vary: {load: [25 N, 50 N], friction: [0.3, 0.4, 0.5]}, design: zip | @vary = | load has 2
+   | friction has 3
+vary: {load: [50 N, 50 N], friction: [0.5, 0.5]}, design: zip | @vary = load 50 N, friction 0.5
+   | point 2 the same as point 1
+base/tangential_ratio: ~, base/tangential_load: 10 N, vary/friction: [0.3, 1]
+   | @base.tangential_load = 10 N | gross sliding | load = 25 N, friction = 0.3
+vary/tangential_ratio: [0.5, 1.0] | @vary.tangential_ratio[1] = 1 | gross sliding
+base/roughness: {kind: wavy, WAVES}, vary/roughness.amplitude: 0.2 um
+   | @vary.roughness.amplitude = 0.2 um | write [0.2 um]
+vary: {roughness: [none, {kind: wavy, WAVES}], roughness.amplitude: [0.1 um]}
+   | @vary.roughness = | roughness.amplitude is a part
+vary/roughness.amplitude: [1 um] | @base.roughness = none | the other parts
+base/roughness: {kind: wavy, WAVES}, vary/roughness.rms_height: [1 um]
+   | @vary.roughness.rms_height = [1 um] | is nothing that wavy has | amplitude, slope_x, slope_y
+DRAWN, vary/load: {from: 10 N} | @vary.load.to = | missing
+DRAWN, vary/load: {from: 10 N, to: 5 N} | @vary.load.to = 5 N | more than
+DRAWN, vary/load: {from: 1 N, to: 50} | @vary.load.to = 50 | needs a unit
+DRAWN, vary/load: {from: 1 N, to: 9 N, scale: lin} | @vary.load.scale = lin | linear or log
+DRAWN, vary/load: {from: 1 N, to: 9 N, step: 3} | @vary.load.step = 3 | not known
+DRAWN, vary/cycles: {from: 100, to: 1000} | @vary.cycles = {from: 100, to: 1000} | cannot be drawn
+vary: {load: LOADS, cycles: COUNTS} | @vary = | 360000 points
+"""
+WORDS = {
+    "HUGE": f"{10**400}",
+    "LONG": 201 * "x",
+    "COURSE1": "{cycles: [0, 9], values: [0.2, 0.6]}",
+    "COURSE2": f"{{cycles: [0, 9], values: [0.2, {0.6 + 1e-14}]}}",
+    "WAVES": "amplitude: 0.2 um, slope_x: 5.7 deg, slope_y: 1 deg",
+    "DRAWN": "design: {kind: sobol, points: 16, seed: 1}",
+    "LOADS": f"[{', '.join(f'{n} N' for n in range(1, 601))}]",
+    "COUNTS": f"{[*range(1, 601)]}",
+}
 
 
-@pytest.mark.parametrize("row", BAD_VALUES)
+@pytest.mark.parametrize("row", re.sub(r"\n +", " ", BAD_VALUES.strip()).splitlines())
 def test_one_mistake_is_refused_once_with_file_key_value_and_rule(studies, content, row):
-    changes, *parts = row
-    if isinstance(parts[0], tuple):
-        (key, value), *parts = parts
+    for word, text in WORDS.items():
+        row = row.replace(word, text)
+    written, *parts = row.split(" | ")
+    changes = yaml.safe_load(f"{{{written}}}")
+    if parts[0].startswith("@"):
+        key, value = parts.pop(0)[1:].split(" =")
     else:
         ((place, given),) = changes.items()
-        key, value = place.replace("/", "."), "" if given is None else str(given)
+        key, value = place.replace("/", "."), in_words(given)
+    value = value.strip()[:57]
     if not any(place.startswith(("vary", "design")) for place in changes):
         del content["vary"]
     for place, new in changes.items():

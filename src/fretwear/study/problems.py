@@ -16,6 +16,7 @@ ENDINGS = (".yaml", ".yml")
 """Endings of study files."""
 
 _LONGEST_VALUE = 60
+_NOT_KNOWN = "is not known"
 _UNPRINTABLE = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"
 )
@@ -86,7 +87,7 @@ class Problems(list[Problem]):
         try:
             yield
         except QuantityError as wrong:
-            self.add(key, given, wrong.rule, wrong.hint, wrong.known)
+            self.add(key, given, wrong.rule, wrong.hint, known=wrong.known)
         except UnreadError as wrong:
             self.extend(replace(each, key=f"{key}{each.key}") for each in wrong.problems)
 
@@ -95,29 +96,17 @@ class Problems(list[Problem]):
         if self:
             raise UnreadError(self)
 
-    def add(
-        self,
-        key: str,
-        given: object,
-        rule: str,
-        remedy: str = "",
-        known: Sequence[str] = (),
-        written: str = "",
-    ) -> None:
+    def add(self, key: str, given: object, rule: str, remedy: str = "", **words: Any) -> None:
         """Add a problem; `known` lists the valid words, of which one may have been `written`."""
-        self.append(Problem(key, given, rule, remedy, None, known, written))
+        self.append(Problem(key, given, rule, remedy, **words))
 
     def unknown(
-        self,
-        place: str,
-        keys: Mapping[str, object],
-        known: Sequence[str],
-        rule: str = "is not known",
+        self, place: str, keys: Mapping[str, object], known: Sequence[str], rule: str = _NOT_KNOWN
     ) -> None:
         """Add the unknown keys at a place."""
         remedy = f"known {'are' if len(known) > 1 else 'is'} {', '.join(known)}"
         for name in (name for name in keys if name not in known):
-            self.add(f"{place}.{name}", keys[name], rule, remedy, known, name)
+            self.add(f"{place}.{name}", keys[name], rule, remedy, known=known, written=name)
 
 
 def read_fields(
@@ -125,7 +114,7 @@ def read_fields(
     known: Mapping[str, Parameter],
     needed: Collection[str],
     units: bool,
-    rule: str = "is not known",
+    rule: str = _NOT_KNOWN,
 ) -> dict[str, Any]:
     """Read the values of a mapping by name; one `UnreadError` lists all problems.
 

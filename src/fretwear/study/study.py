@@ -276,7 +276,8 @@ def _read_sections(raw: Mapping[str, Any], problems: Problems) -> _Sections:
         if name not in SECTIONS:
             known = () if name in parameter_names() else SECTIONS
             hint = f"known are {', '.join(known)}" if known else f"put it under base: base.{name}"
-            problems.add(name, given, "is not a section of a study", hint, known, name)
+            rule = "is not a section of a study"
+            problems.add(name, given, rule, hint, known=known, written=name)
         elif name != "seeds":
             with problems.at(name, given):
                 found[name] = _read_section(name, given)
@@ -337,7 +338,7 @@ def _read_base(sections: _Sections, axes: tuple[Axis, ...], problems: Problems) 
         for own in (each for each in fields if each not in of_kind):
             name, rule = f"{whole}.{own}", f"is nothing that {part.kind} has"
             key, remedy = sections.places.get(name, f"vary.{name}"), f"it has {', '.join(of_kind)}"
-            problems.add(key, sections.vary[name], rule, remedy, of_kind, own)
+            problems.add(key, sections.vary[name], rule, remedy, known=of_kind, written=own)
         if not all(own in of_kind and f"{whole}.{own}" in known for own in fields):
             del read[whole]
     return {name: value for name, value in read.items() if name not in varied}

@@ -63,13 +63,11 @@ class Document:
         if isinstance(node, MappingNode):
             return self._mapping(node, key, depth)
         if isinstance(node, SequenceNode):
-            return [
-                self._value(item, f"{key}[{position}]", depth + 1)
-                for position, item in enumerate(node.value)
-            ]
+            items = enumerate(node.value)
+            return [self._value(each, f"{key}[{i}]", depth + 1) for i, each in items]
+        assert isinstance(node, ScalarNode)
         if node.tag in _TEXT or (node.tag in _CORE and _BEYOND_CORE.match(node.value)):
-            plain = isinstance(node, ScalarNode) and not node.style
-            if plain and node.value.endswith(":"):  # in brackets, to the YAML library
+            if not node.style and node.value.endswith(":"):  # in brackets, to the YAML library
                 self._refuse(key, node, "is a key without a value", "put it in quotes to be text")
             return str(node.value)
         try:
@@ -101,15 +99,23 @@ class Document:
 
     def _refuse(self, key: str, node: Node, rule: str, hint: str) -> None:
         value = node.value if isinstance(node, ScalarNode) else ""
-        line = node.start_mark.line + 1
-        self.problems.append(Problem(key, value, rule, hint, line))
+        self.problems.append(Problem(key, value, rule, hint, node.start_mark.line + 1))
 
 
 def read_document(file: Path) -> Document:
     """Read a YAML file; `StudyError` if it is missing or unreadable."""
     text = ""
     try:
-        _check_file(file)
+        if "\0" in str(file):
+            raise QuantityError("is not a usable file name")
+        if file.is_dir():
+            present = ", ".join(few_of(_studies_in(file)))
+            hint = f"give one of its files: {present}" if present else ""
+            raise QuantityError("is a folder, not a study file", hint)
+        if not file.exists():
+            raise QuantityError("there is no such file", _instead_of(file))
+        if not file.is_file():
+            raise QuantityError("is not a regular file")
         with file.open("rb") as stream:
             content = stream.read(MAX_BYTES + 1)
         if len(content) > MAX_BYTES:
@@ -146,33 +152,23 @@ def parse_value(text: str) -> Any:
     return "" if document.is_empty else document.data
 
 
-def _check_file(file: Path) -> None:
-    if "\0" in str(file):
-        raise QuantityError("is not a usable file name")
-    if file.is_dir():
-        present = _studies_in(file)
-        hint = f"give one of its files: {', '.join(few_of(present))}" if present else ""
-        raise QuantityError("is a folder, not a study file", hint)
-    if not file.exists():
-        raise QuantityError("there is no such file", _instead_of(file))
-    if not file.is_file():
-        raise QuantityError("is not a regular file")
-
-
 def _instead_of(file: Path) -> str:
     """Return a hint at the study meant by a name without folder or ending, or at those there."""
-    present = [*_studies_in(file.parent), *_studies_in(STUDIES)]
-    same = [path for path in present if file.name in (path.name, path.stem)]
+    here = _studies_in(file.parent)
+    present = [*here, *_studies_in(STUDIES)]
     similar = nearest(file.name, [path.name for path in present], cutoff=0.75)
-    for path in (*same, *(path for path in reversed(present) if path.name == similar)):
-        return f"did you mean {str(path)!r}?"
-    if present:
-        return f"there are {', '.join(few_of(_studies_in(file.parent) or present))}"
+    meant = [path for path in present if file.name in (path.name, path.stem)]
+    meant += [path for path in reversed(present) if path.name == similar]
     folder = file.parent.absolute()
-    if not folder.is_dir():
-        hint = "give another path, or change to the right folder"
-        return f"there is no folder {folder} either: {hint}"
-    return f"no study lies in {folder}: give a path to one, or change to the folder with studies/"
+    if meant:
+        return f"did you mean {str(meant[0])!r}?"
+    if present:
+        return f"there are {', '.join(few_of(here or present))}"
+    if folder.is_dir():
+        return (
+            f"no study lies in {folder}: give a path to one, or change to the folder with studies/"
+        )
+    return f"there is no folder {folder} either: give another path, or change to the right folder"
 
 
 def _studies_in(folder: Path) -> list[Path]:
@@ -185,10 +181,9 @@ def _studies_in(folder: Path) -> list[Path]:
 
 def _not_yaml(error: YAMLError, text: str) -> Problem:
     """Return the problem of a text that cannot be read, with the line to be mended, and how."""
-    mark = getattr(error, "problem_mark", None)
     reason = getattr(error, "problem", None) or getattr(error, "reason", None) or "unreadable"
     rule = f"is not YAML: {reason}"
-    if mark is None:
+    if (mark := getattr(error, "problem_mark", None)) is None:
         return Problem("", None, rule)
     lines = text.splitlines()
     line = lines[mark.line] if mark.line < len(lines) else ""
