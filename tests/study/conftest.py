@@ -1,9 +1,20 @@
+import json
+
 import pytest
 
 from fretwear.study.problems import StudyError
-from fretwear.study.study import load_study
+from fretwear.study.study import load_study, study_schema
 
 from ..studies import two_loads, write_study
+
+
+@pytest.fixture(scope="session")
+def validator():
+    jsonschema = pytest.importorskip("jsonschema")
+    schema = study_schema()
+    assert json.loads(json.dumps(schema, allow_nan=False)) == schema
+    jsonschema.Draft202012Validator.check_schema(schema)
+    return jsonschema.Draft202012Validator(schema)
 
 
 @pytest.fixture

@@ -3,15 +3,19 @@
 import copy
 import os
 import re
+from pathlib import Path
 
 import pytest
 import yaml
 
+from fretwear.study.parameters import base_names
 from fretwear.study.problems import StudyError, in_words
-from fretwear.study.study import load_study
+from fretwear.study.study import load_study, study_schema
 from fretwear.study.yamlfile import MAX_BYTES, parse_value, read_document
 
 from ..studies import WAVES, steel
+
+STUDIES = Path(__file__).parents[2] / "studies"
 
 
 def change(content, key, value):
@@ -26,7 +30,8 @@ def change(content, key, value):
         place[last] = value
 
 
-# Changes | @key = value, where those told are not those changed | parts of the rule or the hint
+# Changes | @key = value, where those told are not those changed | parts of the rule or the hint;
+# with a star those that the JSON Schema does not know.
 BAD_VALUES = """
 base/lod: 50 N | not a case parameter | did you mean 'load'
 vary/frction: [1] | did you mean 'friction'
@@ -40,22 +45,27 @@ base/cycles: ~ | is missing | cycles: 30000
 base/tangential_load: 2 N | is redundant | exactly one
 vary/tangential_load: [2 N] | @vary.tangential_load = | exactly one
 base/tangential_ratio: ~ | is missing, and so are tangential_load, sliding_amplitude | exactly one
-base/radius: 10 N | must be a length | is a force
+* base/radius: 10 N | must be a length | is a force
 base/friction: 0.5 N | plain number
 base/load: 50 | needs a unit | '50 N'
+base/load: '50' | needs a unit
+base/youngs_modulus: [1 GPa, 2 GPa, 3 GPa] | a list of 3
+base/roughness: {amplitude: 0.2 um, slope_x: 1 deg, slope_y: 1} | @base.roughness.slope_y = 1 | unit
+vary/load: [50 N, 50 N] | @vary.load[1] = 50 N | same value
+output/cycles: [-1] | @output.cycles[0] = -1 | at least 0
 vary/load: [25 N, 50] | @vary.load[1] = 50 | needs a unit
 base/load: -50 N | larger than 0
-vary/load: [0 N] | @vary.load[0] = 0 N | larger than 0
-base/radius: 0 mm | larger than 0
+* vary/load: [0 N] | @vary.load[0] = 0 N | larger than 0
+* base/radius: 0 mm | larger than 0
 base/youngs_modulus: -1 GPa | larger than 0
-base/youngs_modulus: [1 GPa, 0 GPa] | larger than 0
-base/wear_coefficient: 0 / Pa | larger than 0
-base/plastic_limit: 0 MPa | larger than 0
+* base/youngs_modulus: [1 GPa, 0 GPa] | larger than 0
+* base/wear_coefficient: 0 / Pa | larger than 0
+* base/plastic_limit: 0 MPa | larger than 0
 base/tangential_ratio: 0 | larger than 0
 base/cycles: 0 | at least 1
 base/cycles: many | whole number
 base/tolerance: 0.5 | at most 0.1
-base/cell: 0 um | larger than 0
+* base/cell: 0 um | larger than 0
 base/cell: [1, 2] | needs a unit
 base/slip_model: jager | did you mean 'jaeger'
 base/poisson_ratio: -1 | larger than -1
@@ -63,60 +73,60 @@ base/poisson_ratio: 0.6 | at most 0.5
 base/friction: 0 | larger than 0
 base/friction: -0.1 | larger than 0
 base/friction: true | plain number
-base/friction: .nan | finite
-base/friction: HUGE | @base.friction = 1000 | finite
+* base/friction: .nan | finite
+* base/friction: HUGE | @base.friction = 1000 | finite
 base/cycles: HUGE | @base.cycles = 1000 | whole number
 base/plastic_limit: .inf | write none
 base/plastic_limit: None | a pressure | or none
 vary/roughness: {amplitude: [1 um]} | roughness.amplitude: [
-base/tangential_ratio: 1 | gross sliding
-base/plastic_limit: 0.1 MPa | @base.plastic_limit = 100 kPa | too low to carry
+* base/tangential_ratio: 1 | gross sliding
+* base/plastic_limit: 0.1 MPa | @base.plastic_limit = 100 kPa | too low to carry
 vary/load: [] | empty list
 vary/load: 50 N | must be a list | [50 N]
-vary/load: [50 N, 25 N, 0.05 kN] | @vary.load[2] = 0.05 kN | vary.load[0]
-vary/friction: [0.3, '0.30'] | @vary.friction[1] = 0.30 | same value
-vary/friction: [COURSE1, COURSE2] | @vary.friction[1] = COURSE2 | same value
-vary/load: {from: 1 N, to: 2 N} | range
-output/cycles: [0, 1001] | @output.cycles = 1001 | beyond the last cycle, 1000
+* vary/load: [50 N, 25 N, 0.05 kN] | @vary.load[2] = 0.05 kN | vary.load[0]
+* vary/friction: [0.3, '0.30'] | @vary.friction[1] = 0.30 | same value
+* vary/friction: [COURSE1, COURSE2] | @vary.friction[1] = COURSE2 | same value
+* vary/load: {from: 1 N, to: 2 N} | range
+* output/cycles: [0, 1001] | @output.cycles = 1001 | beyond the last cycle, 1000
 output/cycles: [0, 1.5] | @output.cycles[1] = 1.5 | whole number
 output/cycles: [0, -1] | @output.cycles[1] = -1 | at least 0
 output/cycles: 100 | must be auto, or a list
-output/cycles: [5, 5] | @output.cycles[1] = 5 | given twice
+* output/cycles: [5, 5] | @output.cycles[1] = 5 | given twice
 output: [5] | must hold keys
 base/roughness: rough | none or a roughness
 base/roughness: {kind: wavy, WAVES, slope_x: 5.7} | @base.roughness.slope_x = 5.7 | '5.7 deg'
 base/roughness: {kind: wavy, WAVES, slop: 1} | @base.roughness.slop = 1 | mean 'slope_
 base/roughness: {kind: fractal, WAVES} | @base.roughness.kind = fractal | must be wavy
-base/roughness: {kind: wavy, WAVES}, base/cell: [2 um, 2 um] | @base.cell = [2 um, 2 um]
+* base/roughness: {kind: wavy, WAVES}, base/cell: [2 um, 2 um] | @base.cell = [2 um, 2 um]
    | too coarse for the roughness | [1 um, 2 um] or finer would be fine
-base/cell: 40 um | @base.cell = [40 um, 40 um] | too coarse for the contact
+* base/cell: 40 um | @base.cell = [40 um, 40 um] | too coarse for the contact
 design: gird | did you mean 'grid'
 design: {kind: sobol} | @design.points = | is missing
 design: {kind: grid, points: 4} | @design.points = 4 | not known
 invalid: ignore | stop or skip
 title: 7 | must be text
 title: LONG | @title = xxx | 200 characters
-vary: {load: [25 N, 50 N], friction: [0.3, 0.4, 0.5]}, design: zip | @vary = | load has 2
+* vary: {load: [25 N, 50 N], friction: [0.3, 0.4, 0.5]}, design: zip | @vary = | load has 2
    | friction has 3
 vary: {load: [50 N, 50 N], friction: [0.5, 0.5]}, design: zip | @vary = load 50 N, friction 0.5
    | point 2 the same as point 1
-base/tangential_ratio: ~, base/tangential_load: 10 N, vary/friction: [0.3, 1]
+* base/tangential_ratio: ~, base/tangential_load: 10 N, vary/friction: [0.3, 1]
    | @base.tangential_load = 10 N | gross sliding | load = 25 N, friction = 0.3
-vary/tangential_ratio: [0.5, 1.0] | @vary.tangential_ratio[1] = 1 | gross sliding
+* vary/tangential_ratio: [0.5, 1.0] | @vary.tangential_ratio[1] = 1 | gross sliding
 base/roughness: {kind: wavy, WAVES}, vary/roughness.amplitude: 0.2 um
    | @vary.roughness.amplitude = 0.2 um | write [0.2 um]
-vary: {roughness: [none, {kind: wavy, WAVES}], roughness.amplitude: [0.1 um]}
+* vary: {roughness: [none, {kind: wavy, WAVES}], roughness.amplitude: [0.1 um]}
    | @vary.roughness = | roughness.amplitude is a part
-vary/roughness.amplitude: [1 um] | @base.roughness = none | the other parts
-base/roughness: {kind: wavy, WAVES}, vary/roughness.rms_height: [1 um]
+* vary/roughness.amplitude: [1 um] | @base.roughness = none | the other parts
+* base/roughness: {kind: wavy, WAVES}, vary/roughness.rms_height: [1 um]
    | @vary.roughness.rms_height = [1 um] | is nothing that wavy has | amplitude, slope_x, slope_y
 DRAWN, vary/load: {from: 10 N} | @vary.load.to = | missing
-DRAWN, vary/load: {from: 10 N, to: 5 N} | @vary.load.to = 5 N | more than
+* DRAWN, vary/load: {from: 10 N, to: 5 N} | @vary.load.to = 5 N | more than
 DRAWN, vary/load: {from: 1 N, to: 50} | @vary.load.to = 50 | needs a unit
 DRAWN, vary/load: {from: 1 N, to: 9 N, scale: lin} | @vary.load.scale = lin | linear or log
 DRAWN, vary/load: {from: 1 N, to: 9 N, step: 3} | @vary.load.step = 3 | not known
 DRAWN, vary/cycles: {from: 100, to: 1000} | @vary.cycles = {from: 100, to: 1000} | cannot be drawn
-vary: {load: LOADS, cycles: COUNTS} | @vary = | 360000 points
+* vary: {load: LOADS, cycles: COUNTS} | @vary = | 360000 points
 """
 WORDS = {
     "HUGE": f"{10**400}",
@@ -131,10 +141,11 @@ WORDS = {
 
 
 @pytest.mark.parametrize("row", re.sub(r"\n +", " ", BAD_VALUES.strip()).splitlines())
-def test_one_mistake_is_refused_once_with_file_key_value_and_rule(studies, content, row):
+def test_one_mistake_is_refused_once_with_file_key_value_and_rule(studies, validator, content, row):
     for word, text in WORDS.items():
         row = row.replace(word, text)
-    written, *parts = row.split(" | ")
+    beyond_schema = row.startswith("* ")
+    written, *parts = row.removeprefix("* ").split(" | ")
     changes = yaml.safe_load(f"{{{written}}}")
     if parts[0].startswith("@"):
         key, value = parts.pop(0)[1:].split(" =")
@@ -148,6 +159,7 @@ def test_one_mistake_is_refused_once_with_file_key_value_and_rule(studies, conte
         change(content, place, new)
     error = studies.error(content)
     (problem,) = error.problems
+    assert validator.is_valid(content) == beyond_schema
     assert problem.key == key
     assert problem.value.startswith(value)
     assert bool(problem.value) == bool(value)
@@ -381,16 +393,33 @@ def test_a_pipe_is_refused_without_waiting_and_a_byte_order_mark_is_no_text(tmp_
     assert read(tmp_path, b"\xef\xbb\xbfa: 1\n").data == {"a": 1}
 
 
-@pytest.mark.parametrize(
-    ("text", "value"),
-    [
-        ("30 N", "30 N"),
-        ("0.3", 0.3),
-        ("none", "none"),
-        ("[0, 100]", [0, 100]),
-        ("", ""),
-        ("{kind: wavy, amplitude: 1 um}", {"kind": "wavy", "amplitude": "1 um"}),
-    ],
-)
-def test_single_values_read_as_in_a_file(text, value):
-    assert parse_value(text) == value
+def test_single_values_read_as_in_a_file():
+    values = {"30 N": "30 N", "0.3": 0.3, "none": "none", "[0, 100]": [0, 100], "": ""}
+    values["{kind: wavy, amplitude: 1 um}"] = {"kind": "wavy", "amplitude": "1 um"}
+    assert {text: parse_value(text) for text in values} == values
+
+
+@pytest.mark.parametrize("file", sorted(STUDIES.glob("*.yaml")), ids=lambda file: file.stem)
+def test_the_studies_of_the_repository_pass_schema_and_checks(validator, file):
+    validator.validate(yaml.safe_load(file.read_text()))
+    if "kind: measured" in file.read_text():
+        pytest.importorskip("SurfaceTopography", reason="needs the extra surfaces")
+    assert load_study(file).cases()
+
+
+def test_the_schema_describes_every_parameter():
+    properties = study_schema()["properties"]
+    names = set(base_names())
+    assert set(properties["base"]["properties"]) == names
+    assert names < set(properties["vary"]["properties"])
+    for name, value in properties["base"]["properties"].items():
+        assert value["description"], name
+
+
+def test_a_sound_study_passes_in_every_design(validator, content):
+    kinds = [{"kind": kind, "points": 8} for kind in ("sobol", "latin_hypercube")]
+    for design in ("grid", "zip", *kinds):
+        validator.validate({**content, "design": design})
+    # A parameter that is only varied is not missing.
+    del content["base"]["load"]
+    validator.validate(content)
