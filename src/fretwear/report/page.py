@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
+from importlib.metadata import distribution
 from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
@@ -97,6 +98,7 @@ class Scripts(NamedTuple):
 
     texts: list[Markup]  # the scripts, in the order in which they run
     plotly: str  # what the explorer draws with, as `compressed` returns it; empty without one
+    licence: str  # of plotly
     policy: Markup  # content security: only these scripts run, and nothing is loaded
 
 
@@ -106,7 +108,7 @@ def page_scripts(*, with_explorer: bool) -> Scripts:
     folder = files("fretwear.report") / "templates"
     names = ("table.js", "explorer.js") if with_explorer else ("table.js",)
     texts = [(folder / name).read_bytes() for name in names]
-    allowed, plotly = list(texts), ""
+    allowed, plotly, licence = list(texts), "", ""
     if with_explorer:
         # Importing the package itself would take longer than reading its script.
         spec = find_spec("plotly")
@@ -114,9 +116,13 @@ def page_scripts(*, with_explorer: bool) -> Scripts:
         assert spec.origin is not None
         allowed.append((Path(spec.origin).parent / "package_data/plotly.min.js").read_bytes())
         plotly = compressed(allowed[-1])
+        about = distribution("plotly")
+        licence = about.read_text("licenses/LICENSE.txt") or about.read_text("LICENSE.txt") or ""
     digests = [base64.b64encode(hashlib.sha256(each).digest()).decode("ascii") for each in allowed]
     policy = _NOTHING_ELSE + " ".join(f"'sha256-{digest}'" for digest in digests)
-    return Scripts([Markup(each.decode("utf-8")) for each in texts], plotly, Markup(policy))
+    return Scripts(
+        [Markup(each.decode("utf-8")) for each in texts], plotly, licence, Markup(policy)
+    )
 
 
 def compressed(content: bytes) -> str:

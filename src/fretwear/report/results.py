@@ -6,11 +6,11 @@ import importlib.metadata
 import math
 import platform
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import mean, stdev
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,14 +52,11 @@ class Level(NamedTuple):
 
 
 class Ensemble(NamedTuple):
-    """Random surfaces of one spectrum: their parameters but the seed, and how many there are.
+    """Random surfaces of one spectrum."""
 
-    Mean and standard deviation by the name of the key result.
-    """
-
-    levels: Mapping[str, Level]
-    seeds: int
-    spread: Mapping[str, tuple[float, float]]
+    levels: Mapping[str, Level]  # of their parameters but the seed
+    seeds: int  # how many there are
+    spread: Mapping[str, tuple[float, float]]  # mean and standard deviation of each key result
 
 
 @dataclass(frozen=True)
@@ -145,9 +142,9 @@ def over_seeds(results: Sequence[PointResult]) -> list[Ensemble]:
             groups.setdefault(others, []).append(result)
     ensembles = []
     for group in groups.values():
+        levels = {name: level for name, level in group[0].levels.items() if name != SEED}
+        columns = {name: [each.values[name] for each in group] for name in group[0].values}
         if len(group) >= LEAST_SEEDS:
-            levels = {name: level for name, level in group[0].levels.items() if name != SEED}
-            columns = {name: [each.values[name] for each in group] for name in group[0].values}
             spread = {name: (mean(values), stdev(values)) for name, values in columns.items()}
             ensembles.append(Ensemble(levels, len(group), spread))
     return ensembles
@@ -191,23 +188,15 @@ class Residuals(NamedTuple):
     complementarity: float
 
 
-@dataclass(frozen=True)
-class Numerics:
-    """How one case was computed."""
+def examine(path: Path) -> dict[str, Any]:
+    """Read how a case was computed from its file; `CaseFileError` when that is damaged.
 
-    source: str  # version of the program that wrote the file
-    parameters: Mapping[str, float]  # those that are numbers
-    cells: int  # that are stored
-    steps: int  # that were accepted
-    convolutions: int
-    error: float  # largest estimate of the error of a step
-    residuals: Residuals  # of the worst snapshot
-
-
-def examine(path: Path) -> Numerics:
-    """Read how a case was computed from its file; `CaseFileError` when that is damaged."""
+    Returned are its parameters that are numbers, the ``source`` of the file, its ``cells``,
+    ``steps``, ``convolutions``, the largest ``error`` of a step, and the ``residuals`` of the worst
+    snapshot.
+    """
     with opened_case(path, values=True) as file:
-        parameters = {
+        found: dict[str, Any] = {
             name: float(variable[...])
             for name, variable in file.variables.items()
             if not variable.dimensions and variable.dtype.kind == "f"
@@ -215,21 +204,20 @@ def examine(path: Path) -> Numerics:
         copies = 1 << sum(SYMMETRIES[file.getncattr("symmetry")])
         # A load that is not held, and a force that is not imposed, are results.
         forces = zip(file["normal_force"][:], file["tangential_force"][:], strict=True)
-        found = []
+        missed = []
         for place, (normal, tangential) in enumerate(forces):
             fields = {name: file[name][place] for name in _EXAMINED}
             now = {"load": float(normal), "tangential_load": float(tangential)}
-            found.append(residuals(fields, parameters | now, copies))
+            missed.append(residuals(fields, found | now, copies))
         errors = file[HISTORY_GROUP][ERROR_ESTIMATE.name][:]
-        return Numerics(
-            source=file.getncattr("source"),
-            parameters=parameters,
-            cells=fields["gap"].size,
-            steps=max(0, errors.size - 1),
-            convolutions=int(file[HISTORY_GROUP][CONVOLUTIONS.name][:].sum()),
-            error=float(errors[np.isfinite(errors)].max(initial=0.0)),
-            residuals=Residuals(*np.fmax.reduce(found).tolist()),
-        )
+        return found | {
+            "source": file.getncattr("source"),
+            "cells": fields["gap"].size,
+            "steps": max(0, errors.size - 1),
+            "convolutions": int(file[HISTORY_GROUP][CONVOLUTIONS.name][:].sum()),
+            "error": float(errors[np.isfinite(errors)].max(initial=0.0)),
+            "residuals": Residuals(*np.fmax.reduce(missed).tolist()),
+        }
 
 
 def residuals(
@@ -253,40 +241,34 @@ def residuals(
     )
 
 
-def computation_facts(examined: Sequence[Numerics], done: int) -> dict[str, str]:
+def computation_facts(examined: Sequence[Mapping[str, Any]], done: int) -> dict[str, str]:
     """Return what there is to say about the numerics of the cases examined, of `done` in all."""
 
-    def over(values: Iterable[float]) -> str:
-        return span(values, lambda value: number_text(value, 4))
+    def of(name: str, size: float = 1.0) -> str:
+        return span((each[name] / size for each in examined), lambda value: number_text(value, 4))
 
     facts: dict[str, str] = {}
     if examined:
-        given = [each.parameters for each in examined]
-        worst = [number_text(v, 2) for v in np.max([each.residuals for each in examined], axis=0)]
-        in_line = all("cell_y" not in each for each in given)
+        worst = np.max([each["residuals"] for each in examined], axis=0)
+        load, other, gap = (number_text(value, 2) for value in worst)
+        in_line = all("cell_y" not in each for each in examined)
         normal, shear = ("∫p dx", "∫q dx") if in_line else ("∬p dA", "∬q dA")
         for axis in "x" if in_line else "xy":
-            cells = over(MICROMETRE.of(each[f"cell_{axis}"]) for each in given)
-            facts[f"Grid spacing along {axis}"] = f"{cells} µm"
+            facts[f"Grid spacing along {axis}"] = f"{of(f'cell_{axis}', MICROMETRE.size)} µm"
         facts |= {
-            "Cells stored": over(each.cells for each in examined),
-            "Tolerance of the wear integration": over(each["tolerance"] for each in given),
-            "Largest error estimate of a step": over(each.error for each in examined),
-            "Residual of the load": f"{normal} as written equals P to within {worst[0]} P",
-            "Residual of the tangential load": (
-                f"{shear} as written equals Q to within {worst[1]} Q"
-            ),
+            "Cells stored": of("cells"),
+            "Tolerance of the wear integration": of("tolerance"),
+            "Largest error estimate of a step": of("error"),
+            "Residual of the load": f"{normal} as written equals P to within {load} P",
+            "Residual of the tangential load": f"{shear} as written equals Q to within {other} Q",
             "Residual of the contact conditions": (
-                f"p·g is at most {worst[2]} of the peak pressure times the Hertz approach"
+                f"p·g is at most {gap} of the peak pressure times the Hertz approach"
             ),
-            "Accepted steps": over(each.steps for each in examined),
-            "Convolutions": over(each.convolutions for each in examined),
+            "Accepted steps": of("steps"),
+            "Convolutions": of("convolutions"),
         }
         if len(examined) < done:
             facts["Cases examined"] = f"{len(examined)} of {done}, evenly spread"
-        facts["Simulated with"] = "; ".join(dict.fromkeys(each.source for each in examined))
-    libraries = [f"{name} {importlib.metadata.version(name)}" for name in _LIBRARIES]
-    return {
-        **facts,
-        "Report made with": ", ".join([*libraries, f"Python {platform.python_version()}"]),
-    }
+        facts["Simulated with"] = "; ".join(dict.fromkeys(each["source"] for each in examined))
+    made = [f"{name} {importlib.metadata.version(name)}" for name in _LIBRARIES]
+    return facts | {"Report made with": ", ".join([*made, f"Python {platform.python_version()}"])}

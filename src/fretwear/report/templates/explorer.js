@@ -93,13 +93,6 @@
   const largest = (values) => values.reduce((most, one) => (one > most ? one : most), 0);
   let colors;
 
-  function palette() {
-    const style = getComputedStyle(document.documentElement);
-    const names = { a: "series-a", b: "series-b", ground: "ground", ink: "ink", muted: "muted", line: "line" };
-    for (const key in names) names[key] = style.getPropertyValue(`--${names[key]}`).trim();
-    return names;
-  }
-
   const axis = (text, more) => ({
     title: { text, standoff: 6, font: { size: 12 } },
     color: colors.ink,
@@ -302,8 +295,7 @@
   const selects = {};
   let shown, cycles;
   let cycle = Infinity;
-  let timer = null;
-  let started = false;
+  let timer, started;
 
   function select(key, place) {
     selected[key] = place;
@@ -312,10 +304,9 @@
 
   /* A second case that differs from a point in as few and as late parameters as can be. */
   function neighbor(place) {
-    const distance = (other) =>
-      points[other].index.reduce((sum, level, axis) => 2 * sum + (level !== points[place].index[axis]), 0);
-    const others = [...points.keys()].filter((other) => other !== place && points[other].data);
-    return others.sort((one, other) => distance(one) - distance(other))[0] ?? place;
+    const distance = ({ index }) => index.reduce((sum, level, axis) => 2 * sum + (level !== points[place].index[axis]), 0);
+    const others = points.filter((point) => point !== points[place] && point.data);
+    return points.indexOf(others.sort((one, other) => distance(one) - distance(other))[0] ?? points[place]);
   }
 
   /* ---- Drawing ---- */
@@ -342,7 +333,7 @@
   }
 
   function draw() {
-    const now = cycles[Number(slider.value)] ?? 0;
+    const now = cycles[slider.value] ?? 0;
     get("cycle-shown").textContent = formatted(now);
     slider.setAttribute("aria-valuetext", `cycle ${formatted(now)}`);
     for (const one of shown) one.snapshot = Math.max(0, one.data.cycles.findLastIndex((known) => known <= now));
@@ -352,7 +343,8 @@
     get("maps").hidden = !viewed.length;
     get("heights").hidden = !rough.length;
     if (!shown.length) return;
-    colors = palette();
+    const style = getComputedStyle(document.documentElement);
+    colors = Object.fromEntries(["a", "b", "ground", "ink", "muted", "line"].map((name) => [name, style.getPropertyValue(`--${name}`)]));
     const titles = shown.map(({ key, title }) => `case ${key.toUpperCase()}: ${title}`).join("; ");
     const told = (names) => names.map((name) => words[name].words).join(", ");
     remember(now);
@@ -420,18 +412,16 @@
     draw();
   }
 
-  function setPlaying(yes) {
-    clearInterval(timer);
-    timer = yes ? setInterval(advance, PAUSE) : null;
-    play.querySelector(".words").textContent = yes ? "Pause" : "Play";
-    play.firstElementChild.textContent = yes ? "❚❚" : "▶";
-  }
-
   const atEnd = () => Number(slider.value) === cycles.length - 1;
 
-  function advance() {
-    go(Math.min(Number(slider.value) + 1, cycles.length - 1));
-    if (atEnd()) setPlaying(false);
+  function setPlaying(yes) {
+    clearInterval(timer);
+    timer = yes && setInterval(() => {
+      if (!atEnd()) go(Number(slider.value) + 1);
+      if (atEnd()) setPlaying(false);
+    }, PAUSE);
+    play.querySelector(".words").textContent = yes ? "Pause" : "Play";
+    play.firstElementChild.textContent = yes ? "❚❚" : "▶";
   }
 
   slider.addEventListener("input", () => {
@@ -465,13 +455,7 @@
   recall();
   started = true;
   addEventListener("hashchange", recall);
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
-  for (const event of ["beforeprint", "afterprint"]) {
-    addEventListener(event, () => {
-      document.documentElement.classList.toggle("printing", event === "beforeprint");
-      draw();
-    });
-  }
+  for (const media of ["(prefers-color-scheme: dark)", "print"]) matchMedia(media).addEventListener("change", draw);
   get("history-plot").on("plotly_click", ({ points: [clicked] }) => {
     const place = cycles.indexOf(clicked.customdata);
     if (place >= 0) go(place);
