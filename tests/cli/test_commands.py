@@ -1,6 +1,5 @@
 """What the commands do: run, plan, merge, show, compare, plot, animate; how they are stopped."""
 
-import csv
 import fcntl
 import json
 import os
@@ -20,7 +19,6 @@ import numpy as np
 import pytest
 
 import fretwear
-from fretwear.data.files import open_summary
 from fretwear.study.study import load_study, select_case
 
 from ..running.conftest import read_until
@@ -29,16 +27,14 @@ from ..studies import WAVES, base
 FRETWEAR = (sys.executable, "-m", "fretwear")
 
 
-@pytest.mark.parametrize("whole", [True, False])
-def test_a_case_chosen_by_its_id_or_its_beginning_is_simulated_and_written(desk, whole):
+@pytest.mark.parametrize("beginning", [4, None])
+def test_a_case_chosen_by_its_id_or_its_beginning_is_simulated_and_written(desk, beginning):
     case_id = select_case("tiny.yaml", None, ["load=25 N"]).case_id
-    chosen = case_id if whole else "P25N"
-    result = desk.call("run", "tiny.yaml", "--case", chosen, "-o", "out/one.nc")
+    result = desk.call("run", "tiny.yaml", "--case", case_id[:beginning], "-o", "out/one.nc")
     assert result.stdout.startswith("out/one.nc: ")
     with fretwear.open_case("out/one.nc") as case:
         assert case.attrs["case_id"] == case_id
         assert list(case["cycle"].values) == [0, 20, 200]
-        assert float(case["load"]) == 25.0
 
 
 def test_a_changed_case_has_the_numbers_of_python_and_tells_its_call(desk):
@@ -199,19 +195,6 @@ def test_what_should_begin_at_once_imports_nothing_heavy(desk, arguments, heavy)
     assert done.stdout.splitlines()[-1] == "[]"
 
 
-def test_merge_keeps_what_is_done_and_marks_what_failed(desk):
-    desk.call("batch", "tiny.yaml", "--points", "1-1")
-    result = desk.call("merge", "tiny.yaml")
-    assert "1 points done, 1 failed, 0 invalid" in result.stdout
-    with open_summary("results/tiny/summary.nc") as summary:
-        assert list(summary["status"].values) == [0, 1]
-        volume = summary["wear_volume"].isel(cycle=-1).values
-    assert volume[0] > 0
-    assert np.isnan(volume[1])
-    with Path("results/tiny/points.csv").open(newline="", encoding="utf-8") as stream:
-        assert [float(row["load"]) for row in csv.DictReader(stream)] == [25.0, 50.0]
-
-
 @pytest.mark.parametrize(
     ("command", "needed"), [("merge", "cases"), ("figures", "summary.nc"), ("report", "summary.nc")]
 )
@@ -289,8 +272,7 @@ def test_show_lists_the_points_of_a_merged_study_for_people_and_scripts(desk, co
 
 
 def test_compare_tells_what_differs_by_which_factor_and_draws_both(desk, case_file):
-    call = ("run", "tiny.yaml", "--set", "load=25 N", "-o", "other.nc")
-    desk.call(*call)
+    desk.call("run", "tiny.yaml", "--set", "load=25 N", "-o", "other.nc")
     result = desk.call("compare", "other.nc", case_file)
     cells = [re.split(r"\s{2,}", line.strip()) for line in result.stdout.splitlines()]
     rows = {row[0]: row[1:] for row in cells}
@@ -302,22 +284,21 @@ def test_compare_tells_what_differs_by_which_factor_and_draws_both(desk, case_fi
     assert float(ratio) == pytest.approx(volumes[1] / volumes[0], rel=0.01)
     # Hertz: the radius goes with the cube root of the load.
     assert float(rows["contact half-width along x"][-1]) == pytest.approx(2 ** (1 / 3), rel=0.03)
-    assert desk.files() == ["other.nc", "tiny.yaml"]
     result = desk.call("compare", case_file, case_file, "-o", "both.svg")
     assert "All parameters are the same." in result.stdout
     assert result.stdout.splitlines()[-1] == "both.svg"
-    assert (desk.folder / "both.svg").read_text(encoding="utf-8").startswith("<?xml")
+    assert desk.files() == ["both.svg", "other.nc", "tiny.yaml"]
 
 
 def test_plot_draws_the_case_beside_it_or_where_it_is_told_to(desk, case_file):
     shutil.copy(case_file, "mine.nc")
     desk.call("plot", "mine.nc")
-    desk.call("plot", case_file, "-o", "a.svg")
-    assert desk.files() == ["a.svg", "mine.nc", "mine.png", "tiny.yaml"]
-    assert (desk.folder / "a.svg").read_text(encoding="utf-8").startswith("<?xml")
+    assert desk.files() == ["mine.nc", "mine.png", "tiny.yaml"]
     content = (desk.folder / "mine.png").read_bytes()
     assert content.startswith(b"\x89PNG")
     assert struct.unpack(">II", content[16:24]) > (1000, 600)
+    desk.call("plot", case_file, "-o", "a.svg")
+    assert (desk.folder / "a.svg").read_text(encoding="utf-8").startswith("<?xml")
 
 
 def test_animate_writes_a_gif_beside_the_case_and_advises_more_snapshots(

@@ -53,14 +53,10 @@ def test_each_command_has_an_example_which_is_a_call_of_it(desk, command):
     group.commands[command].make_context(command, arguments)
 
 
-@pytest.mark.parametrize(
-    "program", [["-m", "fretwear"], ["-c", "import fretwear.cli as c; c.main()"]]
-)
-def test_the_version_is_printed(program):
-    done = subprocess.run(
-        [sys.executable, *program, "--version"], capture_output=True, text=True, check=True
-    )
-    assert done.stdout == f"fretwear {fretwear.__version__}\n"
+def test_the_version_is_printed():
+    program = [sys.executable, "-m", "fretwear", "--version"]
+    said = subprocess.run(program, capture_output=True, text=True, check=True).stdout
+    assert said == f"fretwear {fretwear.__version__}\n"
 
 
 SHELL = """
@@ -301,14 +297,6 @@ def test_a_mistake_is_answered_by_one_message_that_tells_what_to_do(place, monke
         assert words in result.stderr
     assert result.stdout == ""
     assert place.files() == before
-
-
-@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
-def test_a_folder_that_may_not_be_written_to_is_refused(place, monkeypatch):
-    monkeypatch.chdir(place.folder)
-    (place.folder / "closed").mkdir(mode=0o500)
-    result = place.call("run", "studies/tiny.yaml", "--case", "P25N", "-o", "closed/a.nc", status=2)
-    assert "choose another place" in result.stderr
 
 
 def test_a_call_from_a_folder_without_studies_is_told_where_it_looked(desk):
