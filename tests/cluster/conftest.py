@@ -9,6 +9,7 @@ import sys
 import time
 from pathlib import Path
 
+import psutil
 import pytest
 import yaml
 
@@ -19,9 +20,8 @@ PAGE = REPOSITORY / "docs/how-to/cluster.md"
 
 
 def documented_commands():
-    text = PAGE.read_text(encoding="utf-8")
-    blocks = re.findall(r"^```bash\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
-    return [line for block in blocks for line in block.splitlines()]
+    blocks = re.findall(r"^```bash\n(.*?)^```$", PAGE.read_text("utf-8"), re.MULTILINE | re.DOTALL)
+    return "".join(blocks).splitlines()
 
 
 def eventually(condition, seconds, what):
@@ -36,14 +36,13 @@ class Workflow:
     """A run of Snakemake that goes on beside the test, in a process group like a terminal's."""
 
     def __init__(self, folder, command):
-        self.folder = folder
-        self.log = folder / "snakemake.log"
-        environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"}
+        self.folder, self.log = folder, folder / "snakemake.log"
+        path = f"{Path(sys.executable).parent}:{os.environ['PATH']}"
         with self.log.open("w") as stream:
             self._process = subprocess.Popen(
                 ["bash", "-c", f"exec {command}"],
                 cwd=folder,
-                env=environment,
+                env=os.environ | {"PATH": path},
                 stdin=subprocess.DEVNULL,
                 stdout=stream,
                 stderr=subprocess.STDOUT,
@@ -73,47 +72,39 @@ class Workflow:
 
 class Checkout:
     def __init__(self, folder):
-        self.folder = folder
-        self._running = []
+        self.folder, self.running = folder, []
         shutil.copy(REPOSITORY / "Snakefile", folder)
         for part in ("profiles", "studies"):
             shutil.copytree(REPOSITORY / part, folder / part)
+        self.demo = yaml.safe_load((folder / "studies/demo.yaml").read_text(encoding="utf-8"))
 
-    def change_study(self, name, **sections):
-        file = self.folder / f"studies/{name}.yaml"
-        write_study(file, yaml.safe_load(file.read_text(encoding="utf-8")) | sections)
+    def write_study(self, name, content):
+        return write_study(self.folder / f"studies/{name}.yaml", content)
 
     def write_one_case(self, name, **base):
         """Write a study of one case that differs from the default one in some parameters."""
-        content = yaml.safe_load((self.folder / "studies/demo.yaml").read_text(encoding="utf-8"))
-        base = {**content["base"], **base}
-        cycles = [each for each in content["output"]["cycles"] if each <= base["cycles"]]
+        base = {**self.demo["base"], **base}
+        cycles = [each for each in self.demo["output"]["cycles"] if each <= base["cycles"]]
         study = {"title": f"One case: {name}", "base": base, "output": {"cycles": cycles}}
-        write_study(self.folder / f"studies/{name}.yaml", study)
+        return self.write_study(name, study)
 
     def start(self, command):
-        run = Workflow(self.folder, command)
-        self._running.append(run)
-        return run
-
-    def stop(self):
-        for run in self._running:
-            run.stop()
+        self.running.append(Workflow(self.folder, command))
+        return self.running[-1]
 
     def simulations(self):
-        """Ids of the processes that simulate cases of this folder."""
-        return [int(each.name) for each in Path("/proc").glob("[0-9]*") if self._simulates(each)]
-
-    def _simulates(self, process):
-        try:
-            is_here = (process / "cwd").resolve() == self.folder
-            return is_here and b"\0-m\0fretwear\0" in (process / "cmdline").read_bytes()
-        except OSError:
-            return False
+        """The processes that simulate cases of this folder."""
+        return [
+            process
+            for process in psutil.process_iter(["cwd", "cmdline"])
+            if process.info["cwd"] == str(self.folder)
+            and "fretwear" in (process.info["cmdline"] or ())
+        ]
 
 
 @pytest.fixture(scope="module")
 def checkout(tmp_path_factory):
     made = Checkout(tmp_path_factory.mktemp("checkout").resolve())
     yield made
-    made.stop()
+    for run in made.running:
+        run.stop()

@@ -79,6 +79,9 @@ PROFILES: dict[str, Field] = {
 }
 """Fields along x on the line nearest y = 0, by their names in a merged study."""
 
+_Done = tuple[tuple[int, ...], "Case", Path]
+"""The position of a point whose case file exists, its case and the file."""
+
 _HISTORIES = (CYCLE.name, *HEADLINES, "tangential_force")
 _MOST_SOURCES = 10
 _OTHER_CODE = "it was computed by another version of the code (its code_digest differs)"
@@ -89,8 +92,7 @@ _KEEP_OR_RUN = "Run the case again, or keep it with --keep-older"
 class StudyLayout:
     """The place of each point of a study in a merged dataset.
 
-    A grid has one dimension for each varied name, in the order of the study. Every other design
-    has the one dimension ``point``, with the varied values along it.
+    A grid has the varied names as dimensions, every other design ``point``.
     """
 
     study: Study
@@ -116,51 +118,45 @@ class StudyLayout:
             yield (point.index if self.is_grid else (number,)), point
 
     def columns(self) -> tuple[dict[str, Column], dict[str, Column]]:
-        """Coordinates, and what depends on them, as the Hertz radius does on the load.
+        """Coordinates (varied values, case ids, shared parameters), and what depends on them.
 
-        Coordinates are the varied values, the case ids and the parameters that all cases share.
         Varied values that are not single numbers (a roughness, a pair of moduli) are text, as
-        written in the study file. What depends on them has the dimensions of the study, with NaN or
-        empty text where a point has none.
+        written in the study file; what a point lacks is NaN or empty text.
         """
-        parameters = self._parameters()
-        found = {n: self._varied(axis, parameters.get(n)) for n, axis in self._axes.items()}
+        ids: dict[tuple[int, ...], str] = {}
+        attributes: dict[str, dict[str, Any]] = {}
+        given: dict[str, dict[tuple[int, ...], float | str]] = {}
+        for place, point in self.points():
+            ids[place] = point.id
+            known = {} if point.case is None else point.case.scalar_coordinates()
+            for name, (value, units, words) in known.items():
+                attributes.setdefault(name, Variable(name, units, words=words).attributes)
+                given.setdefault(name, {})[place] = value
+        parameters = {name: self._column(given[name], attributes[name]) for name in given}
+        cases = len(ids) - [*ids.values()].count("")
+        for name, own in given.items():
+            if len(own) == cases and len(set(own.values())) == 1:
+                shared = np.asarray(parameters[name].values[next(iter(own))])
+                parameters[name] = Column((), shared, attributes[name])
+        found = {n: self._varied(axis, parameters.pop(n, None)) for n, axis in self._axes.items()}
         if not self.is_grid:
             numbers = np.arange(*self.shape, dtype=POINT.dtype)
             found[POINT.name] = Column((POINT.name,), numbers, POINT.attributes)
-        ids = np.full(self.shape, "", dtype=object)
-        for position, point in self.points():
-            ids[position] = point.id
-        found[CASE_ID.name] = Column(self.dims, ids.astype(str), CASE_ID.attributes)
-        # A varied parameter of one value only is known by now.
-        shared = {n: each for n, each in parameters.items() if not each.dims and n not in found}
-        depending = {n: each for n, each in parameters.items() if each.dims and n not in found}
-        return found | shared, depending
+        found[CASE_ID.name] = self._column(ids, CASE_ID.attributes)
+        found |= {name: each for name, each in parameters.items() if not each.dims}
+        return found, {name: each for name, each in parameters.items() if each.dims}
 
     @cached_property
     def _axes(self) -> dict[str, Axis]:
         return {axis.coordinate: axis for axis in self.study.axes}
 
-    def _parameters(self) -> dict[str, Column]:
-        """Every parameter of the cases: a scalar where they share it, else along the points."""
-        attributes: dict[str, dict[str, Any]] = {}
-        given: dict[str, dict[tuple[int, ...], float | str]] = {}
-        cases = {place: point.case for place, point in self.points() if point.case is not None}
-        for place, case in cases.items():
-            for name, (value, units, words) in case.scalar_coordinates().items():
-                attributes.setdefault(name, Variable(name, units, words=words).attributes)
-                given.setdefault(name, {})[place] = value
-        found = {}
-        for name, own in given.items():
-            is_text = any(isinstance(value, str) for value in own.values())
-            dims, values = self.dims, np.full(self.shape, "" if is_text else math.nan, object)
-            if len(own) == len(cases) and len(set(own.values())) == 1:
-                dims, values = (), np.array(next(iter(own.values())), object)
-            for place, value in own.items() if dims else ():
-                values[place] = value
-            kind = str if is_text else np.float64
-            found[name] = Column(dims, values.astype(kind), attributes[name])
-        return found
+    def _column(self, given: Mapping[Any, float | str], attributes: Mapping[str, Any]) -> Column:
+        """Lay values along the points, NaN or empty text where there is none."""
+        is_text = any(isinstance(value, str) for value in given.values())
+        values = np.full(self.shape, "" if is_text else math.nan, object)
+        for place, value in given.items():
+            values[place] = value
+        return Column(self.dims, values.astype(str if is_text else np.float64), attributes)
 
     def _varied(self, axis: Axis, known: Column | None) -> Column:
         attributes = {"long_name": axis.name} if known is None else dict(known.attrs)
@@ -187,14 +183,6 @@ class Tally(NamedTuple):
     failed: int
     invalid: int
     older: str = ""
-
-
-class _Done(NamedTuple):
-    """A point whose case file exists."""
-
-    position: tuple[int, ...]
-    case: Case
-    path: Path
 
 
 def merge_study(
@@ -234,12 +222,12 @@ def merge_study(
     """
     layout = StudyLayout(study)
     status = np.full(layout.shape, PointStatus.INVALID, dtype=STATUS.dtype)
-    done = []
+    done: list[_Done] = []
     for position, point in layout.points():
         if point.case is not None:
             file = Path(cases) / f"{point.id}.nc"
             status[position] = PointStatus.DONE if file.exists() else PointStatus.FAILED
-            done += [_Done(position, point.case, file)] if file.exists() else []
+            done += [(position, point.case, file)] if file.exists() else []
     if not done:
         raise DataFileError(
             Path(path),
@@ -278,15 +266,14 @@ def _read_cases(
     *,
     keep_older: bool,
 ) -> tuple[Labelled, int]:
-    """Read scalars into a dataset; profiles of each case in its own cells, and history, to spool.
+    """Read scalars into a dataset, histories and profiles in the cells of each case to the spool.
 
-    The dataset has the coordinate ``x`` common to all cases, and the code that computed each; the
-    number is the length of the longest history.
+    The number is the length of the longest history.
     """
     digests, sources = np.full(layout.shape, "", dtype=object), set()
     snapshots = (case.output_cycles for case in layout.study.cases().values())
     cycles = np.unique(np.concatenate([*snapshots])).astype(np.float64)
-    known = LINE_SCALARS if done[0].case.indenter.is_line else SCALARS
+    known = LINE_SCALARS if done[0][1].indenter.is_line else SCALARS
     # Errors are not estimated in every case.
     scalars = {each.name: each for each in (*known, *(scalar.error for scalar in known))}
     values = {name: np.full((*layout.shape, cycles.size), math.nan) for name in scalars}
@@ -419,15 +406,15 @@ def _rows(
     """Yield each history and each profile of each case: its name, where it belongs, its values."""
     cycles, positions = (dataset.coords[axis].values for axis in (CYCLE.name, X.name))
     spool.seek(0)
-    for point in done:
-        columns = np.searchsorted(cycles, point.case.output_cycles)
+    for position, case, _ in done:
+        columns = np.searchsorted(cycles, case.output_cycles)
         cells, history = np.load(spool), np.load(spool)
         for name, values in zip(_HISTORIES, history, strict=True):
-            yield f"{HISTORY_GROUP}/{name}", (*point.position, slice(0, values.size)), values
+            yield f"{HISTORY_GROUP}/{name}", (*position, slice(0, values.size)), values
         inside = positions_inside(cells, positions)
         for name, field in PROFILES.items():
             values = np.full((cycles.size, positions.size), missing(field), dtype=field.dtype)
             values[columns] = field.outside
             own = resampled(np.load(spool), cells, positions[inside], axis=1)
             values[np.ix_(columns, inside)] = own
-            yield name, point.position, values
+            yield name, position, values

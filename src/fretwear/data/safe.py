@@ -46,12 +46,9 @@ _WHY_NOT_WRITTEN = (
 )
 
 _FOREIGN_LIFETIME = 7 * 24 * 3600.0
-
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-
 _OF_MEMORY = re.compile(r"(out of|not enough) memory|alloc", re.IGNORECASE)
 _PACKAGE = Path(__file__).parents[1]
-
 _HELD_BY_ANOTHER = {errno.EWOULDBLOCK, errno.EACCES}
 _NO_LOCKS_HERE = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL}
 _SECONDS_BETWEEN_TRIES = (0.1, 2.0)
@@ -106,9 +103,8 @@ def reason_of(error: BaseException) -> str:
         return words
     if is_of_memory(error):
         return f"there is not enough memory ({words})"
-    if is_of_netcdf(error):
-        return f"a file cannot be read or written, as if memory had run out ({words})"
-    return words
+    unread = f"a file cannot be read or written, as if memory had run out ({words})"
+    return unread if is_of_netcdf(error) else words
 
 
 def unexpected(error: Exception) -> str:
@@ -165,9 +161,9 @@ def why_not_writable(path: Path) -> str:
 def why_leading_out(folder: Path, root: Path | None = None) -> str:
     """Return why results might be written somewhere else than it seems; empty if they would not.
 
-    The folder of all results may be a link, to a larger disk for example: that is a choice for all
-    studies. A link in place of one study, or inside it, could come from anyone, and Snakemake and
-    its shells would write through it. `root` is None if the user has named the folder.
+    The folder of all results may be a link: that is a choice for all studies. A link in place of
+    one study, or inside it, could come from anyone, and Snakemake and its shells would write
+    through it. `root` is None if the user has named the folder.
     """
     if root is not None and not folder.resolve().is_relative_to(root.resolve()):
         return (
@@ -244,8 +240,7 @@ def open_log(path: Path) -> Unfailing:
 
     A left-over process may still write to it, so a log is emptied rather than replaced.
     """
-    stream = None
-    flags = os.O_WRONLY | os.O_APPEND
+    stream, flags = None, os.O_WRONLY | os.O_APPEND
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
         try:
@@ -263,11 +258,10 @@ def atomic_path(path: Path) -> Iterator[Path]:
     """Yield a temporary name in the same folder; the file gets its own name on a clean exit.
 
     The temporary name is unique, so two processes that write the same file never mix. File and
-    folder are flushed to the disk before and after the renaming. On any error in the ``with``
-    block, interrupts included, the temporary file is removed and an existing file stays unchanged.
-    Only a killed process leaves its temporary file, which the next one that writes the same file
-    removes. The folder is created if necessary. `DataFileError` if it cannot be created or written
-    to, or the disk is full.
+    folder, made if necessary, are flushed to the disk before and after the renaming. On any error
+    in the ``with`` block, interrupts included, the temporary file is removed and an existing file
+    stays unchanged; that of a killed process is removed by the next one that writes the same file.
+    `DataFileError` if the folder cannot be made or written to, or the disk is full.
     """
     temporary = path.with_name(f".{path.name}.{_host()}.{os.getpid()}.{secrets.token_hex(4)}.tmp")
     try:
@@ -327,7 +321,7 @@ def remove_stale_temporaries(folder: Path, of: str | None = None) -> list[Path]:
 def _host() -> str:
     """Name of the machine, and of the space in which its processes have their numbers.
 
-    Containers may share a host name, and then a process of one seems gone to the other.
+    Containers may share a host name, and a process of one would seem gone to the other.
     """
     space = ""
     with suppress(OSError):
@@ -360,10 +354,9 @@ def _remove(path: Path) -> None:
 def uninterrupted() -> Iterator[None]:
     """Defer Ctrl-C, SIGTERM and SIGHUP until the ``with`` block ends.
 
-    Python raises the exception of a signal handler wherever the process is. Inside a library that
-    holds a lock, as xarray does around the netCDF library, that leaves the lock taken, and closing
-    the file then waits for it for ever. Only the main thread receives signals; in others there is
-    nothing to defer.
+    Raised inside a library that holds a lock, as xarray does around the netCDF library, an
+    exception leaves the lock taken, and closing the file waits for it for ever. Only the main
+    thread receives signals.
     """
     received: list[int] = []
     is_main = threading.current_thread() is threading.main_thread()
@@ -383,16 +376,14 @@ def uninterrupted() -> Iterator[None]:
 class Lock:
     """The lock of a file, which this process holds within a ``with`` statement.
 
-    It is a lock of the operating system on a small file beside the other and ends with its
-    process, however that ends, so none is ever stale. Linux passes it on to the server of a
-    network file system, so it holds between the nodes of a cluster as well. The small file says
-    who has the lock. It is removed with the lock; a lock on a file that has been removed meanwhile
-    does not count, so that no two processes hold locks on two files of one name. That is told by
-    the name, since a network file system keeps a removed file that is open under another one.
+    It is a lock of the operating system on a small file beside the other, which says who has it.
+    It ends with its process, however that ends, and holds between the nodes of a cluster, since
+    Linux passes it on to the server of a network file system. The small file is removed with the
+    lock; a lock on one that was removed meanwhile does not count, so that no two processes hold
+    locks on two files of one name.
 
-    `tell` takes a line for people: for whom this process waits. On a file system without locks
-    there is nothing to wait for: this is told, and that two processes would do the same work twice.
-    Their files would still not be mixed.
+    `tell` takes a line for people: for whom this process waits, or that a file system has no locks.
+    Two processes would then do the same work twice; their files would still not be mixed.
     """
 
     def __init__(self, path: Path, tell: Callable[[str], None] = lambda _: None) -> None:
@@ -413,11 +404,7 @@ class Lock:
         return self
 
     def ensure(self) -> None:
-        """Make sure that this process still has the lock before it writes.
-
-        A `DataFileError` tells where somebody has removed the lock's file and another process has
-        got a lock since.
-        """
+        """Refuse to write where the lock's file was removed and another process has a lock."""
         if self._descriptor is None or self._is_current(self._descriptor):
             return
         self.release()

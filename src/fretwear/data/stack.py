@@ -179,8 +179,8 @@ def open_study(path: str | PathLike[str]) -> xr.Dataset:
 class _StackedField:
     """One field of all cases as one array; indexing reads the case files.
 
-    The case files are arranged like the points of the study, None where a point is not done; the
-    axes are the common cycles and positions along x and y, m. The lock guards the netCDF library.
+    These are arranged like the points of the study, None where a point is not done; the axes are
+    the common cycles and positions along x and y, m. The lock guards the netCDF library.
     """
 
     def __init__(
