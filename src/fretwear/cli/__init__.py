@@ -119,11 +119,9 @@ def watch() -> None:
 def supervise(case_ids: Collection[str], results: Path) -> None:
     """Return in a child process; this one waits, and starts another child if it is killed.
 
-    The kernel kills what takes too much memory. The case during which a child vanished is
-    recorded, so that the next child leaves it to the end: there is another one as long as each
-    comes farther than the one before. Then this process ends as the last child did. A fork costs
-    neither another start of Python nor another reading of the study, with the cases of these ids
-    and a folder of results.
+    The kernel kills what takes too much memory. Of these cases of a study, the one during which a
+    child vanished is recorded, so that the next child leaves it to the end: there is another one as
+    long as each comes farther than the one before. Then this process ends as the last child did.
     """
     from fretwear.data.safe import Unfailing
     from fretwear.running.workflow import ENDED, failures

@@ -36,13 +36,8 @@ if TYPE_CHECKING:
 Observer = Callable[["Step"], None]
 
 _END_STATUS = {0: "done", 1: "failed", 2: "wrong_input"}
-_MEASURES = (
-    "contact_half_width_x",
-    "contact_half_width_y",
-    "stick_half_width_x",
-    "peak_pressure",
-    "wear_volume",
-)
+_MEASURES = ["contact_half_width_x", "contact_half_width_y", "stick_half_width_x"]
+_MEASURES += ["peak_pressure", "wear_volume"]
 # Time between two lines, s: a run of a minute gets about thirty lines, one of a day a thousand.
 _SHORTEST_INTERVAL = 2.0
 _LONGEST_INTERVAL = 60.0
@@ -100,14 +95,9 @@ class Log:
     def end(self, exit_status: int) -> None:
         """Tell programs that the command ends."""
         if self._command:
-            self._say(
-                "end",
-                command=self._command,
-                status=_END_STATUS.get(exit_status, "stopped"),
-                exit_status=exit_status,
-                seconds=self._clock() - self._started,
-                file=self._file,
-            )
+            which = {"command": self._command, "status": _END_STATUS.get(exit_status, "stopped")}
+            seconds = self._clock() - self._started
+            self._say("end", **which, exit_status=exit_status, seconds=seconds, file=self._file)
 
     def error(
         self, message: str, exit_status: int, event: str = "error", defect: Exception | None = None
@@ -167,20 +157,13 @@ class Log:
             if step.state.cycle < step.last_cycle and now - told < interval:
                 return
             told = now
-            self._say(
-                "step",
-                # A bar shows every step; lines would only repeat it.
-                "" if show else step_text(step, timing.seconds_left),
-                **which,
-                cycle=step.state.cycle,
-                cycles=step.last_cycle,
-                step=step.state.step,
-                error_estimate=step.state.error_estimate,
-                **{name: getattr(step.measures, name) for name in _MEASURES},
-                seconds=now,
-                seconds_left=timing.seconds_left,
-                batch_seconds_left=timing.batch_seconds_left,
-            )
+            numbers: Any = {"cycle": step.state.cycle, "cycles": step.last_cycle}
+            numbers |= {name: getattr(step.state, name) for name in ("step", "error_estimate")}
+            numbers |= {name: getattr(step.measures, name) for name in _MEASURES}
+            left = {name: getattr(timing, name) for name in ("seconds_left", "batch_seconds_left")}
+            # A bar shows every step; lines would only repeat it.
+            line = "" if show else step_text(step, timing.seconds_left)
+            self._say("step", line, **which, **numbers, seconds=now, **left)
 
         status, text = "done", ""
         try:

@@ -259,12 +259,10 @@ def simulate_to_file(
     Two jobs never compute the same file at once: the later one waits, and keeps the file if it then
     holds the same case, with the same snapshots, from the same version.
 
-    Observers are called with each accepted step of this job. `tell` takes a line for people: where
-    the run resumes, why a checkpoint was not used, for whom the job waits. The command is the call
-    that leads to the same results, the interval that of `Checkpoint`.
-
-    A ContactError or a WearError leaves the checkpoint; it is a DataFileError if the file cannot be
-    written or another process has come to compute it, a MemoryError if there is no room for it.
+    `tell` takes a line for people: where the run resumes, why a checkpoint was not used, for whom
+    the job waits. The command is the call that leads to the same results. A ContactError or a
+    WearError leaves the checkpoint; it is a DataFileError if the file cannot be written or another
+    process has come to compute it, a MemoryError if there is no room for it.
     """
     started = time.monotonic()
     require_memory(case)

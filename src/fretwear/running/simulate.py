@@ -118,38 +118,17 @@ def simulate(
     A smooth indenter with rotational symmetry is computed on concentric rings: scalars are those
     of the rings, fields are sampled on a quarter of the grid that `cell` asks for.
 
-    Parameters
-    ----------
-    case
-        What to run.
-    observers
-        Called with each accepted `Step`, cycle 0 included.
-    quarter
-        Return only the computed part: one side of the contact along each axis in which it is even,
-        usually a quarter. By default the dataset holds the whole contact.
-    threads
-        Number of threads; the result does not depend on it, to the last bit.
-    progress
-        Whether to show a progress bar, in a terminal or a notebook.
+    `observers` are called with each accepted `Step`, cycle 0 included. The result does not depend
+    on the number of `threads`, to the last bit. `progress` shows a bar, also in a notebook.
 
-    Returns
-    -------
-    xarray.Dataset
-        The whole contact, or one side of it, see ``symmetry``. Fields over ``cycle``, ``x``, ``y``
-        and scalars over ``cycle`` at the case's `output_cycles`; scalar coordinates of every
-        parameter.
+    The dataset holds the whole contact or, of a `quarter`, the part computed: one side along each
+    axis in which the contact is even, see ``symmetry``. Its fields are over ``cycle``, ``x`` and
+    ``y``, its scalars over ``cycle``, at the case's `output_cycles`; every parameter is a scalar
+    coordinate.
 
-    Raises
-    ------
-    fretwear.mechanics.integrator.WearError, fretwear.mechanics.contact.ContactError
-        When the solution does not converge.
-    MemoryError
-        When the case certainly does not fit in the memory.
-
-    Warns
-    -----
-    DoubtfulResultWarning
-        For each reason to doubt the results, known beforehand or found by the run.
+    A WearError or a ContactError says that the solution does not converge, a MemoryError that the
+    case certainly does not fit in the memory, and each `DoubtfulResultWarning` a reason to doubt
+    the results, known beforehand or found by the run.
     """
     from rich.progress import Progress
 
