@@ -95,27 +95,6 @@ def test_small_explicit_steps_are_met_within_the_tolerance(reference):
     assert shrunk == ("capped" in reference.name)
 
 
-@pytest.mark.parametrize(
-    ("changes", "cycles"),
-    [
-        ({}, 7000),
-        ({"roughness": ROUGH}, 7000),
-        ({"limit": 2.0}, 5000),
-        ({"roughness": ROUGH, "limit": 2.5}, 4000),
-    ],
-)
-def test_a_halved_tolerance_changes_less_than_the_tolerance_promises(changes, cycles):
-    problem = fretting(20, **changes)
-    found = []
-    for tolerance in (0.01, 0.005):
-        *_, state = evolve(problem, [cycles], tolerance)
-        fields = (state.wear, state.plastic, state.reduced.stick.astype(float))
-        found.append([state.geometry.integral(field) for field in fields])
-    # 1 % is promised for a step; the sum of the steps of a run keeps below it too.
-    np.testing.assert_allclose(found[0], found[1], rtol=0.01)
-    assert (found[0][1] > 0) == ("limit" in changes)
-
-
 def test_the_error_estimate_of_each_step_is_within_the_tolerance():
     for tolerance in (0.01, 0.001):
         states = list(evolve(fretting(12, roughness=ROUGH, limit=2.0), [2000], tolerance))
@@ -195,29 +174,17 @@ def test_steps_to_values_that_are_not_finite_are_shortened_as_well():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("ratio", [0.2, 0.5, 0.9])
-def test_endless_wear_is_the_limiting_state(ratio):
+def test_endless_wear_is_the_limiting_state():
     """30000 cycles at 110 cells per Hertz radius."""
-    problem, limit = fretting(110, load_ratio=ratio), LimitingState(HERTZ, ratio)
+    problem, limit = fretting(110, load_ratio=0.5), LimitingState(HERTZ, 0.5)
     *_, last = evolve(problem, (100, 1000, 7000, 30000))
     found, grid = measure(problem, last), last.geometry
-    # Errors of the edges of a slip annulus that is only eight cells wide count double.
-    narrow = ratio < 0.3
-    annulus = 0.02 if narrow else 0.01
     assert found.central_pressure == near(limit.central_pressure, rel=5e-3)
-    assert found.wear_volume == near(limit.wear_volume, rel=annulus)
+    assert found.wear_volume == near(limit.wear_volume, rel=0.01)
+    assert last.wear.max() == near(limit.deepest_wear, rel=0.01)
     for width in (found.contact_half_width_x, found.contact_half_width_y):
         assert width == near(limit.contact_radius, rel=0.01)
-    # Around the contact: the mean of rings one cell wide.
     r = np.hypot(*np.meshgrid(grid.x, grid.y, indexing="ij"))
-    ring = (r / grid.spacing[0]).astype(int).ravel()
-    count = np.bincount(ring)
-    rings = np.bincount(ring, last.wear.ravel())[count > 0] / count[count > 0]
-    assert rings.max() == near(limit.deepest_wear, rel=annulus)
-    # The stick zone is made of whole cells. Where its edge runs along the grid, on the axes, it
-    # lies up to half a cell off over some thirty cells, and wear beside it follows: by 11 % of the
-    # depth per cell in the narrow annulus. No integration error is in this.
-    assert last.wear.max() == near(limit.deepest_wear, rel=0.055 if narrow else 0.01)
     # Close to the edge of stick the limit is singular and no grid follows it.
     inside = r < 0.8 * limit.stick_radius
     np.testing.assert_allclose(last.pressure[inside], limit.pressure(r)[inside], rtol=0.01)
@@ -225,9 +192,8 @@ def test_endless_wear_is_the_limiting_state(ratio):
     worn = (r > limit.stick_radius + A / 55) & (r < limit.contact_radius - A / 55)
     assert last.pressure[worn].max() < 1e-3 * HERTZ.peak_pressure
     assert last.gap[worn].max() < 1e-3 * HERTZ.approach
-    error = np.abs(last.wear - limit.wear_depth(r)).sum() / last.wear.sum()
-    # The staircase of the stick edge again, without its sign.
-    assert error < (0.03 if narrow else 0.01)
+    # The stick zone is made of whole cells.
+    assert np.abs(last.wear - limit.wear_depth(r)).sum() / last.wear.sum() < 0.01
 
 
 CYCLES = 400.0
