@@ -9,6 +9,7 @@ import json
 import os
 import subprocess
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import cache
@@ -34,8 +35,6 @@ from fretwear.vocabulary import (
     PHASE,
     SCALARS,
     STEP,
-    SYMMETRIES,
-    Field,
     Variable,
     X,
     Y,
@@ -52,6 +51,7 @@ CONVENTIONS = "CF-1.11"
 
 # Fraction of the largest value of a result below which its relative error is meaningless.
 _TRACE = 0.01
+_ROOT = Path(__file__).resolve().parents[3]
 
 
 class Column(NamedTuple):
@@ -96,7 +96,6 @@ def labelled_case(
     *,
     trouble: str = "",
     symmetry: str = "even_xy",
-    title: str = "",
     command: str = "fretwear.simulate",
 ) -> Labelled:
     """Label the results of one case, along ``cycle``, ``x`` and ``y``.
@@ -108,41 +107,39 @@ def labelled_case(
     `FIELDS` and those of `BODY_FIELDS` that are known; `scalars`, of shape (ncycles,), are all of
     `SCALARS`, for the whole contact, and those of `BODY_SCALARS` that are known; all in SI units.
     `errors` are the estimated errors of scalars by their names, or empty; `trouble` says why they
-    are missing although the case asks for them. By default the title names the case id.
+    are missing although the case asks for them.
 
-    It is a ValueError if variables are missing, unknown, of the wrong shape or not finite, or a
-    coordinate does not increase; the message lists all of them.
+    It is a ValueError if variables are missing, unknown, of the wrong shape or not finite.
     """
+    dims, errors = CASE_DIMS if y is not None else LINE_DIMS, errors or {}
     coordinates = {
-        variable.name: _labelled(variable, (variable.name,), np.atleast_1d(np.asarray(values)))
-        for variable, values in ((CYCLE, cycles), (X, x), (Y, y))
-        if values is not None
+        **_columns((CYCLE,), {"cycle": cycles}, dims[:1]),
+        **_columns((X,), {"x": x}, ("x",)),
+        **({} if y is None else _columns((Y,), {"y": y}, ("y",))),
     }
-    dims = CASE_DIMS if y is not None else LINE_DIMS
     shape = tuple(coordinates[name].values.size for name in dims)
-    problems = _coordinate_problems(coordinates, symmetry)
-    known_fields = (*FIELDS, *(each for each in BODY_FIELDS if each.name in fields))
+    of_fields = (*FIELDS, *(each for each in BODY_FIELDS if each.name in fields))
     of_bodies = [each for each in BODY_SCALARS if each.name in scalars]
-    known_scalars = (
-        *scalars_of(dims),
-        *(each if y is not None else each.per_length for each in of_bodies),
-    )
-    told_errors = {f"{name}_error": values for name, values in (errors or {}).items()}
-    known_errors = [each.error for each in known_scalars] if errors else []
+    of_bodies = [each.per_length if y is None else each for each in of_bodies]
+    of_scalars = (*scalars_of(dims), *of_bodies)
+    of_errors = [each.error for each in of_scalars] if errors else []
+    by_name = {f"{name}_error": values for name, values in errors.items()}
     variables = {
-        **_variables("field", known_fields, fields, dims, shape, problems),
-        **_variables("scalar", known_scalars, scalars, dims[:1], shape[:1], problems),
-        **_variables("error", known_errors, told_errors, dims[:1], shape[:1], problems),
+        **_columns(of_fields, fields, dims, shape),
+        **_columns(of_scalars, scalars, dims[:1], shape[:1]),
+        **_columns(of_errors, by_name, dims[:1], shape[:1]),
     }
-    _raise_all(problems)
-    for name, (value, units, long_name) in case.scalar_coordinates().items():
-        is_text = isinstance(value, str)
-        attributes = Variable(name, "" if is_text else units, words=long_name).attributes
-        coordinates[name] = Column(
-            (), np.asarray(value, None if is_text else np.float64), attributes
-        )
+    for name, (value, units, words) in case.scalar_coordinates().items():
+        values = np.asarray(value, None if isinstance(value, str) else np.float64)
+        coordinates[name] = Column((), values, Variable(name, units, words=words).attributes)
+    # The largest relative error of each scalar where it is more than a trace.
+    relative = {}
+    for each in (each for each in of_scalars if each.name in errors and each.is_headline):
+        values, apart = (np.abs(np.asarray(of[each.name])) for of in (scalars, errors))
+        counts = values > _TRACE * values.max(initial=0.0)
+        relative[each.words] = float((apart[counts] / values[counts]).max(initial=0.0))
     attributes = {
-        "title": title or f"Fretting wear of case {case.case_id}",
+        "title": f"Fretting wear of case {case.case_id}",
         "Conventions": CONVENTIONS,
         "source": source(),
         "history": history_line(command),
@@ -150,24 +147,9 @@ def labelled_case(
         "case_id": case.case_id,
         CODE_DIGEST.name: code_digest(),
         "symmetry": symmetry,
-        "warnings": "\n".join(
-            map(str, doubts(case, _relative(known_scalars, scalars, errors or {}), trouble))
-        ),
+        "warnings": "\n".join(map(str, doubts(case, relative, trouble))),
     }
     return Labelled(variables, coordinates, attributes)
-
-
-def _relative(
-    known: Iterable[Variable], scalars: Mapping[str, ArrayLike], errors: Mapping[str, ArrayLike]
-) -> dict[str, float]:
-    """The largest relative error of each scalar, by its words, where it is more than a trace."""
-    found = {}
-    for each in known:
-        if each.name in errors and each.is_headline:
-            values, apart = (np.abs(np.asarray(e[each.name])) for e in (scalars, errors))
-            counts = values > _TRACE * values.max(initial=0.0)
-            found[each.words] = float((apart[counts] / values[counts]).max(initial=0.0))
-    return found
 
 
 def labelled_history(
@@ -184,20 +166,12 @@ def labelled_history(
     the estimated relative error of each step and its convolutions. ValueError as for
     `labelled_case`.
     """
-    dims = (STEP.name,)
-    cycle = _labelled(CYCLE, dims, np.asarray(cycles))
-    given = {
-        **scalars,
-        ERROR_ESTIMATE.name: error_estimate,
-        CONVOLUTIONS.name: convolutions,
-    }
-    problems = _coordinate_problems({CYCLE.name: cycle}, "none")
+    dims, steps = (STEP.name,), np.arange(np.size(cycles))
+    of_steps_too = {ERROR_ESTIMATE.name: error_estimate, CONVOLUTIONS.name: convolutions}
     expected = (*of_steps(variables), ERROR_ESTIMATE, CONVOLUTIONS)
-    labelled = _variables("scalar", expected, given, dims, cycle.values.shape, problems)
-    _raise_all(problems)
     return Labelled(
-        labelled,
-        {STEP.name: _labelled(STEP, dims, np.arange(cycle.values.size)), CYCLE.name: cycle},
+        _columns(expected, {**scalars, **of_steps_too}, dims, steps.shape),
+        _columns((STEP, CYCLE), {STEP.name: steps, CYCLE.name: cycles}, dims),
         {"title": "Every accepted step of the run", "Conventions": CONVENTIONS},
     )
 
@@ -210,110 +184,62 @@ def labelled_loops(
     They hold every variable of `LOOP` in SI units, from +Q over −Q back to +Q, with a ``phase``
     from 0 to 1; forces may be per length.
     """
-    dims = (CYCLE.name, PHASE.name)
-    problems: list[str] = []
-    shape = np.shape(loops[LOOP[0].name])
+    dims, shape = (CYCLE.name, PHASE.name), np.shape(loops[LOOP[0].name])
     known = [each.per_length if in_line else each for each in LOOP]
-    variables = _variables("loop", known, loops, dims, shape, problems)
-    _raise_all(problems)
-    phase = np.linspace(0.0, 1.0, shape[1])
     return Labelled(
-        variables,
+        _columns(known, loops, dims, shape),
         {
-            CYCLE.name: _labelled(CYCLE, dims[:1], np.asarray(cycles)),
-            PHASE.name: _labelled(PHASE, dims[1:], phase),
+            **_columns((CYCLE,), {CYCLE.name: cycles}, dims[:1]),
+            **_columns((PHASE,), {PHASE.name: np.linspace(0.0, 1.0, shape[1])}, dims[1:]),
         },
         {"title": "Force and displacement round a cycle", "Conventions": CONVENTIONS},
     )
 
 
-def _labelled(variable: Variable, dims: tuple[str, ...], values: NDArray[Any]) -> Column:
-    return Column(dims, values.astype(variable.dtype, copy=False), variable.attributes)
-
-
-def _variables(
-    kind: str,
+def _columns(
     expected: Iterable[Variable],
     given: Mapping[str, ArrayLike],
     dims: tuple[str, ...],
-    shape: tuple[int, ...],
-    problems: list[str],
+    shape: tuple[int, ...] | None = None,
 ) -> dict[str, Column]:
-    """Label the valid arrays, and add the problems of the others to `problems`."""
-    by_name = {variable.name: variable for variable in expected}
-    if missing := sorted(by_name.keys() - given.keys()):
-        problems.append(f"missing {kind} {', '.join(missing)}")
-    if unknown := sorted(given.keys() - by_name.keys()):
-        problems.append(f"unknown {kind} {', '.join(unknown)}")
-    found = {}
-    for name, variable in by_name.items():
-        if name not in given:
-            continue
-        values = np.asarray(given[name])
-        flags = variable.flags if isinstance(variable, Field) else ()
-        if values.shape != shape:
-            problems.append(f"{name} has shape {values.shape}, expected {shape}")
-        elif flags and not np.isin(values, flags).all():
-            meanings = variable.attributes["flag_meanings"]
-            problems.append(f"{name} holds other values than {meanings}")
-        elif not flags and not np.isfinite(values).all():
-            problems.append(f"{name} holds values that are not finite")
-        else:
-            found[name] = _labelled(variable, dims, values)
-    return found
-
-
-def _coordinate_problems(coordinates: Mapping[str, Column], symmetry: str) -> list[str]:
-    problems = []
-    one_sided = dict(zip(("x", "y"), SYMMETRIES.get(symmetry, ()), strict=False))
-    if symmetry not in SYMMETRIES:
-        problems.append(f"symmetry is {symmetry!r}, expected one of {', '.join(SYMMETRIES)}")
-    for name, coordinate in coordinates.items():
-        values = coordinate.values
-        if values.size == 0:
-            problems.append(f"{name} is empty")
-        elif not (np.isfinite(values).all() and (np.diff(values) > 0).all()):
-            problems.append(f"{name} does not increase from value to value")
-        elif name == CYCLE.name and values[0] < 0:
-            problems.append(f"{name} begins at {values[0]:g}, expected 0 or more")
-        elif one_sided.get(name) and values[0] <= 0:
-            problems.append(f"{name} begins at {values[0]:g} m, but one side has only {name} > 0")
-        elif one_sided.get(name) is False and values[0] >= 0:
-            problems.append(f"{name} begins at {values[0]:g} m, but both sides have {name} < 0")
-    return problems
-
-
-def _raise_all(problems: list[str]) -> None:
-    if problems:
-        raise ValueError("The dataset would not be complete: " + "; ".join(problems) + ".")
+    """Label arrays by their variables; a ValueError lists what is missing, unknown or wrong."""
+    known = {variable.name: variable for variable in expected}
+    arrays = {name: np.asarray(values) for name, values in given.items()}
+    wrong = [f"{name} is missing" for name in known.keys() - arrays.keys()]
+    for name, values in arrays.items():
+        if name not in known:
+            wrong.append(f"{name} is not known")
+        if shape not in (None, values.shape):
+            wrong.append(f"{name} has shape {values.shape}, expected {shape}")
+        if not np.isfinite(values).all():
+            wrong.append(f"{name} holds values that are not finite")
+    if wrong:
+        raise ValueError(f"The dataset would not be complete: {'; '.join(sorted(wrong))}.")
+    return {
+        name: Column(dims, arrays[name].astype(about.dtype, copy=False), about.attributes)
+        for name, about in known.items()
+    }
 
 
 @cache
-def source() -> str:
+def source(root: Path = _ROOT) -> str:
     """Package name and version, with the commit when the package runs from a checkout."""
     version = f"fretwear {__version__}"
-    commit = _commit(Path(__file__).resolve().parents[3])
-    return f"{version} (commit {commit})" if commit else version
-
-
-def _commit(root: Path) -> str | None:
     # An installed package may lie inside a checkout of something else (a virtual environment in
     # a user's project), so only a repository with our own sources at its root counts.
-    if not (root / ".git").exists() or not (root / "src" / "fretwear").is_dir():
-        return None
-    describe = ["describe", "--always", "--dirty", "--abbrev=12", "--exclude=*"]
-    try:
-        answer = subprocess.run(
-            ["git", "-C", str(root), *describe],
-            capture_output=True,
-            text=True,
-            timeout=5,
-            check=True,
-            env={**os.environ, "GIT_OPTIONAL_LOCKS": "0"},
-        )
-    except (OSError, subprocess.SubprocessError):
-        return None
-    return answer.stdout.strip() or None
+    if (root / ".git").exists() and (root / "src" / "fretwear").is_dir():
+        describe = ["describe", "--always", "--dirty", "--abbrev=12", "--exclude=*"]
+        with suppress(OSError, subprocess.SubprocessError):
+            commit = subprocess.run(
+                ["git", "-C", str(root), *describe],
+                capture_output=True,
+                text=True,
+                timeout=5,
+                check=True,
+                env={**os.environ, "GIT_OPTIONAL_LOCKS": "0"},
+            ).stdout.strip()
+            return f"{version} (commit {commit})" if commit else version
+    return version
 
 
 def history_line(command: str) -> str:
