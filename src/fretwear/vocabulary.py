@@ -101,10 +101,9 @@ class Variable:
 
     @property
     def attributes(self) -> dict[str, Any]:
-        """CF attributes of the variable; empty entries are left out."""
-        values = self.words, self.si_unit, self.cf_axis, self.comment
-        named = zip(("long_name", "units", "axis", "comment"), values, strict=True)
-        return {key: value for key, value in named if value}
+        """CF attributes of the variable, flags included; empty entries are left out."""
+        values = {"long_name": self.words, "units": self.si_unit, "axis": self.cf_axis}
+        return {key: each for key, each in {**values, "comment": self.comment}.items() if each}
 
 
 @dataclass(frozen=True)
@@ -121,32 +120,15 @@ class Field(Variable):
     @property
     def attributes(self) -> dict[str, Any]:
         """CF attributes of the variable, flags included; empty entries are left out."""
-        if not self.flags:
-            return super().attributes
-        # Numbers of the file's type; converted only when a file is written.
+        # A start without arrays does without it.
         import numpy as np
 
-        return {
-            **super().attributes,
+        flags = {
             "flag_values": np.array(self.flags, dtype=self.dtype),
             "flag_meanings": " ".join(flag.name.lower() for flag in self.flags),
         }
+        return {**super().attributes, **(flags if self.flags else {})}
 
-
-X = Variable(
-    "x", "m", "$x$", "cell centres", words="position along the slip direction", cf_axis="X"
-)
-Y = Variable(
-    "y", "m", "$y$", "cell centres", words="position across the slip direction", cf_axis="Y"
-)
-CYCLE = Variable("cycle", "1", "$N$", words="number of load cycles")
-STEP = Variable("step", "1", words="accepted step of the wear integration", dtype="int32")
-POINT = Variable("point", "1", words="point of the study", dtype="int32")
-CASE_ID = Variable("case_id", "", words="id of the case and name of its file")
-CODE_DIGEST = Variable(
-    "code_digest", "", words="digest of the code and libraries that computed the case"
-)
-STATUS = Variable("status", "", words="what became of the point", dtype="int8")
 
 _V = TypeVar("_V", bound=Variable)
 _UNITS = {"": None, "1": NO_UNIT, "MPa": MEGAPASCAL, "µm": MICROMETRE, "%": PERCENT}
@@ -156,20 +138,38 @@ def _rows(kind: type[_V], table: str) -> tuple[_V, ...]:
     """Read a table of name, SI unit, symbol, unit for people, words, marks, comment.
 
     Marks are † for a value that means little by itself, log for one that may have a logarithmic
-    axis, and free for one whose axis need not start at zero. Indented lines continue a comment.
+    axis, free for one whose axis need not start at zero, X or Y for the axis of a coordinate, and a
+    type other than the usual. Indented lines continue a comment.
     """
-    return tuple(
-        kind(
-            *(name, si_unit, symbol, comment, _UNITS[unit], words),
-            from_zero="free" not in marks,
-            may_be_logarithmic="log" in marks,
-            is_headline="†" not in marks,
+    found = []
+    for row in re.sub(r"\n +", " ", table.strip()).splitlines():
+        name, si_unit, symbol, unit, words, mark, comment = (
+            each.strip() for each in row.split("|")
         )
-        for row in re.sub(r"\n +", " ", table.strip()).splitlines()
-        for name, si_unit, symbol, unit, words, marks, comment in [
-            [cell.strip() for cell in row.split("|")]
-        ]
-    )
+        others: dict[str, Any] = {"dtype": mark} if mark.startswith("int") else {}
+        others |= {"cf_axis": mark} if mark in ("X", "Y") else {}
+        others |= {"from_zero": mark != "free", "may_be_logarithmic": mark == "log"}
+        about = (name, si_unit, symbol, comment, _UNITS[unit], words)
+        found.append(kind(*about, is_headline=mark != "†", **others))
+    return tuple(found)
+
+
+X, Y, CYCLE, PHASE, STEP, POINT, CASE_ID, CODE_DIGEST, STATUS, ERROR_ESTIMATE, CONVOLUTIONS = _rows(
+    Variable,
+    """
+x     | m | $x$ | | position along the slip direction  | X | cell centres
+y     | m | $y$ | | position across the slip direction | Y | cell centres
+cycle | 1 | $N$ | | number of load cycles | |
+phase | 1 | | | part of a cycle, from +Q over -Q back to +Q | |
+step  | 1 | | | accepted step of the wear integration | int32 |
+point | 1 | | | point of the study | int32 |
+case_id        |   | | | id of the case and name of its file | |
+code_digest    |   | | | digest of the code and libraries that computed the case | |
+status         |   | | | what became of the point | int8 |
+error_estimate | 1 | | | estimated relative error of the step | |
+convolutions   | 1 | | | convolutions spent on the step | int32 |
+""",
+)
 
 
 FIELDS: tuple[Field, ...] = (
@@ -254,7 +254,6 @@ wear_volume_flat | m3 | $V_\mathrm{flat}$ || wear volume of the flat | log | sin
 """,
 )
 
-PHASE = Variable("phase", "1", words="part of a cycle, from +Q over -Q back to +Q")
 LOOP = _rows(
     Variable,
     """
@@ -264,9 +263,6 @@ displacement | m | $δ$ | µm | tangential displacement | |
 """,
 )
 """The loop of a cycle, dimensions ``(cycle, phase)``."""
-
-ERROR_ESTIMATE = Variable("error_estimate", "1", words="estimated relative error of the step")
-CONVOLUTIONS = Variable("convolutions", "1", words="convolutions spent on the step", dtype="int32")
 
 HEADLINES = (
     "wear_volume",
@@ -295,6 +291,6 @@ LINE_SCALARS: tuple[Variable, ...] = tuple(
 
 
 def scalars_of(names: Iterable[object]) -> tuple[Variable, ...]:
-    """Return the scalars of a dataset with these dimensions."""
-    along_y = {Y.name, *(each.name for each in SCALARS if each.name.endswith("_y"))}
-    return LINE_SCALARS if along_y.isdisjoint(names) else SCALARS
+    """Return the scalars of a dataset with these dimensions or variables."""
+    along_y = any(name == Y.name or str(name).endswith("half_width_y") for name in names)
+    return SCALARS if along_y else LINE_SCALARS
