@@ -37,7 +37,7 @@ CONTRACT_UNITS = {
 
 
 def test_every_variable_and_coordinate_of_the_contract_has_its_units_and_type(results, case):
-    dataset = results.dataset
+    dataset, state = results.dataset, results.dataset.contact_state
     expected = {name: units for units, names in CONTRACT_UNITS.items() for name in names.split()}
     assert set(dataset.data_vars) == {*expected, "contact_state"}
     for name, units in expected.items():
@@ -46,16 +46,14 @@ def test_every_variable_and_coordinate_of_the_contract_has_its_units_and_type(re
         assert dataset[name].dtype == ("float32" if on_surface else "float64")
         assert dataset[name].attrs["units"] == units
         assert dataset[name].attrs["long_name"]
-    state = results.dataset.contact_state
     assert state.dtype == state.attrs["flag_values"].dtype == np.int8
     assert "units" not in state.attrs
     assert state.attrs["flag_meanings"].split() == ["open", "slip", "stick"]
     assert state.attrs["flag_values"].tolist() == [0, 1, 2]
     for name, spacing in zip(("x", "y"), case.grid_spacing, strict=True):
-        coordinate = results.dataset[name]
-        assert coordinate.dtype == "float64"
-        assert (coordinate.attrs["axis"], coordinate.attrs["units"]) == (name.upper(), "m")
-        assert coordinate[0] == spacing / 2
+        assert dataset[name].dtype == "float64"
+        assert (dataset[name].attrs["axis"], dataset[name].attrs["units"]) == (name.upper(), "m")
+        assert dataset[name][0] == spacing / 2
 
 
 def test_every_parameter_is_a_scalar_coordinate_and_attributes_give_the_case_back(results, case):
@@ -102,33 +100,26 @@ def test_arrays_that_are_not_those_of_a_dataset_are_refused_by_name(case):
     assert all(part in str(error.value) for part in wrong)
 
 
-CELLS = (np.arange(6) + 0.5) * 3.0
-
-
-@pytest.mark.parametrize("dtype", [np.float32, np.int8])
-@pytest.mark.parametrize("some", [[0, 1, 2, 3, 4, 5], [0, 5, 3]])
-def test_at_cell_centres_values_are_kept_to_the_last_bit(dtype, some):
-    values = (100 * np.random.default_rng(1).random((6, 4))).astype(dtype)
-    kept = resampled(values, CELLS, CELLS[some], axis=0)
-    assert kept.dtype == dtype
-    assert (kept == values[some]).all()
-
-
-def test_between_cells_values_are_interpolated_on_both_sides_and_states_those_of_the_nearest():
-    values = np.random.default_rng(1).random((6, 4)).astype(np.float32)
+def test_values_are_kept_at_cell_centres_and_interpolated_between_them_on_both_sides():
+    values, centres = np.random.default_rng(1).random((6, 4)), (np.arange(6) + 0.5) * 3.0
+    for kind in ("float32", "int8"):
+        whole = (100 * values).astype(kind)
+        for some in ([0, 1, 2, 3, 4, 5], [0, 5, 3]):
+            kept = resampled(whole, centres, centres[some], axis=0)
+            assert kept.dtype == kind
+            assert (kept == whole[some]).all()
     positions = np.linspace(-20.0, 20.0, 101)
-    between = resampled(values, CELLS, positions, axis=0)
-    for column in range(4):
-        expected = np.interp(np.abs(positions), CELLS, values[:, column])
-        np.testing.assert_allclose(between[:, column], expected, rtol=1e-6)
+    between = resampled(values, centres, positions, axis=0)
+    expected = [np.interp(np.abs(positions), centres, column) for column in values.T]
+    np.testing.assert_allclose(between.T, expected, rtol=1e-12)
     # A whole contact is not taken for a quarter.
-    cells = np.r_[-CELLS[::-1], CELLS]
+    cells = np.r_[-centres[::-1], centres]
     between = resampled(cells[None], cells, np.array([-6.0, 6.0]), axis=1)
     np.testing.assert_allclose(between, [[-6.0, 6.0]], rtol=1e-14)
-    assert positions_inside(CELLS, np.array([0.0, 16.5, 16.6, -16.6])).tolist() == [0, 1]
-    states = np.array([2, 2, 1, 1, 0, 0], dtype=np.int8)
-    positions = np.array([0.1, 5.9, 6.1, 11.9, 12.1, 30.0])
-    assert resampled(states, CELLS, positions, axis=0).tolist() == [2, 2, 1, 1, 0, 0]
+    assert positions_inside(centres, np.array([0.0, 16.5, 16.6, -16.6])).tolist() == [0, 1]
+    # States are those of the nearest cell.
+    states, positions = np.int8([2, 2, 1, 1, 0, 0]), np.array([0.1, 5.9, 6.1, 11.9, 12.1, 30.0])
+    assert resampled(states, centres, positions, axis=0).tolist() == [2, 2, 1, 1, 0, 0]
 
 
 def test_a_checkout_of_ours_gives_its_commit_and_says_when_it_was_changed(tmp_path):
@@ -149,13 +140,8 @@ def test_a_checkout_of_ours_gives_its_commit_and_says_when_it_was_changed(tmp_pa
 
 def _case(cycles, **parameters):
     growth = np.arange(1.0, len(cycles) + 1.0)
-    return xr.Dataset(
-        {
-            **{variable.name: ("cycle", growth) for variable in KEY_RESULTS},
-            "wear_depth": (("cycle", "x"), np.outer(growth, [1.0, 3.0])),
-        },
-        {"cycle": [float(cycle) for cycle in cycles], **parameters},
-    )
+    results = {variable.name: ("cycle", growth) for variable in KEY_RESULTS}
+    return xr.Dataset(results, {"cycle": np.array(cycles, float), **parameters})
 
 
 @pytest.mark.parametrize(
@@ -171,11 +157,11 @@ def test_cases_are_compared_where_both_have_a_snapshot(first, second, expected):
 
 
 def test_parameters_differ_beyond_rounding_and_results_have_their_ratio_if_there_is_one():
-    first = _case([0, 1], load=40.0, friction=0.3, slip_model="jaeger", plastic_limit=math.inf)
-    second = _case([0, 1], load=40.0 * (1.0 + 1e-15), friction=0.6, slip_model="jaeger", radius=1.0)
+    first = _case([0, 10], load=40.0, friction=0.3, slip_model="jaeger", plastic_limit=math.inf)
+    others = {"load": 40.0 * (1.0 + 1e-15), "friction": 0.6, "slip_model": "jaeger", "radius": 1.0}
+    second = _case([0, 5, 10], **others)
     assert different_parameters(first, second) == ["friction", "plastic_limit", "radius"]
     assert different_parameters(first, first) == []
-    first, second = _case([0, 10]), _case([0, 5, 10])
     first["plastic_volume"] = 0.0 * first["plastic_volume"]
     results = {result.variable.name: result for result in compared_results(first, second)}
     assert results["wear_volume"].ratio == pytest.approx(1.5)

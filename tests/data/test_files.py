@@ -13,18 +13,15 @@ from fretwear.data.dataset import mirrored
 from fretwear.data.files import (
     add_checksum,
     damage,
-    finished_by,
     open_case,
     open_history,
     opened_case,
     write_case,
 )
 from fretwear.data.safe import CaseFileError, DataFileError
-from fretwear.version import code_digest
 from fretwear.vocabulary import FIELDS
 
 from ..studies import flip
-from .conftest import make_case
 
 
 @pytest.mark.parametrize("size", [0, 7, 1 << 20, (1 << 20) + 7])
@@ -140,16 +137,6 @@ def test_what_the_library_loses_without_a_word_is_found_out_before_the_file_has_
     with pytest.raises(DataFileError, match="reads back differently"):
         write_case(results.dataset, results.history, tmp_path / "case.nc")
     assert list(tmp_path.iterdir()) == []
-
-
-def test_a_finished_case_is_that_of_the_same_case_snapshots_and_code(case_path, case, results):
-    # The closed forms are those of cycle 0 and of the last one, as the case asks for.
-    assert finished_by(case_path, case) == code_digest()
-    assert finished_by(case_path.with_name("other.nc"), case) is None
-    assert finished_by(case_path, make_case(friction=0.6)) is None
-    assert finished_by(case_path, make_case(output_cycles=(0, 100, 1000))) is None
-    write_case(results.dataset.assign_attrs(code_digest="other"), results.history, case_path)
-    assert finished_by(case_path, case) == "other"
 
 
 @pytest.mark.parametrize("content", [b"", b"not a netCDF file", b"\x89HDF\r\n\x1a\n" + bytes(200)])

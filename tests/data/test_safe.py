@@ -359,20 +359,6 @@ def test_a_lock_dies_with_its_process_however_that_dies(path, holder):
         assert not rival.waited
 
 
-def test_a_lock_whose_file_was_removed_is_not_held_beside_another(path, holder):
-    with Lock(path.with_name("b.nc"), quiet) as lock:
-        lock.file.unlink()
-        lock.ensure()
-        assert lock.file.exists(), "nobody has come, so it is taken again"
-    mine = Lock(path, quiet)
-    # A lock got on the file of another name: as if the holder had come after a removal.
-    mine._descriptor = os.open(path.parent / "removed", os.O_CREAT | os.O_RDWR)
-    with pytest.raises(DataFileError, match=f"process {holder.pid} on .* is computing it now"):
-        mine.ensure()
-    mine.release()
-    assert not Lock(path)._try(), "the other one still holds its lock"
-
-
 @pytest.mark.parametrize("number", [errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP])
 def test_a_file_system_without_locks_is_told(path, monkeypatch, number):
     def refuse(*_):
