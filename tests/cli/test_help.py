@@ -1,7 +1,5 @@
 """Help, completion, new folders, and one message that helps for every mistake."""
 
-import os
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -59,14 +57,6 @@ def test_the_version_is_printed():
     assert said == f"fretwear {fretwear.__version__}\n"
 
 
-SHELL = """
-eval "$(_FRETWEAR_COMPLETE=source_bash fretwear)"
-COMP_WORDS=(fretwear "$@"); COMP_CWORD=$#
-_fretwear_completion fretwear
-printf '%s\\n' "${COMPREPLY[@]}"
-"""
-
-
 def offered(*words):
     """What bash would offer for the last one of the words after ``fretwear``."""
     environment = {
@@ -112,23 +102,6 @@ def test_names_of_parameters_are_offered_and_an_example_that_runs_for_the_last_o
     desk.call("plan", "tiny.yaml", "--set", "load=50N")
 
 
-@pytest.mark.skipif(shutil.which("bash") is None, reason="there is no bash on this machine")
-def test_bash_itself_gets_them(desk):
-    folder = Path(sys.executable).parent
-    if not (folder / "fretwear").exists():
-        pytest.skip("the command fretwear is not installed beside this Python")
-    done = subprocess.run(
-        ["bash", "--norc", "-c", SHELL, "bash", "run", "tiny.yaml", "--case", "P2"],
-        cwd=desk.folder,
-        env={**os.environ, "PATH": f"{folder}{os.pathsep}{os.environ['PATH']}"},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert done.stderr == ""
-    assert done.stdout.startswith("P25N")
-
-
 MADE = [".gitignore", "Snakefile", "profiles/default/config.yaml", "profiles/slurm/config.yaml"]
 
 
@@ -136,43 +109,34 @@ def files(folder):
     return sorted(str(file.relative_to(folder)) for file in folder.rglob("*") if file.is_file())
 
 
-def test_a_new_folder_has_workflow_settings_study_and_gitignore(desk):
+def test_a_new_folder_has_workflow_settings_study_and_gitignore_and_keeps_what_it_had(desk):
     desk.call("init", "new")
     assert files(Path("new")) == [*MADE, "studies/demo.yaml"]
     for name in (*MADE[2:], "studies/demo.yaml"):
         assert Path("new", name).read_bytes() == (workspace() / name).read_bytes()
     desk.call("plan", "new/studies/demo.yaml")
-    # A study brings the surfaces that it names.
-    desk.call("init", "other", "--study", "measured")
-    assert Path("other/studies/surfaces/ground.nc").is_file()
-    assert not Path("other/studies/demo.yaml").exists()
-
-
-def test_what_is_there_is_left_as_it_is(desk, tmp_path):
-    precious = tmp_path / "elsewhere"
-    Path("new").mkdir()
     Path("new/Snakefile").write_text("mine")
-    Path("new/.gitignore").symlink_to(precious)
-    said = desk.call("init", "new", "--study", "paper").stdout
+    Path("new/.gitignore").unlink()
+    Path("new/.gitignore").symlink_to("../elsewhere")
+    # A study brings the surfaces that it names.
+    said = desk.call("init", "new", "--study", "measured").stdout
     assert "new/Snakefile: exists already" in said
-    assert "snakemake --cores 2 --config study=paper" in said
+    assert "snakemake --cores 2 --config study=measured" in said
+    assert Path("new/studies/surfaces/ground.nc").is_file()
     assert Path("new/Snakefile").read_text() == "mine"
-    assert not precious.exists()
-    assert Path("new/studies/paper.yaml").is_file()
+    assert not Path("elsewhere").exists()
 
 
 def test_the_studies_that_come_with_the_package_are_listed(desk):
-    before = desk.files()
     said = desk.call("init", "--list").stdout
     for file in (workspace() / "studies").glob("*.yaml"):
         assert file.stem in said
     assert "Loads, friction, roughness and plastic limits" in said
-    (measured,) = (line for line in said.splitlines() if line.startswith("measured "))
+    (measured,) = (line for line in said.splitlines() if "pip install" in line)
+    assert measured.startswith("measured ")
     assert measured.endswith("pip install 'fretwear[surfaces]'")
-    assert said.count("pip install") == 1
-    assert desk.files() == before
-    result = desk.call("init", "new", "--study", "dmo", status=2)
-    assert "there are demo, " in result.stderr
+    assert desk.files() == ["tiny.yaml"]
+    assert "there are demo, " in desk.call("init", "new", "--study", "dmo", status=2).stderr
 
 
 @pytest.mark.slow

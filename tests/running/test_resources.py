@@ -144,22 +144,18 @@ def test_jobs_are_neither_too_many_nor_too_long(seconds, least, most):
 
 def test_a_batch_knows_its_points_its_time_and_its_memory():
     (job,) = joined([Batch(3, 3, ("a",), 1.0, 500), Batch(5, 5, ("b",), 2.0, 900)], 2)
-    assert (job.first, job.last, job.case_ids) == (3, 5, ("a", "b"))
-    assert (job.seconds, job.memory_bytes) == (3.0, 900)
+    assert job == Batch(3, 5, ("a", "b"), 3.0, 900)
     assert core_seconds([job, job], speed=2.0) == 3.0 + SECONDS_TO_START
-    listed = cases([1.0] * 20)
-    for each in (1, 2, 7, 100):
-        jobs = joined(listed, each)
-        assert ids(jobs) == ids(listed)
-        assert all(len(job.case_ids) == each for job in jobs[:-1])
 
 
 def test_a_study_says_how_it_is_joined(load):
     content = {**STUDY, "vary": {"load": ["25 N", "30 N", "35 N", "40 N", "50 N"]}}
-    for said, sizes in (({}, [1] * 5), ({"batch": 2}, [2, 2, 1]), ({"batch": "auto"}, [1] * 5)):
-        jobs = batches(Plan(load({**content, **said})))
+    said = [({}, [1] * 5), ({"batch": 1}, [1] * 5), ({"batch": 2}, [2, 2, 1]), ({"batch": 7}, [5])]
+    for each, sizes in (*said, ({"batch": "auto"}, [1] * 5)):
+        study = load({**content, **each})
+        jobs = batches(Plan(study))
         assert [len(job.case_ids) for job in jobs] == sizes
-    assert load({**content, "batch": "auto"}).batch is None
+        assert ids(jobs) == list(study.cases())
     for wrong in (0, -3, 1.5, True, None, "many", [2], 10**9):
         with pytest.raises(StudyError, match="must be auto, or a whole number of cases") as error:
             load({**STUDY, "batch": wrong})
@@ -205,9 +201,8 @@ def test_what_will_not_fit_and_what_yields_all_over_is_told(plan):
     planned = plan(cell=["5 um", "0.002 um", "0.001 um"])
     (warning,) = machine_warnings(planned)
     assert warning.startswith("2 cases will not fit in the memory of this machine:\n")
-    for large in planned.points[1:]:
-        assert f"{large.id} needs about " in warning
-    assert planned.points[0].id not in warning
+    told = [f"{each.id} needs about " in warning for each in planned.points]
+    assert told == [False, True, True]
     # Jobs that fit alone but not together share.
     planned = plan(load=["50 N", "60 N", "70 N"])
     at_once = min(cores(), 3)
