@@ -18,8 +18,8 @@ from matplotlib.lines import Line2D
 from fretwear import figures
 from fretwear.data.safe import DataFileError
 from fretwear.figures.axes import label_curves, outside_key, set_cycle_axis
-from fretwear.figures.film import ZONE_COLORS
-from fretwear.figures.lines import choose_layout, representative_cases, shown_lines, study_lines
+from fretwear.figures.cases import ZONE_COLORS
+from fretwear.figures.history import choose_layout, representative_cases, study_lines
 from fretwear.figures.style import (
     CATEGORICAL,
     JournalFigure,
@@ -210,7 +210,8 @@ DEMO = {
 )
 def test_names_find_their_places(levels, rows, across, color, style):
     layout = choose_layout(study_lines(_grid(levels), "wear_volume"))
-    assert (layout.rows, layout.across, layout.color, layout.style) == (rows, across, color, style)
+    assert (tuple(layout.rows), tuple(layout.across)) == (rows, across)
+    assert (layout.color, layout.style) == (color, style)
     assert not layout.thinned
 
 
@@ -221,12 +222,12 @@ def test_many_values_are_thinned_evenly_and_a_fifth_name_is_held_at_its_last():
     assert layout.levels["load"][0] == 0.0
     assert layout.levels["load"][-1] == 19.0
     assert layout.thinned == {"load": 20, "friction": 30, "radius": 70}
-    shown = shown_lines(lines, layout)
+    shown = layout.shown(lines)
     assert 0 < len(shown) <= 5 * 4 * 60
     study = _grid({**DEMO, "radius": [1.0, 2.0, 3.0]})
     lines = study_lines(study, "wear_volume")
     layout = choose_layout(lines)
-    shown = shown_lines(lines, layout)
+    shown = layout.shown(lines)
     assert layout.thinned == {"radius": 3}
     assert {line.values["radius"] for line in shown} == {3.0}
     assert len(shown) == 24
@@ -240,12 +241,12 @@ def test_points_drawn_at_random_are_told_by_panels_and_one_colour_bar():
     sampled = _list(np.ones(30), load=loads, tangential_ratio=ratios, plastic_limit=limits)
     lines = study_lines(sampled, "wear_volume")
     layout = choose_layout(lines)
-    assert (layout.across, layout.color, layout.style) == (("plastic_limit",), "load", None)
-    assert layout.paired == ("tangential_ratio",)
-    assert len(shown_lines(lines, layout)) == 30
+    assert (layout.across, layout.color, layout.style) == (["plastic_limit"], "load", None)
+    assert layout.paired == ["tangential_ratio"]
+    assert len(layout.shown(lines)) == 30
     study = _list(np.ones(5), load=[1.0, 2.0, 3.0, 4.0, 5.0], friction=[0.1, 0.2, 0.3, 0.4, 0.5])
     layout = choose_layout(study_lines(study, "wear_volume"))
-    assert (layout.rows, layout.across) == ((), ())
+    assert (layout.rows, layout.across) == ([], [])
     assert layout.color in ("load", "friction")
 
 

@@ -12,10 +12,10 @@ from scipy import ndimage
 from fretwear import figures
 from fretwear.data.dataset import mirrored
 from fretwear.data.files import open_case, write_case
-from fretwear.figures.bearing import compare_bearing_areas
+from fretwear.figures.cases import FfmpegMissingError, durations, well_spaced_cycles
 from fretwear.figures.datasets import half_profiles, peak_envelope, representative_cycles, wave_mean
-from fretwear.figures.film import FfmpegMissingError, durations, well_spaced_cycles
 from fretwear.figures.maps import take_wear_map
+from fretwear.figures.profiles import compare_bearing_areas
 
 KINDS = {
     "pressure_profiles": ("pressure", "Pressure (MPa)"),

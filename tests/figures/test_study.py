@@ -251,7 +251,7 @@ def test_seeds_are_an_ensemble_drawn_by_its_mean_and_deviation(small_study, chec
     assert highest == pytest.approx(size * float(mean[-1] + deviation[-1]), rel=1e-9)
     assert any("means of 3 seeds" in text for text in check_texts(figure))
     # At every step of any of them, where the history is known.
-    mean = CyclePlot.of(summary, "wear_volume", history).lines[-1]
+    mean = CyclePlot(summary, "wear_volume", history).lines[-1]
     steps = [history.isel(load=-1, roughness_seed=seed).dropna("step") for seed in range(3)]
     np.testing.assert_array_equal(mean.cycles, np.unique(np.concatenate([s.cycle for s in steps])))
     at = [np.interp(mean.cycles, each.cycle, each.wear_volume) for each in steps]

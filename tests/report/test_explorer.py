@@ -11,7 +11,7 @@ import xarray as xr
 
 from fretwear.data.files import open_case, open_history
 from fretwear.data.safe import CaseFileError, DataFileError
-from fretwear.figures.bearing import bearing_heights
+from fretwear.figures.profiles import bearing_heights
 from fretwear.report.explorer import (
     MAPS,
     PROFILES,

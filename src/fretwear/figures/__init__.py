@@ -23,24 +23,20 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from fretwear.figures.bearing import *
     from fretwear.figures.cases import *
-    from fretwear.figures.film import *
+    from fretwear.figures.effects import *
     from fretwear.figures.history import *
     from fretwear.figures.maps import *
     from fretwear.figures.profiles import *
-    from fretwear.figures.rig import *
     from fretwear.figures.style import *
 
 _HOMES = {
-    "bearing": "bearing_area",
-    "cases": "compare_cases overview",
-    "film": "CaseAnimation animation",
+    "cases": "CaseAnimation animation compare_cases overview",
+    "effects": "fretting_map",
     "history": "contact_half_width dissipated_energy scalar_history stick_half_width wear_volume",
     "maps": "compare_wear_maps wear_map",
-    "profiles": "compare_profiles field_profiles gap_profiles pressure_profiles shear_profiles "
-    "wear_profiles wear_rate_profiles",
-    "rig": "fretting_loops fretting_map scars",
+    "profiles": "bearing_area compare_profiles field_profiles fretting_loops gap_profiles "
+    "pressure_profiles scars shear_profiles wear_profiles wear_rate_profiles",
     "style": "STYLE_SHEET save_as save_figure style_context",
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names.split()}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from textwrap import wrap
 from typing import Any, Literal
 
@@ -21,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fretwear.figures.style import MUTED, Columns, JournalFigure, root_figure, text_colour
 from fretwear.study.parameters import parameter
-from fretwear.units import Unit, cycle_text, power_of_ten, readable_unit
+from fretwear.units import cycle_text, power_of_ten, readable_unit
 from fretwear.vocabulary import Variable
 
 Array = NDArray[np.float64]
@@ -71,71 +70,53 @@ def set_cycle_axis(axes: Axes, cycles: ArrayLike) -> None:
     has_zero = bool((values < first).any())
     start, end = -0.06 * first if has_zero else first / _CYCLE_MARGIN, last * _CYCLE_MARGIN
     axes.set_xlim(start, end)
+    decades = 10.0 ** np.arange(math.ceil(math.log10(first)), math.floor(math.log10(last)) + 1)
+    ticks = sorted({*decades, last})
     across = axes.get_xaxis_transform()
     if has_zero:
+        ticks.insert(0, 0.0)
         axes.spines["bottom"].set_bounds(start, end)
         look: dict[str, Any] = {"color": MUTED, "mew": 0.6, "ms": 5, "ls": "none"}
-        mark, place = [(-2.0, -2.0), (0.0, 2.0)], [0.45 * first, 0.55 * first]
-        axes.plot(
-            place, [0, 0], marker=mark, transform=across, clip_on=False, label="_break", **look
-        )
-    decades = 10.0 ** np.arange(math.ceil(math.log10(first)), math.floor(math.log10(last)) + 1)
-    ticks = sorted({0.0, *decades, last} if has_zero else {*decades, last})
-    minor = (decades[0] / 10.0) * 10.0 ** np.arange(10)[:, None] * np.arange(2, 10)
+        look |= {"marker": [(-2.0, -2.0), (0.0, 2.0)], "clip_on": False, "label": "_break"}
+        axes.plot([0.45 * first, 0.55 * first], [0, 0], transform=across, **look)
     # Ticks whose numbers have room, counted from the last one back.
     width = 72.0 * root_figure(axes).get_figwidth() * axes.get_position().width
     along = axes.transAxes.inverted().transform(across.transform([(tick, 0.0) for tick in ticks]))
-    texts, end = {}, math.inf
-    for tick, place_of_tick in zip(reversed(ticks), width * along[::-1, 0], strict=True):
-        exponent = round(math.log10(tick)) if tick >= _SPELT_OUT else 0
-        is_power = exponent and math.isclose(tick, 10.0**exponent)
-        text = power_of_ten(exponent) if is_power else cycle_text(tick)
+    texts, free = {}, math.inf
+    for tick, place in zip(reversed(ticks), width * along[::-1, 0], strict=True):
+        is_power = tick >= _SPELT_OUT and tick in decades
+        text = power_of_ten(round(math.log10(tick))) if is_power else cycle_text(tick)
         half_width = 0.5 * _POINTS_PER_SIGN * len(text)
-        if place_of_tick + half_width < end - _POINTS_PER_SIGN:
-            texts[tick], end = text, float(place_of_tick) - half_width
+        if place + half_width < free - _POINTS_PER_SIGN:
+            texts[tick], free = text, float(place) - half_width
     # Locators, not set_xticks: that makes every tick at once, also of panels that show none.
+    minor = np.outer(decades[0] / 10.0 * 10.0 ** np.arange(10), np.arange(2, 10))
     axes.xaxis.set_major_locator(FixedLocator(ticks))
     axes.xaxis.set_minor_locator(FixedLocator(minor[(minor > first) & (minor <= last)].tolist()))
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: texts.get(value, "")))
     axes.xaxis.set_minor_formatter(NullFormatter())
 
 
-@dataclass(frozen=True)
 class ValueAxis:
-    """The y axis of a result over the cycles: its unit, and whether it is logarithmic.
+    """The axis of a result: its unit, and whether it is logarithmic, for values in SI units.
 
     It is if the result allows it and its values span more than a factor of 30.
     """
 
-    variable: Variable
-    unit: Unit
-    is_logarithmic: bool
-
-    @classmethod
-    def of(cls, variable: Variable, values: Array) -> ValueAxis:
-        """Return the axis for values in SI units."""
-        logarithmic = variable.may_be_logarithmic and _is_wide(values)
-        unit = variable.unit or readable_unit(values, variable.si_unit)
-        if logarithmic and unit.is_power and not variable.unit:
+    def __init__(self, variable: Variable, values: Array) -> None:
+        self.variable = variable
+        self.is_logarithmic = variable.may_be_logarithmic and _is_wide(values)
+        self.unit = variable.unit or readable_unit(values, variable.si_unit)
+        if self.is_logarithmic and self.unit.is_power and not variable.unit:
             # A logarithmic axis needs no power of ten in its unit.
-            unit = readable_unit((), variable.si_unit)
-        return cls(variable, unit, logarithmic)
-
-    @property
-    def label(self) -> str:
-        """The label of the axis."""
-        return f"{self.variable.label} ({self.unit.name})"
-
-    @property
-    def wrapped_label(self) -> str:
-        """The label of the axis on lines of a few words, for low panels."""
-        return "\n".join([*wrap(self.variable.label, 18), f"({self.unit.name})"])
+            self.unit = readable_unit((), variable.si_unit)
+        self.label = f"{variable.label} ({self.unit.name})"
+        self.wrapped_label = "\n".join([*wrap(variable.label, 18), f"({self.unit.name})"])
 
     def colours(self, values: Array) -> Normalize:
         """Return a scale of colours for values in the unit of the axis."""
-        known = values[np.isfinite(values) & ((values > 0.0) | (not self.is_logarithmic))]
-        kind = LogNorm if self.is_logarithmic else Normalize
-        return kind(float(known.min()), float(known.max()))
+        known = _positive(values) if self.is_logarithmic else values[np.isfinite(values)]
+        return (LogNorm if self.is_logarithmic else Normalize)(known.min(), known.max())
 
     def set_cycles(self, axes: Axes, cycles: Array, values: Array) -> None:
         """Set the x axis for all values; zeros have no place on a logarithmic y axis."""
@@ -154,19 +135,16 @@ class ValueAxis:
             least = float(_positive(shown[(cycles == 0.0) | (cycles >= 1.0)]).min())
             axes.set_yscale("log", nonpositive="mask")
             axes.set_ylim(max(0.6 * least, _DEEPEST * highest), 1.7 * highest)
-            axes.yaxis.set_major_formatter(
-                FuncFormatter(
-                    lambda value, _: (
-                        f"{value:g}"
-                        if _PLAIN[0] <= value < _PLAIN[1]
-                        else power_of_ten(round(math.log10(value)))
-                    )
-                )
-            )
+            axes.yaxis.set_major_formatter(FuncFormatter(_decade_text))
             return
         constant = lowest >= (1.0 - _CONSTANT) * highest
         if self.variable.from_zero or constant:
             axes.set_ylim(0.0, highest * (1.25 if constant else 1.06) or 1.0)
+
+
+def _decade_text(value: float, _: int | None) -> str:
+    low, high = _PLAIN
+    return f"{value:g}" if low <= value < high else power_of_ten(round(math.log10(value)))
 
 
 def _is_wide(values: Array) -> bool:
@@ -186,37 +164,31 @@ def parameter_label(name: str, value: float = 1.0) -> str:
 
 def make_panels(
     columns: Columns,
-    count: int,
+    titles: Sequence[str],
     across: int,
     heights: tuple[float, float],
     share_y: Literal["row", "all"] = "all",
     share_x: Literal["row", "all"] = "all",
 ) -> tuple[Figure, list[Axes]]:
-    """Return a figure and its `count` axes in rows of `across`, the last row perhaps shorter.
+    """Return a figure and a panel for each title in rows of `across`, the last perhaps shorter.
 
-    `heights`, mm, are that of what is around the rows, and that of a row.
+    `heights`, mm, are that of what is around the rows, and that of a row. Labels and numbers are
+    only left of each row and below each column, the numbers of x below each row that has its own.
     """
-    down = -(-count // across)
+    down = -(-len(titles) // across)
     figure = JournalFigure(columns, heights[0] + heights[1] * down)
-    grid = figure.subplots(down, across, sharex=share_x, sharey=share_y, squeeze=False)
-    for axes in grid.flat[count:]:
-        axes.remove()
-    return figure, list(grid.flat[:count])
-
-
-def label_outer(panels: Sequence[Axes], across: int, *, every_x: bool = False) -> None:
-    """Keep labels and numbers only left of each row and below each column.
-
-    With `every_x` every row has its own x axis and keeps its numbers.
-    """
-    for index, axes in enumerate(panels):
-        lowest, leftmost = index + across >= len(panels), index % across == 0
-        axes.tick_params(axis="x", which="both", labelbottom=lowest or every_x)
+    grid = figure.subplots(down, across, sharex=share_x, sharey=share_y, squeeze=False).ravel()
+    for index, axes in enumerate(grid):
+        if index >= len(titles):
+            axes.remove()
+            continue
+        lowest, leftmost = index + across >= len(titles), index % across == 0
+        axes.set_title(titles[index])
+        axes.tick_params(axis="x", which="both", labelbottom=lowest or share_x == "row")
         axes.tick_params(axis="y", which="both", labelleft=leftmost)
-        if not lowest:
-            axes.set_xlabel("")
-        if not leftmost:
-            axes.set_ylabel("")
+        axes.xaxis.label.set_visible(lowest)
+        axes.yaxis.label.set_visible(leftmost)
+    return figure, list(grid[: len(titles)])
 
 
 def outside_key(
@@ -230,27 +202,22 @@ def outside_key(
 
     The figure has a constrained layout; `handlelength` is in font sizes.
     """
-    key: Legend
+    options: dict[str, Any] = {"loc": place, "handlelength": handlelength, "columnspacing": 1.0}
     for columns in range(len(labels), 0, -1):
-        key = figure.legend(
-            handles, labels, loc=place, ncols=columns, handlelength=handlelength, columnspacing=1.0
-        )
+        key: Legend = figure.legend(handles, labels, ncols=columns, **options)
         if key.get_window_extent().width <= figure.bbox.width or columns == 1:
             break
         key.remove()
     return key
 
 
-def label_or_key(
-    figure: Figure, axes: Axes, curves: Sequence[Line2D], labels: Sequence[str], *, outside: bool
-) -> None:
-    """Label curves directly if they are few and there is room; else add a key."""
-    if len(curves) <= MOST_LABELLED and label_curves(axes, curves, labels):
-        return
-    if outside:
-        outside_key(figure, curves, labels)
-    else:
-        axes.legend(curves, labels)
+def label_or_key(axes: Axes, curves: Sequence[Line2D], labels: Sequence[str], ax: Any) -> None:
+    """Label few curves directly if there is room; else add a key, inside of axes given as `ax`."""
+    if len(curves) > MOST_LABELLED or not label_curves(axes, curves, labels):
+        if ax is None:
+            outside_key(root_figure(axes), curves, labels)
+        else:
+            axes.legend(curves, labels)
 
 
 def label_curves(axes: Axes, curves: Sequence[Line2D], labels: Sequence[str]) -> bool:
@@ -266,16 +233,17 @@ def label_curves(axes: Axes, curves: Sequence[Line2D], labels: Sequence[str]) ->
     drawn: list[Array] = []
     for curve, label in zip(curves, labels, strict=True):
         points = _pixels(axes, curve)
-        if drawn and _coincide(drawn[-1], points):
-            before = texts.pop()
-            before.remove()
-            label, points = f"{before.get_text()}, {label}", np.concatenate([drawn.pop(), points])
-        color = text_colour(to_hex(curve.get_color()))
-        options: dict[str, Any] = {"ha": "center", "va": "center_baseline"}
-        text = axes.text(0.5, 0.5, label, color=color, fontsize=_LABEL_SIZE, **options)
-        text.set_transform(axes.transAxes)
-        text.set_in_layout(False)
-        texts.append(text)
+        if drawn and len(drawn[-1]) and len(points):
+            apart = np.hypot(*(drawn[-1][:, None] - points).transpose(2, 0, 1))
+            if max(apart.min(axis=0).max(), apart.min(axis=1).max()) <= _INDISTINCT:
+                before = texts.pop()
+                before.remove()
+                label = f"{before.get_text()}, {label}"
+                points = np.concatenate([drawn.pop(), points])
+        options: dict[str, Any] = {"ha": "center", "va": "center_baseline", "fontsize": _LABEL_SIZE}
+        options |= {"transform": axes.transAxes, "color": text_colour(to_hex(curve.get_color()))}
+        texts.append(axes.text(0.5, 0.5, label, **options))
+        texts[-1].set_in_layout(False)
         drawn.append(points)
     sizes = [np.ceil(text.get_window_extent().size) + 2 * _LABEL_MARGIN for text in texts]
     there = list(range(len(texts)))
@@ -290,30 +258,21 @@ def label_curves(axes: Axes, curves: Sequence[Line2D], labels: Sequence[str]) ->
 
 def _pixels(axes: Axes, curve: Line2D) -> Array:
     """Return pixels along a curve and around its marks, as far as they are inside the axes."""
-    dots_per_inch = root_figure(axes).dpi
-    width, height = root_figure(axes).bbox.size
-    step = _STEP * max(1.0, dots_per_inch / 100.0)
-    lines = curve.get_path().to_polygons(curve.get_transform(), width, height, closed_only=False)
+    figure, transform = root_figure(axes), curve.get_transform()
+    step, half = _STEP * max(1.0, figure.dpi / 100.0), curve.get_markersize() * figure.dpi / 144.0
     pixels = [np.empty((0, 2))]
+    lines = curve.get_path().to_polygons(transform, *figure.bbox.size, closed_only=False)
     for line in map(np.asarray, lines):
         along = np.cumsum(np.hypot(*np.diff(line, axis=0, prepend=line[:1]).T))
         places = np.arange(0.0, along[-1] + step, step)
         pixels.append(np.column_stack([np.interp(places, along, part) for part in line.T]))
     if curve.get_marker() != "None":
         # A square for marks of any shape: a corner that juts out from another's tells no curve.
-        half = 0.5 * curve.get_markersize() * dots_per_inch / 72.0
-        square = half * np.array([(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1)])
-        marks = curve.get_transform().transform(curve.get_xydata())
-        pixels.append((marks[:, None] + square).reshape(-1, 2))
+        marks = transform.transform(curve.get_xydata())
+        corners = half * np.array([(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1)])
+        pixels += [marks + corner for corner in corners]
     found = np.concatenate(pixels)
     return found[((found >= axes.bbox.min) & (found <= axes.bbox.max)).all(axis=1)]
-
-
-def _coincide(first: Array, second: Array) -> bool:
-    if not (len(first) and len(second)):
-        return False
-    apart = np.hypot(*(first[:, None] - second).transpose(2, 0, 1))
-    return bool(max(apart.min(axis=0).max(), apart.min(axis=1).max()) <= _INDISTINCT)
 
 
 def _places(
@@ -324,7 +283,7 @@ def _places(
     `curves` are the pixels of each, `sizes` those of the boxes.
     """
     taken, places = np.empty((0, 2)), {}
-    grid = np.stack(np.meshgrid(*(np.linspace(-0.5, 0.5, 9),) * 2), axis=-1).reshape(-1, 2)
+    around = np.array([(i, j) for i in range(-4, 5) for j in range(-4, 5)]) / 8.0
     sides = np.array([(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if i or j])
     for index in order:
         size, others = sizes[index], [each for i, each in enumerate(curves) if i != index]
@@ -346,5 +305,5 @@ def _places(
         if not possible.any():
             return {}
         places[index] = centres[np.argmin(np.where(possible, cost, np.inf))]
-        taken = np.concatenate([taken, places[index] + size * grid])
+        taken = np.concatenate([taken, places[index] + size * around])
     return places

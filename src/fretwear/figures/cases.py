@@ -1,24 +1,47 @@
-"""One case on a page, and two cases superimposed."""
+"""One case on a page or moving over its cycles, and two cases superimposed."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+import shutil
+import subprocess
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from itertools import chain
+from os import PathLike
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from PIL import Image
 
-from fretwear.data.dataset import compared_cycles, compared_results, different_parameters
+from fretwear.data.dataset import (
+    compared_cycles,
+    compared_results,
+    different_parameters,
+    mirrored,
+)
+from fretwear.data.safe import atomic_path
 from fretwear.figures.axes import ValueAxis, label_curves, outside_key, set_cycle_axis
-from fretwear.figures.datasets import Array, Cycles, check_cases, half_profiles, variable_of
-from fretwear.figures.history import HALF_WIDTH_LABEL, draw_zone_widths
-from fretwear.figures.maps import add_scale, depth_scale, draw_wear_map, take_wear_map
+from fretwear.figures.datasets import (
+    Array,
+    Cycles,
+    check_cases,
+    half_profiles,
+    line_near_the_middle,
+    snapshots,
+    variable_of,
+)
+from fretwear.figures.maps import add_scale, depth_scale, draw_map, draw_wear_map, take_wear_map
 from fretwear.figures.profiles import (
     cycle_colors,
     cycle_key,
@@ -27,10 +50,27 @@ from fretwear.figures.profiles import (
     frame_of,
     is_traction,
 )
-from fretwear.figures.style import CATEGORICAL, LINE_STYLES, MUTED, JournalFigure, styled
+from fretwear.figures.style import (
+    CATEGORICAL,
+    INK,
+    LINE_STYLES,
+    MUTED,
+    JournalFigure,
+    style_context,
+    styled,
+)
 from fretwear.study.parameters import replaced_by, symbol_text, value_text
 from fretwear.units import MICROMETRE, cycle_text, in_unit, number_text, readable_unit
-from fretwear.vocabulary import RESULTS
+from fretwear.vocabulary import RESULTS, ContactState
+
+HALF_WIDTH_LABEL = "Half-width along x (µm)"
+ZONE_COLORS = {
+    ContactState.OPEN: "#f4f4f4",
+    ContactState.SLIP: "#8cc5e3",
+    ContactState.STICK: "#084a8c",
+}
+"""Light to dark: they can be told apart in grey too."""
+FEW_SNAPSHOTS = 12
 
 _PANELS = ("pressure", "shear_traction", "gap", "wear_depth")
 _HEADLINE = (
@@ -57,6 +97,22 @@ _MOST_TOLD = 4
 _LEAST_SPREAD = 1.25
 _MARGIN = 1.25
 _ROOM_ABOVE = 1.05
+
+_ZONES: dict[str, Any] = {
+    "cmap": ListedColormap([ZONE_COLORS[zone] for zone in ContactState]),
+    "vmin": min(ContactState),
+    "vmax": max(ContactState),
+}
+_MOVING = ("pressure", "wear_depth", "contact_state")
+_BEYOND_CONTACT = 1.1
+_STRIP = 0.04
+_FIRST_WIDTH = 0.7
+_MARK = 4.5
+_SECONDS_PER_DECADE = 1.2
+_SHORTEST, _LONGEST, _LAST = 0.25, 1.2, 2.5
+_COLORS = 128
+_FRAMES_PER_SECOND = 20
+_SCREEN_DPI = 120
 
 
 @styled
@@ -92,6 +148,20 @@ def overview(
     return figure
 
 
+def draw_zone_widths(axes: Axes, history: xr.Dataset) -> list[Line2D]:
+    """Draw the half-widths of both zones of a case, or of its history; return their curves."""
+    cycles = np.atleast_1d(history["cycle"].values).astype(np.float64)
+    curves, highest = [], 0.0
+    for zone, color in (("contact", CATEGORICAL[0]), ("stick", INK)):
+        widths = MICROMETRE.of(np.atleast_1d(history[f"{zone}_half_width_x"].values))
+        curves += axes.plot(cycles, widths, color=color, label=zone)
+        highest = max(highest, float(np.nanmax(widths)))
+    axes.set_ylim(0.0, 1.15 * highest)
+    axes.set_ylabel(HALF_WIDTH_LABEL)
+    set_cycle_axis(axes, cycles)
+    return curves
+
+
 def headline(case: xr.Dataset, names: Sequence[str] = _HEADLINE) -> str:
     """Return the parameters that identify a case, in symbols, each value once that blocks give."""
     blocks = json.loads(case.attrs.get("parameters", "{}")).get("blocks") or [{}]
@@ -105,8 +175,7 @@ def headline(case: xr.Dataset, names: Sequence[str] = _HEADLINE) -> str:
     return ", ".join(told)
 
 
-@dataclass(frozen=True)
-class _Side:
+class _Side(NamedTuple):
     """One of two cases, at one of its cycles, with what it is drawn in."""
 
     title: str
@@ -159,7 +228,7 @@ def compare_cases(
     worn = [side.over_cycles("wear_volume") for side in sides]
     cycles, values = (np.concatenate(each) for each in zip(*worn, strict=True))
     set_cycle_axis(widths, cycles)
-    axis = ValueAxis.of(variable_of(first, "wear_volume"), values)
+    axis = ValueAxis(variable_of(first, "wear_volume"), values)
     for side, (at, volume) in zip(sides, worn, strict=True):
         volumes.plot(at, axis.unit.of(volume), label=side.title, **side.style)
     axis.set_cycles(volumes, cycles, values)
@@ -218,3 +287,216 @@ def _draw_ratios(axes: Axes, sides: Sequence[_Side]) -> None:
     axes.tick_params(axis="y", length=0)
     axes.spines["left"].set_visible(False)
     axes.set_xlabel(f"{second.title} / {first.title}")
+
+
+class FfmpegMissingError(RuntimeError):
+    """An MP4 file was asked for where the program ffmpeg is not installed."""
+
+
+class CaseAnimation:
+    """The snapshots of a case as pictures, one after the other.
+
+    Made by `fretwear.figures.animation`. Nothing is made up between the snapshots that the case
+    has: each picture is one of them and tells its cycle.
+
+    Attributes
+    ----------
+    figure : matplotlib.figure.Figure
+        The figure, which shows one snapshot at a time; at first the last one.
+    cycles : tuple of int
+        The cycles shown.
+    seconds : tuple of float
+        How long each is shown: by its distance from the next one on a logarithmic axis of cycles,
+        the last one longest.
+    """
+
+    @styled
+    def __init__(self, shown: xr.Dataset, history: xr.Dataset) -> None:
+        self.cycles = tuple(int(cycle) for cycle in shown["cycle"].values)
+        self.seconds = durations(self.cycles)
+        self._updates: list[Callable[[int], None]] = []
+        whole = mirrored(shown[list(_MOVING)])
+        reach = _BEYOND_CONTACT * float(shown["contact_half_width_x"].max())
+        self.figure: Figure = JournalFigure(2, 104.0)
+        (pressure, zones), (wear, widths) = self.figure.subplots(
+            2, 2, width_ratios=(1.55, 1.0), height_ratios=(1.25, 1.0)
+        )
+        title = self.figure.suptitle("", fontsize=9, x=0.006, ha="left")
+        words = [f"Cycle {cycle_text(n)}    {headline(shown)}" for n in self.cycles]
+        self._updates.append(lambda index: title.set_text(words[index]))
+        for axes, name in ((pressure, "pressure"), (wear, "wear_depth")):
+            self._add_profile(axes, shown, whole, name, reach)
+        pressure.tick_params(labelbottom=False)
+        pressure.set_xlabel("")
+        if "y" in whole.dims:
+            states = whole["contact_state"].transpose("cycle", "x", "y").values
+            x, y = (whole[name].values.astype(np.float64) for name in ("x", "y"))
+            image = draw_map(zones, x, y, states[0], reach, **_ZONES)
+            zones.set_facecolor(ZONE_COLORS[ContactState.OPEN])
+            self._updates.append(lambda index: image.set_data(states[index].T))
+        else:
+            zones.remove()
+        curves = draw_zone_widths(widths, history)
+        for curve in curves:
+            values = MICROMETRE.of(shown[f"{curve.get_label()}_half_width_x"].values)
+            (mark,) = widths.plot([], [], "o", ms=_MARK, c=curve.get_color())
+            self._updates.append(partial(self._mark, mark, values))
+        handles = [Patch(color=color) for color in reversed(ZONE_COLORS.values())]
+        labels = [state.name.lower() for state in reversed(ZONE_COLORS)]
+        first = Line2D([], [], color=MUTED, lw=_FIRST_WIDTH)
+        labels.append(f"pressure at cycle {cycle_text(self.cycles[0])}")
+        outside_key(self.figure, [*handles, first], labels, "outside lower left", handlelength=1.2)
+        self.show(self.cycles[-1])
+        # No mark comes to lie on a label: each curve has them everywhere while it is placed.
+        for curve in curves:
+            curve.set(marker="o", markersize=_MARK)
+        label_curves(widths, curves, [str(curve.get_label()) for curve in curves])
+        for curve in curves:
+            curve.set_marker("None")
+
+    def _mark(self, mark: Line2D, values: Array, index: int) -> None:
+        mark.set_data([self.cycles[index]], [values[index]])
+
+    def _add_profile(
+        self, axes: Axes, shown: xr.Dataset, whole: xr.Dataset, name: str, reach: float
+    ) -> None:
+        """Draw a profile along the whole x axis over a strip that tells its zones."""
+        half = half_profiles(shown, name, self.cycles)
+        frame = replace(frame_of([half]), left=-reach, right=reach)
+        x = MICROMETRE.of(whole["x"].values)
+        curves, zones = (
+            line_near_the_middle(whole[each]).transpose("cycle", "x").values
+            for each in (name, "contact_state")
+        )
+        values = frame.unit.of(curves.astype(np.float64))
+        if name == "pressure":
+            axes.plot(x, values[0], color=MUTED, lw=_FIRST_WIDTH, label="_first")
+        fill = axes.fill_between(x, 0.0, 0.0, color="#d9d9d9", lw=0)
+        (line,) = axes.plot(x, values[0], color=INK, label=half.field.label)
+        edge, below = x[-1] + 0.5 * (x[1] - x[0]), -_STRIP * float(frame.unit.of(frame.top))
+        extent = (-edge, edge, below, 0.0)
+        strip = axes.imshow(zones[:1], extent=extent, aspect="auto", **_ZONES)
+        frame.apply(axes, half.field)
+        axes.set_ylim(*(limit or below for limit in axes.get_ylim()))
+        axes.set_xlabel("x (µm), direction of slip")
+
+        def update(index: int) -> None:
+            line.set_ydata(values[index])
+            fill.set_data(x, 0.0, values[index])
+            strip.set_data(zones[index : index + 1])
+
+        self._updates.append(update)
+
+    def show(self, cycle: int) -> Figure:
+        """Show the snapshot at a cycle, and return the figure; a ValueError if there is none."""
+        if cycle not in self.cycles:
+            raise ValueError(f"cycle = {cycle}: this animation shows {list(self.cycles)}.")
+        for update in self._updates:
+            update(self.cycles.index(cycle))
+        return self.figure
+
+    def save(
+        self,
+        path: str | PathLike[str],
+        *,
+        dots_per_inch: float = _SCREEN_DPI,
+        progress: Callable[[int, int], None] = lambda _done, _total: None,
+    ) -> Path:
+        """Write the animation as GIF or, where the program ffmpeg is installed, as MP4.
+
+        The suffix of `path` decides; the file appears only when it is whole. The figure is 190 mm
+        wide: 120 `dots_per_inch` make it 897 pixels. `progress` is called with the number of each
+        picture, from 1, and that of all. Other names are a `ValueError`, MP4 without ffmpeg is an
+        `FfmpegMissingError`, a file that cannot be written a `DataFileError`.
+        """
+        path = Path(path)
+        check_format(path)
+        with style_context(), atomic_path(path) as temporary:
+            pictures = self._pictures(dots_per_inch, progress)
+            if path.suffix.lower() == ".gif":
+                first, *others = (n.quantize(_COLORS, dither=Image.Dither.NONE) for n in pictures)
+                times = {"duration": [round(1000 * each) for each in self.seconds], "loop": 0}
+                first.save(temporary, "GIF", save_all=True, append_images=others, **times)
+            else:
+                _write_mp4(temporary, pictures, self.seconds)
+        return path
+
+    def _pictures(
+        self, dots_per_inch: float, progress: Callable[[int, int], None]
+    ) -> Iterator[Image.Image]:
+        before = self.figure.dpi
+        self.figure.set_dpi(dots_per_inch)
+        canvas = FigureCanvasAgg(self.figure)
+        for number, cycle in enumerate(self.cycles, 1):
+            self.show(cycle)
+            canvas.draw()  # type: ignore[no-untyped-call]
+            progress(number, len(self.cycles))
+            pixels = np.asarray(canvas.buffer_rgba())  # type: ignore[no-untyped-call]
+            yield Image.fromarray(pixels).convert("RGB")
+        self.figure.set_dpi(before)
+
+
+def animation(
+    dataset: xr.Dataset, history: xr.Dataset | None = None, cycles: Sequence[int] | None = None
+) -> CaseAnimation:
+    """Animate a case: pressure, wear depth and contact zones, snapshot after snapshot.
+
+    `cycles` left out are all snapshots; more of them make a smoother animation
+    (`well_spaced_cycles`). The half-widths over the cycles are those of the dense `history` or,
+    without it, of the snapshots. Save it by ``fretwear.figures.animation(case).save("wear.gif")``.
+    """
+    shown = snapshots(dataset, cycles, *_MOVING, default=list)
+    return CaseAnimation(shown, dataset if history is None else history)
+
+
+def durations(cycles: Sequence[int]) -> tuple[float, ...]:
+    """Return the seconds that each snapshot is shown."""
+    position = np.log10(1.0 + np.asarray(cycles, dtype=np.float64))
+    until_next = np.clip(_SECONDS_PER_DECADE * np.diff(position), _SHORTEST, _LONGEST)
+    return (*(float(seconds) for seconds in until_next), _LAST)
+
+
+def well_spaced_cycles(last: int, number: int = 30) -> list[int]:
+    """Return about `number` cycles for a smooth animation, evenly spread on a logarithmic axis.
+
+    They are rounded to two digits, for ``output: {cycles: [...]}`` of a study file.
+    """
+    spread = np.geomspace(1.0, max(last, 2), number)
+    rounded = {int(float(f"{cycle:.2g}")) for cycle in spread}
+    return sorted({0, last, *(cycle for cycle in rounded if cycle < last)})
+
+
+def check_format(path: Path) -> None:
+    """Raise a `ValueError` for a name that ends in neither .gif nor .mp4.
+
+    It is an `FfmpegMissingError` for MP4 where there is no ffmpeg.
+    """
+    ending = path.suffix.lower()
+    if ending not in (".gif", ".mp4"):
+        raise ValueError(
+            f"{path.name}: {ending or 'no ending'} is not a format for animations; "
+            "end the name in .gif or .mp4."
+        )
+    if ending == ".mp4" and shutil.which("ffmpeg") is None:
+        raise FfmpegMissingError(
+            f"{path.name}: .mp4 needs the program ffmpeg, which is not on the PATH. Install it, "
+            f"or write {path.with_suffix('.gif').name} instead, which needs nothing else."
+        )
+
+
+def _write_mp4(path: Path, pictures: Iterator[Image.Image], seconds: Sequence[float]) -> None:
+    """Have ffmpeg show each picture in as many frames as its time takes."""
+    first = next(pictures)
+    # Many players know H.264 of even sizes with halved colours only.
+    width, height = (side - side % 2 for side in first.size)
+    source = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}"]
+    coding = ["-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "20", "-f", "mp4"]
+    rate = ["-r", str(_FRAMES_PER_SECOND), "-i", "-"]
+    command = ["ffmpeg", "-y", "-v", "error", *source, *rate, *coding, str(path)]
+    with subprocess.Popen(command, stdin=subprocess.PIPE) as ffmpeg:
+        for picture, time in zip(chain([first], pictures), seconds, strict=True):
+            frames = max(1, round(_FRAMES_PER_SECOND * time))
+            if ffmpeg.stdin is not None:
+                ffmpeg.stdin.write(picture.crop((0, 0, width, height)).tobytes() * frames)
+    if ffmpeg.returncode:
+        raise OSError(f"ffmpeg ended with status {ffmpeg.returncode}")

@@ -1,9 +1,10 @@
-"""What the parameters of a study do to its results: all pairs, heat maps, Sobol indices."""
+"""What the parameters of a study do to its results: pairs, maps, Sobol indices, regimes of slip."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from textwrap import wrap
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -20,7 +21,6 @@ from fretwear.data.effects import (
     GOOD,
     SEED,
     Array,
-    Indices,
     Points,
     is_sampled,
     result_indices,
@@ -30,11 +30,11 @@ from fretwear.data.effects import (
 from fretwear.figures.axes import (
     MOST_WITH_MINOR_TICKS,
     ValueAxis,
-    label_outer,
     make_panels,
     outside_key,
     parameter_label,
 )
+from fretwear.figures.datasets import variable_of
 from fretwear.figures.maps import add_scale
 from fretwear.figures.style import (
     CATEGORICAL,
@@ -43,13 +43,21 @@ from fretwear.figures.style import (
     MUTED,
     JournalFigure,
     look,
+    one_panel,
     place_label,
     sequential_colormap,
     sequential_colours,
     styled,
 )
 from fretwear.study.parameters import parameter, symbol_text, value_text
-from fretwear.units import fixed_digits, number_text
+from fretwear.units import (
+    FORCE_PER_LENGTH,
+    PerLength,
+    fixed_digits,
+    number_text,
+    readable_unit,
+    with_unit,
+)
 from fretwear.vocabulary import HEADLINES
 
 _ROW, _HEAD = 25.0, 16.0
@@ -58,6 +66,18 @@ _MOST_WRITTEN = 72
 _MOST_MAPS = 6
 _DENSE = 150
 _FEWEST = 16
+_LOGARITHMIC_FROM = 8.0
+
+# Varied parameters that a fretting map may have beside the load.
+_WAYS = ("displacement_amplitude", "displacement_ratio")
+_REGIMES = {
+    "partial slip": ("o", CATEGORICAL[0]),
+    "mixed": ("D", CATEGORICAL[5]),
+    "gross slip": ("s", CATEGORICAL[1]),
+}
+_LARGEST, _SMALLEST = 14.0, 2.5
+_APART = 0.7
+"""Widest dot over the distance of neighbours, of which diamonds touch."""
 
 
 @styled
@@ -78,50 +98,42 @@ def effects(summary: xr.Dataset, quantities: Sequence[str] = HEADLINES) -> Figur
     figure = JournalFigure(2 if across > 2 else 1, _HEAD + _ROW * down)
     grid = figure.subplots(down, across, sharex="col", sharey="row", squeeze=False)
     dividers = {
-        (name, varied): points.effect(varied, name).divider if points.lines[varied] else None
+        (name, varied): points.effect(varied, name).divider if points.lines[varied] else ""
         for name in names
         for varied in points.levels
     }
     # No two levels of the parameters that part lines look alike, as long as there are colours
     # enough; a parameter beyond that has a ramp of colours and no marks.
-    looks: dict[tuple[str | None, int], tuple[str, str]] = {}
-    taken = 0
+    looks: dict[tuple[str, int], tuple[str, str]] = {}
+    free = list(zip(CATEGORICAL, MARKERS, strict=False))
     for parting in filter(None, dict.fromkeys(dividers.values())):
         count = len(points.levels[parting])
-        pairs = list(zip(CATEGORICAL, MARKERS, strict=False))[taken : taken + count]
-        if len(pairs) == count:
-            taken += count
-        else:
-            pairs = [(color, "") for color in sequential_colours(count)]
+        ramp = [(color, "") for color in sequential_colours(count)]
+        pairs, free = (free[:count], free[count:]) if count <= len(free) else (ramp, free)
         looks |= {(parting, place): pair for place, pair in enumerate(pairs)}
     for row, name in zip(grid, names, strict=True):
-        results = points.results[name]
-        axis = ValueAxis.of(points.variables[name], results[np.isfinite(results)])
+        axis, shown, _ = _coloured(points, name)
         for axes, varied in zip(row, points.levels, strict=True):
-            divider = dividers[name, varied]
-            _draw_effect(axes, points, varied, axis.unit.of(results), divider, looks)
-        axis.set_limits(row[0], np.ones(len(points.ids)), results)
+            _draw_effect(axes, points, varied, shown, dividers[name, varied], looks)
+        axis.set_limits(row[0], np.ones(len(points.ids)), points.results[name])
         row[0].set_ylabel(axis.wrapped_label, fontsize=6.0)
         place_label(row[0].yaxis)
         for axes in row if down * across > MOST_WITH_MINOR_TICKS else ():
             axes.yaxis.set_minor_locator(NullLocator())
-    for axes, varied in zip(grid[-1], points.levels, strict=True):
+    for axes, (varied, levels) in zip(grid[-1], points.levels.items(), strict=True):
         if not points.lines[varied] and varied in points.parameters:
             axes.set_xlabel(parameter_label(varied))
             _scale(axes.xaxis, points.parameters[varied])
             continue
-        levels = points.levels[varied]
         axes.set_xlabel(parameter(varied).words)
         axes.set_xlim(-0.25, len(levels) - 0.75)
-        shown = np.unique(np.linspace(0, len(levels) - 1, min(_MOST_TICKS, len(levels))).round())
-        texts = [value_text(varied, levels[int(place)]) for place in shown]
-        axes.set_xticks(shown, texts, fontsize=5.5, rotation=30 if sum(map(len, texts)) > 26 else 0)
-    label_outer(list(grid.flat), across)
-    keyed = {level: pair for level, pair in looks.items() if pair[1]}
+        ticks = np.unique(np.linspace(0, len(levels) - 1, min(_MOST_TICKS, len(levels))).round())
+        texts = [value_text(varied, levels[int(place)]) for place in ticks]
+        axes.set_xticks(ticks, texts, fontsize=5.5, rotation=30 if sum(map(len, texts)) > 26 else 0)
+    keyed = {symbol_text(n, points.levels[n][i]): pair for (n, i), pair in looks.items() if pair[1]}
     if keyed:
         handles = [Line2D([], [], color=color, marker=mark) for color, mark in keyed.values()]
-        texts = [symbol_text(str(n), points.levels[str(n)][level]) for n, level in keyed]
-        outside_key(figure, handles, texts)
+        outside_key(figure, handles, list(keyed))
     return figure
 
 
@@ -130,8 +142,8 @@ def _draw_effect(
     points: Points,
     varied: str,
     values: Array,
-    divider: str | None,
-    looks: Mapping[tuple[str | None, int], tuple[str, str]],
+    divider: str,
+    looks: Mapping[tuple[str, int], tuple[str, str]],
 ) -> None:
     x, lines = _places(points, varied), points.lines[varied]
     # What a seed does is chance: a line would look like a trend.
@@ -164,10 +176,18 @@ def _places(points: Points, varied: str) -> Array:
 
 def _scale(axis: Axis, values: Array) -> None:
     """Make an axis of values logarithmic where these span much."""
-    if (values > 0.0).all() and values.max() > 8.0 * values.min():
+    if values.min() > 0.0 and values.max() > _LOGARITHMIC_FROM * values.min():
         (axis.axes.set_xscale if axis is axis.axes.xaxis else axis.axes.set_yscale)("log")
         axis.set_major_formatter(FuncFormatter(lambda value, _: number_text(value, 2)))
         axis.set_minor_formatter(NullFormatter())
+
+
+def _coloured(points: Points, quantity: str) -> tuple[ValueAxis, Array, Normalize]:
+    """Return the axis of a final result, its values in the unit of that, and their colours."""
+    values = points.results[quantity]
+    axis = ValueAxis(points.variables[quantity], values[np.isfinite(values)])
+    shown = axis.unit.of(values)
+    return axis, shown, axis.colours(shown)
 
 
 @styled
@@ -178,41 +198,40 @@ def effect_map(summary: xr.Dataset, quantity: str = "wear_volume") -> Figure:
     `ValueError` when the merged study does not vary two parameters in a grid, or no point is done.
     """
     points = Points.of(summary)
-    by_length = sorted(points.levels, key=lambda name: -len(points.levels[name]))
-    if len(by_length) < 2 or not all(points.lines[name] for name in by_length[:2]):
+    names = sorted(points.levels, key=lambda name: -len(points.levels[name]))[:2]
+    if len(names) < 2 or not all(points.lines[name] for name in names):
         raise ValueError("A heat map needs two parameters whose values are combined.")
-    # Columns, then rows, in the order of the study.
-    down, across = sorted(by_length[:2], key=list(points.levels).index)
-    others = [name for name in points.levels if name not in (down, across)]
-    keys = list(zip(*(points.place(name).tolist() for name in others), strict=True))
-    panels = list(dict.fromkeys(keys)) or [()]
+    # Rows, then columns, in the order of the study.
+    down, across = sorted(names, key=list(points.levels).index)
+    others = [name for name in points.levels if name not in names]
+    keys = np.stack([points.place(name) for name in others] or [0 * points.place(down)], axis=1)
+    panels = list(dict.fromkeys(map(tuple, keys.tolist())))
     few = np.linspace(0, len(panels) - 1, min(_MOST_MAPS, len(panels))).astype(int)
-    panels = [panels[place] for place in few]
+    titles = {
+        panels[at]: ", ".join(
+            symbol_text(name, points.levels[name][i])
+            for name, i in zip(others, panels[at], strict=False)
+        )
+        for at in few
+    }
     axis, shown, norm = _coloured(points, quantity)
-    columns = min(3, len(panels))
-    figure, grid = make_panels(2 if columns > 1 else 1, len(panels), columns, (14.0, 62.0))
-    for axes, key in zip(grid, panels, strict=True):
-        table = np.full((len(points.levels[down]), len(points.levels[across])), np.nan)
-        inside = [row for row, each in enumerate(keys) if each == key] if others else slice(None)
-        where = points.place(down)[inside], points.place(across)[inside]
-        table[where] = shown[inside]
+    columns = min(3, len(few))
+    heights = (14.0, 62.0)
+    figure, grid = make_panels(2 if columns > 1 else 1, [*titles.values()], columns, heights)
+    for axes, key in zip(grid, titles, strict=True):
+        inside = (keys == key).all(axis=1)
+        table = np.full([len(points.levels[name]) for name in (down, across)], np.nan)
+        table[points.place(down)[inside], points.place(across)[inside]] = shown[inside]
         axes.imshow(table, origin="lower", aspect="auto", norm=norm, cmap=sequential_colormap())
-        is_written = np.isfinite(table) & (table.size <= _MOST_WRITTEN)
         for (row, column), value in np.ndenumerate(table):
-            if is_written[row, column]:
+            if np.isfinite(value) and table.size <= _MOST_WRITTEN:
                 color, text = "white" if norm(value) > 0.35 else INK, fixed_digits(value, 3)
                 axes.text(column, row, text, color=color, fontsize=5.0, ha="center", va="center")
-        held = zip(others, key, strict=True)
-        axes.set_title(", ".join(symbol_text(name, points.levels[name][i]) for name, i in held))
-        for name, set_ticks, label in (
-            (across, axes.set_xticks, axes.set_xlabel),
-            (down, axes.set_yticks, axes.set_ylabel),
-        ):
+        for name, along in ((across, "x"), (down, "y")):
             texts = [value_text(name, level) for level in points.levels[name]]
-            set_ticks(range(len(texts)), texts, fontsize=5.5)
-            label(parameter(name).words)
+            axes.set(**{f"{along}label": parameter(name).words})
+            getattr(axes, f"set_{along}ticks")(range(len(texts)), texts, fontsize=5.5)
         axes.tick_params(axis="x", rotation=30 if len(points.levels[across]) > 4 else 0)
-    label_outer(grid, columns)
     add_scale(figure, grid, ScalarMappable(norm, sequential_colormap()), axis.label)
     return figure
 
@@ -234,44 +253,35 @@ def sensitivity(summary: xr.Dataset, quantities: Sequence[str] = HEADLINES) -> F
     if not good:
         raise ValueError("The points are too few for Sobol indices: no emulator is good enough.")
     figure = JournalFigure(2, _HEAD + 8.0 + _ROW * len(good))
-    grid = figure.subplots(len(good), 2, squeeze=False, sharex="col", width_ratios=(1.0, 1.0))
+    grid = figure.subplots(len(good), 2, squeeze=False, sharex="col")
     counts = [count for count in (len(unit) // k for k in (8, 4, 2, 1)) if count >= _FEWEST]
+    about = [parameter(name) for name in points.levels]
+    looks = [look(place) for place in range(len(about))]
     for (bars, curves), (name, indices) in zip(grid, good.items(), strict=True):
-        _draw_bars(bars, indices)
-        bars.set_title(
-            points.variables[name].label + (", logarithm" * indices.of_logarithm), fontsize=6.5
-        )
         values = points.results[name]
         values = np.log(values) if indices.of_logarithm else values
         settled = [sobol_indices(unit[:n], values[:n, None], sizes)[0].total for n in counts]
-        for place, total in enumerate(np.transpose(settled)):
-            color, mark = look(place)
-            curves.plot(counts, total, marker=mark, color=color)
-        curves.set_ylim(-0.03, 1.03)
+        for place, (color, mark) in enumerate(looks):
+            for at, middle, (low, high), fill in (
+                (place - 0.2, indices.first, indices.first_range, "full"),
+                (place + 0.2, indices.total, indices.total_range, "none"),
+            ):
+                bars.plot([at] * 2, [low[place], high[place]], color=color, lw=1.0)
+                bars.plot(at, middle[place], mark, color=color, fillstyle=fill, markersize=4.0)
+            curves.plot(counts, [total[place] for total in settled], marker=mark, color=color)
+        bars.axhline(0.0, color=MUTED, lw=0.5)
+        title = points.variables[name].label + ", logarithm" * indices.of_logarithm
+        bars.set_title(title, fontsize=6.5)
+        bars.set(xlim=(-0.6, len(looks) - 0.4), ylim=(-0.03, 1.03))
+        curves.set(ylim=(-0.03, 1.03))
         curves.set_xscale("log", base=2)
         curves.set_xticks(counts, [str(count) for count in counts])
-    grid[-1, 0].set_xticks(range(len(points.levels)), [parameter(n).symbol for n in points.levels])
+    grid[-1, 0].set_xticks(range(len(about)), [each.symbol for each in about])
     grid[-1, 1].set_xlabel("number of points")
     figure.supylabel("Sobol index", fontsize=7.5)
-    words = [f"{parameter(n).symbol}  {parameter(n).words}" for n in points.levels]
-    looks = map(look, range(len(words)))
     handles = [Line2D([], [], color=color, marker=mark) for color, mark in looks]
-    outside_key(figure, handles, words)
+    outside_key(figure, handles, [f"{each.symbol}  {each.words}" for each in about])
     return figure
-
-
-def _draw_bars(axes: Axes, indices: Indices) -> None:
-    for offset, values, ends, fill in (
-        (-0.2, indices.first, indices.first_range, "full"),
-        (0.2, indices.total, indices.total_range, "none"),
-    ):
-        for place, (value, low, high) in enumerate(zip(values, *ends, strict=True)):
-            color, mark = look(place)
-            axes.plot([place + offset] * 2, [low, high], color=color, lw=1.0)
-            axes.plot(place + offset, value, mark, color=color, fillstyle=fill, markersize=4.0)
-    axes.axhline(0.0, color=MUTED, lw=0.5)
-    axes.set_ylim(-0.03, 1.03)
-    axes.set_xlim(-0.6, len(indices.first) - 0.4)
 
 
 @styled
@@ -282,42 +292,33 @@ def scatter_matrix(summary: xr.Dataset, quantity: str = "wear_volume") -> Figure
     than two parameters are varied, or no point is done.
     """
     points = Points.of(summary)
-    names = list(points.levels)
-    if len(names) < 2:
+    if len(points.levels) < 2:
         raise ValueError("A scatter matrix needs two varied parameters or more.")
     axis, shown, norm = _coloured(points, quantity)
-    columns = {name: _places(points, name) for name in names}
-    labels = {name: "\n".join(wrap(parameter_label(name), 18)) for name in names}
-    figure = JournalFigure(2, _HEAD + 36.0 * len(names))
-    grid = figure.subplots(len(names), len(names), sharex="col", sharey="row", squeeze=False)
-    dots = {"s": 5.0, "c": shown, "cmap": sequential_colormap(), "norm": norm, "lw": 0}
+    columns = {name: _places(points, name) for name in points.levels}
     # The first row has the second parameter over the first, the last the result over all.
-    for number, (row, name) in enumerate(zip(grid, [*names[1:], None], strict=True), 1):
-        values = columns[name] if name else shown
-        for axes, across in zip(row[:number], names, strict=False):
-            axes.scatter(columns[across], values, **dots)
+    rows = [(each, "\n".join(wrap(parameter_label(name), 18))) for name, each in columns.items()]
+    rows = [*rows[1:], (shown, axis.wrapped_label)]
+    figure = JournalFigure(2, _HEAD + 36.0 * len(rows))
+    grid = figure.subplots(len(rows), len(rows), sharex="col", sharey="row", squeeze=False)
+    dots = {"s": 5.0, "c": shown, "cmap": sequential_colormap(), "norm": norm, "lw": 0}
+    for number, (panels, (values, label)) in enumerate(zip(grid, rows, strict=True), 1):
+        for axes, across in zip(panels[:number], columns.values(), strict=False):
+            axes.scatter(across, values, **dots)
             axes.margins(0.06)
-        for axes in row[number:]:
+        for axes in panels[number:]:
             axes.remove()
-        if name:
-            _scale(row[0].yaxis, values)
-        else:
-            row[0].set_yscale("log" if axis.is_logarithmic else "linear")
-        row[0].set_ylabel(labels[name] if name else axis.wrapped_label, fontsize=6.0)
-        place_label(row[0].yaxis)
-    for axes, name in zip(grid[-1], names, strict=True):
-        _scale(axes.xaxis, columns[name])
+        if values is not shown:
+            _scale(panels[0].yaxis, values)
+        elif axis.is_logarithmic:
+            panels[0].set_yscale("log")
+        panels[0].set_ylabel(label, fontsize=6.0)
+        place_label(panels[0].yaxis)
+    for axes, (name, values) in zip(grid[-1], columns.items(), strict=True):
+        _scale(axes.xaxis, values)
         axes.set_xlabel(parameter_label(name), fontsize=6.0)
     add_scale(figure, list(grid[-1]), ScalarMappable(norm, sequential_colormap()), axis.label)
     return figure
-
-
-def _coloured(points: Points, quantity: str) -> tuple[ValueAxis, Array, Normalize]:
-    """Return the axis of a final result, its values in the unit of that, and their colours."""
-    values = points.results[quantity]
-    axis = ValueAxis.of(points.variables[quantity], values[np.isfinite(values)])
-    shown = axis.unit.of(values)
-    return axis, shown, axis.colours(shown)
 
 
 @styled
@@ -328,41 +329,98 @@ def parallel_coordinates(summary: xr.Dataset, quantity: str = "wear_volume") -> 
     """
     points = Points.of(summary)
     axis, shown, norm = _coloured(points, quantity)
-    known = np.isfinite(shown) & (shown > 0.0 if axis.is_logarithmic else True)
+    rows = np.argsort(shown)
+    rows = rows[np.isfinite(shown[rows]) & (shown[rows] > 0.0 if axis.is_logarithmic else True)]
     columns = [
         _scaled(points.parameters.get(n, points.place(n).astype(np.float64))) for n in points.levels
     ]
-    columns.append(np.asarray(norm(shown), dtype=np.float64))
-    table = np.column_stack(columns)[known]
-    order = np.argsort(shown[known])
     figure = JournalFigure(2, 70.0)
     axes = figure.subplots()
-    places = np.arange(table.shape[1])
-    paths = [np.column_stack([places, row]) for row in table[order]]
-    tints = sequential_colormap()(norm(shown[known][order]))
+    places = range(len(columns) + 1)
+    table = np.column_stack([*columns, norm(shown)])[rows]
+    paths = [np.column_stack([places, row]) for row in table]
+    tints = sequential_colormap()(norm(shown[rows]))
     axes.add_collection(LineCollection(paths, colors=tints, linewidths=0.7))
     ends = [tuple(value_text(n, v[i]) for i in (0, -1)) for n, v in points.levels.items()]
-    low, *_, high = shown[known][order]
-    ends.append((fixed_digits(low, 3), fixed_digits(high, 3)))
+    ends.append(tuple(fixed_digits(shown[rows[i]], 3) for i in (0, -1)))
     for place, (bottom, top) in enumerate(ends):
         axes.axvline(place, color=MUTED, lw=0.6)
         axes.text(place, -0.03, bottom, ha="center", va="top", fontsize=6.0)
         axes.text(place, 1.03, top, ha="center", va="bottom", fontsize=6.0)
-    axes.set(xlim=(-0.3, places[-1] + 0.3), ylim=(-0.12, 1.12))
+    axes.set(xlim=(-0.3, places[-1] + 0.3), ylim=(-0.12, 1.12), yticks=[])
     words = [parameter(name).words for name in points.levels]
     axes.set_xticks(places, [*words, axis.label], fontsize=6.5)
     axes.tick_params(axis="x", length=0)
-    axes.set_yticks([])
     axes.spines[:].set_visible(False)
     return figure
 
 
 def _scaled(values: Array) -> Array:
     """Return values from 0 to 1, evenly in the logarithm where they span much; infinite ones 1."""
-    known = np.asarray(values, dtype=np.float64)
-    finite = known[np.isfinite(known)]
-    if finite.min() > 0.0 and finite.max() > 8.0 * finite.min():
-        known, finite = np.log(known), np.log(finite)
-    spread = float(finite.max() - finite.min()) or 1.0
-    top = 0.9 if finite.size < known.size else 1.0
-    return np.where(np.isfinite(known), top * (known - finite.min()) / spread, 1.0)
+    finite = values[np.isfinite(values)]
+    if finite.min() > 0.0 and finite.max() > _LOGARITHMIC_FROM * finite.min():
+        values, finite = np.log(values), np.log(finite)
+    spread = float(np.ptp(finite)) or 1.0
+    top = 0.9 if finite.size < values.size else 1.0
+    return np.where(np.isfinite(values), top * (values - finite.min()) / spread, 1.0)
+
+
+def has_fretting_map(summary: xr.Dataset) -> bool:
+    """Whether a study varies a load and a displacement, and so has a fretting map."""
+    return "load" in summary["status"].dims and any(n in summary["status"].dims for n in _WAYS)
+
+
+@styled
+def fretting_map(summary: xr.Dataset, *, ax: Axes | None = None) -> Figure:
+    """Draw the regime of sliding over load and displacement; dots grow with the wear volume.
+
+    `summary` is a merged study that varies the load and the displacement amplitude or ratio; of
+    other varied parameters the first value is shown. Slip that is partial in some snapshots and
+    gross in others is mixed. The width of a dot is in proportion to the cube root of the wear
+    volume.
+    """
+    across = next(name for name in _WAYS if name in summary["status"].dims)
+    rest = {n: 0 for n in summary["status"].dims if n not in ("load", across)}
+    shown = summary.isel(rest).transpose("load", across, ...)
+    gross = shown["regime"].mean("cycle", skipna=True).values
+    volume = shown["wear_volume"].max("cycle").values
+    is_line = shown["load"].attrs.get("units") == FORCE_PER_LENGTH.si_unit
+    figure, axes = one_panel(1, 66.0, ax)
+    axes.set(xscale="log", yscale="log")
+    places = []
+    for name, axis, like in (
+        (across, axes.xaxis, 1.0),
+        ("load", axes.yaxis, PerLength(1.0) if is_line else 1.0),
+    ):
+        places.append(parameter(name).suiting(like).unit.of(shown[name].values))
+        axis.set_ticks(places[-1], [f"{value:g}" for value in places[-1]])
+        axis.set_ticks([], minor=True)
+        label = parameter_label(name, like)
+        axis.set_label_text(label[:1].upper() + label[1:])
+    way, load = np.meshgrid(*places)
+    kinds = np.where(gross == 0.0, "partial slip", np.where(gross == 1.0, "gross slip", "mixed"))
+    dots = []
+    for regime, (marker, color) in _REGIMES.items():
+        here = (kinds == regime) & np.isfinite(gross)
+        if here.any():
+            options: dict[str, Any] = {"color": color, "marker": marker, "label": regime}
+            dots.append((axes.scatter(way[here], load[here], linewidths=0.0, **options), here))
+    axes.margins(0.12)
+    key = axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), title="Regime")
+    for handle in key.legend_handles:
+        handle.set_sizes([30.0])  # type: ignore[union-attr]
+    worn, greatest = variable_of(shown, "wear_volume"), float(np.nanmax(volume))
+    unit = readable_unit(volume, worn.si_unit)
+    largest = with_unit(f"{unit.of(greatest):.3g}", unit)
+    note = f"width of dots: cube root of {worn.words}, largest {largest}"
+    axes.set_title(note, fontsize="small", loc="left")
+    # How far apart neighbours are is known when the axes have their place.
+    figure.draw_without_rendering()
+    pixels = axes.transData.transform(np.column_stack([way.ravel(), load.ravel()]))
+    x, y = (each.reshape(way.shape) * 72.0 / figure.dpi for each in pixels.T)
+    steps = np.abs([*np.diff(x[0]), *np.diff(y[:, 0])])
+    widest = min(_LARGEST, _APART * float(steps.min(initial=np.inf)))
+    widths = np.maximum(widest * np.cbrt(volume / greatest), _SMALLEST)
+    for collection, here in dots:
+        collection.set_sizes(widths[here] ** 2)
+    return figure

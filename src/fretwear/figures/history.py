@@ -1,11 +1,11 @@
-"""Quantities against cycles, for one case or for all cases of a study."""
+"""Results over the cycles: the points of a study as lines, their panels, colours and captions."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import cycle
+from itertools import cycle, product
 from typing import Any
 
 import numpy as np
@@ -17,32 +17,19 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, NullLocator
 
-from fretwear.data.effects import LEAST_SEEDS, SEED
+from fretwear.data.effects import LEAST_SEEDS, SEED, rank_correlations
 from fretwear.figures.axes import (
     MOST_LABELLED,
     MOST_WITH_MINOR_TICKS,
     ValueAxis,
     label_curves,
-    label_outer,
     make_panels,
     outside_key,
     parameter_label,
-    set_cycle_axis,
 )
-from fretwear.figures.datasets import check_dataset, variable_of
-from fretwear.figures.lines import (
-    Array,
-    Layout,
-    Line,
-    choose_layout,
-    means_over,
-    shown_lines,
-    study_lines,
-)
+from fretwear.figures.datasets import Array, check_dataset, require, variable_of, with_cycles
 from fretwear.figures.maps import add_scale
 from fretwear.figures.style import (
-    CATEGORICAL,
-    INK,
     LINE_STYLES,
     MARKERS,
     Columns,
@@ -53,9 +40,14 @@ from fretwear.figures.style import (
     sequential_colours,
     styled,
 )
-from fretwear.study.parameters import parameter, symbol_text
-from fretwear.units import MICROMETRE, listed
-from fretwear.vocabulary import Variable
+from fretwear.study.parameters import parameter, symbol_text, words_text
+from fretwear.units import in_unit, listed
+from fretwear.vocabulary import CASE_ID, POINT, STATUS, Variable
+
+Value = Any
+"""A value of a parameter: a float, or a string such as a slip model's name."""
+Levels = Mapping[str, tuple[Value, ...]]
+"""The different values of each varied name, in the study's order."""
 
 HISTORIES = {
     "contact_half_width": "contact_half_width_x",
@@ -65,11 +57,219 @@ HISTORIES = {
 }
 """The results that have a figure of their own, by its name."""
 
-ZONES = {"contact": CATEGORICAL[0], "stick": INK}
-"""The zones and their colours."""
-HALF_WIDTH_LABEL = "Half-width along x (µm)"
-
+_MOST_ROWS, _MOST_PANELS_ACROSS, _MOST_STYLES, _MOST_COLORS, _MOST_KEYED = 3, 3, 4, 60, 8
+_BOOKKEEPING = {CASE_ID.name, POINT.name, STATUS.name, "id"}
+_PREFERRED_STYLE = ("plastic_limit", "slip_model")
+_PREFERRED_COLOR = ("roughness_amplitude", "roughness")
+_MOST_CONTRASTS = 2
+_MOST_NAMED = 8
 _MOST_MARKS = 12
+# Slip that disregards the worn shape is for comparison: where there is another, it is not shown.
+_SIMPLIFIED = ("slip_model", "cattaneo_mindlin")
+
+
+@dataclass(frozen=True)
+class Line:
+    """One point of a study: its place, its varied values and one quantity over the cycles.
+
+    `cycles` and `quantity` are of every step where these are known, else of the snapshots, which
+    are `marks` of shape (2, k): cycles and values; none of a history alone. A mean over seeds has
+    the standard `deviation` of the quantity.
+    """
+
+    point: Mapping[str, int]
+    values: Mapping[str, Value]
+    cycles: Array
+    quantity: Array
+    marks: Array
+    deviation: Array | None = None
+
+    @property
+    def has_marks(self) -> bool:
+        """Whether its snapshots are few enough to be marked."""
+        return bool(0 < self.marks.shape[1] <= _MOST_MARKS)
+
+    @property
+    def is_point(self) -> bool:
+        """Whether a logarithmic axis leaves a single snapshot of it, which is no line."""
+        return int(np.count_nonzero(self.quantity > 0.0)) < 2
+
+
+def study_lines(
+    summary: xr.Dataset, variable: str, history: xr.Dataset | None = None
+) -> list[Line]:
+    """Return one line per finished point of a study, of a quantity such as ``wear_volume``.
+
+    The dataset is a merged study (varied names, then ``cycle``; or ``point``, ``cycle``), that of
+    one case, or the history of either (…, ``step``, with ``cycle`` a variable). Its `history`
+    gives the lines every step. It is a `ValueError` when it lacks the quantity.
+    """
+    require(summary, variable)
+    summary = with_cycles(summary)
+    dims = [str(dim) for dim in summary[variable].dims if dim not in ("cycle", "step")]
+    steps = summary if history is None or variable not in history else history
+    (cycles, quantities), (dense_cycles, dense) = (
+        [
+            each.transpose(*dims, ...).values.astype(np.float64)
+            for each in xr.broadcast(dataset["cycle"], dataset[variable])
+        ]
+        for dataset in (summary, steps)
+    )
+    columns: dict[str, tuple[str, list[Value]]] = {}
+    for name, coordinate in summary.coords.items():
+        if name not in _BOOKKEEPING and coordinate.ndim == 1 and coordinate.dims[0] in dims:
+            units = coordinate.attrs.get("units", "")
+            column = [in_unit(value, units) for value in coordinate.values.tolist()]
+            columns[str(name)] = str(coordinate.dims[0]), column
+    lines = []
+    for at in map(tuple, np.argwhere(np.isfinite(quantities).any(axis=-1)).tolist()):
+        point = dict(zip(dims, at, strict=True))
+        values = {name: column[point[dim]] for name, (dim, column) in columns.items()}
+        marks = np.stack([cycles[at], quantities[at]])[:, np.isfinite(quantities[at])]
+        marks = marks if "cycle" in summary.dims else marks[:, :0]
+        known = np.isfinite(dense[at])
+        lines.append(Line(point, values, dense_cycles[at][known], dense[at][known], marks))
+    return lines
+
+
+def _means(lines: Sequence[Line], summary: xr.Dataset) -> list[Line]:
+    """Return the means and deviations of the lines that differ in their seed alone.
+
+    They are taken at every cycle of any of them, between steps along straight lines. What varies
+    with the seed is no value of theirs.
+    """
+    groups: dict[tuple[int, ...], list[Line]] = {}
+    for line in lines:
+        groups.setdefault(tuple(i for n, i in line.point.items() if n != SEED), []).append(line)
+    means = []
+    for group in groups.values():
+        point = {name: i for name, i in group[0].point.items() if name != SEED}
+        values = {n: v for n, v in group[0].values.items() if SEED not in summary[n].dims}
+        cycles = np.unique(np.concatenate([line.cycles for line in group]))
+        marked = np.unique(np.concatenate([line.marks[0] for line in group]))
+        each = np.stack([np.interp(cycles, line.cycles, line.quantity) for line in group])
+        mean, deviation = each.mean(axis=0), each.std(axis=0, ddof=1) if len(group) > 1 else None
+        marks = np.stack([marked, np.interp(marked, cycles, mean)])
+        means.append(Line(point, values, cycles, mean, marks, deviation))
+    return means
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Which varied names make rows, panels across, colours and line styles of a figure.
+
+    The value of `paired` names is told by that of the colour's name, as in paired lists. `levels`
+    are the values that the figure shows of each name; of those of which it shows only some,
+    `thinned` has how many there are.
+    """
+
+    rows: Sequence[str]
+    across: Sequence[str]
+    color: str | None
+    style: str | None
+    paired: Sequence[str]
+    levels: Levels
+    thinned: Mapping[str, int]
+
+    @property
+    def is_keyed(self) -> bool:
+        """Whether the colours are few enough for a key, without a bar of colours."""
+        return self.color is None or len(self.levels[self.color]) <= _MOST_KEYED
+
+    def panels(self, most_across: int) -> tuple[list[dict[str, Value]], int]:
+        """Return the values that each panel stands for, row by row, and the panels in a row."""
+        names = (*self.rows, *self.across)
+        combinations = product(*(self.levels[name] for name in names))
+        panels = [dict(zip(names, values, strict=True)) for values in combinations]
+        across = math.prod(len(self.levels[name]) for name in self.across)
+        return panels, across if self.rows else min(across, most_across)
+
+    def index(self, name: str | None, line: Line) -> int:
+        """Return the place of a line's value among those shown of `name`, 0 for no name."""
+        return 0 if name is None else self.levels[name].index(line.values[name])
+
+    def shown(self, lines: Sequence[Line]) -> list[Line]:
+        """Return the lines all of whose values the layout shows."""
+        return [
+            each for each in lines if all(each.values[n] in self.levels[n] for n in self.thinned)
+        ]
+
+
+def choose_layout(lines: Sequence[Line]) -> Layout:
+    """Choose panels, colours and line styles for the names that the lines vary.
+
+    Colour tells the roughness amplitude or, if that is fixed, the name with most values; the line
+    style the plastic limit or another name with few values, unless many lines crowd a panel; the
+    remaining names make panels. Of a name with more values than can be shown, some are left out,
+    evenly.
+    """
+    levels = _levels(lines)
+    names, told_by = _independent(levels, lines)
+    style = None
+    if len(names) > 1 and all(len(levels[name]) <= _MOST_KEYED for name in names):
+        few = [name for name in names if len(levels[name]) <= _MOST_STYLES]
+        others = [name for name in few if name not in _PREFERRED_COLOR]
+        preferred = [name for name in _PREFERRED_STYLE if name in few]
+        style = min(preferred[:1] or others, key=lambda name: len(levels[name]), default=None)
+    rest = [name for name in names if name != style]
+    preferred = [name for name in _PREFERRED_COLOR if name in rest]
+    finest = max(preferred[:1] or rest, key=lambda name: len(levels[name]), default=None)
+    color = _telling(levels, lines) or finest
+    if color not in rest and color is not None:  # each of them tells the others
+        rest, style = [color], None
+    facets = [name for name in rest if name != color]
+    rows, facets = (facets[:1], facets[1:]) if len(facets) > 1 else ([], facets)
+    across, held = facets[:1], facets[1:]
+    most: dict[str | None, int] = {color: _MOST_COLORS}
+    most |= dict.fromkeys(rows, _MOST_ROWS)
+    most |= dict.fromkeys(across, _MOST_PANELS_ACROSS * (1 if rows else _MOST_ROWS))
+    shown = dict(levels)
+    for name, values in levels.items():
+        if len(values) > most.get(name, math.inf):
+            picks = np.linspace(0, len(values) - 1, most[name]).round().astype(int)
+            shown[name] = tuple(values[index] for index in np.unique(picks))
+    shown |= {name: levels[name][-1:] for name in held}
+    thinned = {n: len(levels[n]) for n in names if len(shown[n]) < len(levels[n])}
+    paired = [name for name, leader in told_by.items() if leader == color]
+    return Layout(rows, across, color, style, paired, shown, thinned)
+
+
+def _levels(lines: Sequence[Line]) -> Levels:
+    names = lines[0].values if lines else ()
+    return {name: tuple(dict.fromkeys(line.values[name] for line in lines)) for name in names}
+
+
+def _telling(levels: Levels, lines: Sequence[Line]) -> str | None:
+    """Return the name that explains most of points drawn at random: by rank correlation."""
+    drawn = [
+        name
+        for name, values in levels.items()
+        if len(values) > max(_MOST_KEYED, 0.9 * len(lines))
+        and not any(isinstance(value, str) for value in values)
+    ]
+    if len(drawn) < 2:
+        return None
+    last = np.array([[line.quantity[-1]] for line in lines])
+    values = np.array([[line.values[name] for name in drawn] for line in lines], dtype=float)
+    correlations = np.abs(rank_correlations(values, last))[:, 0]
+    return drawn[int(np.argmax(np.nan_to_num(correlations)))]
+
+
+def _independent(levels: Levels, lines: Sequence[Line]) -> tuple[list[str], dict[str, str]]:
+    """Part the varied names into those that vary on their own, and those that another one tells."""
+    kept: list[str] = []
+    told_by: dict[str, str] = {}
+    for name in (name for name, values in levels.items() if len(values) > 1):
+        for other in kept:
+            pairs = {(line.values[other], line.values[name]) for line in lines}
+            # A colour bar is no use for a few values.
+            readable = len(levels[other]) <= _MOST_KEYED or len(levels[name]) > _MOST_STYLES
+            if readable and len(pairs) == len(levels[other]):
+                told_by[name] = other
+                break
+        else:
+            kept.append(name)
+    return kept, told_by
 
 
 @styled
@@ -91,7 +291,7 @@ def scalar_history(
     varies; `ax` is a ValueError where that takes more panels than one.
     """
     check_dataset(dataset)
-    return CyclePlot.of(dataset, quantity, history).draw(columns, ax)
+    return CyclePlot(dataset, quantity, history).draw(columns, ax)
 
 
 contact_half_width, stick_half_width, wear_volume, dissipated_energy = (
@@ -99,56 +299,44 @@ contact_half_width, stick_half_width, wear_volume, dissipated_energy = (
 )
 
 
-@dataclass(frozen=True)
 class CyclePlot:
-    """What a figure of a result over the cycles shows, drawn and told.
+    """A figure of a result over the cycles, drawn and told; a `ValueError` where no point has it.
 
-    `lines` are those of the study, or their means over the `seeds` of an ensemble, as far as the
-    layout shows them; `cases` says in words how many there are.
+    `lines` are those of the study, or their means over the seeds of an ensemble, as far as the
+    layout shows them.
     """
 
-    variable: Variable
-    lines: Sequence[Line]
-    layout: Layout
-    axis: ValueAxis
-    seeds: int
-    cases: str
-    is_dense: bool
-
-    @classmethod
-    def of(
-        cls, dataset: xr.Dataset, quantity: Variable | str, history: xr.Dataset | None = None
-    ) -> CyclePlot:
-        """Return the plot; a `ValueError` says that no point has a value of the quantity."""
+    def __init__(
+        self, dataset: xr.Dataset, quantity: Variable | str, history: xr.Dataset | None = None
+    ) -> None:
         variable = variable_of(dataset, quantity) if isinstance(quantity, str) else quantity
         lines = study_lines(dataset, variable.name, history)
         if not lines:
             raise ValueError(f"No point has a value of {variable.name}: there is nothing to draw.")
         points = dataset["status"].size if "status" in dataset else len(lines)
-        cases = f"{len(lines)} of {points} cases, those done"
+        self._cases = f"{len(lines)} of {points} cases, those done"
         if points == len(lines):
-            cases = "one case" if points == 1 else f"all {points} cases"
+            self._cases = "one case" if points == 1 else f"all {points} cases"
         seeds = dataset[variable.name].sizes.get(SEED, 0)
-        if seeds < LEAST_SEEDS:
-            seeds = 0
-        else:
+        self._seeds = seeds if seeds >= LEAST_SEEDS else 0
+        if self._seeds:
             # Seeds are chance: their mean is shown, and how far they are from it.
-            lines = means_over(SEED, lines, dataset)
-        layout = choose_layout(lines)
-        lines = shown_lines(lines, layout)
-        cycles, known = _joined(lines)
-        axis = ValueAxis.of(variable, known[(cycles == 0.0) | (cycles >= 1.0)])
-        is_dense = history is not None
-        return cls(variable, lines, layout, axis, seeds, cases, is_dense)
+            lines = _means(lines, dataset)
+        self._layout = choose_layout(lines)
+        self.lines = self._layout.shown(lines)
+        cycles, known = _joined(self.lines)
+        self._axis = ValueAxis(variable, known[(cycles == 0.0) | (cycles >= 1.0)])
+        self._is_dense = history is not None
 
     @styled
     def draw(self, columns: Columns = 2, ax: Axes | None = None) -> Figure:
         """Draw the figure."""
-        layout, axis, lines = self.layout, self.axis, self.lines
+        layout, axis, lines = self._layout, self._axis, self.lines
         contents, across = layout.panels(4 if columns == 2 else 2)
         if ax is None:
+            titles = [", ".join(symbol_text(*each) for each in facet.items()) for facet in contents]
             row = 46.0 if len(contents) > across else 56.0
-            figure, panels = make_panels(columns, len(contents), across, (16.0, row), "row")
+            figure, panels = make_panels(columns, titles, across, (16.0, row), "row")
         elif len(contents) == 1:
             figure, panels = root_figure(ax), [ax]
         else:
@@ -156,44 +344,55 @@ class CyclePlot:
                 f"This study takes {len(contents)} panels, which do not fit into one axes: leave "
                 "out ax, or select a part of the study first, for example with dataset.isel(...)."
             )
-        cycles, values = _joined(lines)
+        every = _joined(lines)
         colors, norm = self._palette()
         curves: list[Line2D] = []
         for index, (panel, facet) in enumerate(zip(panels, contents, strict=True)):
             panel.grid(axis="y")
             for line in _matching(lines, [facet]):
                 curves.append(self._draw_line(panel, line, colors, is_keyed=norm is None))
-            panel.set_title(", ".join(symbol_text(name, value) for name, value in facet.items()))
-            axis.set_cycles(panel, cycles, values)
+            axis.set_cycles(panel, *every)
             row_of_lines = _matching(lines, contents[index : index + across])
             if index % across == 0 and row_of_lines:
                 axis.set_limits(panel, *_joined(row_of_lines))
             if len(panels) > MOST_WITH_MINOR_TICKS:
                 panel.xaxis.set_minor_locator(NullLocator())
                 panel.yaxis.set_minor_locator(NullLocator())
-        label_outer(panels, across)
         if len(panels) > 1:
             figure.supylabel(axis.label, fontsize=7.5)
         else:
             panels[0].set_ylabel(axis.label)
-        if self.seeds:
-            note = f"Lines are means of {self.seeds} seeds, bands their standard deviation."
+        if self._seeds:
+            note = f"Lines are means of {self._seeds} seeds, bands their standard deviation."
             figure.supxlabel(note, fontsize=7.0)
-        few = len(panels) == 1 and 1 < len(lines) <= MOST_LABELLED
-        if few and layout.color and not layout.style:
-            texts = self._key_texts(layout.color)
+        texts = self._key_texts(layout.color)
+        if len(panels) == 1 and 1 < len(lines) <= MOST_LABELLED and texts and not layout.style:
             names = [texts[layout.index(layout.color, line)] for line in lines]
             if label_curves(panels[0], curves, names):
                 return figure
-        self._add_keys(figure, panels, colors, norm, inside=ax is not None)
+        if norm is not None and layout.color:
+            texts, unit = [], parameter(layout.color).unit
+            numbers = FuncFormatter(lambda value, _: f"{unit.of(value):g}")
+            options = {"aspect": 40, "fraction": 0.04, "format": numbers}
+            scale = ScalarMappable(norm, sequential_colormap())
+            add_scale(figure, panels, scale, parameter_label(layout.color), **options)
+        marks = zip(colors, cycle(MARKERS), texts, strict=False)
+        key = [Line2D([], [], color=color, marker=mark) for color, mark, _ in marks]
+        for dashes, text in zip(LINE_STYLES, self._key_texts(layout.style), strict=False):
+            key.append(Line2D([], [], color="#555555", ls=dashes))
+            texts.append(text)
+        if key and ax is not None:
+            ax.legend(key, texts)
+        elif key:
+            outside_key(figure, key, texts)
         return figure
 
     def _palette(self) -> tuple[Sequence[Any], Normalize | None]:
         """Return the colours of the levels, and how a bar of colours is scaled if there is one."""
-        levels = self.layout.levels[self.layout.color] if self.layout.color else ("",)
+        levels = self._layout.levels[self._layout.color] if self._layout.color else ("",)
         if isinstance(levels[0], str):
             return [look(place)[0] for place in range(len(levels))], None
-        if self.layout.is_keyed:
+        if self._layout.is_keyed:
             return sequential_colours(len(levels)), None
         values = np.asarray(levels, dtype=np.float64)
         finite = values[np.isfinite(values)]
@@ -204,64 +403,35 @@ class CyclePlot:
     def _draw_line(
         self, panel: Axes, line: Line, colors: Sequence[Any], *, is_keyed: bool
     ) -> Line2D:
-        place, style = (
-            self.layout.index(name, line) for name in (self.layout.color, self.layout.style)
-        )
-        color = {"color": colors[place]}
-        marks: dict[str, Any] = {
+        layout, unit, values = self._layout, self._axis.unit, line.quantity
+        place, style = (layout.index(name, line) for name in (layout.color, layout.style))
+        options: dict[str, Any] = {"color": colors[place]}
+        marks = options | {
             "marker": MARKERS[place % len(MARKERS) if is_keyed else 0],
             "markerfacecolor": "white" if style else colors[place],
             "markeredgewidth": 0.8,
         }
-        # A logarithmic axis leaves a single snapshot of a run without steps, which is no line.
-        has_marks = _has_marks(line) and (is_keyed or _is_point(line))
+        has_marks = line.has_marks and (is_keyed or line.is_point)
         at_steps = has_marks and np.array_equal(line.marks[0], line.cycles)
-        options = color | (marks if at_steps else {})
-        values, unit = line.quantity, self.axis.unit
         dashes = LINE_STYLES[style % len(LINE_STYLES)]
-        (curve,) = panel.plot(line.cycles, unit.of(values), linestyle=dashes, **options)
+        look_of_line = marks if at_steps else options
+        (curve,) = panel.plot(line.cycles, unit.of(values), linestyle=dashes, **look_of_line)
         if has_marks and not at_steps:
-            heights = unit.of(line.marks[1])
-            panel.plot(line.marks[0], heights, ls="none", label="_snapshots", **color, **marks)
+            panel.plot(
+                line.marks[0], unit.of(line.marks[1]), ls="none", label="_snapshots", **marks
+            )
         if line.deviation is not None:
             low, high = unit.of(values - line.deviation), unit.of(values + line.deviation)
-            panel.fill_between(line.cycles, low, high, alpha=0.2, lw=0.0, label="_band", **color)
+            panel.fill_between(line.cycles, low, high, alpha=0.2, lw=0.0, label="_band", **options)
         return curve
-
-    def _add_keys(
-        self,
-        figure: Figure,
-        panels: Sequence[Axes],
-        colors: Sequence[Any],
-        norm: Normalize | None,
-        *,
-        inside: bool,
-    ) -> None:
-        color_texts, style_texts = map(self._key_texts, (self.layout.color, self.layout.style))
-        if norm is not None and self.layout.color:
-            color_texts, unit = [], parameter(self.layout.color).unit
-            numbers = FuncFormatter(lambda value, _: f"{unit.of(value):g}")
-            options = {"aspect": 40, "fraction": 0.04, "format": numbers}
-            scale = ScalarMappable(norm, sequential_colormap())
-            add_scale(figure, panels, scale, parameter_label(self.layout.color), **options)
-        marks = zip(colors, cycle(MARKERS), color_texts, strict=False)
-        styles = zip(cycle(LINE_STYLES), style_texts, strict=False)
-        handles = [
-            *(Line2D([], [], color=color, marker=mark, label=text) for color, mark, text in marks),
-            *(Line2D([], [], color="#555555", ls=style, label=text) for style, text in styles),
-        ]
-        if handles and inside:
-            panels[0].legend(handles=handles)
-        elif handles:
-            outside_key(figure, handles, color_texts + style_texts)
 
     def _key_texts(self, name: str | None) -> list[str]:
         """Return the key of a name's values, with those of the names that it tells."""
         if name is None:
             return []
-        names = (name, *self.layout.paired) if name == self.layout.color else (name,)
+        names = (name, *self._layout.paired) if name == self._layout.color else (name,)
         texts = []
-        for value in self.layout.levels[name]:
+        for value in self._layout.levels[name]:
             line = next(line for line in self.lines if line.values[name] == value)
             texts.append(", ".join(symbol_text(each, line.values[each]) for each in names))
         return texts
@@ -269,43 +439,42 @@ class CyclePlot:
     @property
     def caption(self) -> str:
         """What the figure shows, in words."""
-        return " ".join(self._sentences())
-
-    def _sentences(self) -> Iterator[str]:
-        layout = self.layout
-        yield f"{self.variable.label} against the number of cycles, {self.cases}."
-        if self.seeds:
-            yield f"Mean and standard deviation over {self.seeds} seeds."
+        layout, axis = self._layout, self._axis
+        told = [f"{axis.variable.label} against the number of cycles, {self._cases}."]
+        if self._seeds:
+            told.append(f"Mean and standard deviation over {self._seeds} seeds.")
         if layout.rows or layout.across:
-            yield f"Panels: {_names([*layout.rows, *layout.across])}."
+            told.append(f"Panels: {_names([*layout.rows, *layout.across])}.")
         if layout.color:
-            together = f", with {_names(layout.paired)}" if layout.paired else ""
-            yield f"Colour: {parameter(layout.color).words}{together if layout.is_keyed else ''}."
-            if layout.paired and not layout.is_keyed:
-                verb = "changes" if len(layout.paired) == 1 else "change"
-                yield f"From line to line, {_names(layout.paired)} {verb} too."
+            with_it = f", with {_names(layout.paired)}" if layout.paired and layout.is_keyed else ""
+            told.append(f"Colour: {parameter(layout.color).words}{with_it}.")
+        if layout.paired and not layout.is_keyed:
+            verb = "changes" if len(layout.paired) == 1 else "change"
+            told.append(f"From line to line, {_names(layout.paired)} {verb} too.")
         if layout.style:
-            yield f"Line and filling of marks: {parameter(layout.style).words}."
+            told.append(f"Line and filling of marks: {parameter(layout.style).words}.")
         for name, total in layout.thinned.items():
-            shown = len(layout.levels[name])
-            yield f"Of {total} values of {parameter(name).words}, {shown} are shown."
-        is_marked = layout.is_keyed and any(map(_has_marks, self.lines))
-        is_marked = is_marked or any(map(_is_point, self.lines))
-        if self.is_dense:
-            yield f"Lines go through every step{'; marks are snapshots' if is_marked else ''}."
+            words, shown = parameter(name).words, len(layout.levels[name])
+            told.append(f"Of {total} values of {words}, {shown} are shown.")
+        is_marked = layout.is_keyed and any(line.has_marks for line in self.lines)
+        is_marked = is_marked or any(line.is_point for line in self.lines)
+        if self._is_dense:
+            marks = "; marks are snapshots" if is_marked else ""
+            told.append(f"Lines go through every step{marks}.")
         elif is_marked:
-            yield "Marks are snapshots, joined by straight lines."
+            told.append("Marks are snapshots, joined by straight lines.")
         cycles, values = _joined(self.lines)
         positive = cycles[((cycles == 0.0) | (cycles >= 1.0)) & (values > 0.0)]
         is_wide = cycles.max() >= 10.0 * positive[positive > 0.0].min(initial=math.inf)
-        if not self.axis.is_logarithmic:
+        if not axis.is_logarithmic:
             broken = "The axis of cycles is logarithmic to the right of the break."
-            yield broken if is_wide else "The axes are linear."
+            told.append(broken if is_wide else "The axes are linear.")
         elif not is_wide:
-            yield "The vertical axis is logarithmic."
+            told.append("The vertical axis is logarithmic.")
         else:
             broken = ", that of cycles to the right of the break" if 0.0 in positive else ""
-            yield f"Both axes are logarithmic{broken}."
+            told.append(f"Both axes are logarithmic{broken}.")
+        return " ".join(told)
 
 
 def _joined(lines: Sequence[Line]) -> tuple[Array, Array]:
@@ -317,28 +486,67 @@ def _names(names: Sequence[str]) -> str:
     return listed(parameter(name).words for name in names)
 
 
-def _has_marks(line: Line) -> bool:
-    return bool(0 < line.marks.shape[1] <= _MOST_MARKS)
-
-
-def _is_point(line: Line) -> bool:
-    return int(np.count_nonzero(line.quantity > 0.0)) < 2
-
-
 def _matching(lines: Sequence[Line], panels: Sequence[Mapping[str, Any]]) -> list[Line]:
     """Return the lines that belong to any of the panels."""
     return [line for line in lines if any(each.items() <= line.values.items() for each in panels)]
 
 
-def draw_zone_widths(axes: Axes, history: xr.Dataset) -> list[Line2D]:
-    """Draw the half-widths of both zones of a case, or of its history; return their curves."""
-    cycles = np.atleast_1d(history["cycle"].values).astype(np.float64)
-    curves, highest = [], 0.0
-    for zone, color in ZONES.items():
-        widths = MICROMETRE.of(np.atleast_1d(history[f"{zone}_half_width_x"].values))
-        curves += axes.plot(cycles, widths, color=color, label=zone)
-        highest = max(highest, float(np.nanmax(widths)))
-    axes.set_ylim(0.0, 1.15 * highest)
-    axes.set_ylabel(HALF_WIDTH_LABEL)
-    set_cycle_axis(axes, cycles)
-    return curves
+@dataclass(frozen=True)
+class RepresentativeCases:
+    """Cases that differ in the names of `contrasts` and agree, where possible, in the others.
+
+    `ids` are the case ids by title, as ``smooth, elastic``; a single case has none. `common` says
+    in words which values of the study's other varied names all of them have, and `left_out` in a
+    sentence, which begins with a space, which values in between none of them has.
+    """
+
+    contrasts: tuple[str, ...]
+    ids: dict[str, str]
+    common: str
+    left_out: str
+
+
+def representative_cases(summary: xr.Dataset) -> RepresentativeCases:
+    """Return up to four finished cases of a merged study, reproducibly.
+
+    They span the extremes of roughness amplitude and plastic limit, or of the first two other
+    names if the study does not vary these. All other names have their last value for which all
+    of the cases are done, or as many as possible; the slip model is that of the worn shape. Points
+    drawn at random have no others alike: of them those of least and most wear are taken. It is a
+    `ValueError` when no point is done.
+    """
+    lines = study_lines(summary, "wear_volume")
+    if not lines:
+        raise ValueError("No point of the study is done: there is no case to choose.")
+    levels = _levels(lines)
+    varied = [name for name, values in levels.items() if len(values) > 1]
+    preferred = [n for n in (*_PREFERRED_COLOR, *_PREFERRED_STYLE) if n in varied]
+    contrasts = tuple(dict.fromkeys([*preferred, *varied]))[:_MOST_CONTRASTS]
+    others = [name for name in varied if name not in contrasts]
+    extremes: dict[str, tuple[Value, Value]] = {}
+    for name in contrasts:
+        is_text = any(isinstance(value, str) for value in levels[name])
+        ordered = levels[name] if is_text else sorted(levels[name])
+        extremes[name] = ordered[0], ordered[-1]
+    groups: dict[tuple[Value, ...], list[Line]] = {}
+    for line in lines:
+        if all(line.values[name] in extremes[name] for name in contrasts):
+            groups.setdefault(tuple(line.values[name] for name in others), []).append(line)
+    slip, simplified = _SIMPLIFIED
+    best = max(
+        reversed(list(groups.values())),
+        key=lambda group: (len(group), group[0].values.get(slip) != simplified),
+        default=[],
+    )
+    if not best or len(best) == 1 < len(lines):
+        by_wear = sorted(lines, key=lambda line: float(np.nanmax(line.quantity)))
+        best = [by_wear[0], by_wear[-1]]
+    titles = (", ".join(symbol_text(n, line.values[n]) for n in contrasts) for line in best)
+    ids = (str(summary["case_id"].isel(line.point).item()) for line in best)
+    shown = _levels(best)
+    common = ", ".join(words_text(n, shown[n][0]) for n in others if len(shown[n]) == 1)
+    missed = [words_text(n, v) for n in contrasts for v in levels[n] if v not in shown[n]]
+    left_out = f" Not shown: {', '.join(missed)}." if missed else ""
+    if len(missed) > _MOST_NAMED:
+        left_out = f" These are {len(best)} of {len(lines)} cases."
+    return RepresentativeCases(contrasts, dict(zip(titles, ids, strict=True)), common, left_out)

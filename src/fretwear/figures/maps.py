@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -18,7 +17,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike, NDArray
 
 from fretwear.data.dataset import mirrored
-from fretwear.figures.axes import label_outer, make_panels, outside_key
+from fretwear.figures.axes import make_panels, outside_key
 from fretwear.figures.datasets import check_cases, snapshots
 from fretwear.figures.style import (
     CATEGORICAL,
@@ -43,8 +42,7 @@ _CORNERS_OF_A_CIRCLE = 181
 _EDGES = {"edge of contact": MUTED, "edge of stick zone": CATEGORICAL[0]}
 
 
-@dataclass(frozen=True)
-class WearMap:
+class WearMap(NamedTuple):
     """The scar on the whole contact at a cycle, in m.
 
     `x` and `y` are the nx and ny cell centres from −L to L, `depth` is of shape (nx, ny); the edges
@@ -79,7 +77,8 @@ def wear_map(
     """
     scar = take_wear_map(dataset, cycle)
     figure, panel = one_panel(columns, 80.0 if columns == 1 else 144.0, ax)
-    keys = _draw_scars(figure, [panel], {f"cycle {cycle_text(scar.cycle)}": scar})
+    keys = _draw_scars(figure, [panel], [scar])
+    panel.set_title(f"cycle {cycle_text(scar.cycle)}")
     if ax is None:
         outside_key(figure, keys, list(_EDGES))
     else:
@@ -97,28 +96,24 @@ def compare_wear_maps(
     the depth, so that both are visible.
     """
     check_cases(cases)
-    scars = {title: take_wear_map(case, cycle) for title, case in cases.items()}
+    scars = [take_wear_map(case, cycle) for case in cases.values()]
     across = min(len(scars), columns)
     row = (COLUMN_WIDTH[columns] - 34.0) / across + 6.0
-    figure, panels = make_panels(columns, len(scars), across, (20.0, row))
+    figure, panels = make_panels(columns, list(cases), across, (20.0, row))
     keys = _draw_scars(figure, panels, scars)
     # The panels have one frame, which shows the largest scar.
-    limit = MICROMETRE.of(max(scar.reach for scar in scars.values()))
+    limit = MICROMETRE.of(max(scar.reach for scar in scars))
     panels[0].set(xlim=(-limit, limit), ylim=(-limit, limit))
-    label_outer(panels, across)
     outside_key(figure, keys, list(_EDGES))
     return figure
 
 
-def _draw_scars(
-    figure: Figure, panels: Sequence[Axes], scars: Mapping[str, WearMap]
-) -> list[Line2D]:
-    """Draw scars by title, with a common depth scale; return lines for a key to the edges."""
-    depths = np.array([scar.depth.max() for scar in scars.values()])
+def _draw_scars(figure: Figure, panels: Sequence[Axes], scars: Sequence[WearMap]) -> list[Line2D]:
+    """Draw scars with a common depth scale; return lines for a key to the edges."""
+    depths = np.array([scar.depth.max() for scar in scars])
     unit = readable_unit(depths, "m")
-    for axes, (title, scar) in zip(panels, scars.items(), strict=True):
+    for axes, scar in zip(panels, scars, strict=True):
         image = draw_wear_map(axes, scar, unit, depth_scale(unit.of(depths)))
-        axes.set_title(title)
     add_scale(figure, panels, image, f"{RESULTS['wear_depth'].label} ({unit.name})")
     return [Line2D([], [], lw=1.2, color=color) for color in _EDGES.values()]
 

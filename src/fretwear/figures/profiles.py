@@ -1,11 +1,12 @@
-"""Profiles along x at several cycles: one case, or several in panels."""
+"""Curves of cases at several cycles: profiles along x, scars, bearing areas, fretting loops."""
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -13,10 +14,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from fretwear.data.dataset import mirrored
 from fretwear.data.stack import representative_cycles
-from fretwear.figures.axes import Place, label_curves, label_outer, make_panels, outside_key
+from fretwear.figures.axes import Place, label_curves, label_or_key, make_panels, outside_key
 from fretwear.figures.datasets import (
     BEYOND_CONTACT,
+    Array,
     Cycles,
     Envelope,
     HalfProfiles,
@@ -24,8 +27,11 @@ from fretwear.figures.datasets import (
     check_cases,
     field_of,
     half_profiles,
+    line_near_the_middle,
+    snapshots,
 )
 from fretwear.figures.style import (
+    CATEGORICAL,
     INK,
     MUTED,
     STICK_SHADE,
@@ -35,8 +41,9 @@ from fretwear.figures.style import (
     sequential_colours,
     styled,
 )
-from fretwear.units import MICROMETRE, Unit, cycle_text, readable_unit
-from fretwear.vocabulary import Field
+from fretwear.study.case import Case
+from fretwear.units import MICROMETRE, Unit, cycle_text, readable_unit, span
+from fretwear.vocabulary import BODY_FIELDS, LOOP, RESULTS, Field
 
 PROFILES = {
     "pressure_profiles": "pressure",
@@ -90,8 +97,7 @@ def field_profiles(
     if ax is None:
         cycle_key(figure, colors)
     else:
-        lines = [Line2D([], [], color=color) for color in colors.values()]
-        panel.legend(lines, names, title="cycle")
+        panel.legend(curves, names, title="cycle")
     return figure
 
 
@@ -116,7 +122,17 @@ def compare_profiles(
     check_cases(cases)
     field = field_of(quantity)
     available = {title: available_cycles(case) for title, case in cases.items()}
-    shown = _shown_cycles(available, cycles)
+    everything = sorted(set().union(*available.values()))
+    shown = list(representative_cycles(everything))
+    if cycles is not None:
+        shown = np.atleast_1d(cycles).tolist()
+        lacking = [title for title, had in available.items() if not set(shown) & set(had)]
+        if not shown or lacking or not set(shown) <= set(everything):
+            title = lacking[0] if lacking else "all cases together"
+            raise ValueError(
+                f"cycles = {shown}: every cycle must be a snapshot of some case, and every case "
+                f"must have one of them; {title!r} has {available.get(title, everything)}."
+            )
     colors = cycle_colors(shown)
     reach = BEYOND_CONTACT * max(
         float(case["contact_half_width_x"].max()) for case in cases.values()
@@ -127,34 +143,17 @@ def compare_profiles(
     ]
     across = min(len(cases), columns)
     # The edge of the contact differs between rough and smooth cases.
-    share_x: Literal["row", "all"] = "row" if at_edge(field) else "all"
-    figure, panels = make_panels(columns, len(cases), across, (14.0, 50.0), "row", share_x)
-    everything = frame_of(profiles)
-    for index, (axes, title) in enumerate(zip(panels, cases, strict=True)):
+    figure, panels = make_panels(
+        columns, list(cases), across, (14.0, 50.0), "row", "row" if at_edge(field) else "all"
+    )
+    common = frame_of(profiles)
+    for index, (axes, profile) in enumerate(zip(panels, profiles, strict=True)):
         start = index - index % across
         frame = frame_of(profiles[start : start + across])
-        frame = frame if at_edge(field) else replace(everything, top=frame.top)
-        draw_profiles(axes, profiles[index], colors, frame)
-        axes.set_title(title)
-    label_outer(panels, across, every_x=at_edge(field))
+        frame = frame if at_edge(field) else replace(common, top=frame.top)
+        draw_profiles(axes, profile, colors, frame)
     cycle_key(figure, colors)
     return figure
-
-
-def _shown_cycles(snapshots: Mapping[str, Sequence[int]], cycles: Cycles) -> Sequence[int]:
-    """Return the cycles to show of several cases; refuse one that none of them has."""
-    available = sorted(set().union(*snapshots.values()))
-    if cycles is None:
-        return representative_cycles(available)
-    wanted: list[int] = np.atleast_1d(cycles).tolist()
-    lacking = {title: had for title, had in snapshots.items() if not set(wanted).intersection(had)}
-    if not wanted or lacking or not set(wanted) <= set(available):
-        had = next(iter(lacking.values()), available)
-        raise ValueError(
-            f"cycles = {wanted}: every cycle must be a snapshot of some case, and every case must "
-            f"have one of them; {next(iter(lacking), 'all cases together')!r} has {list(had)}."
-        )
-    return wanted
 
 
 @dataclass(frozen=True)
@@ -254,8 +253,11 @@ def draw_profiles(
         x, values = (np.asarray(data) for data in curve.get_data())
         if np.nanmax(values) > frame.unit.of(frame.top):
             # The triangle says that the curve continues above the axes.
-            place, above = x[np.nanargmax(values)], axes.get_xaxis_transform()
-            axes.plot([place], [_TRIANGLE], color=curve.get_color(), transform=above, **_ABOVE_TOP)
+            mark: dict[str, Any] = {
+                "transform": axes.get_xaxis_transform(),
+                "color": curve.get_color(),
+            }
+            axes.plot(x[np.nanargmax(values)], _TRIANGLE, **mark, **_ABOVE_TOP)
     frame.apply(axes, profiles.field)
     return curves
 
@@ -318,3 +320,136 @@ def cycle_key(
     lines = [Line2D([], [], color=color) for color in ("none", *colors.values())]
     labels = ["cycle", *(cycle_text(cycle) for cycle in colors)]
     outside_key(figure, lines, labels, place, handlelength=1.4)
+
+
+@styled
+def scars(dataset: xr.Dataset, cycle: int | None = None, *, ax: Axes | None = None) -> Figure:
+    """Draw the wear of both bodies along x: the indenter's upward, the flat's downward.
+
+    The scar, after `cycle` or the last snapshot, is that of the whole contact, as a profilometer
+    crosses it. It is a ValueError where the case has one wear coefficient for both bodies together.
+    """
+    names = [field.name for field in BODY_FIELDS]
+    if isinstance(dataset, xr.Dataset) and names[0] not in dataset:
+        raise ValueError(
+            "the wear of each body is not known: give wear_coefficient as [indenter, flat]"
+        )
+    line = mirrored(snapshots(dataset, cycle, *names)[names].isel(cycle=-1))
+    figure, axes = one_panel(1, 66.0, ax)
+    x = MICROMETRE.of(line.x.values)
+    for field, sign, color in zip(BODY_FIELDS, (1.0, -1.0), CATEGORICAL, strict=False):
+        depth = sign * MICROMETRE.of(line_near_the_middle(line[field.name]).values)
+        axes.fill_between(x, depth, color=color, alpha=0.3, linewidth=0.0)
+        axes.plot(x, depth, color=color, label=field.label)
+    axes.set(xlabel="x (µm), direction of slip", ylabel=f"{RESULTS['wear_depth'].label} (µm)")
+    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
+    return figure
+
+
+@styled
+def fretting_loops(
+    loops: xr.Dataset, cycles: Sequence[int] | None = None, *, ax: Axes | None = None
+) -> Figure:
+    """Draw tangential force against displacement round a cycle, one loop for each snapshot.
+
+    `loops` are those of `fretwear.open_loops`; `cycles` left out are all of them.
+    """
+    shown = snapshots(loops, cycles, *(each.name for each in LOOP), default=list)
+    force, way = (shown[each.name] for each in LOOP)
+    known = LOOP[0].in_units(force.attrs.get("units", LOOP[0].si_unit))
+    unit = readable_unit(force, known.si_unit)
+    figure, axes = one_panel(1, 66.0, ax)
+    axes.axhline(0.0, color="0.7", linewidth=0.5, zorder=0)
+    axes.axvline(0.0, color="0.7", linewidth=0.5, zorder=0)
+    x, y, colors = (
+        MICROMETRE.of(way.values),
+        unit.of(force.values),
+        cycle_colors(shown["cycle"].values),
+    )
+    curves = [axes.plot(*xy, color=c)[0] for *xy, c in zip(x, y, colors.values(), strict=True)]
+    axes.margins(x=0.03)
+    axes.set(xlabel=f"{LOOP[1].label} (µm)", ylabel=f"{known.label} ({unit.name})")
+    first, *others = map(cycle_text, colors)
+    label_or_key(axes, curves, [f"cycle {first}", *others], ax)
+    return figure
+
+
+def bearing_heights(
+    dataset: xr.Dataset, cycles: Cycles = None, case: Case | None = None
+) -> dict[int, Array]:
+    """Return the heights of the surfaces at some cycles, the first and the last if left out.
+
+    See `Roughness.in_contact`. A dataset does not record where the file of a measured surface is;
+    its case from a study does. It is a `ValueError` when the case is smooth, or its surface is in a
+    file that is not there.
+    """
+    states = snapshots(
+        dataset, cycles, "wear_depth", "plastic_depth", default=lambda n: sorted({n[0], n[-1]})
+    )
+    case = case or Case(**json.loads(dataset.attrs["parameters"]))
+    if case.rough is None:
+        raise ValueError("A bearing-area curve describes roughness, and this case is smooth.")
+    if not case.rough.is_known:
+        raise ValueError("The surface of this case is in a file that the dataset does not contain.")
+    axes = [axis for axis in ("x", "y") if axis in dataset.coords]
+    half_widths = [float(states[f"contact_half_width_{axis}"][-1]) for axis in axes]
+    lost = (states["wear_depth"] + states["plastic_depth"]).transpose("cycle", *axes).values
+    heights = case.rough.in_contact([dataset[axis].values for axis in axes], half_widths, lost)
+    return dict(zip(states["cycle"].values.astype(int).tolist(), heights, strict=True))
+
+
+@styled
+def bearing_area(
+    dataset: xr.Dataset, cycles: Cycles = None, *, columns: Columns = 1, ax: Axes | None = None
+) -> Figure:
+    """Draw the bearing-area curves (Abbott and Firestone) of a rough surface as it wears.
+
+    The height, that of the roughness less wear and plastic depth, is drawn over the share of the
+    contact that lies above it; `cycles` left out are the first and the last snapshot. It is a
+    ValueError when the case is smooth, or its surface is in a file that is not there.
+    """
+    heights = bearing_heights(dataset, cycles)
+    figure, panel = one_panel(columns, 66.0, ax)
+    label, (lines,) = _draw_bearing_areas([panel], [heights])
+    panel.set_ylabel(label)
+    label_or_key(panel, lines, [f"cycle {cycle_text(cycle)}" for cycle in heights], ax)
+    return figure
+
+
+@styled
+def compare_bearing_areas(
+    cases: Mapping[str, xr.Dataset],
+    known: Mapping[str, Case] | None = None,
+    *,
+    columns: Columns = 2,
+) -> Figure:
+    """Draw bearing-area curves of several cases, by title, on one scale of heights.
+
+    `known` are the cases of the study by id, which know the files of measured surfaces.
+    """
+    check_cases(cases)
+    heights = [
+        bearing_heights(each, None, (known or {}).get(each.attrs["case_id"]))
+        for each in cases.values()
+    ]
+    across = min(len(cases), columns)
+    figure, panels = make_panels(columns, list(cases), across, (16.0, 50.0))
+    label, (*_, lines) = _draw_bearing_areas(panels, heights)
+    figure.supylabel(label, fontsize=7.5)
+    ends = [sorted({list(own)[end] for own in heights}) for end in (0, -1)]
+    outside_key(figure, lines, [f"cycle {span(each, cycle_text)}" for each in ends][: len(lines)])
+    return figure
+
+
+def _draw_bearing_areas(
+    panels: Sequence[Axes], heights: Sequence[Mapping[int, Array]]
+) -> tuple[str, list[list[Line2D]]]:
+    """Draw curves by cycle into each panel; return the label of their heights, and the curves."""
+    unit = readable_unit(np.concatenate([h for each in heights for h in each.values()]), "m")
+    for panel, curves in zip(panels, heights, strict=True):
+        colors = cycle_colors(list(curves))
+        for cycle, each in curves.items():
+            share = 100.0 * (np.arange(each.size) + 0.5) / each.size
+            panel.plot(share, unit.of(each), color=colors[cycle], label=cycle_text(cycle))
+        panel.set(xlim=(0.0, 100.0), xlabel="Bearing area (% of the contact)")
+    return f"Height ({unit.name})", [list(panel.get_lines()) for panel in panels]

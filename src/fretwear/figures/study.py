@@ -18,16 +18,17 @@ from matplotlib.figure import Figure
 from fretwear.data.effects import GOOD, SEED, Points, is_sampled, result_indices
 from fretwear.data.files import open_case
 from fretwear.data.safe import write_text
-from fretwear.figures.bearing import compare_bearing_areas
 from fretwear.figures.datasets import envelope_of, field_of, peak_envelope
 from fretwear.figures.effects import (
     effect_map,
     effects,
+    fretting_map,
+    has_fretting_map,
     parallel_coordinates,
     scatter_matrix,
     sensitivity,
 )
-from fretwear.figures.history import HISTORIES, CyclePlot
+from fretwear.figures.history import HISTORIES, CyclePlot, representative_cases, study_lines
 from fretwear.figures.index import (
     ANSWER_CATEGORY,
     HISTORY_CATEGORY,
@@ -36,10 +37,14 @@ from fretwear.figures.index import (
     PROFILE_CATEGORY,
     FigureEntry,
 )
-from fretwear.figures.lines import representative_cases, study_lines
 from fretwear.figures.maps import compare_wear_maps, depth_scale
-from fretwear.figures.profiles import PROFILES, at_edge, compare_profiles, is_traction
-from fretwear.figures.rig import fretting_map, has_fretting_map
+from fretwear.figures.profiles import (
+    PROFILES,
+    at_edge,
+    compare_bearing_areas,
+    compare_profiles,
+    is_traction,
+)
 from fretwear.figures.style import save_figure
 from fretwear.study.case import Case
 from fretwear.vocabulary import Field
@@ -80,7 +85,7 @@ def study_figures(
     for name, quantity in histories.items():
         if not summary[quantity].fillna(0.0).any():
             continue
-        plot = CyclePlot.of(summary, quantity, history)
+        plot = CyclePlot(summary, quantity, history)
         yield StudyFigure(name, plot.caption, HISTORY_CATEGORY, plot.draw())
     chosen = representative_cases(summary)
     suffix = f"_by_{'_and_'.join(chosen.contrasts)}" if chosen.contrasts else ""

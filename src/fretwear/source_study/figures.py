@@ -15,9 +15,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from fretwear.figures.axes import outside_key, set_cycle_axis
-from fretwear.figures.cases import compare_cases
+from fretwear.figures.cases import HALF_WIDTH_LABEL, compare_cases
 from fretwear.figures.datasets import HalfProfiles, field_of, half_profiles, wave_mean
-from fretwear.figures.history import HALF_WIDTH_LABEL
 from fretwear.figures.profiles import (
     Frame,
     at_edge,
