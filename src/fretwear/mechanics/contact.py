@@ -103,30 +103,14 @@ class Layer(Protocol):
 
 @dataclass(frozen=True)
 class ContactProblem:
-    """A normal contact.
+    """A normal contact: of bodies and a shape, under a load or at an approach."""
 
-    Parameters
-    ----------
-    half_space
-        The elastic bodies on a geometry.
-    shape
-        Gap at zero load and zero approach, m, shape of the geometry.
-    load
-        Normal load P of the whole contact, N; None if the approach is given.
-    limit
-        Largest pressure, Pa; infinite when elastic.
-    layer
-        Local compliance, or None.
-    approach
-        δ, m, if given instead of a load.
-    """
-
-    half_space: HalfSpace
-    shape: Array
-    load: float | None
-    limit: float = np.inf
-    layer: Layer | None = None
-    approach: float | None = None
+    half_space: HalfSpace  #: the elastic bodies on a geometry
+    shape: Array  #: gap at zero load and zero approach, m, shape of the geometry
+    load: float | None  #: normal load P of the whole contact, N; None if the approach is given
+    limit: float = np.inf  #: largest pressure, Pa; infinite when elastic
+    layer: Layer | None = None  #: local compliance
+    approach: float | None = None  #: δ, m, if given instead of a load
 
     def __post_init__(self) -> None:
         if (self.load is None) == (self.approach is None):

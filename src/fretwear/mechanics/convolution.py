@@ -42,15 +42,8 @@ _PARTS = 4
 class Convolution(ABC, Generic[Real]):
     """Convolution of fields on a window with one kernel, in double or in single precision.
 
-    Parameters
-    ----------
-    spectra
-        Of the kernel, by branch of the frequency along x and along y, for one half of the
-        frequencies along both axes, divided by the factor of the transforms of a convolution.
-    even
-        Whether fields are even along x and along y.
-    team
-        Threads that share the work.
+    Its spectra are those of the kernel, by branch of the frequency along x and along y, for one
+    half of the frequencies along both axes, divided by the factor of a convolution's transforms.
     """
 
     def __init__(self, spectra: Sequence[Any], even: Even, team: Team) -> None:
@@ -76,9 +69,7 @@ class Convolution(ABC, Generic[Real]):
     def inverse(self, added: float = 0.0) -> Callable[[Real], Real]:
         """Approximate inverse of the convolution plus a multiple of the field, not negative.
 
-        Returns
-        -------
-        A function of a field: symmetric, positive definite, a quarter of the cost of a
+        It is a function of a field: symmetric, positive definite, a quarter of the cost of a
         convolution, as the window is not padded. It may put the result into its argument.
         """
 
@@ -219,28 +210,11 @@ def _by_lanes(spectrum: Real, lanes: int) -> Real:
 def dct(
     kind: int, field: Real, axes: tuple[int, ...], into: Real | None = None, workers: int = 1
 ) -> Real:
-    """Discrete cosine transform of a field.
+    """Discrete cosine transform of a field along some axes, in its memory or in a given buffer.
 
     I is f₀ + (−1)ᵏ fₙ + 2 ∑ fⱼ cos(πjk/n) with the sum over 0 < j < n, II is
     2 ∑ fⱼ cos(πk(2j + 1)/2n), III is f₀ + 2 ∑ fₖ cos(πk(2j + 1)/2n) with the sum over k > 0, IV is
-    2 ∑ fⱼ cos(π(2k + 1)(2j + 1)/4n).
-
-    Parameters
-    ----------
-    kind
-        1, 2, 3 or 4.
-    field
-        Contiguous along its last axis.
-    axes
-        Axes to transform.
-    into
-        Buffer for the result, of the field's shape; by default it replaces the field.
-    workers
-        Threads.
-
-    Returns
-    -------
-    The result, in the memory of the field or in the given buffer.
+    2 ∑ fⱼ cos(π(2k + 1)(2j + 1)/4n). The field is contiguous along its last axis.
     """
     target = field if into is None else into
     if ducc0 is not None:

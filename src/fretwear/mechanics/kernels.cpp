@@ -67,11 +67,9 @@ INLINED static auto largest_of(Index n, F value) {
 }
 
 // Sum of the products of two fields.
-VECTORIZED static double inner32(Index n, const float *a, const float *b) {
-    return sum_of<float>(n, [=](Index i) { return a[i] * b[i]; });
-}
-VECTORIZED static double inner64(Index n, const double *a, const double *b) {
-    return sum_of<double>(n, [=](Index i) { return a[i] * b[i]; });
+template <class T>
+VECTORIZED static double inner(Index n, const T *a, const T *b) {
+    return sum_of<T>(n, [=](Index i) { return a[i] * b[i]; });
 }
 
 // Sum of a field, in double precision.
@@ -83,10 +81,8 @@ VECTORIZED static double total(Index n, const float *field) {
 }
 
 // Largest magnitude in a field.
-VECTORIZED static double largest32(Index n, const float *field) {
-    return largest_of(n, [=](Index i) { return field[i]; });
-}
-VECTORIZED static double largest64(Index n, const double *field) {
+template <class T>
+VECTORIZED static double largest(Index n, const T *field) {
     return largest_of(n, [=](Index i) { return field[i]; });
 }
 
@@ -386,11 +382,11 @@ PYBIND11_MODULE(kernels, module) {
     bind_window<float>(module, "SingleWindow");
     bind_window<double>(module, "DoubleWindow");
     module.def("product", &product);
-    bind<plus>(module, "inner", &inner32);
-    bind<plus>(module, "inner", &inner64);
+    bind<plus>(module, "inner", &inner<float>);
+    bind<plus>(module, "inner", &inner<double>);
     bind<plus>(module, "total", &total);
-    bind<most>(module, "largest", &largest32);
-    bind<most>(module, "largest", &largest64);
+    bind<most>(module, "largest", &largest<float>);
+    bind<most>(module, "largest", &largest<double>);
     bind(module, "times", &times);
     bind(module, "times", &times_number);
     bind<plus>(module, "project_mean", &project_mean);

@@ -42,17 +42,10 @@ class Tip:
 
 
 class Roughness(Part):
-    """Deviations of the surfaces from their smooth shape.
+    """Deviations of the surfaces from their smooth shape."""
 
-    Attributes
-    ----------
-    detail, cells
-        The feature that `finest` is the length of, in a word, and the number of cells that resolve
-        it; half as many would just suffice.
-    """
-
-    detail: ClassVar[str] = "wave"
-    cells: ClassVar[int] = 16
+    detail: ClassVar[str] = "wave"  #: the feature that `finest` is the length of, in a word
+    cells: ClassVar[int] = 16  #: how many resolve it; half as many would just suffice
 
     @property
     def even(self) -> Even:
@@ -68,14 +61,9 @@ class Roughness(Part):
 
         A pressure uniform on cells displaces their centres less than a wave of it does, by (kΔ)²/24
         for a wave number k along each axis; the mean of a height is smaller by as much. With
-        heights at the centres, tips that hardly yield would do so by a tenth more.
-
-        Parameters
-        ----------
-        x, y
-            Centres of the cells along either axis, m, shapes (nx,) and (ny,).
-        cell
-            Their widths, m; None for the height of the points.
+        heights at the centres, tips that hardly yield would do so by a tenth more. The centres of
+        the cells along either axis, m, have shapes (nx,) and (ny,); without widths of the cells, m,
+        it is the height of these points.
         """
         if cell is None:
             return self.height(x[:, None], y)
@@ -93,21 +81,17 @@ class Roughness(Part):
     def in_contact(
         self, axes: Sequence[Array], half_widths: Sequence[float], lost: Array
     ) -> list[Array]:
-        """The heights of the surfaces within the contact, highest first, as they wear.
+        """The heights of the surfaces within the contact, m, highest first, as they wear.
 
         Parameters
         ----------
         axes
-            Cell centres along x and, except in a line contact, y, m; one side suffices along an
-            even axis.
+            Cell centres along x and, except in a line contact, y, m; one side if it is even.
         half_widths
             Of the elliptical area considered, along these axes, m.
         lost
-            Wear and plastic depth at some cycles, m, shape (k, nx, ny) or (k, nx).
-
-        Returns
-        -------
-        For each of these cycles, m: the roughness minus what is lost; 0 is its mean.
+            Wear and plastic depth at some cycles, m, shape (k, nx, ny) or (k, nx). The heights are
+            those of the roughness minus this; 0 is the mean of the roughness.
         """
         x, y, cell = axes[0], np.zeros(1), None
         if len(axes) > 1:

@@ -34,34 +34,18 @@ UNKNOWN_RADIUS = 1.0
 
 
 class Indenter(Part):
-    """The smooth shape of the bodies.
+    """The smooth shape of the bodies."""
 
-    Attributes
-    ----------
-    is_axisymmetric
-        Whether the gap depends on the distance from the axis alone.
-    detail, cells
-        The feature that `finest` is the length of, in a word, and the number of cells that resolve
-        it; half as many would just suffice.
-    is_hertzian
-        Whether its smooth contact is Hertzian.
-    has_closed_form
-        Whether its smooth contact is known before a run, not only its scales.
-    is_line
-        Whether the contact is a strip in plane strain: loads are per length, N/m.
-    extent_words
-        The term for half the width of the contact.
-    smooth, partial_slip, limiting
-        The closed forms of the contact that sets the scales.
-    """
-
+    #: Whether the gap depends on the distance from the axis alone.
     is_axisymmetric: ClassVar[bool] = False
-    detail: ClassVar[str] = "detail"
-    cells: ClassVar[int] = 16
-    is_hertzian: ClassVar[bool] = True
+    detail: ClassVar[str] = "detail"  #: the feature that `finest` is the length of, in a word
+    cells: ClassVar[int] = 16  #: how many resolve it; half as many would just suffice
+    is_hertzian: ClassVar[bool] = True  #: whether its smooth contact is Hertzian
+    #: Whether its smooth contact is known before a run, not only its scales.
     has_closed_form: ClassVar[bool] = True
-    is_line: ClassVar[bool] = False
-    extent_words: ClassVar[str] = "radius"
+    is_line: ClassVar[bool] = False  #: a strip in plane strain: loads are per length, N/m
+    extent_words: ClassVar[str] = "radius"  #: the term for half the width of the contact
+    #: The closed forms of the contact that sets the scales.
     smooth: ClassVar[type[HertzContact]] = HertzContact
     partial_slip: ClassVar[type[CattaneoMindlin]] = CattaneoMindlin
     limiting: ClassVar[type[LimitingState]] = LimitingState

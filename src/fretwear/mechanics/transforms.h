@@ -112,7 +112,7 @@ INLINED static void pass(Index left, Index done, const std::complex<T> *turns,
 
 // The transform of some lines, which are overwritten: in one of the two buffers.
 template <class T>
-INLINED static Lines<T> *transformed(const Plan<T> &plan, Lines<T> *lines, Lines<T> *other) {
+VECTORIZED static Lines<T> *transform(const Plan<T> &plan, Lines<T> *lines, Lines<T> *other) {
     Index left = plan.count, done = 1;
     const std::complex<T> *turns = plan.turns.data();
     for (const Index factor : plan.factors) {
@@ -126,15 +126,6 @@ INLINED static Lines<T> *transformed(const Plan<T> &plan, Lines<T> *lines, Lines
         std::swap(lines, other);
     }
     return lines;
-}
-
-VECTORIZED static Lines<float> *transform(const Plan<float> &plan, Lines<float> *lines,
-                                          Lines<float> *other) {
-    return transformed(plan, lines, other);
-}
-VECTORIZED static Lines<double> *transform(const Plan<double> &plan, Lines<double> *lines,
-                                           Lines<double> *other) {
-    return transformed(plan, lines, other);
 }
 
 template <class T>
@@ -213,8 +204,8 @@ INLINED static Lines<T> *joined(const Plan<T> &plan, std::array<Lines<T> *, 4> a
 // A field by frequency along x: the real parts in the first rows, the imaginary ones in those that
 // mirror them, both twice. Of columns from a place on, as many as two vectors have.
 template <class T>
-INLINED static void into_rows(const Plan<T> &plan, Index columns, Index column, const T *field,
-                              T *even, T *odd, Lines<T> *work) {
+VECTORIZED static void into_rows(const Plan<T> &plan, Index columns, Index column, const T *field,
+                                 T *even, T *odd, Lines<T> *work) {
     const Index n = plan.count, width = LANES<T>;
     const Index first = columns - column, second = first - width;
     for (Index j = 0; j < n; j++) {
@@ -239,8 +230,8 @@ INLINED static void into_rows(const Plan<T> &plan, Index columns, Index column, 
 
 // The inverse, of what is given once.
 template <class T>
-INLINED static void from_rows(const Plan<T> &plan, Index columns, Index column, T *field,
-                              const T *odd, Lines<T> *work) {
+VECTORIZED static void from_rows(const Plan<T> &plan, Index columns, Index column, T *field,
+                                 const T *odd, Lines<T> *work) {
     const Index n = plan.count, width = LANES<T>;
     const Index first = columns - column, second = first - width;
     for (Index branch = 0; branch < (odd ? 2 : 1); branch++) {
@@ -269,8 +260,8 @@ INLINED static void from_rows(const Plan<T> &plan, Index columns, Index column, 
 // Multiply the transforms along y of as many lines as a vector has lanes by spectra, which are given
 // for half of the frequencies by lane.
 template <class T>
-INLINED static void multiply_lines(const Plan<T> &plan, Index rows, bool is_odd, Index line, T *field,
-                                   const T *even, const T *odd, Lines<T> *work) {
+VECTORIZED static void multiply_lines(const Plan<T> &plan, Index rows, bool is_odd, Index line,
+                                      T *field, const T *even, const T *odd, Lines<T> *work) {
     const Index n = plan.count, width = LANES<T>, count = rows / 2 + (is_odd ? 0 : 1);
     T *real[LANES<T>] = {}, *imaginary[LANES<T>] = {};
     for (Index l = 0; l < std::min(width, count - line); l++) {
@@ -314,22 +305,6 @@ INLINED static void multiply_lines(const Plan<T> &plan, Index rows, bool is_odd,
     }
 }
 
-#define FOR_BOTH(T)                                                                                  \
-    VECTORIZED static void to_rows(const Plan<T> &plan, Index columns, Index column, const T *field, \
-                                   T *even, T *odd, Lines<T> *work) {                                \
-        into_rows(plan, columns, column, field, even, odd, work);                                    \
-    }                                                                                                \
-    VECTORIZED static void to_field(const Plan<T> &plan, Index columns, Index column, T *field,      \
-                                    const T *odd, Lines<T> *work) {                                  \
-        from_rows(plan, columns, column, field, odd, work);                                          \
-    }                                                                                                \
-    VECTORIZED static void by_spectra(const Plan<T> &plan, Index rows, bool is_odd, Index line,      \
-                                      T *field, const T *even, const T *odd, Lines<T> *work) {       \
-        multiply_lines(plan, rows, is_odd, line, field, even, odd, work);                            \
-    }
-FOR_BOTH(float)
-FOR_BOTH(double)
-
 // The convolution on a window of some shape, or its part at the frequencies of the window repeated.
 template <class T>
 class Window {
@@ -358,7 +333,7 @@ class Window {
             return (part % 2 ? (strips + 1) / 2 + part / 2 : part / 2) * 2 * width;
         };
         threads.share(strips, [&](Index part) {
-            to_rows(along_x, columns, column(part), field.data, result.data, odd, room());
+            into_rows(along_x, columns, column(part), field.data, result.data, odd, room());
         });
         threads.share(even_lines + (both ? blocks(lines[1], width) : 0), [&](Index part) {
             const bool is_odd = part >= even_lines;
@@ -366,11 +341,11 @@ class Window {
             const auto spectrum = [&](Index branch) {
                 return spectra[2 * is_odd + branch].data + block * terms[branch] * width;
             };
-            by_spectra(along_y, rows, is_odd, block * width, is_odd ? odd : result.data, spectrum(0),
+            multiply_lines(along_y, rows, is_odd, block * width, is_odd ? odd : result.data, spectrum(0),
                        both ? spectrum(1) : nullptr, room());
         });
         threads.share(strips, [&](Index part) {
-            to_field(along_x, columns, column(part), result.data, odd, room());
+            from_rows(along_x, columns, column(part), result.data, odd, room());
         });
     }
 

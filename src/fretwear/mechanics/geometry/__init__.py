@@ -38,18 +38,12 @@ Even = tuple[bool, bool]
 class Zone:
     """A part of the whole contact, and the cells at its edge.
 
-    Attributes
-    ----------
-    area
-        m².
-    inside, outside
-        Cells of the zone and beside it, once for each side that they share, as places in the
-        flattened field; shape (sides,).
+    These are places in the flattened field, once for each side that two cells share.
     """
 
-    area: float
-    inside: NDArray[np.intp]
-    outside: NDArray[np.intp]
+    area: float  #: m²
+    inside: NDArray[np.intp]  #: cells of the zone, shape (sides,)
+    outside: NDArray[np.intp]  #: those beside it
 
 
 class Geometry(Protocol):

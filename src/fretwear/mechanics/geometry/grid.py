@@ -48,21 +48,13 @@ _BLOCK = 2**15
 
 @dataclass(frozen=True)
 class Grid:
-    """A rectangle of equal cells around the origin, or its part where coordinates are positive.
+    """A rectangle of equal cells around the origin, or its part where coordinates are positive."""
 
-    Parameters
-    ----------
-    shape
-        Number of cells along x and y; even numbers where the cells are on both sides, products of
-        2, 3 and 5 for a half-space that is not even along both axes.
-    spacing
-        Cell size along x and y, m.
-    even
-        Whether fields are even along x and along y: then the cells are those of the positive side.
-    """
-
+    #: Number of cells along x and y; even numbers where the cells are on both sides, products of 2,
+    #: 3 and 5 for a half-space that is not even along both axes.
     shape: tuple[int, int]
-    spacing: tuple[float, float]
+    spacing: tuple[float, float]  #: cell size along x and y, m
+    #: Whether fields are even along x and along y: then the cells are those of the positive side.
     even: Even = (True, True)
 
     weights: ClassVar[None] = None
@@ -247,13 +239,11 @@ class Grid:
         self, pressure: Array, border: tuple[int, int] = (_BORDER, _BORDER)
     ) -> tuple[bool, bool]:
         """Whether there is pressure in the outermost cells along x and along y."""
-        along_x = bool(pressure[-border[0] :].any())
-        along_y = bool(pressure[:, -border[1] :].any())
-        if not self.even[0]:
-            along_x |= bool(pressure[: border[0]].any())
-        if not self.even[1]:
-            along_y |= bool(pressure[:, : border[1]].any())
-        return along_x, along_y
+        x, y = (
+            bool(field[-count:].any() or (not is_even and field[:count].any()))
+            for field, count, is_even in zip((pressure, pressure.T), border, self.even, strict=True)
+        )
+        return x, y
 
     def _beyond(self, workspace: Workspace, pressure: Array, approach: float) -> tuple[bool, bool]:
         """Whether the surfaces touch beyond the window, along x and along y."""
@@ -291,17 +281,14 @@ def fast_shape(
     extent: tuple[float, float], spacing: tuple[float, float], even: Even = (True, True)
 ) -> tuple[int, int]:
     """Smallest shape that is fast to transform and covers a half-extent (m) along x and y."""
-    cells = [max(4, int(np.ceil(e / s - 1e-9))) for e, s in zip(extent, spacing, strict=True)]
-    fast = (_fast(n) for n in cells)
-    nx, ny = (n if is_even else 2 * n for n, is_even in zip(fast, even, strict=True))
-    return nx, ny
-
-
-def _fast(count: int) -> int:
-    """The next number without prime factors beyond 5: one that divides a power of 30."""
-    while pow(30, 64, count):
-        count += 1
-    return count
+    shape = []
+    for half, cell, is_even in zip(extent, spacing, even, strict=True):
+        count = max(4, int(np.ceil(half / cell - 1e-9)))
+        # A number without prime factors beyond 5 divides a power of 30.
+        while pow(30, 64, count):
+            count += 1
+        shape.append(count if is_even else 2 * count)
+    return shape[0], shape[1]
 
 
 def influence_coefficients(
@@ -310,26 +297,11 @@ def influence_coefficients(
     composite_modulus: float,
     team: Team = ALONE,
 ) -> Array:
-    """Normal displacement of cell (i, j) per unit pressure on cell (0, 0).
+    """Normal displacement of cell (i, j) per unit pressure on cell (0, 0), m/Pa, shape (nx, ny).
 
     Love, "The stress produced in a semi-infinite solid by pressure on part of the boundary",
     Phil. Trans. R. Soc. A 228 (1929), for a rectangle; the four corner terms of neighbouring
     cells coincide, so the logarithms are taken once per corner.
-
-    Parameters
-    ----------
-    shape
-        Number of offsets i = 0 … nx-1 and j = 0 … ny-1.
-    spacing
-        Cell size along x and y, m.
-    composite_modulus
-        E*, Pa.
-    team
-        Threads that share the work.
-
-    Returns
-    -------
-    Array, m/Pa, shape (nx, ny).
     """
     dx, dy = spacing
     corners = (np.arange(shape[0] + 1) - 0.5) * dx
@@ -348,23 +320,8 @@ def influence_coefficients(
 class GridHalfSpace:
     """The elastic half-space under a pressure that is uniform on each cell of a window.
 
-    Its displacement is a discrete convolution with the influence coefficients of Love.
-
-    Parameters
-    ----------
-    geometry
-        The cells.
-    composite_modulus
-        E*, Pa.
-    team
-        Threads that share what is computed.
-    parts
-        The same bodies on smaller windows, made before, to be shared.
-
-    Attributes
-    ----------
-    self_influence
-        Displacement of a cell per pressure on itself, m/Pa.
+    Its displacement is a discrete convolution with the influence coefficients of Love. With the
+    composite modulus E*, Pa; ``parts`` are the same bodies on smaller windows, made before.
     """
 
     def __init__(
@@ -374,10 +331,8 @@ class GridHalfSpace:
         team: Team = ALONE,
         parts: dict[tuple[int, int], GridHalfSpace] | None = None,
     ) -> None:
-        self.geometry = geometry
-        self._modulus = composite_modulus
-        self.team = team
-        self._parts: dict[tuple[int, int], GridHalfSpace] = {} if parts is None else parts
+        self.geometry, self.team = geometry, team
+        self._modulus, self._parts = composite_modulus, {} if parts is None else parts
         shape = offsets(geometry.shape, geometry.even)
         kernel = influence_coefficients(shape, geometry.spacing, composite_modulus, team)
         self.self_influence = float(kernel[0, 0])
