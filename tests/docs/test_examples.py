@@ -111,24 +111,10 @@ def test_what_is_printed_can_be_written_into_a_page_and_its_python_into_a_notebo
 
 
 GUIDE = (REPOSITORY / "CONTRIBUTING.md").read_text(encoding="utf-8")
-LINKED = sorted(
-    [
-        *(REPOSITORY / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")),
-        *(
-            page
-            for page in (REPOSITORY / "docs").rglob("*.md")
-            if "generated" not in page.relative_to(REPOSITORY).parts
-        ),
-    ]
-)
-
-
-def without_code(text):
-    return re.sub(r"^```.*?^```$|`[^`\n]*`", "", text, flags=re.MULTILINE | re.DOTALL)
-
-
-def links(page):
-    return re.findall(r"\]\(([^)\s]+)\)", without_code(page.read_text(encoding="utf-8")))
+LINKED = [
+    *(REPOSITORY / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")),
+    *(page for page in sorted(DOCS.rglob("*.md")) if "generated" not in page.parts),
+]
 
 
 def anchors(page):
@@ -140,13 +126,15 @@ def anchors(page):
 
 @pytest.mark.parametrize("page", LINKED, ids=lambda page: str(page.relative_to(REPOSITORY)))
 def test_links_lead_somewhere(page):
-    for link in links(page):
+    text = re.sub(
+        r"^```.*?^```$|`[^`\n]*`", "", page.read_text(encoding="utf-8"), flags=re.M | re.S
+    )
+    for link in re.findall(r"\]\(([^)\s]+)\)", text):
         target, _, anchor = link.partition("#")
         file = (page.parent / target).resolve() if target else page
-        if target.startswith("https:"):
+        # Pictures in generated/ are made by the page when the site is built.
+        if target.startswith("https:") or "generated" in Path(target).parts:
             continue
-        if "/generated/" in target or target.startswith("generated/"):
-            continue  # a picture that the page makes when the site is built
         assert file.exists(), f"{page.name}: {link}"
         if anchor:
             assert anchor in anchors(file), f"{page.name}: {link}"
@@ -154,15 +142,12 @@ def test_links_lead_somewhere(page):
 
 def test_pages_link_to_nothing_outside_and_files_that_readers_are_sent_to_exist():
     outside = {"https://semver.org"}
-    for page in LINKED:
-        found = set(re.findall(r"https?://[^\s)>]+", page.read_text(encoding="utf-8")))
-        assert found <= outside, page.name
     # Those named in any page, and those that the guide for contributors names by their room.
     for page in LINKED:
         text = page.read_text(encoding="utf-8")
-        for name in re.findall(
-            r"\b(?:tests|benchmarks|docs|src)/[\w./-]+\.(?:py|md|csv|cpp)\b", text
-        ):
+        assert set(re.findall(r"https?://[^\s)>]+", text)) <= outside, page.name
+        files = r"\b(?:tests|benchmarks|docs|src)/[\w./-]+\.(?:py|md|csv|cpp)\b"
+        for name in re.findall(files, text):
             assert (REPOSITORY / name).exists(), f"{page.name}: {name}"
     named = set(re.findall(r"`([\w./-]+(?:\.py|\.md|/))`", GUIDE))
     assert len(named) > 20
@@ -183,23 +168,15 @@ def test_families_that_contributors_derive_from_have_the_methods_named():
             assert any(method in {*dir(f), *f.__annotations__} for f in families), (file, method)
 
 
-PAGE = (Path(__file__).resolve().parents[2] / "docs/how-to/reading.md").read_text(encoding="utf-8")
-
-
-@pytest.fixture(scope="module")
-def case_file(tmp_path_factory):
-    path = tmp_path_factory.mktemp("reading") / "case.nc"
-    result = run(steel(cycles=300, cell="6 um"))
-    write_case(result.dataset, result.history, path)
-    return path
-
-
-def test_names_that_matlab_reads_are_in_the_file(case_file):
-    names = re.findall(r"ncread\(file, '([^']+)'\)", PAGE)
+def test_names_that_matlab_reads_are_in_the_file(tmp_path):
+    page = (DOCS / "how-to/reading.md").read_text(encoding="utf-8")
+    names = re.findall(r"ncread\(file, '([^']+)'\)", page)
     assert len(names) >= 7
-    with netCDF4.Dataset(case_file) as file:
+    result = run(steel(cycles=300, cell="6 um"))
+    write_case(result.dataset, result.history, tmp_path / "case.nc")
+    with netCDF4.Dataset(tmp_path / "case.nc") as file:
         for name in names:
             assert file[name].shape is not None
         assert file["wear_depth"].dimensions == ("cycle", "x", "y")
-        for attribute in re.findall(r"ncreadatt\(file, '/', '([^']+)'\)", PAGE):
+        for attribute in re.findall(r"ncreadatt\(file, '/', '([^']+)'\)", page):
             assert file.getncattr(attribute)

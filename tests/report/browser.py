@@ -122,13 +122,13 @@ class Browser:
         )
         self.ask(script, place)
 
-    def curve(self, name: str, plot: str = "profile-plot") -> np.ndarray:
-        """Return the heights of a curve as plotly has them."""
+    def curve(self, name: str, plot: str = "profile-plot", along: str = "y") -> np.ndarray:
+        """Return the heights of a curve, or where they are, as plotly has them."""
         script = (
             "return document.getElementById(arguments[0])._fullData"
-            ".find((trace) => trace.name === arguments[1])?.y"
+            ".find((trace) => trace.name === arguments[1])?.[arguments[2]]"
         )
-        values = self.ask(script, plot, name)
+        values = self.ask(script, plot, name, along)
         assert values is not None, f"there is no curve {name}"
         return np.array(values, dtype=float)
 

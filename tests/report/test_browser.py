@@ -66,36 +66,22 @@ def test_the_slider_shows_profiles_and_zones_of_its_cycle(opened, finished):
     title = opened.ask("return document.getElementById('profile-plot').layout.yaxis4.title.text")
     length = {"Wear depth (µm)": 1e-6, "Wear depth (nm)": 1e-9}[title]
     fields = {"pressure": 1e6, "shear_traction": 1e6, "gap": length, "wear_depth": length}
+    mark, marks = "return document.getElementById('history-plot').layout.shapes[0].x0", []
     for place, cycle in enumerate([0, 1, 10, 100, 1000]):
         opened.move(place)
+        marks.append(opened.ask(mark))
         assert opened.find("#cycle-shown").text == str(cycle)
+        now = stored.sel(cycle=cycle)
         for name, size in fields.items():
             shown = opened.curve(f"a {name}")
-            expected = stored[name].sel(cycle=cycle).values[: shown.size] / size
+            expected = now[name].values[: shown.size] / size
             assert shown == pytest.approx(expected, abs=1e-4 * float(np.ptp(expected)))
-    for place, cycle in ((0, 0), (LAST, 1000)):
-        opened.move(place)
-        states = stored["contact_state"].sel(cycle=cycle).values
         for name, state in (("stick", 2), ("slip", 1)):
-            lengths = opened.ask(
-                "return document.getElementById('profile-plot').data"
-                ".find((trace) => trace.name === arguments[0]).x",
-                f"a {name}",
-            )
-            expected = 1e6 * float(stored["cell_x"]) * (states == state).sum()
-            assert sum(lengths) == pytest.approx(expected)
-
-
-def test_the_histories_mark_the_cycle_shown(opened):
-    line = "return document.getElementById('history-plot').layout.shapes[0].x0"
-    places = []
-    for place in range(LAST + 1):
-        opened.move(place)
-        places.append(opened.ask(line))
-    assert places == sorted(set(places))
-    assert {"a contact_half_width_x", "a stick_half_width_x", "a wear_volume"} <= opened.curves(
-        "history-plot"
-    )
+            expected = 1e6 * float(stored["cell_x"]) * (now["contact_state"].values == state).sum()
+            assert opened.curve(f"a {name}", along="x").sum() == pytest.approx(expected)
+    assert marks == sorted(set(marks))
+    widths = {"a contact_half_width_x", "a stick_half_width_x"}
+    assert widths <= opened.curves("history-plot")
     assert np.all(np.diff(opened.curve("a wear_volume", "history-plot")) >= 0.0)
 
 
@@ -104,9 +90,7 @@ def test_two_cases_are_laid_over_each_other(opened):
     assert not any(name.startswith("b ") for name in opened.curves())
     opened.find("#compare").click()
     assert {"a pressure", "b pressure", "b stick", "b slip"} <= opened.curves()
-    assert {"b contact_half_width_x", "b stick_half_width_x", "b wear_volume"} <= opened.curves(
-        "history-plot"
-    )
+    assert {"b contact_half_width_x", "b wear_volume"} <= opened.curves("history-plot")
     assert opened.texts(".readout thead th") == ["A", "B", "B to A"]
     opened.choose("b", **CASE)
     assert opened.curve("b wear_depth") == pytest.approx(opened.curve("a wear_depth"))
@@ -189,23 +173,26 @@ def test_the_table_filters_by_value_and_text_and_its_rows_lead_to_the_explorer(o
     links = opened.driver.find_elements("css selector", "#case-table tbody th a")
     assert len(links) == 11
     opened.ask("arguments[0].click()", links[0])
-    assert (
-        opened.ask("return document.querySelector('#case-a select').selectedOptions[0].text")
-        == "20 N"
-    )
+    load = "return document.querySelector('#case-a select').selectedOptions[0].text"
+    assert opened.ask(load) == "20 N"
 
 
-def test_everything_can_be_done_by_keyboard(opened):
+def test_everything_can_be_done_by_keyboard_and_what_has_the_focus_is_outlined(opened):
     opened.press(Keys.TAB)
     assert opened.ask("return document.activeElement.className") == "skip"
-    opened.ask("document.querySelector('#case-a select').focus()")
-    seen = []
-    for _ in range(8):
-        seen.append(
-            opened.ask("return document.activeElement.id || document.activeElement.tagName")
+    for _ in range(40):
+        style, width, element = opened.ask(
+            "const s = getComputedStyle(document.activeElement);"
+            "return [s.outlineStyle, parseFloat(s.outlineWidth), document.activeElement.outerHTML]"
         )
+        assert style != "none", element[:200]
+        assert width >= 2.0, element[:200]
         opened.press(Keys.TAB)
-    assert seen == ["SELECT"] * 4 + ["compare", "own-scale", "play", "cycle"]
+    opened.ask("document.querySelector('#case-a select').focus()")
+    for expected in ["SELECT"] * 4 + ["compare", "own-scale", "play", "cycle"]:
+        focus = "return document.activeElement.id || document.activeElement.tagName"
+        assert opened.ask(focus) == expected
+        opened.press(Keys.TAB)
     opened.ask("document.getElementById('compare').focus()")
     opened.press(Keys.SPACE)
     assert "b pressure" in opened.curves()
@@ -220,18 +207,6 @@ def test_everything_can_be_done_by_keyboard(opened):
     opened.ask("document.querySelector('#case-table thead button').focus()")
     opened.press(Keys.ENTER, Keys.ENTER)
     assert opened.texts("#case-table tbody th")[0] == "16"
-
-
-def test_what_has_the_focus_is_outlined(opened):
-    opened.press(Keys.TAB)
-    for _ in range(40):
-        style = opened.ask(
-            "const s = getComputedStyle(document.activeElement);"
-            "return [s.outlineStyle, parseFloat(s.outlineWidth), document.activeElement.outerHTML]"
-        )
-        assert style[0] != "none", style[2][:200]
-        assert style[1] >= 2.0, style[2][:200]
-        opened.press(Keys.TAB)
 
 
 def test_no_screen_scrolls_sideways_and_each_begins_with_the_answer(opened):
@@ -305,13 +280,11 @@ def test_points_of_a_zip_are_chosen_from_one_list_and_one_case_needs_no_choice(
     browser, finished, tmp_path
 ):
     def show(vary, **base):
-        (tmp_path / vary[1:4]).mkdir()
-        study = finished.derived(
-            tmp_path / vary[1:4], vary, friction="0.4", plastic_limit="none", **base
-        )
-        file = tmp_path / f"{vary[1:4]}.html"
-        file.write_text(study.report(), encoding="utf-8")
-        browser.open(file)
+        folder = tmp_path / vary[1:4]
+        folder.mkdir()
+        study = finished.derived(folder, vary, friction="0.4", plastic_limit="none", **base)
+        (folder / "page.html").write_text(study.report(), encoding="utf-8")
+        browser.open(folder / "page.html")
 
     show("{design: zip, load: [20 N, 40 N, 40 N], roughness.amplitude: [0 um, 0 um, 0.3 um]}")
     assert len(browser.texts("#case-a select")) == 1

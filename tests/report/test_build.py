@@ -7,7 +7,6 @@ import json
 import re
 import shutil
 import sys
-from collections import Counter
 from html.parser import HTMLParser
 from importlib.resources import files
 
@@ -36,23 +35,19 @@ class Page(HTMLParser):
 
     def __init__(self, text):
         super().__init__(convert_charrefs=True)
-        self.open: list[str] = []
-        self.elements: list[tuple[str, dict[str, str | None]]] = []
-        self.words: list[str] = []
+        self.open, self.elements, self.words = [], [], []
         self.feed(text)
         self.close()
         assert not self.open
 
     def handle_starttag(self, tag, attrs):
         self.elements.append((tag, dict(attrs)))
-        if tag not in VOID:
-            self.open.append(tag)
+        self.open += [tag] * (tag not in VOID)
 
     def handle_startendtag(self, tag, attrs):
         self.elements.append((tag, dict(attrs)))
 
     def handle_endtag(self, tag):
-        assert self.open, f"</{tag}> closes nothing"
         assert self.open.pop() == tag
 
     def handle_data(self, data):
@@ -73,9 +68,8 @@ def parsed(page):
 
 
 def test_every_element_is_closed_ids_are_unique_and_nothing_is_loaded_from_anywhere(parsed, page):
-    ids = Counter(attrs["id"] for _, attrs in parsed.elements if "id" in attrs)
-    assert ids
-    assert max(ids.values()) == 1
+    ids = [attrs["id"] for _, attrs in parsed.elements if "id" in attrs]
+    assert len(ids) == len(set(ids)) > 20
     for _, attrs in parsed.elements:
         assert set((attrs.get("aria-labelledby") or "").split()) <= set(ids)
         for name in ("src", "href", "action", "data", "srcset", "poster"):
@@ -83,7 +77,7 @@ def test_every_element_is_closed_ids_are_unique_and_nothing_is_loaded_from_anywh
             assert value[1:] in ids or value.startswith(("data:image/", "data:text/csv", "#case="))
     outside_images = re.sub(r"data:image/[^\"]*", "", page)
     assert not re.search(r"https?://|url\(|@import", outside_images)
-    policy = next(a["content"] for t, a in parsed.elements if a.get("http-equiv"))
+    policy = next(attrs["content"] for _, attrs in parsed.elements if attrs.get("http-equiv"))
     assert policy.startswith("default-src 'none'")
 
 
@@ -144,9 +138,10 @@ def test_figures_reasons_and_how_it_was_computed_are_on_the_page(parsed, finishe
     assert parsed.text.count("it did not converge in cycle 7") == 1
     done = [p for p in finished.plan.points if p.case is not None and p.id != finished.failed]
     assert f"Of 16 points, {len(done)} have results." in parsed.text
-    for words in ("Tolerance of the wear integration", "0.01", "Convolutions", "fretwear 0.1"):
+    for words in ("Tolerance of the wear integration", "Convolutions", "fretwear 0.1"):
         assert words in parsed.text
     assert parsed.count("math") > 10
+    assert "Permission is hereby granted, free of charge" in parsed.text
 
 
 def test_what_makes_results_doubtful_is_one_line_before_the_results(finished, tmp_path):
@@ -210,11 +205,8 @@ def test_a_heavy_vector_figure_gives_way_to_its_bitmap(finished, tmp_path):
 
 
 def test_one_case_alone_and_a_study_without_results_have_a_report(finished, tmp_path):
-    one = finished.derived(
-        tmp_path,
-        "{load: [40 N], friction: [0.4], roughness.amplitude: [0.3 um], plastic_limit: [none]}",
-    )
-    parsed = Page(one.report())
+    alone = "load: [40 N], friction: [0.4], roughness.amplitude: [0.3 um], plastic_limit: [none]"
+    parsed = Page(finished.derived(tmp_path, f"{{{alone}}}").report())
     assert "Points without results" not in parsed.text
     assert "1 case" in parsed.text
     for silly in ("What mattered", "There are no two cases", "the case "):
@@ -249,7 +241,9 @@ def test_the_download_is_the_table_of_all_points_with_final_values(finished, par
                 assert float(row[name]) == pytest.approx(float(case[name]), rel=1e-8)
 
 
-def test_varied_parameters_come_first_in_units_for_people(finished):
+def test_varied_parameters_come_first_in_units_for_people_and_random_ones_as_a_range(
+    finished, tmp_path
+):
     rows = parameter_rows(finished.plan)
     varied = [(row.name, row.values) for row in rows if row.choices]
     assert varied == [
@@ -263,13 +257,9 @@ def test_varied_parameters_come_first_in_units_for_people(finished):
     assert values["wear_coefficient"] == "7·10⁻¹³ Pa⁻¹"
     assert values["roughness_slope_x"] == "1.8°"
     assert values["tangential_load"] == "5 N"
-    names = {row.name for row in parameter_rows(finished.plan)}
     case = next(iter(finished.plan.study.cases().values()))
     numerics = {"cell_x", "cell_y", "tolerance", "slip_model", "error_estimate"}
-    assert set(case.scalar_coordinates()) - names == numerics
-
-
-def test_values_drawn_at_random_are_shown_as_a_range(finished, tmp_path):
+    assert set(case.scalar_coordinates()) - set(values) == numerics
     content = yaml.safe_load(finished.plan.study.file.read_text(encoding="utf-8"))
     content["base"] |= {"friction": 0.4, "plastic_limit": "none", "roughness": "none"}
     content["vary"] = {"load": {"from": "26 N", "to": "40 N"}}
@@ -286,26 +276,23 @@ def test_numerics_and_residuals_are_those_of_the_files(finished):
     ids = [result.id for result in results if result.done]
     numerics = [examine(finished.cases / f"{case_id}.nc") for case_id in ids]
     facts = computation_facts(numerics, len(ids) + 1)
-    steps, sources = [], set()
+    steps = []
     for case_id in ids:
         with open_history(finished.cases / f"{case_id}.nc") as history:
             steps.append(history.sizes["step"] - 1)
-        with open_case(finished.cases / f"{case_id}.nc") as case:
-            sources.add(case.attrs["source"])
     assert facts["Accepted steps"] == f"{min(steps)} to {max(steps)}"
-    assert facts["Simulated with"] == "; ".join(sources)
+    with open_case(finished.cases / f"{ids[0]}.nc") as case:
+        assert facts["Simulated with"] == case.attrs["source"]
     assert facts["Grid spacing along x"] == "3.9 µm"
     assert facts["Cases examined"] == f"{len(ids)} of {len(ids) + 1}, evenly spread"
     assert xr.__version__ in facts["Report made with"]
-    case_id = next(iter(finished.plan.study.cases()))
-    numerics = examine(finished.cases / f"{case_id}.nc")
+    numerics = numerics[0]
     assert 0.0 < numerics["residuals"].load < 1e-6
     assert 0.0 < numerics["residuals"].tangential_load < 1e-6
     assert numerics["residuals"].complementarity < 1e-4
-    with open_case(finished.cases / f"{case_id}.nc", full=True) as whole:
+    with open_case(finished.cases / f"{ids[0]}.nc", full=True) as whole:
         fields = {name: whole[name].values[-1] for name in PROFILES}
-    found = residuals(fields, numerics, copies=1)
-    assert found.load < 1e-6
+    assert residuals(fields, numerics, copies=1).load < 1e-6
     fields["pressure"] = 1.25 * fields["pressure"]
     assert residuals(fields, numerics, copies=1).load == pytest.approx(0.25, rel=1e-5)
 
