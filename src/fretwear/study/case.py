@@ -12,7 +12,7 @@ import json
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar, Self
+from typing import Annotated, Any, Self
 
 import fretwear.mechanics.measured  # noqa: F401 - its kinds
 from fretwear.mechanics.geometry import Even
@@ -25,7 +25,6 @@ from fretwear.parts import (
     AlongXY,
     Flag,
     Parameter,
-    Plain,
     Quantity,
     WholeNumber,
     declared,
@@ -52,43 +51,31 @@ _OF_BLOCKS = {
 }
 
 
-@dataclass(frozen=True)
-class Snapshots(Plain):
-    """The cycles, besides 0 and the last, at which fields are kept; None for ``auto``."""
-
-    cycle: ClassVar[WholeNumber] = WholeNumber(
-        "$N$", "cycle", 0, MAX_CYCLES, 1000, description="A cycle at which the fields are kept."
-    )
-
-    example = "[0, 1000, 30000]"
-
-    def read(self, value: object, units_required: bool) -> tuple[int, ...] | None:
-        """Return the cycles; in a file, where values have units, each may occur only once."""
-        if value == "auto":
-            return None
-        if not is_list(value):
-            raise QuantityError(f"must be auto, or a list such as {self.example}")
-        problems, cycles = Problems(), list[int]()
-        for position, each in enumerate(value):
-            with problems.at(f"[{position}]", each):
-                cycles.append(self.cycle.read(each, True))
-                if units_required and cycles[-1] in cycles[:-1]:
-                    raise QuantityError("is given twice")
-        problems.raise_any()
-        return tuple(cycles)
-
-    def schema(self) -> dict[str, Any]:
-        """JSON Schema of the value in a study file."""
-        cycles = {"type": "array", "items": self.cycle.described()}
-        return {"default": "auto", "anyOf": [{"const": "auto"}, cycles]}
-
-
-SNAPSHOTS = Snapshots(
-    "",
-    "snapshots",
-    description="Cycles at which the fields are kept, beside 0 and the last; auto: about eight, "
-    "powers of ten and three times these.",
+_SNAPSHOT = WholeNumber(
+    "$N$", "cycle", 0, MAX_CYCLES, 1000, description="A cycle at which the fields are kept."
 )
+SNAPSHOTS_SCHEMA: dict[str, Any] = {
+    "description": "Cycles at which the fields are kept, beside 0 and the last; auto: about eight, "
+    "powers of ten and three times these.",
+    "default": "auto",
+    "anyOf": [{"const": "auto"}, {"type": "array", "items": _SNAPSHOT.described()}],
+}
+
+
+def read_snapshots(value: object, *, in_file: bool) -> tuple[int, ...] | None:
+    """Return the cycles at which fields are asked for, in a file each only once; None: ``auto``."""
+    if value == "auto":
+        return None
+    if not is_list(value):
+        raise QuantityError("must be auto, or a list such as [0, 1000, 30000]")
+    problems, cycles = Problems(), list[int]()
+    for position, each in enumerate(value):
+        with problems.at(f"[{position}]", each):
+            cycles.append(_SNAPSHOT.read(each, True))
+            if in_file and cycles[-1] in cycles[:-1]:
+                raise QuantityError("is given twice")
+    problems.raise_any()
+    return tuple(cycles)
 
 
 class CaseError(ValueError):
@@ -224,7 +211,7 @@ class Case:
         problems = Problems()
         asked, snapshots = given.pop("output_cycles", "auto"), None
         with problems.at("output_cycles", asked):
-            snapshots = SNAPSHOTS.read(asked, False)
+            snapshots = read_snapshots(asked, in_file=False)
         values = read_values(given, "", problems, units_required=False)
         problems += missing(given, in_file=False)
         if problems:

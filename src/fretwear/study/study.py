@@ -14,7 +14,7 @@ from typing import Any
 
 from fretwear.mechanics.measured import Located
 from fretwear.parts import Choice, Part, keys_schema, required
-from fretwear.study.case import SNAPSHOTS, Case, members
+from fretwear.study.case import SNAPSHOTS_SCHEMA, Case, members, read_snapshots
 from fretwear.study.members import PartOf
 from fretwear.study.parameters import (
     base_names,
@@ -228,7 +228,7 @@ def _checked(
     fixed = _read_base(sections, axes, found)
     asked = sections.output.get("cycles", "auto")
     with found.at("output.cycles", asked):
-        fixed["output_cycles"] = SNAPSHOTS.read(asked, True)
+        fixed["output_cycles"] = read_snapshots(asked, in_file=True)
     # Parts of unread values are skipped.
     axes = tuple(axis for axis in axes if "." not in axis.name or axis.key in fixed)
     for axis in axes:
@@ -498,7 +498,7 @@ def study_schema() -> dict[str, Any]:
             "default": "auto",
             "anyOf": [{"const": "auto"}, whole],
         },
-        "output": keys_schema({"cycles": SNAPSHOTS.described()}),
+        "output": keys_schema({"cycles": SNAPSHOTS_SCHEMA}),
     }
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
