@@ -14,11 +14,9 @@ Spacing = tuple[float, float]
 
 CELLS_PER_CONTACT_RADIUS = 64
 CELLS_PER_YIELDING_CONTACT_RADIUS = 128
-CELLS_PER_SLIDING_HALF_WIDTH = 16
-CELLS_PER_SLIDING_RADIUS = 8
+CELLS_PER_SLIDING_RADIUS = (8, 16)  # of a point and a line contact
 CELLS_PER_STICK_RADIUS = 8
-CELLS_PER_SLIP_ANNULUS = 12
-CELLS_PER_SLIP_ANNULUS_OF_TIPS = 4
+CELLS_PER_SLIP_ANNULUS = (12, 4)  # of a smooth contact, and of one whose tips have their own
 
 CELLS_ACROSS_TIP = 12.0
 CELLS_ACROSS_YIELDING_BAND = 1.5
@@ -33,53 +31,45 @@ def default_spacing(case: Case) -> Spacing:
     `MOST_CELLS` allow. It is rounded down to two digits, which makes it readable and the same on
     every machine.
     """
-    coarse, fine = _of_contact_and_waves(case), needed_spacing(case)
-    half_widths = case.indenter.half_widths(case.hertz)
+    (most_x, most_y), (dx, dy) = needed_spacings(case)
     sides = math.prod(2 - is_even for is_even in case.even)
-    dx, dy = fine
+    area = sides * math.prod(case.indenter.half_widths(case.hertz))
     # The second pass corrects what the first has widened along one axis only.
     for _ in range(2):
-        cells = sides * half_widths[0] * half_widths[1] / (dx * dy)
-        wider = math.sqrt(max(1.0, cells / MOST_CELLS))
-        dx, dy = min(coarse[0], wider * dx), min(coarse[1], wider * dy)
+        wider = math.sqrt(max(1.0, area / (dx * dy) / MOST_CELLS))
+        dx, dy = min(most_x, wider * dx), min(most_y, wider * dy)
     return rounded_down(dx), rounded_down(dy)
 
 
-def needed_spacing(case: Case) -> Spacing:
-    """Return the spacing (dx, dy), m, that resolves all features of a contact, at any cost."""
-    dx, dy = _of_contact_and_waves(case)
-    for (wide_x, wide_y), cells in zones_of_tip(case).values():
-        dx, dy = min(dx, wide_x / cells), min(dy, wide_y / cells)
-    return dx, dy
-
-
-def _of_contact_and_waves(case: Case) -> Spacing:
-    """Spacing that resolves the contact, its stick zone and every wave.
+def needed_spacings(case: Case) -> tuple[Spacing, Spacing]:
+    """Return spacings (dx, dy), m, that resolve contact, stick zone and waves, and the tips too.
 
     Contact radius, stick radius and slip annulus are those of the smooth elastic sphere. A smooth
     contact that yields does so in a narrow ring at the edge of stick, which asks for twice the
     cells, and so does a rough one that is pressed flat. Wave lengths count along their own
     direction, so dx and dy differ where the waves do.
     """
-    radius, stick, tip = case.hertz_radius, case.stick_radius, tip_contact(case)
+    zones = zones_of_tip(case)
+    radius, stick, is_line = case.hertz_radius, case.stick_radius, case.indenter.is_line
     in_a_ring = math.isfinite(case.plastic_limit) and _closing_pressure(case) < case.hertz_pressure
-    across = CELLS_PER_YIELDING_CONTACT_RADIUS if in_a_ring else CELLS_PER_CONTACT_RADIUS
     contact = min(
-        radius / across,
+        radius / (CELLS_PER_YIELDING_CONTACT_RADIUS if in_a_ring else CELLS_PER_CONTACT_RADIUS),
         # A growing stick zone need not be resolved at its initial size.
         max(stick / CELLS_PER_STICK_RADIUS, 0.0 if case.force_is_held else radius / 128),
         # Slip of tips that stick in part is seen on these.
-        (radius - stick) / (CELLS_PER_SLIP_ANNULUS_OF_TIPS if tip else CELLS_PER_SLIP_ANNULUS),
+        (radius - stick) / CELLS_PER_SLIP_ANNULUS[bool(zones)],
     )
     if case.loading.stroke:
-        is_line = case.indenter.is_line
-        contact = radius / (CELLS_PER_SLIDING_HALF_WIDTH if is_line else CELLS_PER_SLIDING_RADIUS)
+        contact = radius / CELLS_PER_SLIDING_RADIUS[is_line]
     # An elliptical contact is resolved alike along both of its axes.
     wide = (each / radius * contact for each in case.indenter.half_widths(case.hertz))
     fine = [[each / part.cells for each in part.finest] for part in case.surfaces.values()]
     dx, dy = (min(each) for each in zip(wide, *fine, strict=True))
     # A line contact has one row of cells.
-    return dx, dx if case.indenter.is_line else dy
+    coarse = dx, dx if is_line else dy
+    tips = ([wide / cells for wide in widths] for widths, cells in zones.values())
+    dx, dy = (min(each) for each in zip(coarse, *tips, strict=True))
+    return coarse, (dx, dy)
 
 
 def _closing_pressure(case: Case) -> float:
@@ -90,36 +80,24 @@ def _closing_pressure(case: Case) -> float:
     return 0.0 if case.rough is None else 0.5 * case.composite_modulus * case.rough.steepest
 
 
-def tip_contact(case: Case) -> EllipticContact | None:
-    """Return the elastic contact of the tip in the middle under its share of the load.
-
-    None where there are no tips of known shape, or where they are pressed flat. The share is that
-    of the area that the tip stands for under the pressure of the smooth contact.
-    """
-    tip = None if case.rough is None or case.indenter.is_line else case.rough.tip
-    if tip is None or _closing_pressure(case) <= case.hertz_pressure:
-        return None
-    of_indenter, reach = 1.0 / case.indenter.curvature_radius, math.pi * case.hertz_radius
-    area = 0.5 * min(tip.apart_x, reach) * min(tip.apart_y, reach)
-    load = min(case.hertz_pressure * area, case.hertz.load)
-    radius_x, radius_y = (
-        1.0 / (tip.curvature_x + of_indenter),
-        1.0 / (tip.curvature_y + of_indenter),
-    )
-    return EllipticContact.of(radius_x, radius_y, load, case.composite_modulus)
-
-
 def zones_of_tip(case: Case) -> dict[str, tuple[Spacing, float]]:
     """Return the zones of a tip that cells must resolve by name: width, m, and number of cells.
 
-    These are its contact and, where bodies yield, the band that does at its edge of stick. In the
-    middle the pressure under P* is (1 − X)^(1/3) of that under P, and so is the load of a tip.
-    Where the tip itself is at the plastic limit, its contact carries its load at that pressure, and
-    its stick zone its reduced load.
+    These are its elastic contact and, where bodies yield, the band that does at its edge of stick;
+    none where there are no tips of known shape, or where they are pressed flat. The tip in the
+    middle carries the share of the area that it stands for under the pressure of the smooth
+    contact, which under P* is (1 − X)^(1/3) of that under P, and so is the load of a tip. Where
+    the tip itself is at the plastic limit, its contact carries its load at that pressure, and its
+    stick zone its reduced load.
     """
-    contact = tip_contact(case)
-    if contact is None:
+    tip = None if case.rough is None or case.indenter.is_line else case.rough.tip
+    if tip is None or _closing_pressure(case) <= case.hertz_pressure:
         return {}
+    of_indenter, reach = 1.0 / case.indenter.curvature_radius, math.pi * case.hertz_radius
+    area = 0.5 * min(tip.apart_x, reach) * min(tip.apart_y, reach)
+    load = min(case.hertz_pressure * area, case.hertz.load)
+    radius_x, radius_y = (1.0 / (c + of_indenter) for c in (tip.curvature_x, tip.curvature_y))
+    contact = EllipticContact.of(radius_x, radius_y, load, case.composite_modulus)
     widened = max(1.0, contact.spread_radius(case.plastic_limit) / contact.contact_radius)
     along_x, along_y = (widened * each for each in contact.half_widths)
     zones = {"contact of a tip": ((2.0 * along_x, 2.0 * along_y), CELLS_ACROSS_TIP)}
