@@ -21,13 +21,11 @@ STUDIES = Path(__file__).parents[2] / "studies"
 def change(content, key, value):
     """Set a dotted key of a study's content; None removes it."""
     *sections, last = key.split("/")
-    place = content
     for name in sections:
-        place = place.setdefault(name, {})
+        content = content.setdefault(name, {})
+    content[last] = value
     if value is None:
-        place.pop(last, None)
-    else:
-        place[last] = value
+        del content[last]
 
 
 # Changes | @key = value, where those told are not those changed | parts of the rule or the hint;
@@ -201,20 +199,11 @@ output:
   cycles: [0, 1.5]
 """
     )
-    assert {problem.key: problem.line for problem in error.problems} == {
-        "titel": 1,
-        "base.radius": 3,
-        "base.youngs_modulus": 4,
-        "base.poisson_ratio": 5,
-        "base.laod": 6,
-        "base.tangential_load": 7,
-        "base.roughness.slope_x": 12,
-        "vary.plastic_limit[1]": 14,
-        "output.cycles[1]": 16,
-        "base.cycles": None,
-    }
-    lines = [problem.line for problem in error.problems][:-1]
-    assert lines == sorted(lines)
+    keys = ["titel", "base.radius", "base.youngs_modulus", "base.poisson_ratio", "base.laod"]
+    keys += ["base.tangential_load", "base.roughness.slope_x", "vary.plastic_limit[1]"]
+    lines = dict(zip(keys, (1, 3, 4, 5, 6, 7, 12, 14), strict=True))
+    lines |= {"output.cycles[1]": 16, "base.cycles": None}
+    assert [(problem.key, problem.line) for problem in error.problems] == [*lines.items()]
     again = copy.deepcopy(error)
     assert (str(again), again.problems) == (str(error), error.problems)
     assert "10 problems" in str(again)
@@ -230,14 +219,13 @@ def test_one_mistake_hides_no_other_and_makes_none(studies, content):
     assert [each.key for each in studies.error(content).problems] == [*wrong, "design.points"]
 
 
-@pytest.mark.parametrize("key", ["load", "plastic_limit", "roughness", "cycles", "slip_model"])
-def test_a_file_without_keys_and_a_key_without_a_value_are_refused(studies, content, key):
+def test_a_file_without_keys_and_a_key_without_a_value_are_refused(studies, content):
     for text in ("just text\n", "[1, 2]\n", "42\n"):
         assert "must hold keys" in str(studies.error(text))
-    content["base"][key] = "VALUE"
-    text = studies.write(content).read_text().replace("VALUE", "")
-    problem = next(p for p in studies.error(text).problems if p.key == f"base.{key}")
-    assert "no value" in problem.rule
+    for key in ("load", "plastic_limit", "roughness", "cycles", "slip_model"):
+        text = studies.write({**content, "base": content["base"] | {key: "VALUE"}}).read_text()
+        problems = studies.error(text.replace("VALUE", "")).problems
+        assert "no value" in next(p.rule for p in problems if p.key == f"base.{key}")
 
 
 @pytest.mark.parametrize(
@@ -318,63 +306,51 @@ def refusal(folder, text):
 def test_values_come_with_the_lines_they_stand_in(tmp_path):
     document = read(tmp_path, "a: 1\nb:\n  - x\n  - {c: 2.5}\nroughness.amplitude: [1]\n")
     assert document.data == {"a": 1, "b": ["x", {"c": 2.5}], "roughness.amplitude": [1]}
-    lines = {key: document.lines[key] for key in ("a", "b", "b[1]", "b[1].c")}
-    assert lines == {"a": 1, "b": 2, "b[1]": 4, "b[1].c": 4}
-    assert document.lines["roughness.amplitude[0]"] == 5
+    lines = {"a": 1, "b": 2, "b[1]": 4, "b[1].c": 4, "roughness.amplitude[0]": 5}
+    assert lines.items() <= document.lines.items()
     assert document.problems == []
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
+    ("texts", "words"),
     [
-        ("base:\n  load: 1 N\n  load: 2 N\n", "first in line 2"),
+        (["base:\n  load: 1 N\n  load: 2 N\n"], "first in line 2"),
         # YAML 1.2 makes a key of a word that ends in a colon, the library that reads it a text.
-        ("a: [1, 010:, 3]\n", "key without a value"),
-        ("a: {b: c:}\n", "key without a value"),
-        *(
-            (text, "not text")
-            for text in ("1: a\n", "{[1, 2]: a}\n", "? {a: b}\n: c\n", "true: a\n")
-        ),
-        ("a: &x {b: 1}\nc:\n  <<: *x\n", "merge"),
+        (["a: [1, 010:, 3]\n", "a: {b: c:}\n"], "key without a value"),
+        (["1: a\n", "{[1, 2]: a}\n", "? {a: b}\n: c\n", "true: a\n"], "not text"),
+        (["a: &x {b: 1}\nc:\n  <<: *x\n"], "merge"),
     ],
 )
-def test_keys_that_no_study_has_are_problems(tmp_path, text, words):
-    (problem,) = read(tmp_path, text).problems
-    assert words in problem.rule
-    if "twice" in problem.rule or "load" in problem.key:
-        assert (problem.key, problem.value, problem.line) == ("base.load", "2 N", 3)
+def test_keys_that_no_study_has_are_problems(tmp_path, texts, words):
+    for text in texts:
+        (problem,) = read(tmp_path, text).problems
+        assert words in problem.rule
+        if "load" in text:
+            assert (problem.key, problem.value, problem.line) == ("base.load", "2 N", 3)
 
 
 @pytest.mark.parametrize(
-    ("text", "part"),
+    ("texts", "part"),
     [
-        ("a: [1, 2\n", "not YAML"),
-        ("a: b: c\n", "not YAML"),
-        ("a:\n\t- b\n", "not YAML"),
-        ("a: 1\n---\nb: 2\n", "not YAML"),
-        ("a: 3\u20284\n", "U+2028 in line 1"),
-        ("a: 1\nb: [\x851]\n", "U+0085 in line 2"),
-        ("", "empty"),
-        ("# only a comment\n", "empty"),
-        ("a: \x00\n", "not YAML"),
-        (b"a: \xff\xfe\n", "not UTF-8"),
-        ("[" * 1000, "levels deep"),
-        ("{a: " * 1000, "levels deep"),
-        ("a: " + "x" * MAX_BYTES, "larger than 1000 kB"),
-        ("a: *b\n", "not YAML"),
+        (["a: [1, 2\n", "a: b: c\n", "a:\n\t- b\n", "a: 1\n---\nb: 2\n"], "not YAML"),
+        (["a: *b\n", "a: \x00\n"], "not YAML"),
+        (["a: 3\u20284\n"], "U+2028 in line 1"),
+        (["a: 1\nb: [\x851]\n"], "U+0085 in line 2"),
+        (["", "# only a comment\n"], "empty"),
+        ([b"a: \xff\xfe\n"], "not UTF-8"),
+        (["[" * 1000, "{a: " * 1000], "levels deep"),
+        (["a: " + "x" * MAX_BYTES], "larger than 1000 kB"),
     ],
 )
-def test_what_cannot_be_read_is_refused_with_the_reason(tmp_path, text, part):
-    assert part in refusal(tmp_path, text)
+def test_what_cannot_be_read_is_refused_with_the_reason(tmp_path, texts, part):
+    assert all(part in refusal(tmp_path, text) for text in texts)
 
 
-@pytest.mark.parametrize(
-    "text", ["a: !!python/object/apply:os.getcwd []\n", "a: !!python/name:os.system x\n", "a: !x y"]
-)
-def test_tags_that_would_make_objects_make_problems(tmp_path, text):
-    document = read(tmp_path, text)
-    assert document.problems or document.data == {"a": []}
-    assert document.data["a"] in ([], "x", "y")
+def test_tags_that_would_make_objects_make_problems(tmp_path):
+    for tag in ("!!python/object/apply:os.getcwd []\n", "!!python/name:os.system x\n", "!x y"):
+        document = read(tmp_path, f"a: {tag}")
+        assert document.problems or document.data == {"a": []}
+        assert document.data["a"] in ([], "x", "y")
 
 
 def test_aliases_are_followed_but_cannot_explode(tmp_path):

@@ -29,25 +29,13 @@ ODD = (
 # fmt: on
 NAMES = list(parameter_names())
 
+texts = st.sampled_from(["50 N", "208 GPa", "0.2 um", "5.7 deg", "7e-13 / Pa", "none", "1e-3"])
+plain_keys = st.text(max_size=5) | st.integers() | st.sampled_from(["from", "to", "kind"])
+plain_numbers = st.booleans() | st.integers() | st.floats()
+plain_others = st.none() | st.dates() | st.binary(max_size=5) | st.text(max_size=10) | texts
 plain = st.recursive(
-    st.one_of(
-        st.none(),
-        st.booleans(),
-        st.integers(),
-        st.floats(),
-        st.dates(),
-        st.binary(max_size=5),
-        st.text(max_size=10),
-        st.sampled_from(["50 N", "208 GPa", "0.2 um", "5.7 deg", "7e-13 / Pa", "none", "1e-3"]),
-    ),
-    lambda inner: st.one_of(
-        st.lists(inner, max_size=4),
-        st.dictionaries(
-            st.one_of(st.text(max_size=5), st.integers(), st.sampled_from(["from", "to", "kind"])),
-            inner,
-            max_size=4,
-        ),
-    ),
+    plain_numbers | plain_others,
+    lambda some: st.lists(some, max_size=4) | st.dictionaries(plain_keys, some, max_size=4),
     max_leaves=8,
 )
 fragments = st.one_of(st.sampled_from(ODD), st.text(max_size=20))
