@@ -522,8 +522,7 @@ def _annotations(hint: Any) -> Iterator[Any]:
 
 def required(cls: type) -> frozenset[str]:
     """Return the fields of a dataclass without a default."""
+    fields = dataclasses.fields(cls)
     return frozenset(
-        each.name
-        for each in dataclasses.fields(cls)
-        if each.default is dataclasses.MISSING and each.default_factory is dataclasses.MISSING
+        f.name for f in fields if f.default is f.default_factory is dataclasses.MISSING
     )

@@ -234,13 +234,8 @@ def parse_quantity(value: object, dimension: Dimension, *, units_required: bool 
 
     It is text with a unit (``"0.2 um"``), or a number, which counts as SI except where
     `units_required`, as in study files.  For `NUMBER` text without a unit is accepted as well,
-    because YAML reads ``1e-3`` as text.  The result is finite.
-
-    Raises
-    ------
-    QuantityError
-        If it is not a number, not finite, or has no unit, an unknown one or one of another
-        dimension.
+    because YAML reads ``1e-3`` as text.  Raises `QuantityError` if it is not a number, not finite,
+    or has no unit, an unknown one or one of another dimension.
     """
     if isinstance(value, Real) and not isinstance(value, bool):
         number = math.inf

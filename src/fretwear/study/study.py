@@ -176,11 +176,7 @@ def select_case(
 
     It is chosen by its id in the study as it stands, or the beginning of just one id, and changed
     after that.  Without an id the study, with the assignments applied, must come to a single case.
-
-    Raises
-    ------
-    StudyError
-        The study or the changed case is not valid, or there is no such case.
+    Raises `StudyError` if study or case are not valid, or there is no such case.
     """
     study = load_study(path, () if case_id else assignments)
     points = {point.id: point for point in study.points() if point.id}
@@ -418,12 +414,11 @@ def _in_order(
 
 
 def override(raw: Mapping[str, Any], assignments: Iterable[str]) -> tuple[dict[str, Any], Problems]:
-    """Apply assignments ``name=value`` to the plain content of a study file.
+    """Return plain content changed by assignments ``name=value``, and what is wrong with these.
 
     The value replaces that in `base`, and the parameter is no longer varied. Setting one of several
     alternative keys, such as the two tangential ones, drops the others; keys that belong to both,
-    such as `rig_stiffness`, stay. ``output.cycles`` and ``title`` can be set too. Returned are a
-    changed copy, whose values are not checked yet, and what was wrong with the assignments.
+    such as `rig_stiffness`, stay. ``output.cycles`` and ``title`` can be set too.
     """
     changed, problems = copy.deepcopy(dict(raw)), Problems()
     known = (*parameter_names(), "output.cycles", "title")
@@ -450,29 +445,27 @@ def assign(content: dict[str, Any], name: str, value: Any) -> None:
         section, _, key = name.partition(".")
         content[section] = {key: value} if key else value
         return
-    present = (content.get(section) for section in ("base", "vary"))
-    base, vary = (dict(each) if isinstance(each, Mapping) else {} for each in present)
-    content |= {"base": base, "vary": vary}
+    base, vary = (_mapping(content.get(section)) for section in ("base", "vary"))
     gone = replaced_by(name)
-    for other in gone:
-        base.pop(other, None)
-    for varied in [*vary]:
-        if any(f"{varied}.".startswith(f"{each}.") for each in (*gone, name)):
-            del vary[varied]
+    base = {key: each for key, each in base.items() if key not in gone}
+    replaced = tuple(f"{each}." for each in (*gone, name))
+    vary = {key: each for key, each in vary.items() if not f"{key}.".startswith(replaced)}
+    content |= {"base": base, "vary": vary}
     if SEEDS in (name, f"{name}.seed"):
         content.pop("seeds", None)
     whole, _, part = name.partition(".")
     if part and whole in vary:
         raise QuantityError(f"cannot be set while vary.{whole} varies the whole of it")
-    if part:
-        given = base.get(whole)
-        value = {**(given if isinstance(given, Mapping) else {}), part: value}
-    base[whole] = value
+    base[whole] = {**_mapping(base.get(whole)), part: value} if part else value
     if not vary:
         del content["vary"]
         if "seeds" not in content:
             # A sampled design without anything to sample would be an error of its own.
             content.pop("design", None)
+
+
+def _mapping(given: object) -> Mapping[str, Any]:
+    return given if isinstance(given, Mapping) else {}
 
 
 def study_schema() -> dict[str, Any]:
