@@ -293,14 +293,13 @@ class PerBody(_Pair):
 
 @dataclass(frozen=True)
 class AlongXY(_Pair):
-    """A length along x and one along y; a single value is used for both, None is the default."""
+    """A length along x and one along y; a single value is used for both."""
 
     meaning = "the spacing along x and along y"
     suffixes = (("x", "along x"), ("y", "along y"))
 
     def read(self, value: object, units_required: bool) -> Any:
-        is_default = value is None and not units_required
-        return None if is_default else pair(super().read(value, units_required))
+        return pair(super().read(value, units_required))
 
 
 @dataclass(frozen=True)

@@ -92,6 +92,7 @@ output/cycles: 100 | must be auto, or a list
 * output/cycles: [5, 5] | @output.cycles[1] = 5 | given twice
 output: [5] | must hold keys
 base/roughness: rough | none or a roughness
+* base/roughness: {kind: measured, file: no.x3p} | @base.roughness.file = no.x3p | is no file:
 base/roughness: {kind: wavy, WAVES, slope_x: 5.7} | @base.roughness.slope_x = 5.7 | '5.7 deg'
 base/roughness: {kind: wavy, WAVES, slop: 1} | @base.roughness.slop = 1 | mean 'slope_
 base/roughness: {kind: fractal, WAVES} | @base.roughness.kind = fractal | must be wavy
