@@ -5,7 +5,7 @@ import math
 import numpy as np
 from benchmarks.pages import Check, Data, Section, percent, table, worst
 from benchmarks.verification.problems import snapshots
-from tests.mechanics.explicit import Worn, explicit_wear
+from tests.mechanics.oracles import Worn, explicit_wear
 from tests.mechanics.problems import ROUGH, SMOOTH, A, fretting
 
 from fretwear.mechanics.geometry import Array
@@ -99,7 +99,7 @@ def text(data: Data) -> str:
     ]
     return f"""\
 Archard's law as it is written: Euler steps of equal length, the contact and, where something
-yields, the reduced contact solved anew before each (`tests/mechanics/explicit.py`). Runs of {STEPS}
+yields, the reduced contact solved anew before each (`tests/mechanics/oracles.py`). Runs of {STEPS}
 and {2 * STEPS} steps are extrapolated to none; what halving the step changed in the wear volume is
 in the last column. Coarse grids and low plastic limits (1.5 p0 smooth, 1.8 p0 rough), so that it
 yields early; the integrator promises an error of the wear within its tolerance, 0.01 by default.

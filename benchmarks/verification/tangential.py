@@ -2,9 +2,8 @@
 
 import numpy as np
 from benchmarks.pages import Check, Data, Section, scientific, table
-from tests.mechanics.oracles import influence_matrix
+from tests.mechanics.oracles import influence_matrix, tangential_step
 from tests.mechanics.problems import COUPLING, FRICTION, LOAD, MODULUS, ROUGH, fretting, uneven
-from tests.mechanics.tangential import tangential_step
 
 from fretwear.mechanics.contact import ContactProblem
 from fretwear.mechanics.geometry import Array
@@ -111,7 +110,7 @@ def text(data: Data) -> str:
     nx, ny = data["cells"]
     return f"""\
 The library takes slip from a second normal contact: s = µκ g* with the gap g* under the load
-P* = P − Q/µ, and 2s for the reversal. `tests/mechanics/tangential.py` solves the tangential problem
+P* = P − Q/µ, and 2s for the reversal. `tests/mechanics/oracles.py` solves the tangential problem
 itself, for one component and equal bodies: a dense matrix, |q| ≤ µp, no slip below the bound, from
 0 to +Q, to −Q and back to +Q. On {nx} × {ny} cells, largest differences relative to the largest
 value (allowed: 1e-8; both contacts of the library solved to 1e-12):

@@ -1,13 +1,24 @@
-"""Contact by other ways than the library's: its own Love formula, dense matrices, a full FFT."""
+"""Contact and wear by other ways than the library: own Love formula, dense matrices, a full FFT.
+
+The tangential problem is solved for what it is, |q| ≤ µp and no slip below the bound, and knows
+nothing of a reduced normal load; wear is Archard's law as it is written, one contact after the
+other.
+"""
+
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import brentq, lsq_linear
 
+from fretwear.mechanics.contact import ContactProblem
 from fretwear.mechanics.geometry import Array
 from fretwear.mechanics.geometry.grid import Grid
+from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.state import State, WearProblem
 
 from .problems import unfolded
+
+_TOLERANCE = 1e-9
 
 
 def love(x: Array, y: Array, spacing: tuple[float, float], modulus: float) -> Array:
@@ -86,3 +97,127 @@ def worst_violation(problem: WearProblem, state: State) -> float:
     load = float(pressure.sum()) * spacing[0] * spacing[1]
     lengths = np.abs(gap[pressure > 0]).max(), -gap.min(), np.abs(reported - gap).max()
     return max(abs(load / problem.hertz.load - 1.0), float(max(lengths)) / state.approach)
+
+
+def normal_contact(
+    influence: Array, shape: Array, cell: float, load: float
+) -> tuple[Array, Array, float]:
+    """Pressure (Pa), gap (m) and approach (m) of a rigid shape (m) on the half-space.
+
+    All cells start in contact; cells leave while their pressure pulls, and come back while they
+    penetrate. ``cell`` is the area of a cell, m².
+    """
+    loaded = np.ones(shape.size, dtype=bool)
+    for _ in range(100):
+        inside = np.flatnonzero(loaded)
+        pressure, approach = _solve_with_total(
+            influence[np.ix_(inside, inside)], -shape[inside], load / cell
+        )
+        full = np.zeros_like(shape)
+        full[inside] = pressure
+        gap = shape + influence @ full - approach
+        wanted = np.where(loaded, full > 0.0, gap < 0.0)
+        if np.array_equal(wanted, loaded):
+            return full, np.where(loaded, 0.0, gap), approach
+        loaded = wanted
+    raise RuntimeError("the contact set did not settle")
+
+
+@dataclass(frozen=True, eq=False)
+class TangentialStep:
+    """Traction at the end of a step (Pa), relative displacement during it (m) and rigid shift."""
+
+    traction: Array
+    slip: Array
+    displacement: float
+
+
+def tangential_step(
+    influence: Array,
+    bound: Array,
+    before: Array,
+    cell: float,
+    force: float | None = None,
+    displacement: float = 0.0,
+) -> TangentialStep:
+    """Bring the tangential force to ``force``, or shift distant points by ``displacement``.
+
+    It starts from a state with the traction ``before``, which need not be that of the same
+    pressure. ``influence`` is the tangential one, m/Pa; ``bound`` is µp in Pa, shape (n,). The
+    relative displacement of the surfaces in the step is v = δ - K (q - q_before): zero where
+    |q| < µp, positive where q = µp, negative where q = -µp.
+    """
+    touching = bound > 0.0
+    # a step that barely moves leaves slipping cells on both bounds at once, up to rounding
+    outside = bound + 1e-12 * bound.max()
+    upper, lower = np.zeros_like(touching), np.zeros_like(touching)
+    for _ in range(200):
+        traction = np.where(upper, bound, np.where(lower, -bound, 0.0))
+        stick = np.flatnonzero(touching & ~upper & ~lower)
+        matrix, forced = influence[np.ix_(stick, stick)], influence[stick] @ (traction - before)
+        if force is None:
+            traction[stick] = np.linalg.solve(matrix, displacement - forced)
+        else:
+            total = force / cell - traction.sum()
+            traction[stick], displacement = _solve_with_total(matrix, -forced, total)
+        slip = displacement - influence @ (traction - before)
+        above = np.where(upper, slip >= 0.0, ~lower & touching & (traction > outside))
+        below = np.where(lower, slip <= 0.0, ~upper & touching & (traction < -outside))
+        if np.array_equal(above, upper) and np.array_equal(below, lower):
+            slip[stick] = 0.0
+            return TangentialStep(traction, slip, displacement)
+        upper, lower = above, below
+    raise RuntimeError("the slip zones did not settle")
+
+
+def _solve_with_total(matrix: Array, right: Array, total: float) -> tuple[Array, float]:
+    """Solve K z - λ = right with Σz = total for z and λ."""
+    size = right.size
+    system = np.zeros((size + 1, size + 1))
+    # K in units of its own diagonal, so that both kinds of rows weigh alike
+    scale = matrix[0, 0]
+    system[:size, :size] = matrix / scale
+    system[:size, size] = -1.0
+    system[size, :size] = 1.0
+    solution = np.linalg.solve(system, np.append(right / scale, total))
+    return solution[:size], float(solution[size] * scale)
+
+
+@dataclass(frozen=True)
+class Worn:
+    """Wear and plastic depth, m, pressure, Pa, and gap of the reduced problem, m."""
+
+    wear: Array
+    plastic: Array
+    pressure: Array
+    reduced_gap: Array
+
+
+def explicit_wear(problem: WearProblem, window: Grid, cycles: float, steps: int) -> Worn:
+    """Euler's method for dW/dN = β p g* on a window that the contact never leaves.
+
+    Before each step the bodies yield where the pressure reaches its limit, for good, and the
+    contact at the reduced load is solved on the shape of that moment.
+    """
+    bodies, unworn = problem.half_space(window), problem.unworn(window)
+    rate = problem.growth_rate * cycles / steps
+    wear, plastic = np.zeros(window.shape), np.zeros(window.shape)
+    pressure, reduced = None, None
+    for step in range(steps + 1):
+        contact = solve_contact(
+            problem.contact(bodies, unworn + wear + plastic), pressure, _TOLERANCE
+        )
+        pressure = contact.pressure
+        plastic = plastic + contact.penetration
+        if reduced is None or contact.penetration.any():
+            reduced = solve_contact(
+                ContactProblem(bodies, unworn + wear + plastic, problem.stick_load),
+                None if reduced is None else reduced.pressure,
+                _TOLERANCE,
+            )
+            gap = np.where(reduced.pressure > 0, 0.0, np.maximum(reduced.gap, 0.0))
+        if step < steps:
+            worn = rate * pressure * gap
+            wear = wear + worn
+            gap = gap + worn
+    return Worn(wear, plastic, pressure, gap)

@@ -14,9 +14,8 @@ from fretwear.mechanics.integrator import evolve
 from fretwear.mechanics.loading import DisplacementAmplitude
 from fretwear.mechanics.materials import Coulomb, Course
 
-from .oracles import influence_matrix, love
+from .oracles import influence_matrix, love, normal_contact, tangential_step
 from .problems import CONVERGED, COUPLING, FRICTION, HERTZ, LOAD, MODULUS, A, fretting, near, unworn
-from .tangential import normal_contact, tangential_step
 
 WINDOW = Grid((36, 28), (0.4e-3 / 36, 0.4e-3 / 28), even=(False, False))
 NORMAL = influence_matrix(WINDOW, MODULUS)

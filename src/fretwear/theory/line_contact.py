@@ -1,11 +1,4 @@
-"""Closed forms of a smooth cylinder or punch on a flat in plane strain; loads are per length.
-
-References
-----------
-K. L. Johnson (1985), Contact Mechanics, Cambridge University Press, sections 4.2 and 7.2.
-M. Ciavarella, D. A. Hills, G. Monno (1998), The influence of rounded edges on indentation by a
-flat punch, J. Mech. Eng. Sci. 212, 319–328.
-"""
+"""Closed forms of a smooth cylinder or punch on a flat in plane strain; loads are per length."""
 
 from __future__ import annotations
 
@@ -17,12 +10,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fretwear.theory.point_contact import (
-    FloatArray,
-    HertzContact,
-    find_root,
-    require_positive,
-)
+from fretwear.theory.point_contact import FloatArray, HertzContact, find_root, require_positive
 
 _PUNCHES = 200
 

@@ -1,18 +1,4 @@
-"""Closed forms of smooth contacts in partial slip: unworn, and after infinitely many cycles.
-
-References
-----------
-C. Cattaneo (1938), Sul contatto di due corpi elastici, Rend. Accad. Naz. Lincei 27.
-R. D. Mindlin (1949), Compliance of elastic bodies in contact, J. Appl. Mech. 16, 259–268.
-K. L. Johnson (1985), Contact Mechanics, Cambridge University Press, chapters 3, 4 and 7.
-M. Ciavarella (1998), The generalized Cattaneo partial slip plane contact problem,
-Int. J. Solids Struct. 35, 2349–2362.
-J. Jäger (1998), A new principle in contact mechanics, J. Tribol. 120, 677–684.
-M. Ciavarella, D. A. Hills (1999), A note on some oscillating contact problems subject to wear,
-J. Mech. Eng. Sci. 213, 851–857 (the limit of many cycles).
-V. L. Popov, M. Heß (2015), Method of Dimensionality Reduction in Contact Mechanics and Friction,
-Springer.
-"""
+"""Closed forms of smooth contacts in partial slip: unworn, and after infinitely many cycles."""
 
 from __future__ import annotations
 

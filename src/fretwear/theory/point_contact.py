@@ -4,16 +4,6 @@ The contact of any convex profile f of revolution follows from the method of dim
 reduction, by which the profile becomes g(t) = t ∫₀^t f′(r)/√(t² − r²) dr. A contact of the radius a
 has the approach g(a), the load 2E* ∫₀^a (g(a) − g(t)) dt and the pressure
 (E*/π) ∫_r^a g′(t)/√(t² − r²) dt.
-
-References
-----------
-H. Hertz (1882), Über die Berührung fester elastischer Körper, J. reine angew. Math. 92, 156–171.
-R. D. Mindlin (1949), Compliance of elastic bodies in contact, J. Appl. Mech. 16, 259–268.
-K. L. Johnson (1985), Contact Mechanics, Cambridge University Press, chapters 3, 4 and 7.
-B. C. Carlson (1995), Numer. Algor. 10, 13–26 (elliptic integrals in a form that has no special case
-for a circle).
-V. L. Popov, M. Heß (2015), Method of Dimensionality Reduction in Contact Mechanics and Friction,
-Springer.
 """
 
 from __future__ import annotations
