@@ -82,17 +82,17 @@ def test_the_first_loading_of_the_rough_capped_run_takes_few_convolutions():
     assert state.convolutions <= TOLERATED * 126
 
 
-RUNS = {
-    "smooth": (smooth_case(128), 15, 315),
-    "smooth, capped": (smooth_case(24, plastic_limit="2160 MPa", cycles=7000), 28, 1880),
-    # On twice the spacing and for 438 cycles; the row itself took 61 steps, 4712 convolutions.
-    "rough, capped": (rough_case(2.0, cycles=438), 9, 836),
-}
-
-
-@pytest.mark.parametrize("run", RUNS)
-def test_a_run_takes_few_steps_and_convolutions(run):
-    case, steps, convolutions = RUNS[run]
+@pytest.mark.parametrize(
+    ("case", "steps", "convolutions"),
+    [
+        (smooth_case(128), 15, 315),
+        (smooth_case(24, plastic_limit="2160 MPa", cycles=7000), 28, 1880),
+        # On twice the spacing and for 438 cycles; the row itself took 61 steps, 4712 convolutions.
+        (rough_case(2.0, cycles=438), 9, 836),
+    ],
+    ids=["smooth", "smooth, capped", "rough, capped"],
+)
+def test_a_run_takes_few_steps_and_convolutions(case, steps, convolutions):
     last = last_state(case)
     assert last.step <= TOLERATED * steps
     assert last.convolutions <= TOLERATED * convolutions
@@ -133,10 +133,9 @@ def test_the_page_is_what_its_data_say(page):
 
 
 def test_a_worse_measurement_falls_short_on_the_page(tmp_path):
-    entry = stored(VERIFICATION)["tangential"]
+    entry, docs = stored(VERIFICATION)["tangential"], ["--docs", str(tmp_path)]
     entry["data"]["surfaces"][0]["ratios"][0]["slip"] = 3e-8
     keep(VERIFICATION, tmp_path, {"tangential": entry})
-    docs = ["--docs", str(tmp_path)]
     assert VERIFICATION.main(["--check", *docs]) == 1
     assert VERIFICATION.main(["--render", *docs]) == 0
     page = (tmp_path / "verification.md").read_text(encoding="utf-8")
@@ -147,7 +146,7 @@ def test_a_worse_measurement_falls_short_on_the_page(tmp_path):
     row = Row("help", "fretwear --help", 0.5, "s", 0.4, 0.2, note="shortest of 9")
     entry = {"cores": 2, "processor": "one", "load_average": 0.1, "versions": {}, "seconds": 1}
     keep(performance.PAGE, tmp_path, {"table": {**entry, "data": {"rows": [row.as_json()]}}})
-    assert performance.PAGE.main(["--render", "--docs", str(tmp_path)]) == 0
+    assert performance.PAGE.main(["--render", *docs]) == 0
     text = (tmp_path / "performance.md").read_text("utf-8")
     assert "| fretwear --help | ≤ 0.4 | ≤ 0.2 | 0.5 | s | falls short |" in text
 

@@ -26,25 +26,8 @@ from typing import Any, BinaryIO, Self, TextIO
 _AGAIN = "run the same command again"
 _NEARLY_FULL = 1 << 20
 _NO_SPACE = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
-_WHY_NOT_WRITTEN = (
-    (
-        _NO_SPACE,
-        "not written, because the disk (or the quota on it) is full",
-        f"Free some space or choose another folder, then {_AGAIN}; "
-        "what was there before is unchanged",
-    ),
-    (
-        {errno.EACCES, errno.EPERM, errno.EROFS},
-        "not written, because the folder {folder} may not be written to",
-        "Choose another folder or ask for the right to write there",
-    ),
-    (
-        {errno.ENOENT, errno.ENOTDIR, errno.EEXIST},
-        "not written, because {folder} is not a folder and cannot be made one",
-        "Choose another folder",
-    ),
-)
-
+_NO_RIGHT = {errno.EACCES, errno.EPERM, errno.EROFS}
+_NO_FOLDER = {errno.ENOENT, errno.ENOTDIR, errno.EEXIST}
 _FOREIGN_LIFETIME = 7 * 24 * 3600.0
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _OF_MEMORY = re.compile(r"(out of|not enough) memory|alloc", re.IGNORECASE)
@@ -130,11 +113,19 @@ def write_error(path: Path, cause: OSError | RuntimeError) -> DataFileError:
         usage = shutil.disk_usage(path.parent)
         if usage.total > 0 and usage.free < _NEARLY_FULL:
             number = errno.ENOSPC
-    for numbers, problem, remedy in _WHY_NOT_WRITTEN:
-        if number in numbers:
-            return DataFileError(path, problem.format(folder=path.parent), remedy)
+    why = f": {cause}"
     remedy = f"Check the free space, the quota and the disk of the folder, then {_AGAIN}"
-    return DataFileError(path, f"not written: {cause}", remedy)
+    if number in _NO_SPACE:
+        why = ", because the disk (or the quota on it) is full"
+        remedy = f"Free some space or choose another folder, then {_AGAIN}; what was there before "
+        remedy += "is unchanged"
+    elif number in _NO_RIGHT:
+        why = f", because the folder {path.parent} may not be written to"
+        remedy = "Choose another folder or ask for the right to write there"
+    elif number in _NO_FOLDER:
+        why = f", because {path.parent} is not a folder and cannot be made one"
+        remedy = "Choose another folder"
+    return DataFileError(path, f"not written{why}", remedy)
 
 
 def why_not_writable(path: Path) -> str:
