@@ -327,5 +327,5 @@ def test_the_texts_on_a_line_contact_with_debris_are_about_it(tmp_path):
     for right in ("plane strain", "Debris stays where it was worn off", "strip of half-width"):
         assert right in text
     (packed,) = re.findall(r'id="explorer-data">(.*?)<', page)
-    histories = json.loads(gzip.decompress(base64.b64decode(packed)))["histories"]
-    assert histories[1]["label"].startswith("Wear volume per length (")
+    words = json.loads(gzip.decompress(base64.b64decode(packed)))["words"]
+    assert words["wear_volume"]["label"].startswith("Wear volume per length (")

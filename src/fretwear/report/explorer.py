@@ -33,6 +33,8 @@ PROFILES = ("pressure", "shear_traction", "gap", "wear_depth")
 """Fields along x, a panel of the explorer each."""
 MAPS = ("pressure", "wear_depth")
 """Fields over x and y of contacts that are not even, a map of the explorer each."""
+HISTORIES = (("contact_half_width_x", "stick_half_width_x"), ("wear_volume",))
+"""Results over the cycles; those of a panel differ in their first word."""
 
 _MOST_CASES = 200
 _MOST_SNAPSHOTS = 60
@@ -42,8 +44,6 @@ _MOST_SQUARES = 64
 _SHARES = 101
 _LEVELS = 10_000
 _AROUND_PROFILE, _AROUND_MAP = 1.3, 1.05
-_PANELS = (("contact_half_width_x", "stick_half_width_x"), ("wear_volume",))
-_STEPPED = (CYCLE.name, *chain(*_PANELS))
 _NAMES = {field.name: name for name, field in MERGED.items()}
 
 
@@ -95,7 +95,7 @@ def build_explorer(
         "profiles": PROFILES,
         "maps": MAPS,
         "readout": HEADLINES,
-        "histories": _histories(units, results),
+        "histories": HISTORIES,
         "points": [
             {
                 "number": result.number,
@@ -148,7 +148,9 @@ def _curves(
         found = file[_NAMES[field]][position][np.ix_(snapshots, inside)]
         return np.asarray(found, dtype=np.float64)
 
-    history = {name: file[HISTORY_GROUP][name][position] for name in _STEPPED}
+    history = {
+        name: file[HISTORY_GROUP][name][position] for name in (CYCLE.name, *chain(*HISTORIES))
+    }
     taken = np.flatnonzero(np.isfinite(list(history.values())).all(axis=0))
     taken = taken[evenly(taken.size, _MOST_STEPS)]
     x = MICROMETRE.of(x[inside])
@@ -320,15 +322,3 @@ def _words(
         name: {"words": words, "label": f"{label} ({unit})" if unit else label, "unit": unit}
         for name, words, label, unit in rows
     }
-
-
-def _histories(units: Mapping[str, Unit], results: Sequence[PointResult]) -> list[Packed]:
-    """Return the panels over the cycles: the label of each and the names of its curves."""
-    panels = []
-    for names in _PANELS:
-        # The curves of a panel differ in their first word: contact and stick half-width.
-        texts, common = zip(*(RESULTS[name].words.split(maxsplit=1) for name in names), strict=True)
-        label = common[0].capitalize() if len(names) > 1 else variable_of(names[0], results).label
-        curves = [{"name": name, "text": text} for name, text in zip(names, texts, strict=True)]
-        panels.append({"label": f"{label} ({units[names[0]].name})", "curves": curves})
-    return panels

@@ -254,12 +254,12 @@
       x: gap, xref: "x", y: 0, yref: "paper", yanchor: "middle", text: "//",
       bgcolor: colors.ground, borderpad: 0, showarrow: false, font: { ...small, color: colors.muted },
     }];
-    const data = study.histories.flatMap(({ curves }, place) => curves.flatMap(({ name, text }, lower) => {
+    const data = study.histories.flatMap((names, place) => names.flatMap((name, lower) => {
       /* The names of curves that share a panel stand where they begin, that of the lower one below. */
-      const [start, other] = [name, curves[0].name].map((each) => shown[0].data.history[each][0]);
+      const [start, other] = [name, names[0]].map((each) => shown[0].data.history[each][0]);
       const below = lower && start > 0.5 * other;
-      if (curves.length > 1) annotations.push({
-        x: position(0), y: start, xref: "x", yref: "y", text, showarrow: false, font: small,
+      if (names.length > 1) annotations.push({
+        x: position(0), y: start, xref: "x", yref: "y", text: words[name].words.split(" ")[0], showarrow: false, font: small,
         xanchor: "left", yanchor: below ? "top" : "bottom", xshift: 8, yshift: below ? -2 : 2,
       });
       return shown.flatMap(({ key, snapshot, data: { history, cycles, numbers } }) => {
@@ -278,7 +278,11 @@
         ];
       });
     }));
-    const ys = study.histories.map(({ label }) => axis(label, { rangemode: "tozero", nticks: 6 }));
+    const ys = study.histories.map((names) => {
+      const { label } = words[names[0]];
+      const common = names.length > 1 ? label.replace(/^\S+ (.)/, (_, letter) => letter.toUpperCase()) : label;
+      return axis(common, { rangemode: "tozero", nticks: 6 });
+    });
     const layout = panels(420, axis(words.cycle.label, reached), ys, {
       hovermode: "closest",
       annotations,
@@ -350,8 +354,7 @@
     remember(now);
     get("shown-cases").textContent = `After ${formatted(now)} cycles; ${titles}.`;
     picture(get("profile-plot"), profileFigure(shown), `Along x after ${formatted(now)} cycles: ${told(study.profiles)}; ${titles}`);
-    const curves = study.histories.flatMap((panel) => panel.curves.map(({ name }) => name));
-    picture(get("history-plot"), historyFigure(shown, now), `Over the cycles: ${told(curves)}; ${titles}`);
+    picture(get("history-plot"), historyFigure(shown, now), `Over the cycles: ${told(study.histories.flat())}; ${titles}`);
     const maps = viewed.flatMap((one) => study.maps.map((name) => [one, name]));
     [...get("maps").querySelectorAll(".plot")].forEach((place, at) => {
       place.hidden = at >= maps.length;
