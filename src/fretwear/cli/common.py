@@ -33,7 +33,7 @@ FIGURE_FORMATS = (".png", ".svg", ".pdf")
 # Listing all ids of a large study takes seconds, too long for a key press.
 _MOST_POINTS = 2000
 
-LOG_FORMAT_OPTION, LOG_FORMAT_VARIABLE = "--log-format", "FRETWEAR_LOG_FORMAT"
+LOG_FORMAT_VARIABLE = "FRETWEAR_LOG_FORMAT"
 
 
 class Status(IntEnum):
@@ -126,7 +126,7 @@ Quiet = Annotated[
 Format = Annotated[
     Literal["auto", "lines", "json"],
     typer.Option(
-        LOG_FORMAT_OPTION,
+        "--log-format",
         help="auto: a bar on a terminal, lines elsewhere; json: one JSON object per line, "
         "for programs.",
         envvar=LOG_FORMAT_VARIABLE,

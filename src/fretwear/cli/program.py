@@ -16,7 +16,6 @@ from typer.core import TyperCommand, TyperGroup
 import fretwear
 from fretwear.cli import Stopped, commands
 from fretwear.cli.common import (
-    LOG_FORMAT_OPTION,
     LOG_FORMAT_VARIABLE,
     Call,
     CommandError,
@@ -115,7 +114,7 @@ def _tell(error: BaseException, call: Call) -> int:
     from fretwear.data.safe import reason_of, unexpected
 
     # A call that cannot be parsed wants its error in this format.
-    typed = re.findall(rf"{LOG_FORMAT_OPTION}[= ](\S+)", " ".join(call.arguments))
+    typed = re.findall(r"--log-format[= ](\S+)", " ".join(call.arguments))
     log = call.log or Log([os.environ.get(LOG_FORMAT_VARIABLE, ""), *typed][-1])
     if isinstance(error, Stopped):
         message = f"{error}; run the same command again to resume"

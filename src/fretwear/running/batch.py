@@ -36,10 +36,8 @@ from fretwear.data.safe import (
 )
 from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.integrator import WearError
-from fretwear.running.resources import require_memory
 from fretwear.running.simulate import Observer, RunRecord, Step, run
 from fretwear.running.workflow import failures, forget, log_file, record
-from fretwear.study.doubts import doubts
 from fretwear.version import code_digest
 
 if TYPE_CHECKING:
@@ -265,10 +263,10 @@ def simulate_to_file(
     process has come to compute it, a MemoryError if there is no room for it.
     """
     started = time.monotonic()
-    require_memory(case)
-    before = doubts(case)
-    for doubt in before:
+
+    def warn(doubt: str) -> None:
         tell(f"warning: {doubt}")
+
     with Lock(path, tell) as lock:
         if lock.waited and finished_by(path, case) == code_digest():
             with open_history(path) as known:
@@ -277,14 +275,13 @@ def simulate_to_file(
         with Checkpoint(checkpoint_of(path), case, tell, interval) as checkpoint:
             seen: list[Observer] = [checkpoint, *observers]
             kept = checkpoint.record
-            result = run(case, seen, record=kept, threads=threads, command=command)
+            how: Any = {"threads": threads, "command": command, "warn": warn}
+            result = run(case, seen, record=kept, **how)
             lock.ensure()
             with uninterrupted():
                 dataset, history, loops = result.labelled
                 write_case(dataset, history, path, loops)
                 checkpoint.discard()
-    for found in dataset.attrs["warnings"].splitlines()[len(before) :]:
-        tell(f"warning: {found}")
     return Outcome(len(kept.history) - 1, time.monotonic() - started)
 
 

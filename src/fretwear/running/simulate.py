@@ -135,19 +135,17 @@ def simulate(
     if not isinstance(case, Case):
         example = "fretwear.Case(load='50 N', ...)"
         raise TypeError(f"simulate() takes a case, {example}, not a {type(case).__name__}.")
-    require_memory(case)
-    before = doubts(case)
-    for doubt in before:
-        warnings.warn(str(doubt), DoubtfulResultWarning, stacklevel=2)
+
+    def warn(doubt: str) -> None:
+        warnings.warn(doubt, DoubtfulResultWarning, stacklevel=4)
+
     with Progress(disable=not progress) as bar:
         task = bar.add_task(case.case_id, total=case.cycles)
 
         def show(step: Step) -> None:
             bar.update(task, completed=step.state.cycle)
 
-        dataset = run(case, [*observers, show], threads=threads).dataset
-    for found in dataset.attrs["warnings"].splitlines()[len(before) :]:
-        warnings.warn(found, DoubtfulResultWarning, stacklevel=2)
+        dataset = run(case, [*observers, show], threads=threads, warn=warn).dataset
     if quarter:
         return dataset
     from fretwear.data.dataset import mirrored
@@ -162,16 +160,21 @@ def run(
     record: RunRecord | None = None,
     threads: int = 1,
     command: str = "fretwear.simulate",
+    warn: Callable[[str], None] = lambda _: None,
 ) -> Result:
     """Run a case as `simulate` does, and keep its history too.
 
     The record takes every step; one that an earlier run has left makes this one resume there, with
-    the same result to the last bit. The command is an attribute of the dataset.
+    the same result to the last bit. The command is an attribute of the dataset. Reasons to doubt
+    the results are passed to `warn`.
 
     A twin on wider cells runs alongside, from which errors are estimated. It is not stored in
     checkpoints: a resumed run starts its twin anew.
     """
-    record = RunRecord() if record is None else record
+    require_memory(case)
+    record, before = record or RunRecord(), doubts(case)
+    for doubt in before:
+        warn(str(doubt))
     problem = wear_problem(case, threads=threads)
     twin = _scalars_of_twin(case, threads) if case.error_estimate else iter(())
     coarser: list[dict[str, float]] = []
@@ -224,6 +227,8 @@ def run(
         symmetry=symmetry,
         command=command,
     )
+    for found in dataset.attrs["warnings"].splitlines()[len(before) :]:
+        warn(found)
     variables = LINE_SCALARS if in_line else SCALARS
     history = labelled_history(steps_at, columns, of_steps, spent, variables)
     curves = {n: np.array([getattr(each, n) for each in loops]) for n in ("force", "displacement")}
