@@ -11,7 +11,7 @@ import yaml
 from fretwear.study.parameters import base_names
 from fretwear.study.problems import StudyError, in_words
 from fretwear.study.study import load_study, study_schema
-from fretwear.study.yamlfile import MAX_BYTES, parse_value, read_document
+from fretwear.study.yamlfile import MAX_BYTES, read_document
 
 from ..studies import WAVES, steel
 
@@ -304,14 +304,6 @@ def refusal(folder, text):
     return str(caught.value)
 
 
-def test_values_come_with_the_lines_they_stand_in(tmp_path):
-    document = read(tmp_path, "a: 1\nb:\n  - x\n  - {c: 2.5}\nroughness.amplitude: [1]\n")
-    assert document.data == {"a": 1, "b": ["x", {"c": 2.5}], "roughness.amplitude": [1]}
-    lines = {"a": 1, "b": 2, "b[1]": 4, "b[1].c": 4, "roughness.amplitude[0]": 5}
-    assert lines.items() <= document.lines.items()
-    assert document.problems == []
-
-
 @pytest.mark.parametrize(
     ("texts", "words"),
     [
@@ -368,12 +360,6 @@ def test_a_pipe_is_refused_without_waiting_and_a_byte_order_mark_is_no_text(tmp_
     with pytest.raises(StudyError, match="not a regular file"):
         read_document(tmp_path / "pipe.yaml")
     assert read(tmp_path, b"\xef\xbb\xbfa: 1\n").data == {"a": 1}
-
-
-def test_single_values_read_as_in_a_file():
-    values = {"30 N": "30 N", "0.3": 0.3, "none": "none", "[0, 100]": [0, 100], "": ""}
-    values["{kind: wavy, amplitude: 1 um}"] = {"kind": "wavy", "amplitude": "1 um"}
-    assert {text: parse_value(text) for text in values} == values
 
 
 @pytest.mark.parametrize("file", sorted(STUDIES.glob("*.yaml")), ids=lambda file: file.stem)

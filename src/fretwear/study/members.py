@@ -43,6 +43,7 @@ class PartOf(Parameter):
     may_be_partial: bool = True  # whether fields may be given elsewhere, as for varied ones
     varied: tuple[str, ...] = ()  # the fields that are, and are not read with the others
 
+    forms = ()
     si_unit = "1"
     unit = NO_UNIT
 

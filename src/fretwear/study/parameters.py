@@ -35,7 +35,7 @@ _OTHER_NAMES = {
 
 @dataclass(frozen=True)
 class Leaf:
-    """One parameter of a case."""
+    """One parameter of a case, or a part as a whole."""
 
     name: str  # in study files, dotted where it is a part's: ``load``, ``roughness.amplitude``
     member: str  # field of the case that it belongs to
@@ -44,10 +44,10 @@ class Leaf:
     parameter: Parameter
 
 
-def leaves() -> Mapping[str, tuple[Leaf, ...]]:
-    """Return the parameters of a case by name.
+def leaves() -> Mapping[str, list[Leaf]]:
+    """Return the parameters of a case by name, first the keys of `base`.
 
-    Several kinds of a part may have a parameter of the same name; those of the case come first.
+    Several kinds of a part may have a parameter of the same name.
     """
     return _leaves(_kinds_of_parts())
 
@@ -59,33 +59,33 @@ def _kinds_of_parts() -> tuple[tuple[type[Part], ...], ...]:
 
 
 @cache
-def _leaves(_: tuple[tuple[type[Part], ...], ...]) -> Mapping[str, tuple[Leaf, ...]]:
-    found: dict[str, tuple[Leaf, ...]] = {}
+def _leaves(_: tuple[tuple[type[Part], ...], ...]) -> Mapping[str, list[Leaf]]:
+    found: dict[str, list[Leaf]] = {}
+    dotted: dict[str, list[Leaf]] = {}
     for member, about in members().items():
+        if not isinstance(about, Inline):
+            found[member] = [Leaf(member, member, None, member, about)]
         if not isinstance(about, PartOf):
-            found[member] = (Leaf(member, member, None, member, about),)
             continue
         for name, kind in about.kinds.items():
             for field, parameter in about.named(kind.parameters()).items():
-                names = [field] if name in about.open_kinds else []
-                names += [] if isinstance(about, Inline) else [f"{member}.{field}"]
-                leaf = Leaf(names[0], member, kind, field, parameter)
-                found |= {each: (*found.get(each, ()), leaf) for each in names}
-    return found
+                whole, is_open = f"{member}.{field}", name in about.open_kinds
+                leaf = Leaf(field if is_open else whole, member, kind, field, parameter)
+                if is_open:
+                    found.setdefault(field, []).append(leaf)
+                if not isinstance(about, Inline):
+                    dotted.setdefault(whole, []).append(leaf)
+    return found | dotted
 
 
 def base_names() -> tuple[str, ...]:
     """Return the keys that `base` may have: parts and single parameters."""
-    return tuple(
-        name
-        for member, about in members().items()
-        for name in (*([] if isinstance(about, Inline) else [member]), *about.keys)
-    )
+    return tuple(name for name in leaves() if "." not in name)
 
 
 def parameter_names() -> tuple[str, ...]:
     """Return the names that may be varied: keys of `base`, ``roughness.amplitude`` and so on."""
-    return (*base_names(), *(name for name in leaves() if "." in name))
+    return tuple(leaves())
 
 
 def member_of(name: str) -> str:
@@ -95,7 +95,7 @@ def member_of(name: str) -> str:
 
 def parameter_of(name: str) -> Parameter:
     """Return the parameter or the whole part with this name."""
-    return leaves()[name][0].parameter if name in leaves() else members()[name]
+    return leaves()[name][0].parameter
 
 
 def replaced_by(name: str) -> set[str]:
@@ -159,18 +159,15 @@ def html_table(caption: str, rows: Iterable[Sequence[str]]) -> str:
 def _by_coordinate(_: tuple[tuple[type[Part], ...], ...]) -> Mapping[str, Parameter]:
     found: dict[str, Parameter] = {}
     for leaf in (leaf for several in leaves().values() for leaf in several):
-        name = coordinate(leaf.name)
-        found.setdefault(name, leaf.parameter)
+        name, about = coordinate(leaf.name), leaf.parameter
+        found.setdefault(name, about)
         # Of two values, each has a coordinate of its own.
-        for value in leaf.parameter.forms:
+        for value in about.forms:
             with suppress(TypeError):
-                found |= {n: p for n, p, _ in leaf.parameter.coordinates(name, value)}
-    for member, about in members().items():
-        if isinstance(about, PartOf) and not isinstance(about, Inline):
-            found.setdefault(member, about)
-            for kind in about.kinds.values():
-                following = about.named(derived(cast("Any", kind))).items()
-                found |= {f"{member}_{name}": each for name, each in following}
+                found |= {n: p for n, p, _ in about.coordinates(name, value)}
+        if isinstance(about, PartOf):
+            following = [about.named(derived(cast("Any", kind))) for kind in about.kinds.values()]
+            found |= {f"{name}_{n}": each for known in following for n, each in known.items()}
     return {**found, **derived(Case)}
 
 

@@ -143,8 +143,7 @@ class Axis:
     @property
     def coordinate(self) -> str:
         """Name as a dataset coordinate."""
-        known = leaves().get(self.name)
-        return coordinate(known[0].name if known else self.name)
+        return coordinate(leaves()[self.name][0].name)
 
     @cached_property
     def labels(self) -> tuple[str, ...]:
