@@ -60,6 +60,9 @@ _LARGEST_SWEEPS = 12
 _IDLE = 1e-3
 
 
+Attempt = tuple[Any, float, bool] | None
+
+
 class WearError(RuntimeError):
     """The integration cannot continue; the last accepted state is valid."""
 
@@ -83,9 +86,7 @@ class Integrator(ABC):
     state: Any
 
     @abstractmethod
-    def attempt(
-        self, step: float, end: float, *, output_step: bool
-    ) -> tuple[Any, float, bool] | None:
+    def attempt(self, step: float, end: float, *, output_step: bool) -> Attempt:
         """A step of so many cycles to one that may be requested; None to try again on more cells.
 
         It returns the state at its end, what to multiply the step by, and whether to keep it, and
@@ -255,20 +256,17 @@ class Evolution(Integrator):
         self._cellwise = problem.team.cellwise
         self._convolutions = 0  # since the state
 
-    def advance(self, stop: float) -> State:
+    def advance(self, stop: float) -> Any:
         """The next accepted state, on cells that suit it."""
         self._move_to(self.state.geometry.ahead_of(self.problem, self.state))
-        found: State = super().advance(stop)
-        return found
+        return super().advance(stop)
 
     def _move_to(self, geometry: Any) -> None:
         if geometry is not self.state.geometry:
             self.state = self.state.on(self.workspace, geometry)
             self.workspace.keep_only(geometry)
 
-    def attempt(
-        self, step: float, end: float, *, output_step: bool
-    ) -> tuple[State, float, bool] | None:
+    def attempt(self, step: float, end: float, *, output_step: bool) -> Attempt:
         """Both stages, and what they differ by from embedded formulas."""
         base, problem, cellwise = self.state, self.problem, self._cellwise
         geometry, accuracy = base.geometry, self.accuracy

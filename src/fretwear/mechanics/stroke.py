@@ -44,14 +44,11 @@ from fretwear.mechanics.slip import ReducedContact
 from fretwear.mechanics.state import FIELDS, State, WearProblem
 from fretwear.theory import LineContact
 
-_GROWTH = 1.2
-_FIRST_STEP = 0.1
-_LEAST_POSITIONS = 8
-_POSITIONS_PER_HALF_WIDTH = 2.0
-_POSITIONS_PER_WAVE = 6.0
-# Cells between a contact and the border.
-_MARGIN = 6
-_LARGEST_SWEEPS = 60
+# Positions over half a stroke: at least, per half-width of the contact, and per wave.
+_LEAST_POSITIONS, _PER_HALF_WIDTH, _PER_WAVE = 4, 2.0, 6.0
+# Cells between a contact and the border, and the factor by which they grow.
+_MARGIN, _GROWTH = 6, 1.2
+_FIRST_STEP, _LARGEST_SWEEPS = 0.1, 60
 # Cells touch where the gap is below this part of the approach.
 _CLOSED = 1e-10
 
@@ -190,9 +187,7 @@ class _Slider(Integrator):
         force = problem.friction.coefficient * problem.hertz.load
         return 4.0 * force * problem.loading.stroke / area
 
-    def attempt(
-        self, step: float, end: float, *, output_step: bool
-    ) -> tuple[StrokeState, float, bool] | None:
+    def attempt(self, step: float, end: float, *, output_step: bool) -> integrator.Attempt:
         """Both stages, and what they differ by from embedded formulas."""
         del output_step
         base: StrokeState = self.state
@@ -275,9 +270,8 @@ def positions(problem: WearProblem) -> tuple[Array, Array]:
     wave = problem.wavelengths[0] if problem.wavelengths else 0.0
     if amplitude <= SMALL_STROKE * half_width:
         return np.zeros(1), np.full(1, 0.5)
-    of_waves = _POSITIONS_PER_WAVE * amplitude / wave if wave else 0.0
-    of_contact = _POSITIONS_PER_HALF_WIDTH * amplitude / half_width
-    count = ceil(max(_LEAST_POSITIONS / 2, of_contact, of_waves))
+    of_waves = _PER_WAVE * amplitude / wave if wave else 0.0
+    count = ceil(max(_LEAST_POSITIONS, _PER_HALF_WIDTH * amplitude / half_width, of_waves))
     weights = np.full(count + 1, 0.5 / count)
     weights[[0, -1]] *= 0.5
     return np.linspace(0.0, amplitude, count + 1), weights

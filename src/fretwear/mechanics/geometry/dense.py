@@ -106,22 +106,17 @@ class DenseCells:
         """Integral of a field over the whole contact."""
         return float((self.areas * field).sum())
 
-    def half_space(
-        self,
-        modulus: float,
-        team: Team = ALONE,  # noqa: ARG002 - some hundreds of cells need one
-        parts: dict[Any, Any] | None = None,  # noqa: ARG002 - there are none
-    ) -> DenseHalfSpace:
-        """The elastic bodies on the cells."""
+    def half_space(self, modulus: float, team: Team = ALONE, parts: Any = None) -> DenseHalfSpace:  # noqa: ARG002
+        """The elastic bodies on the cells; some hundreds need one thread, and have no parts."""
         return DenseHalfSpace(self, modulus)
 
     def zone(self, cells: Mask, radius: float) -> Zone:
         """The zone of some cells that reaches as far as a distance, m."""
         edges = np.asarray(self.edges)
         cells = cells & (edges[:-1, None] < radius)
-        last = self._last(cells)
         area = self.integral(cells.astype(np.float64))
-        if last >= 0:
+        if cells.any():
+            last = np.flatnonzero(cells)[-1]
             within, beyond = edges[last : last + 2]
             part = self._measure(beyond) - self._measure(max(radius, within))
             share = part / (self._measure(beyond) - self._measure(within))
@@ -152,37 +147,23 @@ class DenseCells:
         alike = self.edges[:common] == smaller.edges[:common]
         return slice(0, common - 1 if alike else 0), slice(0, 1)
 
-    def along(
-        self,
-        axis: int,  # noqa: ARG002
-    ) -> list[tuple[tuple[slice | int, slice | int], Array]]:
+    def along(self, axis: int) -> list[tuple[tuple[slice | int, slice | int], Array]]:  # noqa: ARG002
         """Index of all cells, and their distances, m."""
         return [((slice(None), 0), self.x)]
 
     def ahead_of(self, problem: WearProblem, contact: State) -> Self:
         """Cells that reach further if the next step may bring the contact to the border."""
-        # Where it is rough a wavelength more, to the next tip.
-        beyond = problem.wavelengths[0] if problem.wavelengths else 0.0
-        return self.reaching(self._radius(contact.pressure) + beyond)
+        return self.holding(Workspace(problem), contact.pressure, contact.approach)
 
-    def holding(
-        self,
-        workspace: Workspace,
-        pressure: Array,
-        approach: float,  # noqa: ARG002
-    ) -> Self:
+    def holding(self, workspace: Workspace, pressure: Array, approach: float) -> Self:  # noqa: ARG002
         """These cells, or more if the contact needs them."""
-        beyond = workspace.problem.wavelengths
-        return self.reaching(self._radius(pressure) + (beyond[0] if beyond else 0.0))
-
-    def _last(self, field: NDArray[Any]) -> int:
-        """The outermost cell where a field is not zero; -1 for none."""
-        cells = np.flatnonzero(field)
-        return int(cells[-1]) if cells.size else -1
+        waves = workspace.problem.wavelengths
+        # Where it is rough a wavelength more, to the next tip.
+        return self.reaching(self._radius(pressure) + (waves[0] if waves else 0.0))
 
     def _radius(self, field: NDArray[Any]) -> float:
         """Largest distance from the origin at which a field is not zero, m."""
-        return self.edges[self._last(field) + 1]
+        return self.edges[int(np.flatnonzero(field).max(initial=-1)) + 1]
 
     def reaching(self, radius: float) -> Self:
         """These cells, or ones that reach further if a contact of a radius, m, needs them."""
