@@ -158,16 +158,6 @@ def covered(outer: Grid, inner: Grid) -> Mask:
     return result
 
 
-def matrix_of(apply, cells: Mask, precision: type = np.float64) -> Array:
-    """The dense matrix of a linear map of fields that live on some cells."""
-    columns = []
-    for index in np.argwhere(cells):
-        unit = np.zeros(cells.shape, precision)
-        unit[tuple(index)] = 1.0
-        columns.append(apply(unit)[cells])
-    return np.stack(columns, axis=1)
-
-
 def near(expected: float, rel: float = 1e-6) -> object:
     """Equal within a relative tolerance alone.
 

@@ -12,7 +12,7 @@ from fretwear.mechanics.contact import ContactError, ContactProblem, projected_g
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.measures import half_width
 from fretwear.mechanics.slip import WearLayer, WinklerLayer
-from fretwear.mechanics.solver import FreeCells, preconditioner, solve_contact
+from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.surfaces import Sphere
 
 from . import oracles
@@ -26,12 +26,9 @@ from .problems import (
     SMOOTH,
     A,
     Waves,
-    folded,
     fretting,
-    matrix_of,
     near,
     pressed,
-    unfolded,
     window,
 )
 
@@ -282,48 +279,3 @@ def test_projected_gradient_and_active_set_agree(surface, limit, kind):
     np.testing.assert_allclose(found, expected.pressure, atol=1e-6 * P0)
     bare = solve_contact(replace(problem, layer=None))
     assert (np.abs(found - bare.pressure).max() > 0.02 * P0) == (kind != "bare")
-
-
-SPACING = (1e-6, 2e-6)
-SHAPE = (12, 8)
-UNIT = -3e-9
-
-
-def dense(cells):
-    """K of a quarter window in units of the influence of a cell on itself."""
-    whole = Grid((2 * SHAPE[0], 2 * SHAPE[1]), SPACING, even=(False, False))
-    matrix = oracles.influence_matrix(whole, MODULUS)
-
-    def convolve(field):
-        return folded((matrix @ unfolded(field).ravel()).reshape(whole.shape))
-
-    everywhere = np.ones(SHAPE, np.bool_)
-    return matrix_of(convolve, everywhere) / cells.half_space(MODULUS).self_influence
-
-
-@pytest.mark.parametrize("softness", [None, 0.1, 30.0])
-def test_a_step_solves_the_problem_and_carries_no_load(softness):
-    cells = Grid(SHAPE, SPACING)
-    bodies, random = cells.half_space(MODULUS), np.random.default_rng(4)
-    free = random.random(SHAPE) < 0.6
-    tangent = None if softness is None else softness * random.random(SHAPE, np.float32)
-    residual = random.standard_normal(SHAPE)
-    linear = FreeCells(bodies.single, preconditioner(bodies, tangent, free), free)
-    step = linear.solve(UNIT * residual, UNIT, tangent, 0.0, 1e-6)
-    matrix, inside = dense(cells), free.ravel()
-    count = np.count_nonzero(free)
-    # (K + diag c) s + α = r on the free cells, ∑ s = 0.
-    system = np.ones((count + 1, count + 1))
-    system[:-1, :-1] = matrix[np.ix_(inside, inside)]
-    if tangent is not None:
-        system[:-1, :-1] += np.diag(tangent.ravel()[inside])
-    system[-1, -1] = 0.0
-    *expected, _ = np.linalg.solve(system, np.append(residual[free], 0.0))
-    scale = np.abs(expected).max()
-    np.testing.assert_allclose(step.pressure[free], expected, atol=2e-5 * scale)
-    assert not step.pressure[~free].any()
-    assert abs(step.missed) <= 1e-5 * np.abs(expected).sum()
-    # What the step does to the surface is known on all cells, by no further convolution.
-    moved = (matrix @ step.pressure.ravel()).reshape(SHAPE)
-    np.testing.assert_allclose(step.displacement, moved, atol=1e-5 * np.abs(residual).max())
-    assert step.largest == np.abs(step.displacement).max()
