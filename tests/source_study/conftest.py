@@ -1,6 +1,5 @@
 """The source study on a coarse grid and for few cycles: real runs that take seconds."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -36,16 +35,13 @@ STUDY = {
     "output": {"cycles": [1, 10, 100, 300, 1000, 2000, 3500]},
 }
 
-Doctor = Callable[..., Evolution]
-Cases = dict[str, Evolution]
-
 
 class Merged(NamedTuple):
     """A study that has been run and merged, and its cases with the slip of the worn shape."""
 
     summary: xr.Dataset
     folder: Path
-    cases: Cases
+    cases: dict[str, Evolution]
 
 
 @pytest.fixture(scope="session")
@@ -64,15 +60,10 @@ def cases(merged):
     return merged.cases
 
 
-@pytest.fixture
-def doctored():
+def doctored(case, **fields):
     """Replace fields of a case, each by a function of the cycle."""
-
-    def change(case, **fields):
-        dataset = case.dataset.copy()
-        for name, function in fields.items():
-            values = np.stack([function(cycle) for cycle in case.cycles])
-            dataset[name] = (("cycle", "x", "y"), values.astype(dataset[name].dtype))
-        return replace(case, dataset=dataset)
-
-    return change
+    dataset = case.dataset.copy()
+    for name, function in fields.items():
+        values = np.stack([function(cycle) for cycle in case.cycles])
+        dataset[name] = (("cycle", "x", "y"), values.astype(dataset[name].dtype))
+    return replace(case, dataset=dataset)

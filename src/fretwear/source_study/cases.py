@@ -75,9 +75,9 @@ class Evolution:
         snapshot = self.dataset[name].sel(cycle=cycle).transpose("x", "y")
         return snapshot.values.astype(np.float64)
 
-    def scalar(self, name: str, cycle: int) -> float:
-        """One scalar at a snapshot."""
-        return float(self.dataset[name].sel(cycle=cycle))
+    def largest(self, name: str, cycle: int) -> float:
+        """One scalar at a snapshot, or the largest value of a field."""
+        return float(self.dataset[name].sel(cycle=cycle).max())
 
     def parameter(self, name: str) -> float:
         """One parameter of the case."""
@@ -181,9 +181,8 @@ class ReferenceCases:
         """Read the four cases into memory, by their titles."""
         cases = {}
         for title in TITLES:
-            path = self.files[title]
-            with open_case(path) as dataset, open_history(path) as history:
-                cases[title] = Evolution(dataset.load(), history.load())
+            with open_case(self.files[title]) as case, open_history(self.files[title]) as history:
+                cases[title] = Evolution(case.load(), history.load())
         return cases
 
 
@@ -223,12 +222,11 @@ def reference_cases(summary: Merged, folder: Path) -> list[ReferenceCases]:
 
 def _all_near(points: Mapping[str, NDArray[Any]], wanted: Mapping[str, float]) -> Mask:
     """Return which points have all of the given values; text never matches."""
-    near = []
+    near: Mask = np.ones_like(points["status"], dtype=bool)
     for name, value in wanted.items():
         numbers = [np.nan if isinstance(given, str) else given for given in points[name]]
-        near.append(np.isclose(np.array(numbers, dtype=np.float64), value, 1e-6, 0.0))
-    all_near: Mask = np.logical_and.reduce(near)
-    return all_near
+        near &= np.isclose(np.array(numbers, dtype=np.float64), value, 1e-6, 0.0)
+    return near
 
 
 def zone_means(case: Evolution, name: str) -> tuple[Array, Array]:

@@ -251,7 +251,7 @@ def _stick_zone(case: Evolution) -> Finding:
     zones = {cycle: case.zones(cycle) for cycle in case.cycles}
     outer = {c: z.stick & (case.radius >= _OUTER_PART * z.stick_radius) for c, z in zones.items()}
     yields = [c for c, edge in outer.items() if (case.field("plastic_depth", c)[edge] > 0.0).any()]
-    elastic = [cycle for cycle in case.cycles if case.scalar("plastic_volume", cycle) == 0.0]
+    elastic = [cycle for cycle in case.cycles if case.largest("plastic_volume", cycle) == 0.0]
     rises = np.flatnonzero(np.diff(area) >= 0.0)
     falls = case.cycles[rises[-1] + 1] if rises.size else 0
     reduces = bool(yields) and falls < case.last and bool(area[-1] < area[0])
@@ -420,12 +420,8 @@ def _shear_like_pressure(case: Evolution) -> Finding:
 def _more_wear_when_rough(smooth: Evolution, rough: Evolution) -> Finding:
     cycles = [cycle for cycle in smooth.cycles if 0 < cycle <= RUN_IN and cycle in rough.cycles]
     ratios = {
-        "volume": [
-            rough.scalar("wear_volume", n) / smooth.scalar("wear_volume", n) for n in cycles
-        ],
-        "largest depth": [
-            rough.field("wear_depth", n).max() / smooth.field("wear_depth", n).max() for n in cycles
-        ],
+        what: [rough.largest(name, n) / smooth.largest(name, n) for n in cycles]
+        for what, name in (("volume", "wear_volume"), ("largest depth", "wear_depth"))
     }
     numbers = {
         f"{what}, rough to smooth, cycle {cycle_text(cycles[index])}": short(values[index])
