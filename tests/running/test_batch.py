@@ -27,7 +27,7 @@ from fretwear.running.workflow import (
 from fretwear.study.study import load_study
 
 from ..studies import WAVES, flip, write_study
-from .conftest import HOPELESS, TINY, contents, wait_for
+from .conftest import HOPELESS, TINY, assert_same, wait_for
 
 STUDY = {**TINY, "vary": {"load": ["25 N", "50 N", "60 N"]}}
 BEGAN = re.compile(r"^case \d of 3: (.*)$", re.MULTILINE)
@@ -84,7 +84,7 @@ def test_results_are_the_same_to_the_last_bit_whatever_the_batch(whole, bench):
         bench.batch("--points", points)
     assert [path.name for path in bench.cases()] == [path.name for path in whole.cases()]
     for apart, together in zip(bench.cases(), whole.cases(), strict=True):
-        assert contents(apart) == contents(together)
+        assert_same(apart, together)
 
 
 def test_a_damaged_file_and_one_of_other_snapshots_are_made_again(bench):

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 import xarray as xr
 
-from fretwear.data.files import open_case, open_history, write_case
+from fretwear.data.files import open_case, write_case
 from fretwear.data.safe import DataFileError, Lock
 from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.integrator import WearError
@@ -21,7 +21,7 @@ from fretwear.running import simulate
 from fretwear.running.batch import simulate_to_file
 
 from ..studies import WAVES, flip, write_study
-from .conftest import BASE, make_case, read_until
+from .conftest import BASE, assert_same, make_case, read_until
 
 KILLS = 7
 
@@ -208,9 +208,3 @@ def test_kill_at_random_moments_and_rerun_gives_the_same_bits(start_job, tmp_pat
     assert [path.name for path in killed.parent.iterdir()] == ["a.nc"], "nothing is left behind"
     assert resumed >= 2
     assert finished < KILLS
-
-
-def assert_same(killed, whole):
-    for opened in (open_case, open_history):
-        with opened(killed) as one, opened(whole) as other:
-            xr.testing.assert_equal(one.load(), other.load())
