@@ -242,8 +242,7 @@ def test_limiting_worn_shape_is_the_deformed_half_space_and_its_depth_the_wear(h
     volume = over_contact(hertz, limit.wear_depth, c, edge)
     assert limit.wear_volume == exactly(volume, 1e-6)
     depth = limit.wear_depth(np.linspace(c, edge, 20001))
-    assert depth.max() <= limit.deepest_wear * (1 + 1e-12)
-    assert depth.max() == exactly(limit.deepest_wear, 1e-4)
+    assert depth.max() == exactly(limit.deepest_wear, 1e-8)
     assert depth[0] == 0.0
     assert depth[-1] == pytest.approx(0.0, abs=1e-10 * limit.deepest_wear)
     assert np.all(limit.wear_depth(np.array([0.0, 0.5 * c, 1.001 * edge, 3 * edge])) == 0.0)

@@ -127,54 +127,43 @@ def half_width(geometry: Geometry, inside: Mask, gap: Array, axis: int) -> float
     ``inside`` are the cells of the zone, ``gap`` is in m and zero in the zone, and ``axis`` is 0
     for the x axis and 1 for the y axis. The result is 0 if no cell on the axis belongs to the zone.
     """
-    edge = _worn_edge if isinstance(geometry, Line) else _edge
-    edges = [edge(at, inside[along], gap[along]) for along, at in geometry.along(axis)]
+    is_line = isinstance(geometry, Line)
+    edges = [_edge(at, inside[along], gap[along], is_line) for along, at in geometry.along(axis)]
     return sum(edges) / len(edges)
 
 
-def _worn_edge(distance: Array, inside: Mask, gap: Array) -> float:
-    """Edge of a contact whose gap opens with the power 3/2, or linearly where it has worn.
-
-    Both laws through the first two cells outside predict the gap of the third; its position between
-    them weighs their zeros. The strips may be so narrow that several beyond the edge count as in
-    contact, and the zero lies among them.
-    """
-    zone = np.flatnonzero(inside)
-    last = int(zone[-1]) if zone.size else 0
-    if zone.size == 0 or gap.size < last + 4:
-        return _edge(distance, inside, gap)
-    x, outside = distance[last + 1 : last + 4], gap[last + 1 : last + 4]
-    zeros, foretold = [], []
-    for power in (1.0, 1.5):
-        near, far, _ = outside ** (1.0 / power)
-        slope = (far - near) / (x[1] - x[0])
-        if slope <= 0.0:
-            return _edge(distance, inside, gap)
-        zeros.append(x[0] - near / slope)
-        foretold.append((slope * (x[2] - zeros[-1])) ** power)
-    weight = (outside[2] - foretold[0]) / (foretold[1] - foretold[0])
-    weight = min(max(weight, 0.0), 1.0)
-    least = distance[np.flatnonzero(gap[: last + 1] <= _NO_GAP * outside[0])]
-    found = (1.0 - weight) * zeros[0] + weight * zeros[1]
-    return float(min(max(found, least[-1] if least.size else 0.0), x[0]))
-
-
-def _edge(distance: Array, inside: Mask, gap: Array) -> float:
+def _edge(distance: Array, inside: Mask, gap: Array, is_line: bool) -> float:
     zone = np.flatnonzero(inside)
     if zone.size == 0:
         return 0.0
     last = int(zone[-1])
-    outside = gap[last + 1 : last + 4]
+    x, outside = distance[last + 1 : last + 4], gap[last + 1 : last + 4]
     if outside.size < 2:
         return _border(distance, last)
-    center, first, second = (float(each) for each in distance[last : last + 3])
+    if is_line and outside.size == 3:
+        # The gap of a line contact opens with the power 3/2, or linearly where it has worn. Both
+        # laws through two cells foretell the gap of the third, whose position between them weighs
+        # their zeros.
+        powers = np.array([1.0, 1.5])
+        near, far = outside[:2, None] ** (1.0 / powers)
+        slopes = (far - near) / (x[1] - x[0])
+        if (slopes > 0.0).all():
+            zeros = x[0] - near / slopes
+            foretold = (slopes * (x[2] - zeros)) ** powers
+            weight = (outside[2] - foretold[0]) / (foretold[1] - foretold[0])
+            weight = min(max(weight, 0.0), 1.0)
+            # Strips may be so narrow that several beyond the edge count as in contact.
+            closed = distance[np.flatnonzero(gap[: last + 1] <= _NO_GAP * outside[0])]
+            found = (1.0 - weight) * zeros[0] + weight * zeros[1]
+            return float(min(max(found, closed[-1] if closed.size else 0.0), x[0]))
+    center, first = float(distance[last]), float(x[0])
     near, far, *_ = roots = np.cbrt(outside)
     if outside.size == 3 and 0.0 < near < far < roots[2]:
         law = np.stack([np.ones(3), roots**2, outside], axis=1)
-        edge = np.linalg.solve(law / law.max(axis=0), distance[last + 1 : last + 4])[0]
+        edge = np.linalg.solve(law / law.max(axis=0), x)[0]
     elif far > near:
         near, far = near**2, far**2
-        edge = first - near / (far - near) * (second - first)
+        edge = first - near / (far - near) * (float(x[1]) - first)
     else:
         # Equal gaps do not determine the edge.
         edge = 0.5 * (center + first)

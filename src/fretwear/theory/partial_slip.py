@@ -13,6 +13,8 @@ from numpy.typing import ArrayLike
 from fretwear.theory.line_contact import LineContact
 from fretwear.theory.point_contact import FloatArray, HertzContact, find_root, require_positive
 
+_PLACES = 10_001
+
 
 def gross_slip_energy(
     hertz: HertzContact, friction: float, coupling: float, displacement: float
@@ -249,8 +251,9 @@ class LimitingState:
 
     @property
     def deepest_wear(self) -> float:
-        """Largest wear of both bodies together, m."""
-        return float(self.wear_depth(self._deepest))
+        """Largest wear of both bodies together, m, to some parts in 10⁹."""
+        places = np.linspace(self.stick_radius, self.contact_radius, _PLACES)
+        return float(self.wear_depth(places).max())
 
     @property
     def wear_volume(self) -> float:
@@ -265,25 +268,6 @@ class LimitingState:
     def _beside(self, root: FloatArray, c: float) -> FloatArray:
         """Shape of the surface beside a flat punch, at distances given as √(r² - c²)."""
         return np.asarray(np.arctan2(root, c))
-
-    @cached_property
-    def _deepest(self) -> float:
-        """Radius at which the wear is deepest, m."""
-        c = self.stick_radius
-        if self.load_ratio == 0.0:
-            return c
-
-        def slope(offset: float) -> float:
-            # the derivative of the height, times √(r² - c²), which removes its pole at r = c
-            r = c + offset
-            root = math.sqrt(offset * (r + c))
-            hertzian = root * (r * math.atan2(root, c) + c * root / r) / self.hertz.radius
-            return self._punch_approach * c / r - hertzian
-
-        outside = c
-        while slope(outside) > 0.0:
-            outside *= 2.0
-        return c + find_root(slope, 0.0, outside)
 
 
 @dataclass(frozen=True)
@@ -338,9 +322,3 @@ class LineLimitingState(LimitingState):
 
     def _beside(self, root: FloatArray, c: float) -> FloatArray:
         return np.asarray(np.arcsinh(root / c))
-
-    @property
-    def _deepest(self) -> float:
-        """Position of the deepest wear, m: x² = c² + X a²/2."""
-        a = self.hertz.contact_radius
-        return math.sqrt(self.stick_radius**2 + 0.5 * self.load_ratio * a * a)
