@@ -1,5 +1,6 @@
 """Files with surfaces: heights and units as they are, and a sentence for every bad file."""
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -123,40 +124,44 @@ def test_the_checksum_of_the_file_is_part_of_the_id():
     assert not case.replace(load="20 N").roughness.problem
 
 
-def test_a_map_without_a_surface_or_a_tip_gets_a_sentence(written):
-    for heights, unit, sentence in (
-        (np.full((40, 30), np.nan), "um", "every point is missing"),
-        (np.zeros((40, 30)), None, "does not say the unit of its lengths"),
-        (np.zeros((3, 30)), "um", "has 3 x 30 points"),
-    ):
-        with pytest.raises(QuantityError, match=sentence):
-            read_topography(FILE.read(written(heights, unit=unit), True))
-    valley, saddle, slope = (X**2 + Y**2) / 20e-3, X**2 - Y**2, 2 * X - X**2 - Y**2
-    for heights, rule in ((valley, "convex"), (saddle, "convex"), (slope, "beyond")):
-        with pytest.raises(CaseError, match=rule):
-            steel(radius=None, indenter={"kind": "height_map", "file": written(heights)})
+@pytest.mark.parametrize(
+    ("heights", "unit", "sentence"),
+    [(np.full((40, 30), np.nan), "um", "every point is missing"),
+     (np.zeros((40, 30)), None, "does not say the unit of its lengths"),
+     (np.zeros((3, 30)), "um", "has 3 x 30 points")],
+)  # fmt: skip
+def test_a_map_without_a_surface_gets_a_sentence(written, heights, unit, sentence):
+    with pytest.raises(QuantityError, match=sentence):
+        read_topography(FILE.read(written(heights, unit=unit), True))
 
 
-def test_bad_files_get_a_sentence_before_anything_runs(library, tmp_path):
-    text = tmp_path / "notes.txt"
-    text.write_text("no heights here\n")
-    rough = {"kind": "measured", "file": str(text)}
-    with pytest.raises(CaseError, match=r"notes.txt: cannot be read as a topography"):
-        steel(cycles=100, roughness=rough)
-    line = tmp_path / "line.nc"
-    library.UniformLineScan(np.zeros(50), 1.0, unit="um").to_netcdf(str(line))
-    with pytest.raises(CaseError, match="is a line scan"):
-        steel(cycles=100, roughness={**rough, "file": str(line)})
-    for file, sentence in (
-        ("gone.x3p", "there is none at"),
-        (str(tmp_path), "is a folder"),
-        ("a\0b", "there is none at"),
-        (3, "must be the name of a file"),
-        ("a" * 300, "cannot be read: File name too long"),
-        ("/proc/self/mem", "cannot be read: Input/output error"),
-    ):
-        with pytest.raises(CaseError, match=sentence):
-            steel(cycles=100, roughness={**rough, "file": file})
+@pytest.mark.parametrize(
+    ("heights", "rule"),
+    [((X**2 + Y**2) / 20e-3, "convex"), (X**2 - Y**2, "convex"), (2 * X - X**2 - Y**2, "beyond")],
+)
+def test_a_map_without_a_tip_is_no_indenter(written, heights, rule):
+    with pytest.raises(CaseError, match=rule):
+        steel(radius=None, indenter={"kind": "height_map", "file": written(heights)})
+
+
+@pytest.mark.parametrize(
+    ("file", "sentence"),
+    [("notes.txt", r"notes.txt: cannot be read as a topography"),
+     ("line.nc", "is a line scan"),
+     ("gone.x3p", "there is none at"),
+     ("", "is a folder"),
+     ("a\0b", "there is none at"),
+     ("a" * 300, "cannot be read: File name too long"),
+     ("/proc/self/mem", "cannot be read: Input/output error"),
+     ("huge.x3p", "more than the")],
+)  # fmt: skip
+def test_bad_files_get_a_sentence_before_anything_runs(library, tmp_path, file, sentence):
+    (tmp_path / "notes.txt").write_text("no heights here\n")
+    library.UniformLineScan(np.zeros(50), 1.0, unit="um").to_netcdf(str(tmp_path / "line.nc"))
+    with (tmp_path / "huge.x3p").open("wb") as sparse:
+        sparse.truncate(4 * 2**30)
+    with pytest.raises(CaseError, match=sentence):
+        steel(cycles=100, roughness={"kind": "measured", "file": str(tmp_path / file)})
 
 
 def test_units_that_are_hardly_right_are_told(library, tmp_path):
@@ -172,19 +177,8 @@ def test_units_that_are_hardly_right_are_told(library, tmp_path):
     assert "side 480 nm, distance of points 6 nm" in told["nm"]
 
 
-def test_a_huge_file_is_not_read_and_without_the_library_it_is_said_what_to_install(
-    tmp_path, monkeypatch
-):
-    file = tmp_path / "huge.x3p"
-    with file.open("wb") as sparse:
-        sparse.truncate(4 * 2**30)
-    with pytest.raises(QuantityError, match="more than the"):
-        FILE.read(str(file), True)
-    with file.open("wb") as sparse:
-        sparse.truncate(2 * 10**7)
-    with pytest.raises(QuantityError, match="larger than the 10 MB of a profile"):
-        read_profile(FILE.read(str(file), True))
-    monkeypatch.setitem(__import__("sys").modules, "SurfaceTopography", None)
+def test_without_the_library_it_is_said_what_to_install(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "SurfaceTopography", None)
     file = tmp_path / "map.nc"
     file.write_text("x")
     with pytest.raises(QuantityError, match=r"install it: pip install 'fretwear\[surfaces\]'"):
@@ -197,7 +191,10 @@ def test_a_profile_is_read_with_the_units_of_its_first_line_or_refused(tmp_path)
     distance, height = read_profile(FILE.read(str(file), True))
     np.testing.assert_allclose(distance, [0, 1e-4, 2e-4, 3e-4])
     np.testing.assert_allclose(height, [0, 0.5e-6, 2e-6, 4.5e-6], atol=1e-18)
+    with pytest.raises(QuantityError, match="must be the name of a file"):
+        FILE.read(3, True)
     for text, sentence in (
+        ("0" * (10**7 + 1), "larger than the 10 MB of a profile"),
         ("", "is empty"),
         ("r, z\n0, 0\n1, 1\n", "no units in its first line"),
         ("r (mm), z (N)\n0, 0\n", "'N' is a force"),
