@@ -169,10 +169,10 @@ def test_a_log_has_the_first_and_the_last_step_and_not_too_many_between(
 
 def test_the_cases_of_a_batch_are_numbered(log, at, said):
     cases = load_study("tiny.yaml").cases()
-    with log.batch(cases):
-        for case in cases.values():
-            with log.case(case, Path("a.nc")) as observe:
-                observe(at(200))
+    log.batch(cases)
+    for case in cases.values():
+        with log.case(case, Path("a.nc")) as observe:
+            observe(at(200))
     lines = said.getvalue().splitlines()
     told = [line.partition(": ")[0] for line in lines if ": P" in line]
     assert told == ["case 1 of 2", "case 2 of 2"]

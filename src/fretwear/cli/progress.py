@@ -125,14 +125,9 @@ class Log:
             with suppress(CommandError, typer.Exit):  # The file is there all the same.
                 say(f"{file}: {message}")
 
-    @contextmanager
-    def batch(self, cases: Mapping[str, Case]) -> Iterator[None]:
-        """Number the cases that run in the context one after the other, each by `case`."""
+    def batch(self, cases: Mapping[str, Case]) -> None:
+        """Number the cases that will run one after the other, each by `case`."""
         self._batch = _time_left(cases, self._clock)
-        try:
-            yield
-        finally:
-            self._batch = None
 
     @contextmanager
     def case(self, case: Case, file: Path) -> Iterator[Observer]:

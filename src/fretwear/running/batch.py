@@ -334,36 +334,32 @@ def run_batch(
     # A case during which an earlier process vanished may end this one too, so it comes last.
     vanished, failed = failures(results), dict[str, str]()
     to_do = {case_id: case for case_id, case in cases.items() if case_id not in found}
-    with log.batch(to_do):
-        for case_id in sorted(to_do, key=lambda case_id: case_id in vanished):
-            # Recorded at the start, because a process that is killed cannot do so.
-            record(results, case_id)
-            command = shlex.join(["fretwear", "run", str(study.file), "--case", case_id])
-            with open_log(log_file(results, case_id)) as stream:
-                own, case, file = log_to(stream), to_do[case_id], files[case_id]
-                try:
-                    with log.case(case, file) as seen, own.case(case, file) as seen_by_own:
-                        simulate_to_file(
-                            case,
-                            file,
-                            observers=[seen, seen_by_own],
-                            tell=own.note,
-                            command=command,
-                            threads=threads,
-                        )
-                except Exception as error:
-                    failed[case_id] = reason_of(error) if may_happen(error) else unexpected(error)
-                    if not may_happen(error):
-                        traceback.print_exc(file=stream)
-                    print(f"fretwear: error: {failed[case_id]}", file=stream)
-                except BaseException:
-                    # Being stopped is not a failure: the next run resumes from the checkpoint.
-                    forget(results, case_id)
-                    raise
-            if case_id not in failed:
+    log.batch(to_do)
+    for case_id in sorted(to_do, key=lambda case_id: case_id in vanished):
+        # Recorded at the start, because a process that is killed cannot do so.
+        record(results, case_id)
+        command = shlex.join(["fretwear", "run", str(study.file), "--case", case_id])
+        with open_log(log_file(results, case_id)) as stream:
+            own, case, file = log_to(stream), to_do[case_id], files[case_id]
+            try:
+                with log.case(case, file) as seen, own.case(case, file) as seen_by_own:
+                    simulate_to_file(
+                        case,
+                        file,
+                        observers=[seen, seen_by_own],
+                        tell=own.note,
+                        command=command,
+                        threads=threads,
+                    )
+            except Exception as error:
+                failed[case_id] = reason_of(error) if may_happen(error) else unexpected(error)
+                if not may_happen(error):
+                    traceback.print_exc(file=stream)
+                print(f"fretwear: error: {failed[case_id]}", file=stream)
+            finally:
+                # Being stopped is not a failure either: the next run resumes from the checkpoint.
                 forget(results, case_id)
-                continue
-            record(results, case_id, failed[case_id])
-            told = f"{failed[case_id]} (log: {log_file(results, case_id)})"
-            log.note(f"{case_id} failed: {told}")
+        if reason := failed.get(case_id):
+            record(results, case_id, reason)
+            log.note(f"{case_id} failed: {reason} (log: {log_file(results, case_id)})")
     return BatchOutcome([*cases], found, failed)
