@@ -110,40 +110,34 @@ class Study:
 
     def case(self, index: tuple[int, ...]) -> Case:
         """Return the case of a point from values already read and checked."""
-        members = {name: self._member(name, index) for name in self.valid if self._given[name][1]}
-        return Case.of({**self.valid, **members})
+        made = self.made.items()
+        return Case.of(
+            {name: parts[tuple([index[i] for i in axes])] for name, (axes, parts) in made}
+        )
 
     @cached_property
-    def valid(self) -> Mapping[str, Any]:
-        """The members of a case whose values are all valid, as in the first point."""
-        found = {}
-        for member in self._given:
-            with suppress(KeyError):  # Others that its values need may be wrong.
-                found[member] = self._member(member, (0,) * len(self.axes))
-        return found
+    def made(self) -> Mapping[str, tuple[list[int], dict[tuple[int, ...], Any]]]:
+        """Of each member of a case with valid values, the axes that vary it, and what it is where.
 
-    @cached_property
-    def _given(self) -> Mapping[str, tuple[dict[str, Any], list[int], dict[tuple[int, ...], Any]]]:
-        """Of each member its fixed values by name, the axes that vary others, and those made."""
+        Points share parts, so each combination of a part's values is made once.
+        """
+        found: dict[str, tuple[list[int], dict[tuple[int, ...], Any]]] = {}
         fixed = by_member(self.fixed)
         varied = by_member({axis.name: position for position, axis in enumerate(self.axes)})
-        return {
-            member: (fixed.get(member, {}), [*varied.get(member, {}).values()], {})
-            for member in {**fixed, **varied}
-        }
-
-    def _member(self, member: str, index: tuple[int, ...]) -> Any:
-        # Points share parts, so each combination of a part's values is made once.
-        fixed, axes, made = self._given[member]
-        key = tuple([index[i] for i in axes])
-        if key not in made:
-            drawn = {self.axes[i].name: self.axes[i].values[index[i]] for i in axes}
-            base = fixed.get(member)
-            if drawn and isinstance(base, Part):
-                fields = {name.rpartition(".")[2]: value for name, value in drawn.items()}
-                drawn = {member: type(base).unchecked(**{**vars(base), **fields})}
-            made[key] = make_member(member, {**fixed, **drawn})
-        return made[key]
+        for member in {**fixed, **varied}:
+            given, names = fixed.get(member, {}), varied.get(member, {})
+            base, axes = given.get(member), [*names.values()]
+            parts: dict[tuple[int, ...], Any] = {}
+            with suppress(KeyError):  # Others that its values need may be wrong.
+                for index in {tuple([index[i] for i in axes]) for index in self.indices}:
+                    values = (self.axes[i].values[at] for i, at in zip(axes, index, strict=True))
+                    drawn = dict(zip(names, values, strict=True))
+                    if drawn and isinstance(base, Part):
+                        fields = {name.rpartition(".")[2]: value for name, value in drawn.items()}
+                        drawn = {member: type(base).unchecked(**{**vars(base), **fields})}
+                    parts[index] = make_member(member, {**given, **drawn})
+                found[member] = axes, parts
+        return found
 
 
 def load_study(path: str | Path, assignments: Sequence[str] = ()) -> Study:
@@ -346,10 +340,10 @@ def _try_rules(study: Study, problems: Problems, *, skip: bool) -> None:
     A rule is tried once for each combination of the valid values that it needs.
     """
     defaulted = {*members(), "output_cycles"} - required(Case) - {a.member for a in study.axes}
-    blocks = {"cycles"} if "blocks" in study.valid else set()
+    blocks = {"cycles"} if "blocks" in study.made else set()
     trials: list[tuple[Rule, list[int], dict[Any, tuple[Problem | None, list[Any]]]]] = []
     for rule in RULES:
-        if {member_of(name) for name in rule.needs} <= {*study.valid} | defaulted | blocks:
+        if {member_of(name) for name in rule.needs} <= {*study.made} | defaulted | blocks:
             # Blocks have cycles of their own.
             needs = rule.needs | ({"blocks"} if "cycles" in rule.needs else set())
             axes = enumerate(study.axes)
@@ -404,12 +398,12 @@ def _in_order(
     names = [assignment.partition("=")[0].strip() for assignment in assignments]
     places = [(name, place) for name in names for place in (f"base.{name}", name)]
     for problem in problems:
-        line = lines.get(problem.key) if problem.line is None and problem.key else problem.line
+        key = problem.key
         for name, place in places:
             if f"{problem.key}.".startswith((f"{place}.", f"{place}[")):
-                problem = replace(problem, key=f"{OPTION} {name}{problem.key[len(place) :]}")
-                line = problem.line
-        placed.append(replace(problem, line=line))
+                key = f"{OPTION} {name}{problem.key.removeprefix(place)}"
+        line = problem.line or (lines.get(key) if key else None)
+        placed.append(replace(problem, key=key, line=line))
     return sorted(placed, key=lambda problem: problem.line or len(lines) * 1000)
 
 
