@@ -48,25 +48,18 @@ def package(module):
     return module.split(".")[1]
 
 
-def packages():
-    """What each package may import, by the table in CONTRIBUTING.md."""
-    rows = re.findall(r"^\| `(\w+)(?:\.py|/)` \|[^|]*\| ([^|]*) \|$", GUIDE, re.MULTILINE)
-    return {name: set(re.findall(r"`(\w+)`", known)) for name, known in rows}
-
-
 def test_imports_run_one_way_and_never_in_a_circle():
     """A package imports only packages above it in the table, and only those named in its row."""
-    found = {name: set() for name in packages()}
+    rows = re.findall(r"^\| `(\w+)(?:\.py|/)` \|[^|]*\| ([^|]*) \|$", GUIDE, re.MULTILINE)
+    allowed = {name: set(re.findall(r"`(\w+)`", known)) for name, known in rows}
+    found = {name: set() for name in allowed}
     for module in MODULES.keys() - DOORS:
         found[package(module)] |= {package(each) for each in imports(parsed(MODULES[module]))}
-    for index, (name, known) in enumerate(packages().items()):
-        assert found[name] - {name} <= known, name
-        assert known <= set(list(packages())[:index]), name
-    assert set(packages()) == {package(module) for module in MODULES.keys() - DOORS}
-    graph = {
-        module: set(imports(parsed(file), when_loaded=True)) - {module}
-        for module, file in MODULES.items()
-    }
+    for index, (name, known) in enumerate(allowed.items()):
+        assert found[name] - {name} <= known <= {*[*allowed][:index]}, name
+    assert set(allowed) == {package(module) for module in MODULES.keys() - DOORS}
+    loaded = {name: set(imports(parsed(f), when_loaded=True)) for name, f in MODULES.items()}
+    graph = {module: needed - {module} for module, needed in loaded.items()}
     assert len(list(TopologicalSorter(graph).static_order())) == len(MODULES)
 
 
@@ -76,13 +69,8 @@ def labels(file):
     if file.suffix == ".py":
         tree = ast.parse(text)
         docstrings = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
-        found = [
-            node.value
-            for node in ast.walk(tree)
-            if isinstance(node, ast.Constant)
-            and isinstance(node.value, str)
-            and id(node) not in docstrings
-        ]
+        texts = (node for node in ast.walk(tree) if isinstance(getattr(node, "value", 0), str))
+        found = [node.value for node in texts if id(node) not in docstrings]
     elif file.suffix == ".js":
         found = [each for _, each in re.findall(r"""(["'`])(.*?)\1""", text)]
     else:

@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import sys
 import tomllib
+from itertools import chain
 from pathlib import Path
 
 import pytest
@@ -24,22 +25,20 @@ PROJECT = PYPROJECT["project"]
 BROKEN = {"rich": "13.7.0", "pint": "0.24", "matplotlib": "3.9.0"}
 
 
-def pinned():
-    lines = (REPOSITORY / "constraints.txt").read_text(encoding="utf-8").splitlines()
-    pairs = [line.split("==") for line in lines]
-    return {canonicalize_name(name): Version(version) for name, version in pairs}
+def text_of(name):
+    return (REPOSITORY / name).read_text(encoding="utf-8")
 
 
 def test_every_dependency_is_pinned_to_a_version_in_its_range_and_nothing_else():
-    versions = pinned()
+    pairs = re.findall(r"^([A-Za-z0-9._-]+)==([A-Za-z0-9.]+)\n", text_of("constraints.txt"), re.M)
+    assert "".join(f"{name}=={version}\n" for name, version in pairs) == text_of("constraints.txt")
+    versions = {canonicalize_name(name): Version(version) for name, version in pairs}
     needed = [*PROJECT["dependencies"], *PROJECT["optional-dependencies"]["test"]]
     needed += PYPROJECT["build-system"]["requires"]
     for requirement in map(Requirement, needed):
         assert not requirement.specifier.contains(BROKEN.get(requirement.name, "0"))
         assert versions[canonicalize_name(requirement.name)] in requirement.specifier
-    lines = (REPOSITORY / "constraints.txt").read_text(encoding="utf-8").splitlines()
-    assert all(re.fullmatch(r"[A-Za-z0-9._-]+==[A-Za-z0-9.]+", line) for line in lines)
-    names = [line.split("==")[0].lower() for line in lines]
+    names = [name.lower() for name, _ in pairs]
     assert names == sorted(set(names))
 
 
@@ -53,25 +52,20 @@ def test_a_wheel_brings_all_that_init_writes(tmp_path):
     command = [sys.executable, "setup.py", "-q", "build_py", "--build-lib", "built"]
     subprocess.run(command, cwd=tmp_path, check=True, capture_output=True)
     built = tmp_path / "built/fretwear"
-    for part in ("Snakefile", "profiles", "studies"):
-        for file in (REPOSITORY / part, *(REPOSITORY / part).rglob("*.*")):
-            if file.is_file():
-                copy = built / "workspace" / file.relative_to(REPOSITORY)
-                assert copy.read_bytes() == file.read_bytes()
+    written = (REPOSITORY.glob(f"{part}/**/*.*") for part in ("profiles", "studies"))
+    for file in chain([REPOSITORY / "Snakefile"], *written):
+        copy = built / "workspace" / file.relative_to(REPOSITORY)
+        assert copy.read_bytes() == file.read_bytes()
     for file in (REPOSITORY / "src/fretwear").rglob("*.py"):
         assert (built / file.relative_to(REPOSITORY / "src/fretwear")).exists()
 
 
 def test_version_and_license_are_the_same_everywhere():
-    citation = yaml.safe_load((REPOSITORY / "CITATION.cff").read_text(encoding="utf-8"))
-    changelog = (REPOSITORY / "CHANGELOG.md").read_text(encoding="utf-8")
-    assert PROJECT["version"] == fretwear.__version__
-    assert citation["version"] == fretwear.__version__
-    assert re.search(r"^## (\S+)", changelog, re.MULTILINE)[1] == fretwear.__version__
-    text = (REPOSITORY / "LICENSE").read_text(encoding="utf-8")
-    assert text.startswith("BSD 3-Clause License")
-    assert citation["license"] == "BSD-3-Clause"
-    assert PROJECT["license"] == "BSD-3-Clause"
+    citation = yaml.safe_load(text_of("CITATION.cff"))
+    told = re.search(r"^## (\S+)", text_of("CHANGELOG.md"), re.MULTILINE)[1]
+    assert {PROJECT["version"], citation["version"], told} == {fretwear.__version__}
+    assert text_of("LICENSE").startswith("BSD 3-Clause License")
+    assert citation["license"] == PROJECT["license"] == "BSD-3-Clause"
 
 
 DANGEROUS = {"pickle", "marshal", "shelve", "dill", "eval", "exec", "system"}
@@ -115,20 +109,14 @@ DRIVERS = ("study/case.py", "parts.py", "running/simulate.py", "data/labels.py")
 OTHERS = ("figures/maps.py", "report/build.py", "cli/show.py", "running/batch.py")
 
 
-def digests_of(package, *files):
-    command = [sys.executable, "-c", DIGESTS, *files]
-    return subprocess.check_output(command, cwd=package.parent, text=True).split()
-
-
-@pytest.fixture
-def package(tmp_path, monkeypatch):
+def test_the_digest_changes_with_what_numbers_depend_on_and_with_nothing_else(
+    tmp_path, monkeypatch
+):
     monkeypatch.delenv("PYTHONPATH", raising=False)
-    return shutil.copytree(PACKAGE, tmp_path / "fretwear", ignore=shutil.ignore_patterns("*.pyc"))
-
-
-def test_the_digest_changes_with_what_numbers_depend_on_and_with_nothing_else(package):
+    shutil.copytree(PACKAGE, tmp_path / "fretwear", ignore=shutil.ignore_patterns("*.pyc"))
     changed = (*COMPUTING, *DRIVERS, "mechanics/new.py")
-    found = digests_of(package, *changed, *OTHERS)
+    command = [sys.executable, "-c", DIGESTS, *changed, *OTHERS]
+    found = subprocess.check_output(command, cwd=tmp_path, text=True).split()
     # Wherever the same sources lie, and whatever draws or reports.
     assert {found[0], *found[len(changed) + 1 :]} == {code_digest()}
     assert len(set(found)) == len(changed) + 1

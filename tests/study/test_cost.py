@@ -21,33 +21,15 @@ SHALLOW = {"amplitude": 2e-7, "slope_x": 0.035, "slope_y": 0.017}
 
 
 def test_contact_reaches_out_with_wear_plastic_flow_and_roughness():
-    smooth = steel()
-    assert greatest_contact_radius(smooth) > smooth.hertz_radius
-    soft = steel(plastic_limit=50e6)
+    smooth, soft = steel(), steel(plastic_limit=50e6)
     assert greatest_contact_radius(soft) == pytest.approx(math.sqrt(50 / (math.pi * 50e6)))
     rough = steel(roughness={"amplitude": 2e-7, "slope_x": 0.1, "slope_y": 0.02})
-    assert greatest_contact_radius(rough) > greatest_contact_radius(smooth)
-    short = greatest_contact_radius(steel(cycles=10))
-    long = greatest_contact_radius(steel(cycles=10**6))
-    hertz = steel().hertz_radius
-    assert short == pytest.approx(hertz, rel=0.01)
+    assert greatest_contact_radius(rough) > greatest_contact_radius(smooth) > smooth.hertz_radius
+    short, long = (greatest_contact_radius(steel(cycles=cycles)) for cycles in (10, 10**6))
+    assert short == pytest.approx(smooth.hertz_radius, rel=0.01)
     limiting = LimitingState(HertzContact(1.0, 4 / 3, 1.0), 0.8)
-    assert long == pytest.approx(limiting.contact_radius * hertz, rel=1e-6)
-
-
-def test_cells_and_snapshots_cost_what_they_take():
-    coarse = estimate(steel(cell=2e-6, roughness=SHALLOW))
-    fine = estimate(steel(cell=1e-6, roughness=SHALLOW))
-    assert fine.cells == pytest.approx(4 * coarse.cells, rel=0.02)
-    assert fine.seconds > coarse.seconds
-    assert fine.memory_bytes > coarse.memory_bytes
-    assert fine.file_bytes > coarse.file_bytes
-    few, many = steel(output_cycles=()), steel(output_cycles=range(0, 1000, 100))
-    assert estimate(many).file_bytes > 4 * estimate(few).file_bytes
-    assert estimate(many).seconds == estimate(few).seconds
-
-
-def test_a_contact_that_yields_widens_without_end_where_slip_follows_the_worn_shape():
+    assert long == pytest.approx(limiting.contact_radius * smooth.hertz_radius, rel=1e-6)
+    # Where slip follows the worn shape, a contact that yields widens without end.
     worn, yielding = steel(cycles=30000), steel(cycles=30000, plastic_limit=4.5e9)
     assert greatest_contact_radius(yielding) > 1.5 * greatest_contact_radius(worn)
     held = yielding.replace(slip_model="cattaneo_mindlin")
@@ -55,9 +37,16 @@ def test_a_contact_that_yields_widens_without_end_where_slip_follows_the_worn_sh
     assert estimate(held).convolutions < 0.2 * estimate(yielding).convolutions
 
 
-def test_more_cycles_and_a_tighter_tolerance_take_more_steps():
-    few, many = (estimate(steel(cycles=n, roughness=SHALLOW)) for n in (100, 100_000))
-    assert few.steps < many.steps < 10 * few.steps
+def test_cells_snapshots_cycles_and_tolerance_cost_what_they_take():
+    coarse, fine = (estimate(steel(cell=cell, roughness=SHALLOW)) for cell in (2e-6, 1e-6))
+    assert fine.cells == pytest.approx(4 * coarse.cells, rel=0.02)
+    assert fine.seconds > coarse.seconds
+    assert fine.memory_bytes > coarse.memory_bytes
+    few, many = (estimate(steel(output_cycles=asked)) for asked in ((), range(0, 1000, 100)))
+    assert many.file_bytes > 4 * few.file_bytes
+    assert many.seconds == few.seconds
+    short, long = (estimate(steel(cycles=n, roughness=SHALLOW)) for n in (100, 100_000))
+    assert short.steps < long.steps < 10 * short.steps
     for waves in (None, SHALLOW):
         tight, usual = (estimate(steel(roughness=waves, tolerance=t)) for t in (1e-3, 1e-2))
         assert tight.steps > 1.5 * usual.steps
@@ -88,19 +77,13 @@ GENTLE = {"amplitude": 2e-7, "slope_x": 0.05, "slope_y": 0.02}
 CAPPED = {"plastic_limit": "4500 MPa", "roughness": {**WAVES, "slope_x": "3 deg"}}
 
 
-def loaded(case):
-    problem = wear_problem(case)
-    state = first_loading(problem)
-    return state, measure(problem, state)
-
-
 @pytest.mark.parametrize("limit", [math.inf, 4.5e9])
 @pytest.mark.parametrize("slopes", [(0.1, 0.02), (0.05, 0.05)])
 def test_the_tip_in_the_middle_touches_as_wide_as_hertz_says_of_its_share(slopes, limit):
     """The middle is a valley; the tip nearest to it carries nearly as much."""
     waves = {"amplitude": 2e-7, "slope_x": slopes[0], "slope_y": slopes[1]}
     case = steel(roughness=waves, plastic_limit=limit)
-    state, _ = loaded(case)
+    state = first_loading(wear_problem(case))
     window, rough = state.geometry, case.roughness
     row = int(np.argmin(abs(window.y)))
     on_tip = abs(window.x - rough.wavelength_x / 2) < rough.wavelength_x / 4
@@ -132,8 +115,9 @@ def test_plastic_volume_of_tips_that_hardly_yield_is_that_of_narrow_cells():
     """With heights of the centres for means over cells it would differ by 12 %."""
     coarse = steel(**CAPPED, load="40 N", cell=["0.4 um", "1.4 um"])
     fine = coarse.replace(cell=["0.2 um", "0.7 um"])
-    volumes = [loaded(case)[1].plastic_volume for case in (coarse, fine)]
-    assert volumes[0] == pytest.approx(volumes[1], rel=0.02)
+    problems = [wear_problem(case) for case in (coarse, fine)]
+    first, second = (measure(each, first_loading(each)).plastic_volume for each in problems)
+    assert first == pytest.approx(second, rel=0.02)
 
 
 RIDGES = {"amplitude": 1e-7, "slope_x": 0.25, "slope_y": 0.0}
@@ -151,12 +135,10 @@ def test_the_ring_is_as_wide_as_the_limiting_state_says_from_all_of_the_stick_zo
         hertz = HertzContact(case.radius, case.load, case.composite_modulus)
         expected = LimitingState(hertz, ratio).width_above(limit)
         assert yielding_ring_width(case) == expected
-    case = steel(tangential_ratio=0.8, plastic_limit=0.5e9)
-    assert yielding_ring_width(case) == case.stick_radius
-    case = steel(tangential_ratio=0.8)
-    assert math.isinf(case.plastic_limit)
-    assert yielding_ring_width(case) == 0.0
-    assert not doubts(case)
+    soft, elastic = steel(plastic_limit=0.5e9), steel()
+    assert yielding_ring_width(soft) == soft.stick_radius
+    assert yielding_ring_width(elastic) == 0.0
+    assert not doubts(elastic)
 
 
 @pytest.mark.parametrize(("ratio", "unseen"), [(0.8, False), (0.2, True)])
@@ -177,10 +159,9 @@ def test_cells_that_tips_need_and_do_not_get_are_told(ratio, unseen):
 
 def test_waves_that_are_pressed_flat_are_computed_on_the_cells_of_a_smooth_contact():
     flat = {"amplitude": 1e-8, "slope_x": 4e-5, "slope_y": 4e-5}
-    capped = steel(tangential_ratio=0.5, plastic_limit=4.5e9, roughness=flat)
-    smooth = steel(tangential_ratio=0.5, plastic_limit=4.5e9)
-    assert capped.grid_spacing == smooth.grid_spacing
-    assert [doubt.what.split()[3] for doubt in doubts(capped)] == ["ring"]
+    capped = {"tangential_ratio": 0.5, "plastic_limit": 4.5e9}
+    assert steel(**capped, roughness=flat).grid_spacing == steel(**capped).grid_spacing
+    assert kinds(**capped, roughness=flat) == ["yields in a ring"]
 
 
 @pytest.mark.parametrize(
