@@ -63,14 +63,14 @@ localrules:
 # With --keep-going the finished cases are merged, drawn and reported although others have failed;
 # the next run tries those again.
 onerror:
-    if workflow.execution_settings.keep_going and JOBS.failures:
+    if workflow.execution_settings.keep_going and (verdict := JOBS.verdict()):
         for step in ("merge", "figures", "report"):
             log_file = f"{RESULTS}/logs/{step}.log"
             options = KEEP_OLDER if step == "merge" else ""
             shell(
                 "{FRETWEAR} {step} {STUDY:q} {options} >{log_file:q} 2>&1 || (cat {log_file:q} >&2; false)"
             )
-        print(JOBS.verdict(), file=sys.stderr)
+        print(verdict, file=sys.stderr)
 
 
 # A report that leaves out failed cases does not complete the workflow: all batches are required.

@@ -143,10 +143,10 @@ class StudyJobs:
     @cached_property
     def batches(self) -> Mapping[str, Batch]:
         """The batches by name, a hash of the contents of their files in any order of points."""
-        found = {}
+        found, cases = {}, self.study.cases()
         for batch in batches(Plan(self.study)):
-            everything = [self.code, [(each, self._snapshots[each]) for each in batch.case_ids]]
-            text = json.dumps(everything, separators=(",", ":"))
+            snapshots = [(case_id, cases[case_id].output_cycles) for case_id in batch.case_ids]
+            text = json.dumps([self.code, snapshots], separators=(",", ":"))
             found[hashlib.sha256(text.encode()).hexdigest()[:_HASH_DIGITS]] = batch
         return found
 
@@ -186,34 +186,25 @@ class StudyJobs:
             minutes=_MINUTES_TO_START + math.ceil(_TIME_MARGIN * batch.seconds / 60.0),
         )
 
-    @property
-    def failures(self) -> Mapping[str, str]:
-        """Why cases that were started have no result, by id."""
-        found = failures(self.folder).items()
-        return {case_id: reason for case_id, reason in found if case_id in self._snapshots}
-
     def verdict(self) -> str:
-        """Return which cases failed and why, for the end of a run that continued."""
+        """Return which cases failed and why, for the end of a run that continued; may be empty."""
+        cases = self.study.cases()
         failed = [
             f"{case_id}: {reason} (log: {log_file(self.folder, case_id)})"
-            for case_id, reason in self.failures.items()
+            for case_id, reason in failures(self.folder).items()
+            if case_id in cases
         ]
-        lines = [f"fretwear: {len(failed)} of {len(self._snapshots)} cases failed"]
+        lines = [f"fretwear: {len(failed)} of {len(cases)} cases failed"]
         lines += [f"  {each}" for each in few_of(failed, _FAILURES_LISTED)]
         end = f"{self.folder}/report.html shows what is done; the next run tries these again."
-        return "\n".join([*lines, end])
-
-    @cached_property
-    def _snapshots(self) -> Mapping[str, tuple[int, ...]]:
-        return {case_id: case.output_cycles for case_id, case in self.study.cases().items()}
+        return "\n".join([*lines, end]) if failed else ""
 
 
 # The workflow of a large study cannot read every case file each time it starts. A batch has checked
 # each with `fretwear.data.files.finished_by`; the answer holds as long as sizes and times are
 # unchanged.
 
-FileTrace = tuple[int, float]
-"""Size in bytes and time of the last change, s: tell a file from one that was written later."""
+FileTrace = tuple[int, float]  # size in bytes, and time of the last change, s
 
 
 def case_files(folder: Path) -> dict[str, FileTrace]:
