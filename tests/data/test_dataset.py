@@ -19,9 +19,7 @@ from fretwear.data.dataset import (
 from fretwear.data.labels import history_line, labelled_case, labelled_history, source
 from fretwear.data.stack import positions_inside, resampled
 from fretwear.study.case import Case
-from fretwear.vocabulary import AT_SNAPSHOTS, SCALARS
-
-from .conftest import make_arrays
+from fretwear.vocabulary import AT_SNAPSHOTS, FIELDS, SCALARS
 
 CONTRACT_UNITS = {
     "Pa": "pressure shear_traction peak_pressure central_pressure mean_stick_pressure",
@@ -78,10 +76,9 @@ def test_history_has_every_scalar_along_the_steps(results):
     history = results.history
     assert {variable.name for variable in SCALARS} - {*AT_SNAPSHOTS} < set(history.data_vars)
     assert all(history[name].dims == ("step",) for name in (*history.data_vars, "cycle"))
-    assert history.step.values.tolist() == [0, 1, 2, 3, 4]
+    assert history.step.values.tolist() == list(range(history.sizes["step"]))
     assert history.convolutions.dtype == np.int32
-    scalars = {name: results.history[name].values for name in results.history.data_vars}
-    scalars = {name: scalars[name] for name in scalars.keys() & {v.name for v in SCALARS}}
+    scalars = {v.name: history[v.name].values[:5] for v in SCALARS if v.name in history}
     with pytest.raises(ValueError, match=r"error_estimate has shape \(4,\), expected \(5,\)"):
         labelled_history(np.arange(5.0), scalars, np.zeros(4), np.zeros(5))
     time, command = history_line("fretwear run demo.yaml").split(" ", 1)
@@ -89,13 +86,15 @@ def test_history_has_every_scalar_along_the_steps(results):
     assert command == "fretwear run demo.yaml"
 
 
-def test_arrays_that_are_not_those_of_a_dataset_are_refused_by_name(case):
-    arrays = make_arrays(case)
-    arrays.fields["presure"] = arrays.fields.pop("pressure")
-    arrays.fields["gap"] = arrays.fields["gap"][:, :-1]
-    arrays.fields["slip"][0, 0, 0] = np.nan
+def test_arrays_that_are_not_those_of_a_dataset_are_refused_by_name(results, case):
+    axes = (results.dataset[name].values for name in ("x", "y", "cycle"))
+    fields, scalars = (
+        {v.name: results.dataset[v.name].values for v in of} for of in (FIELDS, SCALARS)
+    )
+    fields["presure"], fields["gap"] = fields.pop("pressure"), fields["gap"][:, :-1]
+    fields["slip"][0, 0, 0] = np.nan
     with pytest.raises(ValueError, match="not be complete") as error:
-        labelled_case(case, *arrays)
+        labelled_case(case, *axes, fields, scalars)
     wrong = ("pressure is missing", "presure is not known", "gap has shape", "slip holds values")
     assert all(part in str(error.value) for part in wrong)
 

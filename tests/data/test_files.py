@@ -58,7 +58,9 @@ def test_a_case_comes_back_as_it_was_written_also_from_a_copy(results, tmp_path)
             xr.testing.assert_identical(again.load(), dataset)
     with pytest.raises(ValueError, match="lacks gap"):
         write_case(results.dataset.drop_vars("gap"), results.history, tmp_path / "case.nc")
-    unwritable = results.history.assign(notes=("step", np.array([1j] * 5, dtype=object)))
+    unwritable = results.history.assign(
+        notes=("step", np.full(results.history.step.size, 1j, dtype=object))
+    )
     with pytest.raises((TypeError, ValueError)):
         write_case(results.dataset, unwritable, tmp_path / "case.nc")
     assert {*tmp_path.iterdir()} == {path, copy}, "what cannot be a case file leaves nothing"

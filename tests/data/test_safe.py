@@ -31,36 +31,30 @@ def test_an_error_names_the_file_the_problem_and_the_remedy_and_can_be_copied():
     assert safe.reason_of(KeyError()) == "KeyError"
 
 
-WRAPPED = RuntimeError("NetCDF: HDF error")
-WRAPPED.__cause__ = MemoryError()
-
-
-@pytest.mark.parametrize(
-    "error",
-    [
+def test_a_lack_of_memory_is_known_under_all_its_names():
+    wrapped = RuntimeError("NetCDF: HDF error")
+    wrapped.__cause__ = MemoryError()
+    for error in (
         MemoryError(),
         SystemError("error return without exception set"),
         RuntimeError("FT_Open_Face failed with error 0x40: out of memory"),
         ImportError("libx.so: cannot allocate memory in static TLS block"),
         OSError(errno.ENOMEM, os.strerror(errno.ENOMEM)),
-        WRAPPED,
-    ],
-)
-def test_a_lack_of_memory_is_known_under_all_its_names(error):
-    assert may_happen(error)
-    assert safe.reason_of(error).startswith("there is not enough memory")
+        wrapped,
+    ):
+        assert may_happen(error)
+        assert safe.reason_of(error).startswith("there is not enough memory")
     assert not safe.is_of_memory(ValueError("of the memory of Hertz"))
 
 
 def test_who_is_to_blame_is_told_by_where_an_error_arose():
-    with pytest.raises(TypeError) as own:
-        size_text("a lot")
-    assert safe.unexpected(own.value).startswith(
-        "this is a defect of fretwear, please report it: TypeE"
-    )
-    with pytest.raises(json.JSONDecodeError) as library:
-        json.loads("{")
-    assert safe.unexpected(library.value).startswith("a library failed (JSONDecodeError: ")
+    for fail, told in (
+        (lambda: size_text("a lot"), "this is a defect of fretwear, please report it: TypeE"),
+        (lambda: json.loads("{"), "a library failed (JSONDecodeError: "),
+    ):
+        with pytest.raises((TypeError, ValueError)) as error:
+            fail()
+        assert safe.unexpected(error.value).startswith(told)
 
 
 @pytest.mark.parametrize(
