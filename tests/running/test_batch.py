@@ -9,10 +9,8 @@ from contextlib import chdir
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
 import fretwear
-from fretwear.cli.program import app
 from fretwear.data.files import open_summary
 from fretwear.data.safe import Lock, Unfailing
 from fretwear.running.workflow import (
@@ -26,30 +24,26 @@ from fretwear.running.workflow import (
 )
 from fretwear.study.study import load_study
 
-from ..studies import WAVES, flip, write_study
+from ..cli.conftest import Desk
+from ..studies import WAVES, flip
 from .conftest import HOPELESS, TINY, assert_same, wait_for
 
 STUDY = {**TINY, "vary": {"load": ["25 N", "50 N", "60 N"]}}
 BEGAN = re.compile(r"^case \d of 3: (.*)$", re.MULTILINE)
 
 
-class Bench:
+class Bench(Desk):
     """A folder with one study, and the command that runs batches of it."""
 
     def __init__(self, folder):
-        self.folder = folder
+        super().__init__(folder)
         self.results = folder / "results/tiny"
         self.write(STUDY)
 
-    def write(self, content):
-        write_study(self.folder / "tiny.yaml", content)
-
-    def batch(self, *arguments, status=0):
+    def batch(self, *arguments, command="batch", status=0):
         """Run a batch and return what it said; it must end with this status."""
         with chdir(self.folder):
-            done = CliRunner().invoke(app, ["batch", "tiny.yaml", *map(str, arguments)])
-        assert done.exit_code == status, done.stderr
-        return done.stderr
+            return self.call(command, "tiny.yaml", *arguments, status=status).stderr
 
     def cases(self):
         return sorted((self.results / "cases").glob("*.nc"))
@@ -167,10 +161,8 @@ def test_cases_of_an_older_solver_are_computed_again_or_kept_on_request_and_told
         monkeypatch.setattr(f"fretwear.{module}.code_digest", lambda: "newer", raising=False)
     assert "2 of them by another version of the code: kept" in bench.batch("--keep-older")
     assert fretwear.open_case(first).attrs["code_digest"] == "newer"
-    with chdir(bench.folder):
-        said = CliRunner().invoke(app, ["merge", "tiny.yaml", "--keep-older"]).stderr
     words = "2 of 3 cases were computed by another version of the code"
-    assert words in said
+    assert words in bench.batch("--keep-older", command="merge")
     with open_summary(bench.results / "summary.nc") as summary:
         assert words in summary.attrs["warnings"]
         assert summary.attrs["code_digest"] == "newer"

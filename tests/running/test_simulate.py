@@ -17,7 +17,14 @@ from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.geometry.dense import Line
 from fretwear.mechanics.roughness import WavyRoughness
 from fretwear.mechanics.slip import Jaeger
-from fretwear.running.simulate import DoubtfulResultWarning, Step, run, simulate, wear_problem
+from fretwear.running.simulate import (
+    DoubtfulResultWarning,
+    Step,
+    estimated_errors,
+    run,
+    simulate,
+    wear_problem,
+)
 from fretwear.theory import CattaneoMindlin, HertzContact
 from fretwear.vocabulary import ContactState
 
@@ -275,6 +282,44 @@ def test_a_twin_that_fails_is_told_and_leaves_the_run_as_it_is():
     assert "no reduced contact: residual 1.0e+00" in dataset.attrs["warnings"]
     assert "wear_volume_error" not in dataset
     np.testing.assert_array_equal(dataset.wear_depth, alone.wear_depth)
+
+
+def estimates(deviations, times=2.0, values=None):
+    """Estimates of a scalar, 1 by default, whose twin deviates at the snapshots as given."""
+    values = np.array(values or [1.0] * len(deviations))
+    twin = values - deviations
+    return estimated_errors({"approach": values}, {"approach": twin}, times)["approach"]
+
+
+def test_an_estimate_takes_what_two_runs_usually_differ_by_and_nothing_of_a_hard_snapshot():
+    (usual,) = estimates([1e-3])
+    easy, hard = estimates([1e-4] * 5), estimates([1e-4] * 4 + [0.1])
+    np.testing.assert_allclose(hard[:4], easy[:4])
+    assert hard[4] > 0.1
+    assert estimates([1e-5, 0.1])[0] < 0.02, "even where there is only one other"
+    # Runs that agree by chance are no more accurate than usual.
+    assert estimates([1e-3, 0.0, 1e-3, 2e-3])[1] == pytest.approx(usual)
+    # What has just begun says nothing of the errors of the end.
+    begun = estimates([2e-3, 1e-3], values=[4e-3, 1.0])
+    assert begun[1] == pytest.approx(usual)
+    assert begun[0] > 2e-3
+    # The wider the cells of the twin, the less of the difference counts.
+    assert 0.5 * usual < estimates([1e-3], 3.0)[0] < usual / np.sqrt(2.0)
+
+
+def test_smooth_results_are_within_errors_that_are_small_at_first_loading():
+    at = (10, 100, 1000, 3000)
+    case = make_case(load="40 N", friction=0.6, cycles=7000, cell=None, output_cycles=at)
+    dataset = run(case).dataset
+    finer = run(case.replace(tolerance=0.1 * case.tolerance, error_estimate=False)).dataset
+    for name in ("approach", "wear_volume", "dissipated_energy", "stick_area"):
+        found, error = (np.asarray(dataset[each]) for each in (name, f"{name}_error"))
+        assert (np.abs(found - finer[name]) <= error + 1e-4 * np.abs(found)).all()
+        assert error[0] <= 1e-3 * np.abs(found[0])
+    # The energy falls to a tenth of a percent, and its error grows from snapshot to snapshot.
+    energy = dataset.dissipated_energy_error / dataset.dissipated_energy
+    assert float(energy[-1]) < 0.05
+    assert dataset.attrs["warnings"] == ""
 
 
 MEMORY = """
