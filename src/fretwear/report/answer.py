@@ -274,10 +274,9 @@ def companions(points: Points) -> str:
         for other in points.parameters:
             if other in points.levels or other.startswith(_NUMERICS) or not points.lines[name]:
                 continue
-            ends = [(line[0], line[-1]) for line in points.lines[name]]
-            values = points.parameters[other]
+            low, high = np.array([(line[0], line[-1]) for line in points.lines[name]]).T
             with np.errstate(divide="ignore", invalid="ignore"):
-                factors = np.array([values[high] / values[low] for low, high in ends])
+                factors = points.parameters[other][high] / points.parameters[other][low]
             if np.isfinite(factors).all() and (np.abs(factors - 1.0) > _UNCHANGED).all():
                 told = f"{_by(factors)} with the {parameter(name).words}"
                 found.setdefault(other, []).append(told)

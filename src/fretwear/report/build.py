@@ -254,14 +254,14 @@ def _cases(results: Sequence[PointResult]) -> tuple[Any, ...]:
                 cells[place] = fixed_digits(unit.of(value), 4), f"{value:.6g}", mark
         rows.append((result, cells))
     ensembles = []
-    for levels, count, spread in over_seeds(results):
+    for ensemble in over_seeds(results):
         cells = []
         for name, unit in units.items():
-            shown, deviation = (unit.of(each) for each in spread[name])
+            shown, deviation = (unit.of(each) for each in ensemble.spread[name])
             part = f" ({100 * deviation / abs(shown):.2g} %)" if shown else ""
             text = f"{with_error(shown, deviation)}{part}"
             cells.append(nothing if math.isnan(shown) else (text, "", ""))
-        ensembles.append((levels, count, cells))
+        ensembles.append((ensemble, [(ensemble.seeds, "", ""), *cells]))
     columns = [(variable_of(name, results).label, unit.name) for name, unit in units.items()]
     return columns, rows, len(results), ensembles
 
