@@ -172,8 +172,7 @@ def make_panels(
 ) -> tuple[Figure, list[Axes]]:
     """Return a figure and a panel for each title in rows of `across`, the last perhaps shorter.
 
-    `heights`, mm, are that of what is around the rows, and that of a row. Labels and numbers are
-    only left of each row and below each column, the numbers of x below each row that has its own.
+    `heights`, mm, are that around the rows and that of each. Labels and numbers are outside only.
     """
     down = -(-len(titles) // across)
     figure = JournalFigure(columns, heights[0] + heights[1] * down)
@@ -198,10 +197,7 @@ def outside_key(
     place: Place = "outside upper left",
     handlelength: float = 2.4,
 ) -> Legend:
-    """Add a key above or below the axes, in as many columns as the width of the figure holds.
-
-    The figure has a constrained layout; `handlelength` is in font sizes.
-    """
+    """Add a key above or below the axes, in as many columns as the width of the figure holds."""
     options: dict[str, Any] = {"loc": place, "handlelength": handlelength, "columnspacing": 1.0}
     for columns in range(len(labels), 0, -1):
         key: Legend = figure.legend(handles, labels, ncols=columns, **options)
@@ -221,12 +217,11 @@ def label_or_key(axes: Axes, curves: Sequence[Line2D], labels: Sequence[str], ax
 
 
 def label_curves(axes: Axes, curves: Sequence[Line2D], labels: Sequence[str]) -> bool:
-    """Label every curve directly, or none of them.
+    """Label every curve directly, or return False and label none: a legend is needed.
 
     A place is taken when the text box is clear of all curves and labels, and nearer to its own
     curve than to any other. Successive curves that are indistinguishable share a label, in the
-    colour of the last. Call this last, when limits and labels of the axes are final. Without room,
-    False is returned and nothing is added: a legend is needed.
+    colour of the last. Call this last, when limits and labels of the axes are final.
     """
     root_figure(axes).draw_without_rendering()
     texts: list[Text] = []
@@ -246,7 +241,7 @@ def label_curves(axes: Axes, curves: Sequence[Line2D], labels: Sequence[str]) ->
         texts[-1].set_in_layout(False)
         drawn.append(points)
     sizes = [np.ceil(text.get_window_extent().size) + 2 * _LABEL_MARGIN for text in texts]
-    there = list(range(len(texts)))
+    there = range(len(texts))
     places = _places(axes, there, drawn, sizes) or _places(axes, there[::-1], drawn, sizes)
     for index, text in enumerate(texts):
         if places:
@@ -269,8 +264,7 @@ def _pixels(axes: Axes, curve: Line2D) -> Array:
     if curve.get_marker() != "None":
         # A square for marks of any shape: a corner that juts out from another's tells no curve.
         marks = transform.transform(curve.get_xydata())
-        corners = half * np.array([(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1)])
-        pixels += [marks + corner for corner in corners]
+        pixels += [marks + half * np.array([i, j]) for i in (-1, 0, 1) for j in (-1, 0, 1)]
     found = np.concatenate(pixels)
     return found[((found >= axes.bbox.min) & (found <= axes.bbox.max)).all(axis=1)]
 
@@ -278,30 +272,26 @@ def _pixels(axes: Axes, curve: Line2D) -> Array:
 def _places(
     axes: Axes, order: Sequence[int], curves: Sequence[Array], sizes: Sequence[Array]
 ) -> dict[int, Array]:
-    """Place labels in turn; return their centres, or none if one has no room.
-
-    `curves` are the pixels of each, `sizes` those of the boxes.
-    """
-    taken, places = np.empty((0, 2)), {}
+    """Place boxes of some sizes beside curves in turn; return their centres, none without room."""
+    (low, high), taken, places = axes.bbox.get_points(), np.empty((0, 2)), {}
     around = np.array([(i, j) for i in range(-4, 5) for j in range(-4, 5)]) / 8.0
     sides = np.array([(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if i or j])
     for index in order:
-        size, others = sizes[index], [each for i, each in enumerate(curves) if i != index]
-        along = curves[index][:: 1 + len(curves[index]) // _MOST_TRIED]
-        centres = (along[:, None] + sides * (0.5 * size + 1.0)).reshape(-1, 2)
-        inside = (centres > axes.bbox.min + 0.5 * size) & (centres < axes.bbox.max - 0.5 * size)
-        centres = centres[inside.all(axis=1)]
+        size, own = sizes[index], curves[index]
+        centres = own[:: 1 + len(own) // _MOST_TRIED, None] + sides * (0.5 * size + 1.0)
+        inside = np.abs(centres - 0.5 * (low + high)) < 0.5 * (high - low - size)
+        centres = centres[inside.all(axis=-1)]
+        others = [taken[:0], *(each for i, each in enumerate(curves) if i != index)]
         # How far boxes are from the nearest pixel of each kind, 0 where they hold one.
-        away = (
-            np.maximum(np.abs(centres[:, None] - pixels) - 0.5 * size, 0.0)
-            for pixels in (curves[index], np.concatenate([*others, np.empty((0, 2))]), taken)
+        near, foreign, label = (
+            np.linalg.norm(
+                np.maximum(np.abs(centres[:, None] - pixels) - 0.5 * size, 0.0), axis=2
+            ).min(axis=1, initial=np.inf)
+            for pixels in (own, np.concatenate(others), taken)
         )
-        own, foreign, label = (
-            np.hypot(each[..., 0], each[..., 1]).min(axis=1, initial=np.inf) for each in away
-        )
-        cost = own - 0.6 * np.minimum(foreign, _CLEARANCE) - 0.1 * np.minimum(label, 12.0)
-        possible = (own > 0.5) & (own < _REACH) & (label > 2.0)
-        possible &= foreign > np.maximum(_INDISTINCT, own) + 0.5
+        cost = near - 0.6 * np.minimum(foreign, _CLEARANCE) - 0.1 * np.minimum(label, 12.0)
+        possible = (near > 0.5) & (near < _REACH) & (label > 2.0)
+        possible &= foreign > np.maximum(_INDISTINCT, near) + 0.5
         if not possible.any():
             return {}
         places[index] = centres[np.argmin(np.where(possible, cost, np.inf))]

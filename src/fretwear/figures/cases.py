@@ -11,7 +11,7 @@ from functools import partial
 from itertools import chain
 from os import PathLike
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -73,26 +73,12 @@ ZONE_COLORS = {
 FEW_SNAPSHOTS = 12
 
 _PANELS = ("pressure", "shear_traction", "gap", "wear_depth")
-_HEADLINE = (
-    "load",
-    "tangential_ratio",
-    "sliding_amplitude",
-    "friction",
-    "roughness_amplitude",
-    "plastic_limit",
-)
-
+_HEADLINE: tuple[str, ...] = ("load", "tangential_ratio", "sliding_amplitude", "friction")
+_HEADLINE += ("roughness_amplitude", "plastic_limit")
 _COMPARED = ("pressure", "wear_depth", "wear_rate")
 # These are derived from others, or say little without them.
-_DERIVED = {
-    "hertz_radius",
-    "hertz_pressure",
-    "tangential_load",
-    "cell_x",
-    "cell_y",
-    "roughness_slope_x",
-    "roughness_slope_y",
-}
+_DERIVED = {"hertz_radius", "hertz_pressure", "tangential_load", "cell_x", "cell_y"}
+_DERIVED |= {"roughness_slope_x", "roughness_slope_y"}
 _MOST_TOLD = 4
 _LEAST_SPREAD = 1.25
 _MARGIN = 1.25
@@ -175,21 +161,6 @@ def headline(case: xr.Dataset, names: Sequence[str] = _HEADLINE) -> str:
     return ", ".join(told)
 
 
-class _Side(NamedTuple):
-    """One of two cases, at one of its cycles, with what it is drawn in."""
-
-    title: str
-    case: xr.Dataset
-    cycle: int
-    style: Mapping[str, Any]
-    history: xr.Dataset
-
-    def over_cycles(self, name: str) -> tuple[Array, Array]:
-        """The cycles of the history, and a result at each."""
-        cycles, values = (np.asarray(self.history[each].values) for each in ("cycle", name))
-        return cycles.astype(np.float64), values
-
-
 @styled
 def compare_cases(
     cases: Mapping[str, xr.Dataset], histories: Mapping[str, xr.Dataset] | None = None
@@ -207,86 +178,79 @@ def compare_cases(
             "draw more in panels."
         )
     first, second = cases.values()
-    sides = [
-        _Side(title, case, cycle, {"color": c, "linestyle": s}, (histories or {}).get(title, case))
-        for (title, case), cycle, c, s in zip(
-            cases.items(), compared_cycles(first, second), CATEGORICAL, LINE_STYLES, strict=False
-        )
+    cycles = compared_cycles(first, second)
+    styles = [
+        {"color": color, "linestyle": style}
+        for color, style in zip(CATEGORICAL[:2], LINE_STYLES, strict=False)
     ]
     figure = JournalFigure(2, 118.0)
     (*profiles,), (widths, volumes, ratios) = figure.subplots(2, 3)
     for axes, name in zip(profiles, _COMPARED, strict=True):
-        _draw_profiles(axes, sides, name)
-    for side in sides:
+        # The first peak determines how much of a later, singular one is shown.
+        both = [
+            half_profiles(case, name, sorted({int(case["cycle"][0]), cycle}))
+            for case, cycle in zip(cases.values(), cycles, strict=True)
+        ]
+        shown = [replace(each, cycles=each.cycles[-1:], values=each.values[-1:]) for each in both]
+        frame = frame_of(both if is_traction(both[0].field) else shown)
+        highest = max(float(np.nanmax(each.values)) for each in shown)
+        frame = replace(frame, top=min(frame.top, _ROOM_ABOVE * highest) or frame.top)
+        for title, style, profile in zip(cases, styles, shown, strict=True):
+            draw_curves(axes, profile, frame.unit, [{**style, "label": title}])
+        frame.apply(axes, both[0].field)
+    dense = [(histories or {}).get(title, case) for title, case in cases.items()]
+    steps, worn = (
+        [each[name].values.astype(np.float64) for each in dense]
+        for name in ("cycle", "wear_volume")
+    )
+    every = np.concatenate(steps), np.concatenate(worn)
+    axis = ValueAxis(variable_of(first, "wear_volume"), every[1])
+    for title, style, history, at, volume in zip(cases, styles, dense, steps, worn, strict=True):
         for zone, width in (("contact", 1.1), ("stick", 0.6)):
-            cycles, values = side.over_cycles(f"{zone}_half_width_x")
-            label = f"{side.title}, {zone}"
-            widths.plot(cycles, MICROMETRE.of(values), lw=width, label=label, **side.style)
+            values = MICROMETRE.of(history[f"{zone}_half_width_x"].values)
+            widths.plot(at, values, lw=width, label=f"{title}, {zone}", **style)
+        volumes.plot(at, axis.unit.of(volume), label=title, **style)
     widths.set_ylim(0.0, 1.1 * widths.dataLim.ymax)
-    widths.set_ylabel(HALF_WIDTH_LABEL)
-    widths.set_title("thick: contact, thin: stick")
-    worn = [side.over_cycles("wear_volume") for side in sides]
-    cycles, values = (np.concatenate(each) for each in zip(*worn, strict=True))
-    set_cycle_axis(widths, cycles)
-    axis = ValueAxis(variable_of(first, "wear_volume"), values)
-    for side, (at, volume) in zip(sides, worn, strict=True):
-        volumes.plot(at, axis.unit.of(volume), label=side.title, **side.style)
-    axis.set_cycles(volumes, cycles, values)
-    axis.set_limits(volumes, cycles, values)
+    widths.set(ylabel=HALF_WIDTH_LABEL, title="thick: contact, thin: stick")
+    set_cycle_axis(widths, every[0])
+    axis.set_cycles(volumes, *every)
+    axis.set_limits(volumes, *every)
     volumes.set_ylabel(axis.label)
-    _draw_ratios(ratios, sides)
+    _draw_ratios(ratios, first, second)
+    ratios.set_xlabel("{1} / {0}".format(*cases))
     names = [name for name in different_parameters(first, second) if name not in _DERIVED]
-    texts = (headline(side.case, names[:_MOST_TOLD]) for side in sides)
-    described = [
-        f"{side.title}: {text}" if text not in ("", side.title) else side.title
-        for side, text in zip(sides, texts, strict=True)
-    ]
-    outside_key(figure, [Line2D([], [], **side.style) for side in sides], described)
-    at_cycles = " and ".join(dict.fromkeys(cycle_text(side.cycle) for side in sides))
-    figure.suptitle(f"Profiles and ratios at cycle {at_cycles}", fontsize=7.5, x=0.99, ha="right")
+    texts = {title: headline(case, names[:_MOST_TOLD]) for title, case in cases.items()}
+    described = [f"{n}: {text}" if text not in ("", n) else n for n, text in texts.items()]
+    outside_key(figure, [Line2D([], [], **style) for style in styles], described)
+    told = " and ".join(dict.fromkeys(map(cycle_text, cycles)))
+    figure.suptitle(f"Profiles and ratios at cycle {told}", fontsize=7.5, x=0.99, ha="right")
     return figure
 
 
-def _draw_profiles(axes: Axes, sides: Sequence[_Side], name: str) -> None:
-    # The first peak determines how much of a later, singular one is shown.
-    both = [
-        half_profiles(side.case, name, sorted({int(side.case["cycle"][0]), side.cycle}))
-        for side in sides
-    ]
-    shown = [replace(each, cycles=each.cycles[-1:], values=each.values[-1:]) for each in both]
-    frame = frame_of(both if is_traction(both[0].field) else shown)
-    highest = max(float(np.nanmax(each.values)) for each in shown)
-    frame = replace(frame, top=min(frame.top, _ROOM_ABOVE * highest) or frame.top)
-    for side, profile in zip(sides, shown, strict=True):
-        draw_curves(axes, profile, frame.unit, [{**side.style, "label": side.title}])
-    frame.apply(axes, both[0].field)
-
-
-def _draw_ratios(axes: Axes, sides: Sequence[_Side]) -> None:
+def _draw_ratios(axes: Axes, first: xr.Dataset, second: xr.Dataset) -> None:
     """Draw the ratios of results as points about 1, each with its number."""
-    first, second = sides
-    results = compared_results(first.case, second.case)
-    shown = [result for result in results if result.ratio > 0.0 and np.isfinite(result.ratio)]
-    ratios = np.array([result.ratio for result in shown])
-    rows = np.arange(len(shown))[::-1]
+    shown = {
+        result.variable.words: result.ratio
+        for result in compared_results(first, second)
+        if result.ratio > 0.0 and np.isfinite(result.ratio)
+    }
+    ratios, rows = np.array(list(shown.values())), np.arange(len(shown))[::-1]
     axes.axvline(1.0, color=MUTED, lw=0.6)
     axes.hlines(rows, np.minimum(ratios, 1.0), np.maximum(ratios, 1.0), color="#bbbbbb", lw=1.0)
-    axes.plot(ratios, rows, "o", color=second.style["color"], markersize=3.5, label="ratio")
-    low = min(float(ratios.min(initial=1.0)), 1.0 / _LEAST_SPREAD)
-    high = max(float(ratios.max(initial=1.0)), _LEAST_SPREAD)
+    axes.plot(ratios, rows, "o", color=CATEGORICAL[1], markersize=3.5, label="ratio")
+    low = ratios.min(initial=1.0 / _LEAST_SPREAD)
+    high = ratios.max(initial=_LEAST_SPREAD)
     axes.set_xscale("log")
-    axes.set_xlim(low / _MARGIN, high * _MARGIN)
-    axes.set_ylim(-0.6, len(shown) - 0.4)
-    axes.set_yticks(rows, [result.variable.words for result in shown])
-    beside: dict[str, Any] = {"transform": axes.get_yaxis_transform(), "va": "center"}
+    axes.set(xlim=(low / _MARGIN, high * _MARGIN), ylim=(-0.6, len(shown) - 0.4))
+    axes.set_yticks(rows, list(shown))
     for row, ratio in zip(rows, ratios, strict=True):
+        beside: dict[str, Any] = {"transform": axes.get_yaxis_transform(), "va": "center"}
         axes.text(1.03, row, f"×{number_text(ratio, 3)}", fontsize=6.5, **beside)
     axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 50.0 * low else (1.0,)))
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.tick_params(axis="y", length=0)
     axes.spines["left"].set_visible(False)
-    axes.set_xlabel(f"{second.title} / {first.title}")
 
 
 class FfmpegMissingError(RuntimeError):
@@ -456,21 +420,14 @@ def durations(cycles: Sequence[int]) -> tuple[float, ...]:
     return (*(float(seconds) for seconds in until_next), _LAST)
 
 
-def well_spaced_cycles(last: int, number: int = 30) -> list[int]:
-    """Return about `number` cycles for a smooth animation, evenly spread on a logarithmic axis.
-
-    They are rounded to two digits, for ``output: {cycles: [...]}`` of a study file.
-    """
-    spread = np.geomspace(1.0, max(last, 2), number)
-    rounded = {int(float(f"{cycle:.2g}")) for cycle in spread}
+def well_spaced_cycles(last: int) -> list[int]:
+    """Return about 30 round cycles for a smooth animation, evenly on a logarithmic axis."""
+    rounded = {int(float(f"{cycle:.2g}")) for cycle in np.geomspace(1.0, max(last, 2), 30)}
     return sorted({0, last, *(cycle for cycle in rounded if cycle < last)})
 
 
 def check_format(path: Path) -> None:
-    """Raise a `ValueError` for a name that ends in neither .gif nor .mp4.
-
-    It is an `FfmpegMissingError` for MP4 where there is no ffmpeg.
-    """
+    """Refuse names that end in neither .gif nor .mp4, and MP4 where there is no ffmpeg."""
     ending = path.suffix.lower()
     if ending not in (".gif", ".mp4"):
         raise ValueError(

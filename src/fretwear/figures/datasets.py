@@ -35,23 +35,17 @@ _PEAKS_MATTER = ("pressure", "shear_traction", "wear_rate")
 
 @dataclass(frozen=True)
 class HalfProfiles:
-    """One field at several cycles along x > 0, or along all of x where it is not even; SI units.
-
-    `x` are the n cell centres, `values` of shape (k, n) the field at the k `cycles`, at which the
-    zones have the half-widths given. `wavelength` is that of the roughness along x, 0 where it is
-    smooth along x; `is_capped` tells whether the pressure has a plastic limit. `stick` are the
-    centres of the cells that stick at the last cycle, where fields are not even.
-    """
+    """One field at several cycles along x > 0, or along all of x where it is not even; SI units."""
 
     field: Field
-    x: Array
+    x: Array  # n cell centres
     cycles: Array
-    values: Array
+    values: Array  # shape (k, n), at the k cycles
     contact_half_width: Array
     stick_half_width: Array
-    wavelength: float
-    is_capped: bool = False
-    stick: Array | None = None
+    wavelength: float  # of the roughness along x, 0 where it is smooth along x
+    is_capped: bool = False  # whether the pressure has a plastic limit
+    stick: Array | None = None  # centres that stick at the last cycle, where fields are not even
 
     @property
     def is_even(self) -> bool:
@@ -65,10 +59,7 @@ class HalfProfiles:
         return resolved and self.wavelength < 0.5 * float(np.nanmax(self.contact_half_width))
 
     def readable(self, envelope: Envelope | None = None) -> HalfProfiles:
-        """Return the profiles themselves or, where waves crowd them, their envelopes.
-
-        `envelope` is `peak_envelope` or `wave_mean`; left out, the default of the field.
-        """
+        """Return the profiles or, where waves crowd them, an envelope that suits the field."""
         if not self.is_wavy:
             return self
         smooth = envelope or envelope_of(self.field)
@@ -103,16 +94,17 @@ def half_profiles(
     if x[0] < 0.0 and "contact_state" in picked:
         state = line_near_the_middle(picked["contact_state"].isel(cycle=-1)).values
         stick = x[state == ContactState.STICK]
-    waves = (dataset.coords.get(f"roughness_{each}", 0.0) for each in ("amplitude", "slope_x"))
-    amplitude, slope = map(float, waves)
-    wavelength = 4.0 * amplitude / math.tan(slope) if slope > 0.0 else 0.0
+    known = dataset.coords
+    slope = float(known.get("roughness_slope_x", 0.0))
+    height = 4.0 * float(known.get("roughness_amplitude", 0.0))
+    wavelength = height / math.tan(slope) if slope > 0.0 else 0.0
     contact, stuck = (
         picked[f"{zone}_half_width_x"].values.astype(np.float64) for zone in ("contact", "stick")
     )
     if math.isnan(field.outside):
         reach = max(reach, BEYOND_CONTACT * float(contact.max(initial=0.0)))
         x, values = _with_gap_outside(picked, x, values, reach + wavelength)
-    is_capped = math.isfinite(float(dataset.coords.get("plastic_limit", math.inf)))
+    is_capped = math.isfinite(float(known.get("plastic_limit", math.inf)))
     at = picked["cycle"].values.astype(np.float64)
     return HalfProfiles(field, x, at, values, contact, stuck, wavelength, is_capped, stick)
 
@@ -135,17 +127,17 @@ def _with_gap_outside(
         return x, gaps
     is_line = case.indenter.is_line
     whole = mirrored(dataset[["pressure"]]).transpose("cycle", "x", ...)
-    at_x = whole["x"].values[:, None]
-    at_y = np.zeros((1, 1)) if is_line else whole["y"].values[None, :]
-    y = np.abs(at_y).min(axis=1)
-    width = 1.0 if is_line else float(at_y[0, 1] - at_y[0, 0])
+    at_y = np.zeros(1) if is_line else whole["y"].values
+    y = np.abs(at_y).min(keepdims=True)
+    width = 1.0 if is_line else float(at_y[1] - at_y[0])
     # The means over a cell of 1/r and of ln r, r the distance from its centre.
     inverse = 2.0 * (math.asinh(width / step) / width + math.asinh(step / width) / step)
     nearest = step / (2.0 * math.e) if is_line else 1.0 / inverse
     pressure = whole["pressure"].values.astype(np.float64).reshape(len(gaps), -1)
     loaded = (pressure > 0.0).any(axis=0)
     forces = step * width / (math.pi * case.composite_modulus) * pressure[:, loaded]
-    at_x, at_y = (each.ravel()[loaded] for each in np.broadcast_arrays(at_x, at_y))
+    grid = np.meshgrid(whole["x"].values, at_y, indexing="ij")
+    at_x, at_y = (each.ravel()[loaded] for each in grid)
 
     def changes(points: Array) -> Array:
         heights = case.indenter.gap(points[:, None], y[None, :])[:, 0]
@@ -251,7 +243,7 @@ def peak_envelope(x: Array, values: Array, wavelength: float) -> Array:
     peaks: they overshoot none of them.
     """
     crest_in_the_middle = float(np.nansum(values * np.cos(2.0 * np.pi * x / wavelength))) >= 0.0
-    wave = np.floor(x / wavelength + (0.5 if crest_in_the_middle else 0.0)).astype(np.int64)
+    wave = np.floor(x / wavelength + (0.5 if crest_in_the_middle else 0.0))
     knots, heights = [], []
     for index in np.unique(wave):
         cells = np.flatnonzero((wave == index) & np.isfinite(values))
@@ -263,9 +255,9 @@ def peak_envelope(x: Array, values: Array, wavelength: float) -> Array:
         return values
     from scipy.interpolate import PchipInterpolator  # studies without waves do without
 
-    curve = np.asarray(PchipInterpolator(knots, heights, extrapolate=False)(x))
-    curve = np.where(x < knots[0], heights[0], curve)
-    return np.where(x > knots[-1], np.where(np.isfinite(values), heights[-1], np.nan), curve)
+    inside = np.clip(x, knots[0], knots[-1])
+    curve = np.asarray(PchipInterpolator(knots, heights)(inside))
+    return np.where((x > knots[-1]) & np.isnan(values), np.nan, curve)
 
 
 def wave_mean(x: Array, values: Array, wavelength: float) -> Array:

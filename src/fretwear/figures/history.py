@@ -70,19 +70,14 @@ _SIMPLIFIED = ("slip_model", "cattaneo_mindlin")
 
 @dataclass(frozen=True)
 class Line:
-    """One point of a study: its place, its varied values and one quantity over the cycles.
+    """One point of a study, or the mean of those that differ in their seed, over the cycles."""
 
-    `cycles` and `quantity` are of every step where these are known, else of the snapshots, which
-    are `marks` of shape (2, k): cycles and values; none of a history alone. A mean over seeds has
-    the standard `deviation` of the quantity.
-    """
-
-    point: Mapping[str, int]
-    values: Mapping[str, Value]
-    cycles: Array
+    point: Mapping[str, int]  # its place along each dimension
+    values: Mapping[str, Value]  # of what the study varies
+    cycles: Array  # of every step where these are known, else of the snapshots
     quantity: Array
-    marks: Array
-    deviation: Array | None = None
+    marks: Array  # cycles and values at the snapshots, shape (2, k); none of a history alone
+    deviation: Array | None = None  # standard deviation of a mean
 
     @property
     def has_marks(self) -> bool:
@@ -133,11 +128,7 @@ def study_lines(
 
 
 def _means(lines: Sequence[Line], summary: xr.Dataset) -> list[Line]:
-    """Return the means and deviations of the lines that differ in their seed alone.
-
-    They are taken at every cycle of any of them, between steps along straight lines. What varies
-    with the seed is no value of theirs.
-    """
+    """Return the means of lines that differ in their seed alone, at every cycle of any of them."""
     groups: dict[tuple[int, ...], list[Line]] = {}
     for line in lines:
         groups.setdefault(tuple(i for n, i in line.point.items() if n != SEED), []).append(line)
@@ -156,20 +147,15 @@ def _means(lines: Sequence[Line], summary: xr.Dataset) -> list[Line]:
 
 @dataclass(frozen=True)
 class Layout:
-    """Which varied names make rows, panels across, colours and line styles of a figure.
-
-    The value of `paired` names is told by that of the colour's name, as in paired lists. `levels`
-    are the values that the figure shows of each name; of those of which it shows only some,
-    `thinned` has how many there are.
-    """
+    """What makes rows, panels across, colours and line styles of a figure."""
 
     rows: Sequence[str]
     across: Sequence[str]
     color: str | None
     style: str | None
-    paired: Sequence[str]
-    levels: Levels
-    thinned: Mapping[str, int]
+    paired: Sequence[str]  # names whose value that of the colour tells, as in paired lists
+    levels: Levels  # the values of each name that the figure shows
+    thinned: Mapping[str, int]  # how many there are, where it shows only some
 
     @property
     def is_keyed(self) -> bool:
@@ -300,11 +286,7 @@ contact_half_width, stick_half_width, wear_volume, dissipated_energy = (
 
 
 class CyclePlot:
-    """A figure of a result over the cycles, drawn and told; a `ValueError` where no point has it.
-
-    `lines` are those of the study, or their means over the seeds of an ensemble, as far as the
-    layout shows them.
-    """
+    """A figure of a result over the cycles; a `ValueError` where no point has a value."""
 
     def __init__(
         self, dataset: xr.Dataset, quantity: Variable | str, history: xr.Dataset | None = None
@@ -493,27 +475,21 @@ def _matching(lines: Sequence[Line], panels: Sequence[Mapping[str, Any]]) -> lis
 
 @dataclass(frozen=True)
 class RepresentativeCases:
-    """Cases that differ in the names of `contrasts` and agree, where possible, in the others.
+    """Cases that differ in some names and agree, where possible, in the others."""
 
-    `ids` are the case ids by title, as ``smooth, elastic``; a single case has none. `common` says
-    in words which values of the study's other varied names all of them have, and `left_out` in a
-    sentence, which begins with a space, which values in between none of them has.
-    """
-
-    contrasts: tuple[str, ...]
-    ids: dict[str, str]
-    common: str
-    left_out: str
+    contrasts: tuple[str, ...]  # the names in which they differ
+    ids: dict[str, str]  # by title, as ``smooth, elastic``; a single case has none
+    common: str  # in words, the other values that all have
+    left_out: str  # a sentence that tells values in between, with a space before it
 
 
 def representative_cases(summary: xr.Dataset) -> RepresentativeCases:
     """Return up to four finished cases of a merged study, reproducibly.
 
-    They span the extremes of roughness amplitude and plastic limit, or of the first two other
-    names if the study does not vary these. All other names have their last value for which all
-    of the cases are done, or as many as possible; the slip model is that of the worn shape. Points
-    drawn at random have no others alike: of them those of least and most wear are taken. It is a
-    `ValueError` when no point is done.
+    They span the extremes of roughness amplitude and plastic limit, or else of the first two other
+    names. All other names have their last value for which most of the cases are done; the slip
+    model is that of the worn shape. Points drawn at random have no others alike: of them those of
+    least and most wear are taken. It is a `ValueError` when no point is done.
     """
     lines = study_lines(summary, "wear_volume")
     if not lines:

@@ -56,22 +56,19 @@ def captions(folder: Path) -> dict[str, str]:
     could come from anywhere, and a template can run whatever it likes.
     """
     try:
-        entries = read_figure_index(folder)
+        texts = {each.name: " ".join(each.caption.split()) for each in read_figure_index(folder)}
     except DataFileError:
         return {}
     # Text in which reStructuredText finds no markup.
-    return {
-        each.name: re.sub(r"([^\w\s]|_)", r"\\\1", " ".join(each.caption.split()))
-        for each in entries
-    }
+    return {name: re.sub(r"([^\w\s]|_)", r"\\\1", text) for name, text in texts.items()}
 
 
 def figure_category(folder: Path, name: str) -> str:
     """Return the category of a figure by its name."""
-    return next(entry.category for entry in read_figure_index(folder) if entry.name == name)
+    return {entry.name: entry.category for entry in read_figure_index(folder)}[name]
 
 
 def figure_labels(folder: Path, name: str) -> dict[str, str]:
     """Return the labels of a figure in a list: its name and the first sentence of its caption."""
-    caption = next(entry.caption for entry in read_figure_index(folder) if entry.name == name)
+    caption = {entry.name: entry.caption for entry in read_figure_index(folder)}[name]
     return {"figure": name, "shows": caption.partition(". ")[0].removesuffix(".")}

@@ -43,16 +43,12 @@ _EDGES = {"edge of contact": MUTED, "edge of stick zone": CATEGORICAL[0]}
 
 
 class WearMap(NamedTuple):
-    """The scar on the whole contact at a cycle, in m.
+    """The scar on the whole contact at a cycle, in m."""
 
-    `x` and `y` are the nx and ny cell centres from −L to L, `depth` is of shape (nx, ny); the edges
-    are closed outlines of shape (k, 2), NaN between several, empty when there is no such zone.
-    """
-
-    x: Array
+    x: Array  # nx cell centres from −L to L
     y: Array
-    depth: Array
-    contact_edge: Array
+    depth: Array  # shape (nx, ny)
+    contact_edge: Array  # closed outlines, shape (k, 2), NaN between several
     stick_edge: Array
     cycle: int
 
@@ -138,10 +134,7 @@ def take_wear_map(dataset: xr.Dataset, cycle: int | None) -> WearMap:
 
 
 def depth_scale(deepest: ArrayLike) -> Normalize:
-    """Return the colour scale for scars with these maximum depths, in their unit.
-
-    If they differ much it is a `PowerNorm`: colours vary as the square root of the depth.
-    """
+    """Return colours for scars of these depths: by their square root where they differ much."""
     highest = float(np.max(deepest)) or 1.0
     is_unequal = float(np.min(deepest)) < highest / _UNEQUAL
     return PowerNorm(_SQUARE_ROOT, 0.0, highest) if is_unequal else Normalize(0.0, highest)
@@ -164,11 +157,7 @@ def draw_wear_map(axes: Axes, scar: WearMap, unit: Unit, scale: Normalize) -> Ax
 def draw_map(
     axes: Axes, x: Array, y: Array, values: NDArray[Any], reach: float, **options: Any
 ) -> AxesImage:
-    """Draw values of shape (nx, ny) over a square of the contact, to scale.
-
-    `x` and `y` are the cell centres and `reach` the half-length of the square, in m; `options` are
-    those of `matplotlib.axes.Axes.imshow`.
-    """
+    """Draw values of shape (nx, ny) over a square of half-length `reach`, to scale; all in m."""
     x, y, limit = MICROMETRE.of(x), MICROMETRE.of(y), MICROMETRE.of(reach)
     half_x, half_y = 0.5 * (x[1] - x[0]), 0.5 * (y[1] - y[0])
     extent = (x[0] - half_x, x[-1] + half_x, y[0] - half_y, y[-1] + half_y)

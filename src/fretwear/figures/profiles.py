@@ -188,9 +188,8 @@ def frame_of(panels: Sequence[HalfProfiles]) -> Frame:
     """Return the frame that shows all of some panels of one field.
 
     A field that vanishes inside a smooth contact is shown around its edge, up to the values of the
-    last cycle; curves of earlier ones leave at the top. The tractions of elastic bodies are shown
-    up to three times their first peak: the later one at the stick edge grows without bound as the
-    grid is refined, and would hide the rest.
+    last cycle, the tractions of elastic bodies up to three times their first peak: the later one at
+    the stick edge grows without bound as the grid is refined, and would hide the rest.
     """
     field, is_even = panels[0].field, all(panel.is_even for panel in panels)
     right = BEYOND_CONTACT * max(float(panel.contact_half_width.max()) for panel in panels)
@@ -206,25 +205,21 @@ def frame_of(panels: Sequence[HalfProfiles]) -> Frame:
     left = 0.0 if is_even else -right
     if at_edge(field) and is_even and not any(panel.is_wavy for panel in panels):
         left = _BEFORE_EDGE * min(float(panel.contact_half_width.min()) for panel in panels)
-    top = max(_top(panel, right) for panel in panels)
-    return Frame(left, right, _ABOVE * top or 1.0, field.unit or readable_unit(top, field.si_unit))
-
-
-def _top(profiles: HalfProfiles, right: float) -> float:
-    distance = np.abs(profiles.x)
-    shown = profiles.values[:, distance <= right]
-    first, highest = float(np.nanmax(shown[0])), float(np.nanmax(shown))
-    if at_edge(profiles.field):
-        inside = [
-            float(values[distance < _INSIDE_CONTACT * half_width].max(initial=0.0))
-            for values, half_width in zip(profiles.values, profiles.contact_half_width, strict=True)
-        ]
-        near = distance <= BEYOND_CONTACT * profiles.contact_half_width.max()
-        last = float(np.nanmax(profiles.values[-1, near]))
-        return max(last, _SHARE_OF_FIRST_GAP * first, _ROOM_OVER_WAVES * max(inside))
-    if is_traction(profiles.field) and not profiles.is_capped:
-        return min(highest, _ROOM_OVER_FIRST * first)
-    return highest
+    tops = []
+    for panel in panels:
+        distance, widths = np.abs(panel.x), panel.contact_half_width
+        shown = panel.values[:, distance <= right]
+        first, top = float(np.nanmax(shown[0])), float(np.nanmax(shown))
+        if at_edge(field):
+            inside = distance < _INSIDE_CONTACT * widths[:, None]
+            waves = float(panel.values.max(initial=0.0, where=inside))
+            last = np.nanmax(panel.values[-1, distance <= BEYOND_CONTACT * widths.max()])
+            top = max(float(last), _SHARE_OF_FIRST_GAP * first, _ROOM_OVER_WAVES * waves)
+        elif is_traction(field) and not panel.is_capped:
+            top = min(top, _ROOM_OVER_FIRST * first)
+        tops.append(top)
+    unit = field.unit or readable_unit(tops, field.si_unit)
+    return Frame(left, right, _ABOVE * max(tops) or 1.0, unit)
 
 
 def cycle_colors(cycles: Sequence[float] | np.ndarray[Any, Any]) -> dict[int, str]:
@@ -240,10 +235,9 @@ def draw_profiles(
     frame: Frame | None = None,
     envelope: Envelope | None = None,
 ) -> list[Line2D]:
-    """Draw profiles with the stick zone of the last cycle; return their curves.
+    """Draw profiles in colours by cycle with the last stick zone, in a frame that panels may share.
 
-    `colors` are by cycle, `frame` is given when several panels must agree on their limits, and
-    `envelope` is as for `HalfProfiles.readable`.
+    The curves are returned.
     """
     frame = frame or frame_of([profiles])
     shade_stick(axes, profiles)
@@ -280,11 +274,7 @@ def draw_curves(
     styles: Sequence[Mapping[str, Any]],
     envelope: Envelope | None = None,
 ) -> list[Line2D]:
-    """Draw one curve per cycle, over a thin one of the profile where waves crowd it.
-
-    `unit` is that of the y axis, `styles` are colour, line style and label of each curve, as
-    matplotlib names them.
-    """
+    """Draw one curve per cycle in its style, over a thin one where waves crowd the profile."""
     x, readable, curves = MICROMETRE.of(profiles.x), profiles.readable(envelope), []
     for values, shown, style in zip(profiles.values, readable.values, styles, strict=True):
         if profiles.is_wavy:
@@ -302,15 +292,15 @@ def _name_zones(axes: Axes, profiles: HalfProfiles) -> None:
     )
     first, last = (left, max(left, stick)) if profiles.is_even else (-stick, stick)
     if profiles.stick is not None and profiles.stick.size:
-        first, last = (float(MICROMETRE.of(profiles.stick[end])) for end in (0, -1))
+        first, last = MICROMETRE.of(profiles.stick[[0, -1]]).tolist()
     zones = [(first, last, "stick", INK), (last, contact, "slip", MUTED)]
     if not profiles.is_even:
         zones.append((-contact, first, "slip", MUTED))
-    above = axes.get_xaxis_transform()
     for start, end, name, color in zones:
         if end > start:
-            axes.plot([start, end], [1.02, 1.02], transform=above, color=color, **_BAR)
-            axes.text(0.5 * (start + end), 1.035, name, transform=above, color=color, **_BAR_NAME)
+            options: dict[str, Any] = {"transform": axes.get_xaxis_transform(), "color": color}
+            axes.plot([start, end], [1.02, 1.02], **options, **_BAR)
+            axes.text(0.5 * (start + end), 1.035, name, **options, **_BAR_NAME)
 
 
 def cycle_key(

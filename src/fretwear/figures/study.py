@@ -70,10 +70,9 @@ def study_figures(
 ) -> Iterator[StudyFigure]:
     """Yield the figures of a merged study, whose case files are in the folder `cases`.
 
-    Effects of the parameters come first, then the results of all cases over the cycles, from the
-    `history` at every step, then profiles, bearing areas and wear maps of a few representative
-    cases; `known` returns the cases of the study by id, for the heights of rough surfaces. A study
-    without finished points has no figures.
+    They are the effects of the parameters, results over the cycles, at every step of the `history`,
+    and profiles, bearing areas and maps of a few representative cases. `known` returns the cases of
+    the study by id, for the heights of rough surfaces. Without finished points there are none.
     """
     if not study_lines(summary, "wear_volume"):
         return
@@ -193,33 +192,28 @@ def _answer_figures(summary: xr.Dataset) -> Iterator[StudyFigure]:
 
 
 def _profile_caption(field: Field, where: str, cases: Mapping[str, xr.Dataset]) -> str:
-    on_line = (
-        " on the line nearest y = 0" if all("y" in each.dims for each in cases.values()) else ""
-    )
-    sentences = [
-        f"{field.label} along the direction of slip{on_line} at several cycles{where}.",
-    ]
-    if at_edge(field):
-        sentences.append("Around the edge of the contact.")
+    is_map, is_edge = all("y" in each.dims for each in cases.values()), at_edge(field)
+    on_line = " on the line nearest y = 0" if is_map else ""
+    told = [f"{field.label} along the direction of slip{on_line} at several cycles{where}."]
+    if is_edge:
+        told.append("Around the edge of the contact.")
     # Where the whole contact slides nothing sticks, and the pressure has no peak.
     sticks = any(float(case["stick_half_width_x"].max()) > 0.0 for case in cases.values())
     if any(float(case["stick_half_width_x"][-1]) > 0.0 for case in cases.values()):
-        visible = ", where visible" if at_edge(field) else ""
-        sentences.append(f"Grey{visible}: stick zone at the last cycle.")
+        told.append(f"Grey{', where visible' if is_edge else ''}: stick zone at the last cycle.")
     limits = [float(case.coords.get("plastic_limit", math.inf)) for case in cases.values()]
-    if sticks and is_traction(field) and any(math.isinf(limit) for limit in limits):
-        sentences.append(
+    if sticks and is_traction(field) and max(limits) == math.inf:
+        told.append(
             "Triangles: peaks of elastic bodies that continue above; they grow without bound as "
             "the grid is refined."
         )
     if _any_rough(cases):
         has_peaks = envelope_of(field) is peak_envelope
-        envelope = "envelope through the peak of every wave" if has_peaks else _MEAN_WORDS
-        sentences.append(
+        told.append(
             "Where waves crowd a profile, the thin line is the profile and the thick one its "
-            f"{envelope}."
+            f"{'envelope through the peak of every wave' if has_peaks else _MEAN_WORDS}."
         )
-    return " ".join(sentences)
+    return " ".join(told)
 
 
 def _map_caption(where: str, cases: Mapping[str, xr.Dataset]) -> str:

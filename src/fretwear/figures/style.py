@@ -96,10 +96,8 @@ def root_figure(axes: Axes) -> Figure:
 
 def one_panel(columns: Columns, height: float, ax: Axes | None) -> tuple[Figure, Axes]:
     """Return a new figure, `height` mm high, and its axes, or the given axes and their figure."""
-    if ax is not None:
-        return root_figure(ax), ax
-    figure = JournalFigure(columns, height)
-    return figure, figure.subplots()
+    axes = ax or JournalFigure(columns, height).subplots()
+    return root_figure(axes), axes
 
 
 @contextmanager
@@ -183,13 +181,7 @@ def save_figure(
 
 
 def save_as(figure: Figure, path: str | PathLike[str]) -> Path:
-    """Write a figure to one file whose suffix determines the format; see `save_figure`.
-
-    Raises
-    ------
-    ValueError
-        When matplotlib cannot write such a format.
-    """
+    """Write a figure to one file, see `save_figure`; a `ValueError` for an unknown suffix."""
     path = Path(path)
     ending = path.suffix.lower()
     known = figure.canvas.get_supported_filetypes()
@@ -224,17 +216,16 @@ def look(place: int) -> tuple[str, str]:
 
 
 def sequential_colours(count: int) -> list[str]:
-    """Return `count` colours of one perceptual ramp, the last the darkest.
-
-    The light end of inferno, lost on white paper, is left out. Six colours of the rest are farther
-    apart than those of viridis, also with red-green colour blindness.
-    """
+    """Return `count` colours of one perceptual ramp, the last the darkest."""
     shades = sequential_colormap()(np.linspace(1.0, 0.0, count)[::-1])
     return [matplotlib.colors.to_hex(shade) for shade in shades]
 
 
 def sequential_colormap() -> matplotlib.colors.Colormap:
-    """Return the continuous form of `sequential_colours`, for long series."""
+    """Return the ramp, inferno without its light end, which is lost on white paper.
+
+    Six colours of it are farther apart than those of viridis, also with red-green colour blindness.
+    """
     colors = matplotlib.colormaps["inferno"](np.linspace(_LIGHTEST, _DARKEST, 256))
     return matplotlib.colors.ListedColormap(colors, name="fretwear_sequence")
 
