@@ -139,7 +139,8 @@ def march(
     that the bodies are to be loaded anew.
     """
     state, first = start, 0.0
-    for block in problem.blocks:
+    block: WearProblem | None = problem
+    while block is not None:
         if state is None or state.cycle < block.end:
             integrator = begin(block, state, anew=state is None or state.cycle == first > 0.0)
             if state is None:
@@ -150,7 +151,7 @@ def march(
                 while first <= integrator.state.cycle < min(stop, block.end):
                     yield integrator.advance(stop)
             state = integrator.state
-        first = block.end
+        first, block = block.end, block.following
 
 
 def evolve(

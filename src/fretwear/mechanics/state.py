@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from math import inf, isfinite
 from typing import Any
@@ -58,14 +57,6 @@ class WearProblem:
     coarseness: float = 1.0
     end: float = inf  #: the cycle up to which this holds
     following: WearProblem | None = None  #: the problem that follows then, of the same bodies
-
-    @property
-    def blocks(self) -> Iterator[WearProblem]:
-        """The problem and its successors."""
-        block: WearProblem | None = self
-        while block is not None:
-            yield block
-            block = block.following
 
     def sliding(self, load: float, approach: float) -> Sliding:
         """The condition on the reduced contact of a contact with a load, N, and an approach, m."""
