@@ -324,20 +324,18 @@ def result_indices(summary: Merged) -> dict[str, Indices]:
     if len(points.ids) < 2 * (len(points.levels) + 1):
         return {}
     columns = {
-        name: values
+        (name, False): values
         for name, values in points.results.items()
         if name in RESULTS and np.isfinite(values).all() and np.ptp(values) > 0.0
     }
-    positive = [name for name, values in columns.items() if values.min() > 0.0]
-    table = [*columns.values(), *(np.log(columns[name]) for name in positive)]
-    if not table:
+    columns |= {(name, True): np.log(v) for (name, _), v in columns.items() if v.min() > 0.0}
+    if not columns:
         return {}
-    found = sobol_indices(unit, np.column_stack(table), sizes)
-    plain, logarithmic = found[: len(columns)], found[len(columns) :]
-    best = dict(zip(columns, plain, strict=True))
-    for name, each in zip(positive, logarithmic, strict=True):
-        if each.quality > best[name].quality:
-            best[name] = replace(each, of_logarithm=True)
+    best: dict[str, Indices] = {}
+    found = sobol_indices(unit, np.column_stack([*columns.values()]), sizes)
+    for (name, of_logarithm), each in zip(columns, found, strict=True):
+        if name not in best or each.quality > best[name].quality:
+            best[name] = replace(each, of_logarithm=of_logarithm)
     return best
 
 
@@ -435,17 +433,15 @@ def _of_expansion(fit: tuple[NDArray[np.intp], Array, Array], error: float) -> I
     involved = terms > 0
     alone = involved & (involved.sum(axis=1) == 1)[:, None]
 
-    def shares(squares: Array) -> tuple[Array, Array]:
-        whole = np.maximum(squares[1:].sum(axis=0), 1e-12)
-        parts = (group.T.astype(float) @ squares / whole for group in (alone, involved))
-        first, total = (np.clip(part, 0.0, 1.0) for part in parts)
-        return first, total
-
     # The square of a noisy coefficient is too large by its variance, that of a draw by twice that.
-    first, total = shares((coefficients**2 - noise)[:, None])
-    draws = shares((coefficients[:, None] + spread @ drawn) ** 2 - 2.0 * noise[:, None])
-    of_first, of_total = (np.percentile(each, _CERTAINTY, axis=1) for each in draws)
-    return Indices(first[:, 0], total[:, 0], of_first, of_total, 1.0 - error)
+    draws = (coefficients[:, None] + spread @ drawn) ** 2 - 2.0 * noise[:, None]
+    squares = np.column_stack([coefficients**2 - noise, draws])
+    whole = np.maximum(squares[1:].sum(axis=0), 1e-12)
+    first, total = (
+        np.clip(group.T.astype(float) @ squares / whole, 0.0, 1.0) for group in (alone, involved)
+    )
+    ranges = [np.percentile(each[:, 1:], _CERTAINTY, axis=1) for each in (first, total)]
+    return Indices(first[:, 0], total[:, 0], ranges[0], ranges[1], 1.0 - error)
 
 
 def rank_correlations(unit: Array, values: Array) -> Array:
