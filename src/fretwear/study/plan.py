@@ -273,8 +273,8 @@ class Plan:
 
 def write_points(study: Study, path: str | Path) -> None:
     """Write the points as CSV: id, every parameter in SI units, cells, estimates, problem."""
-    rows: list[dict[str, object]] = []
-    estimates = Plan(study).estimates
+    rows, estimates = list[dict[str, object]](), Plan(study).estimates
+    last = ("cells", "estimated_seconds", "estimated_memory_bytes", "problem")
     for point in study.points():
         row: dict[str, object] = {"id": point.id}
         # Parameters in SI units; varied ones that are not numbers as written in the file.
@@ -282,22 +282,17 @@ def write_points(study: Study, path: str | Path) -> None:
             row[coordinate(name)] = value if isinstance(value, float | int | str) else label
         if point.case is not None:
             known = point.case.scalar_coordinates()
-            # A dataset holds the first value of a table as its number, which does not identify the
-            # table.
-            row |= {
-                name: value
-                for name, (value, *_) in known.items()
-                if name not in row or f"{name}_over_cycles" not in known
-            }
-        rows.append(row)
-    names = dict.fromkeys(name for row in rows for name in row)
-    costs = ("cells", "estimated_seconds", "estimated_memory_bytes")
-    for point, row in zip(study.points(), rows, strict=True):
-        row["problem"] = point.problem
-        if (found := estimates.get(point.id)) is not None:
-            values = (found.cells, f"{found.seconds:.3g}", found.memory_bytes)
-            row |= zip(costs, values, strict=True)
+            for name, (value, *_) in known.items():
+                # A dataset holds the first value of a table as its number, which does not identify
+                # the table.
+                if name not in row or f"{name}_over_cycles" not in known:
+                    row[name] = value
+            found = estimates[point.id]
+            costs = (found.cells, f"{found.seconds:.3g}", found.memory_bytes)
+            row |= zip(last[:-1], costs, strict=True)
+        rows.append({**row, "problem": point.problem})
+    names = dict.fromkeys(name for row in rows for name in row if name not in last)
     with Path(path).open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.DictWriter(stream, [*names, *costs, "problem"], restval="")
+        writer = csv.DictWriter(stream, [*names, *last], restval="")
         writer.writeheader()
         writer.writerows(rows)
