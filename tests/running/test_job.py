@@ -161,13 +161,14 @@ def test_a_job_that_fails_on_its_way_keeps_the_checkpoint_to_resume_from(path, m
         xr.testing.assert_equal(dataset["wear_depth"].load(), undisturbed["wear_depth"])
 
 
-@pytest.fixture(scope="module")
-def start_job():
+@pytest.fixture
+def start_job(monkeypatch):
     """Start a job in a process of its own and wait until it is at work."""
+    monkeypatch.setattr("fretwear.running.batch.SECONDS_BETWEEN", 0.05)
     context = multiprocessing.get_context("fork")
 
     def begin(path):
-        settings = {"tell": print, "command": "test", "interval": 0.05}
+        settings = {"tell": print, "command": "test"}
         case = make_case(plastic_limit="3 GPa", cycles=3000, cell="4 um", output_cycles=(10, 1000))
         process = context.Process(target=simulate_to_file, args=(case, path), kwargs=settings)
         process.start()

@@ -30,10 +30,8 @@ from fretwear.study.problems import printable
 from fretwear.units import LENGTH, duration_text, format_quantity
 
 if TYPE_CHECKING:
-    from fretwear.running.simulate import Step
+    from fretwear.running.simulate import Observer, Step
     from fretwear.study.case import Case
-
-Observer = Callable[["Step"], None]
 
 _END_STATUS = {0: "done", 1: "failed", 2: "wrong_input"}
 _MEASURES = ["contact_half_width_x", "contact_half_width_y", "stick_half_width_x"]

@@ -56,7 +56,7 @@ class Checkpoint:
     Used as a context manager: an interrupted run leaves a checkpoint of the last accepted step. The
     caller discards that of a finished run once the result is stored. An existing file is read at
     once; a message says why it was not used, or where the run resumes. It is written after
-    `interval` seconds, or a single longer step, and sooner at snapshots.
+    `SECONDS_BETWEEN`, or a single longer step, and sooner at snapshots.
     """
 
     def __init__(
@@ -64,11 +64,10 @@ class Checkpoint:
         path: Path,
         case: Case,
         tell: Callable[[str], None],
-        interval: float = SECONDS_BETWEEN,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self.path, self._case, self._tell = path, case, tell
-        self._interval, self._clock, self._saved = interval, clock, clock()
+        self._clock, self._saved = clock, clock()
         self.record = RunRecord()
         try:
             self.record = read_checkpoint(path, identity_of(case)) or self.record
@@ -96,7 +95,7 @@ class Checkpoint:
     def __call__(self, step: Step) -> None:
         """Observe a step; save it when it is time."""
         is_snapshot = step.state.cycle in self._case.output_cycles
-        pause = (_SNAPSHOT_SHARE if is_snapshot else 1.0) * self._interval
+        pause = (_SNAPSHOT_SHARE if is_snapshot else 1.0) * SECONDS_BETWEEN
         if self._clock() - self._saved >= pause:
             self.save()
 
@@ -249,7 +248,6 @@ def simulate_to_file(
     observers: Sequence[Observer] = (),
     tell: Callable[[str], None],
     command: str,
-    interval: float = SECONDS_BETWEEN,
     threads: int = 1,
 ) -> Outcome:
     """Simulate a case and write its file; resume from the checkpoint beside it if any.
@@ -272,7 +270,7 @@ def simulate_to_file(
             with open_history(path) as known:
                 steps = known.sizes["step"] - 1
             return Outcome(steps, time.monotonic() - started, is_taken_over=True)
-        with Checkpoint(checkpoint_of(path), case, tell, interval) as checkpoint:
+        with Checkpoint(checkpoint_of(path), case, tell) as checkpoint:
             seen: list[Observer] = [checkpoint, *observers]
             kept = checkpoint.record
             how: Any = {"threads": threads, "command": command, "warn": warn}
