@@ -321,7 +321,8 @@ HARMFUL = "my 'dir' $(touch harm) \"q\" {x} ;`touch harm`"
 @pytest.mark.slow
 def test_names_of_folders_and_titles_are_never_commands(checkout):
     title = "$(touch harm) `touch harm` {x} <b>'\""
-    write_study(checkout.folder / HARMFUL / "study.yaml", {**TINY, "title": title})
+    content = {**TINY, "title": title, "vary": {"load": ["50 N"]}}
+    write_study(checkout.folder / HARMFUL / "study.yaml", content)
     config = f"study={HARMFUL}/study.yaml"
     checkout.snakemake("results/study/points.csv", "--config", config, status=0)
     assert (checkout.folder / "results/study/summary.nc").exists()
