@@ -230,14 +230,13 @@ def write_case(
 ) -> None:
     """Write a case file; it appears under its name only when it is whole, and replaces another.
 
-    The dataset is that of `fretwear.data.labels.labelled_case`; what `labelled_history` and
-    `labelled_loops` return become the groups ``history`` and ``loop``. Fields are compressed by
-    zlib (level 1, shuffled), one cycle to a chunk, each chunk with the checksum of the netCDF
-    library for those who read the file without fretwear. A checksum of the whole file ends it, and
-    all of it is read back before it gets its name.
+    The dataset is that of `fretwear.data.labels.labelled_case`; history and loops, if any, become
+    the groups ``history`` and ``loop``. Fields are compressed by zlib (level 1, shuffled), one
+    cycle to a chunk, each chunk with the checksum of the netCDF library. A checksum of the whole
+    file ends it, and all of it is read back before it gets its name.
 
-    It is a ValueError if the dataset lacks variables of a case, a `DataFileError` if the disk is
-    full or the folder, which is made if necessary, cannot be written to.
+    ValueError if the dataset lacks variables of a case, a `DataFileError` if the disk is full or
+    the folder, which is made if necessary, cannot be written to.
     """
     if lacking := _lacking({name: v.dims for name, v in dataset.variables.items()}):
         raise ValueError(f"{path} would not be complete: the dataset lacks {', '.join(lacking)}.")

@@ -193,32 +193,19 @@ def merge_study(
     command: str = "fretwear.merge_study",
     keep_older: bool = False,
 ) -> Tally:
-    """Merge the case files of a study into one file.
+    """Merge the case files ``<case id>.nc`` in the folder `cases` into one file.
 
     The file has the varied names as dimensions, in the order of the study (a design other than a
     grid: the one dimension ``point``), then ``cycle`` and ``x``. It holds every variable
     (…, cycle) of the cases, the profiles (…, cycle, x) of `PROFILES`, the ``status`` of every
-    point, and NaN where a point is not done or has no snapshot at a cycle. Its group ``history``
-    holds the cycles and the `HEADLINES` of every accepted step (…, step), NaN after the last.
-    Memory grows by about 1 kB for each point; fields are read one case at a time.
+    point, which has failed if its case file is not there, and NaN where a point is not done or has
+    no snapshot at a cycle. Its group ``history`` holds the cycles and the `HEADLINES` of every
+    accepted step (…, step), NaN after the last; its attribute ``history`` the `command`. Memory
+    grows by about 1 kB for each point; fields are read one case at a time.
 
-    Parameters
-    ----------
-    study, cases, path
-        The study, the folder of its case files ``<case id>.nc``, of which a point has failed if
-        its own is not there, and the file to write.
-    command
-        What was run, for the attribute ``history``.
-    keep_older
-        Whether cases computed by other code are merged too, rather than refused.
-
-    Raises
-    ------
-    CaseFilesError
-        If case files are damaged or belong to other cases or code; all are named, nothing is
-        written.
-    DataFileError
-        If no case is done, or the file cannot be written.
+    It is a `CaseFilesError`, and nothing is written, if case files are damaged or belong to other
+    cases, or to other code unless `keep_older`; all are named. It is a `DataFileError` if no case
+    is done or the file cannot be written.
     """
     layout = StudyLayout(study)
     status = np.full(layout.shape, PointStatus.INVALID, dtype=STATUS.dtype)

@@ -100,18 +100,17 @@ def positions_inside(
 
 
 def representative_cycles(available: Collection[int], most: int = 6) -> tuple[int, ...]:
-    """Return at most `most` cycles, first and last included, whose profiles differ.
+    """Return at most `most` cycles, first and last included, evenly in their fourth root.
 
-    They are evenly spaced in the fourth root of the cycle; the logarithm would select too many
-    early ones.
+    Their profiles differ; the logarithm would select too many early ones.
     """
     ordered = sorted(available)
-    if len(ordered) <= most:
-        return tuple(ordered)
-    position = np.asarray(ordered, dtype=np.float64) ** 0.25
-    wanted = np.linspace(position[0], position[-1], most)
-    nearest = {int(np.abs(position - level).argmin()) for level in wanted}
-    return tuple(ordered[index] for index in sorted(nearest | {0, len(ordered) - 1}))
+    if len(ordered) > most:
+        position = np.asarray(ordered, dtype=np.float64) ** 0.25
+        wanted = np.linspace(position[0], position[-1], most)
+        nearest = {int(np.abs(position - level).argmin()) for level in wanted}
+        ordered = [ordered[index] for index in sorted(nearest)]
+    return tuple(ordered)
 
 
 def missing(field: Field) -> float:
