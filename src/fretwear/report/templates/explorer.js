@@ -89,7 +89,9 @@
   /* ---- Figures: what plotly is given to draw ---- */
 
   const DASH = { a: "solid", b: "6px,3px" };
-  const DEPTHS = [[0, "#ffffff"], [0.01, "#fcffa4"], [0.25, "#f98e09"], [0.5, "#bc3754"], [0.75, "#57106e"], [1, "#000004"]];
+  const DEPTHS = [
+    [0, "#ffffff"], [0.01, "#fcffa4"], [0.25, "#f98e09"], [0.5, "#bc3754"], [0.75, "#57106e"], [1, "#000004"],
+  ];
   const largest = (values) => values.reduce((most, one) => (one > most ? one : most), 0);
   let colors;
 
@@ -109,7 +111,7 @@
     return {
       paper_bgcolor: "rgba(0,0,0,0)",
       plot_bgcolor: "rgba(0,0,0,0)",
-      font: { family: getComputedStyle(document.body).fontFamily, size: innerWidth < 480 ? 12 : 13, color: colors.ink },
+      font: { family: colors.font, size: innerWidth < 480 ? 12 : 13, color: colors.ink },
       showlegend: false,
       separators: ".\u2009",
       hoverlabel: { bgcolor: colors.ground, bordercolor: colors.muted, font: { color: colors.ink } },
@@ -156,16 +158,17 @@
     const data = shown.flatMap((one, row) => zones(one, row, `y${strip + 1}`));
     study.profiles.forEach((name, place) => {
       for (const { key, snapshot, data: { x, profiles, friction } } of shown) {
+        const add = (title, values, line, hover) => data.push(curve(`${key} ${title}`, place, x, values, line, hover));
+        const thin = { color: colors.muted, width: 1 };
         if (shown.length === 1) {
           /* For one case alone: its first profile, and the limit of friction on the traction. */
-          data.push(curve(`${key} ${name} first`, place, x, profiles[name][0], { color: colors.muted, width: 1, dash: "1px,2.5px" }));
+          add(`${name} first`, profiles[name][0], { ...thin, dash: "1px,2.5px" });
           if (name === "shear_traction" && friction !== null) {
-            const limit = profiles.pressure[snapshot].map((pressure) => pressure * friction);
-            data.push(curve(`${key} limit`, place, x, limit, { color: colors.muted, width: 1 }));
+            add("limit", profiles.pressure[snapshot].map((pressure) => pressure * friction), thin);
           }
         }
         const hover = `${key.toUpperCase()} %{y:.4~g} ${words[name].unit}<extra></extra>`;
-        data.push(curve(`${key} ${name}`, place, x, profiles[name][snapshot], { color: colors[key], width: 1.8, dash: DASH[key] }, hover));
+        add(name, profiles[name][snapshot], { color: colors[key], width: 1.8, dash: DASH[key] }, hover);
       }
     });
     return { data, layout };
@@ -216,6 +219,7 @@
 
   /* A field from above, of a contact that is not even, with its colour scale on top. */
   function mapFigure({ key, data: { view }, snapshot }, name, shown, width) {
+    const [unit, font] = [words[name].unit, { color: colors.ink, size: 12 }];
     const all = shown.flatMap(({ data, snapshot }) =>
       (ownScale.checked ? [data.view.fields[name][snapshot]] : data.view.fields[name]).flat(2));
     const common = { showgrid: false, nticks: 5, constrain: "domain" };
@@ -227,10 +231,10 @@
       colorbar: {
         orientation: "h", x: 0, xanchor: "left", xpad: 0, len: 1, y: 1, yanchor: "bottom", ypad: 8,
         thickness: 10, outlinewidth: 0, nticks: 5, ticks: "outside", ticklen: 3, tickcolor: colors.muted,
-        tickfont: { color: colors.ink, size: 11 },
-        title: { text: `${key.toUpperCase()}: ${words[name].label}`, side: "top", font: { color: colors.ink, size: 12 } },
+        tickfont: { ...font, size: 11 },
+        title: { text: `${key.toUpperCase()}: ${words[name].label}`, side: "top", font },
       },
-      hovertemplate: `%{z:.4~g} ${words[name].unit} at x = %{x:.4~g}, y = %{y:.4~g} ${words.x.unit}<extra></extra>`,
+      hovertemplate: `%{z:.4~g} ${unit} at x = %{x:.4~g}, y = %{y:.4~g} ${words.x.unit}<extra></extra>`,
     }];
     return { data, layout };
   }
@@ -238,8 +242,9 @@
   /* Bearing areas of rough contacts before and after wear. */
   function heightFigure(shown) {
     const x = axis(words.bearing_area.label, { range: [0, 100], hoverformat: ".3~g" });
+    const share = (values) => values.map((_, place) => (100 * place) / (values.length - 1));
     const data = shown.flatMap(({ key, data: { heights } }) => ["before", "after"].map((when, after) => curve(
-      `${key} ${when}`, 0, heights[after].map((_, place) => (100 * place) / (heights[after].length - 1)), heights[after],
+      `${key} ${when}`, 0, share(heights[after]), heights[after],
       { color: colors[key], width: after ? 1.8 : 1.2, dash: after ? DASH[key] : "1px,2.5px" },
       `${key.toUpperCase()} ${when}: %{y:.4~g} ${words.height.unit}<extra></extra>`
     )));
@@ -248,7 +253,8 @@
 
   /* Panels of results over the cycles: every step as a line, snapshots as dots. */
   function historyFigure(shown, now) {
-    const { position, gap, ...reached } = cycleAxis(shown.flatMap(({ data }) => [...data.history.cycle, ...data.cycles]));
+    const all = shown.flatMap(({ data }) => [...data.history.cycle, ...data.cycles]);
+    const { position, gap, ...reached } = cycleAxis(all);
     const small = { color: colors.ink, size: 12 };
     const annotations = gap === undefined ? [] : [{
       x: gap, xref: "x", y: 0, yref: "paper", yanchor: "middle", text: "//",
@@ -259,13 +265,13 @@
       const [start, other] = [name, names[0]].map((each) => shown[0].data.history[each][0]);
       const below = lower && start > 0.5 * other;
       if (names.length > 1) annotations.push({
-        x: position(0), y: start, xref: "x", yref: "y", text: words[name].words.split(" ")[0], showarrow: false, font: small,
-        xanchor: "left", yanchor: below ? "top" : "bottom", xshift: 8, yshift: below ? -2 : 2,
+        x: position(0), y: start, xref: "x", yref: "y", text: words[name].words.split(" ")[0],
+        showarrow: false, font: small, xanchor: "left", yanchor: below ? "top" : "bottom", xshift: 8, yshift: below ? -2 : 2,
       });
       return shown.flatMap(({ key, snapshot, data: { history, cycles, numbers } }) => {
         const color = colors[key];
-        const told = (cycle) =>
-          `cycle ${formatted(cycle)}: %{y:.4~g} ${words[name].unit}<extra>${key.toUpperCase()}, ${words[name].words}</extra>`;
+        const value = `%{y:.4~g} ${words[name].unit}<extra>${key.toUpperCase()}, ${words[name].words}</extra>`;
+        const told = (cycle) => `cycle ${formatted(cycle)}: ${value}`;
         const shownOr = (is, not) => cycles.map((_, at) => (at === snapshot ? is : not));
         const line = { color, width: lower ? 1.2 : 2.2, dash: DASH[key] };
         return [
@@ -273,7 +279,9 @@
           {
             ...curve(`${key} ${name} snapshots`, place, cycles.map(position), numbers[name], {}, cycles.map(told)),
             mode: "markers", customdata: cycles,
-            marker: { color: shownOr(color, colors.ground), size: shownOr(11, 6), line: { color, width: 1.5 }, opacity: 1 },
+            marker: {
+              color: shownOr(color, colors.ground), size: shownOr(11, 6), line: { color, width: 1.5 }, opacity: 1,
+            },
           },
         ];
       });
@@ -287,7 +295,8 @@
       hovermode: "closest",
       annotations,
       shapes: [{
-        type: "line", x0: position(now), x1: position(now), yref: "paper", y0: 0, y1: 1, line: { color: colors.ink, width: 1.2 },
+        type: "line", x0: position(now), x1: position(now), yref: "paper", y0: 0, y1: 1,
+        line: { color: colors.ink, width: 1.2 },
       }],
     });
     return { data, layout };
@@ -308,7 +317,8 @@
 
   /* A second case that differs from a point in as few and as late parameters as can be. */
   function neighbor(place) {
-    const distance = ({ index }) => index.reduce((sum, level, axis) => 2 * sum + (level !== points[place].index[axis]), 0);
+    const distance = ({ index }) =>
+      index.reduce((sum, level, axis) => 2 * sum + (level !== points[place].index[axis]), 0);
     const others = points.filter((point) => point !== points[place] && point.data);
     return points.indexOf(others.sort((one, other) => distance(one) - distance(other))[0] ?? points[place]);
   }
@@ -347,38 +357,41 @@
     get("maps").hidden = !viewed.length;
     get("heights").hidden = !rough.length;
     if (!shown.length) return;
-    const style = getComputedStyle(document.documentElement);
-    colors = Object.fromEntries(["a", "b", "ground", "ink", "muted", "line"].map((name) => [name, style.getPropertyValue(`--${name}`)]));
+    const style = getComputedStyle(document.body);
+    colors = { font: style.fontFamily };
+    for (const name of ["a", "b", "ground", "ink", "muted", "line"]) colors[name] = style.getPropertyValue(`--${name}`);
     const titles = shown.map(({ key, title }) => `case ${key.toUpperCase()}: ${title}`).join("; ");
     const told = (names) => names.map((name) => words[name].words).join(", ");
     remember(now);
     get("shown-cases").textContent = `After ${formatted(now)} cycles; ${titles}.`;
-    picture(get("profile-plot"), profileFigure(shown), `Along x after ${formatted(now)} cycles: ${told(study.profiles)}; ${titles}`);
-    picture(get("history-plot"), historyFigure(shown, now), `Over the cycles: ${told(study.histories.flat())}; ${titles}`);
+    const picture = (place, { data, layout }, label) => {
+      Plotly.react(place, data, layout, CONFIG);
+      place.setAttribute("aria-label", `${label}; ${titles}`);
+    };
+    picture(get("profile-plot"), profileFigure(shown), `Along x after ${formatted(now)} cycles: ${told(study.profiles)}`);
+    picture(get("history-plot"), historyFigure(shown, now), `Over the cycles: ${told(study.histories.flat())}`);
     const maps = viewed.flatMap((one) => study.maps.map((name) => [one, name]));
     [...get("maps").querySelectorAll(".plot")].forEach((place, at) => {
       place.hidden = at >= maps.length;
       if (place.hidden) return;
       const [one, name] = maps[at];
-      picture(place, mapFigure(one, name, viewed, place.clientWidth), `From above: ${told([name])}; ${titles}`);
+      picture(place, mapFigure(one, name, viewed, place.clientWidth), `From above: ${told([name])}`);
     });
-    if (rough.length) picture(get("height-plot"), heightFigure(rough), `Bearing areas before and after wear; ${titles}`);
-  }
-
-  function picture(place, { data, layout }, label) {
-    Plotly.react(place, data, layout, CONFIG);
-    place.setAttribute("aria-label", label);
+    if (rough.length) picture(get("height-plot"), heightFigure(rough), "Bearing areas before and after wear");
   }
 
   function readout(now) {
-    const row = (name, texts) => `<tr><th scope="row">${name}</th>${texts.map((text) => `<td>${text}</td>`).join("")}</tr>`;
+    const row = (name, texts) => `<tr><th scope="row">${name}</th><td>${texts.join("</td><td>")}</td></tr>`;
     const rows = study.readout.map((name) => {
       const values = shown.map(({ data, snapshot }) => data.numbers[name][snapshot]);
       const ratio = values[0] > 0 && values[1] !== null ? `× ${number(values[1] / values[0], 3)}` : "–";
-      return row(words[name].label, [...values.map((value) => number(value)), ...(values.length === 2 ? [ratio] : [])]);
+      const texts = values.map((value) => number(value));
+      return row(words[name].label, values.length === 2 ? [...texts, ratio] : texts);
     });
     const reached = shown.map(({ data, snapshot }) => data.cycles[snapshot]);
-    if (reached.some((one) => one !== now)) rows.unshift(row("Last snapshot until then", reached.map((one) => formatted(one))));
+    if (reached.some((one) => one !== now)) {
+      rows.unshift(row("Last snapshot until then", reached.map((one) => formatted(one))));
+    }
     const heads = [...shown.map(({ key }) => key.toUpperCase()), ...(shown.length === 2 ? ["B to A"] : [])];
     return `<caption>After ${formatted(now)} cycles</caption><thead><tr><td></td>${
       heads.map((text) => `<th scope="col">${text}</th>`).join("")}</tr></thead><tbody>${rows.join("")}</tbody>`;
@@ -397,7 +410,8 @@
   /* Shows what an address asks for, if it is one of the explorer. */
   function recall() {
     const asked = new URLSearchParams(location.hash.slice(1));
-    const [one, other] = ["case", "with"].map((name) => points.findIndex(({ number }) => String(number) === asked.get(name)));
+    const [one, other] = ["case", "with"].map((name) =>
+      points.findIndex(({ number }) => String(number) === asked.get(name)));
     if (one < 0) return;
     select("a", one);
     compare.checked = other >= 0;
