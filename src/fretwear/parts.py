@@ -66,7 +66,7 @@ class Parameter(ABC):
     words: str  # what it is called in messages, tables and long names
     unit: Unit  # unit for people
     description: str  # a sentence for the JSON Schema and the documentation
-    must_be_written: bool  # whether a study file has to give it although it has a default
+    must_be_written: bool = False  # whether a file has to give it although it has a default
     in_line: bool = False
 
     @property
@@ -134,7 +134,6 @@ class Plain(Parameter):
     symbol: str
     words: str
     description: str = field(default="", kw_only=True)
-    must_be_written: bool = field(default=False, kw_only=True)
 
 
 @dataclass(frozen=True)
