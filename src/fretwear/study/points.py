@@ -201,8 +201,7 @@ def read_axes(
 ) -> tuple[Axis, ...]:
     """Read the varied parameters; return the valid axes and add the rest to `problems`.
 
-    Nothing is returned if the design, None, could not be read. `places` says where the values are
-    that are not under `vary`.
+    A design of None could not be read. `places` says where values are that are not under `vary`.
     """
     axes: list[Axis] = []
     known = parameter_names()
@@ -222,6 +221,8 @@ def read_axes(
             rule = "is missing: a sampled design needs something to vary"
             problems.add("vary", None, rule, "such as load: {from: 10 N, to: 100 N}")
         return tuple(design.drawn(axes) if axes else ())
+    if design is None:
+        return ()
     lengths = [len(axis.values) for axis in axes]
     if isinstance(design, Zip):
         if len(set(lengths)) > 1:
@@ -236,10 +237,10 @@ def read_axes(
                 rule = f"make point {row + 1} the same as point {first + 1} under design: zip"
                 problems.add("vary", given, rule, "leave one of them out of every list")
     size = math.prod(lengths) if isinstance(design, Grid) else max(lengths, default=1)
-    if design is not None and size > MAX_POINTS:
+    if size > MAX_POINTS:
         rule = f"makes {size} points, more than the limit of {MAX_POINTS}"
         problems.add("vary", None, rule, "split the study")
-    return tuple(axes) if design is not None and size <= MAX_POINTS else ()
+    return tuple(axes) if size <= MAX_POINTS else ()
 
 
 def _read_axis(name: str, raw: object, design: Design | None, place: str) -> Axis:

@@ -61,13 +61,12 @@ class Problem:
     @property
     def sentence(self) -> str:
         """Everything in one line."""
-        text = f"{self._place} {self.rule}"
-        return f"{text}; {self.hint}" if self.hint else text
+        return f"{self._place} {self.rule}" + (f"; {self.hint}" if self.hint else "")
 
     def __str__(self) -> str:
         where = f" (line {self.line})" if self.line else ""
         text = f"{self._place}{where}: {self.rule}" if self.key else f"{self.rule}{where}"
-        return f"{text}\n    {self.hint}" if self.hint else text
+        return text + (f"\n    {self.hint}" if self.hint else "")
 
 
 class UnreadError(Exception):

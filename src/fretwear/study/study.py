@@ -101,7 +101,7 @@ class Study:
         return tuple(Point(self, index) for index in self.indices)
 
     def points(self, first: int = 1, last: int | None = None) -> tuple[Point, ...]:
-        """Return the points in order, from one to another of their numbers, which begin at 1."""
+        """Return the points in order, or those from a first to a last number, counted from 1."""
         return self._points[first - 1 : last]
 
     def cases(self) -> dict[str, Case]:
