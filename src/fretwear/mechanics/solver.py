@@ -24,7 +24,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from math import inf, isfinite, nan, sqrt
+from math import inf, isfinite, sqrt
 from typing import NamedTuple, cast
 
 import numpy as np
@@ -247,20 +247,17 @@ class ActiveSet:
 
     def _evaluate(self, tolerance: float) -> None:
         """Approach, gap, the largest violation of the conditions on it, and the free cells."""
-        given = self.problem.approach
         # A new field, because the last solution is compared with it.
-        self.free = np.empty_like(self.free)
-        problem = self.problem
+        problem, self.free = self.problem, np.empty_like(self.free)
         free, count, self.scale = kernels.level(
             self._team, problem.limit, self.separation, self.displacement, self.pressure
         )
-        self.approach = nan if given is None else given
-        if given is None:
-            self.approach = (
-                free / count
-                if count
-                else float(self.separation[self.pressure >= problem.limit].max())
-            )
+        if problem.approach is not None:
+            self.approach = problem.approach
+        elif count:
+            self.approach = free / count
+        else:
+            self.approach = float(self.separation[self.pressure >= problem.limit].max())
         worst, gaps = kernels.evaluate(
             self._team,
             self.separation,
@@ -280,9 +277,8 @@ class ActiveSet:
         before, self._solved = self._solved, self.free
         changed = np.count_nonzero(before != self.free)
         if changed:
-            under_load = problem.approach is None
             self._cells = FreeCells(
-                self._bodies.single, self._inverses, self.free, under_load=under_load
+                self._bodies.single, self._inverses, self.free, problem.approach is None
             )
         # While many cells still change sides it does not pay to solve for them exactly; what the
         # caller started from has most of them right.
@@ -429,23 +425,12 @@ class FreeCells:
 
         (K + diag c) s = r − α   on the free cells,
 
-    of no load in sum, or with α = 0 at a given approach. M is the `preconditioner`.
-
-    Attributes
-    ----------
-    uniform
-        M 1: the pressure under which the free cells sink alike, nearly.
-    uniform_sum
-        Its sum.
+    of no load in sum, or with α = 0 at a given approach. M is the `preconditioner`; M 1, the
+    ``uniform`` pressure, nearly lets the free cells sink alike.
     """
 
     def __init__(
-        self,
-        convolve: Convolution[Single],
-        parts: list[Part],
-        free: Mask,
-        *,
-        under_load: bool = True,
+        self, convolve: Convolution[Single], parts: list[Part], free: Mask, under_load: bool
     ) -> None:
         self._convolve, self._team = convolve, convolve.team
         self._inside = self._team.cellwise(np.float32, free, dtype=np.float32)
