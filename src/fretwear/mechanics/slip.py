@@ -64,18 +64,12 @@ class SlipModel(Part):
     follows_shape: ClassVar[bool] = False  # whether plastic flow changes the reduced contact
 
     def reduced(
-        self,
-        problem: WearProblem,
-        half_space: HalfSpace,
-        shape: Array,
-        sliding: Sliding | None = None,
-        start: ReducedContact | None = None,
-        tolerance: float = 1e-8,
+        self, problem: WearProblem, half_space: HalfSpace, shape: Array, *more: Any, **named: Any
     ) -> ReducedContact:
         """The reduced contact of a shape, m.
 
-        ``sliding`` is the condition on it, None that of the unworn contact; ``start`` is a first
-        guess; ``tolerance`` is that of `solve_contact`.
+        More arguments are ``sliding``, the condition on it, None for that of the unworn contact; a
+        first guess ``start``; and ``tolerance``, that of `solve_contact`.
         """
         raise NotImplementedError
 
@@ -241,17 +235,13 @@ def contact_under(
         if not missed.any():
             break
         held, start = held | missed, pressure
-    # Noise in the stick zone would grow with wear like exp(β∫p dN), so the gap is exactly zero
-    # there.
+    # Noise in the stick zone would grow with wear like exp(β∫p dN): there the gap is exactly zero.
     gap = cellwise(lambda p, gap: np.where(p > 0, 0.0, np.maximum(gap, 0.0)), pressure, gap)
-    if load is not None:
-        return ReducedContact(pressure, gap, found.approach, float(load), convolutions)
-    response = None
-    if found.stiffness is not None:
+    carried, response = geometry.integral(pressure) if load is None else float(load), None
+    if load is None and found.stiffness is not None:
         response = half_space.displacement(found.stiffness) - 1.0
         response[pressure > 0] = 0.0
         response /= 1.0 + flexibility * geometry.integral(found.stiffness)
-    carried = geometry.integral(pressure)
     return ReducedContact(pressure, gap, found.approach, carried, convolutions, response)
 
 
