@@ -226,15 +226,6 @@ def test_nothing_elsewhere_is_read_emptied_or_written_to(tmp_path, precious, how
         safe.read_data(precious, 3)
 
 
-def test_results_hold_no_links(tmp_path, precious):
-    results = tmp_path / "results" / "demo"
-    assert safe.why_leading_out(results, results.parent) == ""
-    deep = results / "logs" / "simulate" / "a.log"
-    point_to(deep, precious, "link")
-    for root in (None, results.parent):
-        assert safe.why_leading_out(results, root).startswith(f"{deep}: is a link that leads to")
-
-
 class AskedError(Exception):
     """What the handlers of these tests raise."""
 
