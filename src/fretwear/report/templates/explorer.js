@@ -224,7 +224,8 @@
       (ownScale.checked ? [data.view.fields[name][snapshot]] : data.view.fields[name]).flat(2));
     const common = { showgrid: false, nticks: 5, constrain: "domain" };
     const y = axis(words.y.label, { ...common, scaleanchor: "x" });
-    const layout = panels(width + 36, axis(words.x.label, common), [y]);
+    const margin = { l: 66, r: 12, t: 70, b: 44, autoexpand: false };
+    const layout = panels(width + 36, axis(words.x.label, common), [y], { margin });
     const data = [{
       type: "heatmap", x: places(view.x), y: places(view.y), z: view.fields[name][snapshot], name: `${key} ${name}`,
       zmin: 0, zmax: largest(all) || 1, colorscale: DEPTHS,
@@ -266,7 +267,8 @@
       const below = lower && start > 0.5 * other;
       if (names.length > 1) annotations.push({
         x: position(0), y: start, xref: "x", yref: "y", text: words[name].words.split(" ")[0],
-        showarrow: false, font: small, xanchor: "left", yanchor: below ? "top" : "bottom", xshift: 8, yshift: below ? -2 : 2,
+        showarrow: false, font: small, xanchor: "left", xshift: 8,
+        yanchor: below ? "top" : "bottom", yshift: below ? -2 : 2,
       });
       return shown.flatMap(({ key, snapshot, data: { history, cycles, numbers } }) => {
         const color = colors[key];
