@@ -36,6 +36,7 @@ def _no_settings(monkeypatch):
     """What the environment may say about colours and logs is not what is tested."""
     for name in ("NO_COLOR", "FORCE_COLOR", "FRETWEAR_LOG_FORMAT"):
         monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr("typer.rich_utils.FORCE_TERMINAL", None)  # typer looked for them too
 
 
 @pytest.fixture

@@ -34,18 +34,11 @@ _WORKFLOW = "Steps of the workflow"
 
 
 class _Help(_Base):
-    """Help that shows no types of flags, no braces, and colours on terminals only."""
+    """Help that shows no types of flags and no braces."""
 
     def collect_usage_pieces(self, ctx: Any) -> list[str]:
         """Return the words of the usage line; nobody should type a brace."""
         return [piece.strip("{}") for piece in super().collect_usage_pieces(ctx)]
-
-    def format_help(self, ctx: Any, formatter: Any) -> None:
-        """Print the help; typer would colour it wherever GitHub runs it."""
-        from typer import rich_utils
-
-        rich_utils.FORCE_TERMINAL = True if os.environ.get("FORCE_COLOR") else None
-        super().format_help(ctx, formatter)
 
     def get_params(self, ctx: Any) -> list[Any]:
         """Return all parameters, ``--help`` included."""
