@@ -43,31 +43,17 @@ class SmallStudy(NamedTuple):
     cases: Path
 
 
-class DrawnText(NamedTuple):
-    words: str
-    box: Bbox
-
-
 class _Recorder(RendererAgg):
-    """A renderer that notes the texts that pass through it."""
+    """A renderer that notes the texts that pass through it, with their boxes."""
 
     def __init__(self, figure):
         super().__init__(figure.bbox.width, figure.bbox.height, figure.dpi)
-        self.drawn: dict[int, DrawnText] = {}
+        self.drawn: dict[int, tuple[str, Bbox]] = {}
 
     def draw_text(self, gc, x, y, s, prop, angle, ismath=False, mtext=None):  # type: ignore[no-untyped-def]
         super().draw_text(gc, x, y, s, prop, angle, ismath, mtext)
-        if mtext is not None and id(mtext) not in self.drawn:
-            text = DrawnText(mtext.get_text(), mtext.get_window_extent(self))
-            self.drawn[id(mtext)] = text
-
-
-def texts(figure):
-    """Draw a figure and return every text that it shows."""
-    figure.draw_without_rendering()
-    recorder = _Recorder(figure)
-    figure.draw(recorder)
-    return list(recorder.drawn.values())
+        if mtext is not None:
+            self.drawn.setdefault(id(mtext), (mtext.get_text(), mtext.get_window_extent(self)))
 
 
 @pytest.fixture
@@ -75,17 +61,18 @@ def check_texts():
     """Check that no two texts of a figure overlap and none is cut off; return the texts."""
 
     def check(figure):
-        found = texts(figure)
+        figure.draw_without_rendering()
+        recorder, inside = _Recorder(figure), figure.bbox.padded(0.6)
+        figure.draw(recorder)
+        found = list(recorder.drawn.values())
         assert found
-        for text in found:
-            inside = figure.bbox.padded(0.6)
-            corners = [(text.box.x0, text.box.y0), (text.box.x1, text.box.y1)]
-            assert all(inside.contains(*corner) for corner in corners), f"{text} is cut off"
-        for first, second in combinations(found, 2):
-            common = Bbox.intersection(first.box, second.box)
+        for words, box in found:
+            assert all(inside.contains(*corner) for corner in box.corners()), f"{words} is cut off"
+        for (words, box), (others, other) in combinations(found, 2):
+            common = Bbox.intersection(box, other)
             touching = common is not None and min(common.width, common.height) > 0.5
-            assert not touching, f"{first.words!r} overlaps {second.words!r}"
-        return [text.words for text in found]
+            assert not touching, f"{words!r} overlaps {others!r}"
+        return [words for words, _ in found]
 
     return check
 

@@ -6,7 +6,7 @@ import subprocess
 import numpy as np
 import pytest
 import xarray as xr
-from PIL import Image
+from PIL import Image, ImageSequence
 from scipy import ndimage
 
 from fretwear import figures
@@ -116,8 +116,8 @@ def test_only_the_cycles_and_the_case_asked_for_are_drawn(smooth, small_study):
     with pytest.raises(ValueError, match="select one point first"):
         figures.pressure_profiles(small_study.summary)
     point = small_study.summary.isel(load=1, friction=1, roughness_amplitude=0, plastic_limit=0)
-    curves = _curves(figures.pressure_profiles(point).axes[0])
-    np.testing.assert_allclose(curves[0][1].max() / 1e3, 1.004, rtol=0.01)
+    (_, pressure), *_ = _curves(figures.pressure_profiles(point).axes[0])
+    assert pressure.max() / 1e3 == pytest.approx(1.004, rel=0.01)
 
 
 def test_panels_have_one_case_each_and_one_key_to_the_cycles(smooth, rough, check_texts):
@@ -129,37 +129,31 @@ def test_panels_have_one_case_each_and_one_key_to_the_cycles(smooth, rough, chec
     assert words.count("x (µm)") == 2
 
 
-def _marks_above(axes):
-    return sum(line.get_label() == "_above" for line in axes.get_lines())
-
-
 def test_the_endless_peak_of_elastic_bodies_is_cut_and_marked(smooth):
     steep = smooth.copy(deep=True)
     steep["pressure"][-1, 20] = 30.0 * float(smooth["pressure"][0].max())
-    for case, marked in ((steep, 1), (steep.assign_coords(plastic_limit=1e12), 0)):
-        axes = figures.pressure_profiles(case).axes[0]
+    for case, cycles, is_marked in (
+        (steep, None, True),
+        (steep.assign_coords(plastic_limit=1e12), None, False),
+        (steep, [1000], False),
+    ):
+        axes = figures.pressure_profiles(case, cycles).axes[0]
         highest = float(case["pressure"].isel(y=0).max()) / 1e6
-        assert _marks_above(axes) == marked
-        assert (axes.get_ylim()[1] < highest) == bool(marked)
-    alone = figures.pressure_profiles(steep, cycles=[1000]).axes[0]
-    assert _marks_above(alone) == 0
+        assert ("_above" in [line.get_label() for line in axes.get_lines()]) is is_marked
+        assert bool(axes.get_ylim()[1] < highest) is is_marked
 
 
 def test_the_map_is_the_last_scar_mirrored_with_circles_for_edges(smooth):
-    scar = take_wear_map(smooth, None)
-    quarter = smooth["wear_depth"].isel(cycle=-1).values
-    half = quarter.shape[0]
-    np.testing.assert_array_equal(scar.depth[half:, half:], quarter)
-    np.testing.assert_array_equal(scar.depth, scar.depth[::-1])
-    np.testing.assert_array_equal(scar.depth, scar.depth[:, ::-1])
+    scar, last = take_wear_map(smooth, None), smooth.isel(cycle=-1)
+    half = last.sizes["x"]
+    np.testing.assert_array_equal(scar.depth[half:, half:], last["wear_depth"].values)
+    for mirrored_depth in (scar.depth[::-1], scar.depth[:, ::-1]):
+        np.testing.assert_array_equal(scar.depth, mirrored_depth)
     np.testing.assert_array_equal(scar.x, -scar.x[::-1])
-    cell = float(smooth["cell_x"])
-    last = smooth.isel(cycle=-1)
     for edge, name in ((scar.contact_edge, "contact"), (scar.stick_edge, "stick")):
-        radii = np.hypot(*edge.T)
-        expected = float(last[f"{name}_half_width_x"])
+        away = np.hypot(*edge.T) - float(last[f"{name}_half_width_x"])
         # The half-widths along x and y are interpolated inside the cells, each on its own.
-        assert np.abs(radii - expected).max() < 0.1 * cell
+        assert np.abs(away).max() < 0.1 * float(smooth["cell_x"])
 
 
 def test_every_spot_of_a_rough_contact_has_its_own_edge(rough):
@@ -178,10 +172,9 @@ def test_every_spot_of_a_rough_contact_has_its_own_edge(rough):
 
 def test_scars_of_very_different_depths_and_widths_are_all_seen(smooth):
     shallow = smooth.assign(wear_depth=0.1 * smooth["wear_depth"])
-    figure = figures.compare_wear_maps({"deep": smooth, "shallow": shallow})
-    shades = [axes.get_images()[0].get_array().max() for axes in figure.axes if axes.get_images()]
-    norm = figure.axes[0].get_images()[0].norm
-    assert norm(shades[1]) == pytest.approx(np.sqrt(0.1), rel=1e-3)
+    deep, flat, _ = figures.compare_wear_maps({"deep": smooth, "shallow": shallow}).axes
+    norm = deep.get_images()[0].norm
+    assert norm(flat.get_images()[0].get_array().max()) == pytest.approx(np.sqrt(0.1), rel=1e-3)
     alike = figures.compare_wear_maps({"one": smooth, "other": smooth})
     scale = alike.axes[0].get_images()[0].norm
     assert scale(0.5 * scale.vmax) == pytest.approx(0.5)
@@ -227,10 +220,8 @@ def test_the_image_is_to_scale_and_says_its_units(rough, check_texts):
 
 
 def test_panels_share_one_scale_of_depth_also_with_an_unworn_surface(smooth, rough, check_texts):
-    cases = {"smooth": smooth, "rough": rough, "more": rough}
-    figure = figures.compare_wear_maps(cases)
-    limits = {axes.get_images()[0].get_clim() for axes in figure.axes if axes.get_images()}
-    assert len(limits) == 1
+    figure = figures.compare_wear_maps({"smooth": smooth, "rough": rough, "more": rough})
+    assert len({axes.get_images()[0].get_clim() for axes in figure.axes if axes.get_images()}) == 1
     check_texts(figure)
     check_texts(figures.wear_map(smooth, cycle=0))
     with pytest.raises(ValueError, match=r"no snapshot at \[7\].*\[0, 1, 10, 100, 1000\]"):
@@ -240,20 +231,17 @@ def test_panels_share_one_scale_of_depth_also_with_an_unworn_surface(smooth, rou
 def test_curves_are_the_heights_of_the_roughness_less_what_is_lost(rough, check_texts):
     figure = figures.bearing_area(rough)
     (axes,) = figure.axes
-    first, last = (line.get_xydata().T for line in axes.get_lines())
-    for share, height in (first, last):
-        assert (np.diff(share) > 0.0).all()
-        assert (np.diff(height) <= 0.0).all()
-    assert first[1].mean() == pytest.approx(0.0, abs=1e-6 * first[1].max())
+    (share, first), (_, last) = (line.get_xydata().T for line in axes.get_lines())
+    assert (np.diff(share) > 0.0).all()
+    assert (np.diff([first, last]) <= 0.0).all()
+    assert first.mean() == pytest.approx(0.0, abs=1e-6 * first.max())
     size = {"nm": 1e9, "µm": 1e6}[axes.get_ylabel().split("(")[1].rstrip(")")]
     # The waves are symmetric about their mean: 0.3 µm up and down.
-    assert first[1].max() == pytest.approx(0.3e-6 * size, rel=0.05)
-    x, y = rough.x.values[:, None], rough.y.values[None, :]
-    at_last = rough.isel(cycle=-1)
-    half_widths = at_last.contact_half_width_x.item(), at_last.contact_half_width_y.item()
-    inside = np.hypot(x / half_widths[0], y / half_widths[1]) <= 1.0
-    lost = (at_last.wear_depth + at_last.plastic_depth).values[inside]
-    assert first[1].mean() - last[1].mean() == pytest.approx(size * lost.mean(), rel=1e-4)
+    assert first.max() == pytest.approx(0.3e-6 * size, rel=0.05)
+    end = rough.isel(cycle=-1)
+    inside = np.hypot(end.x / end.contact_half_width_x, end.y / end.contact_half_width_y) <= 1.0
+    lost = float((end.wear_depth + end.plastic_depth).where(inside).mean())
+    assert first.mean() - last.mean() == pytest.approx(size * lost, rel=1e-4)
     assert {"cycle 0", "cycle 1000"} <= set(check_texts(figure))
 
 
@@ -271,30 +259,23 @@ def test_cases_are_compared_on_one_scale_of_heights(rough, check_texts, smooth):
 CYCLES = (0, 1, 10, 100, 1000)
 
 
-def _curve(figure, label):
-    lines = [line for axes in figure.axes for line in axes.get_lines()]
-    line = next(line for line in lines if line.get_label() == label)
-    return line.get_xdata(), line.get_ydata()
-
-
 def test_every_picture_is_a_snapshot_on_the_whole_contact(rough, check_texts):
     animation = figures.animation(rough)
     assert animation.cycles == CYCLES
     limits = []
     for cycle in CYCLES:
-        figure = animation.show(cycle)
+        figure, case = animation.show(cycle), rough.sel(cycle=cycle)
         words = check_texts(figure)
         assert any(text.startswith(f"Cycle {cycle} ") for text in words)
         assert {"stick", "slip", "open", "Pressure (MPa)", "Wear depth (µm)"} <= set(words)
-        x, pressure = _curve(figure, "Pressure")
-        half = rough["pressure"].sel(cycle=cycle).isel(y=0).values / 1e6
+        lines = {line.get_label(): line for axes in figure.axes for line in axes.get_lines()}
+        x, pressure = lines["Pressure"].get_data()
+        half = case["pressure"].isel(y=0).values / 1e6
         np.testing.assert_allclose(pressure, np.concatenate([half[::-1], half]), rtol=1e-6)
         np.testing.assert_allclose(x, -x[::-1])
         zones = figure.axes[1].get_images()[0].get_array()
-        np.testing.assert_array_equal(
-            zones[zones.shape[0] // 2 :, zones.shape[1] // 2 :],
-            rough["contact_state"].sel(cycle=cycle).values.T,
-        )
+        quarter = zones[zones.shape[0] // 2 :, zones.shape[1] // 2 :]
+        np.testing.assert_array_equal(quarter, case["contact_state"].values.T)
         limits.append([(axes.get_xlim(), axes.get_ylim()) for axes in figure.axes])
     assert all(other == limits[0] for other in limits)
 
@@ -307,29 +288,22 @@ def test_a_gif_has_one_picture_a_snapshot_and_rests_at_the_end(smooth_run, tmp_p
     )
     assert seen == [(number, 5) for number in range(1, 6)]
     with Image.open(path) as film:
-        assert film.n_frames == 5
         assert film.info["loop"] == 0
         assert film.width == pytest.approx(190 / 25.4 * 60, abs=1)
-        durations = []
-        for number in range(film.n_frames):
-            film.seek(number)
-            durations.append(film.info["duration"])
+        durations = [picture.info["duration"] for picture in ImageSequence.Iterator(film)]
     assert durations == pytest.approx([1000 * n for n in animation.seconds], abs=10)
     assert durations[-1] == max(durations)
 
 
 def test_snapshots_far_apart_are_shown_longer_and_cycles_for_a_smooth_film_are_whole():
-    seconds = durations([0, 10, 20, 1000])
-    assert seconds[0] > seconds[1]
-    assert seconds[2] > seconds[1]
-    assert seconds[3] == max(seconds)
-    for last in (1, 50, 7000, 30000):
-        cycles = well_spaced_cycles(last)
-        assert cycles[0] == 0
-        assert cycles[-1] == last
+    first, second, third, last = durations([0, 10, 20, 1000])
+    assert second < min(first, third) <= max(first, third) < last
+    for end in (1, 50, 7000, 30000):
+        cycles = well_spaced_cycles(end)
+        assert (cycles[0], cycles[-1]) == (0, end)
         assert all(isinstance(cycle, int) for cycle in cycles)
         assert cycles == sorted(set(cycles))
-    assert 25 <= len(well_spaced_cycles(30000)) <= 32
+    assert 25 <= len(cycles) <= 32
 
 
 def test_other_snapshots_and_films_are_refused_and_without_ffmpeg_a_gif_is_offered(
@@ -425,7 +399,7 @@ def test_the_envelope_goes_through_the_peaks_whatever_their_phase(phase):
     np.testing.assert_allclose(envelope[inside], 2.0 * SLOW[inside], rtol=0.02)
 
 
-def test_envelope_and_mean_are_those_of_a_profile_without_waves():
+def test_an_envelope_is_that_of_a_profile_without_waves():
     # At most the slope of the profile times a wavelength lies between two of its knots.
     inside = X < 60.0
     envelope = peak_envelope(X, SLOW, WAVELENGTH)
@@ -433,9 +407,10 @@ def test_envelope_and_mean_are_those_of_a_profile_without_waves():
     values = np.where(X > 50.0, 1.0 + np.cos(2.0 * np.pi * X / WAVELENGTH), 0.0)
     envelope = peak_envelope(X, values, WAVELENGTH)
     assert (envelope[X < 50.0 - 1.5 * WAVELENGTH] == 0.0).all()
-    values = 3.0 + np.cos(2.0 * np.pi * X / WAVELENGTH)
-    mean = wave_mean(X, values, WAVELENGTH)
-    assert mean.shape == X.shape
+
+
+def test_the_mean_over_a_wave_leaves_none_of_it():
+    mean = wave_mean(X, 3.0 + np.cos(2.0 * np.pi * X / WAVELENGTH), WAVELENGTH)
     # A window of whole cells misses the wavelength by up to half a cell in 33: twice averaged,
     # less than 0.1 % of the wave is left.
     known = np.isfinite(mean)
@@ -448,8 +423,7 @@ def test_envelope_and_mean_are_those_of_a_profile_without_waves():
 def test_few_snapshots_are_all_shown_and_many_thinned_evenly_in_the_fourth_root():
     assert representative_cycles([1000, 0, 1]) == (0, 1, 1000)
     chosen = representative_cycles(range(10001), most=5)
-    assert chosen[0] == 0
-    assert chosen[-1] == 10000
+    assert (chosen[0], chosen[-1]) == (0, 10000)
     steps = np.diff(np.power(chosen, 0.25))
     assert steps.max() / steps.min() < 1.1
 
