@@ -36,6 +36,7 @@ from fretwear.data.safe import (
 )
 from fretwear.mechanics.contact import ContactError
 from fretwear.mechanics.integrator import WearError
+from fretwear.running.resources import require_memory
 from fretwear.running.simulate import Observer, RunRecord, Step, run
 from fretwear.running.workflow import failures, forget, log_file, record
 from fretwear.version import code_digest
@@ -261,6 +262,7 @@ def simulate_to_file(
     process has come to compute it, a MemoryError if there is no room for it.
     """
     started = time.monotonic()
+    require_memory(case)
 
     def warn(doubt: str) -> None:
         tell(f"warning: {doubt}")

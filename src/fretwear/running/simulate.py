@@ -136,6 +136,8 @@ def simulate(
         example = "fretwear.Case(load='50 N', ...)"
         raise TypeError(f"simulate() takes a case, {example}, not a {type(case).__name__}.")
 
+    require_memory(case)
+
     def warn(doubt: str) -> None:
         warnings.warn(doubt, DoubtfulResultWarning, stacklevel=4)
 
@@ -171,7 +173,6 @@ def run(
     A twin on wider cells runs alongside, from which errors are estimated. It is not stored in
     checkpoints: a resumed run starts its twin anew.
     """
-    require_memory(case)
     record, before = record or RunRecord(), doubts(case)
     for doubt in before:
         warn(str(doubt))
