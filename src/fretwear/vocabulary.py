@@ -172,10 +172,9 @@ convolutions   | 1 | | | convolutions spent on the step | int32 |
 )
 
 
-FIELDS: tuple[Field, ...] = (
-    *_rows(
-        Field,
-        """
+*_FIELDS, _INDENTER, _FLAT = _rows(
+    Field,
+    r"""
 pressure       | Pa | $p$ | MPa | | | normal pressure at the load P
 shear_traction | Pa | $q$ | MPa | | |
     along x at the tangential load +Q; at -Q it has the opposite sign
@@ -184,15 +183,21 @@ slip           | m  | $s$ |     | slip amplitude | |
 wear_depth     | m  | $w$ | µm  | | | of both bodies together since cycle 0
 wear_rate      | m  |     |     | wear depth per cycle | | in the cycle that begins here
 plastic_depth  | m  |     |     | | | permanent sinking since cycle 0
+wear_depth_indenter | m | $w_\mathrm{indenter}$ | µm | wear depth of the indenter || since cycle 0
+wear_depth_flat | m | $w_\mathrm{flat}$ | µm | wear depth of the flat || since cycle 0
 """,
-    ),
+)
+FIELDS: tuple[Field, ...] = (
+    *_FIELDS,
     Field("gap", "m", "$g$", "between the surfaces at the load P", MICROMETRE, outside=math.nan),
     Field(
         "contact_state", "", words="state of the contact", dtype="int8", flags=tuple(ContactState)
     ),
 )
+BODY_FIELDS = (_INDENTER, _FLAT)
+"""Fields where the wear coefficients of both bodies are known."""
 
-SCALARS = _rows(
+_SCALARS = _rows(
     Variable,
     r"""
 approach                | m  | $δ$   | µm | | | of the bodies
@@ -224,8 +229,12 @@ wear_volume             | m3 | $V$    | | | log | of both bodies since cycle 0
 maximum_wear_depth      | m  | $w_\mathrm{max}$ | | | | of both bodies together since cycle 0
 plastic_volume          | m3 |        | | | | displaced since cycle 0
 dissipated_energy       | J  | $E_\mathrm{d}$ | | dissipated energy per cycle | log |
+wear_volume_indenter | m3 | $V_\mathrm{indenter}$ || wear volume of the indenter | log |
+    since cycle 0
+wear_volume_flat | m3 | $V_\mathrm{flat}$ || wear volume of the flat | log | since cycle 0
 """,
 )
+SCALARS, BODY_SCALARS = _SCALARS[:-2], _SCALARS[-2:]
 
 AT_SNAPSHOTS = ("sliding_criterion",)
 """Scalars that the history of all steps lacks: they take contacts of their own."""
@@ -235,24 +244,6 @@ def of_steps(scalars: Iterable[Variable]) -> tuple[Variable, ...]:
     """Return those scalars that are known at every step."""
     return tuple(scalar for scalar in scalars if scalar.name not in AT_SNAPSHOTS)
 
-
-BODY_FIELDS = _rows(
-    Field,
-    r"""
-wear_depth_indenter | m | $w_\mathrm{indenter}$ | µm | wear depth of the indenter || since cycle 0
-wear_depth_flat | m | $w_\mathrm{flat}$ | µm | wear depth of the flat || since cycle 0
-""",
-)
-"""Fields where the wear coefficients of both bodies are known."""
-
-BODY_SCALARS = _rows(
-    Variable,
-    r"""
-wear_volume_indenter | m3 | $V_\mathrm{indenter}$ || wear volume of the indenter | log |
-    since cycle 0
-wear_volume_flat | m3 | $V_\mathrm{flat}$ || wear volume of the flat | log | since cycle 0
-""",
-)
 
 LOOP = _rows(
     Variable,

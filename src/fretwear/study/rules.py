@@ -260,12 +260,9 @@ def _contact_is_small(case: Case) -> Iterator[Problem]:
 def _plastic_limit_carries_load(case: Case) -> Iterator[Problem]:
     """The capped pressure must carry P on a contact that half-space theory can describe.
 
-    Neither elastic wear nor the cap itself bounds the contact: where the pressure is at the
-    limit the sphere sinks, and a softer body just ends with a larger contact.  What ends the
-    growth is the theory.  A contact of radius r carries at most p_lim·πr², so carrying P takes
-    a radius of at least √(P/(π p_lim)), which must not exceed `GREATEST_CONTACT`·R.  Wear
-    without plastic flow stays far below: for Q/(µP) up to 0.99 the contact never grows to
-    three times the Hertz radius, which has its own rule.
+    A softer body just ends with a larger contact: what ends its growth is the theory. A contact of
+    radius r carries at most p_lim·πr², so carrying P takes a radius of at least √(P/(π p_lim)),
+    which must not exceed `GREATEST_CONTACT`·R. Wear without plastic flow stays far below.
     """
     largest = GREATEST_CONTACT * case.indenter.curvature_radius
     least = case.hertz.spread_pressure(largest)
