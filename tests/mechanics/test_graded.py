@@ -86,7 +86,10 @@ def test_unworn_contact_is_that_of_cattaneo_and_mindlin(kind, ratio):
         slip, theory.slip(x), atol=2e-3 * slip[x < hertz.contact_radius].max()
     )
     pressure = state.pressure[:, 0]
-    np.testing.assert_allclose(pressure, hertz.pressure(x), atol=0.03 * hertz.peak_pressure)
+    # The cell that the edge crosses has the mean of its pressure.
+    error = np.abs(pressure - hertz.pressure(x)) / hertz.peak_pressure
+    assert error.max() < 0.03
+    assert np.partition(error, -2)[-2] < 3e-3
 
 
 @BOTH

@@ -9,13 +9,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fretwear.mechanics import integrator
 from fretwear.mechanics.contact import ContactError, ContactProblem
 from fretwear.mechanics.geometry import Workspace
 from fretwear.mechanics.integrator import Evolution, WearError, evolve, first_loading
 from fretwear.mechanics.loading import NormalLoad
 from fretwear.mechanics.materials import Archard, Coulomb
 from fretwear.mechanics.measures import measure
-from fretwear.mechanics.slip import Jaeger
+from fretwear.mechanics.slip import Jaeger, WearLayer
 from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.state import State, in_contact
 from fretwear.mechanics.surfaces import Sphere
@@ -279,6 +280,29 @@ def test_cells_that_lose_their_pressure_stop_wearing_when_they_touch(surface):
     assert (overshot - (stage.wear - base.wear))[emptied].max() > 1e-3 * HERTZ.approach
 
 
+@pytest.mark.parametrize("surface", [SMOOTH, ROUGH], ids=["smooth", "rough"])
+def test_wear_of_a_yielding_stage_is_that_of_the_flow_it_ends_with(surface, monkeypatch):
+    problem = fretting(16, roughness=surface, limit=1.3)
+    *_, base = evolve(problem, [1200], 1e-3)
+    known, nothing = 0.3 * base.pressure / P0, np.zeros(base.geometry.shape)
+    steps = Evolution(problem, base, tolerance=1e-4)
+    stage = steps.stage(base, known, 0.3 / P0, base.pressure, nothing, 1e-6)
+    assert stage.yielded
+    grew = stage.plastic > base.plastic
+    assert (stage.pressure[grew] == problem.limit).all()
+    shift = stage.source_since(base)
+    assert np.abs(shift).max() > 1e-3 * HERTZ.approach
+    whole = WearLayer(base.wear, base.reduced.gap, shift, nothing, 1.0)
+    expected = whole.displacement(known + 0.3 * stage.pressure / P0)
+    error = np.abs(stage.wear - expected)[stage.pressure > 0].sum()
+    # Sweeps stop at 0.002 of the tolerance 1e-4 of the volume, and converge by halves at least.
+    assert error <= 1e-6 * stage.wear.sum()
+    # Flow that does not settle is an error.
+    monkeypatch.setattr(integrator, "_LARGEST_SWEEPS", 1)
+    with pytest.raises(ContactError):
+        steps.stage(base, nothing, 0.3 / P0, base.pressure, nothing, 1e-6)
+
+
 @dataclass(frozen=True)
 class Reference:
     """A run, and what explicit steps make of it at 8 cells per Hertz radius."""
@@ -478,6 +502,40 @@ def test_only_dimensionless_groups_matter(factors, surface, limit, ratio):
         found, expected = getattr(two, field), getattr(one, field)
         np.testing.assert_allclose(found / hertz.approach, expected / HERTZ.approach, atol=1e-5)
     assert two.geometry.integral(two.wear) > 0
+
+
+def volume(state):
+    return state.geometry.integral(state.wear)
+
+
+def test_more_tangential_load_wears_more_and_finer_cells_change_it_ever_less():
+    ratios = (0.1, 0.3, 0.5, 0.7, 0.9)
+    assert all(np.diff([volume(final(fretting(16, load_ratio=ratio))) for ratio in ratios]) > 0)
+    volumes = [volume(final(fretting(cells, load_ratio=0.9), 1500)) for cells in (12, 24, 48)]
+    changes = np.abs(np.diff(volumes)) / volumes[-1]
+    # The stick zone, 0.46 a in radius, is made of whole cells: its rounding fades as they shrink.
+    assert changes[0] < 0.05
+    assert changes[1] < 0.02
+
+
+@pytest.mark.parametrize(
+    ("changes", "cycles"),
+    [
+        ({}, 7000),
+        ({"roughness": ROUGH}, 7000),
+        ({"limit": 2.0}, 5000),
+        ({"roughness": ROUGH, "limit": 2.5}, 4000),
+    ],
+)
+def test_a_halved_tolerance_changes_less_than_the_tolerance_promises(changes, cycles):
+    found = []
+    for tolerance in (0.01, 0.005):
+        *_, state = evolve(fretting(20, **changes), [cycles], tolerance)
+        stick = state.reduced.stick.astype(float)
+        found.append([state.geometry.integral(each) for each in (state.wear, state.plastic, stick)])
+    # 1 % is promised for a step; the sum of the steps of a run keeps below it too.
+    np.testing.assert_allclose(found[0], found[1], rtol=0.01)
+    assert (found[0][1] > 0) == ("limit" in changes)
 
 
 @pytest.mark.parametrize("limit", [np.inf, 1.4])
