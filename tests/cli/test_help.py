@@ -99,6 +99,7 @@ def test_names_of_parameters_are_offered_and_an_example_that_runs_for_the_last_o
     names = offered("run", "tiny.yaml", "--set", "")
     assert set(names) == {f"{name}=" for name in (*parameter_names(), "output.cycles", "title")}
     assert offered("run", "tiny.yaml", "--set", "lo") == ["load=", "load=50N"]
+    assert offered("run", "tiny.yaml", "--set", "tit") == ["title="]
     desk.call("plan", "tiny.yaml", "--set", "load=50N")
 
 

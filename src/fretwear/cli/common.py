@@ -83,9 +83,9 @@ def assignments(incomplete: str) -> list[str]:
     """Offer names of parameters, and an example value once only one is left."""
     from fretwear.study.parameters import parameter_names, parameter_of
 
-    names = [*parameter_names(), "output.cycles", "title"]
-    found = [name for name in names if f"{name}=".startswith(incomplete)]
-    if len(found) != 1:
+    others = ["output.cycles", "title"]
+    found = [name for name in [*parameter_names(), *others] if f"{name}=".startswith(incomplete)]
+    if len(found) != 1 or found[0] in others:
         return [f"{name}=" for name in found]
     # A space would have to be quoted; "30N" means the same as "30 N".
     example = (parameter_of(found[0]).example or "...").replace(" ", "")
