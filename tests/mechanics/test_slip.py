@@ -149,7 +149,9 @@ def integrated(wear, gap, shift, known, rate, pressure):
         # dW/dx = g*, dg*/dx = g* + dG/dx
         return [state[1], state[1] + shift / end]
 
-    return solve_ivp(slope, (0, end), [wear, gap], rtol=1e-11, atol=1e-14).y[:, -1]
+    # Errors of a small gap grow by e^x as it does: they have to be small beside the gap itself.
+    close = {"method": "DOP853", "rtol": 1e-11, "atol": 1e-22}
+    return solve_ivp(slope, (0, end), [wear, gap], **close).y[:, -1]
 
 
 @given(
@@ -161,6 +163,7 @@ def integrated(wear, gap, shift, known, rate, pressure):
     shift=st.floats(-3, 3) | st.none(),
 )
 @example(wear=1.0, gap=0.0, shift=-1.0, known=0.0, rate=1.0, pressure=1.0)
+@example(wear=0.0, gap=2.0**-24, shift=None, known=0.0, rate=3.0, pressure=3.0)
 def test_wear_of_a_stage_solves_its_equation_and_its_tangent_is_the_derivative(
     wear, gap, known, rate, pressure, shift
 ):
