@@ -278,13 +278,17 @@ print(json.dumps({
 def run_alone(cells_on_radius: float, cycles: int) -> dict:
     """Run the smooth case in a process of its own: its times, peak memory, steps and window.
 
-    The run is the whole of `fretwear.running.simulate.run`, with the snapshots that it keeps and
-    the dataset that it makes; the memory that the process holds before it is given apart. Linux
+    The run is the whole of `fretwear.running.simulate.run`, with the two snapshots that it keeps
+    and the dataset that it makes; the memory that the process holds before it is given apart. Linux
     only: it resets the high-water mark of the process.
     """
     size = study_case().hertz_radius / cells_on_radius
-    tiny = {**STUDY, "cell": "10 um", "cycles": 10}
-    case = {**STUDY, "cell": [size, size], "cycles": cycles}
+    study = {name: value for name, value in STUDY.items() if name != "radius"}
+    # The same sphere on a grid; by its own name it is computed on rings.
+    study["indenter"] = {"kind": "ellipsoid", **dict.fromkeys(("radius_x", "radius_y"), "10 mm")}
+    study["output_cycles"] = []
+    tiny = {**study, "cell": "10 um", "cycles": 10}
+    case = {**study, "cell": [size, size], "cycles": cycles}
     command = [sys.executable, "-c", _RUN, json.dumps([tiny, case])]
     done = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True)
     result = json.loads(done.stdout)
