@@ -1,8 +1,6 @@
 """The three-dimensional run against the independent solver on rings."""
 
-import csv
 import math
-from pathlib import Path
 
 from benchmarks.pages import Check, Data, Section, allowed, percent, points, table, worst
 from benchmarks.verification.problems import (
@@ -13,8 +11,7 @@ from benchmarks.verification.problems import (
     snapshots,
 )
 from matplotlib.figure import Figure
-from tests.mechanics import reference
-from tests.mechanics.problems import HERTZ, P0, A, fretting
+from tests.mechanics.problems import HERTZ, P0, A, fretting, independent
 
 from fretwear.figures.style import JournalFigure, styled
 from fretwear.theory import LimitingState
@@ -30,24 +27,11 @@ NAMES = {
 # errs most; see the section on the limiting state.
 ELASTIC = ((0.2, 330.49), (0.2, 329.95), (0.5, 220.0), (0.9, 110.0))
 CAPPED = ((0.2, 220.0), (0.5, 220.0), (0.8, 143.0), (0.9, 110.0))
-TABLE = Path(next(iter(reference.__path__))) / "smooth_wear.csv"
-
-
-def stored(ratio: float, limit: float) -> dict[float, dict[str, float]]:
-    """Values of the solver on rings at each τ, for a load ratio and a limit over p0."""
-    with TABLE.open(newline="", encoding="utf-8") as file:
-        rows = [{key: float(value) for key, value in row.items()} for row in csv.DictReader(file)]
-    return {
-        row["tau"]: row
-        for row in rows
-        if row["load_ratio"] == ratio
-        and (row["limit_ratio"] == limit or math.isclose(row["limit_ratio"], limit, rel_tol=1e-6))
-    }
 
 
 def compare(ratio: float, cells: float, limit: float) -> Data:
     """Deviations of one run at all times."""
-    reference_values = stored(ratio, limit)
+    reference_values = independent(ratio, limit)
     problem = fretting(cells, load_ratio=ratio, limit=limit)
     found = snapshots(problem, [time / TIME_PER_CYCLE for time in TIMES])
     deviations: dict[str, list[float]] = {name: [] for name in NAMES}

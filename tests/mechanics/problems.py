@@ -1,6 +1,9 @@
 """Problems that the tests of contact and wear share: the study's own, on coarse grids."""
 
+import csv
+import math
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -164,3 +167,16 @@ def near(expected: float, rel: float = 1e-6) -> object:
     The absolute one that `pytest.approx` adds, 1e-12, is more than many a value in SI units.
     """
     return pytest.approx(expected, rel=rel, abs=0.0)
+
+
+def independent(ratio: float, limit: float) -> dict[float, dict[str, float]]:
+    """What the independent solver found at each τ, for a load ratio and a limit over p0."""
+    table = Path(__file__).parent / "reference" / "smooth_wear.csv"
+    with table.open(newline="", encoding="utf-8") as file:
+        rows = [{key: float(value) for key, value in row.items()} for row in csv.DictReader(file)]
+    return {
+        row["tau"]: row
+        for row in rows
+        if row["load_ratio"] == ratio
+        and (row["limit_ratio"] == limit or math.isclose(row["limit_ratio"], limit, rel_tol=1e-6))
+    }
