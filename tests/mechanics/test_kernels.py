@@ -55,7 +55,6 @@ STAGE = ("relieved", 1.7, "known")
 CALLS = {
     "inner": ("single", "single"),
     "inner of doubles": ("double", "double"),
-    "total": ("single",),
     "largest": ("single",),
     "largest of doubles": ("double",),
     "times": ("single", "single", "single"),
@@ -90,7 +89,7 @@ CALLS = {
 
 def recover_displacement(start, tangent, pressure, shift, residual):
     found = start - residual - shift - (0.0 if tangent is None else tangent * pressure)
-    return [np.abs(found).max(), found]
+    return [np.abs(found).max(), pressure.sum(dtype=float), found]
 
 
 def add_layer(tangent, direction, force):
@@ -152,7 +151,6 @@ def wear_slope(pressure, rate, known, gap, shift, factor, _):
 
 IN_NUMPY = {
     "inner": lambda one, other: [(one * other).sum()],
-    "total": lambda field: [field.astype(float).sum()],
     "largest": lambda field: [np.abs(field).max()],
     "times": lambda field, factor, _: [field * factor],
     "project_mean": lambda d, inside, r: [((r - d) ** 2 * inside).sum(), r - d],
@@ -227,10 +225,10 @@ def test_fields_to_be_read_lie_as_they_like_and_those_to_be_written_are_taken_as
         np.testing.assert_allclose(kernels.product(one, other), expected, atol=1e-14)
     for same in (np.asfortranarray(RIGHT), wide, np.broadcast_to(RIGHT, (9, 130))):
         assert kernels.inner(ALONE, same, RIGHT) == pytest.approx((RIGHT**2).sum(), rel=1e-14)
+    step = RIGHT.astype(np.float32)
     for wrong in (RIGHT, "field", None, np.zeros(3, np.float32)):
         with pytest.raises(TypeError):
-            kernels.total(ALONE, wrong)
-    step = RIGHT.astype(np.float32)
+            kernels.update_direction(ALONE, 0.5, wrong, step)
     frozen = step.copy()
     frozen.flags.writeable = False
     for wrong in (RIGHT, step[:, ::2], np.asfortranarray(step), step.ravel(), frozen):

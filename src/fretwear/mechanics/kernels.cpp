@@ -4,9 +4,9 @@
 // Fields are contiguous and of one shape; a kernel changes only its last argument or those that its
 // comment names, and keeps none. The first argument of a call from Python is the `Team` whose threads
 // share the cells. Every kernel is a loop that the compiler turns into vector instructions, on x86-64
-// with glibc in one version for each generation of processors, chosen when the library is loaded. Sums
-// are taken over blocks of cells and the blocks added in double precision. Bounds are written so that
-// what is not a number stays so.
+// with glibc in one version for each generation of processors, chosen when the library is loaded. A
+// kernel sees one block of cells at a time, and what it returns of each is put together in double
+// precision. Bounds are written so that what is not a number stays so.
 
 #include "threads.h"
 #include "transforms.h"
@@ -41,29 +41,19 @@ static py::array_t<double> product(const Field<const double> &left,
     return result;
 }
 
-// Sum over the cells of what a function gives for each: in the precision of T within a block.
-template <class T, class F>
-INLINED static double sum_of(Index n, F term) {
-    double result = 0;
-    for (Index first = 0; first < n; first += BLOCK) {
-        const Index end = std::min(first + BLOCK, n);
-        T sum = 0;
-#pragma omp simd reduction(+ : sum)
-        for (Index i = first; i < end; i++) sum += term(i);
-        result += sum;
-    }
-    return result;
+// Compile a loop for both, whether a field is given or not.
+template <class F>
+INLINED static inline auto whether(const void *is_given, F loop) {
+    return is_given ? loop(std::true_type()) : loop(std::false_type());
 }
 
-template <class F>
-INLINED static auto largest_of(Index n, F value) {
-    std::decay_t<decltype(value(n))> largest = 0;
-#pragma omp simd reduction(max : largest)
-    for (Index i = 0; i < n; i++) {
-        const auto magnitude = std::fabs(value(i));
-        largest = magnitude > largest ? magnitude : largest;
-    }
-    return largest;
+// Sum over a block of what a function gives for each cell, in the precision of T.
+template <class T, class F>
+INLINED static inline T sum_of(Index n, F term) {
+    T sum = 0;
+#pragma omp simd reduction(+ : sum)
+    for (Index i = 0; i < n; i++) sum += term(i);
+    return sum;
 }
 
 // Sum of the products of two fields.
@@ -72,18 +62,16 @@ VECTORIZED static double inner(Index n, const T *a, const T *b) {
     return sum_of<T>(n, [=](Index i) { return a[i] * b[i]; });
 }
 
-// Sum of a field, in double precision.
-VECTORIZED static double total(Index n, const float *field) {
-    double result = 0;
-#pragma omp simd reduction(+ : result)
-    for (Index i = 0; i < n; i++) result += field[i];
-    return result;
-}
-
 // Largest magnitude in a field.
 template <class T>
 VECTORIZED static double largest(Index n, const T *field) {
-    return largest_of(n, [=](Index i) { return field[i]; });
+    T largest = 0;
+#pragma omp simd reduction(max : largest)
+    for (Index i = 0; i < n; i++) {
+        const T magnitude = std::fabs(field[i]);
+        largest = magnitude > largest ? magnitude : largest;
+    }
+    return largest;
 }
 
 // Multiply a field by another one or by a number.
@@ -126,10 +114,11 @@ VECTORIZED static void update_direction(Index n, float factor, const float *REST
 VECTORIZED static double add_layer(Index n, Maybe<float> tangent, const float *RESTRICT direction,
                                    float *RESTRICT force) {
     const float *RESTRICT layer = tangent.data;
-    if (!layer) return sum_of<float>(n, [=](Index i) { return direction[i] * force[i]; });
-    return sum_of<float>(n, [=](Index i) {
-        force[i] += layer[i] * direction[i];
-        return force[i] * direction[i];
+    return whether(layer, [=](auto layered) INLINED {
+        return sum_of<float>(n, [=](Index i) {
+            if (layered) force[i] += layer[i] * direction[i];
+            return force[i] * direction[i];
+        });
     });
 }
 
@@ -145,73 +134,66 @@ VECTORIZED static double advance(Index n, float length, const float *RESTRICT di
 }
 
 // Replace a residual by the half-space displacement of the pressure that led to it: the residual at the
-// start, minus this one, a shift and the part of the tangent. Return its largest magnitude.
-VECTORIZED static float recover_displacement(Index n, const float *RESTRICT start,
-                                             Maybe<float> tangent, const float *RESTRICT pressure,
-                                             float shift, float *RESTRICT residual) {
+// start, minus this one, a shift and the part of the tangent. Return its largest magnitude and the sum
+// of the pressure.
+VECTORIZED static std::array<double, 2> recover_displacement(
+    Index n, const float *RESTRICT start, Maybe<float> tangent, const float *RESTRICT pressure,
+    float shift, float *RESTRICT residual) {
     const float *RESTRICT layer = tangent.data;
-    if (!layer)
-        return largest_of(n, [=](Index i) { return residual[i] = start[i] - residual[i] - shift; });
-    return largest_of(n, [=](Index i) {
-        return residual[i] = start[i] - residual[i] - shift - layer[i] * pressure[i];
+    return whether(layer, [=](auto layered) INLINED -> std::array<double, 2> {
+        float largest = 0;
+        double sum = 0;
+#pragma omp simd reduction(max : largest) reduction(+ : sum)
+        for (Index i = 0; i < n; i++) {
+            float moved = start[i] - residual[i] - shift;
+            if (layered) moved -= layer[i] * pressure[i];
+            residual[i] = moved;
+            const float magnitude = std::fabs(moved);
+            largest = magnitude > largest ? magnitude : largest;
+            sum += pressure[i];
+        }
+        return {largest, sum};
     });
 }
 
 // The active set.
-
-template <bool WEIGHTED>
-INLINED static std::array<double, 2> scaled_and_clipped(Index n, double factor, double limit,
-                                                        double rigid, const double *weight,
-                                                        double *RESTRICT pressure) {
-    double carried = 0, saturated = 0;
-    for (Index first = 0; first < n; first += BLOCK) {
-        const Index end = std::min(first + BLOCK, n);
-        double sum = 0, count = 0;
-#pragma omp simd reduction(+ : sum, count)
-        for (Index i = first; i < end; i++) {
-            const double before = pressure[i], unit = WEIGHTED ? weight[i] : 1.0;
-            double value = before * factor;
-            value = value < 0 ? 0 : value;
-            value = value > limit ? limit : value;
-            value = before >= rigid ? before : value;
-            pressure[i] = value;
-            sum += unit * value;
-            count += value >= limit ? unit : 0.0;
-        }
-        carried += sum;
-        saturated += count;
-    }
-    return {carried, saturated};
-}
 
 // Scale a pressure and clip it to 0 … `limit`, except on cells at `rigid` or above; return the weighted
 // sums of the pressure and of the cells at the limit.
 VECTORIZED static std::array<double, 2> scale_and_clip(Index n, double factor, double limit,
                                                        double rigid, Maybe<double> weights,
                                                        double *RESTRICT pressure) {
-    return weights.data ? scaled_and_clipped<true>(n, factor, limit, rigid, weights.data, pressure)
-                        : scaled_and_clipped<false>(n, factor, limit, rigid, nullptr, pressure);
+    const double *RESTRICT weight = weights.data;
+    return whether(weight, [=](auto weighted) INLINED -> std::array<double, 2> {
+        double carried = 0, saturated = 0;
+#pragma omp simd reduction(+ : carried, saturated)
+        for (Index i = 0; i < n; i++) {
+            const double before = pressure[i], unit = weighted ? weight[i] : 1.0;
+            double value = before * factor;
+            value = value < 0 ? 0 : value;
+            value = value > limit ? limit : value;
+            value = before >= rigid ? before : value;
+            pressure[i] = value;
+            carried += unit * value;
+            saturated += value >= limit ? unit : 0.0;
+        }
+        return {carried, saturated};
+    });
 }
 
 // Sum of separations and count of cells with 0 < p < `limit`; largest displacement of all.
 VECTORIZED static std::array<double, 3> level(Index n, double limit, const double *RESTRICT separation,
                                               const double *RESTRICT displacement,
                                               const double *RESTRICT pressure) {
-    double free_sum = 0, free_count = 0, highest = -INFINITE;
-    for (Index first = 0; first < n; first += BLOCK) {
-        const Index end = std::min(first + BLOCK, n);
-        double sum = 0, count = 0;
+    double sum = 0, count = 0, highest = -INFINITE;
 #pragma omp simd reduction(+ : sum, count) reduction(max : highest)
-        for (Index i = first; i < end; i++) {
-            const double free = (pressure[i] > 0) & (pressure[i] < limit) ? 1.0 : 0.0;
-            sum += free * separation[i];
-            count += free;
-            highest = displacement[i] > highest ? displacement[i] : highest;
-        }
-        free_sum += sum;
-        free_count += count;
+    for (Index i = 0; i < n; i++) {
+        const double free = (pressure[i] > 0) & (pressure[i] < limit) ? 1.0 : 0.0;
+        sum += free * separation[i];
+        count += free;
+        highest = displacement[i] > highest ? displacement[i] : highest;
     }
-    return {free_sum, free_count, highest};
+    return {sum, count, highest};
 }
 
 // Gap of a pressure, and the cells to free: those between the bounds, those at zero that interpenetrate
@@ -222,25 +204,20 @@ VECTORIZED static std::array<double, 2> evaluate(Index n, const double *RESTRICT
                                                  const double *RESTRICT pressure, double limit,
                                                  double approach, double slack, double *RESTRICT gap,
                                                  bool *RESTRICT to_be_free) {
-    double worst = 0, all = 0;
-    for (Index first = 0; first < n; first += BLOCK) {
-        const Index end = std::min(first + BLOCK, n);
-        double sum = 0;
+    double worst = 0, sum = 0;
 #pragma omp simd reduction(+ : sum) reduction(max : worst)
-        for (Index i = first; i < end; i++) {
-            const double value = separation[i] - approach;
-            gap[i] = value;
-            sum += value;
-            double violation = pressure[i] >= limit ? value : std::fabs(value);
-            violation = pressure[i] > 0 ? violation : -value;
-            worst = violation > worst ? violation : worst;
-            const bool open = pressure[i] <= 0, saturated = pressure[i] >= limit;
-            const bool closes = value < -slack, parts = value > slack;
-            to_be_free[i] = (open & closes) | (saturated & parts) | !(open | saturated);
-        }
-        all += sum;
+    for (Index i = 0; i < n; i++) {
+        const double value = separation[i] - approach;
+        gap[i] = value;
+        sum += value;
+        double violation = pressure[i] >= limit ? value : std::fabs(value);
+        violation = pressure[i] > 0 ? violation : -value;
+        worst = violation > worst ? violation : worst;
+        const bool open = pressure[i] <= 0, saturated = pressure[i] >= limit;
+        const bool closes = value < -slack, parts = value > slack;
+        to_be_free[i] = (open & closes) | (saturated & parts) | !(open | saturated);
     }
-    return {worst, all};
+    return {worst, sum};
 }
 
 // The step `found` in some unit, minus a part of a uniform one. Return the lowest and highest pressure
@@ -251,19 +228,14 @@ VECTORIZED static std::array<double, 3> scale_step(Index n, const double *RESTRI
                                                    const float *RESTRICT uniform, double share,
                                                    double *RESTRICT step) {
     double lowest = INFINITE, highest = -INFINITE, along = 0;
-    for (Index first = 0; first < n; first += BLOCK) {
-        const Index end = std::min(first + BLOCK, n);
-        double sum = 0;
-#pragma omp simd reduction(+ : sum) reduction(min : lowest) reduction(max : highest)
-        for (Index i = first; i < end; i++) {
-            const double value = found[i] * unit - uniform[i] * share;
-            step[i] = value;
-            const double target = pressure[i] + value;
-            lowest = target < lowest ? target : lowest;
-            highest = target > highest ? target : highest;
-            sum += value * gap[i];
-        }
-        along += sum;
+#pragma omp simd reduction(+ : along) reduction(min : lowest) reduction(max : highest)
+    for (Index i = 0; i < n; i++) {
+        const double value = found[i] * unit - uniform[i] * share;
+        step[i] = value;
+        const double target = pressure[i] + value;
+        lowest = target < lowest ? target : lowest;
+        highest = target > highest ? target : highest;
+        along += value * gap[i];
     }
     return {lowest, highest, along};
 }
@@ -291,7 +263,7 @@ VECTORIZED static void move(Index n, double fraction, const double *RESTRICT ste
 
 // eˣ − 1 as 2ᵏ (eʳ − 1) + (2ᵏ − 1) with x = k ln 2 + r and the Taylor series of eʳ − 1, |r| < 0.35:
 // good to two units in the last place, for x up to 700 in magnitude.
-INLINED static double expm1_of(double x) {
+INLINED static inline double expm1_of(double x) {
     constexpr double ROUNDING = 6755399441055744.0;  // 1.5 · 2⁵²: adding it rounds to an integer
     constexpr double LN2_HIGH = 6.93147180369123816490e-01, LN2_LOW = 1.90821492927058770002e-10;
     const double rounded = x * 1.4426950408889634 + ROUNDING;
@@ -310,7 +282,7 @@ INLINED static double expm1_of(double x) {
     return power * series + (power - 1.0);
 }
 
-INLINED static double exponent_of(double pressure, double rate, double known) {
+INLINED static inline double exponent_of(double pressure, double rate, double known) {
     const double x = rate * pressure + known;
     return x > 200.0 ? 200.0 : x;
 }
@@ -322,21 +294,18 @@ VECTORIZED static void wear(Index n, const double *RESTRICT pressure, double rat
                             const double *RESTRICT reduced_gap, Maybe<double> flow,
                             double *RESTRICT result) {
     const double *RESTRICT shift = flow.data;
-    if (shift) {
+    whether(shift, [=](auto flows) INLINED {
 #pragma omp simd
         for (Index i = 0; i < n; i++) {
-            const double x = exponent_of(pressure[i], rate, known[i]);
-            const double growth = expm1_of(x), divisor = x < 1e-12 ? 1e-12 : x;
-            const double worn = growth * reduced_gap[i] + (growth - x) / divisor * shift[i];
-            result[i] += (worn < 0 ? 0 : worn) + start[i];
+            const double x = exponent_of(pressure[i], rate, known[i]), growth = expm1_of(x);
+            double worn = growth * reduced_gap[i];
+            if (flows) {
+                worn += (growth - x) / (x < 1e-12 ? 1e-12 : x) * shift[i];
+                worn = worn < 0 ? 0 : worn;
+            }
+            result[i] += worn + start[i];
         }
-    } else {
-#pragma omp simd
-        for (Index i = 0; i < n; i++) {
-            const double x = exponent_of(pressure[i], rate, known[i]);
-            result[i] += expm1_of(x) * reduced_gap[i] + start[i];
-        }
-    }
+    });
 }
 
 // The derivative of `wear` by the exponent, times a factor, not negative. There φ' = (eˣ − φ)/x loses
@@ -346,26 +315,23 @@ VECTORIZED static void wear_slope(Index n, const double *RESTRICT pressure, doub
                                   Maybe<double> flow, double factor, float *RESTRICT result) {
     constexpr double LARGEST = 1e30, SMALL = 3e-5;
     const double *RESTRICT shift = flow.data;
-    if (shift) {
+    whether(shift, [=](auto flows) INLINED {
 #pragma omp simd
         for (Index i = 0; i < n; i++) {
             const double x = exponent_of(pressure[i], rate, known[i]);
-            const double above = x < SMALL ? SMALL : x, growth = expm1_of(above);
-            const double per_above = 1.0 / above;
-            const double phi_slope = ((above - growth) * per_above + growth) * per_above;
-            const double below = x < SMALL ? (x - SMALL) / 3.0 : 0.0;
-            double slope = (growth + 1.0) * reduced_gap[i] + (phi_slope + below) * shift[i];
-            slope = slope < 0 ? 0 : slope * factor;
+            const double above = flows && x < SMALL ? SMALL : x, growth = expm1_of(above);
+            double slope = (growth + 1.0) * reduced_gap[i];
+            if (flows) {
+                const double per_above = 1.0 / above;
+                const double phi_slope = ((above - growth) * per_above + growth) * per_above;
+                const double below = x < SMALL ? (x - SMALL) / 3.0 : 0.0;
+                slope += (phi_slope + below) * shift[i];
+                slope = slope < 0 ? 0 : slope;
+            }
+            slope *= factor;
             result[i] = static_cast<float>(slope > LARGEST ? LARGEST : slope);
         }
-    } else {
-#pragma omp simd
-        for (Index i = 0; i < n; i++) {
-            const double x = exponent_of(pressure[i], rate, known[i]);
-            const double slope = (expm1_of(x) + 1.0) * reduced_gap[i] * factor;
-            result[i] = static_cast<float>(slope > LARGEST ? LARGEST : slope);
-        }
-    }
+    });
 }
 
 PYBIND11_MODULE(kernels, module) {
@@ -384,7 +350,6 @@ PYBIND11_MODULE(kernels, module) {
     module.def("product", &product);
     bind<plus>(module, "inner", &inner<float>);
     bind<plus>(module, "inner", &inner<double>);
-    bind<plus>(module, "total", &total);
     bind<most>(module, "largest", &largest<float>);
     bind<most>(module, "largest", &largest<double>);
     bind(module, "times", &times);
@@ -394,7 +359,7 @@ PYBIND11_MODULE(kernels, module) {
     bind(module, "update_direction", &update_direction);
     bind<plus>(module, "add_layer", &add_layer);
     bind<plus>(module, "advance", &advance);
-    bind<most>(module, "recover_displacement", &recover_displacement);
+    bind<most, plus>(module, "recover_displacement", &recover_displacement);
     bind<plus, plus>(module, "scale_and_clip", &scale_and_clip);
     bind<plus, plus, most>(module, "level", &level);
     bind<most, plus>(module, "evaluate", &evaluate);

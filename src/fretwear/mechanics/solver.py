@@ -505,8 +505,8 @@ class FreeCells:
             length = energy / kernels.add_layer(team, tangent, direction, force)
             uniform = kernels.advance(team, length, direction, force, self.uniform, pressure, left)
         # The remainder on other cells is the displacement of the surface there.
-        largest = kernels.recover_displacement(team, start, tangent, pressure, alpha, left)
-        return Step(pressure, left, largest, kernels.total(team, pressure), iterations)
+        largest, missed = kernels.recover_displacement(team, start, tangent, pressure, alpha, left)
+        return Step(pressure, left, largest, missed, iterations)
 
 
 def _directly(problem: ContactProblem, start: Array, tolerance: float) -> Contact | None:

@@ -7,12 +7,12 @@ to the compiled kernels, which need no interpreter.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import lru_cache
 from hashlib import sha256
 from importlib import import_module
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,31 +28,21 @@ _digest = sha256(b"".join(source.read_bytes() for source in _sources)).hexdigest
 if _sources and kernels.source != _digest:
     raise ImportError(f"{kernels.__file__} was compiled from other sources: {_COMPILE}")
 
-_Part = TypeVar("_Part")
-_Result = TypeVar("_Result")
 # Fields of so few cells are not worth sharing, as measured. Others are done in a few equal parts:
 # between two parts a thread needs the interpreter, and may have to wait for it.
 _SMALL, _PARTS = 2**17, 4
 
 
 class Team(kernels.Threads):  # type: ignore[misc]
-    """A number of threads, including the caller's; the others start when needed."""
+    """A number of ``workers``, threads including the caller's; the others start when needed.
 
-    workers: int
+    ``each`` applies a function to each of some parts and returns the results in order; each thread
+    takes the next part as soon as it has done the last one.
+    """
 
     def for_cells(self, count: int) -> Team:
         """Who goes over a field of so many cells: one thread if it is small."""
         return self if count > _SMALL else ALONE
-
-    def each(self, function: Callable[[_Part], _Result], parts: Sequence[_Part]) -> list[_Result]:
-        """Apply a function to each of some parts; return the results in order.
-
-        Each thread takes the next part as soon as it has done the last one.
-        """
-        if self.workers < 2 or len(parts) < 2:
-            return [function(part) for part in parts]
-        results: list[_Result] = super().each(function, parts)
-        return results
 
     def cellwise(
         self,

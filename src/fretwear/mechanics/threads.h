@@ -36,7 +36,7 @@
 #define VECTORIZED
 #endif
 #define RESTRICT __restrict__
-#define INLINED inline __attribute__((always_inline))
+#define INLINED __attribute__((always_inline))
 
 namespace py = pybind11;
 
@@ -118,26 +118,31 @@ class Threads {
         for (auto &each : others) each.join();
     }
 
-    // Call a function for each of so many parts.
+    // Call a function for each of so many parts; what it throws is thrown here.
     template <class F>
     void share(Index parts, F function) {
         std::atomic<Index> next{0};
         const auto work = [&] {
             for (Index part; (part = next++) < parts;) function(part);
         };
-        parts < 2 ? work() : together(work);
+        if (parts < 2 || workers < 2) return work();
+        while (static_cast<int>(others.size()) < workers - 1) others.emplace_back([this] { serve(); });
+        job = work;
+        busy = workers - 1;
+        begin();
+        guarded();
+        await([this] { return busy == 0; });
+        if (error) std::rethrow_exception(std::exchange(error, nullptr));
     }
 
     // What a function of Python returns for each of some parts, in their order.
     py::list each(const py::function &function, const py::sequence &parts) {
         const auto number = static_cast<Index>(parts.size());
-        std::atomic<Index> next{0};
         py::list results(number);
         const py::gil_scoped_release while_others_compute;
-        together([&] {
+        share(number, [&](Index part) {
             const py::gil_scoped_acquire interpreter;
-            for (Index part; (part = next++) < number;)
-                results[part] = function(py::object(parts[part]));
+            results[part] = function(py::object(parts[part]));
         });
         return results;
     }
@@ -151,18 +156,6 @@ class Threads {
     std::atomic<int> busy{0};
     std::mutex mutex;
     std::condition_variable changed;
-
-    // Let every thread work; what one throws is thrown here.
-    template <class F>
-    void together(F work) {
-        while (static_cast<int>(others.size()) < workers - 1) others.emplace_back([this] { serve(); });
-        job = work;
-        busy = workers - 1;
-        begin();
-        guarded();
-        await([this] { return busy == 0; });
-        if (error) std::rethrow_exception(std::exchange(error, nullptr));
-    }
 
     void begin() {
         {
@@ -214,30 +207,36 @@ static double plus(double one, double other) { return one + other; }
 static double least(double one, double other) { return other < one ? other : one; }
 static double most(double one, double other) { return other > one ? other : one; }
 
-// A kernel of fields goes over them in parts, the same for however many threads; what it returns of
-// each is joined in their order.
+// A kernel is called for one block of cells after the other, in parts that threads share: the same for
+// however many threads. What it returns of each is joined in their order, the blocks of a part first.
 template <auto... JOIN, class R, class... P>
 static void bind(py::module_ &module, const char *name, R (*kernel)(Index, P...)) {
     module.def(name, [kernel](Threads &threads, const typename Argument<P>::Given &...given) {
+        using Results = std::array<double, sizeof...(JOIN)>;
         const Index n = std::max({Argument<P>::size(given, 0)...});
         require(((Argument<P>::size(given, n) == n) && ...), "fields must be of one shape");
         const Index share = n <= UNSHARED ? n : ((n - 1) / (PARTS * BLOCK) + 1) * BLOCK;
-        const Index parts = n <= UNSHARED ? 1 : (n + share - 1) / share;
-        std::vector<std::array<double, sizeof...(JOIN)>> results(parts);
+        const auto add = []([[maybe_unused]] Results &to, [[maybe_unused]] const Results &more) {
+            [[maybe_unused]] std::size_t i = 0;
+            ((to[i] = JOIN(to[i], more[i]), i++), ...);
+        };
+        std::vector<Results> results(n <= UNSHARED ? 1 : (n + share - 1) / share);
         {
             const py::gil_scoped_release while_others_compute;
-            threads.share(parts, [&](Index part) {
-                const Index first = part * share, cells = std::min(share, n - first);
-                if constexpr (std::is_void_v<R>)
-                    kernel(cells, Argument<P>::passed(given, first)...);
-                else
-                    results[part] = {kernel(cells, Argument<P>::passed(given, first)...)};
+            threads.share(results.size(), [&](Index part) {
+                const Index start = part * share, end = std::min(start + share, n);
+                for (Index first = start; first < end; first += BLOCK) {
+                    const Index cells = std::min(BLOCK, end - first);
+                    if constexpr (std::is_void_v<R>) {
+                        kernel(cells, Argument<P>::passed(given, first)...);
+                    } else {
+                        const Results found = {kernel(cells, Argument<P>::passed(given, first)...)};
+                        first == start ? void(results[part] = found) : add(results[part], found);
+                    }
+                }
             });
         }
-        for (Index part = 1; part < parts; part++) {
-            [[maybe_unused]] std::size_t i = 0;
-            ((results[0][i] = JOIN(results[0][i], results[part][i]), i++), ...);
-        }
+        for (std::size_t part = 1; part < results.size(); part++) add(results[0], results[part]);
         if constexpr (sizeof...(JOIN) == 1) return results[0][0];
         if constexpr (sizeof...(JOIN) > 1) return results[0];
     });

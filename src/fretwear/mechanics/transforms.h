@@ -24,7 +24,7 @@ struct Lines {
     alignas(32) Vector<T> re;
     alignas(32) Vector<T> im;
 
-    INLINED Lines turned(T c, T s) const { return {re * c - im * s, im * c + re * s}; }
+    INLINED inline Lines turned(T c, T s) const { return {re * c - im * s, im * c + re * s}; }
 };
 
 // The factors of a length that is a product of 2, 3 and 5, and what the transforms multiply by.
@@ -53,7 +53,7 @@ struct Plan {
 };
 
 template <Index R, class T>
-INLINED static void butterfly(Lines<T> *a) {
+INLINED static inline void butterfly(Lines<T> *a) {
     if constexpr (R == 2) {
         const Lines<T> b = a[1];
         a[1] = {a[0].re - b.re, a[0].im - b.im};
@@ -95,7 +95,7 @@ INLINED static void butterfly(Lines<T> *a) {
 
 // One factor of a transform after Stockham, which leaves the frequencies in their order.
 template <Index R, class T>
-INLINED static void pass(Index left, Index done, const std::complex<T> *turns,
+INLINED static inline void pass(Index left, Index done, const std::complex<T> *turns,
                          const Lines<T> *RESTRICT from, Lines<T> *RESTRICT to) {
     for (Index p = 0; p < left / R; p++)
         for (Index q = 0; q < done; q++) {
@@ -129,7 +129,7 @@ VECTORIZED static Lines<T> *transform(const Plan<T> &plan, Lines<T> *lines, Line
 }
 
 template <class T>
-INLINED static Vector<T> loaded(const T *from, Index count) {
+INLINED static inline Vector<T> loaded(const T *from, Index count) {
     Vector<T> result = {};
     if (count >= LANES<T>) std::memcpy(&result, from, sizeof result);
     else if (count > 0) std::memcpy(&result, from, count * sizeof(T));
@@ -137,14 +137,14 @@ INLINED static Vector<T> loaded(const T *from, Index count) {
 }
 
 template <class T>
-INLINED static void store(const Vector<T> &vector, T *to, Index count) {
+INLINED static inline void store(const Vector<T> &vector, T *to, Index count) {
     if (count >= LANES<T>) std::memcpy(to, &vector, sizeof vector);
     else if (count > 0) std::memcpy(to, &vector, count * sizeof(T));
 }
 
 // Some lanes of two vectors, by their numbers.
 template <class T, Index... L>
-INLINED static Vector<T> lanes_of(const Vector<T> &one, const Vector<T> &other) {
+INLINED static inline Vector<T> lanes_of(const Vector<T> &one, const Vector<T> &other) {
 #if defined(__clang__)
     return __builtin_shufflevector(one, other, L...);
 #else
@@ -156,7 +156,7 @@ INLINED static Vector<T> lanes_of(const Vector<T> &one, const Vector<T> &other) 
 
 // Turn rows of a square of vectors into columns: exchange its blocks, then those of each block.
 template <Index D, class T, Index... L>
-INLINED static void exchange(Vector<T> *rows, std::integer_sequence<Index, L...>) {
+INLINED static inline void swap_blocks(Vector<T> *rows, std::integer_sequence<Index, L...>) {
     constexpr Index N = sizeof...(L);
     for (Index i = 0; i < N; i++) {
         if (i & D) continue;
@@ -167,16 +167,16 @@ INLINED static void exchange(Vector<T> *rows, std::integer_sequence<Index, L...>
 }
 
 template <class T>
-INLINED static void transpose(Vector<T> *rows) {
+INLINED static inline void transpose(Vector<T> *rows) {
     constexpr auto lanes = std::make_integer_sequence<Index, LANES<T>>();
-    if constexpr (LANES<T> == 8) exchange<4, T>(rows, lanes);
-    exchange<2, T>(rows, lanes);
-    exchange<1, T>(rows, lanes);
+    if constexpr (LANES<T> == 8) swap_blocks<4, T>(rows, lanes);
+    swap_blocks<2, T>(rows, lanes);
+    swap_blocks<1, T>(rows, lanes);
 }
 
 // The transform of lines and, if asked for, that at the frequencies between: in some of four buffers.
 template <class T>
-INLINED static std::array<Lines<T> *, 4> branches(const Plan<T> &plan, Lines<T> *work, bool odd) {
+INLINED static inline std::array<Lines<T> *, 4> branches(const Plan<T> &plan, Lines<T> *work, bool odd) {
     const Index n = plan.count;
     Lines<T> *shifted = work + 2 * n;
     if (odd)
@@ -190,7 +190,7 @@ INLINED static std::array<Lines<T> *, 4> branches(const Plan<T> &plan, Lines<T> 
 
 // The inverse of both, of which the conjugates are given, but for the number of terms: conjugate, too.
 template <class T>
-INLINED static Lines<T> *joined(const Plan<T> &plan, std::array<Lines<T> *, 4> at, bool odd) {
+INLINED static inline Lines<T> *joined(const Plan<T> &plan, std::array<Lines<T> *, 4> at, bool odd) {
     Lines<T> *result = transform(plan, at[0], at[1]);
     if (!odd) return result;
     const Lines<T> *between = transform(plan, at[2], at[3]);
