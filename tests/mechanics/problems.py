@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fretwear.mechanics.contact import Accuracy, ContactProblem, Layer
-from fretwear.mechanics.geometry import Array, Even, HalfSpace, Mask
+from fretwear.mechanics.contact import Accuracy, ContactProblem, HalfSpace, Layer
+from fretwear.mechanics.geometry import Array, Even, Mask
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.loading import NormalLoad, Sliding, TangentialRatio
 from fretwear.mechanics.materials import Archard, Coulomb

@@ -18,8 +18,12 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from fretwear.mechanics.geometry import Array, HalfSpace, Mask, Single
+from fretwear.mechanics.geometry import Array, Mask, Single
+from fretwear.mechanics.geometry.dense import DenseHalfSpace
+from fretwear.mechanics.geometry.grid import GridHalfSpace
 from fretwear.mechanics.team import ALONE, Team, kernels
+
+HalfSpace = GridHalfSpace | DenseHalfSpace
 
 # Of the projected gradient: steps at most, and energies that one has to undercut.
 _LARGEST_STEPS, _MEMORY = 2000, 10

@@ -17,11 +17,11 @@ from typing import Any
 
 import numpy as np
 
-from fretwear.mechanics.geometry import Array, Geometry, Mask, Workspace
+from fretwear.mechanics.geometry import Array, Mask, Workspace
 from fretwear.mechanics.geometry.dense import Line
 from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.slip import ReducedContact, contact_under
-from fretwear.mechanics.state import State, WearProblem, in_contact
+from fretwear.mechanics.state import Geometry, State, WearProblem, in_contact
 
 # Ratio to the gap of the first cell outside above which a gap is not one of contact.
 _NO_GAP = 1e-2

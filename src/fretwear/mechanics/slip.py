@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 
-from fretwear.mechanics.contact import ContactProblem, Layer
-from fretwear.mechanics.geometry import Array, HalfSpace, Mask, Single
+from fretwear.mechanics.contact import ContactProblem, HalfSpace, Layer
+from fretwear.mechanics.geometry import Array, Mask, Single
 from fretwear.mechanics.loading import Sliding
 from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.team import ALONE, Team, kernels

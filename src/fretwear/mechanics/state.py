@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from fretwear.mechanics.contact import Contact, ContactProblem, Layer, is_finite
-from fretwear.mechanics.geometry import Array, Even, Geometry, HalfSpace, Mask, Workspace
+from fretwear.mechanics.contact import Contact, ContactProblem, HalfSpace, Layer, is_finite
+from fretwear.mechanics.geometry import Array, Even, Mask, Workspace
 from fretwear.mechanics.geometry.dense import Line
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.rings import Rings
@@ -20,6 +20,8 @@ from fretwear.mechanics.slip import ReducedContact, SlipModel
 from fretwear.mechanics.surfaces import Indenter
 from fretwear.mechanics.team import ALONE, Team
 from fretwear.theory import HertzContact, find_root
+
+Geometry = Grid | Rings | Line
 
 CONTACT_GAP = 1e-5
 """Largest gap of a cell in contact, relative to the approach.
@@ -272,7 +274,7 @@ class State(Stage):
     """The contact after a number of cycles, with everything that a later step needs."""
 
     cycle: float  #: number of cycles N; between the requested ones not an integer
-    geometry: Grid | Rings | Line  #: where the fields are given; outside, nothing has touched yet
+    geometry: Geometry  #: where the fields are given; outside, nothing has touched yet
     next_step: float  #: number of cycles that the next step should try
     pressure_rate: Array  #: how p, Pa, changed per cycle in the last step: a guess for the next one
     source_rate: Array  #: the same of G of `source_since`, m

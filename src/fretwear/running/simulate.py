@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 
 from fretwear.data.labels import Labelled, labelled_case, labelled_history, labelled_loops
 from fretwear.mechanics.contact import ContactError
-from fretwear.mechanics.geometry import Geometry, Workspace
+from fretwear.mechanics.geometry import Workspace
 from fretwear.mechanics.geometry.dense import Line
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.geometry.rings import Rings
 from fretwear.mechanics.integrator import WearError, evolve
 from fretwear.mechanics.measures import Measures, loop, measure
-from fretwear.mechanics.state import State, WearProblem, in_contact
+from fretwear.mechanics.state import Geometry, State, WearProblem, in_contact
 from fretwear.mechanics.stroke import StrokeState, slide
 from fretwear.mechanics.team import Team
 from fretwear.running.resources import require_memory

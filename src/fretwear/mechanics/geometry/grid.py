@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,9 +28,6 @@ from fretwear.mechanics.geometry import (
     Zone,
 )
 from fretwear.mechanics.team import ALONE, Team, blocks_of_rows
-
-if TYPE_CHECKING:
-    from fretwear.mechanics.state import State, WearProblem
 
 # Part of a cell that does not belong to a zone, for each of its sides on the edge of the zone.
 _OPEN_PER_SIDE = (math.pi - 1.0 + math.log(2.0)) / 24.0
@@ -65,7 +62,7 @@ class Grid:
             raise ValueError(f"{self.shape} cells are not symmetric about the origin")
 
     @classmethod
-    def first(cls, problem: WearProblem) -> Grid:
+    def first(cls, problem: Any) -> Grid:
         """The window for the first loading of a problem."""
         extent = problem.extent
         if problem.wavelengths is not None:
@@ -207,7 +204,7 @@ class Grid:
 
     # How a window grows.
 
-    def ahead_of(self, problem: WearProblem, contact: State) -> Grid:  # noqa: ARG002
+    def ahead_of(self, problem: Any, contact: Any) -> Grid:  # noqa: ARG002
         """A larger window if the next step may bring the contact to the border, or this one.
 
         A step seldom widens a contact by more than 2 %, and growing the window beforehand costs
@@ -263,7 +260,7 @@ class Grid:
         beyond_x, beyond_y = abs(wide.x) > self.extent[0], abs(wide.y) > self.extent[1]
         return bool(closed[beyond_x].any()), bool(closed[:, beyond_y].any())
 
-    def _wider(self, problem: WearProblem, approach: float) -> Grid:
+    def _wider(self, problem: Any, approach: float) -> Grid:
         """The window extended by a wavelength, as far as the surface lies below the approach."""
         wavelengths = problem.wavelengths
         if wavelengths is None:
