@@ -18,13 +18,22 @@ using Vector = typename VectorOf<T>::type;
 template <class T>
 constexpr Index LANES = 32 / sizeof(T);
 
-// A complex number of each line.
+// A complex number of each line, or a real one of each of twice as many.
 template <class T>
 struct Lines {
     alignas(32) Vector<T> re;
     alignas(32) Vector<T> im;
 
-    INLINED inline Lines turned(T c, T s) const { return {re * c - im * s, im * c + re * s}; }
+    INLINED inline Lines operator+(const Lines &b) const { return {re + b.re, im + b.im}; }
+    INLINED inline Lines operator-(const Lines &b) const { return {re - b.re, im - b.im}; }
+    INLINED inline Lines operator*(T c) const { return {re * c, im * c}; }
+    INLINED inline Lines operator*(const std::complex<T> &b) const {
+        const T c = b.real(), s = b.imag();
+        return {re * c - im * s, im * c + re * s};
+    }
+    INLINED inline Lines conjugate() const { return {re, -im}; }
+    // By a quarter, clockwise.
+    INLINED inline Lines turned() const { return {im, -re}; }
 };
 
 // The factors of a length that is a product of 2, 3 and 5, and what the transforms multiply by.
@@ -56,17 +65,14 @@ template <Index R, class T>
 INLINED static inline void butterfly(Lines<T> *a) {
     if constexpr (R == 2) {
         const Lines<T> b = a[1];
-        a[1] = {a[0].re - b.re, a[0].im - b.im};
-        a[0] = {a[0].re + b.re, a[0].im + b.im};
+        a[1] = a[0] - b;
+        a[0] = a[0] + b;
     } else if constexpr (R == 4) {
-        const Lines<T> even[2] = {{a[0].re + a[2].re, a[0].im + a[2].im},
-                                  {a[1].re + a[3].re, a[1].im + a[3].im}};
-        const Lines<T> odd[2] = {{a[0].re - a[2].re, a[0].im - a[2].im},
-                                 {a[1].re - a[3].re, a[1].im - a[3].im}};
-        a[0] = {even[0].re + even[1].re, even[0].im + even[1].im};
-        a[1] = {odd[0].re + odd[1].im, odd[0].im - odd[1].re};
-        a[2] = {even[0].re - even[1].re, even[0].im - even[1].im};
-        a[3] = {odd[0].re - odd[1].im, odd[0].im + odd[1].re};
+        const Lines<T> even[2] = {a[0] + a[2], a[1] + a[3]}, odd[2] = {a[0] - a[2], a[1] - a[3]};
+        a[0] = even[0] + even[1];
+        a[1] = odd[0] + odd[1].turned();
+        a[2] = even[0] - even[1];
+        a[3] = odd[0] - odd[1].turned();
     } else {
         // Of an odd number of terms: those of two opposite frequencies are alike but for signs.
         constexpr Index H = R / 2;
@@ -75,20 +81,19 @@ INLINED static inline void butterfly(Lines<T> *a) {
             {0.86602540378443865, 0}, {}, {0.95105651629515357, 0.58778525229247313}};
         Lines<T> sum[H], difference[H], first = a[0];
         for (Index j = 0; j < H; j++) {
-            sum[j] = {a[1 + j].re + a[R - 1 - j].re, a[1 + j].im + a[R - 1 - j].im};
-            difference[j] = {a[1 + j].re - a[R - 1 - j].re, a[1 + j].im - a[R - 1 - j].im};
-            a[0] = {a[0].re + sum[j].re, a[0].im + sum[j].im};
+            sum[j] = a[1 + j] + a[R - 1 - j];
+            difference[j] = a[1 + j] - a[R - 1 - j];
+            a[0] = a[0] + sum[j];
         }
         for (Index k = 1; k <= H; k++) {
             Lines<T> even = first, odd = {};
             for (Index j = 0; j < H; j++) {
                 const Index turns = (j + 1) * k % R, place = std::min(turns, R - turns) - 1;
-                const T c = COS[R - 3][place], s = (turns > H ? -1 : 1) * SIN[R - 3][place];
-                even = {even.re + c * sum[j].re, even.im + c * sum[j].im};
-                odd = {odd.re + s * difference[j].re, odd.im + s * difference[j].im};
+                even = even + sum[j] * COS[R - 3][place];
+                odd = odd + difference[j] * ((turns > H ? -1 : 1) * SIN[R - 3][place]);
             }
-            a[k] = {even.re + odd.im, even.im - odd.re};
-            a[R - k] = {even.re - odd.im, even.im + odd.re};
+            a[k] = even + odd.turned();
+            a[R - k] = even - odd.turned();
         }
     }
 }
@@ -103,16 +108,14 @@ INLINED static inline void pass(Index left, Index done, const std::complex<T> *t
             for (Index j = 0; j < R; j++) a[j] = from[q + done * (p + left / R * j)];
             butterfly<R>(a);
             to[q + done * R * p] = a[0];
-            for (Index k = 1; k < R; k++) {
-                const std::complex<T> by = turns[(R - 1) * p + k - 1];
-                to[q + done * (R * p + k)] = a[k].turned(by.real(), by.imag());
-            }
+            for (Index k = 1; k < R; k++)
+                to[q + done * (R * p + k)] = a[k] * turns[(R - 1) * p + k - 1];
         }
 }
 
-// The transform of some lines, which are overwritten: in one of the two buffers.
+// Transform some lines, by turns into the other buffer and back: the two are exchanged.
 template <class T>
-VECTORIZED static Lines<T> *transform(const Plan<T> &plan, Lines<T> *lines, Lines<T> *other) {
+VECTORIZED static void transform(const Plan<T> &plan, Lines<T> *&lines, Lines<T> *&other) {
     Index left = plan.count, done = 1;
     const std::complex<T> *turns = plan.turns.data();
     for (const Index factor : plan.factors) {
@@ -125,7 +128,6 @@ VECTORIZED static Lines<T> *transform(const Plan<T> &plan, Lines<T> *lines, Line
         done *= factor;
         std::swap(lines, other);
     }
-    return lines;
 }
 
 template <class T>
@@ -136,10 +138,22 @@ INLINED static inline Vector<T> loaded(const T *from, Index count) {
     return result;
 }
 
+// Two vectors of a row, of which a number of cells are left.
+template <class T>
+INLINED static inline Lines<T> loaded_pair(const T *from, Index left) {
+    return {loaded(from, left), loaded(from + LANES<T>, left - LANES<T>)};
+}
+
 template <class T>
 INLINED static inline void store(const Vector<T> &vector, T *to, Index count) {
     if (count >= LANES<T>) std::memcpy(to, &vector, sizeof vector);
     else if (count > 0) std::memcpy(to, &vector, count * sizeof(T));
+}
+
+template <class T>
+INLINED static inline void store_pair(const Lines<T> &pair, T *to, Index left) {
+    store<T>(pair.re, to, left);
+    store<T>(pair.im, to + LANES<T>, left - LANES<T>);
 }
 
 // Some lanes of two vectors, by their numbers.
@@ -149,8 +163,7 @@ INLINED static inline Vector<T> lanes_of(const Vector<T> &one, const Vector<T> &
     return __builtin_shufflevector(one, other, L...);
 #else
     using Lane = std::conditional_t<sizeof(T) == 4, std::int32_t, std::int64_t>;
-    typedef Lane Numbers __attribute__((vector_size(32)));
-    return __builtin_shuffle(one, other, Numbers{L...});
+    return __builtin_shuffle(one, other, typename VectorOf<Lane>::type{L...});
 #endif
 }
 
@@ -174,56 +187,43 @@ INLINED static inline void transpose(Vector<T> *rows) {
     swap_blocks<1, T>(rows, lanes);
 }
 
-// The transform of lines and, if asked for, that at the frequencies between: in some of four buffers.
+// The transform of lines and, if asked for, that at the frequencies between: in the first and the third
+// of four buffers.
 template <class T>
-INLINED static inline std::array<Lines<T> *, 4> branches(const Plan<T> &plan, Lines<T> *work, bool odd) {
-    const Index n = plan.count;
-    Lines<T> *shifted = work + 2 * n;
+using Buffers = std::array<Lines<T> *, 4>;
+template <class T>
+INLINED static inline void branch(const Plan<T> &plan, Buffers<T> &at, bool odd) {
     if (odd)
-        for (Index j = 0; j < n; j++)
-            shifted[j] = work[j].turned(plan.shifts[j].real(), plan.shifts[j].imag());
-    Lines<T> *even = transform(plan, work, work + n);
-    Lines<T> *between = odd ? transform(plan, shifted, work + 3 * n) : shifted;
-    return {even, even == work ? work + n : work, between,
-            between == shifted ? work + 3 * n : shifted};
+        for (Index j = 0; j < plan.count; j++) at[2][j] = at[0][j] * plan.shifts[j];
+    transform(plan, at[0], at[1]);
+    if (odd) transform(plan, at[2], at[3]);
 }
 
 // The inverse of both, of which the conjugates are given, but for the number of terms: conjugate, too.
 template <class T>
-INLINED static inline Lines<T> *joined(const Plan<T> &plan, std::array<Lines<T> *, 4> at, bool odd) {
-    Lines<T> *result = transform(plan, at[0], at[1]);
-    if (!odd) return result;
-    const Lines<T> *between = transform(plan, at[2], at[3]);
-    for (Index j = 0; j < plan.count; j++) {
-        const Lines<T> part = between[j].turned(plan.shifts[j].real(), plan.shifts[j].imag());
-        result[j] = {result[j].re + part.re, result[j].im + part.im};
-    }
-    return result;
+INLINED static inline void join(const Plan<T> &plan, Buffers<T> &at, bool odd) {
+    transform(plan, at[0], at[1]);
+    if (!odd) return;
+    transform(plan, at[2], at[3]);
+    for (Index j = 0; j < plan.count; j++) at[0][j] = at[0][j] + at[2][j] * plan.shifts[j];
 }
 
 // A field by frequency along x: the real parts in the first rows, the imaginary ones in those that
 // mirror them, both twice. Of columns from a place on, as many as two vectors have.
 template <class T>
 VECTORIZED static void into_rows(const Plan<T> &plan, Index columns, Index column, const T *field,
-                                 T *even, T *odd, Lines<T> *work) {
-    const Index n = plan.count, width = LANES<T>;
-    const Index first = columns - column, second = first - width;
-    for (Index j = 0; j < n; j++) {
-        const T *at = field + j * columns + column;
-        work[j] = {loaded(at, first), loaded(at + width, second)};
-    }
-    const auto found = branches(plan, work, odd);
-    for (Index branch = 0; branch < (odd ? 2 : 1); branch++) {
-        const Lines<T> *lines = found[2 * branch];
-        T *rows = (branch ? odd : even) + column;
-        for (Index k = 0; k <= n / 2 - branch; k++) {
-            const Index mirror = branch ? n - 1 - k : (n - k) % n;
+                                 T *even, T *odd, Buffers<T> at) {
+    const Index n = plan.count, left = columns - column;
+    for (Index j = 0; j < n; j++) at[0][j] = loaded_pair(field + j * columns + column, left);
+    branch(plan, at, odd);
+    for (Index is_odd = 0; is_odd < (odd ? 2 : 1); is_odd++) {
+        const Lines<T> *lines = at[2 * is_odd];
+        T *rows = (is_odd ? odd : even) + column;
+        for (Index k = 0; k <= n / 2 - is_odd; k++) {
+            const Index mirror = is_odd ? n - 1 - k : (n - k) % n;
             const Lines<T> one = lines[k], other = lines[mirror];
-            store<T>(one.re + other.re, rows + k * columns, first);
-            store<T>(one.im + other.im, rows + k * columns + width, second);
-            if (k == mirror) continue;
-            store<T>(one.im - other.im, rows + mirror * columns, first);
-            store<T>(other.re - one.re, rows + mirror * columns + width, second);
+            store_pair(one + other, rows + k * columns, left);
+            if (k != mirror) store_pair((one - other).turned(), rows + mirror * columns, left);
         }
     }
 }
@@ -231,37 +231,30 @@ VECTORIZED static void into_rows(const Plan<T> &plan, Index columns, Index colum
 // The inverse, of what is given once.
 template <class T>
 VECTORIZED static void from_rows(const Plan<T> &plan, Index columns, Index column, T *field,
-                                 const T *odd, Lines<T> *work) {
-    const Index n = plan.count, width = LANES<T>;
-    const Index first = columns - column, second = first - width;
-    for (Index branch = 0; branch < (odd ? 2 : 1); branch++) {
-        const T *rows = (branch ? odd : field) + column;
-        Lines<T> *lines = work + 2 * branch * n;
-        for (Index k = 0; k <= n / 2 - branch; k++) {
-            const Index mirror = branch ? n - 1 - k : (n - k) % n;
-            const Lines<T> real = {loaded(rows + k * columns, first),
-                                   loaded(rows + k * columns + width, second)};
+                                 const T *odd, Buffers<T> at) {
+    const Index n = plan.count, left = columns - column;
+    for (Index is_odd = 0; is_odd < (odd ? 2 : 1); is_odd++) {
+        const T *rows = (is_odd ? odd : field) + column;
+        Lines<T> *lines = at[2 * is_odd];
+        for (Index k = 0; k <= n / 2 - is_odd; k++) {
+            const Index mirror = is_odd ? n - 1 - k : (n - k) % n;
+            const Lines<T> real = loaded_pair(rows + k * columns, left);
             Lines<T> imaginary = {};
-            if (k != mirror)
-                imaginary = {loaded(rows + mirror * columns, first),
-                             loaded(rows + mirror * columns + width, second)};
-            lines[k] = {real.re - imaginary.im, -real.im - imaginary.re};
-            lines[mirror] = {real.re + imaginary.im, imaginary.re - real.im};
+            if (k != mirror) imaginary = loaded_pair(rows + mirror * columns, left);
+            lines[k] = (real - imaginary.turned()).conjugate();
+            lines[mirror] = (real + imaginary.turned()).conjugate();
         }
     }
-    const Lines<T> *result = joined(plan, {work, work + n, work + 2 * n, work + 3 * n}, odd);
-    for (Index j = 0; j < n; j++) {
-        T *at = field + j * columns + column;
-        store<T>(result[j].re, at, first);
-        store<T>(-result[j].im, at + width, second);
-    }
+    join(plan, at, odd);
+    for (Index j = 0; j < n; j++)
+        store_pair(at[0][j].conjugate(), field + j * columns + column, left);
 }
 
 // Multiply the transforms along y of as many lines as a vector has lanes by spectra, which are given
 // for half of the frequencies by lane.
 template <class T>
 VECTORIZED static void multiply_lines(const Plan<T> &plan, Index rows, bool is_odd, Index line,
-                                      T *field, const T *even, const T *odd, Lines<T> *work) {
+                                      T *field, const T *even, const T *odd, Buffers<T> at) {
     const Index n = plan.count, width = LANES<T>, count = rows / 2 + (is_odd ? 0 : 1);
     T *real[LANES<T>] = {}, *imaginary[LANES<T>] = {};
     for (Index l = 0; l < std::min(width, count - line); l++) {
@@ -277,22 +270,22 @@ VECTORIZED static void multiply_lines(const Plan<T> &plan, Index rows, bool is_o
         }
         transpose<T>(re);
         transpose<T>(im);
-        for (Index l = 0; l < std::min(width, n - first); l++) work[first + l] = {re[l], im[l]};
+        for (Index l = 0; l < std::min(width, n - first); l++) at[0][first + l] = {re[l], im[l]};
     }
-    const auto found = branches(plan, work, odd);
-    for (Index branch = 0; branch < (odd ? 2 : 1); branch++) {
-        const T *spectrum = branch ? odd : even;
-        Lines<T> *lines = found[2 * branch];
+    branch(plan, at, odd);
+    for (Index between = 0; between < (odd ? 2 : 1); between++) {
+        const T *spectrum = between ? odd : even;
+        Lines<T> *lines = at[2 * between];
         for (Index k = 0; k < n; k++) {
-            const Index place = std::min(k, n - branch - k);
+            const Index place = std::min(k, n - between - k);
             const Vector<T> factor = loaded(spectrum + place * width, width);
             lines[k] = {lines[k].re * factor, -lines[k].im * factor};
         }
     }
-    const Lines<T> *result = joined(plan, found, odd);
+    join(plan, at, odd);
     for (Index first = 0; first < n; first += width) {
         for (Index l = 0; l < width; l++) {
-            const Lines<T> each = first + l < n ? result[first + l] : Lines<T>{};
+            const Lines<T> each = first + l < n ? at[0][first + l] : Lines<T>{};
             re[l] = each.re;
             im[l] = -each.im;
         }
@@ -356,10 +349,11 @@ class Window {
     static Index blocks(Index count, Index size) { return (count + size - 1) / size; }
 
     // Buffers of a thread.
-    Lines<T> *room() const {
+    Buffers<T> room() const {
         thread_local std::vector<Lines<T>> lines;
-        lines.resize(std::max<std::size_t>(lines.size(), 4 * std::max(along_x.count, along_y.count)));
-        return lines.data();
+        const Index n = std::max(along_x.count, along_y.count);
+        lines.resize(std::max<std::size_t>(lines.size(), 4 * n));
+        return {&lines[0], &lines[n], &lines[2 * n], &lines[3 * n]};
     }
 };
 
