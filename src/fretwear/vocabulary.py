@@ -54,22 +54,17 @@ class Variable:
 
     name: str  # name in the dataset
     si_unit: str  # as UDUNITS reads it, ``"1"`` for a pure number, empty for flags and text
+    words: str  # what the values are: the long name, and the label of an axis
     symbol: str = ""  # in mathtext, empty where the field has none
     comment: str = ""  # what a reader has to know beyond the words
     unit: Unit | None = None  # unit for people; None: the one that suits the size of the values
-    # What the values are: the long name, and the label of an axis; left out: the name.
-    words: str = ""
     dtype: str = "float64"  # type in memory and in the file
     cf_axis: str = ""  # CF axis (``"X"`` or ``"Y"``), empty where there is none
     from_zero: bool = True  # whether a linear axis starts at zero
-    # Whether a wide range of values is shown on a logarithmic axis.
-    may_be_logarithmic: bool = False
+    may_be_logarithmic: bool = False  # on the axis of a wide range
     # Whether the value is meaningful by itself: the peak pressure of an elastic contact, that of a
     # single cell at a singularity, is not.
     is_headline: bool = True
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "words", self.words or self.name.replace("_", " "))
 
     @property
     def marked(self) -> str:
@@ -79,8 +74,8 @@ class Variable:
     @property
     def error(self) -> Variable:
         """The estimated discretisation error of this variable, in the same unit."""
-        words, comment = f"estimated error of the {self.words}", "by a run on wider cells"
-        return Variable(f"{self.name}_error", self.si_unit, "", comment, self.unit, words)
+        name, words = f"{self.name}_error", f"estimated error of the {self.words}"
+        return Variable(name, self.si_unit, words, "", "by a run on wider cells", self.unit)
 
     def in_units(self, si_unit: str) -> Variable:
         """Return this variable or its counterpart per length, whichever has the given unit."""
@@ -101,7 +96,7 @@ class Variable:
 
     @property
     def attributes(self) -> dict[str, Any]:
-        """CF attributes of the variable, flags included; empty entries are left out."""
+        """CF attributes of the variable; empty entries are left out."""
         values = {"long_name": self.words, "units": self.si_unit, "axis": self.cf_axis}
         return {key: each for key, each in {**values, "comment": self.comment}.items() if each}
 
@@ -111,46 +106,49 @@ class Field(Variable):
     """A variable on the surface, dimensions ``(cycle, x, y)``."""
 
     dtype: str = "float32"
-    # Value outside the window of a case, where the surfaces do not touch; NaN where it is not
-    # known.
+    # Outside the window of a case, where the surfaces do not touch; NaN where it is not known.
     outside: float = 0.0
-    # The values that can occur, for a field of flags; empty for a physical quantity.
-    flags: tuple[ContactState, ...] = ()
+    flags: tuple[ContactState, ...] = ()  # that can occur; empty for a physical quantity
 
     @property
     def attributes(self) -> dict[str, Any]:
-        """CF attributes of the variable, flags included; empty entries are left out."""
-        # A start without arrays does without it.
-        import numpy as np
+        """CF attributes, those of flags included."""
+        if not self.flags:
+            return super().attributes
+        import numpy as np  # a start without arrays does without it
 
-        flags = {
-            "flag_values": np.array(self.flags, dtype=self.dtype),
-            "flag_meanings": " ".join(flag.name.lower() for flag in self.flags),
-        }
-        return {**super().attributes, **(flags if self.flags else {})}
+        values = np.array(self.flags, dtype=self.dtype)
+        meanings = " ".join(flag.name.lower() for flag in self.flags)
+        return {**super().attributes, "flag_values": values, "flag_meanings": meanings}
 
 
 _V = TypeVar("_V", bound=Variable)
 _UNITS = {"": None, "1": NO_UNIT, "MPa": MEGAPASCAL, "µm": MICROMETRE, "%": PERCENT}
+_MARKS: dict[str, dict[str, Any]] = {
+    "": {},
+    "†": {"is_headline": False},
+    "log": {"may_be_logarithmic": True},
+    "free": {"from_zero": False},
+    "X": {"cf_axis": "X"},
+    "Y": {"cf_axis": "Y"},
+    "int8": {"dtype": "int8"},
+    "int32": {"dtype": "int32"},
+    "nan": {"outside": math.nan},
+    "flags": {"dtype": "int8", "flags": tuple(ContactState)},
+}
 
 
 def _rows(kind: type[_V], table: str) -> tuple[_V, ...]:
-    """Read a table of name, SI unit, symbol, unit for people, words, marks, comment.
+    """Read rows of name, SI unit, symbol, unit for people, words, mark, comment.
 
-    Marks are † for a value that means little by itself, log for one that may have a logarithmic
-    axis, free for one whose axis need not start at zero, X or Y for the axis of a coordinate, and a
-    type other than the usual. Indented lines continue a comment.
+    Indented lines continue a comment.
     """
     found = []
     for row in re.sub(r"\n +", " ", table.strip()).splitlines():
-        name, si_unit, symbol, unit, words, mark, comment = (
-            each.strip() for each in row.split("|")
-        )
-        others: dict[str, Any] = {"dtype": mark} if mark.startswith("int") else {}
-        others |= {"cf_axis": mark} if mark in ("X", "Y") else {}
-        others |= {"from_zero": mark != "free", "may_be_logarithmic": mark == "log"}
-        about = (name, si_unit, symbol, comment, _UNITS[unit], words)
-        found.append(kind(*about, is_headline=mark != "†", **others))
+        cells = (each.strip() for each in row.split("|"))
+        name, si_unit, symbol, unit, words, mark, comment = cells
+        words = words or name.replace("_", " ")
+        found.append(kind(name, si_unit, words, symbol, comment, _UNITS[unit], **_MARKS[mark]))
     return tuple(found)
 
 
@@ -172,7 +170,7 @@ convolutions   | 1 | | | convolutions spent on the step | int32 |
 )
 
 
-*_FIELDS, _INDENTER, _FLAT = _rows(
+_FIELDS = _rows(
     Field,
     r"""
 pressure       | Pa | $p$ | MPa | | | normal pressure at the load P
@@ -183,18 +181,13 @@ slip           | m  | $s$ |     | slip amplitude | |
 wear_depth     | m  | $w$ | µm  | | | of both bodies together since cycle 0
 wear_rate      | m  |     |     | wear depth per cycle | | in the cycle that begins here
 plastic_depth  | m  |     |     | | | permanent sinking since cycle 0
+gap            | m  | $g$ | µm  | | nan | between the surfaces at the load P
+contact_state  |    |     |     | state of the contact | flags |
 wear_depth_indenter | m | $w_\mathrm{indenter}$ | µm | wear depth of the indenter || since cycle 0
 wear_depth_flat | m | $w_\mathrm{flat}$ | µm | wear depth of the flat || since cycle 0
 """,
 )
-FIELDS: tuple[Field, ...] = (
-    *_FIELDS,
-    Field("gap", "m", "$g$", "between the surfaces at the load P", MICROMETRE, outside=math.nan),
-    Field(
-        "contact_state", "", words="state of the contact", dtype="int8", flags=tuple(ContactState)
-    ),
-)
-BODY_FIELDS = (_INDENTER, _FLAT)
+FIELDS, BODY_FIELDS = _FIELDS[:-2], _FIELDS[-2:]
 """Fields where the wear coefficients of both bodies are known."""
 
 _SCALARS = _rows(
