@@ -17,9 +17,10 @@ from sphinx.application import Sphinx
 
 from fretwear.data.merge import PROFILES
 from fretwear.parts import AlongXY, Part, PerBody, Quantity, WholeNumber, required
-from fretwear.study.case import Case, members
+from fretwear.study.case import Case
 from fretwear.study.members import Inline, PartOf
 from fretwear.study.parameters import member_of, parameter_names, parameter_of
+from fretwear.study.setup import members
 from fretwear.study.study import study_schema
 from fretwear.vocabulary import (
     CONVOLUTIONS,

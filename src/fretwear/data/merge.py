@@ -64,8 +64,8 @@ from fretwear.vocabulary import (
 
 if TYPE_CHECKING:
     from fretwear.study.case import Case
-    from fretwear.study.points import Axis, Point
-    from fretwear.study.study import Study
+    from fretwear.study.points import Axis
+    from fretwear.study.study import Point, Study
 
 _FIELDS = {field.name: field for field in FIELDS}
 

@@ -10,46 +10,28 @@ import dataclasses
 import hashlib
 import json
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import Annotated, Any, Self
+from typing import Any, Self
 
-import fretwear.mechanics.measured  # noqa: F401 - its kinds
-from fretwear.mechanics.geometry import Even
-from fretwear.mechanics.loading import Loading, Normal
-from fretwear.mechanics.materials import Bodies, Friction, WearLaw
-from fretwear.mechanics.roughness import BothRough, Roughness
-from fretwear.mechanics.slip import Jaeger, SlipModel
-from fretwear.mechanics.surfaces import Indenter
-from fretwear.parts import (
-    AlongXY,
-    Flag,
-    Parameter,
-    Quantity,
-    WholeNumber,
-    declared,
-    derived,
-    is_list,
+from fretwear.parts import Parameter, WholeNumber, derived, is_list
+from fretwear.study.members import Inline, PartOf
+from fretwear.study.parameters import (
+    by_member,
+    html_table,
+    make_member,
+    missing,
+    read_values,
+    replaced_by,
 )
-from fretwear.study.members import Block, Blocks, Inline, PartOf
 from fretwear.study.problems import Problem, Problems
+from fretwear.study.rules import findings
+from fretwear.study.setup import MAX_CYCLES, Setup, members, snapshots_of
 from fretwear.study.spacing import default_spacing
-from fretwear.theory import HertzContact
-from fretwear.units import LENGTH, QuantityError, format_quantity
+from fretwear.units import QuantityError
 
-MAX_CYCLES = 10**9
-
-_SNAPSHOTS = 8
 # Parameters added later: with their defaults, cases keep their earlier ids.
 _UNSAID_AT_DEFAULT = ("counterface", "debris_fraction", "blocks", "error_estimate")
-_USUAL_SLIP = Jaeger()
-# What a block of loading may change.
-_OF_BLOCKS = {
-    "normal": Inline(Normal),
-    "loading": Inline(Loading),
-    "friction_law": Inline(Friction),
-}
-
 
 _SNAPSHOT = WholeNumber(
     "$N$", "cycle", 0, MAX_CYCLES, 1000, description="A cycle at which the fields are kept."
@@ -89,8 +71,8 @@ class CaseError(ValueError):
         return "\n".join(str(problem) for problem in self.problems)
 
 
-@dataclass(frozen=True, init=False, kw_only=True)
-class Case:
+@dataclass(frozen=True, init=False)
+class Case(Setup):
     """One contact, one loading, one number of cycles: what `simulate` takes.
 
     Values are SI numbers or text with a unit (``load="50 N"``); attributes are SI floats.  The
@@ -114,99 +96,7 @@ class Case:
     148.6
     """
 
-    indenter: Annotated[
-        Indenter,
-        PartOf(Indenter, "indenter", short="sphere", example="{kind: sphere, radius: 10 mm}"),
-        "Smooth shape of the bodies; radius: 10 mm is short for a sphere.",
-    ]
-    bodies: Annotated[Bodies, Inline(Bodies)]
-    normal: Annotated[Normal, Inline(Normal)]
-    loading: Annotated[Loading, Inline(Loading)]
-    friction_law: Annotated[Friction, Inline(Friction)]
-    wear_law: Annotated[WearLaw, Inline(WearLaw)]
-    plastic_limit: Annotated[
-        float,
-        Quantity(
-            "Pa",
-            r"$p_\mathrm{lim}$",
-            "plastic limit",
-            "MPa",
-            like="4500 MPa",
-            above=0.0,
-            infinite="elastic",
-            must_be_written=True,
-        ),
-        "Highest pressure, about three times the yield stress; none: elastic.",
-    ] = math.inf
-    roughness: Annotated[
-        Roughness | None,
-        PartOf(
-            Roughness,
-            "roughness",
-            none="smooth",
-            example="{kind: wavy, amplitude: 0.2 um, slope_x: 5.7 deg, slope_y: 1 deg}",
-            must_be_written=True,
-        ),
-        "Roughness of the surfaces; none: smooth.",
-    ] = None
-    counterface: Annotated[
-        Roughness | None,
-        PartOf(
-            Roughness,
-            "counterface",
-            none="smooth",
-            example="{kind: wavy, amplitude: 0.1 um, slope_x: 2 deg, slope_y: 1 deg}",
-            is_second=True,
-        ),
-        "Roughness of the other body's surface, where both are rough.",
-    ] = None
-    cycles: Annotated[
-        int,
-        WholeNumber(
-            "$N$", "number of cycles", 1, MAX_CYCLES, 30000, description="Number of load cycles."
-        ),
-    ]
-    cell: Annotated[
-        tuple[float, float] | None,
-        AlongXY("m", "$Δ$", "grid spacing", "um", like="0.5 um", above=0.0),
-        "Grid spacing along x and y; the default resolves contact and waves.",
-    ] = None
-    tolerance: Annotated[
-        float,
-        Quantity("1", "tolerance", "tolerance", like="0.01", above=1e-6, at_most=0.1),
-        "Relative error of the wear integration.",
-    ] = 0.01
-    slip_model: Annotated[SlipModel, PartOf(SlipModel, "slip model"), "How slip is computed."] = (
-        _USUAL_SLIP
-    )
-    debris_fraction: Annotated[
-        float,
-        Quantity("1", "$γ$", "debris fraction", like="0.85", at_least=0.0, at_most=1.0),
-        "Part γ of what is worn that stays between the bodies and carries load.",
-    ] = 0.0
-    blocks: Annotated[
-        tuple[Block, ...],
-        Blocks(
-            "blocks",
-            "blocks of loading",
-            tuple(_OF_BLOCKS.values()),
-            WholeNumber("$N$", "number of cycles", 1, MAX_CYCLES, 2000),
-        ),
-        "Blocks of loading one after the other, instead of cycles: each has "
-        "cycles, and what it changes of load, displacement or force, and friction.",
-    ] = ()
-    error_estimate: Annotated[
-        bool,
-        Flag("", "estimate of errors"),
-        "Whether a run on cells twice as wide tells the error of every result.",
-    ] = True
-    output_cycles: tuple[int, ...] = ()
-
     def __init__(self, **parameters: Any) -> None:
-        # What reads and checks a case knows its declaration.
-        from fretwear.study.parameters import by_member, make_member, missing, read_values
-        from fretwear.study.rules import findings
-
         given = {name: value for name, value in parameters.items() if value is not None}
         problems = Problems()
         asked, snapshots = given.pop("output_cycles", "auto"), None
@@ -221,35 +111,13 @@ class Case:
         if broken := findings(self):
             raise CaseError(broken)
 
-    @classmethod
-    def of(cls, assembled: Mapping[str, Any]) -> Self:
-        """Return the case made of members already read and checked; some may be missing.
-
-        Blocks give the number of cycles, and snapshots and loads per length suit the others.
-        """
-        case = object.__new__(cls)
-        own = vars(case)
-        own |= assembled
-        if blocks := case.blocks:
-            own["cycles"] = sum(block.cycles for block in blocks)
-            own["blocks"] = blocks if len(blocks) > 1 or blocks[0].values else ()
-        if "cycles" in own:
-            own["output_cycles"] = snapshots_of(own.get("output_cycles"), own["cycles"])
-        if getattr(own.get("indenter"), "is_line", False):
-            own |= {name: own[name].in_line() for name in ("normal", "loading") if name in own}
-        return case
-
     def _repr_html_(self) -> str:
         """Return a table of the parameters, for notebooks."""
-        from fretwear.study.parameters import html_table
-
         found = self._coordinates()
         return html_table(self.case_id, ((n, about.words, about.text(v)) for n, about, v in found))
 
     def replace(self, **changes: Any) -> Case:
         """Return the case with other values of some parameters: ``case.replace(load="60 N")``."""
-        from fretwear.study.parameters import replaced_by
-
         kept: dict[str, Any] = {}
         for member, about in members().items():
             value = getattr(self, member)
@@ -263,144 +131,6 @@ class Case:
             # The last cycle may become another one.
             kept["output_cycles"] = self.output_cycles[:-1]
         return Case(**{**kept, **changes})
-
-    def __getattr__(self, name: str) -> Any:
-        # Called for names that are not fields: the parameters of parts whose fields are keys.
-        for member, about in members().items():
-            part = self.__dict__.get(member)
-            may_be_open = isinstance(about, PartOf) and about.open_kinds
-            if part is not None and may_be_open and name in part.__dict__:
-                return part.__dict__[name]
-        raise AttributeError(f"{type(self).__name__!r} has no attribute {name!r}")
-
-    @property
-    def hertz(self) -> HertzContact:
-        """Contact of the smooth elastic bodies, which sets the scales."""
-        return self.indenter.hertz(self.normal, self.bodies.composite_modulus)
-
-    @property
-    def rough(self) -> Roughness | None:
-        """The roughness of the surfaces: of one body or of both together."""
-        if self.roughness is not None and self.counterface is not None:
-            return BothRough(self.roughness, self.counterface)
-        return self.roughness or self.counterface
-
-    @property
-    def even(self) -> Even:
-        """Whether the unworn gap is even along x and along y, exactly."""
-        x, y = zip(*(part.even for part in self.surfaces.values()), strict=True)
-        return all(x), all(y)
-
-    @property
-    def is_on_rings(self) -> bool:
-        """Whether to compute on rings: rotational symmetry, and no stroke that breaks it."""
-        return self.rough is None and self.indenter.is_axisymmetric and not self.loading.stroke
-
-    @property
-    def composite_modulus(self) -> float:
-        """E* in Pa."""
-        return self.bodies.composite_modulus
-
-    @property
-    def coupling(self) -> float:
-        """κ = E*/G*, tangential compliance relative to the normal one."""
-        return self.indenter.coupling(self.bodies)
-
-    @property
-    def tangential_ratio(
-        self,
-    ) -> Annotated[float, Quantity("1", "$Q/µP$", "tangential load ratio")]:
-        """X = Q/(µP); of the unworn smooth contact if a displacement is imposed."""
-        return self.loading.ratio(*self._unworn)
-
-    @property
-    def tangential_load(
-        self,
-    ) -> Annotated[float, Quantity("N", "$Q$", "tangential load amplitude", "N", in_line=True)]:
-        """Amplitude Q of the tangential load in N, as for `tangential_ratio`."""
-        return self.loading.amplitude(*self._unworn)
-
-    @property
-    def displacement_amplitude(
-        self,
-    ) -> Annotated[float, Quantity("m", "$U$", "displacement amplitude", "um")]:
-        """Amplitude U of the imposed displacement, m, however it was given."""
-        return self.loading.displacement(*self._unworn)
-
-    @property
-    def displacement_ratio(
-        self,
-    ) -> Annotated[float, Quantity("1", "$U/U_t$", "displacement ratio")]:
-        """U over that at which the unworn smooth contact begins to slide as a whole."""
-        return self.displacement_amplitude / self.loading.transition(*self._unworn)
-
-    @property
-    def _unworn(self) -> tuple[float, float, HertzContact]:
-        return self.friction_law.coefficient, self.coupling, self.hertz
-
-    @property
-    def plain_loading(self) -> Loading:
-        """The loading along x in SI units, however it was given."""
-        if self.blocks or (self.loading.is_force and not self.force_is_held):
-            return self.loading
-        return self.loading.plain(*self._unworn)
-
-    @property
-    def force_is_held(self) -> bool:
-        """Whether P and Q stay as they are, and Q/(µP) with them."""
-        constant = not self.friction_law.kinks and not self.blocks
-        return constant and self.normal.holds_load and self.loading.is_force
-
-    @property
-    def hertz_radius(self) -> Annotated[float, Quantity("m", "$a$", "Hertz contact radius", "um")]:
-        """Contact radius a of the smooth elastic bodies, or half-width of the cylinder, in m.
-
-        For an elliptical contact, that of the circle of the same area. It also sets the scale of
-        contacts outside Hertz's theory, but is not among their coordinates.
-        """
-        return self.hertz.contact_radius
-
-    @property
-    def hertz_pressure(self) -> Annotated[float, Quantity("Pa", "$p_0$", "Hertz pressure", "MPa")]:
-        """Peak pressure p0 of the smooth elastic contact in Pa."""
-        return self.hertz.peak_pressure
-
-    @property
-    def stick_load(self) -> float:
-        """P* = P − Q/µ in N, the load whose contact is the stick zone."""
-        return self.hertz.load * max(0.0, 1.0 - self.tangential_ratio)
-
-    @property
-    def stick_radius(self) -> float:
-        """Stick radius c of the smooth elastic contact in m, that under the load P*."""
-        load = self.stick_load
-        return self.hertz.with_load(load).contact_radius if load > 0.0 else 0.0
-
-    @property
-    def wear_growth(self) -> float:
-        """β = 4 K_w µ κ in 1/Pa per cycle: a pressure p wears e-fold in 1/(β p) cycles."""
-        coefficient = self.wear_law.coefficient(self.friction_law)
-        return 4.0 * coefficient * self.friction_law.coefficient * self.coupling
-
-    @property
-    def scar_half_width(self) -> float:
-        """Half-width, m, of the contact at the end of a run with strokes, from the worn volume.
-
-        A segment of the half-width b and the depth b²/2R has the area 2b³/3R, a cap the volume
-        πb⁴/4R.
-        """
-        coefficient = self.wear_law.coefficient(self.friction_law)
-        path = 4.0 * self.loading.stroke * self.cycles * (1.0 - self.debris_fraction)
-        worn = coefficient * path * self.hertz.load * self.indenter.curvature_radius
-        if self.indenter.is_line:
-            return self.hertz_radius + math.cbrt(1.5 * worn)
-        return self.hertz_radius + math.sqrt(math.sqrt(4.0 / math.pi * worn))
-
-    @property
-    def surfaces(self) -> dict[str, Indenter | Roughness]:
-        """The parts that make up the unworn gap, by member."""
-        several = ((name, getattr(self, name)) for name in ("indenter", "roughness", "counterface"))
-        return {name: part for name, part in several if part is not None}
 
     @property
     def grid_spacing(self) -> tuple[float, float]:
@@ -431,7 +161,7 @@ class Case:
         is the spacing it comes to.  `Case(**...)` takes it back.
         """
         plain = self.of(vars(self) | {"cell": self.grid_spacing, "loading": self.plain_loading})
-        unsaid = {n for n in _UNSAID_AT_DEFAULT if getattr(self, n) == vars(Case)[n]}
+        unsaid = {n for n in _UNSAID_AT_DEFAULT if getattr(self, n) == getattr(Case, n)}
         unsaid |= {"cycles"} if self.blocks else set()
         found: dict[str, Any] = {}
         for member, about in members().items():
@@ -442,18 +172,6 @@ class Case:
                 found[member] = about.canonical(value)
         del found["kind"]
         return found
-
-    def in_blocks(self) -> Iterator[tuple[float, Case | None]]:
-        """Each block as a case (None if it is not valid), with the cycle at which it ends."""
-        end = 0
-        for block in self.blocks or (Block(self.cycles),):
-            end += block.cycles
-            changed: dict[str, Any] = {"blocks": ()}
-            for member, about in _OF_BLOCKS.items():
-                known = about.keys
-                if given := {name: value for name, value in block.values if name in known}:
-                    changed[member] = about.changed(getattr(self, member), given)
-            yield end, None if None in changed.values() else self.of(vars(self) | changed)
 
     @property
     def case_id(self) -> str:
@@ -516,25 +234,3 @@ class Case:
                 words = known.words.replace("radius", self.indenter.extent_words)
                 known = dataclasses.replace(known, words=words)  # type: ignore[type-var]
                 yield from known.coordinates(name, getattr(self, name))
-
-
-def members() -> Mapping[str, Parameter]:
-    """Return the fields of a case, except the snapshots, with their declarations."""
-    return declared(Case)
-
-
-def snapshots_of(asked: Iterable[int] | None, cycles: int) -> tuple[int, ...]:
-    """Return the snapshots in order, each once, with cycle 0 and the last among them.
-
-    By default they are the powers of ten and, up to eight in all, the largest of three times these.
-    """
-    if asked is None:
-        powers = [10**n for n in range(len(str(cycles))) if 10**n < cycles]
-        between = [3 * power for power in reversed(powers) if 3 * power < cycles]
-        asked = [*powers, *between[: max(0, _SNAPSHOTS - 2 - len(powers))]]
-    return tuple(sorted({0, cycles, *asked}))
-
-
-def cell_text(cell: Sequence[float]) -> str:
-    """Return a grid spacing as study files have it."""
-    return f"[{', '.join(format_quantity(spacing, LENGTH) for spacing in cell)}]"

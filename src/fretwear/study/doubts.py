@@ -12,7 +12,8 @@ from dataclasses import dataclass
 from fretwear.mechanics.loading import SMALL_STROKE, Displacement
 from fretwear.mechanics.materials import ElasticBodies
 from fretwear.parts import pair
-from fretwear.study.case import Case, cell_text
+from fretwear.study.case import Case
+from fretwear.study.setup import cell_text
 from fretwear.study.spacing import rounded_down, zones_of_tip
 from fretwear.units import LENGTH, PRESSURE, format_quantity
 

@@ -10,12 +10,12 @@ from types import MappingProxyType
 from typing import Any, cast
 
 from fretwear.parts import Parameter, Part, Quantity, derived
-from fretwear.study.case import Case, members
 from fretwear.study.members import Inline, PartOf
 from fretwear.study.problems import Problem, Problems, read_given
+from fretwear.study.setup import Setup, members
 from fretwear.units import nearest
 
-DEFAULTS = {each.name: each.default for each in fields(Case) if each.default is not MISSING}
+DEFAULTS = {each.name: each.default for each in fields(Setup) if each.default is not MISSING}
 """Members of a case that need not be given, with what they are then."""
 
 _HARDNESS = "write plastic_limit: the pressure at which a surface yields is about the hardness"
@@ -168,7 +168,7 @@ def _by_coordinate(_: tuple[tuple[type[Part], ...], ...]) -> Mapping[str, Parame
         if isinstance(about, PartOf):
             following = [about.named(derived(cast("Any", kind))) for kind in about.kinds.values()]
             found |= {f"{name}_{n}": each for known in following for n, each in known.items()}
-    return {**found, **derived(Case)}
+    return {**found, **derived(Setup)}
 
 
 def read_values(

@@ -17,8 +17,7 @@ from fretwear.mechanics.surfaces import Indenter
 from fretwear.study.case import Case
 from fretwear.study.doubts import Doubt, doubts, dundurs_beta
 from fretwear.study.parameters import coordinate
-from fretwear.study.points import Point
-from fretwear.study.study import Study
+from fretwear.study.study import Point, Study
 from fretwear.units import duration_text, number_text, size_text, span
 
 # Calibrated with `python -m benchmarks.cost`, which reports how well they hold.

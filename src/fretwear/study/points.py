@@ -6,13 +6,12 @@ import itertools
 import math
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from fretwear.mechanics.materials import Course
 from fretwear.parts import Choice, Part, Quantity, WholeNumber
-from fretwear.study.case import Case
 from fretwear.study.parameters import (
     coordinate,
     leaves,
@@ -29,9 +28,6 @@ from fretwear.study.problems import (
     read_given,
 )
 from fretwear.units import QuantityError, exact_text
-
-if TYPE_CHECKING:
-    from fretwear.study.study import Study
 
 MAX_POINTS = 200_000
 
@@ -161,39 +157,6 @@ class Axis:
             assert isinstance(quantity, Quantity)
             written = tuple(exact_text(value, quantity.dimension) for value in values)
         return replace(self, values=values, written=written)
-
-
-@dataclass(frozen=True)
-class Point:
-    """One point of a study."""
-
-    study: Study = field(repr=False)
-    index: tuple[int, ...]  # position along each axis (zip and sampled designs: the same along all)
-
-    @property
-    def problem(self) -> str:
-        """Why it is invalid; empty where it is not."""
-        return self.study.invalid.get(self.index, "")
-
-    @cached_property
-    def case(self) -> Case | None:
-        """What to run; None where the point is invalid."""
-        return None if self.problem else self.study.case(self.index)
-
-    @cached_property
-    def id(self) -> str:
-        """Case id, empty if the point is invalid. Points may share a case."""
-        return self.case.case_id if self.case is not None else ""
-
-    @property
-    def values(self) -> dict[str, Any]:
-        """Varied parameters by dotted name, in SI units."""
-        return {a.name: a.values[i] for a, i in zip(self.study.axes, self.index, strict=True)}
-
-    @property
-    def labels(self) -> dict[str, str]:
-        """Varied parameters by dotted name, as written in the file."""
-        return {a.name: a.labels[i] for a, i in zip(self.study.axes, self.index, strict=True)}
 
 
 def read_axes(

@@ -16,8 +16,8 @@ from fretwear.mechanics.loading import (
     DisplacementRatio,
     TangentialRatio,
 )
-from fretwear.study.case import Case, cell_text, members
 from fretwear.study.problems import Problem
+from fretwear.study.setup import Setup, cell_text, members
 from fretwear.study.spacing import rounded_down
 from fretwear.units import LENGTH, PRESSURE, Force, PerLength, force_text, format_quantity
 
@@ -45,14 +45,14 @@ class Rule:
     """A rule, and the members or single parameters of a case that it needs."""
 
     needs: frozenset[str]
-    broken: Callable[[Case], Iterator[Problem]]
+    broken: Callable[[Setup], Iterator[Problem]]
 
-    def find(self, case: Case) -> Problem | None:
+    def find(self, case: Setup) -> Problem | None:
         """Return the first thing that breaks it, if any."""
         return next(self.broken(case), None)
 
 
-def _needing(names: str) -> Callable[[Callable[[Case], Iterator[Problem]]], Rule]:
+def _needing(names: str) -> Callable[[Callable[[Setup], Iterator[Problem]]], Rule]:
     return lambda broken: Rule(frozenset(names.split()), broken)
 
 
@@ -61,7 +61,7 @@ def _length(value: float, digits: int = 3) -> str:
 
 
 @_needing("indenter normal loading")
-def _loads_suit(case: Case) -> Iterator[Problem]:
+def _loads_suit(case: Setup) -> Iterator[Problem]:
     kind, is_line = case.indenter.kind, case.indenter.is_line
     rule, example = f"is a force per length, but a {kind} is loaded by a force", "50 N"
     if is_line:
@@ -73,7 +73,7 @@ def _loads_suit(case: Case) -> Iterator[Problem]:
 
 
 @_needing("indenter normal loading")
-def _reference_is_known(case: Case) -> Iterator[Problem]:
+def _reference_is_known(case: Setup) -> Iterator[Problem]:
     """The approach of a line contact, and its displacement, depend on the choice of a reference.
 
     Quantities in units of the smooth contact need one that is known before the run.
@@ -102,7 +102,7 @@ def _reference_is_known(case: Case) -> Iterator[Problem]:
 
 
 @_needing("indenter loading")
-def _compliance_is_of_a_line(case: Case) -> Iterator[Problem]:
+def _compliance_is_of_a_line(case: Setup) -> Iterator[Problem]:
     given = isinstance(case.loading, Displacement) and case.loading.tangential_compliance
     if given and not case.indenter.is_line:
         rule = f"is for line contacts: that of a {case.indenter.kind} follows from its load"
@@ -111,14 +111,14 @@ def _compliance_is_of_a_line(case: Case) -> Iterator[Problem]:
 
 
 @_needing("indenter cell")
-def _line_has_one_spacing(case: Case) -> Iterator[Problem]:
+def _line_has_one_spacing(case: Setup) -> Iterator[Problem]:
     if case.cell is not None and case.indenter.is_line and case.cell[0] != case.cell[1]:
         rule = f"has a spacing along y, along which a {case.indenter.kind} is the same everywhere"
         yield Problem("cell", cell_text(case.cell), rule, f"write cell: {_length(case.cell[0], 6)}")
 
 
 @_needing(_CONTACT + "loading")
-def _stroke_is_even(case: Case) -> Iterator[Problem]:
+def _stroke_is_even(case: Setup) -> Iterator[Problem]:
     indenter, normal = case.indenter, case.normal
     if case.loading.stroke and not (normal.holds_load or indenter.is_line):
         rule = "cannot be combined with sliding_amplitude, over which the load is held"
@@ -129,7 +129,7 @@ def _stroke_is_even(case: Case) -> Iterator[Problem]:
 
 
 @_needing(_CONTACT + "loading wear_law friction_law")
-def _bodies_wear_apart(case: Case) -> Iterator[Problem]:
+def _bodies_wear_apart(case: Setup) -> Iterator[Problem]:
     """If the bodies move, the wear of each moves with it."""
     law = case.wear_law
     if case.loading.stroke > SMALL_STROKE * case.hertz_radius and law.shares is None:
@@ -141,7 +141,7 @@ def _bodies_wear_apart(case: Case) -> Iterator[Problem]:
 
 
 @_needing(_CONTACT + "loading wear_law friction_law cycles debris_fraction")
-def _scar_is_small(case: Case) -> Iterator[Problem]:
+def _scar_is_small(case: Setup) -> Iterator[Problem]:
     if not case.loading.stroke or _loads_suit.find(case):
         return
     kind, stroke = case.loading.kind, case.loading.stroke
@@ -161,7 +161,7 @@ def _scar_is_small(case: Case) -> Iterator[Problem]:
 
 
 @_needing("indenter loading roughness counterface")
-def _line_is_straight(case: Case) -> Iterator[Problem]:
+def _line_is_straight(case: Setup) -> Iterator[Problem]:
     kind, stroke = case.indenter.kind, case.loading.stroke
     for name, part in [*case.surfaces.items()][1:] if case.indenter.is_line or stroke else ():
         if not case.indenter.is_line:
@@ -182,7 +182,7 @@ def _line_is_straight(case: Case) -> Iterator[Problem]:
 
 
 @_needing("indenter slip_model")
-def _sphere_slip_needs_a_sphere(case: Case) -> Iterator[Problem]:
+def _sphere_slip_needs_a_sphere(case: Setup) -> Iterator[Problem]:
     kind, model = case.indenter.kind, case.slip_model.kind
     if model == "cattaneo_mindlin" and kind not in ("sphere", "cylinder"):
         rule = f"is the closed form of a sphere or cylinder and cannot stand for a {kind}"
@@ -190,7 +190,7 @@ def _sphere_slip_needs_a_sphere(case: Case) -> Iterator[Problem]:
 
 
 @_needing("indenter roughness counterface")
-def _surfaces_are_sound(case: Case) -> Iterator[Problem]:
+def _surfaces_are_sound(case: Setup) -> Iterator[Problem]:
     """A surface may have a rule between its own parameters, and each body has one."""
     for name, part in case.surfaces.items():
         if part.problem is not None:
@@ -202,7 +202,7 @@ def _surfaces_are_sound(case: Case) -> Iterator[Problem]:
 
 
 @_needing("tangential_ratio")
-def _ratio_slides(case: Case) -> Iterator[Problem]:
+def _ratio_slides(case: Setup) -> Iterator[Problem]:
     """Q ≥ µP slides as a whole: no stick zone, outside of the model."""
     if isinstance(case.loading, TangentialRatio):
         ratio = case.loading.tangential_ratio
@@ -213,7 +213,7 @@ def _ratio_slides(case: Case) -> Iterator[Problem]:
 
 
 @_needing(_CONTACT + "loading friction_law")
-def _load_slides(case: Case) -> Iterator[Problem]:
+def _load_slides(case: Setup) -> Iterator[Problem]:
     """Q ≥ µP as in `_ratio_slides`, where Q itself or a displacement is given."""
     loading, friction, hertz = case.loading, case.friction_law.least, case.hertz
     if isinstance(loading, TangentialRatio):
@@ -227,7 +227,7 @@ def _load_slides(case: Case) -> Iterator[Problem]:
         yield from _all_sticks(case, case.tangential_ratio)
 
 
-def _all_sticks(case: Case, ratio: float) -> Iterator[Problem]:
+def _all_sticks(case: Setup, ratio: float) -> Iterator[Problem]:
     if ratio < LEAST_LOAD_RATIO:
         rule = f"leaves no slip to compute: Q/(µP) is {ratio:.3g} and must be at least "
         hint = "raise the displacement, or the stiffness of the rig"
@@ -236,7 +236,7 @@ def _all_sticks(case: Case, ratio: float) -> Iterator[Problem]:
 
 
 @_needing(_CONTACT)
-def _contact_is_small(case: Case) -> Iterator[Problem]:
+def _contact_is_small(case: Setup) -> Iterator[Problem]:
     radius = case.indenter.curvature_radius
     largest = GREATEST_CONTACT * radius
     if case.hertz_radius <= largest:
@@ -257,7 +257,7 @@ def _contact_is_small(case: Case) -> Iterator[Problem]:
 
 
 @_needing(_CONTACT + "plastic_limit")
-def _plastic_limit_carries_load(case: Case) -> Iterator[Problem]:
+def _plastic_limit_carries_load(case: Setup) -> Iterator[Problem]:
     """The capped pressure must carry P on a contact that half-space theory can describe.
 
     A softer body just ends with a larger contact: what ends its growth is the theory. A contact of
@@ -279,7 +279,7 @@ def _plastic_limit_carries_load(case: Case) -> Iterator[Problem]:
 
 
 @_needing("cell roughness counterface indenter")
-def _cell_resolves_surfaces(case: Case) -> Iterator[Problem]:
+def _cell_resolves_surfaces(case: Setup) -> Iterator[Problem]:
     """A wave or an edge of too few cells would be another surface."""
     if case.cell is None:
         return
@@ -298,7 +298,7 @@ def _cell_resolves_surfaces(case: Case) -> Iterator[Problem]:
 
 
 @_needing(_CONTACT + "cell loading friction_law")
-def _cell_resolves_contact(case: Case) -> Iterator[Problem]:
+def _cell_resolves_contact(case: Setup) -> Iterator[Problem]:
     """Contact, stick zone and slip annulus must be wider than the cells."""
     radius, stick, ratio = case.hertz_radius, case.stick_radius, case.tangential_ratio
     slides = case.loading.is_force and ratio >= 1.0
@@ -331,14 +331,14 @@ _OF_BLOCKS = (
 
 
 @_needing("cycles output_cycles")
-def _snapshots_are_within_run(case: Case) -> Iterator[Problem]:
+def _snapshots_are_within_run(case: Setup) -> Iterator[Problem]:
     if beyond := ", ".join(str(cycle) for cycle in case.output_cycles if cycle > case.cycles):
         hint = f"give cycles from 0 to {case.cycles}, or raise cycles"
         yield Problem("output_cycles", beyond, f"is beyond the last cycle, {case.cycles}", hint)
 
 
 @_needing(" ".join({*members()} - {"cell", "tolerance"}))
-def _blocks_are_sound(case: Case) -> Iterator[Problem]:
+def _blocks_are_sound(case: Setup) -> Iterator[Problem]:
     """Each block has to be a case by itself, and either all of them slide over a stroke or none."""
     blocks = [block for _, block in case.in_blocks()] if case.blocks else []
     if len({bool(block.loading.stroke) for block in blocks if block is not None}) > 1:
@@ -359,6 +359,6 @@ def _blocks_are_sound(case: Case) -> Iterator[Problem]:
 RULES = (*_OF_BLOCKS, _snapshots_are_within_run, _blocks_are_sound)
 
 
-def findings(case: Case) -> list[Problem]:
+def findings(case: Setup) -> list[Problem]:
     """Return every rule broken by a case whose single values are valid."""
     return [broken for rule in RULES if (broken := rule.find(case)) is not None]

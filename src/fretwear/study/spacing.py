@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
+from fretwear.study.setup import Setup
 from fretwear.theory import EllipticContact, HertzContact, LimitingState
-
-if TYPE_CHECKING:
-    from fretwear.study.case import Case
 
 Spacing = tuple[float, float]
 
@@ -24,7 +21,7 @@ MOST_CELLS = 30_000
 """Computed cells of the unworn contact up to which its tips are resolved by default."""
 
 
-def default_spacing(case: Case) -> Spacing:
+def default_spacing(case: Setup) -> Spacing:
     """Return the default spacing (dx, dy), m, of a case.
 
     It resolves the contact, its stick zone, every wave, and the contacts of asperity tips as far as
@@ -41,7 +38,7 @@ def default_spacing(case: Case) -> Spacing:
     return rounded_down(dx), rounded_down(dy)
 
 
-def needed_spacings(case: Case) -> tuple[Spacing, Spacing]:
+def needed_spacings(case: Setup) -> tuple[Spacing, Spacing]:
     """Return spacings (dx, dy), m, that resolve contact, stick zone and waves, and the tips too.
 
     Contact radius, stick radius and slip annulus are those of the smooth elastic sphere. A smooth
@@ -72,7 +69,7 @@ def needed_spacings(case: Case) -> tuple[Spacing, Spacing]:
     return coarse, (dx, dy)
 
 
-def _closing_pressure(case: Case) -> float:
+def _closing_pressure(case: Setup) -> float:
     """Mean pressure E*·slope/2, Pa, that presses waves flat; zero where smooth.
 
     Johnson, Greenwood and Higginson (1985), Int. J. Mech. Sci. 27, 383-396.
@@ -80,7 +77,7 @@ def _closing_pressure(case: Case) -> float:
     return 0.0 if case.rough is None else 0.5 * case.composite_modulus * case.rough.steepest
 
 
-def zones_of_tip(case: Case) -> dict[str, tuple[Spacing, float]]:
+def zones_of_tip(case: Setup) -> dict[str, tuple[Spacing, float]]:
     """Return the zones of a tip that cells must resolve by name: width, m, and number of cells.
 
     These are its elastic contact and, where bodies yield, the band that does at its edge of stick;

@@ -14,7 +14,7 @@ from typing import Any
 
 from fretwear.mechanics.measured import Located
 from fretwear.parts import Choice, Part, keys_schema, required
-from fretwear.study.case import SNAPSHOTS_SCHEMA, Case, members, read_snapshots
+from fretwear.study.case import SNAPSHOTS_SCHEMA, Case, read_snapshots
 from fretwear.study.members import PartOf
 from fretwear.study.parameters import (
     base_names,
@@ -29,9 +29,10 @@ from fretwear.study.parameters import (
     replaced_by,
     schema_required,
 )
-from fretwear.study.points import MAX_POINTS, Axis, Design, Grid, Point, Sampled, read_axes
+from fretwear.study.points import MAX_POINTS, Axis, Design, Grid, Sampled, read_axes
 from fretwear.study.problems import Problem, Problems, StudyError, few_of
 from fretwear.study.rules import RULES, Rule
+from fretwear.study.setup import members
 from fretwear.study.yamlfile import parse_value, read_document
 from fretwear.units import QuantityError, did_you_mean
 
@@ -138,6 +139,39 @@ class Study:
                     parts[index] = make_member(member, {**given, **drawn})
                 found[member] = axes, parts
         return found
+
+
+@dataclass(frozen=True)
+class Point:
+    """One point of a study."""
+
+    study: Study = field(repr=False)
+    index: tuple[int, ...]  # position along each axis (zip and sampled designs: the same along all)
+
+    @property
+    def problem(self) -> str:
+        """Why it is invalid; empty where it is not."""
+        return self.study.invalid.get(self.index, "")
+
+    @cached_property
+    def case(self) -> Case | None:
+        """What to run; None where the point is invalid."""
+        return None if self.problem else self.study.case(self.index)
+
+    @cached_property
+    def id(self) -> str:
+        """Case id, empty if the point is invalid. Points may share a case."""
+        return self.case.case_id if self.case is not None else ""
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """Varied parameters by dotted name, in SI units."""
+        return {a.name: a.values[i] for a, i in zip(self.study.axes, self.index, strict=True)}
+
+    @property
+    def labels(self) -> dict[str, str]:
+        """Varied parameters by dotted name, as written in the file."""
+        return {a.name: a.labels[i] for a, i in zip(self.study.axes, self.index, strict=True)}
 
 
 def load_study(path: str | Path, assignments: Sequence[str] = ()) -> Study:
