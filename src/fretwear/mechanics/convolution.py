@@ -20,7 +20,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import Any, Generic
 
 import numpy as np
@@ -49,8 +49,9 @@ class Convolution(ABC, Generic[Real]):
     def __init__(self, spectra: Sequence[Any], even: Even, team: Team) -> None:
         self._spectra, self._even = spectra, even
         half_x, half_y = spectra[-1].shape
-        self._cells = half_x * half_y * (1 if all(even) else 4)
-        self.team = team.for_cells(self._cells)
+        self._cells = 4 * half_x * half_y
+        self.team = team.for_cells(half_x * half_y if all(even) else self._cells)
+        self._factors: list[Any] = self.team.each(self._factor, spectra)
 
     def in_single(self, unit: float) -> Convolution[Single]:
         """The same in single precision, with the kernel in some unit."""
@@ -61,17 +62,33 @@ class Convolution(ABC, Generic[Real]):
         convolution: Convolution[Single] = kind(spectra, self._even, self.team)
         return convolution
 
-    @abstractmethod
     def __call__(self, field: Real) -> Real:
         """The convolution of a field, which is not changed."""
+        return self._filtered(field, self._factors)
 
-    @abstractmethod
     def inverse(self, added: float = 0.0) -> Callable[[Real], Real]:
         """Approximate inverse of the convolution plus a multiple of the field, not negative.
 
         It is a function of a field: symmetric, positive definite, a quarter of the cost of a
         convolution, as the window is not padded. It may put the result into its argument.
         """
+        cells, spectrum = self._cells, self._spectra[0]
+        # The even frequencies are those of the window without padding.
+        inverted = self.team.cellwise(
+            lambda each: 1.0 / cells / (4 * cells * each + added),
+            spectrum,
+            dtype=spectrum.dtype.type,
+        )
+        factor = self._factor(inverted)
+        return lambda field: self._filtered(field, [factor])
+
+    def _factor(self, spectrum: Real) -> Real:
+        """A spectrum as the transforms take it."""
+        return spectrum
+
+    @abstractmethod
+    def _filtered(self, field: Real, factors: Sequence[Real]) -> Real:
+        """A field, its transforms of all branches, or of the even one, times factors."""
 
 
 def offsets(shape: tuple[int, int], even: Even) -> tuple[int, int]:
@@ -99,84 +116,63 @@ def convolution(kernel: Array, even: Even, team: Team = ALONE) -> Convolution[Ar
 class QuarterConvolution(Convolution[Real]):
     """By cosine transforms of a field that is even along both axes."""
 
-    def __call__(self, field: Real) -> Real:
-        """The convolution of a field, which is not changed."""
-        by_branch = np.empty_like(field), np.empty_like(field)
-        result, odd = by_branch
+    def _filtered(self, field: Real, factors: Sequence[Real]) -> Real:
+        by_branch: list[Real] = [field]
+        if len(factors) > 1:
+            by_branch = [np.empty_like(field), np.empty_like(field)]
 
         def forward(columns: slice) -> None:
-            dct(4, field[:, columns], (0,), into=odd[:, columns])
-            dct(2, field[:, columns], (0,), into=result[:, columns])
+            for kind, branch in zip((2, 4), by_branch, strict=False):
+                dct(kind, field[:, columns], (0,), into=branch[:, columns])
 
         def multiply(task: tuple[int, slice]) -> None:
             branch, rows = task
             block = by_branch[branch][rows]
-            even, uneven = (each[rows] for each in self._spectra[2 * branch : 2 * branch + 2])
-            between = dct(4, block, (1,), into=np.empty_like(block))
-            between *= uneven
+            even, *odd = (each[rows] for each in factors[2 * branch : 2 * branch + 2])
+            between = [dct(4, block, (1,), into=np.empty_like(block)) for _ in odd]
             dct(2, block, (1,))
             block *= even
             dct(3, block, (1,))
-            block += dct(4, between, (1,))
+            for each, factor in zip(between, odd, strict=True):
+                each *= factor
+                block += dct(4, each, (1,))
 
         def backward(columns: slice) -> None:
-            dct(3, result[:, columns], (0,))
-            result[:, columns] += dct(4, odd[:, columns], (0,))
+            result, *odd = (branch[:, columns] for branch in by_branch)
+            dct(3, result, (0,))
+            for each in odd:
+                result += dct(4, each, (0,))
 
-        columns, rows = self._columns_and_rows()
+        # Columns in parts for the threads, and rows in blocks that a processor's cache holds.
+        columns: list[slice] = [slice(None)]
+        parts, length = _PARTS * self.team.workers, field.shape[1]
+        if parts > _PARTS:
+            ends: list[int] = [length * n // parts // _COLUMNS * _COLUMNS for n in range(parts)]
+            columns = [slice(*each) for each in pairwise([*ends, length]) if each[0] < each[1]]
+        rows: Sequence[slice] = blocks_of_rows(field.shape, _BLOCK_BYTES // field.itemsize)
         self.team.each(forward, columns)
-        self.team.each(multiply, [(branch, block) for branch in (0, 1) for block in rows])
+        self.team.each(multiply, [*product(range(len(by_branch)), rows)])
         self.team.each(backward, columns)
-        return result
-
-    def _columns_and_rows(self) -> tuple[list[slice], tuple[slice, ...]]:
-        """Columns in parts for the threads, and rows in blocks that a processor's cache holds."""
-        shape: tuple[int, int] = self._spectra[0].shape
-        parts = 1 if self.team.workers == 1 else _PARTS * self.team.workers
-        ends = [shape[1] * part // parts // _COLUMNS * _COLUMNS for part in range(parts)]
-        ends.append(shape[1])
-        columns = [slice(*each) for each in pairwise(ends) if each[0] < each[1]]
-        return columns, blocks_of_rows(shape, _BLOCK_BYTES // self._spectra[0].itemsize)
-
-    def inverse(self, added: float = 0.0) -> Callable[[Real], Real]:
-        """That of `Convolution`."""
-        cells = self._cells
-        # The even frequencies are those of the window without padding.
-        factor = self.team.cellwise(
-            lambda spectrum: 0.25 / cells / (16 * cells * spectrum + added),
-            self._spectra[0],
-            dtype=self._spectra[0].dtype.type,
-        )
-        columns, rows = self._columns_and_rows()
-
-        def divided(field: Real) -> Real:
-            def divide(block: slice) -> None:
-                dct(2, field[block], (1,))
-                field[block] *= factor[block]
-                dct(3, field[block], (1,))
-
-            self.team.each(lambda each: dct(2, field[:, each], (0,)), columns)
-            self.team.each(divide, rows)
-            self.team.each(lambda each: dct(3, field[:, each], (0,)), columns)
-            return field
-
-        return divided
+        return by_branch[0]
 
 
 class WholeConvolution(Convolution[Real]):
     """By the compiled library, of all cells of a window: the other side of those that are even."""
 
     def __init__(self, spectra: Sequence[Any], even: Even, team: Team) -> None:
-        super().__init__(spectra, even, team)
         is_single = spectra[0].dtype == np.float32
         kind = kernels.SingleWindow if is_single else kernels.DoubleWindow
         self._window = kind(*(2 * half for half in spectra[-1].shape))
-        # Forth and back, a field is doubled.
-        self._factors: list[Any] = team.each(
-            lambda each: _by_lanes(0.5 * each, kind.lanes), spectra
-        )
+        super().__init__(spectra, even, team)
 
-    def _convolve(self, field: Real, factors: list[Any]) -> Real:
+    def _factor(self, spectrum: Real) -> Real:
+        """Its rows as lanes of vectors; forth and back, a field is doubled."""
+        lanes = self._window.lanes
+        padded = np.pad(0.5 * spectrum, ((0, -len(spectrum) % lanes), (0, 0)), mode="edge")
+        blocks = padded.reshape(-1, lanes, spectrum.shape[1]).swapaxes(1, 2)
+        return np.ascontiguousarray(blocks).reshape(-1, lanes)
+
+    def _filtered(self, field: Real, factors: Sequence[Real]) -> Real:
         """Unfolded along the axes along which the field is even, and folded again."""
         whole: Any = field
         for axis in np.flatnonzero(self._even):
@@ -187,24 +183,6 @@ class WholeConvolution(Convolution[Real]):
             n // 2 if is_even else 0 for n, is_even in zip(result.shape, self._even, strict=True)
         )
         return np.ascontiguousarray(result[tuple(slice(each, None) for each in first)])
-
-    def __call__(self, field: Real) -> Real:
-        """The convolution of a field, which is not changed."""
-        return self._convolve(field, self._factors)
-
-    def inverse(self, added: float = 0.0) -> Callable[[Real], Real]:
-        """That of `Convolution`."""
-        added = self._spectra[0].dtype.type(added)
-        factor = 0.5 / self._cells / (8 * self._cells * self._factors[0] + added)
-        return lambda field: self._convolve(field, [factor])
-
-
-def _by_lanes(spectrum: Real, lanes: int) -> Real:
-    """The rows of a spectrum as lanes of vectors."""
-    more = -len(spectrum) % lanes
-    padded = np.pad(spectrum, ((0, more), (0, 0)), mode="edge")
-    blocks = padded.reshape(-1, lanes, spectrum.shape[1]).swapaxes(1, 2)
-    return np.ascontiguousarray(blocks).reshape(-1, lanes)
 
 
 def dct(

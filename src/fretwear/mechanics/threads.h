@@ -118,11 +118,13 @@ class Threads {
         for (auto &each : others) each.join();
     }
 
-    // Call a function for each of so many parts; what it throws is thrown here.
-    template <class F>
+    // Call a function for each of so many parts, each thread holding something meanwhile; what it throws
+    // is thrown here.
+    template <class Held = int, class F>
     void share(Index parts, F function) {
         std::atomic<Index> next{0};
         const auto work = [&] {
+            [[maybe_unused]] const Held held{};
             for (Index part; (part = next++) < parts;) function(part);
         };
         if (parts < 2 || workers < 2) return work();
@@ -140,8 +142,7 @@ class Threads {
         const auto number = static_cast<Index>(parts.size());
         py::list results(number);
         const py::gil_scoped_release while_others_compute;
-        share(number, [&](Index part) {
-            const py::gil_scoped_acquire interpreter;
+        share<py::gil_scoped_acquire>(number, [&](Index part) {
             results[part] = function(py::object(parts[part]));
         });
         return results;

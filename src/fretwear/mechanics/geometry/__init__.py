@@ -44,13 +44,13 @@ class Zone:
 class Ground:
     """The unworn bodies of a problem on one geometry, computed when needed."""
 
-    def __init__(self, problem: Any, geometry: Any, parts: dict[Any, Any]) -> None:
-        self._problem, self.geometry, self._parts = problem, geometry, parts
+    def __init__(self, problem: Any, geometry: Any) -> None:
+        self._problem, self.geometry = problem, geometry
 
     @cached_property
     def half_space(self) -> Any:
         """The elastic bodies."""
-        return self._problem.half_space(self.geometry, self._parts)
+        return self._problem.half_space(self.geometry)
 
     @cached_property
     def unworn(self) -> Array:
@@ -65,11 +65,10 @@ class Workspace:
     def __init__(self, problem: Any) -> None:
         self.problem = problem
         self._grounds: dict[Any, Ground] = {}
-        self._parts: dict[Any, Any] = {}
 
     def on(self, geometry: Any) -> Ground:
         """The unworn bodies on a geometry."""
-        ground = self._grounds.pop(geometry, None) or Ground(self.problem, geometry, self._parts)
+        ground = self._grounds.pop(geometry, None) or Ground(self.problem, geometry)
         self._grounds[geometry] = ground
         if len(self._grounds) > 2:
             del self._grounds[next(iter(self._grounds))]

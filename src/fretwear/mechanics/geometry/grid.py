@@ -128,14 +128,9 @@ class Grid:
         area = self.unit_area * (float(cells.sum()) - _OPEN_PER_SIDE * sides)
         return Zone(area, inner, first + second - inner)
 
-    def half_space(
-        self,
-        modulus: float,
-        team: Team = ALONE,
-        parts: dict[tuple[int, int], GridHalfSpace] | None = None,
-    ) -> GridHalfSpace:
-        """The elastic bodies on the cells; ``parts`` are those on smaller windows, to be shared."""
-        return GridHalfSpace(self, modulus, team, parts)
+    def half_space(self, modulus: float, team: Team = ALONE) -> GridHalfSpace:
+        """The elastic bodies on the cells."""
+        return GridHalfSpace(self, modulus, team)
 
     def resized(self, field: NDArray[Any], other: Any) -> NDArray[Any]:
         """A field of this window on another one around the same origin.
@@ -318,7 +313,7 @@ class GridHalfSpace:
     """The elastic half-space under a pressure that is uniform on each cell of a window.
 
     Its displacement is a discrete convolution with the influence coefficients of Love. With the
-    composite modulus E*, Pa; ``parts`` are the same bodies on smaller windows, made before.
+    composite modulus E*, Pa; ``parts`` are the same bodies on smaller windows, found before.
     """
 
     def __init__(
