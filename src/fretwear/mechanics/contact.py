@@ -52,11 +52,6 @@ class Accuracy:
     #: is of second order, and of either sign.
     following: float = 0.02
 
-    @classmethod
-    def uniform(cls, tolerance: float) -> Accuracy:
-        """Every contact to the same tolerance."""
-        return cls(tolerance, tolerance, tolerance, tolerance, tolerance)
-
 
 class ContactError(RuntimeError):
     """No pressure distribution was found that satisfies the contact conditions to the tolerance.
@@ -195,7 +190,6 @@ class Contact:
     #: Largest violation of the conditions on the gap, relative to the largest displacement; if
     #: verified, from a separate convolution.
     residual: float
-    iterations: int  #: conjugate-gradient steps spent
     convolutions: int  #: half-space convolutions spent
     stiffness: Array | None = None  #: pressure per approach, Pa/m, where it is known
 

@@ -20,6 +20,7 @@ import numpy as np
 
 from fretwear.mechanics.contact import ContactProblem, HalfSpace, Layer
 from fretwear.mechanics.geometry import Array, Mask, Single
+from fretwear.mechanics.geometry.dense import DenseHalfSpace
 from fretwear.mechanics.loading import Sliding
 from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.team import ALONE, Team, kernels
@@ -118,7 +119,7 @@ class Jaeger(SlipModel):
         depth = sliding.level - lowest
         if depth <= _NO_DEPTH * scale:
             nothing, gap = np.zeros_like(shape), shape - sliding.level
-            response = None if half_space.matrix is None else nothing - 1.0
+            response = nothing - 1.0 if isinstance(half_space, DenseHalfSpace) else None
             return ReducedContact(nothing, gap, sliding.level, 0.0, response=response)
         # The solver's tolerance is relative to a displacement that vanishes with the stick zone.
         tolerance = min(tolerance * max(scale / depth, 1.0), _COARSE)

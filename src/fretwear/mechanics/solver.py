@@ -25,7 +25,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from math import inf, isfinite, sqrt
-from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -38,6 +37,7 @@ from fretwear.mechanics.contact import (
 )
 from fretwear.mechanics.convolution import Convolution
 from fretwear.mechanics.geometry import Array, Index, Mask, Single
+from fretwear.mechanics.geometry.dense import DenseHalfSpace
 from fretwear.mechanics.geometry.grid import GridHalfSpace
 from fretwear.mechanics.team import kernels
 
@@ -117,23 +117,23 @@ def solve_contact(
                 f"a pressure limit of {problem.limit:.4g} Pa cannot carry {problem.load:.4g} N on "
                 f"a window of half-widths {geometry.extent[0]:.3g} m and {geometry.extent[1]:.3g} m"
             )
-    spent = (0, 0)
+    spent = 0
     if start is None or float(start.max()) * start.size <= _NEGLIGIBLE * problem.total:
         start = _first_guess(problem)
-        if np.isfinite(problem.limit) and half_space.matrix is None:
+        if np.isfinite(problem.limit) and isinstance(half_space, GridHalfSpace):
             # Both bounds at once from a distant start lead to wrong sets, so yielding starts from
             # the elastic state.
-            elastic = ActiveSet(replace(problem, limit=np.inf), start)
+            elastic = ActiveSet(replace(problem, limit=np.inf), half_space, start)
             elastic.solve(_COARSE, verified=False)
-            start, spent = elastic.pressure, (elastic.iterations, elastic.convolutions)
-    if half_space.matrix is not None:
-        found = _directly(problem, start, tolerance) or _directly(
-            problem, projected_gradient(problem, start, tolerance), tolerance
+            start, spent = elastic.pressure, elastic.convolutions
+    if isinstance(half_space, DenseHalfSpace):
+        found = _directly(problem, half_space, start, tolerance) or _directly(
+            problem, half_space, projected_gradient(problem, start, tolerance), tolerance
         )
         if found is None:
             raise ContactError(f"the normal contact did not converge in {_DIRECT_STEPS} solutions")
         return found
-    method = ActiveSet(problem, start)
+    method = ActiveSet(problem, half_space, start)
     if not method.solve(tolerance, verified=verified):
         method.restart(projected_gradient(problem, method.pressure, tolerance))
         if not method.solve(tolerance, verified=verified):
@@ -148,8 +148,7 @@ def solve_contact(
         approach=method.approach,
         saturated=method.pressure >= problem.limit,
         residual=method.residual,
-        iterations=method.iterations + spent[0],
-        convolutions=method.convolutions + spent[1],
+        convolutions=method.convolutions + spent,
     )
 
 
@@ -175,24 +174,21 @@ def _first_guess(problem: ContactProblem) -> Array:
 class ActiveSet:
     """The current feasible pressure, Pa, its displacement, m, and the sets of cells."""
 
-    _known_tangent: Single | None
     _cells: FreeCells
 
-    def __init__(self, problem: ContactProblem, start: Array) -> None:
-        self.problem, self._team = problem, problem.half_space.team
-        self.iterations = self.convolutions = 0
+    def __init__(self, problem: ContactProblem, bodies: GridHalfSpace, start: Array) -> None:
+        self.problem, self._bodies, self._team = problem, bodies, bodies.team
+        self.convolutions = 0
         self.restart(start)
 
     def restart(self, start: Array) -> None:
         """Restart from a pressure, scaled to the load and clipped to the bounds."""
         self.pressure = self.problem.clip_to_load(start)
-        self._known_tangent = None
         self._refresh()
         self.gap = np.empty_like(self.pressure)
         self.free = self._between_bounds()
         self._care = 1.0
         self._solved: Mask = ~self.free
-        self._bodies = cast("GridHalfSpace", self.problem.half_space)
         self._inverses = preconditioner(self._bodies, self._tangent(), self.free)
 
     def _between_bounds(self) -> Mask:
@@ -204,11 +200,8 @@ class ActiveSet:
 
     def _tangent(self) -> Single | None:
         """Tangent of the layer in units of the influence of a cell on itself."""
-        layer = self.problem.layer
-        if layer is not None and self._known_tangent is None:
-            unit = self.problem.half_space.self_influence
-            self._known_tangent = layer.tangent_in(unit, self.pressure, self._team)
-        return self._known_tangent
+        layer, unit = self.problem.layer, self._bodies.self_influence
+        return None if layer is None else layer.tangent_in(unit, self.pressure, self._team)
 
     def solve(self, tolerance: float, *, verified: bool = True) -> bool:
         """Iterate until the residual is below the tolerance; return whether it is.
@@ -240,7 +233,7 @@ class ActiveSet:
 
     def _refresh(self) -> None:
         """Recompute K p, which is otherwise updated."""
-        self.displacement = self.problem.half_space.displacement(self.pressure)
+        self.displacement = self._bodies.displacement(self.pressure)
         self.separation = self.problem.separation(self.pressure, self.displacement)
         self.convolutions += 1
         self._rounding = 0.0
@@ -273,16 +266,16 @@ class ActiveSet:
 
     def _advance(self, tolerance: float) -> bool:
         """One projected Newton step; False when no descent is left."""
-        problem, team, half_space = self.problem, self._team, self.problem.half_space
+        problem, team, bodies = self.problem, self._team, self._bodies
         before, self._solved = self._solved, self.free
         changed = np.count_nonzero(before != self.free)
         if changed:
             self._cells = FreeCells(
-                self._bodies.single, self._inverses, self.free, problem.approach is None
+                bodies.single, self._inverses, self.free, problem.approach is None
             )
         # While many cells still change sides it does not pay to solve for them exactly; what the
         # caller started from has most of them right.
-        if self.iterations:
+        if self.convolutions > 1:
             few = changed <= _FEW * np.count_nonzero(self.free)
             reduction = _AT_LAST if few else _WHILE_CHANGING
         else:
@@ -290,31 +283,32 @@ class ActiveSet:
         enough = self._care * _ENOUGH * tolerance / self.residual
         # In units of the worst violation and of the influence of a cell on itself.
         unit, cells = self.residual * self.scale, self._cells
-        pressure_unit = unit / half_space.self_influence
-        found = cells.solve(self.gap, -unit, self._tangent(), self._care * reduction, enough)
-        self.iterations += found.iterations
-        self.convolutions += found.iterations
+        pressure_unit = unit / bodies.self_influence
+        found, moved, largest, missed, iterations = cells.solve(
+            self.gap, -unit, self._tangent(), self._care * reduction, enough
+        )
+        self.convolutions += iterations
         # In double precision, the load is kept to the last digit.
-        stray = found.missed / cells.uniform_sum
+        stray = missed / cells.uniform_sum
         step, gap = np.empty_like(self.pressure), problem.weighted(self.gap)
         lowest, highest, slope = kernels.scale_step(
             team,
             self.pressure,
             gap,
-            found.pressure,
+            found,
             pressure_unit,
             cells.uniform,
             stray * pressure_unit,
             step,
         )
         if lowest >= 0 and highest <= problem.limit:
-            largest = (found.largest + abs(stray)) * unit
-            self._search(step, slope, found.displacement, unit, -stray * unit, largest)
+            largest = (largest + abs(stray)) * unit
+            self._search(step, slope, moved, unit, -stray * unit, largest)
             return True
         target = team.cellwise(np.add, self.pressure, step)
         for _ in range(8):
             step = team.cellwise(np.subtract, problem.clip_to_load(target), self.pressure)
-            moved, unit = half_space.relative_displacement(step)
+            moved, unit = bodies.relative_displacement(step)
             self.convolutions += 1
             products = team.cellwise(np.multiply, gap, step)
             slope = kernels.inner(team, np.ones_like(step), products)
@@ -371,17 +365,6 @@ class ActiveSet:
                     low, first = fraction, middle
                 else:
                     high, last = fraction, middle
-        self._known_tangent = None
-
-
-class Step(NamedTuple):
-    """An approximate solution of the problem of `FreeCells`."""
-
-    pressure: Single  #: s
-    displacement: Single  #: K s
-    largest: float  #: largest magnitude of the displacement
-    missed: float  #: sum of s, zero under a given load but for rounding
-    iterations: int  #: conjugate-gradient steps, each with one convolution
 
 
 def preconditioner(half_space: GridHalfSpace, tangent: Single | None, free: Mask) -> list[Part]:
@@ -436,33 +419,36 @@ class FreeCells:
         self._inside = self._team.cellwise(np.float32, free, dtype=np.float32)
         self._count = np.count_nonzero(free)
         # Cells that are not free have no weight.
-        self._shares = [
-            self._team.cellwise(np.multiply, share, self._inside[cells], dtype=np.float32)
-            for cells, share, _ in parts
+        weigh = partial(self._team.cellwise, np.multiply, dtype=np.float32)
+        self._parts: list[Part] = [
+            (cells, weigh(share, self._inside[cells]), invert) for cells, share, invert in parts
         ]
-        self._parts = parts
-        self.uniform, self.uniform_sum = self.apply_preconditioner(self._inside)
-        if not under_load:
-            self.uniform, self.uniform_sum = np.zeros_like(self._inside), np.inf
+        self.uniform, self.uniform_sum = np.zeros_like(self._inside), np.inf
+        if under_load:
+            self.uniform, self.uniform_sum = self.apply_preconditioner(self._inside)
 
     def apply_preconditioner(self, residual: Single) -> tuple[Single, float]:
         """The pressure for a residual gap, zero on all other cells, and their inner product."""
-        energy, found = 0.0, []
-        for (cells, _, invert), share in zip(self._parts, self._shares, strict=True):
+        result, energy = np.empty(0, np.float32), 0.0
+        for cells, share, invert in self._parts:
             left, pressure = np.ascontiguousarray(residual[cells]), np.empty_like(share)
             kernels.times(self._team, left, share, pressure)
-            found.append(invert(pressure))
-            energy += kernels.weigh(self._team, share, left, found[-1])
-        # The first part is on all cells.
-        result, *others = found
-        for (cells, *_), pressure in zip(self._parts[1:], others, strict=True):
-            result[cells] += pressure
+            pressure = invert(pressure)
+            energy += kernels.weigh(self._team, share, left, pressure)
+            # The first part is on all cells.
+            if not result.size:
+                result = pressure
+            else:
+                result[cells] += pressure
         return result, energy
 
     def solve(
         self, residual: Array, unit: float, tangent: Single | None, reduction: float, enough: float
-    ) -> Step:
+    ) -> tuple[Single, Single, float, float, int]:
         """Preconditioned conjugate gradients.
+
+        It returns s, its displacement K s and the largest magnitude of that, the sum of s, which is
+        zero under a given load but for rounding, and the number of steps, of one convolution each.
 
         Directions of zero sum keep the load: with z₁ = M 1, the residual loses the uniform part
         ∑ z₁r / ∑ z₁ before M is applied, and α is the sum of such parts.
@@ -506,10 +492,12 @@ class FreeCells:
             uniform = kernels.advance(team, length, direction, force, self.uniform, pressure, left)
         # The remainder on other cells is the displacement of the surface there.
         largest, missed = kernels.recover_displacement(team, start, tangent, pressure, alpha, left)
-        return Step(pressure, left, largest, missed, iterations)
+        return pressure, left, largest, missed, iterations
 
 
-def _directly(problem: ContactProblem, start: Array, tolerance: float) -> Contact | None:
+def _directly(
+    problem: ContactProblem, half_space: DenseHalfSpace, start: Array, tolerance: float
+) -> Contact | None:
     """Solution by factors of the matrix of the free cells, if there is one; None if it cycles.
 
     Semismooth Newton: Hintermüller, Ito and Kunisch, "The primal-dual active set strategy as a
@@ -517,9 +505,7 @@ def _directly(problem: ContactProblem, start: Array, tolerance: float) -> Contac
     gap, and the free ones by their pressure.
     """
     tolerance *= _DIRECTLY
-    half_space, limit, layer = problem.half_space, problem.limit, problem.layer
-    matrix = half_space.matrix
-    assert matrix is not None
+    limit, layer, matrix = problem.limit, problem.layer, half_space.matrix
     weights = problem.weighted(np.ones_like(start))[:, 0]
     unit = half_space.self_influence
     pressure = problem.clip_to_load(start)[:, 0]
@@ -576,7 +562,6 @@ def _directly(problem: ContactProblem, start: Array, tolerance: float) -> Contac
                 float(level * unit),
                 high[:, None],
                 residual,
-                iterations=step,
                 convolutions=step,
                 stiffness=stiffness[:, None],
             )

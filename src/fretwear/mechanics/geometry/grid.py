@@ -328,7 +328,6 @@ class GridHalfSpace:
         shape = offsets(geometry.shape, geometry.even)
         kernel = influence_coefficients(shape, geometry.spacing, composite_modulus, team)
         self.self_influence = float(kernel[0, 0])
-        self.matrix: Array | None = None
         self._convolution = convolution(kernel, geometry.even, team)
 
     def displacement(self, pressure: Array) -> Array:
