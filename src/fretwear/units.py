@@ -50,11 +50,14 @@ _HARDNESS_SCALES = {"hv", "hb", "hbw"}
 class QuantityError(ValueError):
     """A value that breaks a rule: the rule, as a sentence without its subject, and a hint.
 
-    `known` lists the valid words where one may be misspelt.
+    `known` lists the valid words where one may be misspelt; `inside` are the problems of a value
+    that holds others, with keys relative to it, instead of a rule.
     """
 
-    def __init__(self, rule: str, hint: str = "", known: Sequence[str] = ()) -> None:
-        self.rule, self.hint, self.known = rule, hint, known
+    def __init__(
+        self, rule: str, hint: str = "", known: Sequence[str] = (), inside: Sequence[Any] = ()
+    ) -> None:
+        self.rule, self.hint, self.known, self.inside = rule, hint, known, tuple(inside)
         super().__init__(rule, hint)
 
     def __str__(self) -> str:
@@ -106,7 +109,7 @@ class Dimension:
 
     @property
     def expectation(self) -> str:
-        """What a value must be, with an example: "must be a force such as 50 N"."""
+        """The rule that it is one: "must be a force such as 50 N"."""
         return f"must be {self.name} such as {self.example}"
 
     @property
@@ -162,8 +165,7 @@ _READABLE = {
 @cache
 def _registry() -> tuple[pint.UnitRegistry[Any], dict[Any, Dimension]]:
     """Return what reads units, and the kinds of quantity by dimensionality."""
-    # pint costs a fifth of a second to import: only those who give units pay for it.
-    import pint
+    import pint  # takes a fifth of a second: only those who give unusual units pay for it
 
     registry: Any = pint.UnitRegistry(None, cache_folder=None, non_int_type=Decimal)
     registry.load_definitions(re.split(", |\n", _DEFINITIONS.strip()))
@@ -242,28 +244,28 @@ def parse_quantity(value: object, dimension: Dimension, *, units_required: bool 
         with suppress(OverflowError):  # A whole number may be larger than any float.
             number = float(value)
         number = _finite(number, dimension)
-        if units_required and not dimension.is_plain_number:
-            raise _no_unit(f"{number:.12g}", dimension)
-        return number
-    if not isinstance(value, str) or len(value) > _MAX_LENGTH:
-        raise QuantityError(dimension.expectation)
-    match = _QUANTITY.fullmatch(value)
-    if match is None or _DECIMAL_COMMA.match(value) or not match["number"].isascii():
-        hint = "write a decimal point, not a comma" if _DECIMAL_COMMA.match(value) else ""
-        raise QuantityError(dimension.expectation, hint)
-    unit = match["unit"].strip()
-    if not unit:
-        if not dimension.is_plain_number:
-            raise _no_unit(match["number"], dimension)
-        return _finite(float(match["number"]), dimension)
+        if dimension.is_plain_number or not units_required:
+            return number
+        given, unit = f"{number:.12g}", ""
+    else:
+        text = value if isinstance(value, str) and len(value) <= _MAX_LENGTH else ""
+        match, comma = _QUANTITY.fullmatch(text), _DECIMAL_COMMA.match(text)
+        if match is None or comma or not match["number"].isascii():
+            hint = "write a decimal point, not a comma" if comma else ""
+            raise QuantityError(dimension.expectation, hint)
+        given, unit = match["number"], match["unit"].strip()
     if dimension.is_plain_number:
-        raise QuantityError(f"{dimension.expectation}, without a unit")
+        if unit:
+            raise QuantityError(f"{dimension.expectation}, without a unit")
+        return _finite(float(given), dimension)
+    if not unit:
+        usual = dimension.example.split(" ", 1)[1]
+        rule = f"needs a unit: it is {dimension.name} such as {dimension.example}"
+        raise QuantityError(rule, f"did you mean '{given} {usual}'?")
     if unit.casefold().rstrip("0123456789") in _HARDNESS_SCALES and dimension.si_unit == "Pa":
-        pressure = _GRAVITY * float(match["number"])
-        raise QuantityError(
-            f"{dimension.expectation}, but {unit} is a scale of hardness",
-            f"one HV or HB is about 9.81 MPa: write '{pressure:.4g} MPa'",
-        )
+        rule = f"{dimension.expectation}, but {unit} is a scale of hardness"
+        hint = f"one HV or HB is about 9.81 MPa: write '{_GRAVITY * float(given):.4g} MPa'"
+        raise QuantityError(rule, hint)
     try:
         factor, found = _unit(unit)
     except QuantityError as error:
@@ -276,17 +278,9 @@ def parse_quantity(value: object, dimension: Dimension, *, units_required: bool 
         meant, hint = f"{above}/({below.strip()})", ""
         with suppress(QuantityError):
             if stroke and _unit(meant)[1].si_unit == dimension.si_unit:
-                hint = f"did you mean '{match['number']} {meant}'?"
+                hint = f"did you mean '{given} {meant}'?"
         raise QuantityError(f"{dimension.expectation}, but {unit!r} is {found.name}", hint)
-    return _finite(float(Decimal(match["number"]) * factor), dimension)
-
-
-def _no_unit(number: str, dimension: Dimension) -> QuantityError:
-    unit = dimension.example.split(" ", 1)[1]
-    return QuantityError(
-        f"needs a unit: it is {dimension.name} such as {dimension.example}",
-        f"did you mean '{number} {unit}'?",
-    )
+    return _finite(float(Decimal(given) * factor), dimension)
 
 
 def _finite(number: float, dimension: Dimension) -> float:
@@ -305,11 +299,8 @@ def format_quantity(value: float, dimension: Dimension, digits: int = 6) -> str:
     if math.isinf(value) and value > 0.0:
         return "none"
     # Rounding first keeps 999.9999 nm from being written as 1000 nm.
-    rounded = float(f"{value:.{digits}g}")
-    chosen = NO_UNIT
-    for index, unit in enumerate(dimension.units):
-        if index == 0 or abs(rounded) >= unit.size * (1.0 - 1e-9):
-            chosen = unit
+    rounded = abs(float(f"{value:.{digits}g}"))
+    chosen = _fitting(dimension.units or (NO_UNIT,), rounded * (1.0 + 1e-9))
     return f"{value / chosen.size:.{digits}g} {chosen.typed or chosen.name}".rstrip()
 
 
@@ -327,8 +318,12 @@ def readable_unit(values: Any, si_unit: str) -> Unit:
 
     known = np.abs(np.asarray(values, dtype=np.float64))
     largest = known.max(initial=0.0, where=np.isfinite(known))
-    fitting = [unit for unit in _READABLE[si_unit] if unit.size <= largest]
-    return [_READABLE[si_unit][0], *fitting][-1]
+    return _fitting(_READABLE[si_unit], largest)
+
+
+def _fitting(units: Sequence[Unit], value: float) -> Unit:
+    """Return the largest unit that is not larger than a value, else the smallest."""
+    return [units[0], *(unit for unit in units if unit.size <= value)][-1]
 
 
 def number_text(value: float, digits: int = 5) -> str:

@@ -21,7 +21,7 @@ from fretwear.parts import (
     means_none,
     required,
 )
-from fretwear.study.problems import Problem, Problems, UnreadError, read_fields
+from fretwear.study.problems import Problem, Problems, read_fields
 from fretwear.units import NO_UNIT, QuantityError, listed, nearest
 
 _CYCLES = "cycles"
@@ -63,8 +63,14 @@ class PartOf(Parameter):
 
     @property
     def keys(self) -> Mapping[str, Parameter]:
+        of_kinds = (kind.parameters().items() for kind in self.open_kinds.values())
+        return {name: each for own in of_kinds for name, each in own}
+
+    @property
+    def shared(self) -> list[str]:
+        """The keys that every kind requires."""
         kinds = self.open_kinds.values()
-        return {name: each for kind in kinds for name, each in kind.parameters().items()}
+        return [name for name in self.keys if all(name in required(kind) for kind in kinds)]
 
     def are_keys(self, value: Any) -> bool:
         """Whether the fields of a part, as keys of the case, specify it completely."""
@@ -91,7 +97,7 @@ class PartOf(Parameter):
         return f"{text}, or none" if text and self.none else text
 
     def read(self, value: object, units_required: bool) -> Any:
-        """Return a part; one `UnreadError` lists all problems inside it."""
+        """Return a part; one error lists all problems inside it."""
         if isinstance(value, self.family):
             return value
         if self.none and not self.varied and means_none(value, units_required):
@@ -110,13 +116,13 @@ class PartOf(Parameter):
         name = value.get("kind", next(iter(self.kinds)))
         if name not in [*self.kinds]:
             rule = f"must be {listed(self.kinds, 'or')}"
-            raise UnreadError([Problem(".kind", name, rule, known=[*self.kinds])])
+            raise QuantityError(rule, inside=[Problem(".kind", name, rule, known=[*self.kinds])])
         kind = self.kinds[name]
         known = {"kind": Choice("", "", (name,)), **kind.parameters()}
         needed = required(kind).difference(self.varied)
         part = kind.unchecked(**read_fields(value, known, needed, units_required))
         if not self.varied and part.problem is not None:
-            raise UnreadError([Problem("", None, *part.problem)])
+            raise QuantityError("", inside=[Problem("", None, *part.problem)])
         return part
 
     def schema(self) -> dict[str, Any]:
@@ -185,12 +191,11 @@ class Inline(PartOf):
 
     @property
     def leading(self) -> dict[str, type[Part]]:
-        """The first required key of each kind that no other kind has, by name of the kind."""
-        telling, found = self.telling, dict[str, type[Part]]()
+        """The kinds by the first key that each requires and not all have."""
+        found: dict[str, type[Part]] = {}
         for kind in self.kinds.values():
-            own = [n for n in kind.parameters() if n in telling and n in required(kind)]
-            for name in own[:1]:
-                found.setdefault(name, kind)
+            own = [name for name in kind.parameters() if name in self.telling & required(kind)]
+            found |= {name: kind for name in own[:1] if name not in found}
         return found
 
     def changed(self, part: Part, given: dict[str, Any]) -> Part | None:
@@ -200,12 +205,6 @@ class Inline(PartOf):
             if found := self.make({name: vars(part)[name] for name in common} | given, [kind]):
                 return found
         return None
-
-    def needed(self, given: set[str]) -> list[str]:
-        """The keys, besides the leading ones, that the kind of the given keys requires."""
-        chosen = (kind for name, kind in self.leading.items() if name in given)
-        kind = next(chosen, next(iter(self.kinds.values())))
-        return [n for n in kind.parameters() if n in required(kind) and n not in self.telling]
 
     def broken(self, given: set[str], unknown: list[str]) -> Iterator[Problem]:
         """Return what is wrong if the keys of no kind, or of several kinds, are given."""

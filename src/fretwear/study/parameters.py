@@ -231,7 +231,6 @@ def missing(given: Iterable[str], *, in_file: bool) -> Iterator[Problem]:
         rule = "is redundant: blocks have cycles of their own"
         yield Problem("cycles", None, rule, "give one of the two")
     for member, about in members().items():
-        wanted: Iterable[str] = about.keys or (member,)
         if member in given:
             for name in sorted(given.intersection(about.keys)):
                 rule = f"is redundant: {member} is given too"
@@ -242,8 +241,7 @@ def missing(given: Iterable[str], *, in_file: bool) -> Iterator[Problem]:
             continue
         if isinstance(about, Inline):
             yield from about.broken(given, unknown)
-            wanted = about.needed(given)
-        for name in wanted:
+        for name in about.shared if isinstance(about, PartOf) and about.keys else (member,):
             parts_given = any(each.startswith(f"{name}.") for each in given)
             misspelt = any(nearest(key, (name,)) for key in unknown)
             if name not in given and not parts_given and not misspelt:

@@ -22,7 +22,6 @@ from fretwear.study.parameters import (
 from fretwear.study.problems import (
     Problem,
     Problems,
-    UnreadError,
     in_words,
     read_fields,
     read_given,
@@ -259,8 +258,8 @@ def _read_range(name: str, raw: Mapping[str, Any], design: Design | None) -> Ran
         )
     if not low < high < math.inf:
         rule = f"must be more than vary.{name}.from = {raw['from']}, and finite"
-        raise UnreadError([Problem(".to", raw["to"], rule)])
+        raise QuantityError(rule, inside=[Problem(".to", raw["to"], rule)])
     if scale == "log" and low <= 0.0:
         rule = "must be larger than 0 on a logarithmic scale"
-        raise UnreadError([Problem(".from", raw["from"], rule)])
+        raise QuantityError(rule, inside=[Problem(".from", raw["from"], rule)])
     return Range(low, high, logarithmic=scale == "log")

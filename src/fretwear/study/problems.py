@@ -69,14 +69,6 @@ class Problem:
         return text + (f"\n    {self.hint}" if self.hint else "")
 
 
-class UnreadError(Exception):
-    """Problems inside a value that could not be read, with keys relative to it."""
-
-    def __init__(self, problems: Iterable[Problem]) -> None:
-        self.problems = tuple(problems)
-        super().__init__(self.problems)
-
-
 class Problems(list[Problem]):
     """The problems found while reading, in order."""
 
@@ -86,14 +78,14 @@ class Problems(list[Problem]):
         try:
             yield
         except QuantityError as wrong:
-            self.add(key, given, wrong.rule, wrong.hint, known=wrong.known)
-        except UnreadError as wrong:
-            self.extend(replace(each, key=f"{key}{each.key}") for each in wrong.problems)
+            self.extend(replace(each, key=f"{key}{each.key}") for each in wrong.inside)
+            if not wrong.inside:
+                self.add(key, given, wrong.rule, wrong.hint, known=wrong.known)
 
     def raise_any(self) -> None:
-        """Raise all of them as one `UnreadError`, if there are any."""
+        """Raise all of them as one error, if there are any."""
         if self:
-            raise UnreadError(self)
+            raise QuantityError("has problems", inside=self)
 
     def add(self, key: str, given: object, rule: str, remedy: str = "", **words: Any) -> None:
         """Add a problem; `known` lists the valid words, of which one may have been `written`."""
@@ -115,7 +107,7 @@ def read_fields(
     units: bool,
     rule: str = _NOT_KNOWN,
 ) -> dict[str, Any]:
-    """Read the values of a mapping by name; one `UnreadError` lists all problems.
+    """Read the values of a mapping by name; one `QuantityError` lists all problems.
 
     `units` says whether values need units, `rule` is the message for unknown names.
     """
