@@ -122,7 +122,6 @@ class Axis:
     name: str  # dotted, as in the file
     values: tuple[Any, ...]  # in SI units, in the order of the file; sampled: one per point
     written: tuple[Any, ...]  # as in a study file
-    place: str  # their place in the file: ``vary.load``
     drawn_from: Range | None = None  # None where the values were listed
 
     @cached_property
@@ -159,21 +158,21 @@ class Axis:
 
 
 def read_axes(
-    vary: Mapping[str, Any], places: Mapping[str, str], design: Design | None, problems: Problems
+    vary: Mapping[str, Any], design: Design | None, problems: Problems
 ) -> tuple[Axis, ...]:
     """Read the varied parameters; return the valid axes and add the rest to `problems`.
 
-    A design of None could not be read. `places` says where values are that are not under `vary`.
+    A design of None could not be read.
     """
     axes: list[Axis] = []
     known = parameter_names()
     for name, raw in vary.items():
-        place = places.get(name, f"vary.{name}")
         if name not in known:
-            problems.add(place, raw, "is not a case parameter", known=known, written=name)
+            rule = "is not a case parameter"
+            problems.add(f"vary.{name}", raw, rule, known=known, written=name)
             continue
-        with problems.at(place, raw):
-            axes.append(_read_axis(name, raw, design, place))
+        with problems.at(f"vary.{name}", raw):
+            axes.append(_read_axis(name, raw, design))
     for whole in vary:
         for part in [name for name in vary if name.startswith(f"{whole}.")][:1]:
             rule = f"varies the whole of which {part} is a part"
@@ -205,13 +204,13 @@ def read_axes(
     return tuple(axes) if size <= MAX_POINTS else ()
 
 
-def _read_axis(name: str, raw: object, design: Design | None, place: str) -> Axis:
+def _read_axis(name: str, raw: object, design: Design | None) -> Axis:
     """Read a list, or the range from which values will be drawn."""
     if isinstance(raw, Mapping):
         if parts := [each for each in parameter_names() if each.startswith(f"{name}.")]:
             hint = f"to vary a part of it write {parts[0]}: [{parameter_of(parts[0]).example}, ...]"
             raise QuantityError(f"must be a list of values of {name}", hint)
-        return Axis(name, (), (), place, _read_range(name, raw, design))
+        return Axis(name, (), (), _read_range(name, raw, design))
     if not isinstance(raw, list):
         hint = f"write [{raw}]" if isinstance(raw, str | float) else ""
         if isinstance(design, Sampled):
@@ -228,10 +227,10 @@ def _read_axis(name: str, raw: object, design: Design | None, place: str) -> Axi
             first = seen.setdefault(_identity(value), position)
             # Paired lists may repeat a value: only a whole row makes the same point.
             if first != position and not isinstance(design, Zip):
-                rule = f"is the same value as {place}[{first}], {raw[first]}"
+                rule = f"is the same value as vary.{name}[{first}], {raw[first]}"
                 raise QuantityError(rule, "leave one of them out")
     problems.raise_any()
-    return Axis(name, tuple(values), tuple(raw), place)
+    return Axis(name, tuple(values), tuple(raw))
 
 
 def _identity(value: Any) -> object:

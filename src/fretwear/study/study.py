@@ -248,7 +248,7 @@ def _checked(
     content, wrong = override(given, assignments)
     before, found = [*problems, *wrong], Problems()
     sections = _read_sections(_located(content, file.parent), found)
-    axes = read_axes(sections.vary, sections.places, sections.design, found)
+    axes = read_axes(sections.vary, sections.design, found)
     fixed = _read_base(sections, axes, found)
     asked = sections.output.get("cycles", "auto")
     with found.at("output.cycles", asked):
@@ -290,7 +290,6 @@ class _Sections:
     invalid: str = "stop"
     batch: int | None = None
     output: Mapping[str, Any] = field(default_factory=dict)
-    places: Mapping[str, str] = field(default_factory=dict)  # of varied values not under `vary`
 
 
 def _read_sections(raw: Mapping[str, Any], problems: Problems) -> _Sections:
@@ -311,7 +310,7 @@ def _read_sections(raw: Mapping[str, Any], problems: Problems) -> _Sections:
         rule = f"would vary what vary.{twice[0]} varies"
         problems.add("seeds", raw["seeds"], rule, "leave one of them out")
     elif "seeds" in raw:
-        found |= {"vary": {**vary, SEEDS: raw["seeds"]}, "places": {SEEDS: "seeds"}}
+        found["vary"] = {**vary, SEEDS: raw["seeds"]}
     return _Sections(**found)
 
 
@@ -361,8 +360,8 @@ def _read_base(sections: _Sections, axes: tuple[Axis, ...], problems: Problems) 
         of_kind = [*part.parameters()]
         for own in (each for each in fields if each not in of_kind):
             name, rule = f"{whole}.{own}", f"is nothing that {part.kind} has"
-            key, remedy = sections.places.get(name, f"vary.{name}"), f"it has {', '.join(of_kind)}"
-            problems.add(key, sections.vary[name], rule, remedy, known=of_kind, written=own)
+            given, remedy = sections.vary[name], f"it has {', '.join(of_kind)}"
+            problems.add(f"vary.{name}", given, rule, remedy, known=of_kind, written=own)
         if not all(own in of_kind and f"{whole}.{own}" in known for own in fields):
             del read[whole]
     return {name: value for name, value in read.items() if name not in varied}
@@ -411,9 +410,8 @@ def _try_rules(study: Study, problems: Problems, *, skip: bool) -> None:
             others = []
             for axis, position in zip((study.axes[i] for i in relevant), positions, strict=True):
                 if axis.key == subject:
-                    key = axis.place + (
-                        "" if isinstance(study.design, Sampled) else f"[{position}]"
-                    )
+                    listed = not isinstance(study.design, Sampled)
+                    key = f"vary.{axis.name}" + (f"[{position}]" if listed else "")
                 else:
                     others.append(f"{axis.name} = {axis.labels[position]}")
             at = f" (at {', '.join(others)})" if others else ""
@@ -428,16 +426,17 @@ def _in_order(
     problems: Iterable[Problem], lines: Mapping[str, int], assignments: Sequence[str]
 ) -> list[Problem]:
     """Add the line of the key to problems, and mark those set on the command line."""
-    placed = []
     names = [assignment.partition("=")[0].strip() for assignment in assignments]
-    places = [(name, place) for name in names for place in (f"base.{name}", name)]
+    shown = {place: f"{OPTION} {name}" for name in names for place in (f"base.{name}", name)}
+    if "seeds" in lines and f"vary.{SEEDS}" not in lines:
+        shown[f"vary.{SEEDS}"] = "seeds"
+    placed = []
     for problem in problems:
         key = problem.key
-        for name, place in places:
+        for place, name in shown.items():
             if f"{problem.key}.".startswith((f"{place}.", f"{place}[")):
-                key = f"{OPTION} {name}{problem.key.removeprefix(place)}"
-        line = problem.line or (lines.get(key) if key else None)
-        placed.append(replace(problem, key=key, line=line))
+                key = name + problem.key.removeprefix(place)
+        placed.append(replace(problem, key=key, line=problem.line or lines.get(key)))
     return sorted(placed, key=lambda problem: problem.line or len(lines) * 1000)
 
 
