@@ -22,6 +22,7 @@ def code_digest() -> str:
     a wheel.
     """
     import hashlib
+    from importlib import metadata
 
     package = Path(__file__).parent
     digest = hashlib.sha256()
@@ -32,14 +33,6 @@ def code_digest() -> str:
         digest.update(f"{file.relative_to(package).as_posix()} {len(content)}\n".encode())
         digest.update(content)
     for library in _LIBRARIES:
-        digest.update(f"{library} {_version_of(library)}\n".encode())
+        found = next((each.version for each in metadata.distributions(name=library)), "")
+        digest.update(f"{library} {found}\n".encode())
     return digest.hexdigest()[:16]
-
-
-def _version_of(library: str) -> str:
-    from importlib import metadata
-
-    try:
-        return metadata.version(library)
-    except metadata.PackageNotFoundError:
-        return ""

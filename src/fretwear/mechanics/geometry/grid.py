@@ -215,10 +215,10 @@ class Grid:
         while True:
             held = self.resized(pressure, grid)
             border, beyond = grid.touched(held), grid._beyond(workspace, held, approach)
-            sides = border[0] or beyond[0], border[1] or beyond[1]
-            if not any(sides):
+            larger = grid.grown((border[0] or beyond[0], border[1] or beyond[1]))
+            if larger is grid:
                 return grid
-            grid = grid.grown(sides)
+            grid = larger
 
     def grown(self, sides: tuple[bool, bool]) -> Grid:
         """The next larger window along x, along y or both; this one for none."""
@@ -239,7 +239,15 @@ class Grid:
 
     def _beyond(self, workspace: Workspace, pressure: Array, approach: float) -> tuple[bool, bool]:
         """Whether the surfaces touch beyond the window, along x and along y."""
-        wide = self._wider(workspace.problem, approach)
+        if workspace.problem.wavelengths is None:
+            return False, False
+        wavelengths, reach = workspace.problem.wavelengths, workspace.problem.reach(approach)
+        # A wavelength beyond, as far as the surface lies below the approach.
+        x, y = (
+            max(own, min(own + wavelength, far))
+            for own, wavelength, far in zip(self.extent, wavelengths, reach, strict=True)
+        )
+        wide = self.covering((x, y))
         if wide.shape == self.shape:
             return False, False
         ground = workspace.on(wide)
@@ -254,19 +262,6 @@ class Grid:
         closed = (gap < approach) & outside
         beyond_x, beyond_y = abs(wide.x) > self.extent[0], abs(wide.y) > self.extent[1]
         return bool(closed[beyond_x].any()), bool(closed[:, beyond_y].any())
-
-    def _wider(self, problem: Any, approach: float) -> Grid:
-        """The window extended by a wavelength, as far as the surface lies below the approach."""
-        wavelengths = problem.wavelengths
-        if wavelengths is None:
-            return self
-        x, y = (
-            max(each, min(each + wavelength, reach))
-            for each, wavelength, reach in zip(
-                self.extent, wavelengths, problem.reach(approach), strict=True
-            )
-        )
-        return self.covering((x, y))
 
 
 def fast_shape(
