@@ -14,7 +14,7 @@ a deeper cell.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
@@ -26,9 +26,6 @@ from fretwear.mechanics.solver import solve_contact
 from fretwear.mechanics.team import ALONE, Team, kernels
 from fretwear.parts import Part
 from fretwear.theory import LineContact
-
-if TYPE_CHECKING:
-    from fretwear.mechanics.state import WearProblem
 
 _COARSE = 1e-2
 # From this tolerance on, displacements in single precision suffice beyond the stick zone.
@@ -65,7 +62,7 @@ class SlipModel(Part):
     follows_shape: ClassVar[bool] = False  # whether plastic flow changes the reduced contact
 
     def reduced(
-        self, problem: WearProblem, half_space: HalfSpace, shape: Array, *more: Any, **named: Any
+        self, problem: Any, half_space: HalfSpace, shape: Array, *more: Any, **named: Any
     ) -> ReducedContact:
         """The reduced contact of a shape, m.
 
@@ -99,7 +96,7 @@ class Jaeger(SlipModel):
 
     def reduced(
         self,
-        problem: WearProblem,
+        problem: Any,
         half_space: HalfSpace,
         shape: Array,
         sliding: Sliding | None = None,
@@ -170,9 +167,7 @@ class CattaneoMindlin(SlipModel):
     kind: Literal["cattaneo_mindlin"] = "cattaneo_mindlin"
     told_as: ClassVar[str] = "slip of the unworn sphere"
 
-    def reduced(
-        self, problem: WearProblem, half_space: HalfSpace, *_: Any, **__: Any
-    ) -> ReducedContact:
+    def reduced(self, problem: Any, half_space: HalfSpace, *_: Any, **__: Any) -> ReducedContact:
         """Hertz pressure and gap of the disc of radius c."""
         geometry = half_space.geometry
         r = np.hypot(*np.meshgrid(geometry.x, geometry.y, indexing="ij"))

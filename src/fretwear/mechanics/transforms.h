@@ -192,7 +192,7 @@ INLINED static inline void transpose(Vector<T> *rows) {
 template <class T>
 using Buffers = std::array<Lines<T> *, 4>;
 template <class T>
-INLINED static inline void branch(const Plan<T> &plan, Buffers<T> &at, bool odd) {
+INLINED static inline void split(const Plan<T> &plan, Buffers<T> &at, bool odd) {
     if (odd)
         for (Index j = 0; j < plan.count; j++) at[2][j] = at[0][j] * plan.shifts[j];
     transform(plan, at[0], at[1]);
@@ -201,7 +201,7 @@ INLINED static inline void branch(const Plan<T> &plan, Buffers<T> &at, bool odd)
 
 // The inverse of both, of which the conjugates are given, but for the number of terms: conjugate, too.
 template <class T>
-INLINED static inline void join(const Plan<T> &plan, Buffers<T> &at, bool odd) {
+INLINED static inline void combine(const Plan<T> &plan, Buffers<T> &at, bool odd) {
     transform(plan, at[0], at[1]);
     if (!odd) return;
     transform(plan, at[2], at[3]);
@@ -215,7 +215,7 @@ VECTORIZED static void into_rows(const Plan<T> &plan, Index columns, Index colum
                                  T *even, T *odd, Buffers<T> at) {
     const Index n = plan.count, left = columns - column;
     for (Index j = 0; j < n; j++) at[0][j] = loaded_pair(field + j * columns + column, left);
-    branch(plan, at, odd);
+    split(plan, at, odd);
     for (Index is_odd = 0; is_odd < (odd ? 2 : 1); is_odd++) {
         const Lines<T> *lines = at[2 * is_odd];
         T *rows = (is_odd ? odd : even) + column;
@@ -245,7 +245,7 @@ VECTORIZED static void from_rows(const Plan<T> &plan, Index columns, Index colum
             lines[mirror] = (real + imaginary.turned()).conjugate();
         }
     }
-    join(plan, at, odd);
+    combine(plan, at, odd);
     for (Index j = 0; j < n; j++)
         store_pair(at[0][j].conjugate(), field + j * columns + column, left);
 }
@@ -272,7 +272,7 @@ VECTORIZED static void multiply_lines(const Plan<T> &plan, Index rows, bool is_o
         transpose<T>(im);
         for (Index l = 0; l < std::min(width, n - first); l++) at[0][first + l] = {re[l], im[l]};
     }
-    branch(plan, at, odd);
+    split(plan, at, odd);
     for (Index between = 0; between < (odd ? 2 : 1); between++) {
         const T *spectrum = between ? odd : even;
         Lines<T> *lines = at[2 * between];
@@ -282,7 +282,7 @@ VECTORIZED static void multiply_lines(const Plan<T> &plan, Index rows, bool is_o
             lines[k] = {lines[k].re * factor, -lines[k].im * factor};
         }
     }
-    join(plan, at, odd);
+    combine(plan, at, odd);
     for (Index first = 0; first < n; first += width) {
         for (Index l = 0; l < width; l++) {
             const Lines<T> each = first + l < n ? at[0][first + l] : Lines<T>{};

@@ -16,7 +16,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,9 +25,6 @@ from fretwear.mechanics.geometry import Array, Index, Mask, Single, Workspace, Z
 from fretwear.mechanics.geometry.grid import Grid
 from fretwear.mechanics.team import ALONE, Team
 from fretwear.theory import LineContact
-
-if TYPE_CHECKING:
-    from fretwear.mechanics.state import State, WearProblem
 
 # Fraction of the cells that must hold the contact, and the factor by which they grow.
 _ROOM, _GROWTH = 0.88, 1.12
@@ -151,7 +148,7 @@ class DenseCells:
         """Index of all cells, and their distances, m."""
         return [((slice(None), 0), self.x)]
 
-    def ahead_of(self, problem: WearProblem, contact: State) -> Self:
+    def ahead_of(self, problem: Any, contact: Any) -> Self:
         """Cells that reach further if the next step may bring the contact to the border."""
         return self.holding(Workspace(problem), contact.pressure, contact.approach)
 
@@ -335,7 +332,7 @@ class Line(DenseCells):
         return np.sqrt((left * left + left * right + right * right) / 3.0)
 
     @classmethod
-    def first(cls, problem: WearProblem) -> Line:
+    def first(cls, problem: Any) -> Line:
         """Strips for the first loading of a problem, graded to the edge of its stick zone.
 
         Strips of a rough contact, which sticks and slips in many places, are equal.

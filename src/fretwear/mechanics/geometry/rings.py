@@ -15,16 +15,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from fretwear.mechanics.geometry import Array
 from fretwear.mechanics.geometry.dense import DenseCells
 from fretwear.theory import LimitingState
-
-if TYPE_CHECKING:
-    from fretwear.mechanics.state import State, WearProblem
 
 # Width of the rings in units of the slip annulus or the stick radius: narrowest where the elastic
 # pressure grows without bound, widest near the edge of contact. There and elsewhere they are at
@@ -59,7 +56,7 @@ class Grading:
     coarseness: float = 1.0  # factor on all widths
 
     @classmethod
-    def of(cls, problem: WearProblem, stick: float, contact: float) -> Grading:
+    def of(cls, problem: Any, stick: float, contact: float) -> Grading:
         """The grading for given radii of stick zone and contact, m."""
         hertz, coarseness = problem.hertz, problem.coarseness
         unworn = hertz.contact_radius
@@ -108,7 +105,7 @@ class Rings(DenseCells):
     _whole: ClassVar[float] = math.pi
 
     @classmethod
-    def first(cls, problem: WearProblem) -> Rings:
+    def first(cls, problem: Any) -> Rings:
         """Rings for the first loading of a problem, graded to the edge of its stick zone.
 
         A ValueError says that it has no rotational symmetry.
@@ -130,7 +127,7 @@ class Rings(DenseCells):
         edges = [_divided(part, grading.width(part)) for part in (inner, outside)]
         return cls((0.0, *edges[0][-2::-1].tolist(), *edges[1][1:].tolist()))
 
-    def ahead_of(self, problem: WearProblem, contact: State) -> Rings:
+    def ahead_of(self, problem: Any, contact: Any) -> Rings:
         """Rings for the next step, which follow the stick edge and reach far enough."""
         stick = self._radius(contact.reduced.pressure)
         touched = self._radius(contact.wear + contact.pressure)
