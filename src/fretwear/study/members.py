@@ -249,18 +249,16 @@ class Blocks(Plain):
         if not is_list(value) or not value:
             raise QuantityError("must be a list of blocks", self.example)
         problems, found = Problems(), list[Block]()
-        for position, each in enumerate(value):
-            with problems.at(f"[{position}]", each):
-                block = each
-                if isinstance(each, Mapping):
+        for position, block in enumerate(value):
+            with problems.at(f"[{position}]", block):
+                if isinstance(block, Mapping):
                     rule = "is a key which a block cannot change"
-                    values = read_fields(each, self.known, (_CYCLES,), units_required, rule)
+                    values = read_fields(block, self.known, (_CYCLES,), units_required, rule)
                     block = Block(values.pop(_CYCLES), tuple(sorted(values.items())))
-                elif not isinstance(each, Block):
+                elif not isinstance(block, Block):
                     raise QuantityError("must be a block", self.example)
-                if found and found[-1].values == block.values:
-                    block = Block(found.pop().cycles + block.cycles, block.values)
-                found.append(block)
+                earlier = found.pop().cycles if found and found[-1].values == block.values else 0
+                found.append(Block(earlier + block.cycles, block.values))
         problems.raise_any()
         return tuple(found)
 

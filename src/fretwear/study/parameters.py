@@ -4,19 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import MISSING, dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cache
 from types import MappingProxyType
 from typing import Any, cast
 
-from fretwear.parts import Parameter, Part, Quantity, derived
+from fretwear.parts import Parameter, Part, Quantity, derived, required
 from fretwear.study.members import Inline, PartOf
 from fretwear.study.problems import Problem, Problems, read_given
 from fretwear.study.setup import Setup, members
 from fretwear.units import nearest
-
-DEFAULTS = {each.name: each.default for each in fields(Setup) if each.default is not MISSING}
-"""Members of a case that need not be given, with what they are then."""
 
 _HARDNESS = "write plastic_limit: the pressure at which a surface yields is about the hardness"
 _RA = (
@@ -236,8 +233,8 @@ def missing(given: Iterable[str], *, in_file: bool) -> Iterator[Problem]:
                 rule = f"is redundant: {member} is given too"
                 yield Problem(name, None, rule, "give one of the two")
             continue
-        has_default = member in DEFAULTS and not (in_file and about.must_be_written)
-        if has_default or (member == "cycles" and "blocks" in given):
+        must_be_given = member in required(Setup) or (in_file and about.must_be_written)
+        if not must_be_given or (member == "cycles" and "blocks" in given):
             continue
         if isinstance(about, Inline):
             yield from about.broken(given, unknown)
