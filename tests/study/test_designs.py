@@ -21,10 +21,6 @@ def test_a_grid_takes_every_combination_and_zip_pairs_the_lists(studies, content
     study = studies.load(content | {"design": "zip", "vary": vary})
     pairs = [(point.case.load, point.case.friction) for point in study.points()]
     assert (pairs, study.shape) == ([(25.0, 0.3), (50.0, 0.4)], (2,))
-    content["base"]["roughness"] = WAVES
-    vary = {"load": ["25 N", "50 N"], "roughness.amplitude": ["0.1 um"]}
-    error = studies.error(content | {"design": "zip", "vary": vary})
-    assert "must have lists of equal length under design: zip" in str(error)
 
 
 def test_seeds_are_short_for_varying_that_of_the_roughness(studies, content):
@@ -68,14 +64,6 @@ def sampled(content, kind="sobol", points=16):
         "plastic_limit": ["none", "4500 MPa"],
     }
     return content
-
-
-def test_a_sampled_study_draws_ranges_and_lists(studies, content):
-    for kind in ("latin_hypercube", "sobol"):
-        study = studies.load(sampled(content, kind))
-        assert study.shape == (len(study.cases()),) == (16,)
-        assert all(10.0 <= case.load <= 100.0 for case in study.cases().values())
-        assert sum(math.isinf(case.plastic_limit) for case in study.cases().values()) == 8
 
 
 def test_invalid_points_can_be_skipped_unless_nothing_is_left_or_none_would_do(studies, content):

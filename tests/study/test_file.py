@@ -50,12 +50,9 @@ base/load: '50' | needs a unit
 base/youngs_modulus: [1 GPa, 2 GPa, 3 GPa] | a list of 3
 base/roughness: {amplitude: 0.2 um, slope_x: 1 deg, slope_y: 1} | @base.roughness.slope_y = 1 | unit
 vary/load: [50 N, 50 N] | @vary.load[1] = 50 N | same value
-output/cycles: [-1] | @output.cycles[0] = -1 | at least 0
 vary/load: [25 N, 50] | @vary.load[1] = 50 | needs a unit
 base/load: -50 N | larger than 0
-* vary/load: [0 N] | @vary.load[0] = 0 N | larger than 0
 * base/radius: 0 mm | larger than 0
-base/youngs_modulus: -1 GPa | larger than 0
 * base/youngs_modulus: [1 GPa, 0 GPa] | larger than 0
 * base/wear_coefficient: 0 / Pa | larger than 0
 * base/plastic_limit: 0 MPa | larger than 0
@@ -69,7 +66,6 @@ base/slip_model: jager | did you mean 'jaeger'
 base/poisson_ratio: -1 | larger than -1
 base/poisson_ratio: 0.6 | at most 0.5
 base/friction: 0 | larger than 0
-base/friction: -0.1 | larger than 0
 base/friction: true | plain number
 * base/friction: .nan | finite
 * base/friction: HUGE | @base.friction = 1000 | finite
