@@ -28,26 +28,16 @@ EXPONENTS = (0.0, 1e-15, 1e-9, 2e-5, 4e-5, 150.0, 1e4)
 
 def field(kind, shape, random):
     """A field to call a kernel with; of pressures, cells that are open, free and at the limit 1."""
-    if kind == "single":
-        return random.standard_normal(shape, np.float32)
-    if kind == "inside":
-        return (random.random(shape) < 0.6).astype(np.float32)
-    if kind == "mask":
-        return random.random(shape) < 0.5
-    found = random.standard_normal(shape)
-    if kind == "positive":
-        found = random.random(shape)
-    if kind in ("pressure", "loaded", "relieved"):
-        found = np.clip(0.5 + 0.8 * found, 0.0, 1.0) + 0.1 * (kind == "loaded")
-    if kind == "full":
-        found[:] = 1.0
-    if kind == "known":
-        found = 2.0 * random.random(shape)
-        found.flat[: len(EXPONENTS)] = EXPONENTS[: found.size]
-    if kind == "relieved":
-        # None in the cells that have the exponents of ``known`` alone.
-        found.flat[: len(EXPONENTS)] = 0.0
-    return found
+    some, part = random.standard_normal(shape), random.random(shape)
+    if kind in ("known", "relieved"):
+        # ``relieved`` has no pressure in the cells that have these exponents of ``known`` alone.
+        values = EXPONENTS if kind == "known" else np.zeros(len(EXPONENTS))
+        part.flat[: len(EXPONENTS)] = values[: part.size]
+    kinds = {"single": some.astype(np.float32), "inside": (part < 0.6).astype(np.float32),
+             "mask": part < 0.5, "double": some, "full": np.ones(shape),
+             "loaded": np.clip(0.6 + 0.8 * some, 0.1, 1.1),
+             "pressure": np.clip(0.5 + 0.8 * some, 0.0, 1.0)}  # fmt: skip
+    return kinds.get(kind, part)
 
 
 # What each kernel is called with, by its name and a variant: fields by their kind.

@@ -56,18 +56,12 @@ class Accuracy:
 class ContactError(RuntimeError):
     """No pressure distribution was found that satisfies the contact conditions to the tolerance.
 
-    Attributes
-    ----------
-    convolutions
-        Half-space convolutions spent.
+    ``convolutions`` of the half-space were spent on it.
     """
 
     def __init__(self, message: str, convolutions: int = 0) -> None:
-        super().__init__(message, convolutions)
+        super().__init__(message)
         self.convolutions = convolutions
-
-    def __str__(self) -> str:
-        return str(self.args[0])
 
 
 class Layer(Protocol):

@@ -347,11 +347,10 @@ class GridHalfSpace:
         grid = self.geometry.around(cells)
         if grid.shape == self.geometry.shape:
             return self
-        part = self._parts.pop(grid.shape, None)
-        if part is None:
-            part = GridHalfSpace(grid, self._modulus, self.team, self._parts)
-            if len(self._parts) == _PARTS:
-                # Drop the one unused for longest, since zones seldom return to an earlier size.
-                del self._parts[next(iter(self._parts))]
+        found = self._parts.pop(grid.shape, None)
+        part = found or GridHalfSpace(grid, self._modulus, self.team, self._parts)
         self._parts[grid.shape] = part
+        if len(self._parts) > _PARTS:
+            # Drop the one unused for longest, since zones seldom return to an earlier size.
+            del self._parts[next(iter(self._parts))]
         return part
