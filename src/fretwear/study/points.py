@@ -8,7 +8,7 @@ import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, Literal
 
 from fretwear.mechanics.materials import Course
 from fretwear.parts import Choice, Part, Quantity, WholeNumber
@@ -85,8 +85,6 @@ class Sampled(Design):
         int, WholeNumber("seed", "seed", 0, 2**32 - 1, 1, description="The same: the same points.")
     ] = 0
 
-    engine: ClassVar[str]  # of `scipy.stats.qmc`
-
     def drawn(self, axes: Sequence[Axis]) -> list[Axis]:
         """Return axes with one value per point, those of lists equally often where it works out."""
         # scipy.stats takes half a second to import: only sampled designs pay for it.
@@ -95,8 +93,10 @@ class Sampled(Design):
         with warnings.catch_warnings():
             # scipy warns of numbers of points other than powers of two; they are the user's choice.
             warnings.simplefilter("ignore", UserWarning)
-            unit = getattr(qmc, self.engine)(d=len(axes), seed=self.seed).random(self.points)
-        return [axis.at(column.tolist()) for axis, column in zip(axes, unit.T, strict=True)]
+            # A kind has the name of the class there.
+            engine = getattr(qmc, type(self).__name__)(d=len(axes), seed=self.seed)
+            columns = engine.random(self.points).T.tolist()
+        return [axis.at(column) for axis, column in zip(axes, columns, strict=True)]
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,6 @@ class LatinHypercube(Sampled):
     """One point in each slice of each range."""
 
     kind: Literal["latin_hypercube"] = "latin_hypercube"
-    engine = "LatinHypercube"
 
 
 @dataclass(frozen=True)
@@ -112,7 +111,6 @@ class Sobol(Sampled):
     """A sequence that fills the ranges evenly, best with powers of two."""
 
     kind: Literal["sobol"] = "sobol"
-    engine = "Sobol"
 
 
 @dataclass(frozen=True)
@@ -147,8 +145,8 @@ class Axis:
     def at(self, fractions: Iterable[float]) -> Axis:
         """Return the axis with the values at fractions of its range, or of its list."""
         if self.drawn_from is None:
-            last = len(self.values) - 1
-            chosen = [min(int(fraction * (last + 1)), last) for fraction in fractions]
+            count = len(self.values)
+            chosen = [min(int(fraction * count), count - 1) for fraction in fractions]
             values, written = (tuple(of[i] for i in chosen) for of in (self.values, self.written))
         else:
             values, quantity = tuple(map(self.drawn_from.at, fractions)), parameter_of(self.name)
