@@ -241,25 +241,20 @@ class ActiveSet:
     def _evaluate(self, tolerance: float) -> None:
         """Approach, gap, the largest violation of the conditions on it, and the free cells."""
         # A new field, because the last solution is compared with it.
-        problem, self.free = self.problem, np.empty_like(self.free)
+        self.free = np.empty_like(self.free)
+        team, limit, given = self._team, self.problem.limit, self.problem.approach
         free, count, self.scale = kernels.level(
-            self._team, problem.limit, self.separation, self.displacement, self.pressure
+            team, limit, self.separation, self.displacement, self.pressure
         )
-        if problem.approach is not None:
-            self.approach = problem.approach
+        if given is not None:
+            self.approach = given
         elif count:
             self.approach = free / count
         else:
-            self.approach = float(self.separation[self.pressure >= problem.limit].max())
+            self.approach = float(self.separation[self.pressure >= limit].max())
+        margin = _MARGIN * tolerance * self.scale
         worst, gaps = kernels.evaluate(
-            self._team,
-            self.separation,
-            self.pressure,
-            problem.limit,
-            self.approach,
-            _MARGIN * tolerance * self.scale,
-            self.gap,
-            self.free,
+            team, self.separation, self.pressure, limit, self.approach, margin, self.gap, self.free
         )
         # The maximum hides NaN; the sum does not.
         self.residual = (worst if isfinite(gaps) else inf) / self.scale
@@ -291,15 +286,9 @@ class ActiveSet:
         # In double precision, the load is kept to the last digit.
         stray = missed / cells.uniform_sum
         step, gap = np.empty_like(self.pressure), problem.weighted(self.gap)
+        share = stray * pressure_unit
         lowest, highest, slope = kernels.scale_step(
-            team,
-            self.pressure,
-            gap,
-            found,
-            pressure_unit,
-            cells.uniform,
-            stray * pressure_unit,
-            step,
+            team, self.pressure, gap, found, pressure_unit, cells.uniform, share, step
         )
         if lowest >= 0 and highest <= problem.limit:
             largest = (largest + abs(stray)) * unit
@@ -327,28 +316,18 @@ class ActiveSet:
         The energy has the slope ``first`` at its start. Its displacement is ``moved`` in some unit,
         m, plus an offset, m; at most ``largest``, m.
         """
-        problem, reached = self.problem, 0.0
-        weighted, level = problem.weighted(step), problem.approach
+        problem, team, reached = self.problem, self._team, 0.0
+        limit, shape, layer, level = problem.limit, problem.shape, problem.layer, problem.approach
+        weighted = problem.weighted(step)
+        fields = self.pressure, self.displacement, self.separation
 
         def slope(fraction: float) -> float:
             nonlocal reached
-            kernels.move(
-                self._team,
-                fraction - reached,
-                step,
-                problem.limit,
-                moved,
-                unit,
-                offset,
-                problem.shape,
-                self.pressure,
-                self.displacement,
-                self.separation,
-            )
-            if problem.layer is not None:
-                problem.layer.add_displacement(self.pressure, self.separation, self._team)
+            kernels.move(team, fraction - reached, step, limit, moved, unit, offset, shape, *fields)
+            if layer is not None:
+                layer.add_displacement(self.pressure, self.separation, team)
             reached = fraction
-            result: float = kernels.inner(self._team, weighted, self.separation)
+            result: float = kernels.inner(team, weighted, self.separation)
             return result if level is None else result - level * float(weighted.sum())
 
         self._rounding += _SINGLE * largest
