@@ -95,12 +95,13 @@ class Grid:
     @property
     def extent(self) -> tuple[float, float]:
         """Distance of the window's border from the origin along x and y, m."""
-        x, y = (n * d for n, d in zip(self._halves(self.shape), self.spacing, strict=True))
+        x, y = ((n - i) * d for n, i, d in zip(self.shape, self._first, self.spacing, strict=True))
         return x, y
 
-    def _halves(self, counts: tuple[int, int]) -> tuple[int, int]:
-        """Numbers of cells along x and y on the positive side."""
-        x, y = (n if is_even else n // 2 for n, is_even in zip(counts, self.even, strict=True))
+    @property
+    def _first(self) -> tuple[int, int]:
+        """Index of the first cell on the positive side along x and y."""
+        x, y = (0 if is_even else n // 2 for n, is_even in zip(self.shape, self.even, strict=True))
         return x, y
 
     def integral(self, field: Array) -> float:
@@ -155,9 +156,8 @@ class Grid:
 
         One row if fields are even, else two, for the positive and the negative side.
         """
-        first = [0 if is_even else n // 2 for n, is_even in zip(self.shape, self.even, strict=True)]
-        cells = np.arange(self._halves(self.shape)[axis], dtype=np.float64)
-        distances: Array = (cells + 0.5) * self.spacing[axis]
+        first = self._first
+        distances = (self.x, self.y)[axis][first[axis] :]
         ways = [slice(first[axis], None)]
         if not self.even[axis]:
             ways.append(slice(first[axis] - 1, None, -1))
@@ -166,13 +166,10 @@ class Grid:
     def around(self, cells: Mask) -> Grid:
         """The smallest window, fast to transform, that holds some cells and a margin."""
         extents = []
-        for axis, count in enumerate(self.shape):
-            occupied = np.flatnonzero(cells.any(axis=1 - axis))
-            reach = count if self.even[axis] else count // 2
-            last = 0 if occupied.size == 0 else int(occupied[-1])
-            first = 0 if occupied.size == 0 else int(occupied[0])
-            half = last + 1 if self.even[axis] else max(last + 1 - reach, reach - first)
-            extents.append(min(half + _MARGIN, reach) * self.spacing[axis])
+        for axis, (count, first) in enumerate(zip(self.shape, self._first, strict=True)):
+            occupied = [*np.flatnonzero(cells.any(axis=1 - axis))] or [0]
+            half = max(occupied[-1] + 1 - first, first - occupied[0])
+            extents.append(float(min(half + _MARGIN, count - first) * self.spacing[axis]))
         shape = fast_shape((extents[0], extents[1]), self.spacing, self.even)
         return self.of_shape((min(shape[0], self.shape[0]), min(shape[1], self.shape[1])))
 
