@@ -46,33 +46,45 @@ def leaves() -> Mapping[str, list[Leaf]]:
 
     Several kinds of a part may have a parameter of the same name.
     """
-    return _leaves(_kinds_of_parts())
+    return _tables()[0]
 
 
-def _kinds_of_parts() -> tuple[tuple[type[Part], ...], ...]:
-    """Return all kinds of all parts, including classes defined later."""
+def _tables() -> tuple[Mapping[str, list[Leaf]], Mapping[str, Parameter]]:
+    """Return the parameters by name and by coordinate, those of classes defined later too."""
     parts = (about for about in members().values() if isinstance(about, PartOf))
-    return tuple(tuple(part.kinds.values()) for part in parts)
+    return _tables_of(tuple(tuple(part.kinds.values()) for part in parts))
 
 
 @cache
-def _leaves(_: tuple[tuple[type[Part], ...], ...]) -> Mapping[str, list[Leaf]]:
-    found: dict[str, list[Leaf]] = {}
+def _tables_of(_: object) -> tuple[Mapping[str, list[Leaf]], Mapping[str, Parameter]]:
+    keys: dict[str, list[Leaf]] = {}
     dotted: dict[str, list[Leaf]] = {}
+    following: dict[str, Parameter] = {}
     for member, about in members().items():
         if not isinstance(about, Inline):
-            found[member] = [Leaf(member, member, None, member, about)]
+            keys[member] = [Leaf(member, member, None, member, about)]
         if not isinstance(about, PartOf):
             continue
-        for name, kind in about.kinds.items():
+        for kind in about.kinds.values():
+            is_open = kind.kind in about.open_kinds
             for field, parameter in about.named(kind.parameters()).items():
-                whole, is_open = f"{member}.{field}", name in about.open_kinds
+                whole = f"{member}.{field}"
                 leaf = Leaf(field if is_open else whole, member, kind, field, parameter)
                 if is_open:
-                    found.setdefault(field, []).append(leaf)
+                    keys.setdefault(field, []).append(leaf)
                 if not isinstance(about, Inline):
                     dotted.setdefault(whole, []).append(leaf)
-    return found | dotted
+            named = about.named(derived(cast("Any", kind))).items()
+            following |= {f"{member}_{name}": each for name, each in named}
+    coordinates: dict[str, Parameter] = {}
+    for leaf in (leaf for several in (keys | dotted).values() for leaf in several):
+        coordinates.setdefault(coordinate(leaf.name), leaf.parameter)
+        # Of two values, each has a coordinate of its own.
+        for value in leaf.parameter.forms:
+            with suppress(TypeError):
+                own = leaf.parameter.coordinates(coordinate(leaf.name), value)
+                coordinates |= {name: each for name, each, _ in own}
+    return keys | dotted, {**following, **coordinates, **derived(Setup)}
 
 
 def base_names() -> tuple[str, ...]:
@@ -119,7 +131,7 @@ def parameter(name: str) -> Parameter:
     An unknown name, such as that of a user's own dimension, is taken to be a plain number.
     """
     plain = Quantity("1", name, name.replace("_", " "))
-    return _by_coordinate(_kinds_of_parts()).get(coordinate(name), plain)
+    return _tables()[1].get(coordinate(name), plain)
 
 
 def value_text(name: str, value: Any) -> str:
@@ -150,22 +162,6 @@ def html_table(caption: str, rows: Iterable[Sequence[str]]) -> str:
         for name, *others in rows
     )
     return f"<table><caption>{escape(caption)}</caption>{lines}</table>"
-
-
-@cache
-def _by_coordinate(_: tuple[tuple[type[Part], ...], ...]) -> Mapping[str, Parameter]:
-    found: dict[str, Parameter] = {}
-    for leaf in (leaf for several in leaves().values() for leaf in several):
-        name, about = coordinate(leaf.name), leaf.parameter
-        found.setdefault(name, about)
-        # Of two values, each has a coordinate of its own.
-        for value in about.forms:
-            with suppress(TypeError):
-                found |= {n: p for n, p, _ in about.coordinates(name, value)}
-        if isinstance(about, PartOf):
-            following = [about.named(derived(cast("Any", kind))) for kind in about.kinds.values()]
-            found |= {f"{name}_{n}": each for known in following for n, each in known.items()}
-    return {**found, **derived(Setup)}
 
 
 def read_values(
