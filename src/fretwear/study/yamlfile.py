@@ -38,10 +38,8 @@ class Document:
         self._nodes = 0
         if odd := _OLD_BREAKS.search(text):
             line = text.count("\n", 0, odd.start()) + 1
-            raise QuantityError(
-                f"holds the invisible character U+{ord(odd[0]):04X} in line {line}, which ended "
-                "lines in YAML 1.1 and no longer does: remove it"
-            )
+            rule = f"holds the invisible character U+{ord(odd[0]):04X} in line {line}, which ended "
+            raise QuantityError(f"{rule}lines in YAML 1.1 and no longer does: remove it")
         yaml = YAML(typ="safe", pure=True)
         self._constructor: Any = yaml.constructor
         try:
@@ -92,9 +90,9 @@ class Document:
             if name in values:
                 first = self.lines[path]
                 self._refuse(path, value_node, f"is given twice, first in line {first}", "")
-                continue
-            values[name] = self._value(value_node, path, depth + 1)
-            self.lines[path] = name_node.start_mark.line + 1
+            else:
+                values[name] = self._value(value_node, path, depth + 1)
+                self.lines[path] = name_node.start_mark.line + 1
         return values
 
     def _refuse(self, key: str, node: Node, rule: str, hint: str) -> None:
@@ -106,8 +104,6 @@ def read_document(file: Path) -> Document:
     """Read a YAML file; `StudyError` if it is missing or unreadable."""
     text = ""
     try:
-        if "\0" in str(file):
-            raise QuantityError("is not a usable file name")
         if file.is_dir():
             present = ", ".join(few_of(_studies_in(file)))
             hint = f"give one of its files: {present}" if present else ""
