@@ -300,16 +300,11 @@ def test_plot_draws_the_case_beside_it_or_where_it_is_told_to(desk, case_file):
     assert (desk.folder / "a.svg").read_text(encoding="utf-8").startswith("<?xml")
 
 
-def test_animate_writes_a_gif_beside_the_case_and_advises_more_snapshots(
-    desk, case_file, monkeypatch
-):
+def test_animate_writes_a_gif_beside_the_case(desk, case_file, monkeypatch):
     shutil.copy(case_file, "mine.nc")
     result = desk.call("animate", "mine.nc", "--dpi", "50")
     assert (desk.folder / "mine.gif").read_bytes().startswith(b"GIF89a")
     assert result.stdout.startswith("mine.gif: 3 pictures, ")
-    advice = result.stderr.partition("output: {cycles: [")[2].partition("]")[0]
-    cycles = [int(cycle) for cycle in advice.split(", ")]
-    assert (cycles[0], cycles[-1]) == (0, 200)
     monkeypatch.setenv("PATH", str(desk.folder))
     result = desk.call("animate", case_file, "-o", "a.mp4", status=2)
     assert "a.gif instead" in result.stderr

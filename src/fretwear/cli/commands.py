@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import gc
+import inspect
 import json
 import re
-from dataclasses import replace
+import shlex
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -24,7 +28,6 @@ from fretwear.cli.common import (
     aligned,
     case_ids,
     check_output,
-    logged,
     opened,
     option,
     say,
@@ -72,6 +75,54 @@ rule study:
         rules.all.input,
 """
 _GITIGNORE = "/results/\n/.snakemake/\n*.checkpoint\n"
+
+
+LOG_FORMAT_VARIABLE = "FRETWEAR_LOG_FORMAT"
+Quiet = Annotated[
+    bool, typer.Option("--quiet", "-q", help="Print errors only.", rich_help_panel="Messages")
+]
+Format = Annotated[
+    Literal["auto", "lines", "json"],
+    typer.Option(
+        "--log-format",
+        help="auto: a bar on a terminal, lines elsewhere; json: one JSON object per line, "
+        "for programs.",
+        envvar=LOG_FORMAT_VARIABLE,
+        show_envvar=True,
+        rich_help_panel="Messages",
+    ),
+]
+
+
+@dataclass
+class Call:
+    """One call of the command line, stored in every context."""
+
+    arguments: Sequence[str]  # what was typed after ``fretwear``
+    log: Log | None = None  # takes all messages once the command has begun
+
+
+def logged(command: Callable[..., None]) -> Any:
+    """Make a command of a function that takes a log first: its user says how that is written."""
+
+    def logging(
+        context: typer.Context,
+        quiet: Quiet = False,
+        log_format: Format = "auto",
+        **given: Any,
+    ) -> None:
+        from fretwear.cli.progress import Log
+
+        call: Call = context.obj
+        call.log = Log(log_format, quiet=quiet)
+        call.log.begin(str(context.info_name), shlex.join(["fretwear", *call.arguments]))
+        command(call.log, **given)
+
+    first, *last, _ = inspect.signature(logging, eval_str=True).parameters.values()
+    _, *own = inspect.signature(command, eval_str=True, locals={"Log": Any}).parameters.values()
+    begun: Any = wraps(command)(logging)
+    begun.__signature__, begun.__annotations__ = inspect.Signature([first, *own, *last]), {}
+    return begun
 
 
 def init(
@@ -341,20 +392,14 @@ def animate(
     with opened(file) as (case, history):
         path = check_output(output or file.with_suffix(".gif"), ".gif", ".mp4")
 
-        from fretwear.figures import cases as figures_of_cases
+        from fretwear.figures.cases import FfmpegMissingError, animation, check_format
 
         try:
-            figures_of_cases.check_format(path)
-        except figures_of_cases.FfmpegMissingError as error:
+            check_format(path)
+        except FfmpegMissingError as error:
             raise CommandError(str(error)) from error
-        moving = figures_of_cases.animation(case, history)
+        moving = animation(case, history)
         with log.counting("picture") as progress:
             moving.save(path, dots_per_inch=dots, progress=progress)
     pictures, size = len(moving.cycles), path.stat().st_size
     log.result(path, f"{pictures} pictures, {size / 1e6:.2f} MB", pictures=pictures, bytes=size)
-    if pictures < figures_of_cases.FEW_SNAPSHOTS:
-        cycles = ", ".join(map(str, figures_of_cases.well_spaced_cycles(moving.cycles[-1])))
-        log.note(
-            f"{file} has {pictures} snapshots. For a smoother animation let the study keep more, "
-            f"for example output: {{cycles: [{cycles}]}}"
-        )

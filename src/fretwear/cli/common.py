@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import errno
-import inspect
 import json
 import os
-import shlex
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
-from dataclasses import dataclass
 from enum import IntEnum
-from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -24,7 +20,6 @@ from fretwear.units import listed, nearest
 if TYPE_CHECKING:
     import xarray as xr
 
-    from fretwear.cli.progress import Log
     from fretwear.study.study import Study
 
 FIGURE_FORMATS = (".png", ".svg", ".pdf")
@@ -32,8 +27,6 @@ FIGURE_FORMATS = (".png", ".svg", ".pdf")
 
 # Listing all ids of a large study takes seconds, too long for a key press.
 _MOST_POINTS = 2000
-
-LOG_FORMAT_VARIABLE = "FRETWEAR_LOG_FORMAT"
 
 
 class Status(IntEnum):
@@ -50,14 +43,6 @@ class CommandError(Exception):
     def __init__(self, message: str, status: Status = Status.WRONG_INPUT) -> None:
         super().__init__(message)
         self.status = status
-
-
-@dataclass
-class Call:
-    """One call of the command line, stored in every context."""
-
-    arguments: Sequence[str]  # what was typed after ``fretwear``
-    log: Log | None = None  # takes all messages once the command has begun
 
 
 # What the shell offers at the tab key beside commands, options and files.
@@ -120,43 +105,6 @@ Threads = Annotated[
     int,
     typer.Option("--threads", metavar="NUMBER", min=1, help="Threads that share a case's work."),
 ]
-Quiet = Annotated[
-    bool, typer.Option("--quiet", "-q", help="Print errors only.", rich_help_panel="Messages")
-]
-Format = Annotated[
-    Literal["auto", "lines", "json"],
-    typer.Option(
-        "--log-format",
-        help="auto: a bar on a terminal, lines elsewhere; json: one JSON object per line, "
-        "for programs.",
-        envvar=LOG_FORMAT_VARIABLE,
-        show_envvar=True,
-        rich_help_panel="Messages",
-    ),
-]
-
-
-def logged(command: Callable[..., None]) -> Callable[..., None]:
-    """Make a command of a function that takes a log first: its user says how that is written."""
-
-    def logging(
-        context: typer.Context,
-        quiet: Quiet = False,
-        log_format: Format = "auto",
-        **given: Any,
-    ) -> None:
-        from fretwear.cli.progress import Log
-
-        call: Call = context.obj
-        call.log = Log(log_format, quiet=quiet)
-        call.log.begin(str(context.info_name), shlex.join(["fretwear", *call.arguments]))
-        command(call.log, **given)
-
-    first, *last, _ = inspect.signature(logging, eval_str=True).parameters.values()
-    _, *own = inspect.signature(command, eval_str=True, locals={"Log": Any}).parameters.values()
-    begun: Any = wraps(command)(logging)
-    begun.__signature__, begun.__annotations__ = inspect.Signature([first, *own, *last]), {}
-    return cast("Callable[..., None]", begun)
 
 
 def say(text: str) -> None:

@@ -15,13 +15,8 @@ from typer.core import TyperCommand, TyperGroup
 
 import fretwear
 from fretwear.cli import Stopped, commands
-from fretwear.cli.common import (
-    LOG_FORMAT_VARIABLE,
-    Call,
-    CommandError,
-    Status,
-    say,
-)
+from fretwear.cli.commands import LOG_FORMAT_VARIABLE, Call
+from fretwear.cli.common import CommandError, Status, say
 from fretwear.cli.show import compare, show
 from fretwear.study.problems import StudyError
 

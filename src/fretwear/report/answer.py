@@ -58,20 +58,17 @@ class Claim:
         return _known(self.effect.factors[self.pairs & self.effect.between(self.low, self.high)])
 
     @property
-    def direction(self) -> int:
-        """1 or −1 where the result rises or falls in every pair, 0 where it does neither.
+    def way(self) -> str:
+        """How the result goes in every pair: ``stays``, ``grows``, ``falls``; empty if it differs.
 
         That is in all pairs, also those with a level between the two.
         """
-        factors = _known(self.effect.factors[self.pairs])
-        rises, falls = factors >= 1.0 - _ROUND_OFF, factors <= 1.0 + _ROUND_OFF
-        return int(factors.size and (1 if rises.all() else -1 if falls.all() else 0))
-
-    @property
-    def is_unchanged(self) -> bool:
-        """Whether the result stays what it is in every pair."""
-        factors = _known(self.effect.factors[self.pairs])
-        return bool((np.abs(factors - 1.0) <= _UNCHANGED).all())
+        changes = _known(self.effect.factors[self.pairs]) - 1.0
+        if (np.abs(changes) <= _UNCHANGED).all():
+            return "stays"
+        if (changes >= -_ROUND_OFF).all():
+            return "grows"
+        return "falls" if (changes <= _ROUND_OFF).all() else ""
 
     @property
     def text(self) -> str:
@@ -79,21 +76,20 @@ class Claim:
         factors, where = self.factors, f" {self.where}" if self.where else ""
         if not factors.size:
             return f"vanishes at one end{where}"
-        count, pairs = factors.size, f"{factors.size} pair{'s' * (factors.size != 1)}"
-        both = {1: "" if where else _ONLY_PAIR, 2: " in both pairs"}
-        among = both.get(count, f" in all {pairs}") + where
-        without = int((self.pairs & self.effect.between(self.low, self.high)).sum()) - count
+        pairs = f"{factors.size} pair{'s' * (factors.size != 1)}"
+        few = {1: "" if where else _ONLY_PAIR, 2: " in both pairs"}
+        among = few.get(factors.size, f" in all {pairs}") + where
+        ends = self.pairs & self.effect.between(self.low, self.high)
+        without = int(ends.sum()) - factors.size
         rest = f" (in {without} more it vanishes at one end)" if without else ""
-        if self.is_unchanged:
+        if self.way == "stays":
             most = 100.0 * float(np.abs(factors - 1.0).max())
             within = f" within {_digits(most)}\u00a0%" if most >= 0.05 else ""
             return f"stays the same{within}{among}{rest}"
-        if self.direction:
-            return f"{_by(factors)}{among}{rest}"
         grows, falls = factors[factors > 1.0], factors[factors <= 1.0]
-        if not grows.size or not falls.size:
-            # Between its levels it goes the other way somewhere.
-            return f"{_by(factors)}{among}{rest}, though not in every step"
+        if self.way or not grows.size or not falls.size:
+            # Between its levels it may go the other way somewhere.
+            return f"{_by(factors)}{among}{rest}{'' if self.way else ', though not in every step'}"
         grown, fallen = f"{_by(grows)} in {grows.size}", f"{_by(falls)} in {falls.size}"
         return f"{grown} and {fallen} of {pairs}{where}{rest}"
 
@@ -180,21 +176,15 @@ def answers(summary: Merged) -> Iterator[Answer]:
 def claims(effect: Effect) -> Iterator[Claim]:
     """Yield claims that cover all pairs of an effect, as few as say in which way each goes."""
     whole = Claim.whole(effect)
-    highest = whole.high
-    divided = list(_divided(whole))
-    if whole.is_unchanged or (whole.direction and not divided):
-        yield whole
-    elif divided and all(claim.direction or claim.is_unchanged for claim in divided):
-        yield from divided
-    elif highest == 1:
+    divided = [] if whole.way == "stays" else list(_divided(whole))
+    if whole.high == 1 or (all(claim.way for claim in divided) if divided else whole.way):
         yield from divided or [whole]
     else:
         # It rises and falls: each step from a level to the next by itself.
-        for low in range(highest):
+        for low in range(whole.high):
             step = Claim(effect, effect.between(low, low + 1), low, low + 1)
             if step.pairs.any():
-                parts = [] if step.direction or step.is_unchanged else list(_divided(step))
-                yield from parts or [step]
+                yield from ([] if step.way else list(_divided(step))) or [step]
 
 
 def _divided(claim: Claim) -> Iterator[Claim]:
@@ -211,25 +201,25 @@ def _divided(claim: Claim) -> Iterator[Claim]:
 def _headline(findings: Sequence[Finding]) -> str:
     if not findings:
         return ""
-    changing = [f for f in findings if not all(claim.is_unchanged for claim in f.claims)]
+    changing = [f for f in findings if not all(claim.way == "stays" for claim in f.claims)]
     if not changing:
         what = "No parameter" if len(findings) > 1 else f"The {findings[0].name}"
         verb = "changes" if len(findings) > 1 else "does not change"
         return f"{what} {verb} it by more than {100.0 * _UNCHANGED:g}\u00a0%."
     first = changing[0]
     effect, whole = first.effect, Claim.whole(first.effect)
-    change = _change(effect, whole.low, whole.high)
+    told = f"from {_change(effect, whole.low, whole.high)} it {whole.text}"
     if len(findings) == 1:
         if first.chance:
             return f"It varies with the {first.name} by {first.chance}."
-        return f"With the {first.name} from {change} it {whole.text.replace(_ONLY_PAIR, '')}."
+        return f"With the {first.name} {told.replace(_ONLY_PAIR, '')}."
     results = effect.points.results[effect.result]
     gone = int(np.count_nonzero(~(results > 0.0)))
     others = f"It vanishes in {gone} of {results.size} cases. In the others the" if gone else "The"
     average = fixed_digits(math.exp(effect.size), _DIGITS)
-    told = f", on average by a factor of {average}: from {change} it {whole.text}"
-    told = f", and that is {first.chance}" if first.chance else told
-    return f"{others} {first.name} matters most{told}."
+    told = f" on average by a factor of {average}: {told}"
+    told = f" and that is {first.chance}" if first.chance else told
+    return f"{others} {first.name} matters most,{told}."
 
 
 def _by_indices(points: Points, indices: Indices) -> tuple[str, str]:
