@@ -1,7 +1,6 @@
 """What a case costs, the cells that it gets by default, and what makes its results doubtful."""
 
 import math
-from itertools import product
 
 import numpy as np
 import pytest
@@ -130,12 +129,8 @@ def kinds(**changes):
 
 
 def test_the_ring_is_as_wide_as_the_limiting_state_says_from_all_of_the_stick_zone_to_nothing():
-    for ratio, limit in product((0.1, 0.5, 0.8, 0.95), (1.1e9, 2e9, 4.5e9, 9e9)):
-        case = steel(tangential_ratio=ratio, plastic_limit=limit)
-        hertz = HertzContact(case.radius, case.load, case.composite_modulus)
-        expected = LimitingState(hertz, ratio).width_above(limit)
-        assert yielding_ring_width(case) == expected
-    soft, elastic = steel(plastic_limit=0.5e9), steel()
+    soft, hard, elastic = (steel(plastic_limit=limit) for limit in (0.5e9, 4.5e9, math.inf))
+    assert yielding_ring_width(hard) == LimitingState(hard.hertz, 0.8).width_above(4.5e9) > 0.0
     assert yielding_ring_width(soft) == soft.stick_radius
     assert yielding_ring_width(elastic) == 0.0
     assert not doubts(elastic)

@@ -195,11 +195,8 @@ class Points:
 
     def effect(self, parameter: str, result: str) -> Effect:
         """Return the effect of a parameter on a result."""
-        pairs = [
-            (*pair, number)
-            for number, line in enumerate(self.lines[parameter])
-            for pair in combinations(line, 2)
-        ]
+        lines = enumerate(self.lines[parameter])
+        pairs = [(*pair, number) for number, line in lines for pair in combinations(line, 2)]
         low, high, line = np.array(pairs, dtype=np.intp).reshape(-1, 3).T
         values = self.results[result]
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -233,8 +230,7 @@ class Effect:
     def between(self, low: int, high: int) -> NDArray[np.bool_]:
         """Return which pairs go from one level to another, by index."""
         first, second = self._ends
-        is_between: NDArray[np.bool_] = (first == low) & (second == high)
-        return is_between
+        return np.equal(first, low) & np.equal(second, high)
 
     def where(self, parameter: str, level: int) -> NDArray[np.bool_]:
         """Return in which pairs another parameter has a given level, by index."""
@@ -396,15 +392,12 @@ def _polynomials(u: Array, size: int) -> Array:
 def _candidates(count: int, highest: Sequence[int]) -> Iterator[NDArray[np.intp]]:
     """Yield sets of terms, each of shape (terms, d), that `count` points can resolve."""
     most = max(1, min(_MOST_TERMS, count // _POINTS_PER_TERM))
-    known = set()
     for norm in _NORMS:
         for degree in range(1, _HIGHEST + 1):
             terms = _terms(degree, norm, highest)
             if len(terms) > most:
                 break
-            if tuple(terms) not in known:
-                known.add(tuple(terms))
-                yield np.array(terms, dtype=np.intp)
+            yield np.array(terms, dtype=np.intp)
 
 
 def _terms(degree: int, norm: float, highest: Sequence[int]) -> list[tuple[int, ...]]:
@@ -437,11 +430,9 @@ def _of_expansion(fit: tuple[NDArray[np.intp], Array, Array], error: float) -> I
     draws = (coefficients[:, None] + spread @ drawn) ** 2 - 2.0 * noise[:, None]
     squares = np.column_stack([coefficients**2 - noise, draws])
     whole = np.maximum(squares[1:].sum(axis=0), 1e-12)
-    first, total = (
-        np.clip(group.T.astype(float) @ squares / whole, 0.0, 1.0) for group in (alone, involved)
-    )
-    ranges = [np.percentile(each[:, 1:], _CERTAINTY, axis=1) for each in (first, total)]
-    return Indices(first[:, 0], total[:, 0], ranges[0], ranges[1], 1.0 - error)
+    shares = [np.clip(g.T.astype(float) @ squares / whole, 0.0, 1.0) for g in (alone, involved)]
+    ranges = [np.percentile(each[:, 1:], _CERTAINTY, axis=1) for each in shares]
+    return Indices(shares[0][:, 0], shares[1][:, 0], ranges[0], ranges[1], 1.0 - error)
 
 
 def rank_correlations(unit: Array, values: Array) -> Array:

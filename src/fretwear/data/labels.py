@@ -112,15 +112,12 @@ def labelled_case(
     It is a ValueError if variables are missing, unknown, of the wrong shape or not finite.
     """
     dims, errors = CASE_DIMS if y is not None else LINE_DIMS, errors or {}
-    coordinates = {
-        **_columns((CYCLE,), {"cycle": cycles}, dims[:1]),
-        **_columns((X,), {"x": x}, ("x",)),
-        **({} if y is None else _columns((Y,), {"y": y}, ("y",))),
-    }
+    along = {"cycle": cycles, "x": x} | ({} if y is None else {"y": y})
+    coordinates = _columns((CYCLE, X, Y)[: len(dims)], along)
     shape = tuple(coordinates[name].values.size for name in dims)
     of_fields = (*FIELDS, *(each for each in BODY_FIELDS if each.name in fields))
-    of_bodies = [each for each in BODY_SCALARS if each.name in scalars]
-    of_bodies = [each.per_length if y is None else each for each in of_bodies]
+    of_bodies = (each for each in BODY_SCALARS if each.name in scalars)
+    of_bodies = (each.per_length if y is None else each for each in of_bodies)
     of_scalars = (*scalars_of(dims), *of_bodies)
     of_errors = [each.error for each in of_scalars] if errors else []
     by_name = {f"{name}_error": values for name, values in errors.items()}
@@ -167,11 +164,11 @@ def labelled_history(
     `labelled_case`.
     """
     dims, steps = (STEP.name,), np.arange(np.size(cycles))
-    of_steps_too = {ERROR_ESTIMATE.name: error_estimate, CONVOLUTIONS.name: convolutions}
     expected = (*of_steps(variables), ERROR_ESTIMATE, CONVOLUTIONS)
+    given = {**scalars, "error_estimate": error_estimate, "convolutions": convolutions}
     return Labelled(
-        _columns(expected, {**scalars, **of_steps_too}, dims, steps.shape),
-        _columns((STEP, CYCLE), {STEP.name: steps, CYCLE.name: cycles}, dims),
+        _columns(expected, given, dims, steps.shape),
+        _columns((STEP, CYCLE), {"step": steps, "cycle": cycles}, dims),
         {"title": "Every accepted step of the run", "Conventions": CONVENTIONS},
     )
 
@@ -184,14 +181,12 @@ def labelled_loops(
     They hold every variable of `LOOP` in SI units, from +Q over −Q back to +Q, with a ``phase``
     from 0 to 1; forces may be per length.
     """
-    dims, shape = (CYCLE.name, PHASE.name), np.shape(loops[LOOP[0].name])
+    shape = np.shape(loops[LOOP[0].name])
     known = [each.per_length if in_line else each for each in LOOP]
+    along = {"cycle": cycles, "phase": np.linspace(0.0, 1.0, shape[1])}
     return Labelled(
-        _columns(known, loops, dims, shape),
-        {
-            **_columns((CYCLE,), {CYCLE.name: cycles}, dims[:1]),
-            **_columns((PHASE,), {PHASE.name: np.linspace(0.0, 1.0, shape[1])}, dims[1:]),
-        },
+        _columns(known, loops, (*along,), shape),
+        _columns((CYCLE, PHASE), along),
         {"title": "Force and displacement round a cycle", "Conventions": CONVENTIONS},
     )
 
@@ -199,10 +194,13 @@ def labelled_loops(
 def _columns(
     expected: Iterable[Variable],
     given: Mapping[str, ArrayLike],
-    dims: tuple[str, ...],
+    dims: tuple[str, ...] = (),
     shape: tuple[int, ...] | None = None,
 ) -> dict[str, Column]:
-    """Label arrays by their variables; a ValueError lists what is missing, unknown or wrong."""
+    """Label arrays by their variables; a ValueError lists what is missing, unknown or wrong.
+
+    Without dimensions each lies along its own.
+    """
     known = {variable.name: variable for variable in expected}
     arrays = {name: np.asarray(values) for name, values in given.items()}
     wrong = [f"{name} is missing" for name in known.keys() - arrays.keys()]
@@ -215,10 +213,8 @@ def _columns(
             wrong.append(f"{name} holds values that are not finite")
     if wrong:
         raise ValueError(f"The dataset would not be complete: {'; '.join(sorted(wrong))}.")
-    return {
-        name: Column(dims, arrays[name].astype(about.dtype, copy=False), about.attributes)
-        for name, about in known.items()
-    }
+    typed = {name: arrays[name].astype(each.dtype, copy=False) for name, each in known.items()}
+    return {n: Column(dims or (n,), typed[n], each.attributes) for n, each in known.items()}
 
 
 @cache

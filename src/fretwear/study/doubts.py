@@ -17,32 +17,19 @@ from fretwear.study.setup import cell_text
 from fretwear.study.spacing import rounded_down, zones_of_tip
 from fretwear.units import LENGTH, PRESSURE, format_quantity
 
-NEARLY_GROSS = 0.9999
-"""Load ratio that stands for gross slip where a limiting state of partial slip is asked for."""
+NEARLY_GROSS = 0.9999  # load ratio that stands for gross slip in a limiting state of partial slip
+GREATEST_DUNDURS = 0.1  # largest |β|/µ at which pressure and slip of unlike bodies hardly couple
+FEW_POINTS = 20  # measured on a contact radius: fewer hardly show a roughness
+GREATEST_MEASURED_SLOPE = 1.0  # that a profilometer shows; a steeper surface has wrong units
+FEW_CELLS = 5  # on a stick radius: of fewer its edge is hardly one
+GREATEST_SLOPE = 0.3  # of a roughness; half-space theory takes slopes for small
 
-GREATEST_DUNDURS = 0.1
-"""Largest |β|/µ at which the coupling of pressure and slip between unlike bodies is small."""
-
-FEW_POINTS = 20
-"""Points of a measured surface on a contact radius below which it hardly has a roughness."""
-
-GREATEST_MEASURED_SLOPE = 1.0
-"""Steepest slope that a profilometer shows of a surface; a steeper one has wrong units."""
-
-FEW_CELLS = 5
-"""Cells on a stick radius below which its edge is hardly one."""
-
-GREATEST_SLOPE = 0.3
-"""Steepest slope of a roughness that half-space theory, which takes slopes for small, may have."""
-
+# Relative errors of results: above the first they are marked, above the second doubtful.
 SMALL_ERROR, LARGE_ERROR = 0.02, 0.05
-"""Relative errors of results: above the first they are marked, above the second doubtful."""
 
-LEAST_REFINEMENT = 0.125
-"""Cells narrower than this part of what they are would take a hundred times longer."""
-
-LEAST_REFINEMENT_OF_SCAR = 0.5
-"""The same of a point contact over a stroke, whose matrices are dense."""
+# Cells narrower than this part of what they are would take a hundred times longer; of a point
+# contact over a stroke, whose matrices are dense, the second.
+LEAST_REFINEMENT, LEAST_REFINEMENT_OF_SCAR = 0.125, 0.5
 
 
 @dataclass(frozen=True)

@@ -25,16 +25,12 @@ LEAST_CELLS_PER_CONTACT_RADIUS = 8
 LEAST_CELLS_PER_STICK_RADIUS = 2
 LEAST_CELLS_PER_SLIP_ANNULUS = 1
 
+# Largest contact radius in units of R: there the paraboloid r²/2R, which stands for the sphere in a
+# half-space theory, is 1 % off the sphere, as much as the default tolerance allows.
 GREATEST_CONTACT = 0.2
-"""Largest contact radius in units of R: there the paraboloid r²/2R, which stands for the sphere
-in a half-space theory, is 1 % off the sphere, as much as the default tolerance allows."""
-
+# Smallest Q/(µP): there the slip annulus is a 3 000 000th of the contact radius wide.
 LEAST_LOAD_RATIO = 1e-6
-"""Smallest Q/(µP): there the slip annulus is a 3 000 000th of the contact radius wide, and where
-the ratio vanishes against 1 it would have no width at all."""
-
-MOST_STROKE = 20.0
-"""Largest sliding amplitude over the Hertz half-width that is computed."""
+MOST_STROKE = 20.0  # largest sliding amplitude over the Hertz half-width that is computed
 
 _PARTIAL_SLIP = "partial slip needs a ratio between 0 and 1, such as 0.8"
 _CONTACT = "indenter bodies normal "
@@ -321,13 +317,8 @@ def _finer(cell: Sequence[float], limits: Sequence[float]) -> str:
     return cell_text([rounded_down(min(each), 3) for each in zip(cell, limits, strict=True)])
 
 
-_OF_BLOCKS = (
-    *(_loads_suit, _reference_is_known, _compliance_is_of_a_line, _line_has_one_spacing),
-    *(_stroke_is_even, _bodies_wear_apart, _scar_is_small, _line_is_straight),
-    *(_sphere_slip_needs_a_sphere, _surfaces_are_sound, _ratio_slides, _load_slides),
-    *(_contact_is_small, _plastic_limit_carries_load, _cell_resolves_surfaces),
-    _cell_resolves_contact,
-)
+# Of a case without blocks, or one of its blocks: all rules above.
+_OF_BLOCKS = tuple(each for each in vars().values() if isinstance(each, Rule))
 
 
 @_needing("cycles output_cycles")
