@@ -134,25 +134,17 @@ VECTORIZED static double advance(Index n, float length, const float *RESTRICT di
 }
 
 // Replace a residual by the half-space displacement of the pressure that led to it: the residual at the
-// start, minus this one, a shift and the part of the tangent. Return its largest magnitude and the sum
-// of the pressure.
-VECTORIZED static std::array<double, 2> recover_displacement(
-    Index n, const float *RESTRICT start, Maybe<float> tangent, const float *RESTRICT pressure,
-    float shift, float *RESTRICT residual) {
+// start, minus this one, a shift and the part of the tangent. Return the sum of the pressure.
+VECTORIZED static double recover_displacement(Index n, const float *RESTRICT start,
+                                              Maybe<float> tangent, const float *RESTRICT pressure,
+                                              float shift, float *RESTRICT residual) {
     const float *RESTRICT layer = tangent.data;
-    return whether(layer, [=](auto layered) INLINED -> std::array<double, 2> {
-        float largest = 0;
-        double sum = 0;
-#pragma omp simd reduction(max : largest) reduction(+ : sum)
-        for (Index i = 0; i < n; i++) {
-            float moved = start[i] - residual[i] - shift;
-            if (layered) moved -= layer[i] * pressure[i];
-            residual[i] = moved;
-            const float magnitude = std::fabs(moved);
-            largest = magnitude > largest ? magnitude : largest;
-            sum += pressure[i];
-        }
-        return {largest, sum};
+    return whether(layer, [=](auto layered) INLINED {
+        return sum_of<double>(n, [=](Index i) {
+            const float moved = start[i] - residual[i] - shift;
+            residual[i] = layered ? moved - layer[i] * pressure[i] : moved;
+            return pressure[i];
+        });
     });
 }
 
@@ -359,7 +351,7 @@ PYBIND11_MODULE(kernels, module) {
     bind(module, "update_direction", &update_direction);
     bind<plus>(module, "add_layer", &add_layer);
     bind<plus>(module, "advance", &advance);
-    bind<most, plus>(module, "recover_displacement", &recover_displacement);
+    bind<plus>(module, "recover_displacement", &recover_displacement);
     bind<plus, plus>(module, "scale_and_clip", &scale_and_clip);
     bind<plus, plus, most>(module, "level", &level);
     bind<most, plus>(module, "evaluate", &evaluate);

@@ -279,7 +279,7 @@ class ActiveSet:
         # In units of the worst violation and of the influence of a cell on itself.
         unit, cells = self.residual * self.scale, self._cells
         pressure_unit = unit / bodies.self_influence
-        found, moved, largest, missed, iterations = cells.solve(
+        found, moved, missed, iterations = cells.solve(
             self.gap, -unit, self._tangent(), self._care * reduction, enough
         )
         self.convolutions += iterations
@@ -291,8 +291,7 @@ class ActiveSet:
             team, self.pressure, gap, found, pressure_unit, cells.uniform, share, step
         )
         if lowest >= 0 and highest <= problem.limit:
-            largest = (largest + abs(stray)) * unit
-            self._search(step, slope, moved, unit, -stray * unit, largest)
+            self._search(step, slope, moved, unit, -stray * unit)
             return True
         target = team.cellwise(np.add, self.pressure, step)
         for _ in range(8):
@@ -302,19 +301,17 @@ class ActiveSet:
             products = team.cellwise(np.multiply, gap, step)
             slope = kernels.inner(team, np.ones_like(step), products)
             if -slope > _STEEP * kernels.inner(team, np.sign(products), products):
-                self._search(step, slope, moved, unit, 0.0, kernels.largest(team, moved) * unit)
+                self._search(step, slope, moved, unit, 0.0)
                 return True
             # Clipping made the direction lead uphill, or nearly so; a shorter step clips less.
             target = team.cellwise(lambda p, t: 0.7 * p + 0.3 * t, self.pressure, target)
         return False
 
-    def _search(
-        self, step: Array, first: float, moved: Single, unit: float, offset: float, largest: float
-    ) -> None:
+    def _search(self, step: Array, first: float, moved: Single, unit: float, offset: float) -> None:
         """Move along a feasible step, Pa: to its end, or to the energy minimum before it.
 
         The energy has the slope ``first`` at its start. Its displacement is ``moved`` in some unit,
-        m, plus an offset, m; at most ``largest``, m.
+        m, plus an offset, m.
         """
         problem, team, reached = self.problem, self._team, 0.0
         limit, shape, layer, level = problem.limit, problem.shape, problem.layer, problem.approach
@@ -330,7 +327,7 @@ class ActiveSet:
             result: float = kernels.inner(team, weighted, self.separation)
             return result if level is None else result - level * float(weighted.sum())
 
-        self._rounding += _SINGLE * largest
+        self._rounding += _SINGLE * (kernels.largest(team, moved) * unit + abs(offset))
         low, high = 0.0, 1.0
         enough = 0.1 * abs(first)
         last = slope(1.0)
@@ -423,11 +420,11 @@ class FreeCells:
 
     def solve(
         self, residual: Array, unit: float, tangent: Single | None, reduction: float, enough: float
-    ) -> tuple[Single, Single, float, float, int]:
+    ) -> tuple[Single, Single, float, int]:
         """Preconditioned conjugate gradients.
 
-        It returns s, its displacement K s and the largest magnitude of that, the sum of s, which is
-        zero under a given load but for rounding, and the number of steps, of one convolution each.
+        It returns s, its displacement K s, the sum of s, which is zero under a given load but for
+        rounding, and the number of steps, of one convolution each.
 
         Directions of zero sum keep the load: with z₁ = M 1, the residual loses the uniform part
         ∑ z₁r / ∑ z₁ before M is applied, and α is the sum of such parts.
@@ -470,8 +467,8 @@ class FreeCells:
             length = energy / kernels.add_layer(team, tangent, direction, force)
             uniform = kernels.advance(team, length, direction, force, self.uniform, pressure, left)
         # The remainder on other cells is the displacement of the surface there.
-        largest, missed = kernels.recover_displacement(team, start, tangent, pressure, alpha, left)
-        return pressure, left, largest, missed, iterations
+        missed = kernels.recover_displacement(team, start, tangent, pressure, alpha, left)
+        return pressure, left, missed, iterations
 
 
 def _directly(
