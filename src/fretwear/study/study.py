@@ -208,33 +208,28 @@ def select_case(
     """
     study = load_study(path, () if case_id else assignments)
     points = {point.id: point for point in study.points() if point.id}
-    if case_id:
-        found = [case_id] if case_id in points else [n for n in points if n.startswith(case_id)]
-        if len(found) != 1:
-            rule = f"is the beginning of {len(found)} ids"
-            hint = f"give more of it, to choose one of{_listed(found)}"
-            if not found:
-                rule = f"is not one of the {len(points)} cases of this study"
-                hint = did_you_mean(case_id, points) or "fretwear plan lists the cases"
-            raise StudyError(study.file, [Problem("--case", case_id, rule, hint)])
-        points = {found[0]: points[found[0]]}
-        if assignments:
-            content = {**study.content}
-            for axis, position in zip(study.axes, points[found[0]].index, strict=True):
-                assign(content, axis.name, axis.written[position])
-            changed = _checked(study.file, content, assignments)
-            points = {point.id: point for point in changed.points()}
-    if len(points) > 1:
-        rule = f"has {len(points)} cases, and one must be chosen"
-        hint = f"give --case ID, one of{_listed([*points])}"
-        raise StudyError(study.file, [Problem("", None, rule, hint)])
-    only = next(iter(points.values())).case
-    assert only is not None
-    return only
-
-
-def _listed(ids: Sequence[str]) -> str:
-    return "".join(f"\n    {line}" for line in few_of(ids))
+    found = [n for n in points if n.startswith(case_id or "")]
+    if case_id in points:
+        found = [case_id]
+    if len(found) != 1:
+        listed = "".join(f"\n    {line}" for line in few_of(found))
+        rule = f"is the beginning of {len(found)} ids"
+        hint = f"give more of it, to choose one of{listed}"
+        if not case_id:
+            rule = f"has {len(points)} cases, and one must be chosen"
+            hint = f"give --case ID, one of{listed}"
+        elif not found:
+            rule = f"is not one of the {len(points)} cases of this study"
+            hint = did_you_mean(case_id, points) or "fretwear plan lists the cases"
+        raise StudyError(study.file, [Problem("--case" if case_id else "", case_id, rule, hint)])
+    point = points[found[0]]
+    if case_id and assignments:
+        content = {**study.content}
+        for axis, position in zip(study.axes, point.index, strict=True):
+            assign(content, axis.name, axis.written[position])
+        point = _checked(study.file, content, assignments).points()[0]
+    assert point.case is not None
+    return point.case
 
 
 def _checked(
