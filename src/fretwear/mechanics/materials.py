@@ -31,6 +31,7 @@ class Bodies(Part):
 
     composite_modulus: float  # E*, Pa
     coupling: float  # κ = E*/G*, tangential compliance relative to the normal one
+    dundurs_beta = 0.0  # |β|, which couples pressure and slip; the model neglects it
 
     def coupling_weighing(self, weight: float) -> float:  # noqa: ARG002 - where one is all there is
         """κ in a contact in which Poisson's ratio has a given weight, 1/2 for a circle."""
@@ -77,6 +78,14 @@ class ElasticBodies(Bodies):
     def coupling_weighing(self, weight: float) -> float:
         """κ in a contact in which Poisson's ratio has a given weight, 1/2 for a circle."""
         return coupling_ratio(*self._constants, weight)
+
+    @property
+    def dundurs_beta(self) -> float:  # type: ignore[override]
+        """½ |(1−2ν1)/G1 − (1−2ν2)/G2| / ((1−ν1)/G1 + (1−ν2)/G2), 0 for equal bodies."""
+        modulus1, nu1, modulus2, nu2 = self._constants
+        first, second = (1.0 + nu1) / modulus1, (1.0 + nu2) / modulus2
+        difference = abs((1.0 - 2.0 * nu1) * first - (1.0 - 2.0 * nu2) * second)
+        return 0.5 * difference / ((1.0 - nu1) * first + (1.0 - nu2) * second)
 
 
 @dataclass(frozen=True)

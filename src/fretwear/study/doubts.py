@@ -10,8 +10,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from fretwear.mechanics.loading import SMALL_STROKE, Displacement
-from fretwear.mechanics.materials import ElasticBodies
-from fretwear.parts import pair
 from fretwear.study.case import Case
 from fretwear.study.setup import cell_text
 from fretwear.study.spacing import rounded_down, zones_of_tip
@@ -62,20 +60,6 @@ def _lengths(**lengths: float) -> str:
     """Lengths, m, by their names."""
     told = (f"{name} {format_quantity(length, LENGTH, 3)}" for name, length in lengths.items())
     return ", ".join(told).replace("_", " ")
-
-
-def dundurs_beta(case: Case) -> float:
-    """Dundurs' β = ½ |(1−2ν1)/G1 − (1−2ν2)/G2| / ((1−ν1)/G1 + (1−ν2)/G2), 0 for equal bodies.
-
-    It couples pressure and slip, which the model neglects.
-    """
-    if not isinstance(case.bodies, ElasticBodies):
-        return 0.0
-    moduli, ratios = pair(case.bodies.youngs_modulus), pair(case.bodies.poisson_ratio)
-    bodies = [((1.0 + nu) / modulus, nu) for modulus, nu in zip(moduli, ratios, strict=True)]
-    (first, nu1), (second, nu2) = bodies
-    difference = abs((1.0 - 2.0 * nu1) * first - (1.0 - 2.0 * nu2) * second)
-    return 0.5 * difference / ((1.0 - nu1) * first + (1.0 - nu2) * second)
 
 
 def _of_cells(case: Case) -> Iterator[Doubt]:
@@ -177,7 +161,7 @@ def _of_surfaces(case: Case) -> Iterator[Doubt]:
 
 
 def _of_materials(case: Case) -> Iterator[Doubt]:
-    beta, friction = dundurs_beta(case), case.friction_law.coefficient
+    beta, friction = case.bodies.dundurs_beta, case.friction_law.coefficient
     if beta > GREATEST_DUNDURS * friction:
         yield Doubt(
             "couples pressure and slip, as unlike bodies do, which the model neglects",

@@ -15,7 +15,7 @@ from pathlib import Path
 from fretwear.mechanics.materials import Archard
 from fretwear.mechanics.surfaces import Indenter
 from fretwear.study.case import Case
-from fretwear.study.doubts import Doubt, doubts, dundurs_beta
+from fretwear.study.doubts import Doubt, doubts
 from fretwear.study.parameters import coordinate
 from fretwear.study.study import Point, Study
 from fretwear.units import duration_text, number_text, size_text, span
@@ -249,7 +249,7 @@ class Plan:
         if wear := [case.wear_law.coefficient(case.friction_law) for case in archard]:
             text = span(wear, lambda value: number_text(1e9 * value, 4))
             yield "wear volume per load and sliding distance", f"{text} mm³/(N m)"
-        if any(betas := [dundurs_beta(case) for case in cases]):
+        if any(betas := [case.bodies.dundurs_beta for case in cases]):
             yield "Dundurs' β of the two materials", span(betas, lambda beta: number_text(beta, 2))
 
     def header(self) -> tuple[str, ...]:
