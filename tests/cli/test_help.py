@@ -185,9 +185,6 @@ def place(tmp_path_factory):
         "quote": ("title: Tiny", "title: 'Tiny"),
         "comma": ("0.3", "0,3"),
         "unit": ("10 mm", "10"),
-        "unknown": ("50 N", "50 Nt"),
-        "dimension": ("10 mm", "10 N"),
-        "key": ("friction", "fricton"),
         "section": ("vary", "varry"),
     }
     for name, (right, wrong) in changes.items():
@@ -211,9 +208,6 @@ MISTAKES = {
     "an open quote": ("plan quote.yaml", "a quote opened before is not closed"),
     "a decimal comma": ("plan comma.yaml", "poisson_ratio = 0,3", "write a decimal point"),
     "no unit": ("plan unit.yaml", "base.radius = 10 ", "did you mean '10 mm'?"),
-    "an unknown unit": ("plan unknown.yaml", "unknown unit 'Nt'", "did you mean 'N'?"),
-    "a unit of something else": ("plan dimension.yaml", "must be a length", "'N' is a force"),
-    "a misspelt parameter": ("plan key.yaml", "base.fricton", "did you mean 'friction'?"),
     "a misspelt section": ("plan section.yaml", "varry", "did you mean 'vary'?"),
     "no choice of a case": ("run studies/tiny.yaml", "give --case ID, one of", "P25N-", "P50N-"),
     "an unknown case": ("run studies/tiny.yaml --case Q9", "fretwear plan lists the cases"),

@@ -307,14 +307,12 @@ def test_colours_are_off_with_no_color_and_only_when_it_is_not_empty():
         assert not COLOUR.search(on_a_terminal(*call, NO_COLOR="1").raw)
 
 
-@pytest.mark.usefixtures("desk")
-def test_a_terminal_that_cannot_redraw_gets_lines():
+def test_a_terminal_that_cannot_redraw_and_a_log_file_with_forced_colours_get_lines(
+    desk, monkeypatch
+):
     seen = on_a_terminal(*RUN, columns=120, TERM="dumb")
     assert "\x1b" not in seen.raw
     assert any(line.startswith("cycle 0 of 200, step 0") for line in seen.screens[-1])
-
-
-def test_a_log_file_gets_lines_though_colours_are_forced(desk, monkeypatch):
     monkeypatch.setenv("FORCE_COLOR", "1")
     result = desk.call(*RUN)
     assert result.stderr.splitlines()[1].startswith("cycle 0 of 200")

@@ -78,20 +78,12 @@ _GITIGNORE = "/results/\n/.snakemake/\n*.checkpoint\n"
 
 
 LOG_FORMAT_VARIABLE = "FRETWEAR_LOG_FORMAT"
-Quiet = Annotated[
-    bool, typer.Option("--quiet", "-q", help="Print errors only.", rich_help_panel="Messages")
-]
-Format = Annotated[
-    Literal["auto", "lines", "json"],
-    typer.Option(
-        "--log-format",
-        help="auto: a bar on a terminal, lines elsewhere; json: one JSON object per line, "
-        "for programs.",
-        envvar=LOG_FORMAT_VARIABLE,
-        show_envvar=True,
-        rich_help_panel="Messages",
-    ),
-]
+_MESSAGES: Any = {"rich_help_panel": "Messages"}
+_QUIET = typer.Option("--quiet", "-q", help="Print errors only.", **_MESSAGES)
+_FORMAT = (
+    "auto: a bar on a terminal, lines elsewhere; json: one JSON object per line, for programs."
+)
+_LOG_FORMAT = typer.Option("--log-format", help=_FORMAT, envvar=LOG_FORMAT_VARIABLE, **_MESSAGES)
 
 
 @dataclass
@@ -107,8 +99,8 @@ def logged(command: Callable[..., None]) -> Any:
 
     def logging(
         context: typer.Context,
-        quiet: Quiet = False,
-        log_format: Format = "auto",
+        quiet: Annotated[bool, _QUIET] = False,
+        log_format: Annotated[Literal["auto", "lines", "json"], _LOG_FORMAT] = "auto",
         **given: Any,
     ) -> None:
         from fretwear.cli.progress import Log

@@ -215,8 +215,7 @@ def parameter_rows(plan: Plan) -> list[ParameterRow]:
         for name, (value, _, meaning) in case.scalar_coordinates().items():
             # The slopes of a smooth surface are meaningless.
             if name not in left_out and (case.roughness or not name.startswith("roughness_slope")):
-                words.setdefault(name, meaning)
-                values.setdefault((name, words[name]), {})[value] = None
+                values.setdefault((name, words.setdefault(name, meaning)), {})[value] = None
         if case.indenter.is_hertzian:
             what = f"stick {case.indenter.extent_words} of the smooth elastic contact"
             stick.setdefault(what, {})[case.stick_radius] = None

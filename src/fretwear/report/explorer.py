@@ -186,9 +186,19 @@ def _surfaces(path: Path, case: Case, cycles: Sequence[float], units: Mapping[st
     is_rough = case.rough is not None and case.rough.is_known
     if not is_seen and not is_rough:
         return {"view": None, "heights": None}
+    view, heights = None, None
     with opened_case(path) as file:
-        view = _view(file, np.searchsorted(file["cycle"][:], cycles), units) if is_seen else None
-        return {"view": view, "heights": _heights(file, case) if is_rough else None}
+        if is_seen:
+            view = _view(file, np.searchsorted(file["cycle"][:], cycles), units)
+        if is_rough and case.rough is not None:
+            names = ["x"] if case.indenter.is_line else ["x", "y"]
+            axes = [file[name][:].astype(np.float64) for name in names]
+            half_widths = [float(file[f"contact_half_width_{name}"][-1]) for name in names]
+            lost = file["wear_depth"][-1].astype(np.float64) + file["plastic_depth"][-1]
+            worn = np.stack([np.zeros_like(lost), lost])
+            found = case.rough.in_contact(axes, half_widths, worn)
+            heights = [each[evenly(each.size, _SHARES)] for each in found]
+    return {"view": view, "heights": heights}
 
 
 def _view(file: netCDF4.Dataset, places: NDArray[np.intp], units: Mapping[str, Unit]) -> Packed:
@@ -210,26 +220,14 @@ def _view(file: netCDF4.Dataset, places: NDArray[np.intp], units: Mapping[str, U
         at.append(along[first : first + squares * step].reshape(squares, step).mean(axis=1))
     shape = [size for a, c in zip(at, cells, strict=True) for size in (a.size, c.size // a.size)]
 
-    def squares_of(name: str, place: int) -> list[Packed]:
-        field = file[name][place].astype(np.float64)[np.ix_(*cells)]
-        return [differences(units[name].of(y)) for y in field.reshape(shape).mean(axis=(1, 3)).T]
-
-    x, y = (MICROMETRE.of(each) for each in at)
-    return {
-        "x": [float(x[0]), float(x[-1] - x[0]) / max(1, x.size - 1), x.size],
-        "y": [float(y[0]), float(y[-1] - y[0]) / max(1, y.size - 1), y.size],
-        "fields": {name: [squares_of(name, place) for place in places] for name in MAPS},
-    }
-
-
-def _heights(file: netCDF4.Dataset, case: Case) -> list[Array]:
-    names = ["x"] if case.indenter.is_line else ["x", "y"]
-    axes = [file[name][:].astype(np.float64) for name in names]
-    half_widths = [float(file[f"contact_half_width_{name}"][-1]) for name in names]
-    lost = file["wear_depth"][-1].astype(np.float64) + file["plastic_depth"][-1]
-    assert case.rough is not None
-    heights = case.rough.in_contact(axes, half_widths, np.stack([np.zeros_like(lost), lost]))
-    return [each[evenly(each.size, _SHARES)] for each in heights]
+    fields: dict[str, list[list[Packed]]] = {name: [] for name in MAPS}
+    for name, place in product(MAPS, places):
+        field = file[name][place].astype(np.float64)[np.ix_(*cells)].reshape(shape)
+        rows = units[name].of(field.mean(axis=(1, 3))).T
+        fields[name].append([differences(row) for row in rows])
+    lines = (MICROMETRE.of(each) for each in at)
+    ranges = [[x[0], (x[-1] - x[0]) / max(1, x.size - 1), x.size] for x in lines]
+    return {"x": ranges[0], "y": ranges[1], "fields": fields}
 
 
 def _short(values: Array) -> list[float | None]:
